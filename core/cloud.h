@@ -1,0 +1,95 @@
+// An oriented point cloud, collected from packed arrays and kept as floats relative to a local origin.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/page_array.h"
+
+namespace curvd {
+
+// Scalar type of packed input.
+enum class ScalarType : uint8_t { kFloat32, kFloat64 };
+constexpr size_t ScalarBytes(ScalarType type) { return type == ScalarType::kFloat32 ? 4 : 8; }
+
+enum class InvalidPointPolicy : uint8_t {
+  kReject,  // Append fails at the first such point
+  kSkip,    // the point is nobody's neighbor and ends with PointStatus::kInvalidInput
+};
+
+// Position relative to the cloud's local origin, and unit normal.
+struct OrientedPoint {
+  std::array<float, 3> position;
+  std::array<float, 3> normal;
+};
+
+// Bytes that a cloud holds for each of its points.
+inline constexpr size_t kCloudBytesPerPoint = sizeof(OrientedPoint);
+
+// float32 positions are stored as they are; float64 positions relative to a local origin: the component-wise median of
+// the first 1024 valid positions (of all, if fewer), so that one outlier cannot spoil it. The origin depends on the
+// points alone, never on the chunking. Stored coordinates then differ from the exact ones by at most 2^-24 of the
+// distance from the origin.
+//
+// A point is invalid if a coordinate of its position or normal is not finite (or its position not finite in float32
+// after the shift), or if its normal is zero. Normals of any other length are normalized.
+//
+// Not thread-safe; const methods are.
+class Cloud {
+ public:
+  static constexpr size_t kBlockPoints = 65'536;
+
+  explicit Cloud(ScalarType scalar_type = ScalarType::kFloat32,
+                 InvalidPointPolicy policy = InvalidPointPolicy::kReject);
+  Cloud(Cloud&&) noexcept = default;
+  Cloud& operator=(Cloud&&) noexcept = default;
+
+  // Appends points from packed little-endian arrays, 3 scalars a point in each. Errors leave the cloud as it was up to
+  // the point that is named:
+  // - INVALID_ARGUMENT: lengths are not multiples of a point, or differ, or (kReject) a point is invalid; the message
+  //   names the field, the point's index in the cloud and the value.
+  // - RESOURCE_EXHAUSTED: no memory.
+  absl::Status Append(std::string_view positions, std::string_view normals);
+
+  // Ends the cloud: no Append may follow. REQUIRES: called once before the cloud is estimated.
+  absl::Status Finish();
+
+  // Points appended, invalid ones included.
+  size_t size() const { return size_; }
+  size_t invalid_count() const { return invalid_count_; }
+  // Points whose normal differed from unit length by more than 1 %.
+  size_t rescaled_count() const { return rescaled_count_; }
+  // Bytes held.
+  size_t bytes() const;
+
+  // Point i in input order; an invalid point has NaN coordinates. REQUIRES: Finish was called, i < size().
+  const OrientedPoint& point(size_t i) const { return blocks_[i / kBlockPoints][i % kBlockPoints]; }
+
+ private:
+  struct ExactPoint {
+    std::array<double, 3> position;
+    std::array<float, 3> normal;
+  };
+
+  template <typename Scalar>
+  absl::Status AppendScalars(const char* positions, const char* normals, size_t count);
+  absl::Status Store(const OrientedPoint& point);
+  absl::Status StorePending();
+
+  ScalarType scalar_type_;
+  InvalidPointPolicy policy_;
+  size_t size_ = 0;
+  size_t stored_ = 0;
+  size_t invalid_count_ = 0;
+  size_t rescaled_count_ = 0;
+  std::optional<std::array<double, 3>> origin_;  // set once float64 input can be shifted
+  std::vector<ExactPoint> pending_;              // float64 points that wait for the origin
+  std::vector<PageArray<OrientedPoint>> blocks_;
+};
+
+}  // namespace curvd

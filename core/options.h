@@ -1,0 +1,46 @@
+// How curvature is estimated: plain values with defaults, checked by Validate.
+#pragma once
+
+#include <cstdint>
+#include <variant>
+
+#include "absl/status/status.h"
+
+namespace curvd {
+
+// A strategy that turns a neighborhood into triangles (Lachaud et al., SGP 2023, section 4).
+enum class EstimatorKind : uint8_t {
+  kAvgHexagram,  // two triangles over six sector averages
+  kHexagram,     // two triangles over the points nearest to six corners
+  kUniform,      // triangle_count triangles, corners drawn uniformly
+  kIndependent,  // disjoint triangles from one shuffle, at most K / 3
+};
+
+// The K nearest points, the point itself included; equal distances go to the lower index.
+struct NeighborCount {
+  uint32_t count = 50;
+};
+
+// All points at distance <= radius (closed ball), in the cloud's length unit.
+struct NeighborRadius {
+  double radius = 0.0;
+};
+
+inline constexpr uint32_t kMinNeighborCount = 4;
+inline constexpr uint32_t kMaxTriangleCount = 10'000;
+
+struct EstimatorOptions {
+  EstimatorKind estimator = EstimatorKind::kAvgHexagram;            // DEFAULT: kAvgHexagram
+  std::variant<NeighborCount, NeighborRadius> neighborhood{};       // DEFAULT: NeighborCount{50}
+  uint32_t triangle_count = 100;                                    // DEFAULT: 100; uniform and independent only
+  uint64_t seed = 0;                                                // DEFAULT: 0; random strategies only
+  double average_normal_weight = 0.5;                               // DEFAULT: 0.5; in [0, 1]
+  // Most points that one neighborhood may hold: bounds NeighborCount, and the size that a radius neighborhood may reach
+  // before the whole estimate fails with RESOURCE_EXHAUSTED.
+  uint32_t max_neighbor_count = 10'000;                             // DEFAULT: 10,000
+
+  // INVALID_ARGUMENT naming field, value and limit if a field is out of its range.
+  absl::Status Validate() const;
+};
+
+}  // namespace curvd

@@ -1,0 +1,64 @@
+// A fixed-size array of trivial values in its own memory pages.
+//
+// Arrays of many million points come and go with every call; pages that are mapped for one array alone go back to the
+// system when it dies, and large ones ask for huge pages.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+#include "absl/status/statusor.h"
+
+namespace curvd {
+
+namespace internal {
+// Zero-filled pages, or nullptr if the system refuses. Unmap with the same size.
+void* MapPages(size_t bytes);
+void UnmapPages(void* pages, size_t bytes);
+}  // namespace internal
+
+// Movable, not copyable. Thread-compatible: const methods may run concurrently, distinct elements may be written
+// concurrently.
+template <typename T>
+class PageArray {
+  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+
+ public:
+  PageArray() = default;
+  // Returns `size` zero-filled elements, or RESOURCE_EXHAUSTED if the system has no memory for them.
+  static absl::StatusOr<PageArray> Create(size_t size) {
+    PageArray array;
+    if (size == 0) return array;
+    void* pages = internal::MapPages(size * sizeof(T));
+    if (pages == nullptr) return absl::ResourceExhaustedError("out of memory: no pages for an array of points");
+    array.elements_ = static_cast<T*>(pages);
+    array.size_ = size;
+    return array;
+  }
+  PageArray(PageArray&& other) noexcept
+      : elements_(std::exchange(other.elements_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  PageArray& operator=(PageArray&& other) noexcept {
+    std::swap(elements_, other.elements_);
+    std::swap(size_, other.size_);
+    return *this;
+  }
+  ~PageArray() {
+    if (elements_ != nullptr) internal::UnmapPages(elements_, bytes());
+  }
+
+  T* data() { return elements_; }
+  const T* data() const { return elements_; }
+  size_t size() const { return size_; }
+  size_t bytes() const { return size_ * sizeof(T); }
+  T& operator[](size_t i) { return elements_[i]; }
+  const T& operator[](size_t i) const { return elements_[i]; }
+  std::span<const T> span() const { return {elements_, size_}; }
+
+ private:
+  T* elements_ = nullptr;
+  size_t size_ = 0;
+};
+
+}  // namespace curvd
