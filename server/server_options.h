@@ -1,0 +1,45 @@
+// What an operator may set: plain values with defaults, checked by Validate.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+
+namespace curvd {
+
+struct ServerOptions {
+  // Where calls are taken: HOST:PORT (port 0 picks a free one), "unix:PATH", or "" for in-process calls only.
+  std::string listen = "127.0.0.1:50061";  // DEFAULT: loopback
+  // Where Prometheus scrapes /metrics: HOST:PORT (port 0 picks a free one), or "" for no metrics port.
+  std::string metrics_listen = "127.0.0.1:9461";  // DEFAULT: loopback
+  // Worker threads that all calls share; 0: one for each core that this process may use.
+  int threads = 0;
+
+  // Points in one cloud. In [1, 2^31).
+  uint64_t max_points = 200'000'000;
+  // Bytes of one PointChunk's arrays together. In [1 KiB, 256 MiB].
+  uint64_t max_chunk_bytes = 4 << 20;
+  // Points in one neighborhood. In [4, 1,000,000].
+  uint32_t max_neighbor_count = 10'000;
+  // Bytes that all calls together may hold for clouds, indices, results and messages; 0: 80 % of the smaller of the
+  // control group's limit and the machine's memory. At least 32 MiB.
+  uint64_t memory_limit_bytes = 0;
+  // Calls that may be open at a time. In [1, 100,000].
+  uint32_t max_streams = 1'000;
+  // Calls that may wait for memory at a time; further ones are refused. In [0, 100,000].
+  uint32_t max_waiting = 500;
+
+  // How long calls that were accepted before a drain may take to finish.
+  absl::Duration drain_timeout = absl::Seconds(30);
+  // How long a call may keep the server waiting for its next message, or for room to send one. > 0.
+  absl::Duration stall_timeout = absl::Minutes(5);
+  // One structured line on stderr for each call.
+  bool log = true;
+
+  // INVALID_ARGUMENT naming the flag, its value and its limit if a value is out of its range.
+  absl::Status Validate() const;
+};
+
+}  // namespace curvd
