@@ -1,0 +1,101 @@
+# What a person types; `make` alone lists it. CMake does the building, this file the steps around it.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+MAKEFLAGS += --no-print-directory
+JOBS ?= $(shell nproc)
+
+# Debian 12 packages, by what they are for.
+BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-dev protobuf-compiler \
+  protobuf-compiler-grpc libprotobuf-dev libabsl-dev libeigen3-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
+  libspdlog-dev liblzf-dev libpng-dev
+TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libnanoflann-dev grpc-proto python3 python3-grpcio \
+  python3-protobuf python3-numpy curl ca-certificates prometheus procps
+CHECK_PACKAGES := clang-format clang-tidy clang libclang-rt-14-dev
+# Another Node.js than Debian's is as good.
+NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)
+
+# Installs those of the packages $(1) that are missing; says nothing if none is.
+install = @missing=$$(for p in $(1); do \
+    [ "$$(dpkg-query -W -f='$${db:Status-Status}' $$p 2>/dev/null)" = installed ] || echo $$p; done); \
+  [ -n "$$missing" ] || exit 0; \
+  as_root=$$([ "$$(id -u)" = 0 ] || echo sudo); \
+  echo "Installing:" $$missing; \
+  $$as_root apt-get update -qq; \
+  $$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -qq --no-install-recommends $$missing </dev/null >/dev/null
+
+CTEST = ctest --test-dir build/$(1) --output-on-failure --parallel $(JOBS) --timeout 300 --no-tests=error
+BUF := build/tools/buf/node_modules/.bin/buf
+SOURCES = $(shell find core server client tests bench -name '*.cc' -o -name '*.h')
+TIDY_SOURCES = $(shell find core server client -name '*.cc')
+
+.PHONY: help
+help: ## List what can be made
+	@sed -nE 's/^([a-z-]+):.*## (.*)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 22
+
+.PHONY: deps build-deps
+deps: build-deps ## Install the Debian packages that building, testing and checking need
+	$(call install,$(TEST_PACKAGES) $(CHECK_PACKAGES) $(NODE_PACKAGES))
+
+build-deps: ## Install the Debian packages that building curvd and curv needs
+	$(call install,$(BUILD_PACKAGES))
+
+.PHONY: release
+release: build-deps ## Build what ships: build/release/bin/curvd and curv
+	@cmake --preset release -DCURVD_BUILD_TESTS=OFF -DCURVD_BUILD_BENCH=OFF >/dev/null
+	@cmake --build --preset release --parallel $(JOBS) --target curvd curv
+
+.PHONY: demo
+demo: release ## Stream a noisy cloud through a fresh curvd, evaluate and render it; results in demo/
+	@deploy/demo.sh build/release/bin demo
+
+.PHONY: test
+test: deps proto-check ## Build with warnings as errors and run every test
+	@cmake --preset dev >/dev/null
+	@cmake --build --preset dev --parallel $(JOBS)
+	@$(call CTEST,dev)
+
+.PHONY: asan
+asan: deps ## Run the tests under the address and undefined behavior sanitizers
+	@cmake --preset asan >/dev/null
+	@cmake --build --preset asan --parallel $(JOBS)
+	@$(call CTEST,asan)
+
+.PHONY: tsan
+tsan: deps ## Run the tests of threaded code under the thread sanitizer, locks checked by clang
+	@cmake --preset tsan >/dev/null
+	@cmake --build --preset tsan --parallel $(JOBS)
+	@$(call CTEST,tsan)
+
+.PHONY: format format-check
+format: ## Format the C++ sources
+	@clang-format -i $(SOURCES)
+
+format-check: ## Fail where `make format` would change something
+	@clang-format --dry-run -Werror $(SOURCES)
+
+.PHONY: lint
+lint: ## Run clang-tidy on the sources; needs the build of `make test`
+	@printf '%s\n' $(TIDY_SOURCES) | xargs -P $(JOBS) -n 4 clang-tidy -p build/dev --quiet
+
+.PHONY: proto-check proto-baseline
+proto-check: $(BUF) ## Lint the contract and compare it with the one that clients rely on
+	@$(BUF) lint
+	@$(BUF) breaking --against proto/curvature.v1.binpb
+
+proto-baseline: proto-check ## Make the present contract the one that clients rely on; never takes anything away
+	@$(BUF) build --exclude-source-info -o proto/curvature.v1.binpb
+
+$(BUF): proto/package.json proto/package-lock.json
+	@mkdir -p build/tools/buf
+	@cp proto/package.json proto/package-lock.json proto/.npmrc build/tools/buf/
+	@cd build/tools/buf && npm ci --ignore-scripts --silent
+	@touch $@
+
+.PHONY: image
+image: ## Build the container image curvd:latest with whichever of podman, buildah and docker is there
+	@deploy/build-image.sh curvd:latest
+
+.PHONY: clean
+clean: ## Remove what was built, and the demo's results
+	@rm -rf build demo client/node/node_modules
