@@ -92,6 +92,10 @@ $(BUF): proto/package.json proto/package-lock.json
 	@cd build/tools/buf && npm ci --ignore-scripts --silent
 	@touch $@
 
+client/node/node_modules/.package-lock.json: client/node/package.json client/node/package-lock.json
+	@cd client/node && npm ci --ignore-scripts --silent
+	@touch $@
+
 .PHONY: image
 image: ## Build the container image curvd:latest with whichever of podman, buildah and docker is there
 	@deploy/build-image.sh curvd:latest

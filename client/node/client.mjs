@@ -1,0 +1,136 @@
+// One call: a cloud goes out in chunks, its curvature comes back.
+import { once } from "node:events";
+import grpc from "@grpc/grpc-js";
+import { CurvdError, fromServiceError } from "./errors.mjs";
+import { CurvatureService } from "./protocol.mjs";
+import { ResultCollector } from "./results.mjs";
+
+const CHUNK_BYTES = 1 << 20;
+const CHANNEL_OPTIONS = {
+  // A peer that died without a word is found in seconds.
+  "grpc.keepalive_time_ms": 10_000,
+  "grpc.keepalive_timeout_ms": 5_000,
+  "grpc.max_receive_message_length": 256 << 20,
+};
+
+// Estimates the curvature at every point of an oriented cloud.
+//
+// positions, normals: Float32Array or Float64Array of 3 N scalars, both of the same type; normals point outward, of any
+// length above zero. Options:
+//   server                HOST:PORT. DEFAULT: "localhost:50061"
+//   credentials           grpc.ChannelCredentials. DEFAULT: plain text
+//   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform" or "independent"
+//   neighborCount         the K nearest points, the point itself included. DEFAULT: 50, if there is no radius
+//   radius                all points at most this far away, instead of neighborCount
+//   triangleCount, seed   of the random strategies. DEFAULT: 100 triangles, seed 0
+//   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
+//   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
+//   requestTag            free text for the server's log
+//   timeoutMs             for the whole call. DEFAULT: no limit
+//
+// Resolves to { meanCurvature, gaussianCurvature, k1, k2, d1, d2, radius, status, summary }: Float32Arrays of N scalars
+// (d1, d2: 3 N) and a Uint8Array of PointStatus. Rejects with a CurvdError if the call fails, with a TypeError if the
+// arguments make no request.
+export async function estimateCurvature(positions, normals, options = {}) {
+  checkArrays(positions, normals);
+  const header = cloudHeader(positions, options);
+  const credentials = options.credentials ?? grpc.credentials.createInsecure();
+  const client = new CurvatureService(options.server ?? "localhost:50061", credentials, CHANNEL_OPTIONS);
+  try {
+    return await call(client, header, positions, normals, options.timeoutMs);
+  } finally {
+    client.close();
+  }
+}
+
+function checkArrays(positions, normals) {
+  const isFloats = (array) => array instanceof Float32Array || array instanceof Float64Array;
+  if (!isFloats(positions) || normals?.constructor !== positions.constructor) {
+    throw new TypeError("positions and normals must both be Float32Array or both be Float64Array");
+  }
+  if (positions.length % 3 !== 0 || positions.length !== normals.length) {
+    throw new TypeError(
+      `positions has ${positions.length} scalars and normals ${normals.length}; both need 3 for each point`,
+    );
+  }
+}
+
+function cloudHeader(positions, options) {
+  const estimators = ["avg-hexagram", "hexagram", "uniform", "independent"];
+  const { estimator = "avg-hexagram", neighborCount, radius } = options;
+  if (!estimators.includes(estimator)) {
+    throw new TypeError(`estimator is ${JSON.stringify(estimator)}; it must be one of ${estimators.join(", ")}`);
+  }
+  if (neighborCount !== undefined && radius !== undefined) {
+    throw new TypeError("neighborCount and radius exclude each other");
+  }
+  return {
+    pointCount: positions.length / 3,
+    scalarType: positions instanceof Float64Array ? "SCALAR_TYPE_FLOAT64" : "SCALAR_TYPE_FLOAT32",
+    options: {
+      estimator: `ESTIMATOR_${estimator.toUpperCase().replace("-", "_")}`,
+      ...(neighborCount !== undefined && { neighborCount }),
+      ...(radius !== undefined && { radius }),
+      triangleCount: options.triangleCount ?? 0,
+      seed: options.seed ?? 0,
+      ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
+    },
+    invalidPointPolicy: options.skipInvalid ? "INVALID_POINT_POLICY_SKIP" : "INVALID_POINT_POLICY_REJECT",
+    requestTag: options.requestTag ?? "",
+  };
+}
+
+function call(client, header, positions, normals, timeoutMs) {
+  const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
+  const stream = client.estimateCurvature(new grpc.Metadata(), { deadline });
+  const collector = new ResultCollector(header.pointCount);
+  let summary = null;
+  return new Promise((resolve, reject) => {
+    const breach = (error) => {
+      stream.cancel();
+      reject(new CurvdError(grpc.status.INTERNAL, `the server broke the protocol: ${error.message}`));
+    };
+    stream.on("data", (response) => {
+      try {
+        if (response.message === "result") collector.add(response.result);
+        if (response.message === "summary") summary = response.summary;
+      } catch (error) {
+        breach(error);
+      }
+    });
+    stream.on("error", (error) => reject(fromServiceError(error)));
+    // The last messages may still be on their way to "data" when the status is known, and the other way round.
+    Promise.all([once(stream, "end"), once(stream, "status")])
+      .then(() => {
+        collector.finish(summary);
+        resolve({ ...collector.arrays, summary });
+      })
+      .catch(breach);
+    sendCloud(stream, header, positions, normals).catch(reject);
+  });
+}
+
+// Writes the cloud no faster than the server reads it, and half-closes. Stops quietly when the call has ended: its
+// status tells why.
+async function sendCloud(stream, header, positions, normals) {
+  const ended = new AbortController();
+  stream.once("status", () => ended.abort());
+  stream.write({ header });
+  const step = Math.floor(CHUNK_BYTES / (6 * positions.BYTES_PER_ELEMENT));
+  for (let first = 0; first < header.pointCount && !ended.signal.aborted; first += step) {
+    const chunk = {
+      firstIndex: first,
+      positions: bytesOf(positions, first, first + step),
+      normals: bytesOf(normals, first, first + step),
+    };
+    if (!stream.write({ chunk })) {
+      await once(stream, "drain", { signal: ended.signal }).catch(() => {});
+    }
+  }
+  stream.end();
+}
+
+function bytesOf(array, firstPoint, endPoint) {
+  const part = array.subarray(3 * firstPoint, 3 * endPoint);
+  return Buffer.from(part.buffer, part.byteOffset, part.byteLength);
+}

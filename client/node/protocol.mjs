@@ -1,0 +1,24 @@
+// The contract, loaded from the repository's .proto files.
+import { fileURLToPath } from "node:url";
+import grpc from "@grpc/grpc-js";
+import protoLoader from "@grpc/proto-loader";
+
+const definition = protoLoader.loadSync(
+  ["curvature/v1/curvature.proto", "google/rpc/status.proto", "google/rpc/error_details.proto"],
+  {
+    includeDirs: [fileURLToPath(new URL("../../proto", import.meta.url))],
+    keepCase: false,
+    longs: Number, // counts stay far below 2^53
+    enums: String,
+    defaults: true,
+    oneofs: true,
+  },
+);
+
+// The stub's constructor: new CurvatureService(address, credentials, options).
+export const CurvatureService = grpc.loadPackageDefinition(definition).curvature.v1.CurvatureService;
+
+// Decodes a serialized message of the given full name. Throws if the bytes are none, or the name is unknown.
+export function decode(name, bytes) {
+  return definition[name].deserialize(bytes);
+}

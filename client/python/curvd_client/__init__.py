@@ -1,0 +1,7 @@
+"""Curvature of oriented point clouds, estimated by a curvd server: numpy arrays in, a numpy array out."""
+
+from curvd_client.client import Estimate, estimate_curvature
+from curvd_client.errors import CurvdError
+from curvd_client.results import RESULT_DTYPE, PointStatus
+
+__all__ = ["CurvdError", "Estimate", "PointStatus", "RESULT_DTYPE", "estimate_curvature"]

@@ -1,0 +1,141 @@
+"""One call: a cloud goes out in chunks, its curvature comes back."""
+
+import typing
+
+import grpc
+import numpy as np
+
+from curvature.v1 import curvature_pb2, curvature_pb2_grpc
+from curvd_client.errors import CurvdError, from_rpc_error
+from curvd_client.results import ResultCollector
+
+_CHUNK_BYTES = 1 << 20
+_CHANNEL_OPTIONS = [
+    # A peer that died without a word is found in seconds.
+    ("grpc.keepalive_time_ms", 10_000),
+    ("grpc.keepalive_timeout_ms", 5_000),
+    ("grpc.max_receive_message_length", 256 << 20),
+]
+
+
+class Estimate(typing.NamedTuple):
+    """points: structured array of RESULT_DTYPE, one element a point. summary: the stream's Summary message."""
+
+    points: np.ndarray
+    summary: curvature_pb2.Summary
+
+
+def estimate_curvature(
+    positions,
+    normals,
+    *,
+    server="localhost:50061",
+    estimator="avg-hexagram",
+    neighbor_count=None,
+    radius=None,
+    triangle_count=0,
+    seed=0,
+    average_normal_weight=None,
+    skip_invalid=False,
+    request_tag="",
+    timeout=None,
+    channel=None,
+):
+    """Estimates the curvature at every point of an oriented cloud.
+
+    positions, normals:    arrays of shape (N, 3). float64 positions are sent as such, which keeps georeferenced scans
+                           exact; everything else is sent as float32. Normals point outward, of any length above zero.
+    server:                HOST:PORT, in plain text. For TLS pass a `channel` of your own instead.
+    estimator:             "avg-hexagram", "hexagram", "uniform" or "independent".
+    neighbor_count:        the K nearest points, the point itself included. DEFAULT: 50, if there is no radius.
+    radius:                all points at most this far away, instead of neighbor_count.
+    triangle_count, seed:  of the random strategies. DEFAULT: 100 triangles, seed 0.
+    average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
+    skip_invalid:          give an unusable point a status instead of failing the call.
+    request_tag:           free text for the server's log.
+    timeout:               seconds for the whole call. DEFAULT: no limit.
+
+    Returns an Estimate. Raises CurvdError if the call fails, ValueError if the arguments make no request. Thread-safe.
+    """
+    positions, normals = _packed_arrays(positions, normals)
+    options = _estimator_options(estimator, neighbor_count, radius, triangle_count, seed, average_normal_weight)
+    header = curvature_pb2.CloudHeader(
+        point_count=len(positions),
+        scalar_type=(
+            curvature_pb2.SCALAR_TYPE_FLOAT64 if positions.itemsize == 8 else curvature_pb2.SCALAR_TYPE_FLOAT32
+        ),
+        options=options,
+        invalid_point_policy=(
+            curvature_pb2.INVALID_POINT_POLICY_SKIP if skip_invalid else curvature_pb2.INVALID_POINT_POLICY_REJECT
+        ),
+        request_tag=request_tag,
+    )
+    if channel is not None:
+        return _call(channel, header, positions, normals, timeout)
+    with grpc.insecure_channel(server, _CHANNEL_OPTIONS) as own_channel:
+        return _call(own_channel, header, positions, normals, timeout)
+
+
+def _packed_arrays(positions, normals):
+    positions, normals = np.asarray(positions), np.asarray(normals)
+    for name, array in (("positions", positions), ("normals", normals)):
+        if array.ndim != 2 or array.shape[1] != 3:
+            raise ValueError(f"{name} has shape {array.shape}; it must be (N, 3)")
+    if len(positions) != len(normals):
+        raise ValueError(f"{len(positions)} positions but {len(normals)} normals")
+    scalar = "<f8" if positions.dtype == np.float64 else "<f4"
+    return np.ascontiguousarray(positions, scalar), np.ascontiguousarray(normals, scalar)
+
+
+def _estimator_options(estimator, neighbor_count, radius, triangle_count, seed, average_normal_weight):
+    name = "ESTIMATOR_" + estimator.upper().replace("-", "_")
+    if name not in curvature_pb2.Estimator.keys() or name == "ESTIMATOR_UNSPECIFIED":
+        raise ValueError(f"estimator is {estimator!r}; it must be avg-hexagram, hexagram, uniform or independent")
+    if neighbor_count is not None and radius is not None:
+        raise ValueError("neighbor_count and radius exclude each other")
+    options = curvature_pb2.EstimatorOptions(
+        estimator=curvature_pb2.Estimator.Value(name),
+        triangle_count=triangle_count,
+        seed=seed,
+        average_normal_weight=average_normal_weight,
+    )
+    if radius is not None:
+        options.radius = radius
+    elif neighbor_count is not None:
+        options.neighbor_count = neighbor_count
+    return options
+
+
+def _requests(header, positions, normals):
+    yield curvature_pb2.EstimateCurvatureRequest(header=header)
+    step = _CHUNK_BYTES // (6 * positions.itemsize)
+    for first in range(0, len(positions), step):
+        yield curvature_pb2.EstimateCurvatureRequest(
+            chunk=curvature_pb2.PointChunk(
+                first_index=first,
+                positions=positions[first : first + step].tobytes(),
+                normals=normals[first : first + step].tobytes(),
+            )
+        )
+
+
+def _call(channel, header, positions, normals, timeout):
+    stub = curvature_pb2_grpc.CurvatureServiceStub(channel)
+    call = stub.EstimateCurvature(_requests(header, positions, normals), timeout=timeout)
+    collector = ResultCollector(len(positions))
+    summary = None
+    try:
+        for response in call:
+            kind = response.WhichOneof("message")
+            if kind == "result":
+                collector.add(response.result)
+            elif kind == "summary":
+                summary = response.summary
+        collector.finish(summary)
+    except grpc.RpcError as error:
+        raise from_rpc_error(error) from None
+    except ValueError as error:
+        raise CurvdError(grpc.StatusCode.INTERNAL, f"the server broke the protocol: {error}") from None
+    finally:
+        call.cancel()
+    return Estimate(collector.points, summary)

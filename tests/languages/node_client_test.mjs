@@ -1,0 +1,179 @@
+// The Node.js client against a real curvd (CURVD_SERVER) and against servers that misbehave.
+import assert from "node:assert/strict";
+import { createRequire } from "node:module";
+import { test } from "node:test";
+import { CurvdError, PointStatus, estimateCurvature } from "../../client/node/index.mjs";
+import { CurvatureService } from "../../client/node/protocol.mjs";
+
+const grpc = createRequire(new URL("../../client/node/", import.meta.url))("@grpc/grpc-js");
+const server = process.env.CURVD_SERVER;
+
+// Positions and outward normals, evenly spread along a spiral.
+function sphere(pointCount, radius, ArrayType = Float32Array, offset = 0) {
+  const positions = new ArrayType(3 * pointCount);
+  const normals = new ArrayType(3 * pointCount);
+  for (let i = 0; i < pointCount; i++) {
+    const height = 1 - (2 * i + 1) / pointCount;
+    const angle = Math.PI * (3 - Math.sqrt(5)) * i;
+    const ring = Math.sqrt(1 - height * height);
+    normals.set([ring * Math.cos(angle), ring * Math.sin(angle), height], 3 * i);
+  }
+  positions.set(normals.map((scalar) => radius * scalar + offset));
+  return [positions, normals];
+}
+
+function assertSphere(estimate, radius) {
+  // 20,000 points: the error of the estimate itself is far below a percent.
+  assert.ok(estimate.meanCurvature.every((mean) => Math.abs(mean * radius - 1) < 0.02));
+  assert.ok(estimate.gaussianCurvature.every((gaussian) => Math.abs(gaussian * radius ** 2 - 1) < 0.04));
+  assert.ok(estimate.k1.every((k1, i) => k1 <= estimate.k2[i]));
+  assert.ok(estimate.status.every((status) => status === PointStatus.OK));
+}
+
+async function failure(promise) {
+  const error = await promise.then(
+    () => assert.fail("the call succeeded"),
+    (reason) => reason,
+  );
+  assert.ok(error instanceof CurvdError, String(error));
+  return error;
+}
+
+test("a sphere has the curvature of a sphere", async () => {
+  const estimate = await estimateCurvature(...sphere(20_000, 2), { server });
+  assert.equal(estimate.summary.statusCounts.ok, 20_000);
+  assert.equal(estimate.d1.length, 60_000);
+  assertSphere(estimate, 2);
+});
+
+test("doubles stay exact far from the origin", async () => {
+  assertSphere(await estimateCurvature(...sphere(20_000, 2, Float64Array, 5e6), { server }), 2);
+});
+
+test("many chunks arrive in order", async () => {
+  const [positions, normals] = sphere(200_000, 3);
+  const estimate = await estimateCurvature(positions, normals, { server });
+  assertSphere(estimate, 3);
+});
+
+test("options reach the server", async () => {
+  const estimate = await estimateCurvature(...sphere(2_000, 1), { server, radius: 0.25, estimator: "hexagram" });
+  assert.ok(estimate.radius.every((radius) => radius === 0.25));
+});
+
+test("an empty cloud gives an empty result", async () => {
+  const estimate = await estimateCurvature(new Float32Array(), new Float32Array(), { server });
+  assert.equal(estimate.status.length, 0);
+  assert.equal(estimate.summary.pointCount, 0);
+});
+
+test("an invalid point is named in the error, or skipped on request", async () => {
+  const [positions, normals] = sphere(1_000, 1);
+  positions[3 * 123] = NaN;
+  const error = await failure(estimateCurvature(positions, normals, { server }));
+  assert.equal(error.codeName, "INVALID_ARGUMENT");
+  assert.match(error.details, /123/);
+  assert.notEqual(error.reason, "");
+  const estimate = await estimateCurvature(positions, normals, { server, skipInvalid: true });
+  assert.equal(estimate.status[123], PointStatus.INVALID_INPUT);
+  assert.equal(estimate.summary.statusCounts.invalidInput, 1);
+});
+
+test("a deadline ends the call", async () => {
+  const error = await failure(estimateCurvature(...sphere(200_000, 1), { server, timeoutMs: 1 }));
+  assert.equal(error.codeName, "DEADLINE_EXCEEDED");
+});
+
+test("arguments that make no request are refused", async () => {
+  const floats = (count) => new Float32Array(count);
+  await assert.rejects(estimateCurvature([0, 0, 0], [0, 0, 1]), TypeError);
+  await assert.rejects(estimateCurvature(floats(3), new Float64Array(3)), TypeError);
+  await assert.rejects(estimateCurvature(floats(4), floats(4)), TypeError);
+  await assert.rejects(estimateCurvature(floats(3), floats(6)), TypeError);
+  await assert.rejects(estimateCurvature(floats(3), floats(3), { estimator: "best" }), TypeError);
+  await assert.rejects(estimateCurvature(floats(3), floats(3), { neighborCount: 9, radius: 1 }), TypeError);
+});
+
+test("nobody listening is unavailable", async () => {
+  const error = await failure(estimateCurvature(...sphere(10, 1), { server: "127.0.0.1:1" }));
+  assert.equal(error.codeName, "UNAVAILABLE");
+});
+
+// Runs `use` against a server that reads the whole cloud, then plays `script(call)`.
+async function scripted(script, use) {
+  const fake = new grpc.Server();
+  fake.addService(CurvatureService.service, {
+    estimateCurvature(call) {
+      call.on("data", () => {});
+      call.on("end", () => script(call));
+    },
+    getServerInfo: (_, callback) => callback(null, {}),
+  });
+  const port = await new Promise((resolve, reject) =>
+    fake.bindAsync("127.0.0.1:0", grpc.ServerCredentials.createInsecure(), (error, bound) =>
+      error ? reject(error) : resolve(bound),
+    ),
+  );
+  try {
+    return await use(`127.0.0.1:${port}`);
+  } finally {
+    fake.forceShutdown();
+  }
+}
+
+test("breaches of the protocol are found", async () => {
+  const result = (firstIndex, pointCount, statusBytes = pointCount) => ({
+    result: { firstIndex, pointCount, status: Buffer.alloc(statusBytes, 1) },
+  });
+  const summary = (pointCount) => ({ summary: { pointCount } });
+  const breaches = {
+    "starts at 5, not 4": [result(0, 4), result(5, 5), summary(10)],
+    "starts at 0, not 10": [result(0, 10), result(0, 10), summary(10)],
+    "up to point 11": [result(0, 11), summary(11)],
+    "9 results": [result(0, 9), summary(10)],
+    "summary of 9": [result(0, 10), summary(9)],
+    "without a summary": [result(0, 10)],
+    "has 9 bytes, not 10": [result(0, 10, 9), summary(10)],
+    "of 0 points": [result(0, 0), summary(10)],
+  };
+  for (const [message, responses] of Object.entries(breaches)) {
+    const script = (call) => {
+      responses.forEach((response) => call.write(response));
+      call.end();
+    };
+    const error = await scripted(script, (fake) => failure(estimateCurvature(...sphere(10, 1), { server: fake })));
+    assert.equal(error.codeName, "INTERNAL");
+    assert.ok(error.message.includes(message), `${error.message} should say: ${message}`);
+  }
+});
+
+test("error details reach the caller", async () => {
+  // google.rpc.Status with ErrorInfo{MEMORY_LIMIT, curvd, limit: 8} and RetryInfo{1.5 s}, in wire format.
+  const field = (number, bytes) => Buffer.concat([Buffer.from([(number << 3) | 2, bytes.length]), Buffer.from(bytes)]);
+  const any = (name, value) =>
+    field(3, Buffer.concat([field(1, Buffer.from(`type.googleapis.com/google.rpc.${name}`)), field(2, value)]));
+  const text = (number, string) => field(number, Buffer.from(string));
+  const info = Buffer.concat([
+    text(1, "MEMORY_LIMIT"),
+    text(2, "curvd"),
+    field(3, Buffer.concat([text(1, "limit"), text(2, "8")])),
+  ]);
+  const retry = field(1, Buffer.from([0x08, 1, 0x10, 0x80, 0xca, 0xb5, 0xee, 0x01]));
+  const packed = Buffer.concat([any("ErrorInfo", info), any("RetryInfo", retry), any("Unknown", Buffer.from("?"))]);
+  const refuse = async (details) => {
+    const script = (call) => {
+      const metadata = new grpc.Metadata();
+      metadata.set("grpc-status-details-bin", details);
+      call.emit("error", { code: grpc.status.RESOURCE_EXHAUSTED, details: "memory: 9 bytes, limit 8", metadata });
+    };
+    const error = await scripted(script, (fake) => failure(estimateCurvature(...sphere(10, 1), { server: fake })));
+    assert.equal(error.codeName, "RESOURCE_EXHAUSTED");
+    assert.equal(error.details, "memory: 9 bytes, limit 8");
+    return error;
+  };
+  const error = await refuse(packed);
+  assert.equal(error.reason, "MEMORY_LIMIT");
+  assert.deepEqual(error.metadata, { limit: "8" });
+  assert.equal(error.retryAfter, 1.5);
+  assert.equal((await refuse(Buffer.from("no message"))).reason, "");
+});

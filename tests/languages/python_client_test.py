@@ -1,0 +1,212 @@
+"""The Python client against a real curvd (CURVD_SERVER) and against servers that misbehave."""
+
+import concurrent.futures
+import contextlib
+import os
+import unittest
+
+import grpc
+import numpy as np
+from google.protobuf import any_pb2
+
+from curvature.v1 import curvature_pb2 as pb
+from curvature.v1 import curvature_pb2_grpc
+from curvd_client import RESULT_DTYPE, CurvdError, PointStatus, errors, estimate_curvature
+
+
+def sphere(point_count, radius, dtype=np.float32):
+    """Positions and outward normals, evenly spread along a spiral."""
+    height = 1 - (2 * np.arange(point_count) + 1) / point_count
+    angle = np.pi * (3 - np.sqrt(5)) * np.arange(point_count)
+    ring = np.sqrt(1 - height**2)
+    normals = np.stack([ring * np.cos(angle), ring * np.sin(angle), height], axis=1)
+    return (radius * normals).astype(dtype), normals.astype(dtype)
+
+
+class RealServerTest(unittest.TestCase):
+    def setUp(self):
+        self.server = os.environ["CURVD_SERVER"]
+
+    def assert_sphere(self, points, radius):
+        # 20,000 points: the error of the estimate itself is far below a percent.
+        np.testing.assert_allclose(points["mean_curvature"], 1 / radius, rtol=0.02)
+        np.testing.assert_allclose(points["gaussian_curvature"], 1 / radius**2, rtol=0.04)
+        self.assertTrue(np.all(points["k1"] <= points["k2"]))
+        self.assertTrue(np.all(points["status"] == PointStatus.OK))
+
+    def test_sphere_has_the_curvature_of_a_sphere(self):
+        positions, normals = sphere(20_000, radius=2.0)
+        points, summary = estimate_curvature(positions, normals, server=self.server)
+        self.assertEqual(points.dtype, RESULT_DTYPE)
+        self.assertEqual(len(points), 20_000)
+        self.assertEqual(summary.status_counts.ok, 20_000)
+        self.assert_sphere(points, 2.0)
+        np.testing.assert_allclose(np.einsum("ij,ij->i", np.cross(points["d1"], points["d2"]), normals), 1, atol=1e-3)
+
+    def test_doubles_stay_exact_far_from_the_origin(self):
+        positions, normals = sphere(20_000, radius=2.0, dtype=np.float64)
+        points, _ = estimate_curvature(positions + 5e6, normals, server=self.server)
+        self.assert_sphere(points, 2.0)
+
+    def test_many_chunks_of_a_strided_view_arrive_in_order(self):
+        positions, normals = sphere(100_000, radius=3.0)
+        both = np.concatenate([positions, normals], axis=1)
+        strided, _ = estimate_curvature(both[:, :3], both[:, 3:], server=self.server)
+        packed, _ = estimate_curvature(positions, normals, server=self.server)
+        self.assertEqual(strided.tobytes(), packed.tobytes())
+
+    def test_options_reach_the_server(self):
+        positions, normals = sphere(2_000, radius=1.0)
+        points, _ = estimate_curvature(positions, normals, server=self.server, radius=0.25, estimator="hexagram")
+        self.assertTrue(np.all(points["radius"] == 0.25))
+
+    def test_empty_cloud_gives_an_empty_result(self):
+        points, summary = estimate_curvature(np.zeros((0, 3)), np.zeros((0, 3)), server=self.server)
+        self.assertEqual((len(points), summary.point_count), (0, 0))
+
+    def test_invalid_point_is_named_in_the_error(self):
+        positions, normals = sphere(1_000, radius=1.0)
+        positions[123, 1] = np.nan
+        with self.assertRaises(CurvdError) as caught:
+            estimate_curvature(positions, normals, server=self.server)
+        self.assertEqual(caught.exception.code, grpc.StatusCode.INVALID_ARGUMENT)
+        self.assertIn("123", caught.exception.message)
+        self.assertNotEqual(caught.exception.reason, "")
+
+    def test_invalid_point_is_skipped_on_request(self):
+        positions, normals = sphere(1_000, radius=1.0)
+        positions[123, 1] = np.nan
+        points, summary = estimate_curvature(positions, normals, server=self.server, skip_invalid=True)
+        self.assertEqual(points["status"][123], PointStatus.INVALID_INPUT)
+        self.assertTrue(np.isnan(points["mean_curvature"][123]))
+        self.assertEqual(summary.status_counts.invalid_input, 1)
+
+    def test_bad_option_is_refused(self):
+        positions, normals = sphere(100, radius=1.0)
+        with self.assertRaises(CurvdError) as caught:
+            estimate_curvature(positions, normals, server=self.server, neighbor_count=2)
+        self.assertEqual(caught.exception.code, grpc.StatusCode.INVALID_ARGUMENT)
+        self.assertIn("neighbor_count", caught.exception.message)
+
+    def test_deadline_ends_the_call(self):
+        positions, normals = sphere(100_000, radius=1.0)
+        with self.assertRaises(CurvdError) as caught:
+            estimate_curvature(positions, normals, server=self.server, timeout=0.001)
+        self.assertEqual(caught.exception.code, grpc.StatusCode.DEADLINE_EXCEEDED)
+
+
+class ArgumentTest(unittest.TestCase):
+    def test_arrays_that_make_no_cloud_are_refused(self):
+        for positions, normals in [
+            (np.zeros((4, 2)), np.zeros((4, 2))),
+            (np.zeros(12), np.zeros(12)),
+            (np.zeros((4, 3)), np.zeros((5, 3))),
+        ]:
+            with self.assertRaises(ValueError):
+                estimate_curvature(positions, normals)
+
+    def test_options_that_exclude_each_other_are_refused(self):
+        cloud = np.zeros((4, 3)), np.zeros((4, 3))
+        for options in [{"estimator": "best"}, {"neighbor_count": 9, "radius": 1.0}]:
+            with self.assertRaises(ValueError):
+                estimate_curvature(*cloud, **options)
+
+    def test_nobody_listening_is_unavailable(self):
+        with self.assertRaises(CurvdError) as caught:
+            estimate_curvature(*sphere(10, 1.0), server="127.0.0.1:1")
+        self.assertEqual(caught.exception.code, grpc.StatusCode.UNAVAILABLE)
+
+
+class ScriptedServer(curvature_pb2_grpc.CurvatureServiceServicer):
+    """Reads the whole cloud, then plays a script."""
+
+    def __init__(self, script):
+        self._script = script
+
+    def EstimateCurvature(self, request_iterator, context):
+        for _ in request_iterator:
+            pass
+        yield from self._script(context)
+
+
+@contextlib.contextmanager
+def scripted(script):
+    server = grpc.server(concurrent.futures.ThreadPoolExecutor(2))
+    curvature_pb2_grpc.add_CurvatureServiceServicer_to_server(ScriptedServer(script), server)
+    port = server.add_insecure_port("127.0.0.1:0")
+    server.start()
+    yield f"127.0.0.1:{port}"
+    server.stop(0)
+
+
+def result(first, count, status_bytes=None):
+    status = b"\1" * (count if status_bytes is None else status_bytes)
+    return pb.EstimateCurvatureResponse(result=pb.ResultChunk(first_index=first, point_count=count, status=status))
+
+
+def summary(count):
+    return pb.EstimateCurvatureResponse(summary=pb.Summary(point_count=count))
+
+
+class MisbehavingServerTest(unittest.TestCase):
+    def fails_with(self, script):
+        with scripted(script) as server, self.assertRaises(CurvdError) as caught:
+            estimate_curvature(*sphere(10, 1.0), server=server)
+        return caught.exception
+
+    def test_breaches_of_the_protocol_are_found(self):
+        breaches = {
+            "starts at 5, not 4": [result(0, 4), result(5, 5), summary(10)],
+            "starts at 0, not 10": [result(0, 10), result(0, 10), summary(10)],
+            "up to point 11": [result(0, 11), summary(11)],
+            "9 results": [result(0, 9), summary(10)],
+            "summary of 9": [result(0, 10), summary(9)],
+            "without a summary": [result(0, 10)],
+            "status of 10 points has 9 bytes": [result(0, 10, status_bytes=9), summary(10)],
+            "of 0 points": [result(0, 0), summary(10)],
+        }
+        for message, responses in breaches.items():
+            with self.subTest(message):
+                error = self.fails_with(lambda _, responses=responses: responses)
+                self.assertEqual(error.code, grpc.StatusCode.INTERNAL)
+                self.assertIn(message, error.message)
+
+    def test_error_details_reach_the_caller(self):
+        error = self.refused_with(packed_details())
+        self.assertEqual((error.reason, error.metadata), ("MEMORY_LIMIT", {"limit": "8"}))
+        self.assertEqual(error.retry_after, 1.5)
+
+    def test_details_that_are_none_do_no_harm(self):
+        self.assertEqual(self.refused_with(b"no message").reason, "")
+
+    def refused_with(self, details):
+        def refuse(context):
+            context.set_trailing_metadata([("grpc-status-details-bin", details)])
+            context.abort(grpc.StatusCode.RESOURCE_EXHAUSTED, "memory: 9 bytes asked, limit 8")
+            yield
+
+        error = self.fails_with(refuse)
+        self.assertEqual(error.code, grpc.StatusCode.RESOURCE_EXHAUSTED)
+        self.assertEqual(error.message, "memory: 9 bytes asked, limit 8")
+        return error
+
+
+def packed_details():
+    """A google.rpc.Status with an ErrorInfo, a RetryInfo and a detail that nobody knows."""
+    messages = errors._MESSAGES
+    info = messages["google.rpc.ErrorInfo"](reason="MEMORY_LIMIT", domain="curvd", metadata={"limit": "8"})
+    retry = messages["google.rpc.RetryInfo"]()
+    retry.retry_delay.seconds, retry.retry_delay.nanos = 1, 500_000_000
+    status = messages["google.rpc.Status"](code=8)
+    for name, value in [
+        ("ErrorInfo", info.SerializeToString()),
+        ("RetryInfo", retry.SerializeToString()),
+        ("Unknown", b"?"),
+    ]:
+        detail = any_pb2.Any(type_url=f"type.googleapis.com/google.rpc.{name}", value=value)
+        status.details.add().MergeFromString(detail.SerializeToString())
+    return status.SerializeToString()
+
+
+if __name__ == "__main__":
+    unittest.main()
