@@ -24,7 +24,8 @@ install = @missing=$$(for p in $(1); do \
   $$as_root apt-get update -qq; \
   $$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -qq --no-install-recommends $$missing </dev/null >/dev/null
 
-CTEST = ctest --test-dir build/$(1) --output-on-failure --parallel $(JOBS) --timeout 300 --no-tests=error
+# Runs the tests of preset $(1); the log is what .ci/run sums up.
+ctest = ctest --preset $(1) --parallel $(JOBS) --timeout 300 --no-tests=error $(2) | tee build/$(1)/ctest.log
 BUF := build/tools/buf/node_modules/.bin/buf
 SOURCES = $(shell find core server client tests bench -name '*.cc' -o -name '*.h')
 TIDY_SOURCES = $(shell find core server client -name '*.cc')
@@ -53,19 +54,19 @@ demo: release ## Stream a noisy cloud through a fresh curvd, evaluate and render
 test: deps proto-check ## Build with warnings as errors and run every test
 	@cmake --preset dev >/dev/null
 	@cmake --build --preset dev --parallel $(JOBS)
-	@$(call CTEST,dev)
+	@$(call ctest,dev)
 
 .PHONY: asan
 asan: deps ## Run the tests under the address and undefined behavior sanitizers
 	@cmake --preset asan >/dev/null
 	@cmake --build --preset asan --parallel $(JOBS)
-	@$(call CTEST,asan)
+	@$(call ctest,asan,--label-exclude languages)
 
 .PHONY: tsan
 tsan: deps ## Run the tests of threaded code under the thread sanitizer, locks checked by clang
 	@cmake --preset tsan >/dev/null
 	@cmake --build --preset tsan --parallel $(JOBS)
-	@$(call CTEST,tsan)
+	@$(call ctest,tsan,--label-exclude languages)
 
 .PHONY: format format-check
 format: ## Format the C++ sources
@@ -76,7 +77,8 @@ format-check: ## Fail where `make format` would change something
 
 .PHONY: lint
 lint: ## Run clang-tidy on the sources; needs the build of `make test`
-	@printf '%s\n' $(TIDY_SOURCES) | xargs -P $(JOBS) -n 4 clang-tidy -p build/dev --quiet
+	@printf '%s\n' $(TIDY_SOURCES) | xargs -P $(JOBS) -n 4 clang-tidy -p build/dev --quiet \
+	  2> >(grep -vE '^[0-9]+ warnings? generated' >&2)
 
 .PHONY: proto-check proto-baseline
 proto-check: $(BUF) ## Lint the contract and compare it with the one that clients rely on
@@ -97,8 +99,10 @@ client/node/node_modules/.package-lock.json: client/node/package.json client/nod
 	@touch $@
 
 .PHONY: image
-image: ## Build the container image curvd:latest with whichever of podman, buildah and docker is there
-	@deploy/build-image.sh curvd:latest
+image: ## Build the container image curvd:latest with docker, podman or buildah, whichever is there
+	@tool=$$(basename "$$(command -v docker || command -v podman || command -v buildah)"); \
+	case $$tool in docker) format= ;; *) format='--format=docker' ;; esac; \
+	$$tool build $$format $(IMAGE_FLAGS) --tag curvd:latest .
 
 .PHONY: clean
 clean: ## Remove what was built, and the demo's results

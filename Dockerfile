@@ -1,0 +1,21 @@
+FROM debian:bookworm-slim AS build
+RUN apt-get update -qq && apt-get install -qq --no-install-recommends make >/dev/null && rm -rf /var/lib/apt/lists/*
+WORKDIR /curvd
+COPY Makefile ./
+RUN make build-deps
+COPY . .
+RUN make release && strip build/release/bin/curvd build/release/bin/curv
+
+FROM debian:bookworm-slim
+RUN apt-get update -qq \
+    && apt-get install -qq --no-install-recommends \
+      libgrpc++1.51 libprotobuf32 libabsl20220623 libhwy1 libprometheus-cpp-pull1.0 libprometheus-cpp-core1.0 \
+      libspdlog1.10 libfmt9 libpng16-16 liblzf1 >/dev/null \
+    && rm -rf /var/lib/apt/lists/*
+COPY --from=build /curvd/build/release/bin/curvd /curvd/build/release/bin/curv /usr/local/bin/
+USER 65532:65532
+ENV CURVD_LISTEN=0.0.0.0:50061 CURVD_METRICS_LISTEN=0.0.0.0:9461
+EXPOSE 50061 9461
+STOPSIGNAL SIGTERM
+HEALTHCHECK --interval=10s --timeout=5s --start-period=5s CMD ["curv", "info", "--server=127.0.0.1:50061"]
+ENTRYPOINT ["curvd"]
