@@ -43,8 +43,8 @@ build-deps: ## Install the Debian packages that building curvd and curv needs
 
 .PHONY: release
 release: build-deps ## Build what ships: build/release/bin/curvd and curv
-	@cmake --preset release -DCURVD_BUILD_TESTS=OFF -DCURVD_BUILD_BENCH=OFF >/dev/null
-	@cmake --build --preset release --parallel $(JOBS) --target curvd curv
+	@cmake --preset release >/dev/null
+	@cmake --build --preset release --parallel $(JOBS)
 
 .PHONY: demo
 demo: release ## Stream a noisy cloud through a fresh curvd, evaluate and render it; results in demo/
@@ -67,6 +67,12 @@ tsan: deps ## Run the tests of threaded code under the thread sanitizer, locks c
 	@cmake --preset tsan >/dev/null
 	@cmake --build --preset tsan --parallel $(JOBS)
 	@$(call ctest,tsan,--label-exclude languages)
+
+.PHONY: bench
+bench: deps ## Run the benchmarks
+	@cmake --preset bench >/dev/null
+	@cmake --build --preset bench --parallel $(JOBS)
+	@for program in build/bench/bin/*_bench; do echo "== $$program"; $$program; done
 
 .PHONY: format format-check
 format: ## Format the C++ sources
