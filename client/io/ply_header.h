@@ -1,0 +1,47 @@
+// The header of a PLY file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "client/io/point_table.h"
+
+namespace curv {
+
+enum class PlyFormat : uint8_t { kAscii, kLittleEndian, kBigEndian };
+
+struct PlyProperty {
+  std::string name;
+  ScalarKind kind;                       // of the value, or of the list's items
+  std::optional<ScalarKind> count_kind;  // of the list's length; none for a scalar
+};
+
+struct PlyElement {
+  std::string name;
+  uint64_t count;
+  std::vector<PlyProperty> properties;
+
+  bool has_lists() const;
+  // Bytes of one binary row, or the least that it takes if there are lists.
+  size_t min_row_bytes() const;
+};
+
+struct PlyHeader {
+  PlyFormat format;
+  std::vector<PlyElement> elements;
+  size_t bytes;  // of the header, the line end after end_header included
+  size_t lines;
+};
+
+// INVALID_ARGUMENT naming the line if the header is not one of PLY 1.0.
+absl::StatusOr<PlyHeader> ReadPlyHeader(std::string_view bytes);
+
+// The name of a scalar type in headers that are written.
+std::string_view PlyTypeName(ScalarKind kind);
+
+}  // namespace curv

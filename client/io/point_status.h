@@ -1,0 +1,37 @@
+// What became of a point, and the word for it in files.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace curv {
+
+// The values are those of curvature.v1.PointStatus, and what PLY files hold in their `status` property.
+enum class PointStatus : uint8_t {
+  kOk = 1,
+  kTooFewNeighbors = 2,
+  kDegenerateArea = 3,
+  kInvalidInput = 4,
+  kInconsistentNormals = 5,
+};
+
+// Words by value; value 0 is never used.
+inline constexpr std::array<std::string_view, 6> kStatusWords = {
+    "unspecified", "ok", "too_few_neighbors", "degenerate_area", "invalid_input", "inconsistent_normals"};
+
+// The word for a value, "unknown" if it has none.
+constexpr std::string_view StatusWord(uint8_t value) {
+  return value < kStatusWords.size() ? kStatusWords[value] : std::string_view("unknown");
+}
+
+// The value of a word, or nothing.
+constexpr std::optional<uint8_t> StatusOfWord(std::string_view word) {
+  for (uint8_t value = 0; value < kStatusWords.size(); ++value) {
+    if (kStatusWords[value] == word) return value;
+  }
+  return std::nullopt;
+}
+
+}  // namespace curv

@@ -1,0 +1,59 @@
+// A file's points in memory: named columns of equal length, in the types that the file had.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace curv {
+
+// Types of a column, in the order of ColumnValues' alternatives.
+enum class ScalarKind : uint8_t { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
+
+using ColumnValues =
+    std::variant<std::vector<int8_t>, std::vector<uint8_t>, std::vector<int16_t>, std::vector<uint16_t>,
+                 std::vector<int32_t>, std::vector<uint32_t>, std::vector<float>, std::vector<double>>;
+
+// Bytes of one scalar.
+size_t BytesOf(ScalarKind kind);
+// An empty column's values.
+ColumnValues MakeValues(ScalarKind kind);
+
+struct Column {
+  std::string name;
+  ColumnValues values;
+
+  ScalarKind kind() const { return static_cast<ScalarKind>(values.index()); }
+  size_t size() const;
+  // Value i as a double; every kind converts exactly. REQUIRES: i < size().
+  double At(size_t i) const;
+};
+
+// Not thread-safe; const methods are.
+class PointTable {
+ public:
+  // Number of points.
+  size_t size() const { return columns_.empty() ? 0 : columns_.front().size(); }
+  const std::vector<Column>& columns() const { return columns_; }
+
+  // The column of that name, or nullptr.
+  const Column* Find(std::string_view name) const;
+
+  // Appends a column, or replaces the one of its name in its place.
+  // REQUIRES: column.size() == size(), unless the table has no other column.
+  void Set(Column column);
+
+  // Takes the columns out; the table is empty then.
+  std::vector<Column> Release();
+
+  // What a reader left out of the table, one sentence each, for the user.
+  std::vector<std::string> notes;
+
+ private:
+  std::vector<Column> columns_;
+};
+
+}  // namespace curv

@@ -1,0 +1,116 @@
+#include "client/io/table_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string_view>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "client/io/atomic_file.h"
+#include "client/io/formats.h"
+#include "client/io/writers.h"
+
+namespace curv {
+namespace {
+
+// With the dot, in lower case; "" if there is none.
+std::string ExtensionOf(const std::string& path) {
+  const size_t name = path.find_last_of('/') + 1;
+  const size_t dot = path.rfind('.');
+  return dot == std::string::npos || dot < name ? "" : absl::AsciiStrToLower(path.substr(dot));
+}
+
+absl::Status UnknownExtension(const std::string& path, const char* known) {
+  return absl::InvalidArgumentError(
+      absl::StrCat(path, ": the extension \"", ExtensionOf(path), "\" is not known: it must be one of ", known));
+}
+
+using Reader = absl::StatusOr<PointTable> (*)(std::string_view);
+using Writer = absl::Status (*)(const PointTable&, AtomicFile&);
+
+Reader ReaderFor(const std::string& extension) {
+  if (extension == ".ply") return ReadPly;
+  if (extension == ".pcd") return ReadPcd;
+  if (extension == ".obj") return ReadObj;
+  if (extension == ".csv") return ReadCsv;
+  for (const char* text : {".xyz", ".pts", ".xyzn", ".txt", ".asc"}) {
+    if (extension == text) return ReadXyz;
+  }
+  return nullptr;
+}
+
+Writer WriterFor(const std::string& extension) {
+  return extension == ".ply" ? WritePly : extension == ".csv" ? WriteCsv : nullptr;
+}
+
+// Closes the descriptor at the end of a scope.
+class OpenFile {
+ public:
+  explicit OpenFile(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  ~OpenFile() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  int descriptor() const { return descriptor_; }
+
+ private:
+  int descriptor_;
+};
+
+// Reads to the end, so that pipes work too. Not mapped: a mapped file that another program shortens kills the reader.
+absl::StatusOr<std::string> ReadBytes(const std::string& path) {
+  constexpr size_t kFirstRead = 1 << 20;
+  const auto error = [&] {
+    return absl::InvalidArgumentError(absl::StrCat("cannot read ", path, ": ", std::strerror(errno)));
+  };
+  const OpenFile file(path);
+  if (file.descriptor() < 0) return error();
+  struct stat status {};
+  if (fstat(file.descriptor(), &status) != 0) return error();
+  // One byte more than the file has, to meet its end without growing.
+  std::string bytes(S_ISREG(status.st_mode) ? static_cast<size_t>(status.st_size) + 1 : kFirstRead, '\0');
+  size_t size = 0;
+  while (true) {
+    const ssize_t got = read(file.descriptor(), bytes.data() + size, bytes.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return error();
+    if (got == 0) break;
+    size += static_cast<size_t>(got);
+    if (size == bytes.size()) bytes.resize(2 * size);
+  }
+  bytes.resize(size);
+  return bytes;
+}
+
+}  // namespace
+
+absl::StatusOr<PointTable> LoadTable(const std::string& path) {
+  const Reader reader = ReaderFor(ExtensionOf(path));
+  if (reader == nullptr) return UnknownExtension(path, kReadableExtensions);
+  absl::StatusOr<std::string> bytes = ReadBytes(path);
+  if (!bytes.ok()) return bytes.status();
+  absl::StatusOr<PointTable> table = reader(*bytes);
+  if (!table.ok()) return absl::InvalidArgumentError(absl::StrCat(path, ": ", table.status().message()));
+  return table;
+}
+
+absl::Status CheckWritable(const std::string& path) {
+  if (WriterFor(ExtensionOf(path)) == nullptr) return UnknownExtension(path, kWritableExtensions);
+  return AtomicFile::Create(path).status();
+}
+
+absl::Status SaveTable(const PointTable& table, const std::string& path) {
+  const Writer writer = WriterFor(ExtensionOf(path));
+  if (writer == nullptr) return UnknownExtension(path, kWritableExtensions);
+  absl::StatusOr<AtomicFile> file = AtomicFile::Create(path);
+  if (!file.ok()) return file.status();
+  if (absl::Status status = writer(table, *file); !status.ok()) return status;
+  return file->Commit();
+}
+
+}  // namespace curv

@@ -1,0 +1,29 @@
+// Tables from files and into files, by the extension of the name.
+#pragma once
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/io/point_table.h"
+
+namespace curv {
+
+// Extensions that LoadTable and SaveTable know, for help texts.
+inline constexpr char kReadableExtensions[] = ".ply .pcd .xyz .pts .xyzn .txt .asc .obj .csv";
+inline constexpr char kWritableExtensions[] = ".ply .csv";
+
+// Reads a file; upper and lower case extensions are the same. INVALID_ARGUMENT naming the file if it cannot be read,
+// has no known extension, or is not what its extension says.
+absl::StatusOr<PointTable> LoadTable(const std::string& path);
+
+// INVALID_ARGUMENT if SaveTable could not write such a file: unknown extension, or no file can be created there.
+// Leaves no trace.
+absl::Status CheckWritable(const std::string& path);
+
+// Writes all columns in order, whole or not at all: binary little-endian PLY, or CSV with the columns' names in the
+// first line and the shortest digits that read back as the same value. The column `status` of type uint8 is a word in
+// CSV, a number in PLY (whose header explains it). Blanks, commas and quotes in names become '_'.
+absl::Status SaveTable(const PointTable& table, const std::string& path);
+
+}  // namespace curv

@@ -1,0 +1,101 @@
+#include "client/io/text.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+
+namespace curv {
+namespace {
+
+absl::Status FieldError(size_t line_number, size_t index, const std::string& name, const std::string& problem) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("line ", line_number, ": value ", index + 1, " (", name, ") ", problem));
+}
+
+absl::Status CountError(std::string_view line, size_t line_number, size_t expected) {
+  size_t found = 0;
+  while (!NextField(line).empty()) ++found;
+  return absl::InvalidArgumentError(
+      absl::StrCat("line ", line_number, ": expected ", expected, " values, found ", found));
+}
+
+const char* Expectation(ScalarKind kind) {
+  static constexpr const char* kExpectations[] = {"an integer from -128 to 127",
+                                                  "an integer from 0 to 255",
+                                                  "an integer from -32768 to 32767",
+                                                  "an integer from 0 to 65535",
+                                                  "a 32-bit integer",
+                                                  "an unsigned 32-bit integer",
+                                                  "a number in the range of float",
+                                                  "a number in the range of double"};
+  return kExpectations[static_cast<size_t>(kind)];
+}
+
+}  // namespace
+
+namespace internal {
+
+// from_chars reports overflow and underflow alike.
+bool ParseTiny(std::string_view field, double& value) {
+  value = std::strtod(std::string(field).c_str(), nullptr);
+  return std::abs(value) < 1.0;
+}
+
+}  // namespace internal
+
+bool LineReader::Next(std::string_view& line) {
+  if (rest_.empty()) return false;
+  const size_t end = rest_.find('\n');
+  line = rest_.substr(0, end);
+  rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  ++number_;
+  return true;
+}
+
+bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+
+std::string_view NextField(std::string_view& line) {
+  size_t begin = 0;
+  while (begin < line.size() && IsBlank(line[begin])) ++begin;
+  size_t end = begin;
+  while (end < line.size() && !IsBlank(line[end])) ++end;
+  const std::string_view field = line.substr(begin, end - begin);
+  line.remove_prefix(end);
+  return field;
+}
+
+absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Column* const> columns) {
+  std::string_view rest = line;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    const std::string_view field = NextField(rest);
+    if (field.empty()) return CountError(line, line_number, columns.size());
+    if (columns[i] == nullptr) continue;
+    const bool parsed = std::visit(
+        [field](auto& values) {
+          typename std::decay_t<decltype(values)>::value_type value;
+          if (!ParseNumber(field, value)) return false;
+          values.push_back(value);
+          return true;
+        },
+        columns[i]->values);
+    if (!parsed) {
+      return FieldError(line_number, i, columns[i]->name,
+                        absl::StrCat("is ", Quoted(field), ": expected ", Expectation(columns[i]->kind())));
+    }
+  }
+  if (!NextField(rest).empty()) return CountError(line, line_number, columns.size());
+  return absl::OkStatus();
+}
+
+std::string Quoted(std::string_view field) {
+  constexpr size_t kMaxShown = 40;
+  std::string quoted = "\"";
+  for (const char c : field.substr(0, kMaxShown)) quoted += c >= ' ' && c <= '~' ? c : '?';
+  return quoted + (field.size() > kMaxShown ? "...\"" : "\"");
+}
+
+}  // namespace curv

@@ -1,0 +1,73 @@
+// Lines, fields and numbers of text files; nothing depends on the locale.
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <type_traits>
+
+#include "absl/status/status.h"
+#include "client/io/point_table.h"
+
+namespace curv {
+
+// Walks the lines of a text; "\n" and "\r\n" end a line.
+class LineReader {
+ public:
+  explicit LineReader(std::string_view text, size_t first_line = 1) : rest_(text), number_(first_line - 1) {}
+
+  // Moves to the next line; false at the end.
+  bool Next(std::string_view& line);
+  // Number of the line that Next gave, counted from 1 as editors do.
+  size_t number() const { return number_; }
+  // What is left after that line.
+  std::string_view rest() const { return rest_; }
+
+ private:
+  std::string_view rest_;
+  size_t number_;
+};
+
+// Separators of fields: runs of blanks, or each comma or semicolon with the blanks around it.
+bool IsBlank(char c);
+
+// Cuts the first blank-separated field off `line`; empty at the end of the line.
+std::string_view NextField(std::string_view& line);
+
+// Parses all of `field`. Takes a leading '+', "nan" and "inf". Values too small for T become 0 or subnormal. False if
+// the field is no number, is not an integer where T is one, or does not fit into T.
+template <typename T>
+bool ParseNumber(std::string_view field, T& value);
+
+// Appends the fields of `line` to `columns`, one each; a null column drops its field. INVALID_ARGUMENT naming line,
+// column and field if there are more or fewer fields than columns, or one is not a number that fits its column.
+absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Column* const> columns);
+
+// Quoted and shortened for an error message; unprintable bytes become '?'.
+std::string Quoted(std::string_view field);
+
+namespace internal {
+bool ParseTiny(std::string_view field, double& value);
+}  // namespace internal
+
+template <typename T>
+bool ParseNumber(std::string_view field, T& value) {
+  if (!field.empty() && field.front() == '+') field.remove_prefix(1);
+  if (field.empty() || field.front() == '+') return false;
+  const char* end = field.data() + field.size();
+  const auto [stop, error] = std::from_chars(field.data(), end, value);
+  if (error == std::errc() && stop == end) return true;
+  if constexpr (std::is_floating_point_v<T>) {
+    double tiny;
+    if (error == std::errc::result_out_of_range && stop == end && internal::ParseTiny(field, tiny)) {
+      value = static_cast<T>(tiny);
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace curv

@@ -1,0 +1,20 @@
+// One writer for each file format that SaveTable offers.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "client/io/atomic_file.h"
+#include "client/io/point_table.h"
+
+namespace curv {
+
+// Append the table to `file`; see SaveTable for the formats. Errors are those of AtomicFile::Append.
+absl::Status WritePly(const PointTable& table, AtomicFile& file);
+absl::Status WriteCsv(const PointTable& table, AtomicFile& file);
+
+// `name` without what would break a header.
+std::string HeaderName(std::string_view name);
+
+}  // namespace curv

@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "client/io/formats.h"
+#include "client/io/text.h"
+
+namespace curv {
+namespace {
+
+// A line with its commas and semicolons, if any, made blanks.
+std::string_view WithBlanks(std::string_view line, std::string& scratch) {
+  if (line.find_first_of(",;") == std::string_view::npos) return line;
+  scratch.assign(line);
+  for (char& c : scratch) {
+    if (c == ',' || c == ';') c = ' ';
+  }
+  return scratch;
+}
+
+bool IsSkipped(std::string_view line) {
+  const std::string_view first = NextField(line);
+  return first.empty() || first.front() == '#' || first.substr(0, 2) == "//";
+}
+
+size_t CountFields(std::string_view line) {
+  size_t count = 0;
+  while (!NextField(line).empty()) ++count;
+  return count;
+}
+
+std::vector<Column> MakeColumns(size_t count) {
+  static constexpr const char* kNames[] = {"x", "y", "z", "nx", "ny", "nz"};
+  std::vector<Column> columns;
+  for (size_t i = 0; i < count; ++i) {
+    columns.push_back(
+        {i < 6 && (i < 3 || count >= 6) ? kNames[i] : absl::StrCat("column", i + 1), std::vector<double>()});
+  }
+  return columns;
+}
+
+// Whether columns 4 to 6 of exactly six hold colors rather than normals.
+bool HoldColors(const std::vector<Column>& columns) {
+  if (columns.size() != 6) return false;
+  bool above_one = false;
+  for (size_t c = 3; c < 6; ++c) {
+    for (const double value : std::get<std::vector<double>>(columns[c].values)) {
+      if (!(value >= 0.0 && value <= 255.0) || value != static_cast<uint8_t>(value)) return false;
+      above_one |= value > 1.0;
+    }
+  }
+  return above_one;
+}
+
+Column ToColor(const Column& column, const char* name) {
+  std::vector<uint8_t> values;
+  for (const double value : std::get<std::vector<double>>(column.values)) {
+    values.push_back(static_cast<uint8_t>(value));
+  }
+  return {name, std::move(values)};
+}
+
+}  // namespace
+
+absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
+  LineReader lines(bytes);
+  std::string scratch;
+  std::vector<Column> columns;
+  std::vector<Column*> targets;
+  std::optional<uint64_t> declared;
+  size_t rows = 0;
+  for (std::string_view raw; lines.Next(raw);) {
+    const std::string_view line = WithBlanks(raw, scratch);
+    if (IsSkipped(line)) continue;
+    if (columns.empty()) {
+      const size_t count = CountFields(line);
+      std::string_view rest = line;
+      uint64_t value;
+      if (count == 1 && !declared && ParseNumber(NextField(rest), value)) {
+        declared = value;
+        continue;
+      }
+      if (count < 3) {
+        return absl::InvalidArgumentError(absl::StrCat("line ", lines.number(), ": expected x y z nx ny nz, found ",
+                                                       count, " values: ", Quoted(raw)));
+      }
+      columns = MakeColumns(count);
+      for (Column& column : columns) targets.push_back(&column);
+    }
+    if (absl::Status status = AppendRow(line, lines.number(), targets); !status.ok()) return status;
+    ++rows;
+  }
+  if (declared && *declared != rows) {
+    return absl::InvalidArgumentError(absl::StrCat("line ", lines.number(), ": the first line declares ", *declared,
+                                                   " points, the file holds ", rows));
+  }
+  if (columns.empty()) columns = MakeColumns(6);
+  PointTable table;
+  const bool colors = HoldColors(columns);
+  static constexpr const char* kColorNames[] = {"red", "green", "blue"};
+  for (size_t i = 0; i < columns.size(); ++i) {
+    table.Set(colors && i >= 3 ? ToColor(columns[i], kColorNames[i - 3]) : std::move(columns[i]));
+  }
+  return table;
+}
+
+}  // namespace curv
