@@ -17,8 +17,8 @@ namespace curvd {
 class CurvatureServer {
  public:
   // Starts a server that is bound and serving when this returns. Errors:
-  // - INVALID_ARGUMENT: options.Validate() failed, or an address cannot be parsed.
-  // - UNAVAILABLE: an address cannot be bound (in use, no permission); the message names it.
+  // - INVALID_ARGUMENT: options.Validate() failed.
+  // - UNAVAILABLE: an address cannot be bound (in use, no permission, not an address); the message names it.
   static absl::StatusOr<std::unique_ptr<CurvatureServer>> Create(const ServerOptions& options);
 
   // Stops hard: open calls end with UNAVAILABLE or CANCELLED at once. Call Drain first to be polite.
@@ -39,7 +39,7 @@ class CurvatureServer {
   // the first.
   void Drain(absl::Duration timeout);
 
-  // Returns when the server has stopped, by Drain or by destruction in another thread.
+  // Returns when Drain has stopped the server.
   void Wait();
 
  private:

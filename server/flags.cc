@@ -1,0 +1,108 @@
+#include "server/flags.h"
+
+#include <CLI/CLI.hpp>
+#include <cctype>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/version.h"
+
+namespace curvd {
+namespace {
+
+constexpr char kDescription[] =
+    "curvd estimates the curvature of oriented point clouds that clients stream to it over gRPC.\n"
+    "It serves curvature.v1.CurvatureService, health and reflection on --listen, and Prometheus metrics on\n"
+    "--metrics-listen. SIGTERM or SIGINT drains: no new calls, accepted ones finish; a second signal ends at once.";
+
+constexpr char kFooter[] =
+    "Every flag may be given as an environment variable: --max-streams is CURVD_MAX_STREAMS. The command line wins.\n"
+    "\nTry it:\n"
+    "  curvd --listen=127.0.0.1:50061 &\n"
+    "  curv generate torus --points=100000 -o torus.ply\n"
+    "  curv estimate torus.ply -o out.ply --server=127.0.0.1:50061\n"
+    "  curl http://127.0.0.1:9461/metrics\n";
+
+// "--max-streams" as CURVD_MAX_STREAMS.
+std::string EnvironmentName(const std::string& flag) {
+  std::string name = "CURVD_";
+  for (const char c : flag.substr(2)) name += c == '-' ? '_' : static_cast<char>(std::toupper(c));
+  return name;
+}
+
+template <typename Value>
+CLI::Option* AddFlag(CLI::App& app, const char* flag, Value& value, const std::string& help) {
+  return app.add_option(flag, value, help)->envname(EnvironmentName(flag))->capture_default_str();
+}
+
+void AddDuration(CLI::App& app, const char* flag, absl::Duration& value, const std::string& help) {
+  app.add_option_function<std::string>(
+         flag,
+         [flag, &value](const std::string& text) {
+           if (!absl::ParseDuration(text, &value)) {
+             throw CLI::ValidationError(flag,
+                                        absl::StrCat("is ", text, "; it must be a duration such as 30s or 1m30s"));
+           }
+         },
+         help)
+      ->envname(EnvironmentName(flag))
+      ->default_str(absl::FormatDuration(value))
+      ->type_name("DURATION");
+}
+
+void AddBytes(CLI::App& app, const char* flag, uint64_t& value, const std::string& help) {
+  AddFlag(app, flag, value, help)->transform(CLI::AsSizeValue(false))->type_name("BYTES");
+}
+
+void AddAddresses(CLI::App& app, ServerOptions& options) {
+  AddFlag(app, "--listen", options.listen, "Where calls are taken; port 0 picks a free one. Also unix:PATH")
+      ->type_name("HOST:PORT");
+  AddFlag(app, "--metrics-listen", options.metrics_listen,
+          "Where Prometheus scrapes /metrics; port 0 picks a free one, \"\" for no metrics")
+      ->type_name("HOST:PORT");
+}
+
+void AddLimits(CLI::App& app, ServerOptions& options) {
+  AddFlag(app, "--threads", options.threads, "Worker threads that all calls share; 0: one for each core")
+      ->type_name("N");
+  AddFlag(app, "--max-points", options.max_points, "Points in one cloud")->type_name("N");
+  AddBytes(app, "--max-chunk-bytes", options.max_chunk_bytes, "Bytes of one chunk's arrays; units as in 4MiB");
+  AddFlag(app, "--max-neighbor-count", options.max_neighbor_count, "Points in one neighborhood")->type_name("N");
+  AddBytes(app, "--memory-limit", options.memory_limit_bytes,
+           "Bytes that all calls together may hold, such as 8GiB; 0: 80 % of what the container or machine has");
+  AddFlag(app, "--max-streams", options.max_streams, "Calls open at a time; further ones are refused")->type_name("N");
+  AddFlag(app, "--max-waiting", options.max_waiting, "Calls that wait for memory at a time; further ones are refused")
+      ->type_name("N");
+  AddDuration(app, "--drain-timeout", options.drain_timeout,
+              "How long accepted calls may take to finish after SIGTERM");
+  AddDuration(app, "--stall-timeout", options.stall_timeout,
+              "How long a call may keep the server waiting for its next message, or for room to send one");
+  AddFlag(app, "--log", options.log, "One JSON line on stderr for each call")->type_name("BOOL");
+}
+
+}  // namespace
+
+absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) {
+  CommandLine line;
+  CLI::App app(kDescription, "curvd");
+  app.footer(kFooter);
+  app.set_version_flag("--version", absl::StrCat("curvd ", Version()), "Print the version and exit");
+  app.get_formatter()->column_width(32);
+  AddAddresses(app, line.options);
+  AddLimits(app, line.options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    line.answer = app.help();
+    return line;
+  } catch (const CLI::CallForVersion& version) {
+    line.answer = absl::StrCat(version.what(), "\n");
+    return line;
+  } catch (const CLI::ParseError& error) {
+    return absl::InvalidArgumentError(absl::StrCat(error.what(), " (curvd --help lists all flags)"));
+  }
+  if (absl::Status status = line.options.Validate(); !status.ok()) return status;
+  return line;
+}
+
+}  // namespace curvd

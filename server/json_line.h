@@ -1,0 +1,30 @@
+// One JSON object on one line, for logs.
+#pragma once
+
+#include <concepts>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+
+namespace curvd {
+
+// Keys come out in the order in which they were added. Not thread-safe.
+class JsonLine {
+ public:
+  JsonLine& Add(const char* key, const std::string& value);
+  JsonLine& Add(const char* key, const char* value) { return Add(key, std::string(value)); }
+  JsonLine& Add(const char* key, bool value) { return AddRaw(key, value ? "true" : "false"); }
+  // Not finite becomes null.
+  JsonLine& Add(const char* key, double value);
+  JsonLine& Add(const char* key, std::integral auto value) { return AddRaw(key, absl::StrCat(value)); }
+
+  // The object so far.
+  std::string str() const { return text_ + "}"; }
+
+ private:
+  JsonLine& AddRaw(const char* key, const std::string& value);
+
+  std::string text_ = "{";
+};
+
+}  // namespace curvd

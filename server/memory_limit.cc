@@ -1,0 +1,39 @@
+#include "server/memory_limit.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <sstream>
+
+namespace curvd {
+namespace {
+
+std::string ReadFile(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+std::optional<uint64_t> ParseControlGroupLimit(std::string_view text) {
+  constexpr uint64_t kUnlimited = uint64_t{1} << 60;
+  uint64_t bytes = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), bytes);
+  if (error != std::errc() || bytes == 0 || bytes >= kUnlimited) return std::nullopt;
+  return bytes;
+}
+
+uint64_t DetectMemoryBytes(const std::string& root) {
+  uint64_t bytes = static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+  for (const char* path : {"sys/fs/cgroup/memory.max", "sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
+    const std::optional<uint64_t> limit = ParseControlGroupLimit(ReadFile(root + path));
+    if (limit.has_value()) bytes = std::min(bytes, *limit);
+  }
+  return bytes;
+}
+
+}  // namespace curvd

@@ -1,0 +1,18 @@
+// The edge where absl::Status becomes gRPC's.
+#pragma once
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "grpcpp/support/status.h"
+
+namespace curvd {
+
+// `status` as callers get it: the same code, the message with the request id behind it, and a google.rpc.Status with
+// the attached details (ErrorInfo always, with the request id in its metadata) in the error details.
+grpc::Status ToGrpcStatus(const absl::Status& status, const std::string& request_id);
+
+// The name of a code in metrics and logs, as gRPC spells it: "OK", "INVALID_ARGUMENT", ...
+std::string CodeName(absl::StatusCode code);
+
+}  // namespace curvd

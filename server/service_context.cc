@@ -1,0 +1,28 @@
+#include "server/service_context.h"
+
+namespace curvd {
+
+ServiceContext::ServiceContext(const ServerOptions& options)
+    : limits{options.max_points, options.max_chunk_bytes, options.max_neighbor_count, options.memory_limit_bytes,
+             options.max_streams},
+      stall_timeout(options.stall_timeout),
+      log(options.log),
+      gate(options.max_streams),
+      admission(options.memory_limit_bytes, options.max_chunk_bytes, options.max_waiting),
+      metrics([this] { return gauges(); }),
+      pool(options.threads) {}
+
+ServerGauges ServiceContext::gauges() const {
+  ServerGauges gauges;
+  gauges.jobs_waiting_for_memory = admission.waiting();
+  gauges.jobs_waiting_for_workers = pool.waiting_count();
+  gauges.workers = static_cast<size_t>(pool.thread_count());
+  gauges.workers_busy = static_cast<size_t>(pool.busy_count());
+  gauges.memory_reserved_bytes = admission.reserved();
+  gauges.memory_limit_bytes = admission.limit();
+  gauges.streams_open = gate.open_count();
+  gauges.draining = gate.draining();
+  return gauges;
+}
+
+}  // namespace curvd

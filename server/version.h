@@ -1,0 +1,9 @@
+// Which curvd this is.
+#pragma once
+
+namespace curvd {
+
+// MAJOR.MINOR.PATCH.
+const char* Version();
+
+}  // namespace curvd
