@@ -1,0 +1,33 @@
+// Where a client's calls go: a channel for each server.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "client/curvature_client.h"
+#include "grpcpp/channel.h"
+
+namespace curv {
+
+// Thread-safe.
+class CurvatureClient::Channels {
+ public:
+  // See CurvatureClient::Connect.
+  static absl::StatusOr<std::unique_ptr<Channels>> Create(std::string_view servers);
+  Channels(std::vector<std::shared_ptr<grpc::Channel>> channels, size_t start)
+      : channels_(std::move(channels)), next_(start) {}
+
+  // Takes turns, starting with any.
+  const std::shared_ptr<grpc::Channel>& Next() { return channels_[next_++ % channels_.size()]; }
+  size_t size() const { return channels_.size(); }
+
+ private:
+  std::vector<std::shared_ptr<grpc::Channel>> channels_;
+  std::atomic<size_t> next_;
+};
+
+}  // namespace curv

@@ -1,0 +1,80 @@
+#include "client/curvature_client.h"
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "client/channels.h"
+#include "client/estimate_attempt.h"
+#include "client/pause.h"
+#include "client/server_info.h"
+
+namespace curv {
+namespace {
+
+absl::Status CheckArrays(const CloudView& cloud) {
+  const size_t positions = cloud.positions().size(), normals = cloud.normals().size();
+  if (positions % cloud.point_bytes() == 0 && normals == positions) return absl::OkStatus();
+  const size_t scalar_bytes = cloud.point_bytes() / 3;
+  return absl::InvalidArgumentError(absl::StrCat("positions hold ", positions / scalar_bytes, " scalars and normals ",
+                                                 normals / scalar_bytes,
+                                                 ": both must hold three for each point, as many"));
+}
+
+// What to wait before the next attempt: doubling from 0.25 s, up to a quarter less so that clients do not come in
+// step, and at least what the server asked for.
+absl::Duration PauseAfter(int attempt, absl::Duration asked) {
+  std::random_device random;
+  const double jitter = std::uniform_real_distribution<double>(0.75, 1.0)(random);
+  return std::max(asked, jitter * absl::Milliseconds(250) * static_cast<double>(1 << std::min(attempt - 1, 5)));
+}
+
+}  // namespace
+
+std::string_view EstimatorName(Estimator estimator) {
+  static constexpr std::string_view kNames[] = {"avg-hexagram", "hexagram", "uniform", "independent"};
+  return kNames[static_cast<size_t>(estimator)];
+}
+
+absl::StatusOr<std::unique_ptr<CurvatureClient>> CurvatureClient::Connect(std::string_view servers) {
+  absl::StatusOr<std::unique_ptr<Channels>> channels = Channels::Create(servers);
+  if (!channels.ok()) return channels.status();
+  return std::unique_ptr<CurvatureClient>(new CurvatureClient(*std::move(channels)));
+}
+
+CurvatureClient::CurvatureClient(std::shared_ptr<grpc::Channel> channel)
+    : channels_(std::make_unique<Channels>(std::vector{std::move(channel)}, 0)) {}
+CurvatureClient::CurvatureClient(std::unique_ptr<Channels> channels) : channels_(std::move(channels)) {}
+CurvatureClient::~CurvatureClient() = default;
+
+absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud, const EstimateOptions& options,
+                                                          const EstimateCallbacks& callbacks) const {
+  if (absl::Status status = CheckArrays(cloud); !status.ok()) return status;
+  const absl::Time deadline = absl::Now() + options.timeout;
+  for (int attempt = 1;; ++attempt) {
+    const auto stub = curvature::v1::CurvatureService::NewStub(channels_->Next());
+    AttemptOutcome outcome = RunAttempt(*stub, cloud, options, deadline, attempt, callbacks);
+    if (outcome.result) {
+      outcome.result->summary.attempts = attempt;
+      return *std::move(outcome.result);
+    }
+    const AttemptFailure& failure = outcome.failure;
+    if (!failure.retry_after || attempt >= options.max_attempts) return failure.status;
+    const absl::Duration pause = PauseAfter(attempt, *failure.retry_after);
+    if (absl::Now() + pause >= deadline) return failure.status;
+    if (!PauseFor(pause, callbacks.stop)) return absl::CancelledError("cancelled while waiting for a server");
+  }
+}
+
+absl::StatusOr<ServerInfo> CurvatureClient::GetServerInfo(absl::Duration timeout) const {
+  absl::StatusOr<ServerInfo> info;
+  for (size_t i = 0; i < channels_->size(); ++i) {
+    info = AskServer(channels_->Next(), timeout);
+    if (info.ok() || !absl::IsUnavailable(info.status())) break;
+  }
+  return info;
+}
+
+}  // namespace curv

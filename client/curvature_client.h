@@ -1,0 +1,183 @@
+// Curvature of an oriented cloud from a curvd server: one call on arrays.
+//
+//   auto client = curv::CurvatureClient::Connect("localhost:50061");
+//   auto result = (*client)->Estimate(curv::CloudView(positions, normals), {});
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "client/io/point_status.h"
+
+namespace grpc {
+class Channel;
+}  // namespace grpc
+
+namespace curv {
+
+// Somebody else's points: x y z and the outward normal of each, both in float or both in double. Coordinates far from
+// zero (georeferenced scans) keep their precision in double only.
+class CloudView {
+ public:
+  // REQUIRES: the arrays outlive the view.
+  CloudView(std::span<const float> positions, std::span<const float> normals)
+      : positions_(std::as_bytes(positions)), normals_(std::as_bytes(normals)), scalar_bytes_(sizeof(float)) {}
+  CloudView(std::span<const double> positions, std::span<const double> normals)
+      : positions_(std::as_bytes(positions)), normals_(std::as_bytes(normals)), scalar_bytes_(sizeof(double)) {}
+
+  std::span<const std::byte> positions() const { return positions_; }
+  std::span<const std::byte> normals() const { return normals_; }
+  bool is_double() const { return scalar_bytes_ == sizeof(double); }
+  // Bytes of one position.
+  size_t point_bytes() const { return 3 * scalar_bytes_; }
+  // Number of whole positions.
+  size_t size() const { return positions_.size() / point_bytes(); }
+
+ private:
+  std::span<const std::byte> positions_;
+  std::span<const std::byte> normals_;
+  size_t scalar_bytes_;
+};
+
+enum class Estimator : uint8_t { kAvgHexagram, kHexagram, kUniform, kIndependent };
+
+// "avg-hexagram", "hexagram", "uniform" or "independent".
+std::string_view EstimatorName(Estimator estimator);
+
+struct EstimateOptions {
+  // How triangles are made from a neighborhood. DEFAULT: kAvgHexagram.
+  Estimator estimator = Estimator::kAvgHexagram;
+  // Points in a neighborhood, the point itself included; not used if `radius` is set. DEFAULT: 50.
+  uint32_t neighbor_count = 50;
+  // Radius of the neighborhoods instead, in the cloud's length unit. DEFAULT: none.
+  std::optional<double> radius;
+  // Triangles of kUniform, and at most so many of kIndependent. DEFAULT: 100.
+  uint32_t triangle_count = 100;
+  // Of the random estimators. DEFAULT: 0.
+  uint64_t seed = 0;
+  // In [0, 1]; none: the server's default. DEFAULT: none.
+  std::optional<double> average_normal_weight;
+  // What the positions are relative to. Curvature does not depend on it. DEFAULT: zero.
+  std::array<double, 3> origin{};
+  // Give unusable points a status, instead of refusing the cloud. DEFAULT: refuse.
+  bool skip_invalid = false;
+  // For the server's log; at most 128 bytes of printable ASCII. DEFAULT: empty.
+  std::string request_tag;
+  // For the whole call with its retries. DEFAULT: no limit.
+  absl::Duration timeout = absl::InfiniteDuration();
+  // Times the cloud is sent at most, when servers are unavailable. DEFAULT: 6, over about 8 seconds.
+  int max_attempts = 6;
+  // Bytes of a message's arrays, unless the server allows less. DEFAULT: 1 MiB.
+  size_t chunk_bytes = 1 << 20;
+};
+
+// What is known about a running call. Counts restart when the cloud is sent again.
+struct EstimateProgress {
+  enum class Phase : uint8_t { kConnecting, kSending, kQueued, kIndexing, kEstimating, kReceiving };
+  Phase phase = Phase::kConnecting;
+  int attempt = 1;      // counted from 1
+  uint64_t points = 0;  // of the cloud
+  uint64_t points_sent = 0;
+  uint64_t points_estimated = 0;  // as far as the server tells
+  uint64_t points_received = 0;   // results
+};
+
+struct EstimateCallbacks {
+  // Told about progress, from any thread but never from two at a time; must not block.
+  std::function<void(const EstimateProgress&)> on_progress;
+  // Ends the call with CANCELLED.
+  std::stop_token stop;
+};
+
+// What the server said about the whole cloud.
+struct EstimateSummary {
+  uint64_t points = 0;
+  std::array<uint64_t, kStatusWords.size()> status_counts{};  // by PointStatus
+  uint64_t normals_rescaled = 0;                              // normals that were not of unit length
+  // Wall-clock seconds of the server's phases.
+  double receive_seconds = 0.0;
+  double queue_seconds = 0.0;
+  double index_seconds = 0.0;
+  double estimate_seconds = 0.0;
+  double send_seconds = 0.0;
+  uint64_t peak_bytes = 0;
+  std::string request_id;  // as in the server's log
+  int attempts = 1;
+};
+
+// One entry a point (three for d1 and d2), in the order of the cloud. NaN where status is not kOk, save `radius` with
+// radius neighborhoods.
+struct CurvatureResult {
+  std::vector<float> mean;  // (k1 + k2) / 2; 1 / r on a ball with outward normals
+  std::vector<float> gaussian;
+  std::vector<float> k1;  // <= k2
+  std::vector<float> k2;
+  std::vector<float> d1;        // x y z of the unit direction of k1
+  std::vector<float> d2;        // x y z of the unit direction of k2; d1 x d2 is along the normal
+  std::vector<float> radius;    // of the neighborhood
+  std::vector<uint8_t> status;  // values of PointStatus
+  EstimateSummary summary;
+};
+
+// What a server is and accepts.
+struct ServerInfo {
+  std::string version;
+  std::string cpu_kind;
+  uint32_t worker_threads = 0;
+  std::vector<std::string> estimators;
+  uint64_t max_points = 0;
+  uint64_t max_chunk_bytes = 0;
+  uint32_t max_neighbor_count = 0;
+  uint64_t memory_bytes = 0;  // 0: not limited
+  uint32_t max_streams = 0;
+  std::string health;  // of the curvature service: "SERVING", "NOT_SERVING", ...
+};
+
+// The machine-readable reason that the server gave for an error ("CHUNK_OUT_OF_ORDER"), or "" if it gave none.
+std::string ErrorReason(const absl::Status& status);
+
+// Thread-safe.
+class CurvatureClient {
+ public:
+  // `servers` is HOST:PORT (or any gRPC target, such as unix:PATH), or several with commas between: replicas, each call
+  // starting with another one and going on to the next when one is unavailable. Nothing is sent yet.
+  // INVALID_ARGUMENT if the list is empty or an entry has no port.
+  static absl::StatusOr<std::unique_ptr<CurvatureClient>> Connect(std::string_view servers);
+
+  // Speaks over a channel that the caller made. REQUIRES: channel is not null.
+  explicit CurvatureClient(std::shared_ptr<grpc::Channel> channel);
+  ~CurvatureClient();
+
+  // Sends the cloud, waits, and returns its curvature: all of it, or an error. The server's code and message are kept;
+  // the message ends with the reason and metadata that it gave. Retries, with growing pauses and the cloud sent again,
+  // while servers are UNAVAILABLE or say that waiting helps. Further errors:
+  // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals as positions.
+  // - DEADLINE_EXCEEDED, CANCELLED: timeout, stop.
+  // - INTERNAL: the server's answer has gaps, wrong lengths or no summary.
+  absl::StatusOr<CurvatureResult> Estimate(const CloudView& cloud, const EstimateOptions& options,
+                                           const EstimateCallbacks& callbacks = {}) const;
+
+  // Asks the first server that answers. `timeout` is for each.
+  absl::StatusOr<ServerInfo> GetServerInfo(absl::Duration timeout) const;
+
+ private:
+  class Channels;
+  explicit CurvatureClient(std::unique_ptr<Channels> channels);
+
+  std::unique_ptr<Channels> channels_;
+};
+
+}  // namespace curv

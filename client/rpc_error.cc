@@ -1,0 +1,61 @@
+#include "client/rpc_error.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+#include "absl/strings/cord.h"
+#include "absl/strings/str_cat.h"
+#include "client/curvature_client.h"
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
+
+namespace curv {
+namespace {
+
+constexpr char kReasonUrl[] = "curvd/error_reason";
+
+template <typename Detail>
+std::optional<Detail> FindDetail(const grpc::Status& status) {
+  google::rpc::Status details;
+  if (!details.ParseFromString(status.error_details())) return std::nullopt;
+  for (const google::protobuf::Any& any : details.details()) {
+    Detail detail;
+    if (any.Is<Detail>() && any.UnpackTo(&detail)) return detail;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+absl::Status ToAbslStatus(const grpc::Status& status) {
+  if (status.ok()) return absl::OkStatus();
+  // Codes beyond gRPC's own cannot be told apart.
+  const int number = static_cast<int>(status.error_code());
+  const auto code = number >= 1 && number <= 16 ? static_cast<absl::StatusCode>(number) : absl::StatusCode::kUnknown;
+  const std::optional<google::rpc::ErrorInfo> info = FindDetail<google::rpc::ErrorInfo>(status);
+  if (!info) return absl::Status(code, status.error_message());
+
+  std::string message = absl::StrCat(status.error_message(), " [reason ", info->reason());
+  // In the order of their names: the map's own changes from run to run.
+  const std::map<std::string, std::string> metadata(info->metadata().begin(), info->metadata().end());
+  for (const auto& [key, value] : metadata) absl::StrAppend(&message, "; ", key, " ", value);
+  absl::Status result(code, absl::StrCat(message, "]"));
+  result.SetPayload(kReasonUrl, absl::Cord(info->reason()));
+  return result;
+}
+
+std::optional<absl::Duration> RetryDelay(const grpc::Status& status) {
+  const std::optional<google::rpc::RetryInfo> info = FindDetail<google::rpc::RetryInfo>(status);
+  if (!info) return std::nullopt;
+  const absl::Duration delay =
+      absl::Seconds(info->retry_delay().seconds()) + absl::Nanoseconds(info->retry_delay().nanos());
+  return std::max(delay, absl::ZeroDuration());
+}
+
+std::string ErrorReason(const absl::Status& status) {
+  const absl::optional<absl::Cord> reason = status.GetPayload(kReasonUrl);
+  return reason ? std::string(*reason) : "";
+}
+
+}  // namespace curv

@@ -1,0 +1,19 @@
+// From gRPC's statuses, with their google.rpc details, to absl's.
+#pragma once
+
+#include <optional>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "grpcpp/support/status.h"
+
+namespace curv {
+
+// Keeps code and message, and adds what ErrorInfo says to the message: "... [reason K_TOO_LARGE; limit 10000]". The
+// reason is kept apart too, see ErrorReason. Damaged details are ignored.
+absl::Status ToAbslStatus(const grpc::Status& status);
+
+// How long the server asks to wait before the next try (RetryInfo); nothing if it does not say that waiting helps.
+std::optional<absl::Duration> RetryDelay(const grpc::Status& status);
+
+}  // namespace curv

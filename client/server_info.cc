@@ -1,0 +1,97 @@
+#include "client/server_info.h"
+
+#include <string>
+
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
+#include "client/rpc_error.h"
+#include "curvature/v1/curvature.grpc.pb.h"
+#include "google/protobuf/empty.pb.h"
+#include "google/protobuf/unknown_field_set.h"
+#include "grpcpp/channel.h"
+#include "grpcpp/client_context.h"
+#include "grpcpp/generic/generic_stub.h"
+
+namespace curv {
+namespace {
+
+namespace v1 = curvature::v1;
+
+std::string NameOf(v1::Estimator estimator) {
+  switch (estimator) {
+    case v1::ESTIMATOR_AVG_HEXAGRAM:
+      return std::string(EstimatorName(Estimator::kAvgHexagram));
+    case v1::ESTIMATOR_HEXAGRAM:
+      return std::string(EstimatorName(Estimator::kHexagram));
+    case v1::ESTIMATOR_UNIFORM:
+      return std::string(EstimatorName(Estimator::kUniform));
+    case v1::ESTIMATOR_INDEPENDENT:
+      return std::string(EstimatorName(Estimator::kIndependent));
+    default:
+      return "number " + std::to_string(static_cast<int>(estimator));
+  }
+}
+
+ServerInfo ToServerInfo(const v1::GetServerInfoResponse& response) {
+  const v1::ServerLimits& limits = response.limits();
+  ServerInfo info{.version = response.version(),
+                  .cpu_kind = response.cpu_kind(),
+                  .worker_threads = response.worker_threads(),
+                  .estimators = {},
+                  .max_points = limits.max_points(),
+                  .max_chunk_bytes = limits.max_chunk_bytes(),
+                  .max_neighbor_count = limits.max_neighbor_count(),
+                  .memory_bytes = limits.memory_bytes(),
+                  .max_streams = limits.max_streams(),
+                  .health = "UNKNOWN"};
+  for (const int estimator : response.estimators()) {
+    info.estimators.push_back(NameOf(static_cast<v1::Estimator>(estimator)));
+  }
+  return info;
+}
+
+// Asks grpc.health.v1. Its messages are so small (a string in field 1, an enum in field 1) that they are spoken as the
+// unknown fields of an empty message, which spares the package a generated protocol.
+std::string CheckHealth(const std::shared_ptr<grpc::Channel>& channel, absl::Duration timeout) {
+  using google::protobuf::Empty;
+  static constexpr const char* kWords[] = {"UNKNOWN", "SERVING", "NOT_SERVING", "SERVICE_UNKNOWN"};
+
+  grpc::ClientContext context;
+  context.set_deadline(absl::ToChronoTime(absl::Now() + timeout));
+  Empty request, response;
+  Empty::GetReflection()->MutableUnknownFields(&request)->AddLengthDelimited(1,
+                                                                             v1::CurvatureService::service_full_name());
+  absl::Notification done;
+  grpc::Status status;
+  grpc::TemplatedGenericStub<Empty, Empty> stub(channel);
+  stub.UnaryCall(&context, "/grpc.health.v1.Health/Check", grpc::StubOptions(), &request, &response,
+                 [&](grpc::Status result) {
+                   status = std::move(result);
+                   done.Notify();
+                 });
+  done.WaitForNotification();
+  uint64_t word = 0;
+  const auto& fields = Empty::GetReflection()->GetUnknownFields(response);
+  for (int i = 0; i < fields.field_count(); ++i) {
+    if (fields.field(i).number() == 1 && fields.field(i).type() == google::protobuf::UnknownField::TYPE_VARINT) {
+      word = fields.field(i).varint();
+    }
+  }
+  return status.ok() && word < std::size(kWords) ? kWords[word] : kWords[0];
+}
+
+}  // namespace
+
+absl::StatusOr<ServerInfo> AskServer(const std::shared_ptr<grpc::Channel>& channel, absl::Duration timeout) {
+  grpc::ClientContext context;
+  context.set_deadline(absl::ToChronoTime(absl::Now() + timeout));
+  v1::GetServerInfoResponse response;
+  const grpc::Status status =
+      v1::CurvatureService::NewStub(channel)->GetServerInfo(&context, v1::GetServerInfoRequest(), &response);
+  if (!status.ok()) return ToAbslStatus(status);
+  ServerInfo info = ToServerInfo(response);
+  info.health = CheckHealth(channel, timeout);
+  return info;
+}
+
+}  // namespace curv

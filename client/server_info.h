@@ -1,0 +1,16 @@
+// What one server says about itself.
+#pragma once
+
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "client/curvature_client.h"
+
+namespace curv {
+
+// Asks for GetServerInfo and for the service's health. Errors are those of gRPC. A server without health service has
+// health "UNKNOWN".
+absl::StatusOr<ServerInfo> AskServer(const std::shared_ptr<grpc::Channel>& channel, absl::Duration timeout);
+
+}  // namespace curv
