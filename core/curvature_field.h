@@ -25,13 +25,13 @@ const char* PointStatusName(PointStatus status);
 // Curvature at one point, in the caller's length unit. All values are NaN unless status is kOk, save that the radius of
 // a radius neighborhood is always the requested one.
 struct PointCurvature {
-  float mean;                // (k1 + k2) / 2; positive where the surface bends away from its normal (a ball: 1 / r)
-  float gaussian;            // from its own measure; near k1 * k2 but not defined by it
-  float k1;                  // <= k2
+  float mean;      // (k1 + k2) / 2; positive where the surface bends away from its normal (a ball: 1 / r)
+  float gaussian;  // from its own measure; near k1 * k2 but not defined by it
+  float k1;        // <= k2
   float k2;
-  std::array<float, 3> d1;   // unit direction of k1
-  std::array<float, 3> d2;   // unit direction of k2; d1 x d2 points along the normal
-  float radius;              // distance of the farthest neighbor, or the requested radius
+  std::array<float, 3> d1;  // unit direction of k1
+  std::array<float, 3> d2;  // unit direction of k2; d1 x d2 points along the normal
+  float radius;             // distance of the farthest neighbor, or the requested radius
   PointStatus status;
 };
 

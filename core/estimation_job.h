@@ -24,10 +24,10 @@ struct JobProgress {
 
 // What a job cost, complete once its callback is called.
 struct JobCost {
-  double queue_seconds = 0.0;     // from Start to the first work block
+  double queue_seconds = 0.0;  // from Start to the first work block
   double index_seconds = 0.0;
   double estimate_seconds = 0.0;
-  size_t peak_bytes = 0;          // cloud, index and field together
+  size_t peak_bytes = 0;  // cloud, index and field together
 };
 
 struct EstimationResult {

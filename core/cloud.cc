@@ -1,0 +1,181 @@
+#include "core/cloud.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace curvd {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "packed input is little-endian and is copied as it is");
+
+constexpr size_t kOriginSample = 1024;   // float64 points that decide the origin
+constexpr double kUnitTolerance = 0.01;  // a normal within 1 % of unit length does not count as rescaled
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+template <typename Scalar>
+using Triple = std::array<Scalar, 3>;
+
+template <typename Scalar>
+Triple<Scalar> LoadTriple(const char* packed, size_t i) {
+  Triple<Scalar> triple;
+  std::memcpy(triple.data(), packed + i * sizeof(triple), sizeof(triple));
+  return triple;
+}
+
+template <typename Scalar>
+bool AllFinite(const Triple<Scalar>& v) {
+  // One multiply turns any infinity into NaN, and a NaN survives the sum.
+  return v[0] * Scalar{0} + v[1] * Scalar{0} + v[2] * Scalar{0} == Scalar{0};
+}
+
+template <typename Scalar>
+double Length(const Triple<Scalar>& v) {
+  if constexpr (std::is_same_v<Scalar, float>) {
+    const double x = v[0], y = v[1], z = v[2];
+    return std::sqrt(x * x + y * y + z * z);  // no float's square leaves the doubles
+  } else {
+    return std::hypot(v[0], v[1], v[2]);
+  }
+}
+
+// Length of a usable normal, else 0.
+template <typename Scalar>
+double UsableLength(const Triple<Scalar>& normal) {
+  if (!AllFinite(normal)) return 0.0;
+  const double length = Length(normal);
+  return std::isfinite(length) ? length : 0.0;
+}
+
+template <typename Scalar>
+Triple<float> Normalized(const Triple<Scalar>& v, double length) {
+  return {static_cast<float>(v[0] / length), static_cast<float>(v[1] / length), static_cast<float>(v[2] / length)};
+}
+
+template <typename Scalar>
+absl::Status InvalidPointError(size_t index, const char* field, const Triple<Scalar>& value, const char* demand) {
+  return absl::InvalidArgumentError(absl::StrFormat(
+      "%s of point %u is (%g, %g, %g); it must be %s; mend the point, or set invalid_point_policy to SKIP", field,
+      index, value[0], value[1], value[2], demand));
+}
+
+double Median(std::vector<double>& values) {
+  const auto middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+Cloud::Cloud(ScalarType scalar_type, InvalidPointPolicy policy) : scalar_type_(scalar_type), policy_(policy) {
+  if (scalar_type == ScalarType::kFloat32) origin_ = {0.0, 0.0, 0.0};
+}
+
+size_t Cloud::bytes() const {
+  return blocks_.size() * kBlockPoints * sizeof(OrientedPoint) + pending_.capacity() * sizeof(ExactPoint);
+}
+
+absl::Status Cloud::Append(std::string_view positions, std::string_view normals) {
+  const size_t point_bytes = 3 * ScalarBytes(scalar_type_);
+  if (positions.size() % point_bytes != 0) {
+    return absl::InvalidArgumentError(absl::StrCat("positions has ", positions.size(),
+                                                   " bytes; it must be a multiple of ", point_bytes, " (3 scalars of ",
+                                                   ScalarBytes(scalar_type_), " bytes a point)"));
+  }
+  if (normals.size() != positions.size()) {
+    return absl::InvalidArgumentError(absl::StrCat("normals has ", normals.size(), " bytes and positions has ",
+                                                   positions.size(), "; both must hold the same number of points"));
+  }
+  const size_t count = positions.size() / point_bytes;
+  if (size_ + count > std::numeric_limits<int32_t>::max()) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("cloud has more than ", std::numeric_limits<int32_t>::max(), " points"));
+  }
+  return scalar_type_ == ScalarType::kFloat32 ? AppendScalars<float>(positions.data(), normals.data(), count)
+                                              : AppendScalars<double>(positions.data(), normals.data(), count);
+}
+
+template <typename Scalar>
+absl::Status Cloud::AppendScalars(const char* positions, const char* normals, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    const Triple<Scalar> position = LoadTriple<Scalar>(positions, i);
+    const Triple<Scalar> normal = LoadTriple<Scalar>(normals, i);
+    const bool finite = AllFinite(position);
+    const double length = UsableLength(normal);
+    const bool valid = finite && length > 0.0;
+    if (!valid) {
+      if (policy_ == InvalidPointPolicy::kReject) {
+        return finite ? InvalidPointError(size_, "normal", normal, "finite and not zero")
+                      : InvalidPointError(size_, "position", position, "finite");
+      }
+      ++invalid_count_;
+    } else if (std::abs(length - 1.0) > kUnitTolerance) {
+      ++rescaled_count_;
+    }
+    ++size_;
+    const Triple<float> unit = valid ? Normalized(normal, length) : Triple<float>{kNaN, kNaN, kNaN};
+    absl::Status status;
+    if constexpr (std::is_same_v<Scalar, float>) {
+      status = Store({valid ? position : Triple<float>{kNaN, kNaN, kNaN}, unit});
+    } else {
+      pending_.push_back({valid ? position : Triple<double>{kNaN, kNaN, kNaN}, unit});
+      if (origin_.has_value() || pending_.size() == kOriginSample) status = StorePending();
+    }
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::Store(const OrientedPoint& point) {
+  const size_t offset = stored_ % kBlockPoints;
+  if (offset == 0) {
+    auto block = PageArray<OrientedPoint>::Create(kBlockPoints);
+    if (!block.ok()) return block.status();
+    blocks_.push_back(*std::move(block));
+  }
+  blocks_.back()[offset] = point;
+  ++stored_;
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::StorePending() {
+  if (!origin_.has_value()) {
+    origin_ = {0.0, 0.0, 0.0};
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> values;
+      for (const ExactPoint& point : pending_) {
+        if (!std::isnan(point.position[0])) values.push_back(point.position[axis]);
+      }
+      if (!values.empty()) (*origin_)[axis] = Median(values);
+    }
+  }
+  for (const ExactPoint& point : pending_) {
+    OrientedPoint stored{{}, point.normal};
+    for (int axis = 0; axis < 3; ++axis) {
+      stored.position[axis] = static_cast<float>(point.position[axis] - (*origin_)[axis]);
+    }
+    if (!std::isnan(point.position[0]) && !AllFinite(stored.position)) {
+      if (policy_ == InvalidPointPolicy::kReject) {
+        return InvalidPointError(stored_, "position", point.position, "within 3e38 of the other points");
+      }
+      ++invalid_count_;
+      stored = {{kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}};
+    }
+    if (absl::Status status = Store(stored); !status.ok()) return status;
+  }
+  pending_.clear();
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::Finish() {
+  absl::Status status = StorePending();
+  pending_ = {};
+  return status;
+}
+
+}  // namespace curvd

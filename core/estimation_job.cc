@@ -1,0 +1,196 @@
+#include "core/estimation_job.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
+#include "core/group_estimator.h"
+#include "core/index_builder.h"
+#include "core/spatial_index.h"
+
+namespace curvd {
+namespace {
+
+constexpr size_t kGroupsPerBlock = 16;  // about 1,000 points: under a millisecond at K = 50
+
+// The job as a chain of phases on the pool; each phase's end starts the next. Kept alive by the functions that the pool
+// holds.
+class PhasedJob final : public EstimationJob, public std::enable_shared_from_this<PhasedJob> {
+ public:
+  PhasedJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, Callback callback)
+      : cloud_(std::move(cloud)),
+        options_(options),
+        pool_(pool),
+        priority_(priority),
+        callback_(std::move(callback)),
+        started_(absl::Now()) {}
+
+  void Start() {
+    if (absl::Status status = options_.Validate(); !status.ok()) return callback_(status);
+    builder_.emplace(cloud_);
+    // The first block also ends the wait in the queue; a cloud without points has no block of its own.
+    pool_.Submit(
+        priority_, std::max<size_t>(builder_->block_count(), 1),
+        [self = shared_from_this()](size_t block, int) {
+          self->MarkStarted();
+          if (!self->cancelled_ && block < self->builder_->block_count()) self->builder_->RunBlock(block);
+        },
+        [self = shared_from_this()] { self->EndIndexPhase(); });
+  }
+
+  void Cancel() override { cancelled_ = true; }
+
+  JobProgress progress() const override { return {phase_, estimated_}; }
+
+ private:
+  void MarkStarted() {
+    JobPhase queued = JobPhase::kQueued;
+    if (phase_.compare_exchange_strong(queued, JobPhase::kIndexing)) {
+      cost_.queue_seconds = absl::ToDoubleSeconds(absl::Now() - started_);
+    }
+  }
+
+  void EndIndexPhase() {
+    if (cancelled_) return Finish(absl::CancelledError("cancelled while the index was built"));
+    if (absl::Status status = builder_->EndPhase(); !status.ok()) return Finish(status);
+    if (builder_->block_count() == 0) return StartEstimation();
+    pool_.Submit(
+        priority_, builder_->block_count(),
+        [self = shared_from_this()](size_t block, int) {
+          if (!self->cancelled_) self->builder_->RunBlock(block);
+        },
+        [self = shared_from_this()] { self->EndIndexPhase(); });
+  }
+
+  void StartEstimation() {
+    index_ = builder_->Take();
+    builder_.reset();
+    const size_t cloud_bytes = cloud_.bytes();
+    point_count_ = cloud_.size();
+    has_invalid_ = cloud_.invalid_count() > 0;
+    cloud_ = Cloud();  // the index holds all that is needed
+    auto points = PageArray<PointCurvature>::Create(point_count_);
+    if (!points.ok()) return Finish(points.status());
+    field_.points = *std::move(points);
+    cost_.peak_bytes = index_.bytes() + std::max(cloud_bytes, field_.points.bytes());
+    cost_.index_seconds = SecondsSinceStart() - cost_.queue_seconds;
+    plan_ = EstimationPlan::Make(options_, index_);
+    phase_ = JobPhase::kEstimating;
+    if (has_invalid_) Fill(PointStatus::kInvalidInput);
+    if (!plan_.by_radius && index_.point_count() < plan_.neighbor_count) {
+      FillIndexed(PointStatus::kTooFewNeighbors);
+      return FinishField();
+    }
+    if (index_.point_count() == 0) return FinishField();
+    scratch_.resize(pool_.thread_count());
+    const size_t blocks = (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock;
+    pool_.Submit(
+        priority_, blocks,
+        [self = shared_from_this()](size_t block, int worker) { self->EstimateBlock(block, worker); },
+        [self = shared_from_this()] { self->EndEstimation(); });
+  }
+
+  void EstimateBlock(size_t block, int worker) {
+    const size_t first = block * kGroupsPerBlock;
+    const size_t last = std::min(first + kGroupsPerBlock, index_.group_count());
+    for (size_t group = first; group < last; ++group) {
+      if (cancelled_ || oversized_point_ >= 0) return;
+      const OversizedNeighborhood oversized =
+          EstimateGroup(index_, plan_, group, scratch_[worker], field_.points.data());
+      if (oversized.point_id >= 0) oversized_point_ = oversized.point_id;
+    }
+    constexpr size_t kBlockPoints = kGroupsPerBlock * SpatialIndex::kGroupPoints;
+    estimated_ += std::min(kBlockPoints, index_.point_count() - block * kBlockPoints);
+  }
+
+  void EndEstimation() {
+    if (cancelled_) return Finish(absl::CancelledError("cancelled while curvature was estimated"));
+    if (oversized_point_ >= 0) {
+      return Finish(absl::ResourceExhaustedError(absl::StrFormat(
+          "radius %g gives point %d more than %u neighbors, the limit of this server; use a smaller radius, or "
+          "neighbor_count",
+          plan_.radius, oversized_point_.load(), options_.max_neighbor_count)));
+    }
+    FinishField();
+  }
+
+  void Fill(PointStatus status) {
+    for (size_t i = 0; i < field_.points.size(); ++i) field_.points[i] = WithRadius(UndefinedCurvature(status));
+  }
+
+  void FillIndexed(PointStatus status) {
+    for (size_t leaf = 0; leaf < index_.leaf_count(); ++leaf) {
+      for (int i = 0; i < index_.LeafPoints(leaf); ++i) {
+        field_.points[index_.positions(leaf).id[i]] = WithRadius(UndefinedCurvature(status));
+      }
+    }
+  }
+
+  PointCurvature WithRadius(PointCurvature point) const {
+    if (plan_.by_radius) point.radius = static_cast<float>(plan_.radius);
+    return point;
+  }
+
+  void FinishField() {
+    for (size_t i = 0; i < field_.points.size(); ++i) {
+      ++field_.status_counts[static_cast<size_t>(field_.points[i].status)];
+    }
+    cost_.estimate_seconds = SecondsSinceStart() - cost_.queue_seconds - cost_.index_seconds;
+    index_ = SpatialIndex();
+    Finish(EstimationResult{std::move(field_), cost_});
+  }
+
+  void Finish(absl::StatusOr<EstimationResult> result) {
+    phase_ = JobPhase::kDone;
+    scratch_.clear();
+    Callback callback = std::move(callback_);
+    callback(std::move(result));
+  }
+
+  double SecondsSinceStart() const { return absl::ToDoubleSeconds(absl::Now() - started_); }
+
+  Cloud cloud_;
+  const EstimatorOptions options_;
+  WorkerPool& pool_;
+  const JobPriority priority_;
+  Callback callback_;
+  const absl::Time started_;
+  std::atomic<bool> cancelled_ = false;
+  std::atomic<JobPhase> phase_ = JobPhase::kQueued;
+  std::atomic<size_t> estimated_ = 0;
+  std::atomic<int32_t> oversized_point_ = -1;
+  std::optional<IndexBuilder> builder_;
+  SpatialIndex index_;
+  EstimationPlan plan_{};
+  std::vector<GroupScratch> scratch_;  // one a worker
+  CurvatureField field_;
+  JobCost cost_;
+  size_t point_count_ = 0;
+  bool has_invalid_ = false;
+};
+
+}  // namespace
+
+std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
+                                                    JobPriority priority, Callback callback) {
+  auto job = std::make_shared<PhasedJob>(std::move(cloud), options, pool, priority, std::move(callback));
+  job->Start();
+  return job;
+}
+
+absl::StatusOr<EstimationResult> EstimateCurvature(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool) {
+  absl::StatusOr<EstimationResult> result;
+  absl::Notification done;
+  EstimationJob::Start(std::move(cloud), options, pool, JobPriority::kBatch, [&](auto estimated) {
+    result = std::move(estimated);
+    done.Notify();
+  });
+  done.WaitForNotification();
+  return result;
+}
+
+}  // namespace curvd

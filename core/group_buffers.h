@@ -1,0 +1,79 @@
+// What the kernels keep between their steps. Internal to core/group_estimator.cc and core/kernels.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/group_estimator.h"
+#include "core/kth_neighbor.h"
+#include "core/leaf_list.h"
+#include "core/scratch_array.h"
+#include "core/spatial_index.h"
+
+namespace curvd {
+
+// A vector quantity of each point of a group.
+struct alignas(64) GroupVectors {
+  float x[SpatialIndex::kGroupPoints];
+  float y[SpatialIndex::kGroupPoints];
+  float z[SpatialIndex::kGroupPoints];
+
+  void Set(size_t i, const float* v) {
+    x[i] = v[0];
+    y[i] = v[1];
+    z[i] = v[2];
+  }
+};
+using GroupScalars = float[SpatialIndex::kGroupPoints];
+
+// Corrected measures of a neighborhood, of lengths in units of the index; `tensor` in the tangent frame.
+struct alignas(64) GroupMeasures {
+  GroupScalars area;
+  GroupScalars mean;
+  GroupScalars gaussian;
+  GroupScalars tensor_uu;
+  GroupScalars tensor_uv;  // symmetric part
+  GroupScalars tensor_vv;
+};
+
+// The neighbors of one query in tree order: offsets from it, and normals.
+struct NeighborArrays {
+  ScratchArray<float> dx, dy, dz;
+  ScratchArray<float> nx, ny, nz;
+  size_t count = 0;
+
+  // Room for `size` neighbors and one vector more.
+  void Reserve(size_t size) {
+    for (auto* array : {&dx, &dy, &dz, &nx, &ny, &nz}) array->Reserve(size + 16);
+  }
+};
+
+struct GroupScratch::Buffers {
+  LeafList leaves;                        // near the group
+  LeafList own_leaves;                    // near one query, or near one corner of the group's hexagrams
+  ScratchArray<uint32_t> near;            // leaves that meet one query's ball
+  ScratchArray<float> squared_distances;  // of all points of `near`
+  ScratchArray<float> inner_distances;    // those within the search radius, padded with infinity
+  NeighborArrays neighbors;
+  ScratchArray<uint32_t> shuffle;  // independent triangles
+  std::vector<NeighborRank> heap;
+  std::vector<int32_t> tied_ids;
+  float reach_hint = 0.0f;  // largest neighborhood radius of the last group
+
+  // Of the points of the group.
+  size_t size = 0;
+  float query[SpatialIndex::kGroupPoints][3];
+  int32_t id[SpatialIndex::kGroupPoints];
+  PointStatus status[SpatialIndex::kGroupPoints];
+  GroupVectors normal;            // the point's own
+  GroupVectors u, v;              // tangent frame
+  alignas(64) GroupScalars rho;   // radius of the figure, > 0
+  GroupScalars nearest_reach;     // within which an even surface has a point of the cloud
+  GroupScalars radius;            // of the neighborhood, in the index's unit
+  GroupVectors corner_offset[6];  // hexagram corners, relative to the point
+  GroupVectors corner_normal[6];  // relative to the point's normal
+  GroupMeasures measures;
+};
+
+}  // namespace curvd

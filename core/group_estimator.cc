@@ -1,0 +1,59 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/group_estimator.cc"
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+// Must come after foreach_target.h.
+#include "core/kernels/group-inl.h"
+#include "hwy/highway.h"
+
+#if HWY_ONCE
+
+#include "core/group_buffers.h"
+#include "core/group_estimator.h"
+
+namespace curvd {
+
+HWY_EXPORT(EstimateGroupKernel);
+
+GroupScratch::GroupScratch() : buffers_(std::make_unique<Buffers>()) {}
+GroupScratch::~GroupScratch() = default;
+GroupScratch::GroupScratch(GroupScratch&&) noexcept = default;
+
+EstimationPlan EstimationPlan::Make(const EstimatorOptions& options, const SpatialIndex& index) {
+  // The hexagram's own search only sets its scale: that many neighbors measure the density, and more of them would make
+  // its cost grow with K.
+  constexpr size_t kHexagramSearch = 48;
+  // Targets at two thirds of the radius that holds K points (docs/numerics.md, measured).
+  constexpr float kHexagramFactor = 2.0f / 3.0f;
+  constexpr double kWholeIndex = 4.0;  // above the squared diagonal of any index
+  EstimationPlan plan{};
+  plan.estimator = options.estimator;
+  plan.max_neighbor_count = options.max_neighbor_count;
+  plan.average_normal_weight = static_cast<float>(options.average_normal_weight);
+  plan.triangle_count = options.triangle_count;
+  plan.seed = options.seed;
+  plan.scale = std::ldexp(1.0, index.scale_exponent());
+  plan.rho_factor = plan.radius_factor = 1.0f;
+  const bool hexagram = options.estimator == EstimatorKind::kHexagram;
+  if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) {
+    plan.by_radius = true;
+    plan.radius = radius->radius;
+    const double scaled = radius->radius * plan.scale;
+    plan.squared_radius = static_cast<float>(std::min(scaled * scaled, kWholeIndex));
+  } else {
+    plan.neighbor_count = std::get<NeighborCount>(options.neighborhood).count;
+    plan.searched_count = hexagram ? std::min(plan.neighbor_count, kHexagramSearch) : plan.neighbor_count;
+    plan.radius_factor = static_cast<float>(std::sqrt(static_cast<double>(plan.neighbor_count) / plan.searched_count));
+    plan.rho_factor = plan.radius_factor;
+  }
+  if (hexagram) plan.rho_factor *= kHexagramFactor;
+  return plan;
+}
+
+OversizedNeighborhood EstimateGroup(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
+                                    GroupScratch& scratch, PointCurvature* out) {
+  return HWY_DYNAMIC_DISPATCH(EstimateGroupKernel)(index, plan, group, scratch, out);
+}
+
+}  // namespace curvd
+
+#endif  // HWY_ONCE

@@ -1,0 +1,59 @@
+// Estimates curvature at the points of one group of leaves: the core's inner loop, compiled for each instruction set.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "core/curvature_field.h"
+#include "core/options.h"
+#include "core/spatial_index.h"
+
+namespace curvd {
+
+// What the kernels need to know, derived once a job from the options and the index.
+struct EstimationPlan {
+  EstimatorKind estimator;
+  bool by_radius;
+  size_t neighbor_count;  // by count: points in a neighborhood
+  size_t searched_count;  // by count: points that the search looks for; at most neighbor_count
+  float radius_factor;    // reported radius over the searched neighborhood's
+  float rho_factor;       // radius of the figure over the searched neighborhood's
+  float squared_radius;   // by radius: in the index's unit
+  double radius;          // by radius: in the caller's unit
+  size_t max_neighbor_count;
+  float average_normal_weight;
+  uint32_t triangle_count;
+  uint64_t seed;
+  double scale;  // the caller's length unit in index units
+
+  // REQUIRES: options.Validate() is OK.
+  static EstimationPlan Make(const EstimatorOptions& options, const SpatialIndex& index);
+};
+
+// A radius neighborhood larger than the plan allows.
+struct OversizedNeighborhood {
+  int32_t point_id = -1;  // -1: there is none
+};
+
+// Buffers of one thread. What they hold between calls only seeds searches; results never depend on it.
+class GroupScratch {
+ public:
+  GroupScratch();
+  ~GroupScratch();
+  GroupScratch(GroupScratch&&) noexcept;
+
+  struct Buffers;
+  Buffers& buffers() { return *buffers_; }
+
+ private:
+  std::unique_ptr<Buffers> buffers_;
+};
+
+// Writes out[id] for each point of group `group`; `out` is the field of the whole cloud. Stops at the first
+// neighborhood above plan.max_neighbor_count.
+// Thread-safe for distinct scratch.
+OversizedNeighborhood EstimateGroup(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
+                                    GroupScratch& scratch, PointCurvature* out);
+
+}  // namespace curvd

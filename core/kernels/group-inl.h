@@ -1,0 +1,252 @@
+// One group's way through the kernels.
+
+#if defined(CURVD_CORE_KERNELS_GROUP_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_KERNELS_GROUP_INL_H_
+#undef CURVD_CORE_KERNELS_GROUP_INL_H_
+#else
+#define CURVD_CORE_KERNELS_GROUP_INL_H_
+#endif
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/group_buffers.h"
+#include "core/kernels/hexagram-inl.h"
+#include "core/kernels/neighborhood-inl.h"
+#include "core/kernels/principal-inl.h"
+#include "core/kernels/random_triangles-inl.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// Below this length, the mean of unit normals (or its blend with the point's own) says nothing about a direction: the
+// normals of a neighborhood spread over a half sphere still average to 0.5.
+inline constexpr float kMinMeanNormal = 0.1f;
+
+// Loads the points of a group; returns their box.
+HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, GroupScratch::Buffers& b) {
+  b.size = 0;
+  const size_t first = group * SpatialIndex::kGroupLeaves;
+  const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index.leaf_count());
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+  for (size_t leaf = first; leaf < last; ++leaf) {
+    const SpatialIndex::LeafPositions& points = index.positions(leaf);
+    const SpatialIndex::LeafNormals& normals = index.normals(leaf);
+    const int count = index.LeafPoints(leaf);
+    for (int i = 0; i < count; ++i) {
+      const float position[3] = {points.x[i], points.y[i], points.z[i]};
+      const float normal[3] = {normals.x[i], normals.y[i], normals.z[i]};
+      for (int axis = 0; axis < 3; ++axis) {
+        b.query[b.size][axis] = position[axis];
+        box.lo[axis] = std::min(box.lo[axis], position[axis]);
+        box.hi[axis] = std::max(box.hi[axis], position[axis]);
+      }
+      b.normal.Set(b.size, normal);
+      b.id[b.size++] = points.id[i];
+    }
+  }
+  return box;
+}
+
+// Finds neighborhoods of the points of one group, sharing one list of leaves as long as that pays.
+class GroupSearch {
+ public:
+  GroupSearch(const SpatialIndex& index, const EstimationPlan& plan, const Box& box, GroupScratch::Buffers& b)
+      : index_(index), plan_(plan), box_(box), b_(b) {
+    if (plan.by_radius) {
+      squared_reach_ = plan.squared_radius;
+      listed_ = b_.leaves.Gather(index_, box_, squared_reach_, MaxListedLeaves(plan.max_neighbor_count));
+    } else {
+      StartReach();
+    }
+  }
+
+  // Collects the neighbors of point i into the buffers; returns their largest squared distance.
+  HWY_INLINE float Find(size_t i) { return plan_.by_radius ? FindInRadius(i) : FindNearestPoints(i); }
+
+  // The largest neighborhood of the group, from which the next group starts.
+  float largest_squared_radius() const { return largest_; }
+
+ private:
+  // Beyond this a list costs more to cull than a descent of the tree.
+  static size_t MaxListedLeaves(size_t neighbors) { return neighbors / 2 + 192; }
+
+  bool List(float squared_reach) {
+    squared_reach_ = squared_reach;
+    return listed_ = b_.leaves.Gather(index_, box_, squared_reach, MaxListedLeaves(plan_.searched_count));
+  }
+
+  void StartReach() {
+    constexpr int kMaxHalvings = 12;
+    float diagonal = 0.0f;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float extent = box_.hi[axis] - box_.lo[axis];
+      diagonal += extent * extent;
+    }
+    // 1.2 times the last group's: the density of a scan changes slowly.
+    float squared_reach = b_.reach_hint > 0.0f ? b_.reach_hint * 1.44f : diagonal;
+    for (int i = 0; i < kMaxHalvings && !List(squared_reach); ++i) squared_reach *= 0.25f;
+  }
+
+  HWY_INLINE float FindNearestPoints(size_t i) {
+    const size_t k = plan_.searched_count;
+    const float* query = b_.query[i];
+    while (listed_) {
+      const float guess = last_ > 0.0f ? last_ * kGuessGrowth : squared_reach_;
+      const float found = NearestInReach(index_, b_.leaves, query, k, guess, squared_reach_, b_);
+      if (found >= 0.0f) return Record(found);
+      if (squared_reach_ <= 0.0f || squared_reach_ > kWholeIndex)
+        listed_ = false;
+      else
+        List(squared_reach_ * 2.0f);
+    }
+    return Record(NearestByDescent(index_, query, k, b_));
+  }
+
+  HWY_INLINE float FindInRadius(size_t i) {
+    const float* query = b_.query[i];
+    const Box point{{query[0], query[1], query[2]}, {query[0], query[1], query[2]}};
+    if (!listed_) b_.own_leaves.Gather(index_, point, squared_reach_, index_.leaf_count());
+    const LeafList& leaves = listed_ ? b_.leaves : b_.own_leaves;
+    const size_t near_count = CullLeaves(leaves, query, squared_reach_, b_.near);
+    const size_t count = MeasureDistances(index_, query, squared_reach_, near_count, b_);
+    return Collect(index_, query, {squared_reach_}, count, near_count, b_);
+  }
+
+  float Record(float squared_radius) {
+    last_ = squared_radius;
+    largest_ = std::max(largest_, squared_radius);
+    return squared_radius;
+  }
+
+  // The squared radius of the last neighborhood grown by this holds the next one 9 times out of 10.
+  static constexpr float kGuessGrowth = 1.16f;
+  static constexpr float kWholeIndex = 16.0f;  // no two points are farther apart: the index's extent is below 1
+
+  const SpatialIndex& index_;
+  const EstimationPlan& plan_;
+  const Box& box_;
+  GroupScratch::Buffers& b_;
+  float squared_reach_ = 0.0f;
+  float last_ = 0.0f;
+  float largest_ = 0.0f;
+  bool listed_ = false;
+};
+
+// Sum of the neighbors' normals; padding adds nothing.
+HWY_INLINE void SumNormals(const NeighborArrays& n, float sum[3]) {
+  const FloatTag d;
+  FloatVec x = hn::Zero(d), y = hn::Zero(d), z = hn::Zero(d);
+  for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
+    x = hn::Add(x, hn::Load(d, n.nx.data() + j));
+    y = hn::Add(y, hn::Load(d, n.ny.data() + j));
+    z = hn::Add(z, hn::Load(d, n.nz.data() + j));
+  }
+  float sums[4];
+  StoreFourSums(x, y, z, hn::Zero(d), sums);
+  std::copy(sums, sums + 3, sum);
+}
+
+// Sets the tangent frame of point i along the blend of its own and the mean normal: u = n x e with e the axis after the
+// largest component of n, v = n x u. Returns false if there is no such normal.
+HWY_INLINE bool SetFrame(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
+  float mean[3];
+  SumNormals(b.neighbors, mean);
+  const float per_count = 1.0f / static_cast<float>(b.neighbors.count);
+  const float w = plan.average_normal_weight;
+  const float own[3] = {b.normal.x[i], b.normal.y[i], b.normal.z[i]};
+  float n[3], squared_mean = 0.0f, squared = 0.0f;
+  for (int axis = 0; axis < 3; ++axis) {
+    mean[axis] *= per_count;
+    n[axis] = (1.0f - w) * own[axis] + w * mean[axis];
+    squared_mean += mean[axis] * mean[axis];
+    squared += n[axis] * n[axis];
+  }
+  if (std::min(squared_mean, squared) < kMinMeanNormal * kMinMeanNormal) return false;
+  const float unit = 1.0f / std::sqrt(squared);
+  for (float& component : n) component *= unit;
+  int largest = std::abs(n[1]) > std::abs(n[0]) ? 1 : 0;
+  if (std::abs(n[2]) > std::abs(n[largest])) largest = 2;
+  // n x e for e the axis after `largest`: components (largest, next, last) are (-n[last], 0, n[largest]).
+  const int next = (largest + 1) % 3, last = (largest + 2) % 3;
+  const float length = 1.0f / std::sqrt(n[last] * n[last] + n[largest] * n[largest]);
+  float u[3];
+  u[largest] = -n[last] * length;
+  u[next] = 0.0f;
+  u[last] = n[largest] * length;
+  const float v[3] = {n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]};
+  b.u.Set(i, u);
+  b.v.Set(i, v);
+  return true;
+}
+
+// Status of point i once its neighborhood is known; sets its frame and radii if that is kOk.
+HWY_INLINE PointStatus PreparePoint(const EstimationPlan& plan, float squared_radius, GroupScratch::Buffers& b,
+                                    size_t i) {
+  const size_t count = b.neighbors.count;
+  if (count < (plan.by_radius ? kMinNeighborCount : plan.searched_count)) return PointStatus::kTooFewNeighbors;
+  if (squared_radius <= 0.0f) return PointStatus::kDegenerateArea;
+  if (!SetFrame(plan, b, i)) return PointStatus::kInconsistentNormals;
+  const float searched_radius = std::sqrt(squared_radius);
+  b.radius[i] = searched_radius * plan.radius_factor;
+  b.rho[i] = searched_radius * plan.rho_factor;
+  b.nearest_reach[i] = searched_radius * std::sqrt(10.0f / static_cast<float>(count));
+  return PointStatus::kOk;
+}
+
+// A point that will not be estimated takes values that no kernel trips over.
+HWY_INLINE void FillPoint(GroupScratch::Buffers& b, size_t i) {
+  constexpr float kX[3] = {1.0f, 0.0f, 0.0f}, kY[3] = {0.0f, 1.0f, 0.0f}, kZero[3] = {0.0f, 0.0f, 0.0f};
+  b.u.Set(i, kX);
+  b.v.Set(i, kY);
+  b.rho[i] = b.radius[i] = 1.0f;
+  b.nearest_reach[i] = 0.0f;
+  for (int s = 0; s < 6; ++s) {
+    b.corner_offset[s].Set(i, kZero);
+    b.corner_normal[s].Set(i, kZero);
+  }
+  GroupMeasures& m = b.measures;
+  m.area[i] = m.mean[i] = m.gaussian[i] = m.tensor_uu[i] = m.tensor_uv[i] = m.tensor_vv[i] = 0.0f;
+}
+
+OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
+                                          GroupScratch& scratch, PointCurvature* out) {
+  GroupScratch::Buffers& b = scratch.buffers();
+  const Box box = LoadGroup(index, group, b);
+  for (size_t i = b.size; i < SpatialIndex::kGroupPoints; ++i) FillPoint(b, i);
+  GroupSearch search(index, plan, box, b);
+  for (size_t i = 0; i < b.size; ++i) {
+    const float squared_radius = search.Find(i);
+    if (b.neighbors.count > plan.max_neighbor_count) return {b.id[i]};
+    b.status[i] = PreparePoint(plan, squared_radius, b, i);
+    if (b.status[i] != PointStatus::kOk) {
+      FillPoint(b, i);
+    } else if (plan.estimator == EstimatorKind::kAvgHexagram) {
+      AverageCorners(b, i);
+    } else if (plan.estimator == EstimatorKind::kUniform) {
+      MeasureUniform(plan, b, i);
+    } else if (plan.estimator == EstimatorKind::kIndependent) {
+      MeasureIndependent(plan, b, i);
+    }
+  }
+  b.reach_hint = search.largest_squared_radius();
+  if (plan.estimator == EstimatorKind::kHexagram) {
+    for (int s = 0; s < 6; ++s) NearestCorners(index, s, b);
+  }
+  if (plan.estimator == EstimatorKind::kAvgHexagram || plan.estimator == EstimatorKind::kHexagram) {
+    MeasureHexagrams(b);
+  }
+  GroupCurvature curvature;
+  ComputeCurvature(b, curvature);
+  WriteGroup(plan, b, curvature, out);
+  return {};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#endif  // CURVD_CORE_KERNELS_GROUP_INL_H_

@@ -1,0 +1,21 @@
+// Selection on point records: the step that a kd-tree's build repeats.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace curvd {
+
+// A point on its way into the tree.
+struct PointRecord {
+  float position[3];
+  int32_t id;
+};
+
+// Reorders [first, last) so that every record before `nth` is less than every record from `nth` on, by coordinate
+// `axis` and then by id. Records have distinct ids, so the result's two sides are unique; their inner order depends on
+// the input alone. Expected linear time, worst case n log n.
+// REQUIRES: first <= nth <= last; coordinates are not NaN.
+void SelectNth(PointRecord* first, PointRecord* nth, PointRecord* last, int axis);
+
+}  // namespace curvd

@@ -1,0 +1,83 @@
+#include "core/worker_pool.h"
+
+#include <utility>
+
+namespace curvd {
+
+struct WorkerPool::Job {
+  JobPriority priority;
+  size_t block_count;
+  BlockFunction run;
+  std::function<void()> done;
+  size_t next_block = 0;       // guarded by the pool's mutex
+  size_t finished_blocks = 0;  // guarded by the pool's mutex
+};
+
+WorkerPool::WorkerPool(int thread_count) {
+  threads_.reserve(thread_count);
+  for (int worker = 0; worker < thread_count; ++worker) {
+    threads_.emplace_back([this, worker] { RunWorker(worker); });
+  }
+}
+
+WorkerPool::~WorkerPool() {
+  {
+    absl::MutexLock lock(&mutex_);
+    stopping_ = true;
+  }
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void WorkerPool::Submit(JobPriority priority, size_t block_count, BlockFunction run, std::function<void()> done) {
+  auto job = std::make_shared<Job>(Job{priority, block_count, std::move(run), std::move(done)});
+  absl::MutexLock lock(&mutex_);
+  ++open_jobs_;
+  (priority == JobPriority::kInteractive ? interactive_ : batch_).push_back(std::move(job));
+}
+
+int WorkerPool::busy_count() const {
+  absl::MutexLock lock(&mutex_);
+  return busy_;
+}
+
+size_t WorkerPool::waiting_count() const {
+  absl::MutexLock lock(&mutex_);
+  return interactive_.size() + batch_.size();
+}
+
+bool WorkerPool::HasWork() const { return !interactive_.empty() || !batch_.empty() || (stopping_ && open_jobs_ == 0); }
+
+void WorkerPool::RunWorker(int worker) {
+  while (true) {
+    std::shared_ptr<Job> job;
+    size_t block;
+    {
+      absl::MutexLock lock(&mutex_);
+      mutex_.Await(absl::Condition(this, &WorkerPool::HasWork));
+      auto& queue = interactive_.empty() ? batch_ : interactive_;
+      if (queue.empty()) return;
+      job = std::move(queue.front());
+      queue.pop_front();
+      block = job->next_block++;
+      // Back to the end of the queue: jobs take turns.
+      if (job->next_block < job->block_count) queue.push_back(job);
+      ++busy_;
+    }
+    job->run(block, worker);
+    bool last;
+    {
+      absl::MutexLock lock(&mutex_);
+      --busy_;
+      last = ++job->finished_blocks == job->block_count;
+    }
+    if (last) {
+      job->run = nullptr;
+      job->done();
+      job->done = nullptr;
+      absl::MutexLock lock(&mutex_);
+      --open_jobs_;
+    }
+  }
+}
+
+}  // namespace curvd
