@@ -23,6 +23,9 @@ constexpr char kFooter[] =
     "  curv estimate torus.ply -o out.ply --server=127.0.0.1:50061\n"
     "  curl http://127.0.0.1:9461/metrics\n";
 
+// An empty value cannot be told from a missing one on a command line.
+constexpr char kNoAddress[] = "none";
+
 // "--max-streams" as CURVD_MAX_STREAMS.
 std::string EnvironmentName(const std::string& flag) {
   std::string name = "CURVD_";
@@ -40,8 +43,7 @@ void AddDuration(CLI::App& app, const char* flag, absl::Duration& value, const s
          flag,
          [flag, &value](const std::string& text) {
            if (!absl::ParseDuration(text, &value)) {
-             throw CLI::ValidationError(flag,
-                                        absl::StrCat("is ", text, "; it must be a duration such as 30s or 1m30s"));
+             throw CLI::ValidationError(flag, absl::StrCat(text, " is no duration such as 30s or 1m30s"));
            }
          },
          help)
@@ -51,14 +53,16 @@ void AddDuration(CLI::App& app, const char* flag, absl::Duration& value, const s
 }
 
 void AddBytes(CLI::App& app, const char* flag, uint64_t& value, const std::string& help) {
-  AddFlag(app, flag, value, help)->transform(CLI::AsSizeValue(false))->type_name("BYTES");
+  CLI::AsSizeValue with_unit(false);
+  with_unit.description("");
+  AddFlag(app, flag, value, help)->transform(with_unit)->type_name("BYTES");
 }
 
 void AddAddresses(CLI::App& app, ServerOptions& options) {
   AddFlag(app, "--listen", options.listen, "Where calls are taken; port 0 picks a free one. Also unix:PATH")
       ->type_name("HOST:PORT");
   AddFlag(app, "--metrics-listen", options.metrics_listen,
-          "Where Prometheus scrapes /metrics; port 0 picks a free one, \"\" for no metrics")
+          "Where Prometheus scrapes /metrics; port 0 picks a free one, \"none\" for no metrics")
       ->type_name("HOST:PORT");
 }
 
@@ -101,6 +105,7 @@ absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) 
   } catch (const CLI::ParseError& error) {
     return absl::InvalidArgumentError(absl::StrCat(error.what(), " (curvd --help lists all flags)"));
   }
+  if (line.options.metrics_listen == kNoAddress) line.options.metrics_listen.clear();
   if (absl::Status status = line.options.Validate(); !status.ok()) return status;
   return line;
 }

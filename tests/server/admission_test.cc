@@ -1,0 +1,53 @@
+#include "server/admission.h"
+
+#include <gtest/gtest.h>
+
+#include "core/estimation_job.h"
+#include "server/reasons.h"
+#include "tests/server/status_matchers.h"
+
+namespace curvd {
+namespace {
+
+constexpr uint64_t kMiB = 1 << 20;
+
+void MustNotAnswer(absl::Status status) { FAIL() << "unexpected answer: " << status; }
+
+TEST(AdmissionTest, ReservesForEveryPointAndForMessagesInFlight) {
+  const Admission admission(1024 * kMiB, 4 * kMiB, 10);
+  const uint64_t million = admission.CallBytes(1'000'000, ScalarType::kFloat32, false);
+  EXPECT_GE(million, 1'000'000 * kEstimationBytesPerPoint + 4 * kMiB);
+  EXPECT_LE(million, 1'000'000 * kEstimationBytesPerPoint + 20 * kMiB);
+  EXPECT_LT(admission.SendingBytes(1'000'000), million);
+}
+
+TEST(AdmissionTest, ReservesLittleForLittleClouds) {
+  const Admission admission(1024 * kMiB, 4 * kMiB, 10);
+  EXPECT_LT(admission.CallBytes(1, ScalarType::kFloat64, false), 128u << 10);
+  EXPECT_GT(admission.CallBytes(1, ScalarType::kFloat64, true), 4 * kMiB) << "a large chunk may follow";
+}
+
+TEST(AdmissionTest, RefusesACloudThatCouldNeverFit) {
+  Admission admission(64 * kMiB, 4 * kMiB, 10);
+  EXPECT_TRUE(IsError(admission.Enter(10'000'000, ScalarType::kFloat32).status(), absl::StatusCode::kResourceExhausted,
+                      kReasonMemoryLimit, {"header.point_count", "10000000", absl::StrCat(56 * kMiB), "memory_limit"}));
+}
+
+TEST(AdmissionTest, SmallCallsDoNotWaitForLargeOnes) {
+  Admission admission(1024 * kMiB, 4 * kMiB, 10);
+  auto large = admission.Enter(8'000'000, ScalarType::kFloat32);
+  auto second = admission.Enter(8'000'000, ScalarType::kFloat32);
+  auto small = admission.Enter(10'000, ScalarType::kFloat32);
+  ASSERT_TRUE(large.ok() && second.ok() && small.ok());
+  const uint64_t bytes = admission.CallBytes(8'000'000, ScalarType::kFloat32, false);
+  EXPECT_TRUE(*(*large)->GrowTo(bytes, MustNotAnswer));
+  EXPECT_FALSE(*(*second)->GrowTo(bytes, [](absl::Status) {}));
+  EXPECT_EQ(admission.waiting(), 1u);
+  const uint64_t small_bytes = admission.CallBytes(10'000, ScalarType::kFloat32, false);
+  EXPECT_TRUE(*(*small)->GrowTo(small_bytes, MustNotAnswer));
+  EXPECT_EQ(admission.reserved(), bytes + small_bytes);
+  EXPECT_EQ(admission.limit(), 1024 * kMiB);
+}
+
+}  // namespace
+}  // namespace curvd

@@ -1,0 +1,99 @@
+#include "server/flags.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <vector>
+
+namespace curvd {
+namespace {
+
+using ::testing::HasSubstr;
+
+absl::StatusOr<CommandLine> Parse(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), "curvd");
+  return ParseCommandLine(static_cast<int>(arguments.size()), arguments.data());
+}
+
+TEST(ParseCommandLineTest, WithoutFlagsGivesTheDefaults) {
+  const auto line = Parse({});
+  ASSERT_TRUE(line.ok()) << line.status();
+  EXPECT_EQ(line->options.listen, "127.0.0.1:50061");
+  EXPECT_EQ(line->options.metrics_listen, "127.0.0.1:9461");
+  EXPECT_EQ(line->options.max_chunk_bytes, 4u << 20);
+  EXPECT_TRUE(line->answer.empty());
+}
+
+TEST(ParseCommandLineTest, TakesEveryFlag) {
+  const auto line =
+      Parse({"--listen=0.0.0.0:1", "--metrics-listen=none", "--threads=3", "--max-points=7", "--max-chunk-bytes=1MiB",
+             "--max-neighbor-count=99", "--memory-limit=2GiB", "--max-streams=5", "--max-waiting=6",
+             "--drain-timeout=1m30s", "--stall-timeout=250ms", "--log=false"});
+  ASSERT_TRUE(line.ok()) << line.status();
+  const ServerOptions& options = line->options;
+  EXPECT_EQ(options.listen, "0.0.0.0:1");
+  EXPECT_EQ(options.metrics_listen, "");
+  EXPECT_EQ(options.threads, 3);
+  EXPECT_EQ(options.max_points, 7u);
+  EXPECT_EQ(options.max_chunk_bytes, 1u << 20);
+  EXPECT_EQ(options.max_neighbor_count, 99u);
+  EXPECT_EQ(options.memory_limit_bytes, uint64_t{2} << 30);
+  EXPECT_EQ(options.max_streams, 5u);
+  EXPECT_EQ(options.max_waiting, 6u);
+  EXPECT_EQ(options.drain_timeout, absl::Seconds(90));
+  EXPECT_EQ(options.stall_timeout, absl::Milliseconds(250));
+  EXPECT_FALSE(options.log);
+}
+
+TEST(ParseCommandLineTest, FallsBackToTheEnvironment) {
+  setenv("CURVD_MAX_STREAMS", "17", 1);
+  setenv("CURVD_DRAIN_TIMEOUT", "5s", 1);
+  setenv("CURVD_MEMORY_LIMIT", "64MiB", 1);
+  const auto from_environment = Parse({});
+  const auto from_flag = Parse({"--max-streams=18"});
+  unsetenv("CURVD_MAX_STREAMS");
+  unsetenv("CURVD_DRAIN_TIMEOUT");
+  unsetenv("CURVD_MEMORY_LIMIT");
+  ASSERT_TRUE(from_environment.ok()) << from_environment.status();
+  EXPECT_EQ(from_environment->options.max_streams, 17u);
+  EXPECT_EQ(from_environment->options.drain_timeout, absl::Seconds(5));
+  EXPECT_EQ(from_environment->options.memory_limit_bytes, 64u << 20);
+  ASSERT_TRUE(from_flag.ok());
+  EXPECT_EQ(from_flag->options.max_streams, 18u);
+}
+
+TEST(ParseCommandLineTest, HelpNamesEveryFlagItsVariableAndItsDefault) {
+  const auto line = Parse({"--help"});
+  ASSERT_TRUE(line.ok());
+  for (const char* text :
+       {"--listen", "CURVD_LISTEN", "127.0.0.1:50061", "--metrics-listen", "--threads", "--max-points",
+        "--max-chunk-bytes", "--max-neighbor-count", "--memory-limit", "CURVD_MEMORY_LIMIT", "--max-streams",
+        "--max-waiting", "--drain-timeout", "30s", "--stall-timeout", "--log", "SIGTERM", "curv estimate"}) {
+    EXPECT_THAT(line->answer, HasSubstr(text));
+  }
+}
+
+TEST(ParseCommandLineTest, VersionIsThreeNumbers) {
+  const auto line = Parse({"--version"});
+  ASSERT_TRUE(line.ok());
+  EXPECT_THAT(line->answer, ::testing::MatchesRegex("curvd [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
+TEST(ParseCommandLineTest, NamesTheFlagThatItCannotUnderstand) {
+  for (const auto& [flag, name] :
+       std::vector<std::pair<const char*, const char*>>{{"--threads=two", "--threads"},
+                                                        {"--drain-timeout=soon", "--drain-timeout"},
+                                                        {"--memory-limit=lots", "--memory-limit"},
+                                                        {"--no-such-flag=1", "--no-such-flag"},
+                                                        {"--threads=-1", "--threads"},
+                                                        {"--max-streams=0", "--max-streams"},
+                                                        {"--log=maybe", "--log"}}) {
+    const auto line = Parse({flag});
+    EXPECT_EQ(line.status().code(), absl::StatusCode::kInvalidArgument) << flag;
+    EXPECT_THAT(std::string(line.status().message()), HasSubstr(name));
+  }
+}
+
+}  // namespace
+}  // namespace curvd

@@ -1,0 +1,29 @@
+// What a test asks of an error: code, reason, and that the message names what a person must know.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "server/error_detail.h"
+
+namespace curvd {
+
+inline ::testing::AssertionResult IsError(const absl::Status& status, absl::StatusCode code, const std::string& reason,
+                                          std::initializer_list<std::string> words) {
+  if (status.code() != code || ReasonOf(status) != reason) {
+    return ::testing::AssertionFailure() << status.ToString() << " is not " << absl::StatusCodeToString(code) << " "
+                                         << reason;
+  }
+  for (const std::string& word : words) {
+    if (std::string(status.message()).find(word) == std::string::npos) {
+      return ::testing::AssertionFailure() << '"' << status.message() << "\" does not name " << word;
+    }
+  }
+  return ::testing::AssertionSuccess();
+}
+
+}  // namespace curvd
