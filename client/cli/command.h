@@ -1,0 +1,51 @@
+// What the subcommands of curv share: how they register, and how they end.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "absl/status/status.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+namespace curv {
+
+// How a run of curv ends. Documented in --help; never changed silently.
+enum class ExitCode : int {
+  kOk = 0,
+  kFailed = 1,        // the server refused the cloud, or the estimate failed
+  kUsage = 2,         // a flag is unknown or its value is out of range
+  kInput = 3,         // the input file cannot be read or lacks what is needed
+  kOutput = 4,        // the output file cannot be written; nothing was changed
+  kUnavailable = 5,   // no server can be reached, or it is draining
+  kTimedOut = 6,      // --timeout was over
+  kInterrupted = 130  // SIGINT or SIGTERM
+};
+
+inline constexpr char kExitCodesHelp[] =
+    "Exit codes: 0 done; 1 the server refused the cloud or the estimate failed; 2 wrong flags; 3 the input file "
+    "cannot\n"
+    "be read or lacks what is needed; 4 the output file cannot be written (files are written whole or not at all);\n"
+    "5 no server can be reached; 6 --timeout was over; 130 interrupted.";
+
+// What is run once the command line is parsed.
+using Action = std::function<ExitCode()>;
+
+// Add a subcommand each. Parsing a command line that names it sets `action`, which must outlive `app`.
+void AddEstimate(CLI::App& app, Action& action);
+void AddGenerate(CLI::App& app, Action& action);
+void AddEvaluate(CLI::App& app, Action& action);
+void AddRender(CLI::App& app, Action& action);
+void AddInfo(CLI::App& app, Action& action);
+
+// Prints "curv: MESSAGE" on stderr and returns `code`.
+ExitCode Fail(ExitCode code, const std::string& message);
+ExitCode Fail(ExitCode code, const absl::Status& status);
+// The same for an error that a server, or the way to it, gave: the code follows from the status.
+ExitCode FailCall(const absl::Status& status);
+// Prints "curv: note: MESSAGE" on stderr.
+void PrintNote(const std::string& message);
+
+}  // namespace curv

@@ -1,0 +1,51 @@
+#include "client/cli/connection.h"
+
+#include <utility>
+
+#include "server/curvature_server.h"
+
+namespace curv {
+namespace {
+
+class RemoteConnection : public Connection {
+ public:
+  explicit RemoteConnection(std::unique_ptr<CurvatureClient> client) : client_(std::move(client)) {}
+  const CurvatureClient& client() const override { return *client_; }
+
+ private:
+  std::unique_ptr<CurvatureClient> client_;
+};
+
+class EmbeddedConnection : public Connection {
+ public:
+  explicit EmbeddedConnection(std::unique_ptr<curvd::CurvatureServer> server)
+      : server_(std::move(server)), client_(server_->InProcessChannel()) {}
+  const CurvatureClient& client() const override { return client_; }
+
+ private:
+  std::unique_ptr<curvd::CurvatureServer> server_;
+  CurvatureClient client_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Connection>> Connection::Create(const std::string& servers, int threads) {
+  if (!servers.empty()) {
+    absl::StatusOr<std::unique_ptr<CurvatureClient>> client = CurvatureClient::Connect(servers);
+    if (!client.ok()) return client.status();
+    return std::make_unique<RemoteConnection>(*std::move(client));
+  }
+  curvd::ServerOptions options;
+  options.listen = "";
+  options.metrics_listen = "";
+  options.threads = threads;
+  options.log = false;
+  // The only user is the one who asked.
+  options.max_points = (uint64_t{1} << 31) - 1;
+  options.max_neighbor_count = 1'000'000;
+  absl::StatusOr<std::unique_ptr<curvd::CurvatureServer>> server = curvd::CurvatureServer::Create(options);
+  if (!server.ok()) return server.status();
+  return std::make_unique<EmbeddedConnection>(*std::move(server));
+}
+
+}  // namespace curv

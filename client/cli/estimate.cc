@@ -1,0 +1,163 @@
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "client/cli/command.h"
+#include "client/cli/connection.h"
+#include "client/cli/estimate_summary.h"
+#include "client/cli/flags.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/progress_bar.h"
+#include "client/cli/result_columns.h"
+#include "client/io/oriented_cloud.h"
+#include "client/io/table_file.h"
+
+namespace curv {
+namespace {
+
+constexpr char kExamples[] =
+    "Examples:\n"
+    "  curv estimate scan.ply -o curvature.ply                             in this process\n"
+    "  curv estimate scan.ply -o curvature.ply --server=localhost:50061   on a server\n"
+    "  curv estimate scan.xyz -o curvature.csv --radius=0.05 --estimator=uniform --triangles=200\n"
+    "Output columns: x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius status, "
+    "then\n"
+    "the other columns of the input.";
+
+struct EstimateFlags {
+  std::string input;
+  std::string output;
+  std::string server;
+  int threads = 0;
+  double radius = 0.0;
+  double timeout = 0.0;  // seconds; 0: none
+  std::string summary = "text";
+  std::string color;
+  EstimateOptions options;
+};
+
+double SecondsSince(absl::Time start) { return absl::ToDoubleSeconds(absl::Now() - start); }
+
+absl::StatusOr<CurvatureResult> Call(const Connection& connection, const OrientedCloud& cloud,
+                                     const EstimateOptions& options, const std::stop_token& stop) {
+  ProgressBar bar;
+  const EstimateCallbacks callbacks{[&bar](const EstimateProgress& progress) { bar.Show(progress); }, stop};
+  return std::visit(
+      [&](const auto& packed) {
+        return connection.client().Estimate(CloudView(packed.positions, packed.normals), options, callbacks);
+      },
+      cloud);
+}
+
+ExitCode Run(const EstimateFlags& flags) {
+  const InterruptWatch interrupt;
+  EstimateReport report{.input = flags.input, .output = flags.output, .options = flags.options};
+  report.server = flags.server.empty() ? "embedded" : flags.server;
+  if (absl::Status status = CheckWritable(flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
+
+  const absl::Time start = absl::Now();
+  absl::StatusOr<PointTable> table = LoadTable(flags.input);
+  if (!table.ok()) return Fail(ExitCode::kInput, table.status());
+  for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
+  absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table);
+  if (!cloud.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", cloud.status().message()));
+  report.read_seconds = SecondsSince(start);
+
+  absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.server, flags.threads);
+  if (!connection.ok()) return Fail(ExitCode::kUsage, absl::StrCat("--server: ", connection.status().message()));
+  const absl::Time call_start = absl::Now();
+  absl::StatusOr<CurvatureResult> result = Call(**connection, *cloud, flags.options, interrupt.token());
+  if (!result.ok()) return FailCall(result.status());
+  report.call_seconds = SecondsSince(call_start);
+  report.summary = result->summary;
+  *cloud = OrientedCloud();
+
+  const absl::Time write_start = absl::Now();
+  PointTable output = MakeResultTable(*std::move(table), *std::move(result));
+  if (!flags.color.empty()) AddColors(FindQuantity(flags.color)->column, output);
+  if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
+  if (absl::Status status = SaveTable(output, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
+  report.write_seconds = SecondsSince(write_start);
+  std::fputs((flags.summary == "json" ? SummaryJson(report, output) : SummaryText(report, output)).c_str(), stdout);
+  return ExitCode::kOk;
+}
+
+void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
+  const std::map<std::string, Estimator> estimators = {{"avg-hexagram", Estimator::kAvgHexagram},
+                                                       {"hexagram", Estimator::kHexagram},
+                                                       {"uniform", Estimator::kUniform},
+                                                       {"independent", Estimator::kIndependent}};
+  command
+      .add_option("--estimator", flags.options.estimator, "avg-hexagram (default), hexagram, uniform or independent")
+      ->transform(CLI::CheckedTransformer(estimators).description(""))
+      ->option_text("NAME");
+  auto* k = command.add_option("--k", flags.options.neighbor_count, "points in a neighborhood, itself included")
+                ->check(Whole(4, 1'000'000))
+                ->default_str("50")
+                ->option_text("COUNT [50]");
+  command.add_option("--radius", flags.radius, "radius of the neighborhoods instead, in the cloud's length unit")
+      ->check(FinitePositive())
+      ->excludes(k)
+      ->option_text("LENGTH");
+  command
+      .add_option("--triangles", flags.options.triangle_count, "triangles of uniform, at most so many of independent")
+      ->check(Whole(1, 10'000))
+      ->option_text("COUNT [100]");
+  command.add_option("--seed", flags.options.seed, "of the random estimators")->option_text("NUMBER [0]");
+  command
+      .add_option_function<double>(
+          "--average-normal-weight", [&flags](double weight) { flags.options.average_normal_weight = weight; },
+          "weight of the neighborhood's mean normal, 0 to 1 [0.5]")
+      ->check(CLI::Range(0.0, 1.0).description(""))
+      ->option_text("WEIGHT");
+}
+
+}  // namespace
+
+void AddEstimate(CLI::App& app, Action& action) {
+  auto flags = std::make_shared<EstimateFlags>();
+  CLI::App* command = app.add_subcommand("estimate", "Estimate the curvature of a point cloud with normals");
+  command->footer(absl::StrCat(kExamples, "\n", kExitCodesHelp));
+  command->add_option("input", flags->input, absl::StrCat("the cloud: ", kReadableExtensions))
+      ->required()
+      ->option_text("IN");
+  command->add_option("-o,--output", flags->output, absl::StrCat("the result: ", kWritableExtensions))
+      ->required()
+      ->option_text("OUT");
+  command->add_option("--server", flags->server, "HOST:PORT of curvd, or several with commas between [in this process]")
+      ->option_text("LIST");
+  command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
+      ->check(Whole(0, 1024))
+      ->option_text("COUNT");
+  AddEstimatorFlags(*command, *flags);
+  command->add_option("--timeout", flags->timeout, "seconds until the call is given up [none]")
+      ->check(FinitePositive())
+      ->option_text("SECONDS");
+  command
+      ->add_option("--max-attempts", flags->options.max_attempts, "times the cloud is sent if servers are unavailable")
+      ->check(Whole(1, 100))
+      ->option_text("COUNT [6]");
+  command
+      ->add_option_function<std::string>(
+          "--on-invalid", [flags](const std::string& policy) { flags->options.skip_invalid = policy == "skip"; },
+          "reject [default]: refuse a cloud with an unusable point; skip: give the point a status")
+      ->check(CLI::IsMember({"reject", "skip"}).description(""))
+      ->option_text("POLICY");
+  command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
+      ->check(CLI::IsMember({"text", "json"}).description(""))
+      ->option_text("FORMAT");
+  command
+      ->add_flag("--color{mean}", flags->color,
+                 absl::StrCat("add columns red green blue for ", kQuantityWords, ": --color=gaussian; alone: mean"))
+      ->check(CLI::IsMember({"mean", "gaussian", "k1", "k2"}).description(""));
+  command->callback([flags, &action] {
+    if (flags->radius > 0.0) flags->options.radius = flags->radius;
+    if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
+    action = [flags] { return Run(*flags); };
+  });
+}
+
+}  // namespace curv

@@ -1,0 +1,80 @@
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/accuracy.h"
+#include "client/cli/command.h"
+#include "client/cli/flags.h"
+#include "client/cli/json.h"
+#include "client/cli/numbers.h"
+#include "client/io/table_file.h"
+
+namespace curv {
+namespace {
+
+constexpr char kExamples[] =
+    "Example:\n"
+    "  curv generate torus --points=50000 -o torus.ply\n"
+    "  curv estimate torus.ply -o result.ply\n"
+    "  curv evaluate result.ply";
+
+struct EvaluateFlags {
+  std::string input;
+  bool json = false;
+};
+
+std::string Text(const std::string& input, const Accuracy& accuracy) {
+  std::string text = absl::StrFormat("%s: %s of %s points compared with the truth\n", input,
+                                     WithCommas(accuracy.compared), WithCommas(accuracy.points));
+  absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", "absolute error", "mean", "RMS", "largest");
+  for (const QuantityError& error : accuracy.errors) {
+    absl::StrAppendFormat(&text, "  %-22s %14.6g %14.6g %14.6g\n", error.quantity, error.mean, error.rms,
+                          error.largest);
+  }
+  const auto angle = [](const std::optional<double>& degrees) {
+    return degrees ? absl::StrFormat("%.3f degrees", *degrees) : std::string("none");
+  };
+  absl::StrAppendFormat(&text, "  median angle to the true directions: d1 %s, d2 %s\n", angle(accuracy.d1_angle),
+                        angle(accuracy.d2_angle));
+  return text;
+}
+
+std::string Json(const std::string& input, const Accuracy& accuracy) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  JsonObject errors, angles, json;
+  for (const QuantityError& error : accuracy.errors) {
+    errors.Add(error.quantity, JsonObject().Add("mean", error.mean).Add("rms", error.rms).Add("max", error.largest));
+  }
+  angles.Add("d1", accuracy.d1_angle.value_or(kNaN)).Add("d2", accuracy.d2_angle.value_or(kNaN));
+  json.Add("input", input).Add("points", uint64_t{accuracy.points}).Add("compared", uint64_t{accuracy.compared});
+  json.Add("errors", errors).Add("median_angle_degrees", angles);
+  return json.ToString() + "\n";
+}
+
+ExitCode Run(const EvaluateFlags& flags) {
+  absl::StatusOr<PointTable> table = LoadTable(flags.input);
+  if (!table.ok()) return Fail(ExitCode::kInput, table.status());
+  absl::StatusOr<Accuracy> accuracy = MeasureAccuracy(*table);
+  if (!accuracy.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", accuracy.status().message()));
+  std::fputs((flags.json ? Json(flags.input, *accuracy) : Text(flags.input, *accuracy)).c_str(), stdout);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddEvaluate(CLI::App& app, Action& action) {
+  auto flags = std::make_shared<EvaluateFlags>();
+  CLI::App* command = app.add_subcommand("evaluate", "Compare a result with the exact curvature that it carries");
+  command->footer(absl::StrCat(kExamples, "\n", kExitCodesHelp));
+  command->add_option("result", flags->input, "a result of curv estimate with true_* columns")
+      ->required()
+      ->option_text("RESULT");
+  command->add_flag("--json", flags->json, "one line of JSON instead of a table");
+  command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
+}
+
+}  // namespace curv

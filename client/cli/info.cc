@@ -1,0 +1,75 @@
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "client/cli/command.h"
+#include "client/cli/connection.h"
+#include "client/cli/flags.h"
+#include "client/cli/json.h"
+#include "client/cli/numbers.h"
+
+namespace curv {
+namespace {
+
+struct InfoFlags {
+  std::string server;
+  double timeout = 10.0;
+  bool json = false;
+};
+
+std::string Text(const ServerInfo& info) {
+  std::string text;
+  const auto line = [&text](const char* name, const std::string& value) {
+    absl::StrAppendFormat(&text, "%-24s %s\n", name, value);
+  };
+  line("version", info.version);
+  line("health", info.health);
+  line("estimators", absl::StrJoin(info.estimators, ", "));
+  line("worker threads", absl::StrCat(info.worker_threads));
+  line("instruction set", info.cpu_kind);
+  line("points in a cloud", absl::StrCat("at most ", WithCommas(info.max_points)));
+  line("points in a neighborhood", absl::StrCat("at most ", WithCommas(info.max_neighbor_count)));
+  line("bytes of a chunk", absl::StrCat("at most ", WithCommas(info.max_chunk_bytes)));
+  line("bytes of all calls", info.memory_bytes == 0 ? "not limited" : "at most " + WithCommas(info.memory_bytes));
+  line("open calls", absl::StrCat("at most ", WithCommas(info.max_streams)));
+  return text;
+}
+
+std::string Json(const ServerInfo& info) {
+  JsonObject limits, json;
+  limits.Add("max_points", info.max_points).Add("max_neighbor_count", uint64_t{info.max_neighbor_count});
+  limits.Add("max_chunk_bytes", info.max_chunk_bytes).Add("memory_bytes", info.memory_bytes);
+  limits.Add("max_streams", uint64_t{info.max_streams});
+  json.Add("version", info.version).Add("health", info.health).Add("estimators", absl::StrJoin(info.estimators, " "));
+  json.Add("worker_threads", uint64_t{info.worker_threads}).Add("cpu_kind", info.cpu_kind).Add("limits", limits);
+  return json.ToString() + "\n";
+}
+
+ExitCode Run(const InfoFlags& flags) {
+  absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.server, /*threads=*/0);
+  if (!connection.ok()) return Fail(ExitCode::kUsage, absl::StrCat("--server: ", connection.status().message()));
+  absl::StatusOr<ServerInfo> info = (*connection)->client().GetServerInfo(absl::Seconds(flags.timeout));
+  if (!info.ok()) return FailCall(info.status());
+  std::fputs((flags.json ? Json(*info) : Text(*info)).c_str(), stdout);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddInfo(CLI::App& app, Action& action) {
+  auto flags = std::make_shared<InfoFlags>();
+  CLI::App* command = app.add_subcommand("info", "Tell version, limits, estimators and health of a server");
+  command->footer(kExitCodesHelp);
+  command->add_option("--server", flags->server, "HOST:PORT of curvd, or several with commas between [in this process]")
+      ->option_text("LIST");
+  command->add_option("--timeout", flags->timeout, "seconds to wait for a server [10]")
+      ->check(FinitePositive())
+      ->option_text("SECONDS");
+  command->add_flag("--json", flags->json, "one line of JSON instead of a table");
+  command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
+}
+
+}  // namespace curv

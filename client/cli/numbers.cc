@@ -1,0 +1,40 @@
+#include "client/cli/numbers.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace curv {
+
+std::string WithCommas(uint64_t number) {
+  std::string digits = std::to_string(number);
+  for (size_t at = digits.size(); at > 3;) digits.insert(at -= 3, ",");
+  return digits;
+}
+
+std::string WithPrefix(double number) {
+  static constexpr const char* kPrefixes[] = {"", " k", " M", " G", " T"};
+  size_t prefix = 0;
+  while (number >= 999.5 && prefix + 1 < std::size(kPrefixes)) {
+    number /= 1000.0;
+    ++prefix;
+  }
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.*f%s", number < 9.995 ? 2 : number < 99.95 ? 1 : 0, number, kPrefixes[prefix]);
+  return text;
+}
+
+std::string Clock(double seconds) {
+  // Beyond a year, it is no news how long exactly.
+  const long whole = std::lround(std::fmin(std::fmax(seconds, 0.0), 3e7));
+  char text[32];
+  if (whole < 60) {
+    std::snprintf(text, sizeof(text), "%ld s", whole);
+  } else if (whole < 3600) {
+    std::snprintf(text, sizeof(text), "%ld:%02ld", whole / 60, whole % 60);
+  } else {
+    std::snprintf(text, sizeof(text), "%ld:%02ld:%02ld", whole / 3600, whole / 60 % 60, whole % 60);
+  }
+  return text;
+}
+
+}  // namespace curv

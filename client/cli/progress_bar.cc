@@ -1,0 +1,85 @@
+#include "client/cli/progress_bar.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/clock.h"
+#include "client/cli/numbers.h"
+
+namespace curv {
+namespace {
+
+using Phase = EstimateProgress::Phase;
+
+const char* Word(Phase phase) {
+  static constexpr const char* kWords[] = {"connecting", "sending", "waiting", "indexing", "estimating", "receiving"};
+  return kWords[static_cast<size_t>(phase)];
+}
+
+// Points that the phase has done.
+uint64_t PointsDone(const EstimateProgress& progress) {
+  switch (progress.phase) {
+    case Phase::kSending:
+      return progress.points_sent;
+    case Phase::kEstimating:
+      return progress.points_estimated;
+    case Phase::kReceiving:
+      return progress.points_received;
+    default:
+      return 0;
+  }
+}
+
+double Percent(uint64_t part, uint64_t whole) {
+  return whole == 0 ? 100.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
+std::string Bar(double percent) {
+  constexpr int kCells = 20;
+  const int full = std::clamp(static_cast<int>(percent / 100.0 * kCells), 0, kCells);
+  return absl::StrCat("[", std::string(static_cast<size_t>(full), '#'),
+                      std::string(static_cast<size_t>(kCells - full), '.'), "]");
+}
+
+}  // namespace
+
+std::string ProgressLine(const EstimateProgress& progress, double seconds) {
+  const bool estimated = progress.phase == Phase::kReceiving;
+  const uint64_t done = PointsDone(progress);
+  std::string line =
+      absl::StrFormat("%-10s %s received %3.0f %%, estimated %3.0f %%", Word(progress.phase),
+                      Bar(Percent(done, progress.points)), Percent(progress.points_sent, progress.points),
+                      Percent(estimated ? progress.points : progress.points_estimated, progress.points));
+  if (done > 0 && seconds > 0.0) {
+    const double rate = static_cast<double>(done) / seconds;
+    const double left = static_cast<double>(progress.points - std::min(done, progress.points)) / rate;
+    absl::StrAppend(&line, ", ", WithPrefix(rate), " points/s, ETA ", Clock(left));
+  }
+  if (progress.attempt > 1) absl::StrAppend(&line, " (attempt ", progress.attempt, ")");
+  return line;
+}
+
+ProgressBar::ProgressBar() : visible_(isatty(STDERR_FILENO) != 0), phase_start_(absl::Now()) {}
+
+ProgressBar::~ProgressBar() {
+  if (drawn_) std::fputs("\r\x1b[K", stderr);
+}
+
+void ProgressBar::Show(const EstimateProgress& progress) {
+  if (!visible_) return;
+  const absl::Time now = absl::Now();
+  if (progress.phase != phase_) {
+    phase_ = progress.phase;
+    phase_start_ = now;
+  }
+  if (now - last_ < absl::Milliseconds(100)) return;
+  last_ = now;
+  drawn_ = true;
+  std::fprintf(stderr, "\r\x1b[K%s", ProgressLine(progress, absl::ToDoubleSeconds(now - phase_start_)).c_str());
+}
+
+}  // namespace curv

@@ -1,0 +1,34 @@
+// How far an estimate is, on one line of a terminal.
+#pragma once
+
+#include <string>
+
+#include "absl/time/time.h"
+#include "client/curvature_client.h"
+
+namespace curv {
+
+// Not thread-safe.
+class ProgressBar {
+ public:
+  // Silent unless stderr is a terminal.
+  ProgressBar();
+  // Wipes the line.
+  ~ProgressBar();
+
+  // Shows `progress`, at most ten times a second.
+  void Show(const EstimateProgress& progress);
+
+ private:
+  bool visible_;
+  bool drawn_ = false;
+  absl::Time last_ = absl::InfinitePast();
+  EstimateProgress::Phase phase_ = EstimateProgress::Phase::kConnecting;
+  absl::Time phase_start_;
+};
+
+// The line for `progress`, `seconds` after its phase began: what was received and estimated, the rate and the time left
+// of the phase.
+std::string ProgressLine(const EstimateProgress& progress, double seconds);
+
+}  // namespace curv

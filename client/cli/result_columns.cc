@@ -1,0 +1,74 @@
+#include "client/cli/result_columns.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace curv {
+namespace {
+
+std::vector<float> Component(const std::vector<float>& vectors, size_t axis) {
+  std::vector<float> component(vectors.size() / 3);
+  for (size_t i = 0; i < component.size(); ++i) component[i] = vectors[3 * i + axis];
+  return component;
+}
+
+void AddVector(const std::string& name, const std::vector<float>& vectors, PointTable& table) {
+  table.Set({name + "x", Component(vectors, 0)});
+  table.Set({name + "y", Component(vectors, 1)});
+  table.Set({name + "z", Component(vectors, 2)});
+}
+
+void Move(std::vector<Column>& columns, const char* name, PointTable& table) {
+  const auto found = std::find_if(columns.begin(), columns.end(), [&](const Column& c) { return c.name == name; });
+  table.Set(std::move(*found));
+  columns.erase(found);
+}
+
+}  // namespace
+
+const NamedQuantity* FindQuantity(const std::string& word) {
+  const auto* found = std::find_if(std::begin(kQuantities), std::end(kQuantities),
+                                   [&](const NamedQuantity& quantity) { return word == quantity.word; });
+  return found == std::end(kQuantities) ? nullptr : found;
+}
+
+PointTable MakeResultTable(PointTable input, CurvatureResult result) {
+  std::vector<Column> columns = input.Release();
+  PointTable table;
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) Move(columns, name, table);
+  table.Set({"mean_curvature", std::move(result.mean)});
+  table.Set({"gaussian_curvature", std::move(result.gaussian)});
+  table.Set({"k1", std::move(result.k1)});
+  table.Set({"k2", std::move(result.k2)});
+  AddVector("d1", result.d1, table);
+  AddVector("d2", result.d2, table);
+  table.Set({"radius", std::move(result.radius)});
+  table.Set({"status", std::move(result.status)});
+  for (Column& column : columns) {
+    if (table.Find(column.name) == nullptr) table.Set(std::move(column));
+  }
+  return table;
+}
+
+std::vector<double> ValuesOf(const PointTable& table, const std::string& column) {
+  return std::visit([](const auto& values) { return std::vector<double>(values.begin(), values.end()); },
+                    table.Find(column)->values);
+}
+
+ColorScale AddColors(const std::string& column, PointTable& table) {
+  const std::vector<double> values = ValuesOf(table, column);
+  const ColorScale scale = ColorScale::ForValues(values);
+  std::vector<uint8_t> red, green, blue;
+  for (const double value : values) {
+    const Color color = scale.ColorOf(value);
+    red.push_back(ToByte(color.red));
+    green.push_back(ToByte(color.green));
+    blue.push_back(ToByte(color.blue));
+  }
+  table.Set({"red", std::move(red)});
+  table.Set({"green", std::move(green)});
+  table.Set({"blue", std::move(blue)});
+  return scale;
+}
+
+}  // namespace curv

@@ -1,0 +1,44 @@
+// curv: curvature of point clouds from the command line.
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "CLI/CLI.hpp"
+#include "client/cli/command.h"
+
+namespace {
+
+int Run(int argc, char** argv) {
+  CLI::App app("curv estimates the curvature of oriented point clouds with a curvd server.", "curv");
+  app.set_version_flag("--version", "curv " CURV_VERSION);
+  app.footer(curv::kExitCodesHelp);
+  app.require_subcommand(1);
+  curv::Action action;
+  curv::AddEstimate(app, action);
+  curv::AddGenerate(app, action);
+  curv::AddEvaluate(app, action);
+  curv::AddRender(app, action);
+  curv::AddInfo(app, action);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    return app.exit(asked);  // --help, --version
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "curv: %s\nRun with --help for what is possible.\n", error.what());
+    return static_cast<int>(curv::ExitCode::kUsage);
+  }
+  return static_cast<int>(action());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return Run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fputs("curv: out of memory\n", stderr);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "curv: %s\n", error.what());
+  }
+  return static_cast<int>(curv::ExitCode::kFailed);
+}

@@ -1,0 +1,42 @@
+// Where a picture is taken from.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "client/surfaces/vec3.h"
+
+namespace curv {
+
+// An orthographic view: unit vectors to the right and upward in the picture, and toward the viewer.
+struct View {
+  Vec3 right;
+  Vec3 up;
+  Vec3 toward;
+
+  // Coordinates of a direction along right, up, toward.
+  Vec3 Turn(const Vec3& v) const { return {Dot(v, right), Dot(v, up), Dot(v, toward)}; }
+};
+
+// Names of views, for help texts.
+inline constexpr char kViewNames[] = "three-quarter, front, back, left, right, top, bottom or AZIMUTH:ELEVATION";
+
+// The view of that name, or of "AZIMUTH:ELEVATION" in degrees: azimuth counterclockwise from the front as seen from the
+// top, elevation above the horizon. `up_axis` is 'y' or 'z'; the front is then seen from +z or -y.
+// INVALID_ARGUMENT for anything else.
+absl::StatusOr<View> MakeView(std::string_view name, char up_axis);
+
+// From positions to pixels: pixel = center + scale * turned position, y downward.
+struct Framing {
+  double scale;     // pixels per length unit
+  double center_x;  // of turned positions
+  double center_y;
+};
+
+// Fits the positions, in coordinates of the view, into width times height pixels with a margin all around.
+// REQUIRES: there is a position, all are finite.
+Framing FitFrame(const std::vector<Vec3>& turned, double width, double height, double margin);
+
+}  // namespace curv
