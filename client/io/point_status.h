@@ -28,8 +28,8 @@ constexpr std::string_view StatusWord(uint8_t value) {
 
 // The value of a word, or nothing.
 constexpr std::optional<uint8_t> StatusOfWord(std::string_view word) {
-  for (uint8_t value = 0; value < kStatusWords.size(); ++value) {
-    if (kStatusWords[value] == word) return value;
+  for (size_t value = 0; value < kStatusWords.size(); ++value) {
+    if (kStatusWords[value] == word) return static_cast<uint8_t>(value);
   }
   return std::nullopt;
 }
