@@ -30,8 +30,9 @@ class CurvatureServer {
   int port() const;
   int metrics_port() const;
 
-  // A channel to this server that uses no socket. Messages up to the server's own sizes pass both ways. The channel may
-  // outlive the server; its calls then fail with UNAVAILABLE.
+  // A channel to this server that uses no socket. Messages up to the server's own sizes pass both ways.
+  // REQUIRES: no call is started on it once the server is destroyed (gRPC would crash); after Drain they get
+  // UNAVAILABLE.
   std::shared_ptr<grpc::Channel> InProcessChannel();
 
   // Ends politely: health says NOT_SERVING, new streams get UNAVAILABLE, accepted ones may finish within `timeout`, the

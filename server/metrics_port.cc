@@ -1,6 +1,10 @@
 #include "server/metrics_port.h"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
 #include <prometheus/exposer.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <exception>
 #include <utility>
@@ -9,8 +13,25 @@
 #include "absl/memory/memory.h"
 #include "absl/strings/str_cat.h"
 #include "server/server_metrics.h"
+#include "server/ticker.h"
 
 namespace curvd {
+
+namespace {
+
+// Connects to an IPv4 port of this machine and hangs up; does nothing if `listen` is another kind of address.
+void Connect(const std::string& listen, int port) {
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<uint16_t>(port));
+  if (inet_pton(AF_INET, listen.substr(0, listen.rfind(':')).c_str(), &address.sin_addr) != 1) return;
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (fd < 0) return;
+  (void)connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+  close(fd);
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<MetricsPort>> MetricsPort::Create(const std::string& listen,
                                                                  const ServerMetrics& metrics) {
@@ -21,16 +42,20 @@ absl::StatusOr<std::unique_ptr<MetricsPort>> MetricsPort::Create(const std::stri
     auto exposer = std::make_unique<prometheus::Exposer>(settings);
     for (const auto& collectable : metrics.collectables()) exposer->RegisterCollectable(collectable);
     const std::vector<int> ports = exposer->GetListeningPorts();
-    return absl::WrapUnique(new MetricsPort(std::move(exposer), ports.empty() ? 0 : ports.front()));
+    return absl::WrapUnique(new MetricsPort(listen, std::move(exposer), ports.empty() ? 0 : ports.front()));
   } catch (const std::exception& error) {
     return absl::UnavailableError(absl::StrCat("cannot listen for metrics on ", listen,
                                                ": in use, not permitted, or no address of this machine"));
   }
 }
 
-MetricsPort::MetricsPort(std::unique_ptr<prometheus::Exposer> exposer, int port)
-    : exposer_(std::move(exposer)), port_(port) {}
+MetricsPort::MetricsPort(std::string listen, std::unique_ptr<prometheus::Exposer> exposer, int port)
+    : listen_(std::move(listen)), exposer_(std::move(exposer)), port_(port) {}
 
-MetricsPort::~MetricsPort() = default;
+// The exposer notices only after up to two seconds of silence that it shall stop: connections wake it earlier.
+MetricsPort::~MetricsPort() {
+  const Ticker wake(std::chrono::milliseconds(2), [this](Ticker::Clock::time_point) { Connect(listen_, port_); });
+  exposer_.reset();
+}
 
 }  // namespace curvd

@@ -24,8 +24,9 @@ class MetricsPort {
   int port() const { return port_; }
 
  private:
-  MetricsPort(std::unique_ptr<prometheus::Exposer> exposer, int port);
+  MetricsPort(std::string listen, std::unique_ptr<prometheus::Exposer> exposer, int port);
 
+  const std::string listen_;
   std::unique_ptr<prometheus::Exposer> exposer_;
   const int port_;
 };

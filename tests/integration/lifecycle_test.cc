@@ -1,0 +1,227 @@
+// Calls that end early, many calls at once, and the end of the server.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/reasons.h"
+#include "tests/integration/clouds.h"
+#include "tests/integration/test_call.h"
+#include "tests/integration/test_server.h"
+
+namespace curvd {
+namespace {
+
+namespace v1 = curvature::v1;
+using grpc::StatusCode;
+using std::chrono::milliseconds;
+
+constexpr char kHandled[] = "grpc_server_handled_total{grpc_code=\"";
+constexpr char kMethod[] =
+    "\",grpc_method=\"EstimateCurvature\",grpc_service=\"curvature.v1.CurvatureService\",grpc_type=\"bidi_stream\"}";
+
+std::string HandledSeries(const std::string& code) { return kHandled + code + kMethod; }
+
+// Minutes of work, so that there is time to end it.
+v1::CloudHeader SlowHeader(const TestCloud& cloud) {
+  v1::CloudHeader header = HeaderFor(cloud, 5'000);
+  header.mutable_options()->set_estimator(v1::ESTIMATOR_UNIFORM);
+  header.mutable_options()->set_triangle_count(10'000);
+  return header;
+}
+
+void WaitForPhase(TestCall& call, v1::Progress::Phase phase) {
+  for (;;) {
+    const auto message = call.ReadAny();
+    ASSERT_TRUE(message.has_value());
+    if (message->has_progress() && message->progress().phase() == phase) return;
+  }
+}
+
+TEST(LifecycleTest, CancelWhileReceiving) {
+  TestServer server;
+  TestCall call(server.NewChannel());
+  const TestCloud cloud = Sphere(1'000, 1.0f);
+  ASSERT_TRUE(call.SendHeader(HeaderFor(cloud)));
+  ASSERT_TRUE(call.SendPoints(cloud, 0, 500));
+  call.ReadAccepted();
+  call.Cancel();
+  EXPECT_EQ(call.Finish().status.error_code(), StatusCode::CANCELLED);
+  server.WaitForMetric(HandledSeries("CANCELLED"), 1);
+  server.WaitForMetric("curvd_failures_total{reason=\"CANCELLED\"}", 1);
+  server.WaitUntilIdle();
+}
+
+TEST(LifecycleTest, CancelWhileEstimatingFreesTheWorkers) {
+  TestServer server;
+  TestCall call(server.NewChannel());
+  const TestCloud cloud = Sphere(200'000, 1.0f);
+  ASSERT_TRUE(call.SendHeader(SlowHeader(cloud)));
+  ASSERT_TRUE(call.SendCloud(cloud));
+  call.HalfClose();
+  WaitForPhase(call, v1::Progress::PHASE_ESTIMATING);
+  call.Cancel();
+  EXPECT_EQ(call.Finish().status.error_code(), StatusCode::CANCELLED);
+  server.WaitForMetric(HandledSeries("CANCELLED"), 1);
+  server.WaitUntilIdle();
+}
+
+TEST(LifecycleTest, CancelWhileSending) {
+  TestServer server;
+  TestCall call(server.NewChannel());
+  const TestCloud cloud = Sphere(300'000, 1.0f);
+  ASSERT_TRUE(call.SendHeader(HeaderFor(cloud, 4)));
+  ASSERT_TRUE(call.SendCloud(cloud));
+  call.HalfClose();
+  call.ReadAccepted();
+  const auto first = call.Read();
+  ASSERT_TRUE(first.has_value());
+  EXPECT_TRUE(first->has_result());
+  call.Cancel();
+  EXPECT_EQ(call.Finish().status.error_code(), StatusCode::CANCELLED);
+  server.WaitForMetric(HandledSeries("CANCELLED"), 1);
+  server.WaitUntilIdle();
+}
+
+TEST(LifecycleTest, DeadlineEndsTheWork) {
+  TestServer server;
+  TestCall call(server.NewChannel(), milliseconds(700));
+  const TestCloud cloud = Sphere(200'000, 1.0f);
+  ASSERT_TRUE(call.SendHeader(SlowHeader(cloud)));
+  ASSERT_TRUE(call.SendCloud(cloud));
+  call.HalfClose();
+  EXPECT_EQ(call.Finish().status.error_code(), StatusCode::DEADLINE_EXCEEDED);
+  server.WaitUntilIdle();
+  // The server's clock of the deadline starts when the call arrives: the client's cancel may come first.
+  EXPECT_EQ(server.Metric(HandledSeries("DEADLINE_EXCEEDED")) + server.Metric(HandledSeries("CANCELLED")), 1.0);
+}
+
+TEST(LifecycleTest, AReaderThatStopsHoldsUpNobodyAndIsEnded) {
+  TestServer server([](ServerOptions& options) { options.stall_timeout = absl::Milliseconds(600); });
+  TestCall stalled(server.NewChannel());
+  const TestCloud cloud = Sphere(500'000, 1.0f);
+  ASSERT_TRUE(stalled.SendHeader(HeaderFor(cloud, 4)));
+  ASSERT_TRUE(stalled.SendCloud(cloud));
+  stalled.HalfClose();
+  const TestCloud other = Sphere(10'000, 1.0f);
+  EXPECT_TRUE(Succeeded(Estimate(server.NewChannel(), HeaderFor(other), other), other.size()));
+  server.WaitForMetric("curvd_failures_total{reason=\"STALLED\"}", 1);
+  server.WaitUntilIdle();
+  EXPECT_FALSE(stalled.Finish().status.ok());
+}
+
+TEST(LifecycleTest, ASenderThatStopsIsEnded) {
+  TestServer server([](ServerOptions& options) { options.stall_timeout = absl::Milliseconds(300); });
+  TestCall call(server.NewChannel());
+  ASSERT_TRUE(call.SendHeader({}));
+  EXPECT_TRUE(FailedWith(call.Finish(), StatusCode::DEADLINE_EXCEEDED, kReasonStalled,
+                         {"time without a message", "300ms", "stall_timeout"}));
+  server.WaitUntilIdle();
+}
+
+TEST(LifecycleTest, ThirtyTwoStreamsAtOnceGetTheSameBytes) {
+  TestServer server;
+  const TestCloud cloud = Torus(20'000);
+  const CallResult expected = Estimate(server.NewChannel(), HeaderFor(cloud), cloud);
+  ASSERT_TRUE(Succeeded(expected, cloud.size()));
+  const std::shared_ptr<grpc::Channel> channel = server.NewChannel();
+  std::vector<CallResult> results(32);
+  std::vector<std::thread> clients;
+  for (CallResult& result : results) {
+    clients.emplace_back([&, &result = result] { result = Estimate(channel, HeaderFor(cloud), cloud, 3'000); });
+  }
+  for (std::thread& client : clients) client.join();
+  for (const CallResult& result : results) {
+    ASSERT_TRUE(Succeeded(result, cloud.size()));
+    EXPECT_TRUE(result.AllBytes() == expected.AllBytes());
+  }
+  server.WaitUntilIdle();
+  EXPECT_EQ(server.Metric("curvd_points_total{status=\"ok\"}"), 33 * 20'000.0);
+}
+
+// Starts a drain on a thread, and returns once the server takes no new call.
+class Drain {
+ public:
+  Drain(TestServer& server, absl::Duration timeout) : thread_([&server, timeout] { server.server().Drain(timeout); }) {
+    server.WaitForMetric("curvd_draining", 1);
+  }
+  ~Drain() { thread_.join(); }
+
+ private:
+  std::thread thread_;
+};
+
+TEST(LifecycleTest, DrainLetsAcceptedCallsFinishAndRefusesNewOnes) {
+  TestServer server;
+  const TestCloud cloud = Sphere(5'000, 1.0f);
+  const std::shared_ptr<grpc::Channel> channel = server.NewChannel();
+  std::vector<std::unique_ptr<TestCall>> calls;
+  for (int i = 0; i < 8; ++i) {
+    calls.push_back(std::make_unique<TestCall>(channel));
+    ASSERT_TRUE(calls.back()->SendHeader(HeaderFor(cloud)));
+    calls.back()->ReadAccepted();
+  }
+  Drain drain(server, absl::Seconds(60));
+  EXPECT_TRUE(FailedWith(Estimate(channel, HeaderFor(cloud), cloud), StatusCode::UNAVAILABLE, kReasonDraining,
+                         {"draining", "another replica"}));
+  for (const auto& call : calls) {
+    ASSERT_TRUE(call->SendCloud(cloud, 700));
+    call->HalfClose();
+    EXPECT_TRUE(Succeeded(call->Finish(), cloud.size()));
+  }
+}
+
+TEST(LifecycleTest, DrainEndsWhatDoesNotFinishInTime) {
+  TestServer server;
+  const std::shared_ptr<grpc::Channel> channel = server.NewChannel();
+  TestCall receiving(channel);
+  ASSERT_TRUE(receiving.SendHeader({}));
+  receiving.ReadAccepted();
+  TestCall estimating(channel);
+  const TestCloud cloud = Sphere(200'000, 1.0f);
+  ASSERT_TRUE(estimating.SendHeader(SlowHeader(cloud)));
+  ASSERT_TRUE(estimating.SendCloud(cloud));
+  estimating.HalfClose();
+  WaitForPhase(estimating, v1::Progress::PHASE_ESTIMATING);
+  server.server().Drain(absl::Milliseconds(100));
+  for (TestCall* call : {&receiving, &estimating}) {
+    EXPECT_TRUE(FailedWith(call->Finish(), StatusCode::UNAVAILABLE, kReasonDrainTimeout,
+                           {"draining", "100ms", "drain_timeout", "another replica"}));
+  }
+  server.server().Wait();
+}
+
+TEST(LifecycleTest, DrainOfAnIdleServerIsQuick) {
+  TestServer server([](ServerOptions& options) { options.metrics_listen = ""; });
+  const auto start = std::chrono::steady_clock::now();
+  server.server().Drain(absl::Minutes(10));
+  server.server().Drain(absl::Minutes(10));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+}
+
+TEST(LifecycleTest, DestructionEndsOpenCalls) {
+  auto server = std::make_unique<TestServer>();
+  TestCall by_socket(server->NewChannel());
+  const std::shared_ptr<grpc::Channel> in_process = server->server().InProcessChannel();
+  TestCall without_socket(in_process);
+  ASSERT_TRUE(by_socket.SendHeader({}) && without_socket.SendHeader({}));
+  by_socket.ReadAccepted();
+  without_socket.ReadAccepted();
+  server.reset();
+  EXPECT_FALSE(by_socket.Finish().status.ok());
+  EXPECT_FALSE(without_socket.Finish().status.ok());
+}
+
+TEST(LifecycleTest, ADrainedServerRefusesCallsWithoutASocketToo) {
+  TestServer server;
+  const std::shared_ptr<grpc::Channel> channel = server.server().InProcessChannel();
+  server.server().Drain(absl::ZeroDuration());
+  TestCall late(channel);
+  late.SendHeader({});
+  EXPECT_EQ(late.Finish().status.error_code(), StatusCode::UNAVAILABLE);
+}
+
+}  // namespace
+}  // namespace curvd
