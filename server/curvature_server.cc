@@ -26,8 +26,10 @@ namespace {
 constexpr auto kTick = std::chrono::milliseconds(200);
 // What protobuf and a careless client may add to a chunk, so that the client gets our error and not gRPC's.
 constexpr uint64_t kMessageSlackBytes = 1 << 20;
-// How long ended calls get to deliver their status.
+// How long calls that were ended get to deliver their status.
 constexpr absl::Duration kFarewell = absl::Seconds(2);
+// How long connections get to close once the last call is over. Idle clients do not notice that they should.
+constexpr absl::Duration kHangUp = absl::Milliseconds(200);
 
 ServerOptions Resolve(ServerOptions options) {
   if (options.threads == 0) options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -117,7 +119,7 @@ void CurvatureServer::Running::Drain(absl::Duration timeout) {
       for (const auto& stream : context_.gate.open_streams()) stream->Abort(DrainTimedOut(timeout));
       context_.gate.WaitUntilEmpty(kFarewell);
     }
-    server_->Shutdown(absl::ToChronoTime(absl::Now() + kFarewell));
+    server_->Shutdown(absl::ToChronoTime(absl::Now() + kHangUp));
   });
 }
 

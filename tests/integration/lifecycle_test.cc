@@ -214,14 +214,5 @@ TEST(LifecycleTest, DestructionEndsOpenCalls) {
   EXPECT_FALSE(without_socket.Finish().status.ok());
 }
 
-TEST(LifecycleTest, ADrainedServerRefusesCallsWithoutASocketToo) {
-  TestServer server;
-  const std::shared_ptr<grpc::Channel> channel = server.server().InProcessChannel();
-  server.server().Drain(absl::ZeroDuration());
-  TestCall late(channel);
-  late.SendHeader({});
-  EXPECT_EQ(late.Finish().status.error_code(), StatusCode::UNAVAILABLE);
-}
-
 }  // namespace
 }  // namespace curvd
