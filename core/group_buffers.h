@@ -49,6 +49,12 @@ struct NeighborArrays {
   }
 };
 
+// Corners of the hexagrams of all points, relative to the point and to its normal.
+struct Hexagram {
+  GroupVectors offset[6];
+  GroupVectors normal[6];
+};
+
 struct GroupScratch::Buffers {
   LeafList leaves;                        // near the group
   LeafList own_leaves;                    // near one query, or near one corner of the group's hexagrams
@@ -66,13 +72,12 @@ struct GroupScratch::Buffers {
   float query[SpatialIndex::kGroupPoints][3];
   int32_t id[SpatialIndex::kGroupPoints];
   PointStatus status[SpatialIndex::kGroupPoints];
-  GroupVectors normal;            // the point's own
-  GroupVectors u, v;              // tangent frame
-  alignas(64) GroupScalars rho;   // radius of the figure, > 0
-  GroupScalars nearest_reach;     // within which an even surface has a point of the cloud
-  GroupScalars radius;            // of the neighborhood, in the index's unit
-  GroupVectors corner_offset[6];  // hexagram corners, relative to the point
-  GroupVectors corner_normal[6];  // relative to the point's normal
+  GroupVectors normal;           // the point's own
+  GroupVectors u, v;             // tangent frame
+  alignas(64) GroupScalars rho;  // radius of the figure, > 0
+  GroupScalars nearest_reach;    // within which an even surface has a point of the cloud
+  GroupScalars radius;           // of the neighborhood, in the index's unit
+  Hexagram hexagrams[kMaxRotations];
   GroupMeasures measures;
 };
 

@@ -29,6 +29,7 @@ EstimationPlan EstimationPlan::Make(const EstimatorOptions& options, const Spati
   plan.estimator = options.estimator;
   plan.max_neighbor_count = options.max_neighbor_count;
   plan.average_normal_weight = static_cast<float>(options.average_normal_weight);
+  plan.rotations = options.estimator == EstimatorKind::kAvgHexagram ? static_cast<int>(options.rotation_count) : 1;
   plan.triangle_count = options.triangle_count;
   plan.seed = options.seed;
   plan.scale = std::ldexp(1.0, index.scale_exponent());

@@ -23,6 +23,7 @@ struct EstimationPlan {
   double radius;          // by radius: in the caller's unit
   size_t max_neighbor_count;
   float average_normal_weight;
+  int rotations;  // hexagrams a point, for averages
   uint32_t triangle_count;
   uint64_t seed;
   double scale;  // the caller's length unit in index units

@@ -32,6 +32,10 @@ absl::Status EstimatorOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrFormat("triangle_count is %u; it must be from 1 to %u", triangle_count, kMaxTriangleCount));
   }
+  if (rotation_count < 1 || rotation_count > kMaxRotations) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("rotation_count is %u; it must be from 1 to %u", rotation_count, kMaxRotations));
+  }
   if (!(average_normal_weight >= 0.0 && average_normal_weight <= 1.0)) {
     return absl::InvalidArgumentError(
         absl::StrFormat("average_normal_weight is %g; it must be from 0 to 1", average_normal_weight));

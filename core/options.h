@@ -28,13 +28,16 @@ struct NeighborRadius {
 
 inline constexpr uint32_t kMinNeighborCount = 4;
 inline constexpr uint32_t kMaxTriangleCount = 10'000;
+inline constexpr uint32_t kMaxRotations = 4;
 
 struct EstimatorOptions {
   EstimatorKind estimator = EstimatorKind::kAvgHexagram;       // DEFAULT: kAvgHexagram
   std::variant<NeighborCount, NeighborRadius> neighborhood{};  // DEFAULT: NeighborCount{50}
   uint32_t triangle_count = 100;                               // DEFAULT: 100; uniform and independent only
   uint64_t seed = 0;                                           // DEFAULT: 0; random strategies only
-  double average_normal_weight = 0.5;                          // DEFAULT: 0.5; in [0, 1]
+  // Hexagrams that avg-hexagram averages over, turned by 60 / rotation_count degrees; 1 is the paper's estimator.
+  uint32_t rotation_count = 2;         // DEFAULT: 2; in [1, kMaxRotations]
+  double average_normal_weight = 0.5;  // DEFAULT: 0.5; in [0, 1]
   // Most points that one neighborhood may hold: bounds NeighborCount, and the size that a radius neighborhood may reach
   // before the whole estimate fails with RESOURCE_EXHAUSTED.
   uint32_t max_neighbor_count = 10'000;  // DEFAULT: 10,000

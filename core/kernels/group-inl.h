@@ -204,9 +204,11 @@ HWY_INLINE void FillPoint(GroupScratch::Buffers& b, size_t i) {
   b.v.Set(i, kY);
   b.rho[i] = b.radius[i] = 1.0f;
   b.nearest_reach[i] = 0.0f;
-  for (int s = 0; s < 6; ++s) {
-    b.corner_offset[s].Set(i, kZero);
-    b.corner_normal[s].Set(i, kZero);
+  for (Hexagram& hexagram : b.hexagrams) {
+    for (int s = 0; s < 6; ++s) {
+      hexagram.offset[s].Set(i, kZero);
+      hexagram.normal[s].Set(i, kZero);
+    }
   }
   GroupMeasures& m = b.measures;
   m.area[i] = m.mean[i] = m.gaussian[i] = m.tensor_uu[i] = m.tensor_uv[i] = m.tensor_vv[i] = 0.0f;
@@ -225,7 +227,7 @@ OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const Estim
     if (b.status[i] != PointStatus::kOk) {
       FillPoint(b, i);
     } else if (plan.estimator == EstimatorKind::kAvgHexagram) {
-      AverageCorners(b, i);
+      AverageHexagrams(plan.rotations, b, i);
     } else if (plan.estimator == EstimatorKind::kUniform) {
       MeasureUniform(plan, b, i);
     } else if (plan.estimator == EstimatorKind::kIndependent) {
@@ -237,7 +239,7 @@ OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const Estim
     for (int s = 0; s < 6; ++s) NearestCorners(index, s, b);
   }
   if (plan.estimator == EstimatorKind::kAvgHexagram || plan.estimator == EstimatorKind::kHexagram) {
-    MeasureHexagrams(b);
+    MeasureHexagrams(plan.rotations, b);
   }
   GroupCurvature curvature;
   ComputeCurvature(b, curvature);

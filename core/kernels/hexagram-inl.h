@@ -8,6 +8,7 @@
 #define CURVD_CORE_KERNELS_HEXAGRAM_INL_H_
 #endif
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/group_buffers.h"
@@ -93,13 +94,45 @@ HWY_INLINE void StoreSums(const FloatVec* sums, float* out) {
   StoreFourSums(sums[16], sums[17], zero, zero, out + 16);
 }
 
-// Sets the corners of point i to the averages of its neighbors over the sectors of its tangent frame. A sector without
-// neighbors leaves its corner at the point itself: the triangle over the other corners still counts.
-HWY_INLINE void AverageCorners(GroupScratch::Buffers& b, size_t i) {
+// Directions of a hexagram's first axis in the tangent frame, and of the axis after it.
+struct Turn {
+  Triple first, second;
+};
+
+// The tangent frame of point i turned by `angle` radians.
+HWY_INLINE Turn TurnedFrame(const GroupScratch::Buffers& b, size_t i, float angle) {
+  const FloatTag d;
+  const float c = std::cos(angle), s = std::sin(angle);
+  const float u[3] = {b.u.x[i], b.u.y[i], b.u.z[i]}, v[3] = {b.v.x[i], b.v.y[i], b.v.z[i]};
+  return {{hn::Set(d, c * u[0] + s * v[0]), hn::Set(d, c * u[1] + s * v[1]), hn::Set(d, c * u[2] + s * v[2])},
+          {hn::Set(d, c * v[0] - s * u[0]), hn::Set(d, c * v[1] - s * u[1]), hn::Set(d, c * v[2] - s * u[2])}};
+}
+
+// Sets corner s of point i to the averages that the sums over its sector give. The average normal is brought back to
+// unit length: noise shortens it, and with it every curvature (docs/numerics.md). A sector without neighbors leaves
+// its corner at the point itself: the triangle over the other corners still counts.
+HWY_INLINE void StoreCorner(const float* offset_sums, const float* normal_sums, size_t count, int s,
+                            const GroupVectors& own, size_t i, Hexagram& out) {
+  const float weight = count > 0 ? 1.0f / static_cast<float>(count) : 0.0f;
+  const float offset[3] = {offset_sums[s] * weight, offset_sums[6 + s] * weight, offset_sums[12 + s] * weight};
+  out.offset[s].Set(i, offset);
+  const float n[3] = {own.x[i], own.y[i], own.z[i]};
+  const float mean[3] = {normal_sums[s] * weight, normal_sums[6 + s] * weight, normal_sums[12 + s] * weight};
+  // With L = |n + mean|: (n + mean) / L - n, by L^2 - 1, which is small and loses no digits.
+  float squared_excess = 0.0f;
+  for (int axis = 0; axis < 3; ++axis) squared_excess += (n[axis] + n[axis] + mean[axis]) * mean[axis];
+  const float length = std::sqrt(std::max(1.0f + squared_excess, 0.01f));
+  const float excess = squared_excess / (length + 1.0f);
+  float normal[3];
+  for (int axis = 0; axis < 3; ++axis) normal[axis] = (mean[axis] - excess * n[axis]) / length;
+  out.normal[s].Set(i, normal);
+}
+
+// Sets a hexagram of point i to the averages of its neighbors over the sectors of a turned frame.
+HWY_INLINE void AverageCorners(const GroupScratch::Buffers& b, size_t i, float angle, Hexagram& out) {
   const FloatTag d;
   const NeighborArrays& n = b.neighbors;
-  const FloatVec ux = hn::Set(d, b.u.x[i]), uy = hn::Set(d, b.u.y[i]), uz = hn::Set(d, b.u.z[i]);
-  const FloatVec vx = hn::Set(d, b.v.x[i]), vy = hn::Set(d, b.v.y[i]), vz = hn::Set(d, b.v.z[i]);
+  const Turn turn = TurnedFrame(b, i, angle);
   // Normals are summed relative to the point's own: their differences are what the measures need to full precision.
   const FloatVec own_x = hn::Set(d, b.normal.x[i]), own_y = hn::Set(d, b.normal.y[i]),
                  own_z = hn::Set(d, b.normal.z[i]);
@@ -107,29 +140,24 @@ HWY_INLINE void AverageCorners(GroupScratch::Buffers& b, size_t i) {
   FloatVec offsets[18], normals[18];
   for (int s = 0; s < 18; ++s) offsets[s] = normals[s] = hn::Zero(d);
   for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
-    const FloatVec dx = hn::Load(d, n.dx.data() + j), dy = hn::Load(d, n.dy.data() + j),
-                   dz = hn::Load(d, n.dz.data() + j);
-    const FloatVec along_u = hn::MulAdd(dz, uz, hn::MulAdd(dy, uy, hn::Mul(dx, ux)));
-    const FloatVec along_v = hn::MulAdd(dz, vz, hn::MulAdd(dy, vy, hn::Mul(dx, vx)));
-    const Sectors sectors = FindSectors(along_u, along_v);
+    const Triple offset{hn::Load(d, n.dx.data() + j), hn::Load(d, n.dy.data() + j), hn::Load(d, n.dz.data() + j)};
+    const Sectors sectors = FindSectors(Dot(offset, turn.first), Dot(offset, turn.second));
     for (int s = 0; s < 6; ++s) counts[s] += hn::CountTrue(d, sectors.mask[s]);
-    AddToSectors(sectors, dx, dy, dz, offsets);
+    AddToSectors(sectors, offset.x, offset.y, offset.z, offsets);
     AddToSectors(sectors, hn::Sub(hn::Load(d, n.nx.data() + j), own_x), hn::Sub(hn::Load(d, n.ny.data() + j), own_y),
                  hn::Sub(hn::Load(d, n.nz.data() + j), own_z), normals);
   }
   alignas(64) float offset_sums[20], normal_sums[20];
   StoreSums(offsets, offset_sums);
   StoreSums(normals, normal_sums);
-  for (int s = 0; s < 6; ++s) {
-    const float weight = counts[s] > 0 ? 1.0f / static_cast<float>(counts[s]) : 0.0f;
-    GroupVectors& offset = b.corner_offset[s];
-    offset.x[i] = offset_sums[s] * weight;
-    offset.y[i] = offset_sums[6 + s] * weight;
-    offset.z[i] = offset_sums[12 + s] * weight;
-    GroupVectors& normal = b.corner_normal[s];
-    normal.x[i] = normal_sums[s] * weight;
-    normal.y[i] = normal_sums[6 + s] * weight;
-    normal.z[i] = normal_sums[12 + s] * weight;
+  for (int s = 0; s < 6; ++s) StoreCorner(offset_sums, normal_sums, counts[s], s, b.normal, i, out);
+}
+
+// Sets all hexagrams of point i, turned evenly between one sector and the next.
+HWY_INLINE void AverageHexagrams(int rotations, GroupScratch::Buffers& b, size_t i) {
+  constexpr float kSector = 1.04719755f;
+  for (int r = 0; r < rotations; ++r) {
+    AverageCorners(b, i, kSector * static_cast<float>(r) / static_cast<float>(rotations), b.hexagrams[r]);
   }
 }
 
@@ -212,31 +240,37 @@ HWY_INLINE void NearestCorners(const SpatialIndex& index, int s, GroupScratch::B
     if (nearest.slot < 0) nearest = FindNearestByDescent(index, targets[i], b);
     const SpatialIndex::LeafPositions& points = index.positions(nearest.leaf);
     const SpatialIndex::LeafNormals& normals = index.normals(nearest.leaf);
-    b.corner_offset[s].x[i] = points.x[nearest.slot] - b.query[i][0];
-    b.corner_offset[s].y[i] = points.y[nearest.slot] - b.query[i][1];
-    b.corner_offset[s].z[i] = points.z[nearest.slot] - b.query[i][2];
-    b.corner_normal[s].x[i] = normals.x[nearest.slot] - b.normal.x[i];
-    b.corner_normal[s].y[i] = normals.y[nearest.slot] - b.normal.y[i];
-    b.corner_normal[s].z[i] = normals.z[nearest.slot] - b.normal.z[i];
+    b.hexagrams[0].offset[s].x[i] = points.x[nearest.slot] - b.query[i][0];
+    b.hexagrams[0].offset[s].y[i] = points.y[nearest.slot] - b.query[i][1];
+    b.hexagrams[0].offset[s].z[i] = points.z[nearest.slot] - b.query[i][2];
+    b.hexagrams[0].normal[s].x[i] = normals.x[nearest.slot] - b.normal.x[i];
+    b.hexagrams[0].normal[s].y[i] = normals.y[nearest.slot] - b.normal.y[i];
+    b.hexagrams[0].normal[s].z[i] = normals.z[nearest.slot] - b.normal.z[i];
   }
 }
 
-// Measures of both triangles of each point's hexagram, for all points of the group at once.
-HWY_INLINE void MeasureHexagrams(GroupScratch::Buffers& b) {
+// Adds the measures of both triangles of a hexagram, for points i, i + 1, ... at once.
+HWY_INLINE void AddHexagram(const Hexagram& hexagram, const Frame& frame, const Triple& own, FloatVec unit, size_t i,
+                            Measures& sum) {
+  for (int first = 0; first < 2; ++first) {
+    Corner corners[3];
+    for (int c = 0; c < 3; ++c) {
+      const int s = first + 2 * c;
+      corners[c] = {Scale(LoadTriple(hexagram.offset[s], i), unit), LoadTriple(hexagram.normal[s], i)};
+    }
+    AddTriangle(frame, own, corners, sum);
+  }
+}
+
+// Measures of the hexagrams of all points of the group.
+HWY_INLINE void MeasureHexagrams(int rotations, GroupScratch::Buffers& b) {
   const FloatTag d;
   for (size_t i = 0; i < b.size; i += hn::Lanes(d)) {
     const Frame frame{LoadTriple(b.u, i), LoadTriple(b.v, i)};
     const Triple own = LoadTriple(b.normal, i);
     const FloatVec unit = hn::Div(hn::Set(d, 1.0f), hn::Load(d, b.rho + i));
     Measures measures = ZeroMeasures();
-    for (int first = 0; first < 2; ++first) {
-      Corner corners[3];
-      for (int c = 0; c < 3; ++c) {
-        const int s = first + 2 * c;
-        corners[c] = {Scale(LoadTriple(b.corner_offset[s], i), unit), LoadTriple(b.corner_normal[s], i)};
-      }
-      AddTriangle(frame, own, corners, measures);
-    }
+    for (int r = 0; r < rotations; ++r) AddHexagram(b.hexagrams[r], frame, own, unit, i, measures);
     StoreMeasures(measures, i, b.measures);
   }
 }

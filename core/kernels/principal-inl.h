@@ -58,8 +58,10 @@ HWY_INLINE void ComputeCurvature(const GroupScratch::Buffers& b, GroupCurvature&
     const FloatVec vv = hn::Mul(hn::Load(d, m.tensor_vv + i), per_area);
     const FloatVec a = hn::Mul(hn::Sub(uu, vv), half);
     const FloatVec r = hn::Sqrt(hn::MulAdd(a, a, hn::Mul(uv, uv)));
-    hn::Store(hn::Mul(hn::Load(d, m.mean + i), per_area), d, out.mean + i);
-    hn::Store(hn::Mul(hn::Load(d, m.gaussian + i), per_area), d, out.gaussian + i);
+    const FloatVec mean = hn::Mul(hn::Load(d, m.mean + i), per_area);
+    const FloatVec gaussian = hn::Mul(hn::Load(d, m.gaussian + i), per_area);
+    hn::Store(mean, d, out.mean + i);
+    hn::Store(gaussian, d, out.gaussian + i);
     hn::Store(r, d, out.half_difference + i);
     PrincipalDirections({LoadTriple(b.u, i), LoadTriple(b.v, i)}, a, uv, r, i, out);
   }
