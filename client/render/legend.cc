@@ -34,7 +34,7 @@ std::string Label(double value, double step, double largest) {
 // Lengths of the legend's parts, all in proportion to the picture.
 struct Measures {
   explicit Measures(int image_height)
-      : size(std::max(7.0, 0.0145 * image_height)), bar_width(1.9 * size), width(13.5 * size) {}
+      : size(std::max(7.0, 0.0165 * image_height)), bar_width(1.9 * size), width(13.0 * size) {}
   double size;  // of capital letters
   double bar_width;
   double width;

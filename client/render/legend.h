@@ -14,7 +14,7 @@ struct Tick {
   std::string label;
 };
 
-// Round values in [low, high], 3 to 8 of them, with just the digits that tell them apart. REQUIRES: low < high, finite.
+// Round values in [low, high], 3 to 9 of them, with just the digits that tell them apart. REQUIRES: low < high, finite.
 std::vector<Tick> RoundTicks(double low, double high);
 
 struct LegendText {

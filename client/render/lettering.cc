@@ -82,7 +82,7 @@ double GlyphUnits(std::string_view strokes) {
 }
 
 void DrawGlyph(std::string_view strokes, double x, double y, double unit, const Color& color, Image& image) {
-  const double width = std::max(1.0, 0.62 * unit);
+  const double width = std::max(1.0, 0.75 * unit);
   double from_x = 0.0, from_y = 0.0;
   bool pen_down = false;
   for (size_t i = 0; i < strokes.size(); ++i) {

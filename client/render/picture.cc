@@ -16,7 +16,7 @@ constexpr Color kPaper{1.0f, 1.0f, 1.0f};
 constexpr int kOversampling = 2;
 // Discs as wide as the way to the sixth neighbor leave no holes in a cloud that is spread at random.
 constexpr int kSpacingRank = 6;
-constexpr double kDiscSize = 1.15;
+constexpr double kDiscSize = 1.0;
 // A lonely point is not drawn larger than this many times the usual.
 constexpr double kLargestDisc = 4.0;
 

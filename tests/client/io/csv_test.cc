@@ -1,0 +1,40 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "client/io/formats.h"
+#include "tests/client/io/samples.h"
+
+namespace curv {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::string Message(const std::string& file) { return std::string(ReadCsv(file).status().message()); }
+
+TEST(CsvTest, ReadsNamesNumbersAndStatuses) {
+  const absl::StatusOr<PointTable> table = ReadCsv("x, k1 ,status\r\n1.5,nan,degenerate_area\r\n\r\n-2,3,ok\r\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "x"), ElementsAre(1.5, -2));
+  EXPECT_TRUE(std::isnan(Values(*table, "k1")[0]));
+  EXPECT_THAT(Values(*table, "status"), ElementsAre(3, 1));
+}
+
+TEST(CsvTest, NamesLineAndValue) {
+  EXPECT_THAT(Message(""), HasSubstr("the file is empty"));
+  EXPECT_THAT(Message("x,,y\n"), HasSubstr("column 2 has no name"));
+  EXPECT_THAT(Message("x,x\n"), HasSubstr("two columns have the name \"x\""));
+  EXPECT_THAT(Message("x,y\n1,2\n1\n"), HasSubstr("line 3: expected 2 values, found 1"));
+  EXPECT_THAT(Message("x,y\n1,2,3\n"), HasSubstr("line 2: expected 2 values, found 3"));
+  EXPECT_THAT(Message("x,y\n1,\n"), HasSubstr("line 2: value 2 (y) is \"\""));
+  EXPECT_THAT(Message("x,status\n1,fine\n"), HasSubstr("expected a status word"));
+}
+
+TEST(CsvTest, SurvivesTruncationAndDamage) {
+  AcceptedPrefixes(ReadCsv, "x,y,status\n1.5,-2e3,ok\nnan,inf,invalid_input\n");
+}
+
+}  // namespace
+}  // namespace curv

@@ -1,0 +1,59 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/io/formats.h"
+#include "tests/client/io/samples.h"
+
+namespace curv {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::string Message(const std::string& file) { return std::string(ReadObj(file).status().message()); }
+
+TEST(ObjTest, PairsInOrder) {
+  const absl::StatusOr<PointTable> table =
+      ReadObj("# c\no thing\nv 1 2 3 1.0\nvn 0 0 1\nv 4 5 6 0.5 0.5 0.5\nvn 1 0 0\nvt 0 0\nf 1 2 1\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "x"), ElementsAre(1, 4));
+  EXPECT_THAT(Values(*table, "nx"), ElementsAre(0, 1));
+}
+
+TEST(ObjTest, PairsByFaces) {
+  const absl::StatusOr<PointTable> table =
+      ReadObj("v 1 0 0\nv 2 0 0\nv 3 0 0\nvn 0 0 1\nvn 0 1 0\nf 1//2 2/7/1 -1//-2\nf 1//1 2//1 3//1\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "ny"), ElementsAre(1, 0, 0));
+  EXPECT_THAT(Values(*table, "nz"), ElementsAre(1, 2, 2));
+}
+
+TEST(ObjTest, VerticesWithoutFaceHaveNoNormal) {
+  const absl::StatusOr<PointTable> table = ReadObj("v 1 0 0\nvn 0 0 1\nf 1//1\nv 2 0 0\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "nz"), ElementsAre(1, 0));
+}
+
+TEST(ObjTest, LeavesOutNormalsThatDoNotCorrespond) {
+  const absl::StatusOr<PointTable> table = ReadObj("v 1 0 0\nv 2 0 0\nvn 0 0 1\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->Find("nx"), nullptr);
+  EXPECT_THAT(table->notes, ElementsAre(HasSubstr("1 vn lines do not correspond to 2 v lines")));
+}
+
+TEST(ObjTest, NamesLineAndValue) {
+  EXPECT_THAT(Message("v 1 2\n"), HasSubstr("line 1: v needs three numbers, found \"\""));
+  EXPECT_THAT(Message("v 1 2 3\nvn a 2 3\n"), HasSubstr("line 2: vn needs three numbers, found \"a\""));
+  EXPECT_THAT(Message("v 1 2 3\nvn 0 0 1\nf 1//2\n"), HasSubstr("line 3: face corner \"1//2\""));
+  EXPECT_THAT(Message("v 1 2 3\nvn 0 0 1\nf 0//1\n"), HasSubstr("does not exist"));
+  EXPECT_THAT(Message("v 1 2 3\nvn 0 0 1\nf -9223372036854775808//1\n"), HasSubstr("does not exist"));
+  EXPECT_THAT(Message("v 1 2 3\nvn 0 0 1\nf x//1\n"), HasSubstr("expected integers"));
+  EXPECT_THAT(Message("vn 0 0 1\n"), HasSubstr("no v lines"));
+}
+
+TEST(ObjTest, SurvivesTruncationAndDamage) {
+  AcceptedPrefixes(ReadObj, "v 1 2 3\nvn 0 0 1\nv 4 5 6\nvn 1 0 0\nf 1//1 2/3/2 -1//-1\n");
+}
+
+}  // namespace
+}  // namespace curv

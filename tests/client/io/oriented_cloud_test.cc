@@ -1,0 +1,59 @@
+#include "client/io/oriented_cloud.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace curv {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+template <typename Scalar>
+PointTable Table() {
+  PointTable table;
+  Scalar value = 0;
+  for (const char* name : {"ny", "x", "z", "y", "nx", "nz", "extra"}) {
+    table.Set({name, std::vector<Scalar>{value, static_cast<Scalar>(value + 10)}});
+    ++value;
+  }
+  return table;
+}
+
+TEST(OrientedCloudTest, PacksFloats) {
+  const absl::StatusOr<OrientedCloud> cloud = ExtractCloud(Table<float>());
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  const auto& packed = std::get<PackedCloud<float>>(*cloud);
+  EXPECT_THAT(packed.positions, ElementsAre(1, 3, 2, 11, 13, 12));
+  EXPECT_THAT(packed.normals, ElementsAre(4, 0, 5, 14, 10, 15));
+}
+
+TEST(OrientedCloudTest, KeepsDoubles) {
+  PointTable table = Table<float>();
+  table.Set({"y", std::vector<double>{4500000.0625, 0.0}});
+  const absl::StatusOr<OrientedCloud> cloud = ExtractCloud(table);
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  EXPECT_EQ(std::get<PackedCloud<double>>(*cloud).positions[1], 4500000.0625);
+}
+
+TEST(OrientedCloudTest, KeepsLongIntegersExact) {
+  PointTable table = Table<int16_t>();
+  EXPECT_TRUE(std::holds_alternative<PackedCloud<float>>(*ExtractCloud(table)));
+  table.Set({"x", std::vector<int32_t>{2147483647, 0}});
+  EXPECT_EQ(std::get<PackedCloud<double>>(*ExtractCloud(table)).positions[0], 2147483647.0);
+}
+
+TEST(OrientedCloudTest, SaysWhatIsMissingAndWhatToDo) {
+  PointTable table;
+  for (const char* name : {"x", "y", "z", "intensity"}) table.Set({name, std::vector<float>{1}});
+  EXPECT_THAT(ExtractCloud(table).status().message(),
+              AllOf(HasSubstr("no normals"), HasSubstr("x y z intensity"), HasSubstr("CloudCompare"),
+                    HasSubstr("consistent orientation")));
+  PointTable flat;
+  flat.Set({"x", std::vector<float>{1}});
+  EXPECT_THAT(ExtractCloud(flat).status().message(), HasSubstr("x, y and z are needed"));
+}
+
+}  // namespace
+}  // namespace curv

@@ -1,0 +1,107 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <lzf.h>
+
+#include "client/io/formats.h"
+#include "tests/client/io/samples.h"
+
+namespace curv {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::string Message(const std::string& file) { return std::string(ReadPcd(file).status().message()); }
+
+std::string Header(const std::string& data, const std::string& points = "2") {
+  return "# .PCD v0.7\nVERSION 0.7\nFIELDS x normal_x ring\nSIZE 4 8 2\nTYPE F F U\nCOUNT 1 1 1\nWIDTH " + points +
+         "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + points + "\nDATA " + data + "\n";
+}
+
+std::string Compressed(const std::string& plain) {
+  std::string packed(plain.size() + 64, '\0');
+  const unsigned size = lzf_compress(plain.data(), static_cast<unsigned>(plain.size()), packed.data(),
+                                     static_cast<unsigned>(packed.size()));
+  EXPECT_GT(size, 0u);
+  packed.resize(size);
+  return Pack(static_cast<uint32_t>(size), static_cast<uint32_t>(plain.size())) + packed;
+}
+
+void ExpectTwoPoints(const absl::StatusOr<PointTable>& table) {
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "x"), ElementsAre(1.5, -2.5));
+  EXPECT_THAT(Values(*table, "nx"), ElementsAre(0.25, 0.5));
+  EXPECT_THAT(Values(*table, "ring"), ElementsAre(65535, 3));
+}
+
+const std::string kRows = Pack(1.5f, 0.25, uint16_t{65535}) + Pack(-2.5f, 0.5, uint16_t{3});
+const std::string kColumns = Pack(1.5f, -2.5f) + Pack(0.25, 0.5) + Pack(uint16_t{65535}, uint16_t{3});
+
+TEST(PcdTest, ReadsAscii) { ExpectTwoPoints(ReadPcd(Header("ascii") + "1.5 0.25 65535\n-2.5 0.5 3\n")); }
+
+TEST(PcdTest, ReadsBinary) { ExpectTwoPoints(ReadPcd(Header("binary") + kRows)); }
+
+TEST(PcdTest, ReadsBinaryCompressed) { ExpectTwoPoints(ReadPcd(Header("binary_compressed") + Compressed(kColumns))); }
+
+TEST(PcdTest, ReadsLongCompressedRuns) {
+  std::string columns;
+  for (int column = 0; column < 3; ++column) columns.append(1000 * (column == 0 ? 4 : column == 1 ? 8 : 2), '\0');
+  const absl::StatusOr<PointTable> table = ReadPcd(Header("binary_compressed", "1000") + Compressed(columns));
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->size(), 1000u);
+}
+
+TEST(PcdTest, SurvivesTruncationAndDamage) {
+  EXPECT_LE(AcceptedPrefixes(ReadPcd, Header("ascii") + "1.5 0.25 65535\n-2.5 0.5 3\n"), 1);
+  EXPECT_EQ(AcceptedPrefixes(ReadPcd, Header("binary") + kRows), 0);
+  EXPECT_EQ(AcceptedPrefixes(ReadPcd, Header("binary_compressed") + Compressed(kColumns)), 0);
+}
+
+TEST(PcdTest, LeavesOutPaddingAndVectors) {
+  const std::string file =
+      "FIELDS x _ fpfh y\nSIZE 4 1 4 4\nTYPE F U F F\nCOUNT 1 4 2 1\nWIDTH 1\nHEIGHT 1\nDATA binary\n" +
+      Pack(1.0f, 0, 8.0f, 9.0f, 2.0f);
+  const absl::StatusOr<PointTable> table = ReadPcd(file);
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "x"), ElementsAre(1.0));
+  EXPECT_THAT(Values(*table, "y"), ElementsAre(2.0));
+  EXPECT_EQ(table->columns().size(), 2u);
+  EXPECT_THAT(table->notes, ElementsAre(HasSubstr("fpfh")));
+}
+
+TEST(PcdTest, TurnsLongIntegersIntoDoubles) {
+  const std::string file =
+      "FIELDS t u\nSIZE 8 8\nTYPE I U\nCOUNT 1 1\nPOINTS 1\nDATA binary\n" + Pack(int64_t{-5}, ~uint64_t{0});
+  const absl::StatusOr<PointTable> table = ReadPcd(file);
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "t"), ElementsAre(-5.0));
+  EXPECT_THAT(Values(*table, "u"), ElementsAre(0x1p64));
+}
+
+TEST(PcdTest, DoesNotTrustCounts) {
+  EXPECT_THAT(Message(Header("binary", "18446744073709551615") + kRows), HasSubstr("28 bytes follow"));
+  EXPECT_THAT(Message(Header("ascii", "3") + "1 2 3\n"), HasSubstr("after 1 of 3 points"));
+  EXPECT_THAT(Message(Header("binary_compressed", "100000000") + Pack(1u, 1400000000u) + "x"),
+              HasSubstr("cannot hold"));
+  EXPECT_THAT(Message(Header("binary_compressed") + Pack(9u, 27u) + "123456789"), HasSubstr("27 decompressed"));
+  EXPECT_THAT(Message(Header("binary_compressed") + Pack(9u, 28u) + std::string(9, '\xff')), HasSubstr("damaged"));
+  EXPECT_THAT(Message("FIELDS x\nSIZE 4\nTYPE F\nCOUNT 4294967295\nPOINTS 1\nDATA ascii\n1\n"),
+              HasSubstr("at most 65536"));
+  EXPECT_THAT(Message("FIELDS x\nWIDTH 18446744073709551615\nHEIGHT 2\nDATA ascii\n1\n"), HasSubstr("too large"));
+}
+
+TEST(PcdTest, RefusesBadHeaders) {
+  EXPECT_THAT(Message(""), HasSubstr("expected DATA"));
+  EXPECT_THAT(Message("DATA ascii\n"), HasSubstr("no FIELDS"));
+  EXPECT_THAT(Message("FIELDS x\nDATA ascii\n"), HasSubstr("neither POINTS nor WIDTH"));
+  EXPECT_THAT(Message("FIELDS x y\nSIZE 4\nDATA ascii\n"), HasSubstr("line 2: SIZE of field y"));
+  EXPECT_THAT(Message("FIELDS x\nSIZE 4 4\nDATA ascii\n"), HasSubstr("more values than the 1 FIELDS"));
+  EXPECT_THAT(Message("FIELDS x\nTYPE D\nPOINTS 1\nDATA ascii\n"), HasSubstr("TYPE D"));
+  EXPECT_THAT(Message("FIELDS x\nSIZE 3\nTYPE I\nPOINTS 1\nDATA ascii\n"), HasSubstr("SIZE 3"));
+  EXPECT_THAT(Message("FIELDS x\nPOINTS many\n"), HasSubstr("\"many\""));
+  EXPECT_THAT(Message("FIELDS x\nPOINTS 1\nDATA zip\n"), HasSubstr("\"zip\""));
+  EXPECT_THAT(Message("BOUNDS 1 2\n"), HasSubstr("unknown keyword \"BOUNDS\""));
+}
+
+}  // namespace
+}  // namespace curv

@@ -1,0 +1,62 @@
+#include "client/io/text.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace curv {
+namespace {
+
+template <typename T>
+bool Parses(std::string_view field, T expected) {
+  T value;
+  return ParseNumber(field, value) && value == expected;
+}
+
+template <typename T>
+bool Refuses(std::string_view field) {
+  T value;
+  return !ParseNumber(field, value);
+}
+
+TEST(TextTest, ParsesNumbers) {
+  EXPECT_TRUE(Parses("1.5", 1.5));
+  EXPECT_TRUE(Parses("+1e2", 100.0));
+  EXPECT_TRUE(Parses("-.5", -0.5f));
+  EXPECT_TRUE(Parses("inf", INFINITY));
+  EXPECT_TRUE(Parses("-7", int8_t{-7}));
+  EXPECT_TRUE(Parses("1e-400", 0.0));
+  EXPECT_TRUE(Parses("-1e-60", -0.0f));
+  EXPECT_TRUE(Parses("5e-324", 5e-324));
+}
+
+TEST(TextTest, RefusesWhatIsNoNumber) {
+  for (const char* field : {"", "+", "-", "++1", "1x", "x", "1,5", "0x10", "1e", "1e999", "-1e999", "e5", " 1"}) {
+    EXPECT_TRUE(Refuses<double>(field)) << field;
+  }
+  EXPECT_TRUE(Refuses<float>("1e39"));
+  EXPECT_TRUE(Refuses<uint8_t>("256"));
+  EXPECT_TRUE(Refuses<uint8_t>("-1"));
+  EXPECT_TRUE(Refuses<int32_t>("1.0"));
+}
+
+TEST(TextTest, SplitsLines) {
+  LineReader lines("a\r\n\nb", 5);
+  std::string_view line;
+  ASSERT_TRUE(lines.Next(line));
+  EXPECT_EQ(line, "a");
+  EXPECT_EQ(lines.number(), 5u);
+  ASSERT_TRUE(lines.Next(line));
+  EXPECT_EQ(line, "");
+  ASSERT_TRUE(lines.Next(line));
+  EXPECT_EQ(line, "b");
+  EXPECT_FALSE(lines.Next(line));
+}
+
+TEST(TextTest, QuotesShortAndPrintable) {
+  EXPECT_EQ(Quoted("a\n\xff"), "\"a??\"");
+  EXPECT_EQ(Quoted(std::string(100, 'x')), "\"" + std::string(40, 'x') + "...\"");
+}
+
+}  // namespace
+}  // namespace curv

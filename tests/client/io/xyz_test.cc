@@ -1,0 +1,78 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/io/formats.h"
+#include "tests/client/io/samples.h"
+
+namespace curv {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::string Message(const std::string& file) { return std::string(ReadXyz(file).status().message()); }
+
+TEST(XyzTest, ReadsPositionsAndNormals) {
+  const absl::StatusOr<PointTable> table =
+      ReadXyz("# x y Mean_Curvature nx ny\n// more\n\n1 2 3 0 0 1\r\n  4\t5 6e1 1 0 0");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "x"), ElementsAre(1, 4));
+  EXPECT_THAT(Values(*table, "z"), ElementsAre(3, 60));
+  EXPECT_THAT(Values(*table, "nz"), ElementsAre(1, 0));
+}
+
+TEST(XyzTest, KeepsFurtherColumns) {
+  const absl::StatusOr<PointTable> table = ReadXyz("1 2 3 0 0 1 0.5 7\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "column7"), ElementsAre(0.5));
+  EXPECT_THAT(Values(*table, "column8"), ElementsAre(7));
+}
+
+TEST(XyzTest, TakesCommasAndSemicolons) {
+  const absl::StatusOr<PointTable> table = ReadXyz("1, 2,3; 0 0 1\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "nz"), ElementsAre(1));
+}
+
+TEST(XyzTest, TakesACount) {
+  EXPECT_TRUE(ReadXyz("2\n1 2 3\n4 5 6\n").ok());
+  EXPECT_THAT(Message("3\n1 2 3\n4 5 6\n"), HasSubstr("declares 3 points, the file holds 2"));
+}
+
+TEST(XyzTest, ThreeColumnsHaveNoNormals) {
+  const absl::StatusOr<PointTable> table = ReadXyz("1 2 3\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->Find("nx"), nullptr);
+}
+
+TEST(XyzTest, ColorsAreNoNormals) {
+  const absl::StatusOr<PointTable> table = ReadXyz("1 2 3 255 0 128\n4 5 6 0 0 0\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->Find("nx"), nullptr);
+  EXPECT_THAT(Values(*table, "red"), ElementsAre(255, 0));
+  EXPECT_THAT(Values(*table, "blue"), ElementsAre(128, 0));
+}
+
+TEST(XyzTest, WholeNumbersUpToOneAreNormals) { EXPECT_NE(ReadXyz("1 2 3 0 0 1\n4 5 6 1 0 0\n")->Find("nx"), nullptr); }
+
+TEST(XyzTest, AnEmptyFileIsAnEmptyCloud) {
+  const absl::StatusOr<PointTable> table = ReadXyz("# nothing\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->size(), 0u);
+  EXPECT_NE(table->Find("nz"), nullptr);
+}
+
+TEST(XyzTest, NamesLineAndValue) {
+  EXPECT_THAT(Message("1 2 3\n1 2 x\n"), HasSubstr("line 2: value 3 (z) is \"x\""));
+  EXPECT_THAT(Message("# c\n1 2 3 4 5 6\n1 2 3\n"), HasSubstr("line 3: expected 6 values, found 3"));
+  EXPECT_THAT(Message("1 2\n"), HasSubstr("line 1: expected x y z nx ny nz"));
+  EXPECT_THAT(Message("1 2 1e400\n"), HasSubstr("in the range of double"));
+  EXPECT_THAT(Message(std::string("1 2 \0\x01\n", 7)), HasSubstr("\"??\""));
+}
+
+TEST(XyzTest, SurvivesTruncationAndDamage) {
+  AcceptedPrefixes(ReadXyz, "2\n# c\n1.5 -2e3 +3 0 0 1\n4, 5; 6 nan inf 1\n");
+}
+
+}  // namespace
+}  // namespace curv

@@ -1,0 +1,181 @@
+#include "client/render/picture.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <cmath>
+
+#include "client/render/legend.h"
+#include "client/render/lettering.h"
+#include "client/surfaces/surface.h"
+
+namespace curv {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+bool IsWhite(const Color& color) { return color.red == 1.0f && color.green == 1.0f && color.blue == 1.0f; }
+
+Image Draw(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals, const std::vector<double>& values,
+           std::string_view view = "front") {
+  PictureOptions options{.width = 400, .height = 300, .view = *MakeView(view, 'z')};
+  options.scale = ColorScale(-1, 1);
+  absl::StatusOr<Image> image = DrawPicture(positions, normals, values, options);
+  EXPECT_TRUE(image.ok()) << image.status();
+  return *image;
+}
+
+// The place of the cloud, beside the scale bar, and its size are as DrawPicture's framing makes them.
+const int kCloudWidth = 400 - LegendWidth(300);
+
+TEST(PictureTest, ASphereLooksClosed) {
+  const auto sphere = *MakeSurface("sphere");
+  const std::vector<Vec3> points = *SampleEvenly(*sphere, 3000, 0);
+  const Image image = Draw(points, points, std::vector<double>(points.size(), 1.0));
+  const double radius = std::min(0.5 * kCloudWidth, 150.0) - 15.0;
+  for (int y = 0; y < 300; ++y) {
+    for (int x = 0; x < kCloudWidth; ++x) {
+      const double distance = std::hypot(x + 0.5 - 0.5 * kCloudWidth, y + 0.5 - 150.0) / radius;
+      // Discs may stand out at the rim by their tilt.
+      if (distance < 0.98) {
+        EXPECT_GT(image.at(x, y).red, image.at(x, y).blue) << "hole at " << x << " " << y;
+      } else if (distance > 1.04) {
+        EXPECT_TRUE(IsWhite(image.at(x, y))) << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST(PictureTest, TheFrontHidesTheBack) {
+  // Seen from -y: the red layer is nearer.
+  std::vector<Vec3> positions, normals;
+  std::vector<double> values;
+  for (int i = -10; i <= 10; ++i) {
+    for (int j = -10; j <= 10; ++j) {
+      for (const double y : {-1.0, 1.0}) {
+        positions.push_back({0.1 * i, y, 0.1 * j});
+        normals.push_back({0, y, 0});
+        values.push_back(-y);
+      }
+    }
+  }
+  const Image front = Draw(positions, normals, values, "front");
+  EXPECT_GT(front.at(kCloudWidth / 2, 150).red, front.at(kCloudWidth / 2, 150).blue);
+  const Image back = Draw(positions, normals, values, "back");
+  EXPECT_LT(back.at(kCloudWidth / 2, 150).red, back.at(kCloudWidth / 2, 150).blue);
+}
+
+TEST(PictureTest, UpIsUpAndRightIsRight) {
+  // From the front, +x is to the right and +z upward.
+  std::vector<Vec3> positions;
+  std::vector<double> values;
+  for (int i = -10; i <= 10; ++i) {
+    for (int j = -10; j <= 10; ++j) {
+      positions.push_back({0.1 * i, 0, 0.1 * j});
+      values.push_back(i > 5 && j > 5 ? 1 : -1);
+    }
+  }
+  const Image image = Draw(positions, std::vector<Vec3>(positions.size(), {0, -1, 0}), values);
+  double red_x = 0, red_y = 0, count = 0;
+  for (int y = 0; y < 300; ++y) {
+    for (int x = 0; x < kCloudWidth; ++x) {
+      if (image.at(x, y).red <= image.at(x, y).blue + 0.3f) continue;
+      red_x += x;
+      red_y += y;
+      ++count;
+    }
+  }
+  ASSERT_GT(count, 0);
+  EXPECT_GT(red_x / count, 0.6 * kCloudWidth);
+  EXPECT_LT(red_y / count, 120);
+}
+
+TEST(PictureTest, SurvivesOddClouds) {
+  const double nan = NAN, inf = INFINITY;
+  Draw({{1, 2, 3}}, {{0, 0, 0}}, {nan});
+  Draw(std::vector<Vec3>(20, {5e6, 5e6, 1}), std::vector<Vec3>(20, {nan, 0, 0}), std::vector<double>(20, inf));
+  Draw({{0, 0, 0}, {nan, 0, 0}, {1e-30, 0, 0}, {1e30, 0, 0}}, std::vector<Vec3>(4, {1, 0, 0}), {1, 2, 3, 4});
+  PictureOptions options{.view = *MakeView("front", 'z')};
+  EXPECT_THAT(DrawPicture({{inf, 0, 0}}, {{0, 0, 1}}, {1}, options).status().message(), HasSubstr("no point"));
+  EXPECT_FALSE(DrawPicture({}, {}, {}, options).ok());
+}
+
+TEST(CameraTest, ViewsAreRightHanded) {
+  for (const char* name : {"three-quarter", "front", "back", "left", "right", "top", "bottom", "12.5:-30"}) {
+    for (const char up : {'y', 'z'}) {
+      const absl::StatusOr<View> view = MakeView(name, up);
+      ASSERT_TRUE(view.ok()) << view.status();
+      EXPECT_LT(Norm(Cross(view->right, view->up) - view->toward), 1e-12) << name;
+    }
+  }
+  EXPECT_NEAR(MakeView("front", 'z')->toward.y, -1, 1e-12);
+  EXPECT_NEAR(MakeView("front", 'y')->toward.z, 1, 1e-12);
+  EXPECT_NEAR(MakeView("top", 'y')->toward.y, 1, 1e-12);
+}
+
+TEST(CameraTest, RefusesOtherViews) {
+  for (const char* name : {"", "side", "10", "10:", ":10", "10:91", "nan:0", "1:2:3"}) {
+    EXPECT_THAT(MakeView(name, 'z').status().message(), HasSubstr("AZIMUTH:ELEVATION")) << name;
+  }
+}
+
+std::vector<std::string> Labels(double low, double high) {
+  std::vector<std::string> labels;
+  for (const Tick& tick : RoundTicks(low, high)) labels.push_back(tick.label);
+  return labels;
+}
+
+TEST(LegendTest, TicksAreRound) {
+  EXPECT_THAT(Labels(-0.107, 0.345), ElementsAre("-0.1", "0.0", "0.1", "0.2", "0.3"));
+  EXPECT_THAT(Labels(-1, 1), ElementsAre("-1.0", "-0.5", "0.0", "0.5", "1.0"));
+  EXPECT_THAT(Labels(0, 100), ElementsAre("0", "20", "40", "60", "80", "100"));
+  EXPECT_THAT(Labels(-3e-6, 3e-6), ElementsAre("-3e-06", "-2e-06", "-1e-06", "0", "1e-06", "2e-06", "3e-06"));
+  EXPECT_THAT(Labels(-2e6, 2e6), ElementsAre("-2e+06", "-1e+06", "0", "1e+06", "2e+06"));
+}
+
+TEST(LegendTest, TicksStayFewForAnyRange) {
+  for (double size = 1e-12; size < 1e12; size *= 1.7) {
+    for (const double low : {-size, -0.1 * size, 0.0, 5.0 * size}) {
+      const size_t ticks = RoundTicks(low, low + 1.3 * size).size();
+      EXPECT_GE(ticks, 3u);
+      EXPECT_LE(ticks, 9u);
+    }
+  }
+}
+
+TEST(LetteringTest, DrawsWithinItsWidth) {
+  Image image(200, 40, {1, 1, 1});
+  DrawText("0.25", 10, 30, 12, {0, 0, 0}, image);
+  const double right = 10 + TextWidth("0.25", 12) + 2;
+  bool drawn = false;
+  for (int y = 0; y < 40; ++y) {
+    for (int x = 0; x < 200; ++x) {
+      if (IsWhite(image.at(x, y))) continue;
+      drawn = true;
+      EXPECT_TRUE(x >= 8 && x <= right && y >= 16 && y <= 32) << x << " " << y;
+    }
+  }
+  EXPECT_TRUE(drawn);
+  DrawText("beyond the edge", 190, -5, 12, {0, 0, 0}, image);
+}
+
+TEST(ImageTest, PngComesBack) {
+  Image image(3, 2, {1, 0.5f, 0});
+  image.at(2, 1) = {0, 0, 1};
+  const std::string png = EncodePng(image);
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  ASSERT_NE(png_image_begin_read_from_memory(&header, png.data(), png.size()), 0);
+  header.format = PNG_FORMAT_RGB;
+  std::vector<uint8_t> bytes(PNG_IMAGE_SIZE(header));
+  ASSERT_NE(png_image_finish_read(&header, nullptr, bytes.data(), 0, nullptr), 0);
+  EXPECT_EQ(header.width, 3u);
+  EXPECT_EQ(header.height, 2u);
+  EXPECT_EQ((std::vector<uint8_t>{bytes.begin(), bytes.begin() + 3}), (std::vector<uint8_t>{255, 128, 0}));
+  EXPECT_EQ((std::vector<uint8_t>{bytes.end() - 3, bytes.end()}), (std::vector<uint8_t>{0, 0, 255}));
+}
+
+}  // namespace
+}  // namespace curv
