@@ -6,6 +6,7 @@ bin=$1
 results=$2
 mkdir -p "$results"
 log=$results/curvd.log
+: >"$log"
 
 "$bin/curvd" --listen=127.0.0.1:0 --metrics-listen=127.0.0.1:0 2>"$log" &
 curvd=$!
@@ -15,9 +16,9 @@ stop_curvd() {
 }
 trap 'stop_curvd || cat "$log" >&2' EXIT
 
-listening() { grep -oEm1 '127\.0\.0\.1:[1-9][0-9]*' "$log"; }
 for _ in {1..300}; do
-  server=$(listening) && break
+  server=$(sed -nE 's/.*"listen":"([^"]*)".*/\1/p' "$log")
+  [ -z "$server" ] || break
   kill -0 "$curvd" 2>/dev/null || exit 1
   sleep 0.1
 done
@@ -30,7 +31,7 @@ run() {
 }
 run info "--server=$server"
 run generate goursat --points=100000 --noise-position=0.05 --noise-normal=0.1 --seed=1 -o "$results/goursat.ply"
-run estimate "$results/goursat.ply" -o "$results/curvature.ply" "--server=$server"
+run estimate "$results/goursat.ply" -o "$results/curvature.ply" --k=100 "--server=$server"
 run evaluate "$results/curvature.ply"
 run render "$results/curvature.ply" -o "$results/mean_curvature.png" --quantity=mean --range=-0.107:0.345
 run render "$results/curvature.ply" -o "$results/gaussian_curvature.png" --quantity=gaussian --range=-0.034:0.119
