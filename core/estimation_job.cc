@@ -1,12 +1,12 @@
 #include "core/estimation_job.h"
 
 #include <algorithm>
+#include <latch>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_format.h"
-#include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "core/group_estimator.h"
 #include "core/index_builder.h"
@@ -184,12 +184,12 @@ std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const Estimator
 
 absl::StatusOr<EstimationResult> EstimateCurvature(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool) {
   absl::StatusOr<EstimationResult> result;
-  absl::Notification done;
+  std::latch done(1);
   EstimationJob::Start(std::move(cloud), options, pool, JobPriority::kBatch, [&](auto estimated) {
     result = std::move(estimated);
-    done.Notify();
+    done.count_down();
   });
-  done.WaitForNotification();
+  done.wait();
   return result;
 }
 

@@ -22,39 +22,51 @@ WorkerPool::WorkerPool(int thread_count) {
 
 WorkerPool::~WorkerPool() {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(mutex_);
     stopping_ = true;
   }
+  work_changed_.NotifyAll();
   for (std::thread& thread : threads_) thread.join();
 }
 
 void WorkerPool::Submit(JobPriority priority, size_t block_count, BlockFunction run, std::function<void()> done) {
   auto job = std::make_shared<Job>(Job{priority, block_count, std::move(run), std::move(done)});
-  absl::MutexLock lock(&mutex_);
-  ++open_jobs_;
-  (priority == JobPriority::kInteractive ? interactive_ : batch_).push_back(std::move(job));
+  {
+    MutexLock lock(mutex_);
+    ++open_jobs_;
+    (priority == JobPriority::kInteractive ? interactive_ : batch_).push_back(std::move(job));
+  }
+  block_count == 1 ? work_changed_.NotifyOne() : work_changed_.NotifyAll();
 }
 
 int WorkerPool::busy_count() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(mutex_);
   return busy_;
 }
 
 size_t WorkerPool::waiting_count() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(mutex_);
   return interactive_.size() + batch_.size();
 }
 
 bool WorkerPool::HasWork() const { return !interactive_.empty() || !batch_.empty() || (stopping_ && open_jobs_ == 0); }
+
+std::deque<std::shared_ptr<WorkerPool::Job>>& WorkerPool::NextQueue() {
+  // Every eighth block is a batch's, so that no flood of small clouds can starve the large ones.
+  constexpr uint32_t kBatchTurn = 8;
+  const bool batch_turn = ++turn_ % kBatchTurn == 0;
+  if (interactive_.empty()) return batch_;
+  return batch_turn && !batch_.empty() ? batch_ : interactive_;
+}
 
 void WorkerPool::RunWorker(int worker) {
   while (true) {
     std::shared_ptr<Job> job;
     size_t block;
     {
-      absl::MutexLock lock(&mutex_);
-      mutex_.Await(absl::Condition(this, &WorkerPool::HasWork));
-      auto& queue = interactive_.empty() ? batch_ : interactive_;
+      MutexLock lock(mutex_);
+      while (!HasWork()) work_changed_.Wait(mutex_);
+      auto& queue = NextQueue();
       if (queue.empty()) return;
       job = std::move(queue.front());
       queue.pop_front();
@@ -66,7 +78,7 @@ void WorkerPool::RunWorker(int worker) {
     job->run(block, worker);
     bool last;
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(mutex_);
       --busy_;
       last = ++job->finished_blocks == job->block_count;
     }
@@ -74,8 +86,11 @@ void WorkerPool::RunWorker(int worker) {
       job->run = nullptr;
       job->done();
       job->done = nullptr;
-      absl::MutexLock lock(&mutex_);
-      --open_jobs_;
+      {
+        MutexLock lock(mutex_);
+        --open_jobs_;
+      }
+      work_changed_.NotifyAll();  // the pool may wait for its last job
     }
   }
 }

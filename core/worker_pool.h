@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
+#include "core/mutex.h"
 
 namespace curvd {
 
-// Blocks of interactive jobs go before blocks of batch jobs.
+// Blocks of interactive jobs go before blocks of batch jobs, save that every eighth block is a batch's.
 enum class JobPriority : uint8_t { kInteractive, kBatch };
 
 // Thread-safe.
@@ -45,12 +45,15 @@ class WorkerPool {
   struct Job;
 
   void RunWorker(int worker);
+  std::deque<std::shared_ptr<Job>>& NextQueue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool HasWork() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
+  CondVar work_changed_;
   std::deque<std::shared_ptr<Job>> interactive_ ABSL_GUARDED_BY(mutex_);
   std::deque<std::shared_ptr<Job>> batch_ ABSL_GUARDED_BY(mutex_);
   size_t open_jobs_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint32_t turn_ ABSL_GUARDED_BY(mutex_) = 0;
   int busy_ ABSL_GUARDED_BY(mutex_) = 0;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;

@@ -1,0 +1,114 @@
+#include "core/cloud.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace curvd {
+namespace {
+
+template <typename Scalar>
+std::string_view Bytes(const std::vector<Scalar>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Scalar)};
+}
+
+// `count` unit normals along z.
+template <typename Scalar>
+std::vector<Scalar> UpNormals(size_t count) {
+  std::vector<Scalar> normals(3 * count, 0);
+  for (size_t i = 0; i < count; ++i) normals[3 * i + 2] = 1;
+  return normals;
+}
+
+TEST(CloudTest, KeepsFloatPositionsAsTheyAre) {
+  Cloud cloud;
+  ASSERT_TRUE(cloud.Append(Bytes<float>({1e6f, 0.1f, -3e-20f}), Bytes(UpNormals<float>(1))).ok());
+  ASSERT_TRUE(cloud.Finish().ok());
+  EXPECT_EQ(cloud.point(0).position, (std::array<float, 3>{1e6f, 0.1f, -3e-20f}));
+}
+
+TEST(CloudTest, ShiftsDoublesToALocalOriginThatChunkingDoesNotChange) {
+  constexpr size_t kPoints = 3000;
+  std::vector<double> positions;
+  for (size_t i = 0; i < 3 * kPoints; ++i) positions.push_back(5e6 + 1e-3 * static_cast<double>(i * 7919 % 1000));
+  const std::vector<double> normals = UpNormals<double>(kPoints);
+  std::vector<Cloud> clouds;
+  for (size_t chunk : {size_t{1}, size_t{1000}, kPoints}) {
+    Cloud cloud(ScalarType::kFloat64);
+    for (size_t i = 0; i < kPoints; i += chunk) {
+      const size_t bytes = chunk * 3 * sizeof(double);
+      ASSERT_TRUE(cloud.Append(Bytes(positions).substr(i * 24, bytes), Bytes(normals).substr(i * 24, bytes)).ok());
+    }
+    ASSERT_TRUE(cloud.Finish().ok());
+    clouds.push_back(std::move(cloud));
+  }
+  const auto& first = clouds[0];
+  for (size_t i = 0; i < kPoints; ++i) {
+    EXPECT_EQ(first.point(i).position, clouds[1].point(i).position);
+    EXPECT_EQ(first.point(i).position, clouds[2].point(i).position);
+    const double exact = positions[3 * i] - positions[0];
+    // Rounded once, to 2^-24 of at most one unit's distance.
+    EXPECT_NEAR(first.point(i).position[0] - first.point(0).position[0], exact, 0x1p-23);
+  }
+}
+
+TEST(CloudTest, OneOutlierInFrontDoesNotMoveTheOrigin) {
+  Cloud cloud(ScalarType::kFloat64);
+  const std::vector<double> positions = {1e15, 1e15, 1e15, 5e6, 5e6, 5e6, 5e6 + 1e-3, 5e6, 5e6};
+  ASSERT_TRUE(cloud.Append(Bytes(positions), Bytes(UpNormals<double>(3))).ok());
+  ASSERT_TRUE(cloud.Finish().ok());
+  EXPECT_NEAR(cloud.point(2).position[0] - cloud.point(1).position[0], 1e-3, 1e-9);
+}
+
+TEST(CloudTest, NormalizesNormalsOfAnyLengthAndCountsThem) {
+  Cloud cloud;
+  const std::vector<float> normals = {0, 0, 2, 0, 1e-30f, 0, 0, 3e38f, 0, 1, 0, 0};
+  ASSERT_TRUE(cloud.Append(Bytes(std::vector<float>(12, 0.0f)), Bytes(normals)).ok());
+  ASSERT_TRUE(cloud.Finish().ok());
+  EXPECT_EQ(cloud.rescaled_count(), 3u);
+  EXPECT_EQ(cloud.point(0).normal[2], 1.0f);
+  EXPECT_EQ(cloud.point(1).normal[1], 1.0f);
+  EXPECT_EQ(cloud.point(2).normal[1], 1.0f);
+}
+
+TEST(CloudTest, RejectsInvalidPointsByIndexAndField) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  Cloud cloud;
+  ASSERT_TRUE(cloud.Append(Bytes(std::vector<float>(6, 0.0f)), Bytes(UpNormals<float>(2))).ok());
+  absl::Status status = cloud.Append(Bytes<float>({0, nan, 0}), Bytes(UpNormals<float>(1)));
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(status.message().find("position of point 2"), std::string::npos) << status;
+  status = cloud.Append(Bytes<float>({0, 0, 0}), Bytes<float>({0, 0, 0}));
+  EXPECT_NE(status.message().find("normal of point 2"), std::string::npos) << status;
+  EXPECT_EQ(cloud.size(), 2u);
+}
+
+TEST(CloudTest, SkipsInvalidPointsOnRequest) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (double bad : {infinity, std::nan(""), 1e300}) {  // 1e300 is no float after any shift
+    Cloud cloud(ScalarType::kFloat64, InvalidPointPolicy::kSkip);
+    std::vector<double> positions(9, 0.0);
+    positions[3] = bad;
+    ASSERT_TRUE(cloud.Append(Bytes(positions), Bytes(UpNormals<double>(3))).ok());
+    ASSERT_TRUE(cloud.Finish().ok());
+    EXPECT_EQ(cloud.invalid_count(), 1u);
+    EXPECT_TRUE(std::isnan(cloud.point(1).position[0]));
+    EXPECT_EQ(cloud.size(), 3u);
+  }
+}
+
+TEST(CloudTest, RejectsLengthsThatAreNoPoints) {
+  Cloud cloud;
+  const std::string bytes(25, '\0');
+  EXPECT_EQ(cloud.Append(bytes, bytes).code(), absl::StatusCode::kInvalidArgument);
+  const absl::Status status =
+      cloud.Append(std::string_view(bytes).substr(0, 12), std::string_view(bytes).substr(0, 24));
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(status.message().find("24"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace curvd

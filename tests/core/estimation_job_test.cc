@@ -1,0 +1,195 @@
+#include "core/estimation_job.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <latch>
+#include <limits>
+
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+bool SameBytes(const CurvatureField& a, const CurvatureField& b) {
+  if (a.points.size() != b.points.size()) return false;
+  for (size_t i = 0; i < a.points.size(); ++i) {
+    const PointCurvature &p = a.points[i], &q = b.points[i];
+    // The last member's padding is not a value.
+    if (std::memcmp(&p, &q, offsetof(PointCurvature, status)) != 0 || p.status != q.status) return false;
+  }
+  return true;
+}
+
+EstimatorOptions WithEstimator(EstimatorKind estimator) {
+  EstimatorOptions options;
+  options.estimator = estimator;
+  return options;
+}
+
+constexpr EstimatorKind kEstimators[] = {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform,
+                                         EstimatorKind::kIndependent};
+
+uint64_t CountOf(const EstimationResult& result, PointStatus status) {
+  return result.field.status_counts[static_cast<size_t>(status)];
+}
+
+TEST(EstimationJobTest, SphereHasTheCurvatureOfItsRadius) {
+  for (EstimatorKind estimator : kEstimators) {
+    const EstimationResult result = MustEstimate(Sphere(20'000, 2.0).ToCloud(), WithEstimator(estimator));
+    for (size_t i = 0; i < result.field.points.size(); ++i) {
+      const PointCurvature& point = result.field.points[i];
+      ASSERT_EQ(point.status, PointStatus::kOk);
+      // Independent triangles are few and thin: their error is the largest.
+      ASSERT_NEAR(point.mean, 0.5f, 0.01f);
+      ASSERT_NEAR(point.gaussian, 0.25f, 0.01f);
+      ASSERT_LE(point.k1, point.k2);
+    }
+  }
+}
+
+TEST(EstimationJobTest, ThreadsDoNotChangeAByte) {
+  for (EstimatorKind estimator : kEstimators) {
+    const TestPoints points = RandomPoints(Layout::kClustered, 50'000, 3);
+    const EstimationResult one = MustEstimate(points.ToCloud(), WithEstimator(estimator), 1);
+    for (int threads : {2, 8}) {
+      EXPECT_TRUE(SameBytes(one.field, MustEstimate(points.ToCloud(), WithEstimator(estimator), threads).field));
+    }
+  }
+}
+
+TEST(EstimationJobTest, SeedChangesOnlyRandomStrategies) {
+  for (EstimatorKind estimator : kEstimators) {
+    EstimatorOptions options = WithEstimator(estimator);
+    const TestPoints points = Sphere(2000, 1.0);
+    const EstimationResult first = MustEstimate(points.ToCloud(), options);
+    options.seed = 1;
+    const bool same = SameBytes(first.field, MustEstimate(points.ToCloud(), options).field);
+    EXPECT_EQ(same, estimator == EstimatorKind::kAvgHexagram || estimator == EstimatorKind::kHexagram);
+  }
+}
+
+TEST(EstimationJobTest, EmptyCloudGivesEmptyField) {
+  EXPECT_EQ(MustEstimate(TestPoints().ToCloud(), {}).field.points.size(), 0u);
+}
+
+TEST(EstimationJobTest, FewerPointsThanNeighborsIsTooFew) {
+  for (size_t n : {size_t{1}, size_t{3}, size_t{49}}) {
+    const EstimationResult result = MustEstimate(Sphere(n, 1.0).ToCloud(), {});
+    EXPECT_EQ(CountOf(result, PointStatus::kTooFewNeighbors), n);
+    EXPECT_TRUE(std::isnan(result.field.points[0].mean));
+  }
+  EXPECT_EQ(CountOf(MustEstimate(Sphere(50, 1.0).ToCloud(), {}), PointStatus::kTooFewNeighbors), 0u);
+}
+
+TEST(EstimationJobTest, LonelyPointsOfARadiusNeighborhoodAreTooFewAndKeepTheRadius) {
+  EstimatorOptions options;
+  options.neighborhood = NeighborRadius{1e-3};
+  const EstimationResult result = MustEstimate(Sphere(100, 1.0).ToCloud(), options);
+  EXPECT_EQ(CountOf(result, PointStatus::kTooFewNeighbors), 100u);
+  EXPECT_EQ(result.field.points[5].radius, 1e-3f);
+}
+
+TEST(EstimationJobTest, CoincidentAndCollinearPointsAreDegenerate) {
+  for (EstimatorKind estimator : kEstimators) {
+    TestPoints same, line;
+    for (int i = 0; i < 5000; ++i) {
+      same.Add(1, 2, 3, 0, 0, 1);
+      line.Add(0.001 * i, 0, 0, 0, 0, 1);
+    }
+    EXPECT_EQ(CountOf(MustEstimate(same.ToCloud(), WithEstimator(estimator)), PointStatus::kDegenerateArea), 5000u);
+    EXPECT_EQ(CountOf(MustEstimate(line.ToCloud(), WithEstimator(estimator)), PointStatus::kDegenerateArea), 5000u);
+  }
+}
+
+TEST(EstimationJobTest, PlaneIsExactlyFlat) {
+  const EstimationResult result = MustEstimate(RandomPoints(Layout::kLattice, 144, 0).ToCloud(), {});
+  TestPoints plane = RandomPoints(Layout::kCoplanar, 5000, 1);
+  for (auto& normal : plane.normals) normal = {0, 0, 1};
+  const EstimationResult flat = MustEstimate(plane.ToCloud(), {});
+  for (size_t i = 0; i < plane.size(); ++i) {
+    ASSERT_EQ(flat.field.points[i].status, PointStatus::kOk);
+    ASSERT_EQ(flat.field.points[i].mean, 0.0f);
+    ASSERT_EQ(flat.field.points[i].gaussian, 0.0f);
+  }
+}
+
+TEST(EstimationJobTest, CancellingNormalsAreInconsistent) {
+  TestPoints sheet = RandomPoints(Layout::kCoplanar, 2000, 2);
+  for (size_t i = 0; i < sheet.size(); ++i) sheet.normals[i] = {0, 0, i % 2 == 0 ? 1.0f : -1.0f};
+  const EstimationResult result = MustEstimate(sheet.ToCloud(), {});
+  EXPECT_GT(CountOf(result, PointStatus::kInconsistentNormals), 0u);
+  for (size_t i = 0; i < sheet.size(); ++i) sheet.normals[i] = {0, 0, i == 77 ? -1.0f : 1.0f};
+  EXPECT_EQ(MustEstimate(sheet.ToCloud(), {}).field.points[77].status, PointStatus::kInconsistentNormals);
+}
+
+TEST(EstimationJobTest, InvalidPointsAreSkippedAndNobodysNeighbors) {
+  TestPoints points = Sphere(3000, 1.0), clean = points;
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  points.Add(nan, 0, 1, 0, 0, 1);
+  points.Add(0, infinity, 1, 0, 0, 1);
+  points.Add(0, 0, 1, 0, 0, 0);
+  points.Add(0, 0, 1, nan, 0, 0);
+  const EstimationResult result = MustEstimate(points.ToCloud(), {});
+  EXPECT_EQ(CountOf(result, PointStatus::kInvalidInput), 4u);
+  EXPECT_TRUE(std::isnan(result.field.points[3001].mean));
+  const EstimationResult expected = MustEstimate(clean.ToCloud(), {});
+  for (size_t i = 0; i < clean.size(); ++i) ASSERT_EQ(result.field.points[i].mean, expected.field.points[i].mean);
+}
+
+TEST(EstimationJobTest, PowerOfTwoScalesGiveTheSameDigits) {
+  const EstimationResult unit = MustEstimate(Sphere(3000, 1.0).ToCloud(), {});
+  for (double scale : {0x1p-100, 0x1p-20, 0x1p20, 0x1p100}) {
+    const EstimationResult scaled = MustEstimate(Sphere(3000, scale).ToCloud(), {});
+    for (size_t i = 0; i < 3000; ++i) {
+      ASSERT_EQ(scaled.field.points[i].status, std::abs(std::log2(scale)) > 63 && scale < 1
+                                                   ? PointStatus::kDegenerateArea  // 1 / scale^2 is no float
+                                                   : PointStatus::kOk);
+      if (scaled.field.points[i].status != PointStatus::kOk) continue;
+      ASSERT_FLOAT_EQ(static_cast<float>(scaled.field.points[i].mean * scale), unit.field.points[i].mean);
+    }
+  }
+}
+
+TEST(EstimationJobTest, RadiusThatCoversTheCloudIsRefusedByTheLimit) {
+  EstimatorOptions options;
+  options.neighborhood = NeighborRadius{100.0};
+  options.max_neighbor_count = 1000;
+  WorkerPool pool(2);
+  const auto result = EstimateCurvature(Sphere(20'000, 1.0).ToCloud(), options, pool);
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_NE(result.status().message().find("1000"), std::string::npos) << result.status();
+}
+
+TEST(EstimationJobTest, CancelEndsTheJob) {
+  WorkerPool pool(1);
+  std::latch done(1);
+  absl::Status status;
+  EstimatorOptions options = WithEstimator(EstimatorKind::kUniform);
+  options.triangle_count = 10'000;  // minutes of work
+  const auto job = EstimationJob::Start(Sphere(200'000, 1.0).ToCloud(), options, pool, JobPriority::kBatch,
+                                        [&](absl::StatusOr<EstimationResult> result) {
+                                          status = result.status();
+                                          done.count_down();
+                                        });
+  job->Cancel();
+  done.wait();
+  EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
+}
+
+TEST(EstimationJobTest, RejectsOptionsOutOfRange) {
+  EstimatorOptions options;
+  options.neighborhood = NeighborCount{3};
+  WorkerPool pool(1);
+  const auto result = EstimateCurvature(Sphere(100, 1.0).ToCloud(), options, pool);
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(EstimationJobTest, PeakStaysBelowThePromise) {
+  const EstimationResult result = MustEstimate(Sphere(500'000, 1.0).ToCloud(), {});
+  EXPECT_LE(result.cost.peak_bytes, 500'000 * kEstimationBytesPerPoint);
+}
+
+}  // namespace
+}  // namespace curvd::testing

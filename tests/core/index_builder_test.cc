@@ -1,0 +1,146 @@
+#include "core/index_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "core/kth_neighbor.h"
+#include "core/leaf_list.h"
+#include "tests/core/reference_estimator.h"
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+SpatialIndex Build(const Cloud& cloud) {
+  IndexBuilder builder(cloud);
+  while (builder.block_count() > 0) {
+    // Backwards: the order of blocks must not matter.
+    for (size_t block = builder.block_count(); block-- > 0;) builder.RunBlock(block);
+    EXPECT_TRUE(builder.EndPhase().ok());
+  }
+  return builder.Take();
+}
+
+// Checks a node's box and lowest id against the points below it.
+TreeNode CheckSubtree(const SpatialIndex& index, size_t node, size_t first_leaf, size_t leaves) {
+  TreeNode expected;
+  if (leaves == 1) {
+    const auto& points = index.positions(first_leaf);
+    expected = {{{points.x[0], points.y[0], points.z[0]}, {points.x[0], points.y[0], points.z[0]}}, points.id[0], 0};
+    for (int i = 1; i < index.LeafPoints(first_leaf); ++i) {
+      const float position[3] = {points.x[i], points.y[i], points.z[i]};
+      for (int axis = 0; axis < 3; ++axis) {
+        expected.box.lo[axis] = std::min(expected.box.lo[axis], position[axis]);
+        expected.box.hi[axis] = std::max(expected.box.hi[axis], position[axis]);
+      }
+      expected.min_id = std::min(expected.min_id, points.id[i]);
+    }
+  } else {
+    const size_t left_leaves = SpatialIndex::LeftLeaves(leaves);
+    expected = CheckSubtree(index, node + 1, first_leaf, left_leaves);
+    const TreeNode right =
+        CheckSubtree(index, SpatialIndex::RightChild(node, leaves), first_leaf + left_leaves, leaves - left_leaves);
+    for (int axis = 0; axis < 3; ++axis) {
+      expected.box.lo[axis] = std::min(expected.box.lo[axis], right.box.lo[axis]);
+      expected.box.hi[axis] = std::max(expected.box.hi[axis], right.box.hi[axis]);
+    }
+    expected.min_id = std::min(expected.min_id, right.min_id);
+  }
+  const TreeNode& actual = index.node(node);
+  EXPECT_EQ(actual.box.lo, expected.box.lo);
+  EXPECT_EQ(actual.box.hi, expected.box.hi);
+  EXPECT_EQ(actual.min_id, expected.min_id);
+  return expected;
+}
+
+TEST(IndexBuilderTest, HoldsEveryPointOnceUnderTightBoxes) {
+  for (Layout layout : kLayouts) {
+    for (size_t n : {1, 15, 16, 17, 64, 65, 1000, 3001}) {
+      const TestPoints points = RandomPoints(layout, n, n);
+      const Cloud cloud = points.ToCloud();
+      const SpatialIndex index = Build(cloud);
+      ASSERT_EQ(index.point_count(), n);
+      CheckSubtree(index, 0, 0, index.leaf_count());
+      std::set<int> ids;
+      for (size_t leaf = 0; leaf < index.leaf_count(); ++leaf) {
+        for (int i = 0; i < index.LeafPoints(leaf); ++i) {
+          const int id = index.positions(leaf).id[i];
+          ids.insert(id);
+          EXPECT_EQ(index.normals(leaf).z[i], cloud.point(id).normal[2]);
+        }
+      }
+      EXPECT_EQ(ids.size(), n) << LayoutName(layout);
+    }
+  }
+}
+
+TEST(IndexBuilderTest, LeavesOutInvalidPoints) {
+  TestPoints points = RandomPoints(Layout::kUniform, 1000, 1);
+  for (size_t i = 0; i < 1000; i += 3) points.normals[i] = {0, 0, 0};
+  EXPECT_EQ(Build(points.ToCloud()).point_count(), 666u);
+}
+
+TEST(IndexBuilderTest, ScalesByAPowerOfTwoThatBringsTheExtentNearOne) {
+  for (double radius : {1e-30, 1e-6, 1.0, 1e6, 1e30}) {
+    const SpatialIndex index = Build(Sphere(500, radius).ToCloud());
+    const Box& box = index.node(0).box;
+    const float extent = std::max({box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]});
+    EXPECT_GE(extent, 0.5f);
+    EXPECT_LT(extent, 1.0f);
+  }
+}
+
+TEST(KthNeighborTest, MatchesBruteForceTiesIncluded) {
+  std::vector<NeighborRank> heap;
+  for (Layout layout : kLayouts) {
+    const TestPoints points = RandomPoints(layout, 900, 5);
+    const SpatialIndex index = Build(points.ToCloud());
+    for (size_t leaf = 0; leaf < index.leaf_count(); leaf += 7) {
+      const auto& p = index.positions(leaf);
+      const float query[3] = {p.x[0], p.y[0], p.z[0]};
+      for (size_t k : {1, 7, 100, 900}) {
+        const NeighborRank rank = KthNeighbor(index, query, k, heap);
+        const std::vector<int> ids = NearestIds(points, p.id[0], k);
+        // Where float and double order two neighbors differently, their distances agree to rounding.
+        const auto distance = [&](int id) {
+          double sum = 0;
+          for (int axis = 0; axis < 3; ++axis) {
+            const double d = static_cast<double>(points.positions[id][axis]) - points.positions[p.id[0]][axis];
+            sum += d * d;
+          }
+          return sum;
+        };
+        ASSERT_NEAR(distance(rank.id), distance(ids.back()), 1e-6 * distance(ids.back())) << LayoutName(layout);
+        if (layout == Layout::kDuplicates || layout == Layout::kLattice) {
+          ASSERT_EQ(rank.id, ids.back());
+        }
+      }
+    }
+  }
+}
+
+TEST(KthNeighborTest, CoincidentPointsDoNotMakeItSlow) {
+  // 200,000 equal points: a search that visited all ties would look at 4e10 of them for these queries.
+  TestPoints points;
+  for (int i = 0; i < 200'000; ++i) points.Add(1, 1, 1, 0, 0, 1);
+  const SpatialIndex index = Build(points.ToCloud());
+  const float query[3] = {1, 1, 1};
+  std::vector<NeighborRank> heap;
+  for (int i = 0; i < 200'000; ++i) ASSERT_EQ(KthNeighbor(index, query, 20, heap).id, 19);
+}
+
+TEST(LeafListTest, ListsExactlyTheLeavesInReachInTreeOrder) {
+  const SpatialIndex index = Build(RandomPoints(Layout::kUniform, 5000, 9).ToCloud());
+  const Box box = {{0.2f, 0.2f, 0.2f}, {0.3f, 0.3f, 0.3f}};
+  LeafList list;
+  ASSERT_TRUE(list.Gather(index, box, 0.01f, index.leaf_count()));
+  ASSERT_GT(list.size(), 0u);
+  EXPECT_LT(list.size(), index.leaf_count());
+  for (size_t i = 1; i < list.size(); ++i) EXPECT_LT(list.leaf(i - 1), list.leaf(i));
+  EXPECT_FALSE(list.Gather(index, box, 0.01f, list.size() - 1));
+}
+
+}  // namespace
+}  // namespace curvd::testing

@@ -1,0 +1,153 @@
+// The kernels against brute force and the double oracle, on each instruction set that this machine has.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "hwy/highway.h"
+#include "tests/core/reference_estimator.h"
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+// Runs with kernels restricted to one instruction set.
+class KernelTest : public ::testing::TestWithParam<int64_t> {
+ protected:
+  void SetUp() override { hwy::SetSupportedTargetsForTest(GetParam()); }
+  void TearDown() override { hwy::SetSupportedTargetsForTest(0); }
+};
+
+std::vector<int64_t> Targets() {
+  hwy::SetSupportedTargetsForTest(0);
+  std::vector<int64_t> targets;
+  for (int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1)
+    targets.push_back(rest & -rest);
+  return targets;
+}
+
+INSTANTIATE_TEST_SUITE_P(EachInstructionSet, KernelTest, ::testing::ValuesIn(Targets()),
+                         [](const auto& info) { return std::string(hwy::TargetName(info.param)); });
+
+// The distance of the K-th neighbor as the kernels round it.
+float FloatRadius(const TestPoints& points, size_t i, const std::vector<int>& ids) {
+  float largest = 0.0f;
+  for (int id : ids) {
+    float d[3];
+    for (int axis = 0; axis < 3; ++axis) d[axis] = points.positions[id][axis] - points.positions[i][axis];
+    largest = std::max(largest, (d[0] * d[0] + d[1] * d[1]) + d[2] * d[2]);
+  }
+  return std::sqrt(largest);
+}
+
+TEST_P(KernelTest, RadiusIsThatOfTheKthNeighborOnEveryLayout) {
+  for (Layout layout : kLayouts) {
+    for (uint64_t seed = 0; seed < 4; ++seed) {
+      const TestPoints points = RandomPoints(layout, 700 + 37 * seed, seed);
+      for (uint32_t k : {4u, 15u, 50u, 300u}) {
+        EstimatorOptions options;
+        options.neighborhood = NeighborCount{k};
+        const EstimationResult result = MustEstimate(points.ToCloud(), options);
+        for (size_t i = 0; i < points.size(); i += 13) {
+          const PointCurvature& point = result.field.points[i];
+          if (point.status != PointStatus::kOk) continue;
+          const float expected = FloatRadius(points, i, NearestIds(points, i, k));
+          // Two neighbors whose distances agree to float rounding may stand for each other.
+          ASSERT_NEAR(point.radius, expected, 1e-6f * expected)
+              << LayoutName(layout) << " seed " << seed << " k " << k << " point " << i;
+        }
+      }
+    }
+  }
+}
+
+// Curvatures agree to 1e-5 of the larger principal curvature, or where the surface is flat, of a hundredth of the
+// neighborhood's own curvature 1 / radius: the rounding of float normals, 6e-8, is 6e-8 / radius in curvature.
+void ExpectNearReference(const TestPoints& points, const EstimatorOptions& options, size_t step) {
+  const EstimationResult result = MustEstimate(points.ToCloud(), options);
+  size_t compared = 0;
+  for (size_t i = 0; i < points.size(); i += step) {
+    const PointCurvature& point = result.field.points[i];
+    const ReferenceCurvature reference = ReferenceEstimate(points, i, options);
+    if (point.status != PointStatus::kOk || !reference.estimated || reference.margin < 1e-5) continue;
+    const double scale = std::max({std::abs(reference.k1), std::abs(reference.k2), 1e-2 / reference.radius});
+    EXPECT_NEAR(point.mean, reference.mean, 1e-5 * scale) << "point " << i;
+    // Gaussian curvature has a measure of its own, so k1 and k2 may be small where it is not.
+    const double square =
+        std::max({scale * scale, std::abs(reference.gaussian), 1e-2 / (reference.radius * reference.radius)});
+    EXPECT_NEAR(point.gaussian, reference.gaussian, 1e-5 * square) << "point " << i;
+    EXPECT_NEAR(point.k1, reference.k1, 1e-5 * scale) << "point " << i;
+    EXPECT_NEAR(point.k2, reference.k2, 1e-5 * scale) << "point " << i;
+    ++compared;
+  }
+  EXPECT_GT(compared, points.size() / step / 2);
+}
+
+TEST_P(KernelTest, AvgHexagramMatchesTheDoubleOracle) {
+  for (uint32_t rotations : {1u, 2u, 3u}) {
+    for (uint32_t k : {15u, 50u, 300u}) {
+      EstimatorOptions options;
+      options.neighborhood = NeighborCount{k};
+      options.rotation_count = rotations;
+      ExpectNearReference(Sphere(2000, 3.0), options, 11);
+      ExpectNearReference(RandomPoints(Layout::kCoplanar, 2000, k), options, 11);
+    }
+  }
+}
+
+TEST_P(KernelTest, HexagramMatchesTheDoubleOracle) {
+  for (uint32_t k : {15u, 50u, 300u}) {
+    EstimatorOptions options;
+    options.estimator = EstimatorKind::kHexagram;
+    options.neighborhood = NeighborCount{k};
+    ExpectNearReference(Sphere(2000, 3.0), options, 11);
+    ExpectNearReference(RandomPoints(Layout::kCoplanar, 2000, k), options, 11);
+  }
+}
+
+TEST_P(KernelTest, RadiusNeighborhoodsMatchTheDoubleOracle) {
+  EstimatorOptions options;
+  options.neighborhood = NeighborRadius{0.61};
+  ExpectNearReference(Sphere(2000, 3.0), options, 11);
+}
+
+TEST_P(KernelTest, InstructionSetsAgreeToFloatRounding) {
+  for (EstimatorKind estimator :
+       {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform, EstimatorKind::kIndependent}) {
+    EstimatorOptions options;
+    options.estimator = estimator;
+    const TestPoints points = Sphere(3000, 2.0);
+    const EstimationResult here = MustEstimate(points.ToCloud(), options);
+    hwy::SetSupportedTargetsForTest(0);
+    const EstimationResult best = MustEstimate(points.ToCloud(), options);
+    hwy::SetSupportedTargetsForTest(GetParam());
+    for (size_t i = 0; i < points.size(); ++i) {
+      ASSERT_EQ(here.field.points[i].status, best.field.points[i].status);
+      // 1e-6 relative; sums of 100 triangles in another order round a little more.
+      ASSERT_NEAR(here.field.points[i].mean, best.field.points[i].mean, 2e-6) << "point " << i;
+      ASSERT_EQ(here.field.points[i].radius, best.field.points[i].radius) << "point " << i;
+    }
+  }
+}
+
+TEST_P(KernelTest, TiesGoToTheLowerId) {
+  // The only tilted normal sits among the lattice points at the K-th distance: it counts for the lower id alone.
+  TestPoints points;
+  for (int y = -3; y <= 3; ++y) {
+    for (int x = -3; x <= 3; ++x) points.Add(x, y, 0, 0, 0, 1);
+  }
+  const size_t center = 24;
+  const auto mean_with_tilt_at = [&](size_t tilted) {
+    TestPoints copy = points;
+    copy.normals[tilted] = {0.6f, 0.0f, 0.8f};
+    EstimatorOptions options;
+    options.neighborhood = NeighborCount{7};  // the center, its four neighbors, two of the four diagonals
+    return MustEstimate(copy.ToCloud(), options).field.points[center].mean;
+  };
+  EXPECT_NE(mean_with_tilt_at(16), 0.0f);  // (-1, -1): the lowest ids of the diagonals
+  EXPECT_NE(mean_with_tilt_at(18), 0.0f);
+  EXPECT_EQ(mean_with_tilt_at(30), 0.0f);  // (-1, 1), (1, 1): left out
+  EXPECT_EQ(mean_with_tilt_at(32), 0.0f);
+}
+
+}  // namespace
+}  // namespace curvd::testing

@@ -1,0 +1,45 @@
+#include "core/select_nth.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <tuple>
+#include <vector>
+
+#include "core/random_stream.h"
+
+namespace curvd {
+namespace {
+
+// Records with `distinct` different coordinates, in random, ascending or organ-pipe order.
+std::vector<PointRecord> MakeRecords(size_t count, int order, uint64_t distinct) {
+  std::vector<PointRecord> records(count);
+  RandomStream random(count, distinct);
+  for (size_t i = 0; i < count; ++i) {
+    const size_t key = order == 0 ? random.Next() : order == 1 ? i : std::min(i, count - i);
+    records[i] = {{0.0f, static_cast<float>(key % distinct), 0.0f}, static_cast<int32_t>(i)};
+  }
+  return records;
+}
+
+TEST(SelectNthTest, SplitsLikeAFullSort) {
+  const auto rank = [](const PointRecord& r) { return std::tuple(r.position[1], r.id); };
+  for (size_t count : {1, 2, 16, 64, 1000, 30'000}) {
+    for (int order = 0; order < 3; ++order) {
+      for (uint64_t distinct : {1u, 5u, 1u << 20}) {
+        for (size_t nth : {size_t{0}, count / 3, count / 2, count - 1, count}) {
+          std::vector<PointRecord> records = MakeRecords(count, order, distinct), sorted = records;
+          std::sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+          SelectNth(records.data(), records.data() + nth, records.data() + count, 1);
+          for (size_t i = 0; i < count; ++i) {
+            if (nth == count) break;
+            ASSERT_EQ(rank(records[i]) < rank(sorted[nth]), i < nth) << count << " " << order << " " << distinct;
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace curvd

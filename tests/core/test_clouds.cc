@@ -1,0 +1,96 @@
+#include "tests/core/test_clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/random_stream.h"
+
+namespace curvd::testing {
+namespace {
+
+// Uniform in [0, 1).
+double Uniform(RandomStream& random) { return static_cast<double>(random.Next() >> 11) * 0x1p-53; }
+
+std::array<double, 3> LayoutPosition(Layout layout, size_t i, RandomStream& random) {
+  const double x = Uniform(random), y = Uniform(random), z = Uniform(random);
+  switch (layout) {
+    case Layout::kUniform:
+      return {x, y, z};
+    case Layout::kClustered: {
+      const double spread = i % 2 == 0 ? 1.0 : 1e-4;
+      return {0.3 + spread * (x - 0.5), 0.6 + spread * (y - 0.5), spread * z};
+    }
+    case Layout::kCollinear:
+      return {x, 2 * x, 3 * x};
+    case Layout::kCoplanar:
+      return {x, y, 0.5};
+    case Layout::kDuplicates:
+      return {std::floor(x * 4), std::floor(y * 4), std::floor(z * 4)};
+    case Layout::kLattice:
+      return {static_cast<double>(i % 12), static_cast<double>(i / 12 % 12), static_cast<double>(i / 144)};
+    case Layout::kAnisotropic:
+      return {x * 1e4, y, z * 1e-4};
+    case Layout::kOutlier:
+      return i == 7 ? std::array<double, 3>{1e6, 1e6, 1e6} : std::array<double, 3>{x, y, z};
+  }
+  return {};
+}
+
+}  // namespace
+
+void TestPoints::Add(double x, double y, double z, double nx, double ny, double nz) {
+  positions.push_back({static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+  normals.push_back({static_cast<float>(nx), static_cast<float>(ny), static_cast<float>(nz)});
+}
+
+Cloud TestPoints::ToCloud() const {
+  Cloud cloud(ScalarType::kFloat32, InvalidPointPolicy::kSkip);
+  const size_t bytes = positions.size() * sizeof(positions[0]);
+  const absl::Status appended = cloud.Append({reinterpret_cast<const char*>(positions.data()), bytes},
+                                             {reinterpret_cast<const char*>(normals.data()), bytes});
+  EXPECT_TRUE(appended.ok()) << appended;
+  EXPECT_TRUE(cloud.Finish().ok());
+  return cloud;
+}
+
+TestPoints Sphere(size_t points, double radius) {
+  const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  TestPoints sphere;
+  for (size_t i = 0; i < points; ++i) {
+    const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / static_cast<double>(points);
+    const double r = std::sqrt(1.0 - z * z);
+    const double x = r * std::cos(golden_angle * static_cast<double>(i));
+    const double y = r * std::sin(golden_angle * static_cast<double>(i));
+    sphere.Add(radius * x, radius * y, radius * z, x, y, z);
+  }
+  return sphere;
+}
+
+std::string LayoutName(Layout layout) {
+  constexpr const char* kNames[] = {"Uniform",    "Clustered", "Collinear",   "Coplanar",
+                                    "Duplicates", "Lattice",   "Anisotropic", "Outlier"};
+  return kNames[static_cast<int>(layout)];
+}
+
+TestPoints RandomPoints(Layout layout, size_t points, uint64_t seed) {
+  TestPoints result;
+  for (size_t i = 0; i < points; ++i) {
+    RandomStream random(seed, i);
+    const auto position = LayoutPosition(layout, i, random);
+    const double nx = 0.6 * (Uniform(random) - 0.5), ny = 0.6 * (Uniform(random) - 0.5);
+    const double length = std::sqrt(nx * nx + ny * ny + 1.0);
+    result.Add(position[0], position[1], position[2], nx / length, ny / length, 1.0 / length);
+  }
+  return result;
+}
+
+EstimationResult MustEstimate(Cloud cloud, const EstimatorOptions& options, int threads) {
+  WorkerPool pool(threads);
+  auto result = EstimateCurvature(std::move(cloud), options, pool);
+  EXPECT_TRUE(result.ok()) << result.status();
+  return result.ok() ? *std::move(result) : EstimationResult{};
+}
+
+}  // namespace curvd::testing

@@ -1,0 +1,39 @@
+// Clouds for the core's tests: even and nasty ones, reproducible by seed.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/cloud.h"
+#include "core/estimation_job.h"
+
+namespace curvd::testing {
+
+struct TestPoints {
+  std::vector<std::array<float, 3>> positions;
+  std::vector<std::array<float, 3>> normals;
+
+  void Add(double x, double y, double z, double nx, double ny, double nz);
+  size_t size() const { return positions.size(); }
+  // In float32, invalid points kept (kSkip).
+  Cloud ToCloud() const;
+};
+
+// A sphere of the given radius around the origin, evenly spread, outward normals.
+TestPoints Sphere(size_t points, double radius);
+
+// The kinds of cloud that a search must survive.
+enum class Layout { kUniform, kClustered, kCollinear, kCoplanar, kDuplicates, kLattice, kAnisotropic, kOutlier };
+inline constexpr Layout kLayouts[] = {Layout::kUniform,    Layout::kClustered, Layout::kCollinear,   Layout::kCoplanar,
+                                      Layout::kDuplicates, Layout::kLattice,   Layout::kAnisotropic, Layout::kOutlier};
+std::string LayoutName(Layout layout);
+
+// Points of a layout with random unit normals around +z.
+TestPoints RandomPoints(Layout layout, size_t points, uint64_t seed);
+
+// Estimates with `threads` threads; fails the test on error.
+EstimationResult MustEstimate(Cloud cloud, const EstimatorOptions& options, int threads = 2);
+
+}  // namespace curvd::testing
