@@ -104,11 +104,11 @@ client/node/node_modules/.package-lock.json: client/node/package.json client/nod
 	@cd client/node && npm ci --ignore-scripts --silent
 	@touch $@
 
+# docker, podman or buildah; the latter two make OCI images, which know no health check, unless they are told.
+CONTAINER_TOOL ?= $(notdir $(firstword $(foreach tool,docker podman buildah,$(shell command -v $(tool)))))
 .PHONY: image
-image: ## Build the container image curvd:latest with docker, podman or buildah, whichever is there
-	@tool=$$(basename "$$(command -v docker || command -v podman || command -v buildah)"); \
-	case $$tool in docker) format= ;; *) format='--format=docker' ;; esac; \
-	$$tool build $$format $(IMAGE_FLAGS) --tag curvd:latest .
+image: ## Build the container image curvd:latest (CONTAINER_TOOL=docker, podman or buildah)
+	@$(CONTAINER_TOOL) build $(if $(filter docker,$(CONTAINER_TOOL)),,--format=docker) $(IMAGE_FLAGS) --tag curvd:latest .
 
 .PHONY: clean
 clean: ## Remove what was built, and the demo's results
