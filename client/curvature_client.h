@@ -56,6 +56,8 @@ enum class Estimator : uint8_t { kAvgHexagram, kHexagram, kUniform, kIndependent
 
 // "avg-hexagram", "hexagram", "uniform" or "independent".
 std::string_view EstimatorName(Estimator estimator);
+// The estimator of that name, or nothing.
+std::optional<Estimator> EstimatorOf(std::string_view name);
 
 struct EstimateOptions {
   // How triangles are made from a neighborhood. DEFAULT: kAvgHexagram.
@@ -66,6 +68,8 @@ struct EstimateOptions {
   std::optional<double> radius;
   // Triangles of kUniform, and at most so many of kIndependent. DEFAULT: 100.
   uint32_t triangle_count = 100;
+  // Hexagrams that kAvgHexagram averages over, 1 to 4; 1 is the paper's estimator. DEFAULT: 2.
+  uint32_t rotation_count = 2;
   // Of the random estimators. DEFAULT: 0.
   uint64_t seed = 0;
   // In [0, 1]; none: the server's default. DEFAULT: none.

@@ -49,6 +49,7 @@ v1::EstimateCurvatureRequest MakeHeader(const CloudView& cloud, const EstimateOp
     estimator.set_neighbor_count(options.neighbor_count);
   }
   estimator.set_triangle_count(options.triangle_count);
+  estimator.set_rotation_count(options.rotation_count);
   estimator.set_seed(options.seed);
   if (options.average_normal_weight) estimator.set_average_normal_weight(*options.average_normal_weight);
   header.set_invalid_point_policy(options.skip_invalid ? v1::INVALID_POINT_POLICY_SKIP

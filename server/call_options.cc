@@ -78,6 +78,11 @@ absl::Status ResolveEstimatorOptions(const v1::EstimatorOptions& proto, const Ca
                          absl::StrCat("at most ", kMaxTriangleCount));
   }
   if (proto.triangle_count() != 0) options.triangle_count = proto.triangle_count();
+  if (proto.rotation_count() > kMaxRotations) {
+    return InvalidOption("header.options.rotation_count", absl::StrCat(proto.rotation_count()),
+                         absl::StrCat("at most ", kMaxRotations));
+  }
+  if (proto.rotation_count() != 0) options.rotation_count = proto.rotation_count();
   options.seed = proto.seed();
   if (proto.has_average_normal_weight()) {
     const double weight = proto.average_normal_weight();
@@ -216,6 +221,7 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
     proto->set_neighbor_count(std::get<NeighborCount>(options.estimator.neighborhood).count);
   }
   proto->set_triangle_count(options.estimator.triangle_count);
+  proto->set_rotation_count(options.estimator.rotation_count);
   proto->set_seed(options.estimator.seed);
   proto->set_average_normal_weight(options.estimator.average_normal_weight);
   QuantitySet set = options.quantities;

@@ -23,6 +23,7 @@ const CHANNEL_OPTIONS = {
 //   neighborCount         the K nearest points, the point itself included. DEFAULT: 50, if there is no radius
 //   radius                all points at most this far away, instead of neighborCount
 //   triangleCount, seed   of the random strategies. DEFAULT: 100 triangles, seed 0
+//   rotationCount         hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2
 //   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
 //   requestTag            free text for the server's log
@@ -72,6 +73,7 @@ function cloudHeader(positions, options) {
       ...(neighborCount !== undefined && { neighborCount }),
       ...(radius !== undefined && { radius }),
       triangleCount: options.triangleCount ?? 0,
+      rotationCount: options.rotationCount ?? 0,
       seed: options.seed ?? 0,
       ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
     },

@@ -96,6 +96,14 @@ TEST(ResolveHeaderTest, RefusesTooManyTriangles) {
                       {"header.options.triangle_count", "10001", "at most 10000"}));
 }
 
+TEST(ResolveHeaderTest, RefusesTooManyRotations) {
+  v1::CloudHeader header;
+  EXPECT_EQ(Resolve(header)->estimator.rotation_count, 2u);
+  header.mutable_options()->set_rotation_count(5);
+  EXPECT_TRUE(IsError(Refusal(header), kInvalid, kReasonInvalidOption,
+                      {"header.options.rotation_count", "5", "at most 4"}));
+}
+
 TEST(ResolveHeaderTest, RefusesWeightsOutsideTheUnitInterval) {
   for (const double weight : {-0.1, 1.1, std::nan("")}) {
     v1::CloudHeader header;

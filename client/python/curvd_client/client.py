@@ -34,6 +34,7 @@ def estimate_curvature(
     neighbor_count=None,
     radius=None,
     triangle_count=0,
+    rotation_count=0,
     seed=0,
     average_normal_weight=None,
     skip_invalid=False,
@@ -50,6 +51,7 @@ def estimate_curvature(
     neighbor_count:        the K nearest points, the point itself included. DEFAULT: 50, if there is no radius.
     radius:                all points at most this far away, instead of neighbor_count.
     triangle_count, seed:  of the random strategies. DEFAULT: 100 triangles, seed 0.
+    rotation_count:  hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
     skip_invalid:          give an unusable point a status instead of failing the call.
     request_tag:           free text for the server's log.
@@ -58,7 +60,9 @@ def estimate_curvature(
     Returns an Estimate. Raises CurvdError if the call fails, ValueError if the arguments make no request. Thread-safe.
     """
     positions, normals = _packed_arrays(positions, normals)
-    options = _estimator_options(estimator, neighbor_count, radius, triangle_count, seed, average_normal_weight)
+    options = _estimator_options(
+        estimator, neighbor_count, radius, triangle_count, rotation_count, seed, average_normal_weight
+    )
     header = curvature_pb2.CloudHeader(
         point_count=len(positions),
         scalar_type=(
@@ -87,7 +91,7 @@ def _packed_arrays(positions, normals):
     return np.ascontiguousarray(positions, scalar), np.ascontiguousarray(normals, scalar)
 
 
-def _estimator_options(estimator, neighbor_count, radius, triangle_count, seed, average_normal_weight):
+def _estimator_options(estimator, neighbor_count, radius, triangle_count, rotation_count, seed, average_normal_weight):
     name = "ESTIMATOR_" + estimator.upper().replace("-", "_")
     if name not in curvature_pb2.Estimator.keys() or name == "ESTIMATOR_UNSPECIFIED":
         raise ValueError(f"estimator is {estimator!r}; it must be avg-hexagram, hexagram, uniform or independent")
@@ -96,6 +100,7 @@ def _estimator_options(estimator, neighbor_count, radius, triangle_count, seed, 
     options = curvature_pb2.EstimatorOptions(
         estimator=curvature_pb2.Estimator.Value(name),
         triangle_count=triangle_count,
+        rotation_count=rotation_count,
         seed=seed,
         average_normal_weight=average_normal_weight,
     )
