@@ -98,7 +98,7 @@ TEST(ResolveHeaderTest, RefusesTooManyTriangles) {
 
 TEST(ResolveHeaderTest, RefusesTooManyRotations) {
   v1::CloudHeader header;
-  EXPECT_EQ(Resolve(header)->estimator.rotation_count, 2u);
+  EXPECT_EQ(ResolveHeader(header, kLimits)->estimator.rotation_count, 2u);
   header.mutable_options()->set_rotation_count(5);
   EXPECT_TRUE(IsError(Refusal(header), kInvalid, kReasonInvalidOption,
                       {"header.options.rotation_count", "5", "at most 4"}));
