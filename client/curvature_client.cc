@@ -14,6 +14,8 @@
 namespace curv {
 namespace {
 
+constexpr std::string_view kEstimatorNames[] = {"avg-hexagram", "hexagram", "uniform", "independent"};
+
 absl::Status CheckArrays(const CloudView& cloud) {
   const size_t positions = cloud.positions().size(), normals = cloud.normals().size();
   if (positions % cloud.point_bytes() == 0 && normals == positions) return absl::OkStatus();
@@ -33,9 +35,12 @@ absl::Duration PauseAfter(int attempt, absl::Duration asked) {
 
 }  // namespace
 
-std::string_view EstimatorName(Estimator estimator) {
-  static constexpr std::string_view kNames[] = {"avg-hexagram", "hexagram", "uniform", "independent"};
-  return kNames[static_cast<size_t>(estimator)];
+std::string_view EstimatorName(Estimator estimator) { return kEstimatorNames[static_cast<size_t>(estimator)]; }
+
+std::optional<Estimator> EstimatorOf(std::string_view name) {
+  const auto* found = std::find(std::begin(kEstimatorNames), std::end(kEstimatorNames), name);
+  if (found == std::end(kEstimatorNames)) return std::nullopt;
+  return static_cast<Estimator>(found - std::begin(kEstimatorNames));
 }
 
 absl::StatusOr<std::unique_ptr<CurvatureClient>> CurvatureClient::Connect(std::string_view servers) {

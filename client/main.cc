@@ -12,7 +12,7 @@ int Run(int argc, char** argv) {
   CLI::App app("curv estimates the curvature of oriented point clouds with a curvd server.", "curv");
   app.set_version_flag("--version", "curv " CURV_VERSION);
   app.footer(curv::kExitCodesHelp);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   curv::Action action;
   curv::AddEstimate(app, action);
   curv::AddGenerate(app, action);
@@ -25,6 +25,10 @@ int Run(int argc, char** argv) {
     return app.exit(asked);  // --help, --version
   } catch (const CLI::ParseError& error) {
     std::fprintf(stderr, "curv: %s\nRun with --help for what is possible.\n", error.what());
+    return static_cast<int>(curv::ExitCode::kUsage);
+  }
+  if (action == nullptr) {
+    std::fprintf(stderr, "curv: a subcommand is needed\n\n%s", app.help().c_str());
     return static_cast<int>(curv::ExitCode::kUsage);
   }
   return static_cast<int>(action());

@@ -52,6 +52,13 @@ absl::StatusOr<CurvatureResult> Call(const Connection& connection, const Oriente
       cloud);
 }
 
+// The server's error, with the flag that helps where there is one.
+absl::Status WithRemedy(const absl::Status& status) {
+  if (ErrorReason(status) != "INVALID_POINT") return status;
+  return absl::Status(status.code(),
+                      absl::StrCat(status.message(), ". With --on-invalid=skip such points get a status"));
+}
+
 ExitCode Run(const EstimateFlags& flags) {
   const InterruptWatch interrupt;
   EstimateReport report{.input = flags.input, .output = flags.output, .options = flags.options};
@@ -70,7 +77,7 @@ ExitCode Run(const EstimateFlags& flags) {
   if (!connection.ok()) return Fail(ExitCode::kUsage, absl::StrCat("--server: ", connection.status().message()));
   const absl::Time call_start = absl::Now();
   absl::StatusOr<CurvatureResult> result = Call(**connection, *cloud, flags.options, interrupt.token());
-  if (!result.ok()) return FailCall(result.status());
+  if (!result.ok()) return FailCall(WithRemedy(result.status()));
   report.call_seconds = SecondsSince(call_start);
   report.summary = result->summary;
   *cloud = OrientedCloud();
@@ -78,6 +85,9 @@ ExitCode Run(const EstimateFlags& flags) {
   const absl::Time write_start = absl::Now();
   PointTable output = MakeResultTable(*std::move(table), *std::move(result));
   if (!flags.color.empty()) AddColors(FindQuantity(flags.color)->column, output);
+  if (report.summary.status_counts[1] == 0 && report.summary.points > 0) {
+    PrintNote("no point could be estimated: the summary tells why");
+  }
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
   if (absl::Status status = SaveTable(output, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
   report.write_seconds = SecondsSince(write_start);
@@ -86,13 +96,11 @@ ExitCode Run(const EstimateFlags& flags) {
 }
 
 void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
-  const std::map<std::string, Estimator> estimators = {{"avg-hexagram", Estimator::kAvgHexagram},
-                                                       {"hexagram", Estimator::kHexagram},
-                                                       {"uniform", Estimator::kUniform},
-                                                       {"independent", Estimator::kIndependent}};
   command
-      .add_option("--estimator", flags.options.estimator, "avg-hexagram (default), hexagram, uniform or independent")
-      ->transform(CLI::CheckedTransformer(estimators).description(""))
+      .add_option_function<std::string>(
+          "--estimator", [&flags](const std::string& name) { flags.options.estimator = *EstimatorOf(name); },
+          "avg-hexagram [default], hexagram, uniform or independent")
+      ->check(CLI::IsMember({"avg-hexagram", "hexagram", "uniform", "independent"}).description(""))
       ->option_text("NAME");
   auto* k = command.add_option("--k", flags.options.neighbor_count, "points in a neighborhood, itself included")
                 ->check(Whole(4, 1'000'000))
@@ -106,7 +114,12 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
       .add_option("--triangles", flags.options.triangle_count, "triangles of uniform, at most so many of independent")
       ->check(Whole(1, 10'000))
       ->option_text("COUNT [100]");
-  command.add_option("--seed", flags.options.seed, "of the random estimators")->option_text("NUMBER [0]");
+  command.add_option("--rotations", flags.options.rotation_count, "hexagrams that avg-hexagram averages over")
+      ->check(Whole(1, 4))
+      ->option_text("COUNT [2]");
+  command.add_option("--seed", flags.options.seed, "of the random estimators")
+      ->check(Whole(0, ~uint64_t{0}))
+      ->option_text("NUMBER [0]");
   command
       .add_option_function<double>(
           "--average-normal-weight", [&flags](double weight) { flags.options.average_normal_weight = weight; },
@@ -128,6 +141,7 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->required()
       ->option_text("OUT");
   command->add_option("--server", flags->server, "HOST:PORT of curvd, or several with commas between [in this process]")
+      ->check(NotEmpty())
       ->option_text("LIST");
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))

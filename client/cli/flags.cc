@@ -39,6 +39,10 @@ CLI::Validator Whole(uint64_t low, uint64_t high) {
       "");
 }
 
+CLI::Validator NotEmpty() {
+  return CLI::Validator([](std::string& text) -> std::string { return text.empty() ? "must not be empty" : ""; }, "");
+}
+
 bool ParseRange(const std::string& text, double& low, double& high) {
   const size_t colon = text.find(':');
   if (colon == std::string::npos) return false;

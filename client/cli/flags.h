@@ -14,6 +14,9 @@ CLI::Validator FiniteNotNegative();
 // A whole number in [low, high].
 CLI::Validator Whole(uint64_t low, uint64_t high);
 
+// A text with something in it: an empty one comes from a variable that is not set.
+CLI::Validator NotEmpty();
+
 // "LO:HI" with finite LO < HI. False if `text` is not that.
 bool ParseRange(const std::string& text, double& low, double& high);
 // "WIDTHxHEIGHT", whole numbers in [low, high]. False if `text` is not that.

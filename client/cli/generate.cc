@@ -128,6 +128,7 @@ void AddGenerate(CLI::App& app, Action& action) {
       ->check(FiniteNotNegative())
       ->option_text("SIGMA [0]");
   command->add_option("--seed", flags->seed, "of sampling and noise; the same seed gives the same file")
+      ->check(Whole(0, ~uint64_t{0}))
       ->option_text("NUMBER [0]");
   command->add_flag("--double", flags->doubles, "64-bit columns instead of 32-bit");
   command->add_option("-o,--output", flags->output, absl::StrCat("the cloud: ", kWritableExtensions))

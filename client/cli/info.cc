@@ -64,6 +64,7 @@ void AddInfo(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("info", "Tell version, limits, estimators and health of a server");
   command->footer(kExitCodesHelp);
   command->add_option("--server", flags->server, "HOST:PORT of curvd, or several with commas between [in this process]")
+      ->check(NotEmpty())
       ->option_text("LIST");
   command->add_option("--timeout", flags->timeout, "seconds to wait for a server [10]")
       ->check(FinitePositive())

@@ -1,0 +1,237 @@
+// The program as users meet it: exit codes, messages, files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "absl/strings/str_cat.h"
+#include "client/io/table_file.h"
+#include "server/curvature_server.h"
+#include "tests/client/cli/run_curv.h"
+#include "tests/client/temp_dir.h"
+
+namespace curv {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+std::vector<std::string> ColumnNames(const PointTable& table) {
+  std::vector<std::string> names;
+  for (const Column& column : table.columns()) names.push_back(column.name);
+  return names;
+}
+
+class CurvTest : public ::testing::Test {
+ protected:
+  // A small cloud with normals and truth.
+  std::string Cloud(const std::string& surface = "torus", const std::string& points = "2000") {
+    const std::string path = dir_.File(surface + ".ply");
+    const CurvRun run = RunCurv({"generate", surface, "--points=" + points, "-o", path});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return path;
+  }
+
+  const TempDir dir_;
+};
+
+TEST_F(CurvTest, HelpTeachesAndSucceeds) {
+  for (const auto& words : std::vector<std::vector<std::string>>{{"--help"},
+                                                                 {"estimate", "--help"},
+                                                                 {"generate", "-h"},
+                                                                 {"evaluate", "-h"},
+                                                                 {"render", "-h"},
+                                                                 {"info", "-h"}}) {
+    const CurvRun run = RunCurv(words);
+    EXPECT_EQ(run.exit_code, 0);
+    EXPECT_THAT(run.out, AllOf(HasSubstr("Usage"), HasSubstr("Exit codes")));
+  }
+  EXPECT_THAT(RunCurv({"--version"}).out, StartsWith("curv 0."));
+}
+
+TEST_F(CurvTest, WrongFlagsNameFlagValueAndLimit) {
+  const std::string cloud = Cloud(), out = dir_.File("out.ply");
+  const auto message = [](std::vector<std::string> words) {
+    const CurvRun run = RunCurv(words);
+    EXPECT_EQ(run.exit_code, 2) << absl::StrCat(words[0], ": ", run.err);
+    EXPECT_THAT(run.out, IsEmpty());
+    return run.err;
+  };
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--k=3"}),
+              AllOf(HasSubstr("--k"), HasSubstr("\"3\""), HasSubstr("4 to 1000000")));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--radius=-1"}),
+              AllOf(HasSubstr("--radius"), HasSubstr("\"-1\"")));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--radius=nan"}), HasSubstr("finite number above 0"));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--radius=1", "--k=50"}), HasSubstr("--k"));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--triangles=10001"}), HasSubstr("1 to 10000"));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--estimator=best"}),
+              AllOf(HasSubstr("best"), HasSubstr("independent")));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--seed=-1"}), AllOf(HasSubstr("--seed"), HasSubstr("\"-1\"")));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server="}), HasSubstr("--server"));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server=nowhere"}), HasSubstr("\"nowhere\" is not HOST:PORT"));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--color=pink"}), HasSubstr("pink"));
+  EXPECT_THAT(message({"estimate", cloud}), HasSubstr("--output"));
+  EXPECT_THAT(message({"generate", "klein", "--points=10", "-o", out}), AllOf(HasSubstr("klein"), HasSubstr("torus")));
+  EXPECT_THAT(message({"generate", "torus", "--points=0", "-o", out}), HasSubstr("1 to 100000000"));
+  EXPECT_THAT(message({"render", cloud, "-o", "x.png", "--range=2:1"}), HasSubstr("LO < HI"));
+  EXPECT_THAT(message({"render", cloud, "-o", "x.png", "--size=10x10"}), HasSubstr("from 64 to 4096"));
+  EXPECT_THAT(message({"render", cloud, "-o", "x.png", "--view=inside"}), HasSubstr("\"inside\""));
+  EXPECT_THAT(message({"paint"}), HasSubstr("paint"));
+  EXPECT_FALSE(dir_.Has("out.ply"));
+}
+
+TEST_F(CurvTest, EstimatesEvaluatesAndRenders) {
+  const std::string result = dir_.File("result.ply");
+  const CurvRun estimate = RunCurv({"estimate", Cloud(), "-o", result, "--color"});
+  ASSERT_EQ(estimate.exit_code, 0) << estimate.err;
+  EXPECT_THAT(estimate.err, IsEmpty());
+  EXPECT_THAT(estimate.out, AllOf(HasSubstr("2,000 points"), HasSubstr("ok"), HasSubstr("seconds:")));
+  const PointTable table = *LoadTable(result);
+  EXPECT_THAT(ColumnNames(table),
+              ::testing::ElementsAre("x", "y", "z", "nx", "ny", "nz", "mean_curvature", "gaussian_curvature", "k1",
+                                     "k2", "d1x", "d1y", "d1z", "d2x", "d2y", "d2z", "radius", "status", "true_mean",
+                                     "true_gaussian", "true_k1", "true_k2", "true_d1x", "true_d1y", "true_d1z",
+                                     "true_d2x", "true_d2y", "true_d2z", "red", "green", "blue"));
+
+  const CurvRun evaluate = RunCurv({"evaluate", result});
+  EXPECT_EQ(evaluate.exit_code, 0) << evaluate.err;
+  EXPECT_THAT(evaluate.out, AllOf(HasSubstr("2,000 of 2,000"), HasSubstr("gaussian"), HasSubstr("degrees")));
+  EXPECT_THAT(RunCurv({"evaluate", result, "--json"}).out, StartsWith("{\"input\": "));
+
+  const CurvRun render = RunCurv({"render", result, "-o", dir_.File("p.png"), "--quantity=k2", "--size=200x150"});
+  EXPECT_EQ(render.exit_code, 0) << render.err;
+  EXPECT_THAT(dir_.Read("p.png"), StartsWith("\x89PNG"));
+}
+
+TEST_F(CurvTest, CsvHasTheDocumentedHeaderAndWords) {
+  const CurvRun run =
+      RunCurv({"estimate", dir_.Write("two.xyz", "0 0 0 0 0 1\n1 0 0 0 0 1\n"), "-o", dir_.File("r.csv")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(
+      dir_.Read("r.csv"),
+      StartsWith("x,y,z,nx,ny,nz,mean_curvature,gaussian_curvature,k1,k2,d1x,d1y,d1z,d2x,d2y,d2z,radius,status\n"
+                 "0,0,0,0,0,1,nan,nan,nan,nan,nan,nan,nan,nan,nan,nan,nan,too_few_neighbors\n"));
+  EXPECT_THAT(run.out, HasSubstr("too_few_neighbors"));
+}
+
+TEST_F(CurvTest, EmbeddedAndRemoteGiveTheSameBytes) {
+  curvd::ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  options.metrics_listen = "";
+  options.log = false;
+  const auto server = *curvd::CurvatureServer::Create(options);
+  const std::string cloud = Cloud();
+  const std::string remote = absl::StrCat("--server=127.0.0.1:", server->port());
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", dir_.File("a.ply")}).exit_code, 0);
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", dir_.File("b.ply"), remote}).exit_code, 0);
+  EXPECT_EQ(dir_.Read("a.ply"), dir_.Read("b.ply"));
+  const CurvRun info = RunCurv({"info", remote});
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_THAT(info.out, AllOf(HasSubstr("SERVING"), HasSubstr("avg-hexagram"), HasSubstr("at most")));
+  EXPECT_THAT(RunCurv({"info", remote, "--json"}).out, HasSubstr("\"limits\": {\"max_points\": "));
+}
+
+TEST_F(CurvTest, JsonSummaryIsOneLine) {
+  const CurvRun run = RunCurv({"estimate", Cloud(), "-o", dir_.File("r.ply"), "--summary=json", "--radius=0.9"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(StartsWith("{\"input\": "), HasSubstr("\"points\": 2000"), HasSubstr("\"radius\": 0.9"),
+                             HasSubstr("\"seconds\": {\"read\": ")));
+  EXPECT_EQ(run.out.find('\n'), run.out.size() - 1);
+}
+
+TEST_F(CurvTest, BadInputSaysWhatToDo) {
+  const std::string out = dir_.File("out.ply");
+  const auto message = [&](const std::string& input) {
+    const CurvRun run = RunCurv({"estimate", input, "-o", out});
+    EXPECT_EQ(run.exit_code, 3) << input;
+    EXPECT_FALSE(dir_.Has("out.ply"));
+    return run.err;
+  };
+  EXPECT_THAT(message(dir_.File("missing.ply")), HasSubstr("missing.ply: No such file"));
+  EXPECT_THAT(message(dir_.Write("bare.xyz", "1 2 3\n")),
+              AllOf(HasSubstr("bare.xyz: the file has no normals"), HasSubstr("CloudCompare")));
+  EXPECT_THAT(message(dir_.Write("bad.xyz", "1 2 3 0 0 1\n1 2\n")), HasSubstr("bad.xyz: line 2"));
+  EXPECT_THAT(message(dir_.Write("cloud.e57", "")), HasSubstr(".e57"));
+  EXPECT_EQ(RunCurv({"evaluate", Cloud()}).exit_code, 3);
+  EXPECT_THAT(RunCurv({"evaluate", dir_.Write("n.csv", "x\n1\n")}).err, HasSubstr("true_mean"));
+  EXPECT_THAT(RunCurv({"render", Cloud(), "-o", dir_.File("p.png"), "--quantity=density"}).err,
+              HasSubstr("no column density"));
+}
+
+TEST_F(CurvTest, BadOutputFailsBeforeTheWorkAndChangesNothing) {
+  const std::string cloud = Cloud();
+  EXPECT_EQ(RunCurv({"estimate", cloud, "-o", dir_.File("missing/out.ply")}).exit_code, 4);
+  EXPECT_EQ(RunCurv({"estimate", cloud, "-o", dir_.File("out.doc")}).exit_code, 4);
+  EXPECT_EQ(RunCurv({"render", cloud, "-o", dir_.File("out.jpg")}).exit_code, 4);
+  std::filesystem::create_symlink("/dev/full", dir_.File("full.ply"));
+  const CurvRun full = RunCurv({"estimate", cloud, "-o", dir_.File("full.ply")});
+  EXPECT_EQ(full.exit_code, 4);
+  EXPECT_THAT(full.err, HasSubstr("No space left on device"));
+  EXPECT_EQ(dir_.FileCount(), 2u);  // the cloud and the link
+}
+
+TEST_F(CurvTest, RefusalsNameThePointAndTheWayOut) {
+  const std::string input = dir_.Write("nan.xyz", "1 2 3 0 0 1\n1 2 nan 0 0 1\n");
+  const CurvRun refused = RunCurv({"estimate", input, "-o", dir_.File("out.ply")});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("INVALID_ARGUMENT"), HasSubstr("1"), HasSubstr("--on-invalid=skip")));
+  EXPECT_EQ(RunCurv({"estimate", input, "-o", dir_.File("out.ply"), "--on-invalid=skip"}).exit_code, 0);
+}
+
+TEST_F(CurvTest, UnreachableServersAndTimeoutsHaveTheirCodes) {
+  const std::string cloud = Cloud();
+  const CurvRun run =
+      RunCurv({"estimate", cloud, "-o", dir_.File("out.ply"), "--server=127.0.0.1:1", "--max-attempts=1"});
+  EXPECT_EQ(run.exit_code, 5);
+  EXPECT_THAT(run.err, HasSubstr("UNAVAILABLE"));
+  EXPECT_EQ(RunCurv({"info", "--server=127.0.0.1:1"}).exit_code, 5);
+  EXPECT_EQ(RunCurv({"estimate", cloud, "-o", dir_.File("out.ply"), "--timeout=0.000001"}).exit_code, 6);
+  EXPECT_FALSE(dir_.Has("out.ply"));
+}
+
+TEST_F(CurvTest, ReplacesColumnsOfAnEarlierResult) {
+  const std::string once = dir_.File("once.ply"), twice = dir_.File("twice.ply");
+  ASSERT_EQ(RunCurv({"estimate", Cloud(), "-o", once}).exit_code, 0);
+  ASSERT_EQ(RunCurv({"estimate", once, "-o", twice}).exit_code, 0);
+  EXPECT_EQ(dir_.Read("once.ply"), dir_.Read("twice.ply"));
+}
+
+TEST_F(CurvTest, GenerateIsReproducibleAndNoisyOnRequest) {
+  const auto generate = [&](const std::string& name, std::vector<std::string> flags) {
+    std::vector<std::string> words = {"generate", "goursat", "--points=500", "-o", dir_.File(name)};
+    words.insert(words.end(), flags.begin(), flags.end());
+    EXPECT_EQ(RunCurv(words).exit_code, 0);
+    return dir_.Read(name);
+  };
+  const std::string clean = generate("a.ply", {});
+  EXPECT_EQ(clean, generate("b.ply", {}));
+  EXPECT_NE(clean, generate("c.ply", {"--seed=1"}));
+  EXPECT_NE(clean, generate("d.ply", {"--noise-position=0.1", "--noise-normal=0.1", "--double"}));
+  const PointTable noisy = *LoadTable(dir_.File("d.ply")), exact = *LoadTable(dir_.File("a.ply"));
+  EXPECT_EQ(noisy.Find("x")->kind(), ScalarKind::kFloat64);
+  for (size_t i = 0; i < 500; ++i) {
+    EXPECT_FLOAT_EQ(static_cast<float>(noisy.Find("true_k1")->At(i)), static_cast<float>(exact.Find("true_k1")->At(i)));
+    EXPECT_LT(std::abs(noisy.Find("x")->At(i) - exact.Find("x")->At(i)), 0.6);  // six sigma
+  }
+}
+
+TEST_F(CurvTest, SaysWhenNoPointCouldBeEstimated) {
+  const CurvRun run = RunCurv({"estimate", Cloud(), "-o", dir_.File("r.ply"), "--k=5000"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.err, HasSubstr("no point could be estimated"));
+}
+
+TEST_F(CurvTest, NotesWhatItLeavesOut) {
+  const CurvRun run =
+      RunCurv({"estimate", dir_.Write("o.obj", "v 0 0 0\nv 1 0 0\nvn 0 0 1\n"), "-o", dir_.File("r.csv")});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("note: "));
+  EXPECT_THAT(run.err, Not(HasSubstr("terminate")));
+}
+
+}  // namespace
+}  // namespace curv

@@ -1,0 +1,34 @@
+#include "tests/client/cli/run_curv.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/client/temp_dir.h"
+
+namespace curv {
+
+CurvRun RunCurv(const std::vector<std::string>& arguments) {
+  const TempDir dir;
+  std::vector<std::string> words = {CURV_BINARY};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 1, dir.File("out").c_str(), O_WRONLY | O_CREAT, 0600);
+  posix_spawn_file_actions_addopen(&actions, 2, dir.File("err").c_str(), O_WRONLY | O_CREAT, 0600);
+  pid_t child = -1;
+  const int error = posix_spawn(&child, CURV_BINARY, &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) return {-1, "", "cannot start " CURV_BINARY};
+  int status = 0;
+  waitpid(child, &status, 0);
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return {code, dir.Read("out"), dir.Read("err")};
+}
+
+}  // namespace curv

@@ -1,0 +1,83 @@
+// What the program prints: numbers, JSON, progress, flags' values.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "client/cli/flags.h"
+#include "client/cli/json.h"
+#include "client/cli/numbers.h"
+#include "client/cli/progress_bar.h"
+
+namespace curv {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(NumbersTest, GroupsDigits) {
+  EXPECT_EQ(WithCommas(0), "0");
+  EXPECT_EQ(WithCommas(999), "999");
+  EXPECT_EQ(WithCommas(1000), "1,000");
+  EXPECT_EQ(WithCommas(12345678), "12,345,678");
+}
+
+TEST(NumbersTest, TakesPrefixes) {
+  EXPECT_EQ(WithPrefix(0), "0.00");
+  EXPECT_EQ(WithPrefix(9.994), "9.99");
+  EXPECT_EQ(WithPrefix(950), "950");
+  EXPECT_EQ(WithPrefix(999.7), "1.00 k");
+  EXPECT_EQ(WithPrefix(12'345'678), "12.3 M");
+}
+
+TEST(NumbersTest, TellsTime) {
+  EXPECT_EQ(Clock(0.4), "0 s");
+  EXPECT_EQ(Clock(59.4), "59 s");
+  EXPECT_EQ(Clock(65), "1:05");
+  EXPECT_EQ(Clock(3600), "1:00:00");
+  EXPECT_EQ(Clock(NAN), "0 s");
+  EXPECT_EQ(Clock(INFINITY), "8333:20:00");
+}
+
+TEST(JsonTest, EscapesAndNests) {
+  JsonObject inner;
+  inner.Add("nan", NAN).Add("half", 0.5).Add("big", uint64_t{18446744073709551615u});
+  EXPECT_EQ(JsonObject().Add("a\"\\\n", "b").Add("in", inner).ToString(),
+            "{\"a\\\"\\\\\\u000a\": \"b\", \"in\": {\"nan\": null, \"half\": 0.5, \"big\": 18446744073709551615}}");
+  EXPECT_EQ(JsonObject().ToString(), "{}");
+}
+
+TEST(ProgressLineTest, ShowsShareRateAndTimeLeft) {
+  EstimateProgress progress{.points = 1000, .points_sent = 1000, .points_estimated = 250};
+  progress.phase = EstimateProgress::Phase::kEstimating;
+  const std::string line = ProgressLine(progress, 2.0);
+  EXPECT_THAT(line, HasSubstr("received 100 %"));
+  EXPECT_THAT(line, HasSubstr("estimated  25 %"));
+  EXPECT_THAT(line, HasSubstr("125 points/s, ETA 6 s"));
+  EXPECT_THAT(line, Not(HasSubstr("attempt")));
+}
+
+TEST(ProgressLineTest, SurvivesNothingAndMore) {
+  EXPECT_THAT(ProgressLine(EstimateProgress{}, 0.0), HasSubstr("100 %"));
+  EstimateProgress progress{.attempt = 2, .points = 10, .points_received = 11};
+  progress.phase = EstimateProgress::Phase::kReceiving;
+  EXPECT_THAT(ProgressLine(progress, 1e-9), HasSubstr("(attempt 2)"));
+}
+
+TEST(FlagsTest, ParsesRangesAndSizes) {
+  double low, high;
+  EXPECT_TRUE(ParseRange("-0.107:0.345", low, high));
+  EXPECT_EQ(low, -0.107);
+  for (const char* text : {"", ":", "1", "1:", ":1", "1:1", "2:1", "nan:1", "0:inf", "0:1:2"}) {
+    EXPECT_FALSE(ParseRange(text, low, high)) << text;
+  }
+  int width, height;
+  EXPECT_TRUE(ParseSize("64x4096", 64, 4096, width, height));
+  EXPECT_EQ(height, 4096);
+  for (const char* text : {"", "x", "64", "64x", "x64", "63x64", "64x4097", "64X64", "64x64x64", "-64x64"}) {
+    EXPECT_FALSE(ParseSize(text, 64, 4096, width, height)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace curv

@@ -1,0 +1,130 @@
+#include "client/result_collector.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace curv {
+namespace {
+
+namespace v1 = curvature::v1;
+using ::testing::HasSubstr;
+
+v1::EstimateCurvatureResponse Accepted() {
+  v1::EstimateCurvatureResponse response;
+  response.mutable_accepted()->set_request_id("r-7");
+  response.mutable_accepted()->mutable_limits()->set_max_chunk_bytes(4096);
+  return response;
+}
+
+v1::EstimateCurvatureResponse Result(uint64_t first, uint32_t count, char status = 1) {
+  v1::EstimateCurvatureResponse response;
+  v1::ResultChunk& chunk = *response.mutable_result();
+  chunk.set_first_index(first);
+  chunk.set_point_count(count);
+  chunk.set_status(std::string(count, status));
+  for (std::string* scalars : {chunk.mutable_mean_curvature(), chunk.mutable_gaussian_curvature(), chunk.mutable_k1(),
+                               chunk.mutable_k2(), chunk.mutable_radius()}) {
+    const std::vector<float> values(count, static_cast<float>(first));
+    scalars->assign(reinterpret_cast<const char*>(values.data()), 4 * count);
+  }
+  chunk.set_d1(std::string(12 * count, '\0'));
+  chunk.set_d2(std::string(12 * count, '\0'));
+  return response;
+}
+
+v1::EstimateCurvatureResponse Summary(uint64_t points, uint64_t ok) {
+  v1::EstimateCurvatureResponse response;
+  response.mutable_summary()->set_point_count(points);
+  response.mutable_summary()->mutable_status_counts()->set_ok(ok);
+  response.mutable_summary()->mutable_status_counts()->set_degenerate_area(points - ok);
+  return response;
+}
+
+// Feeds messages until one is refused.
+absl::Status Feed(ResultCollector& collector, const std::vector<v1::EstimateCurvatureResponse>& responses) {
+  for (const auto& response : responses) {
+    if (absl::Status status = collector.Take(response); !status.ok()) return status;
+  }
+  return collector.Finish();
+}
+
+std::string Problem(uint64_t points, const std::vector<v1::EstimateCurvatureResponse>& responses) {
+  ResultCollector collector(points);
+  const absl::Status status = Feed(collector, responses);
+  EXPECT_TRUE(absl::IsInternal(status)) << status;
+  return std::string(status.message());
+}
+
+TEST(ResultCollectorTest, CollectsChunks) {
+  ResultCollector collector(5);
+  const absl::Status status = Feed(collector, {Accepted(), Result(0, 2), Result(2, 3, 3), Summary(5, 2)});
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_EQ(collector.limits().max_chunk_bytes(), 4096u);
+  const CurvatureResult result = collector.Release();
+  EXPECT_EQ(result.mean, (std::vector<float>{0, 0, 2, 2, 2}));
+  EXPECT_EQ(result.status, (std::vector<uint8_t>{1, 1, 3, 3, 3}));
+  EXPECT_EQ(result.d1.size(), 15u);
+  EXPECT_EQ(result.summary.request_id, "r-7");
+  EXPECT_EQ(result.summary.status_counts[3], 3u);
+}
+
+TEST(ResultCollectorTest, TakesAnEmptyCloud) {
+  ResultCollector collector(0);
+  EXPECT_TRUE(Feed(collector, {Accepted(), Summary(0, 0)}).ok());
+}
+
+TEST(ResultCollectorTest, TakesProgressAndWhatItDoesNotKnow) {
+  ResultCollector collector(1);
+  v1::EstimateCurvatureResponse progress;
+  progress.mutable_progress()->set_points_estimated(1);
+  EXPECT_TRUE(
+      Feed(collector, {Accepted(), progress, v1::EstimateCurvatureResponse(), Result(0, 1), Summary(1, 1)}).ok());
+  EXPECT_EQ(collector.progress().points_estimated(), 1u);
+}
+
+TEST(ResultCollectorTest, RefusesGapsAndRepeats) {
+  EXPECT_THAT(Problem(5, {Accepted(), Result(0, 2), Result(3, 2)}), HasSubstr("from index 3, but 2 of 5"));
+  EXPECT_THAT(Problem(5, {Accepted(), Result(0, 2), Result(0, 2)}), HasSubstr("from index 0"));
+  EXPECT_THAT(Problem(5, {Accepted(), Result(0, 6)}), HasSubstr("6 points"));
+  EXPECT_THAT(Problem(5, {Accepted(), Result(0, 0)}), HasSubstr("0 points"));
+}
+
+TEST(ResultCollectorTest, RefusesWrongOrder) {
+  EXPECT_THAT(Problem(1, {Result(0, 1)}), HasSubstr("not Accepted"));
+  EXPECT_THAT(Problem(1, {Accepted(), Accepted()}), HasSubstr("twice"));
+  EXPECT_THAT(Problem(1, {Accepted(), Result(0, 1), Summary(1, 1), Result(0, 1)}), HasSubstr("follows the summary"));
+}
+
+TEST(ResultCollectorTest, RefusesWhatIsNotWhole) {
+  EXPECT_THAT(Problem(1, {}), HasSubstr("before it was accepted"));
+  EXPECT_THAT(Problem(2, {Accepted(), Result(0, 1)}), HasSubstr("without a summary, after 1 of 2"));
+  EXPECT_THAT(Problem(2, {Accepted(), Result(0, 1), Summary(2, 2)}), HasSubstr("1 of 2 results"));
+  EXPECT_THAT(Problem(2, {Accepted(), Result(0, 2), Summary(1, 1)}), HasSubstr("counts 1 points"));
+  EXPECT_THAT(Problem(2, {Accepted(), Result(0, 2), Summary(2, 1)}), HasSubstr("status counts"));
+  EXPECT_THAT(Problem(2, {Accepted(), Result(0, 2, 77), Summary(2, 2)}), HasSubstr("status counts"));
+}
+
+TEST(ResultCollectorTest, RefusesArraysOfWrongLength) {
+  const std::vector<std::function<std::string*(v1::ResultChunk&)>> arrays = {
+      [](v1::ResultChunk& c) { return c.mutable_status(); },
+      [](v1::ResultChunk& c) { return c.mutable_mean_curvature(); },
+      [](v1::ResultChunk& c) { return c.mutable_gaussian_curvature(); },
+      [](v1::ResultChunk& c) { return c.mutable_k1(); },
+      [](v1::ResultChunk& c) { return c.mutable_k2(); },
+      [](v1::ResultChunk& c) { return c.mutable_d1(); },
+      [](v1::ResultChunk& c) { return c.mutable_d2(); },
+      [](v1::ResultChunk& c) { return c.mutable_radius(); }};
+  for (const auto& array : arrays) {
+    for (const int change : {-1, 1}) {
+      v1::EstimateCurvatureResponse response = Result(0, 2);
+      std::string* bytes = array(*response.mutable_result());
+      bytes->resize(bytes->size() + static_cast<size_t>(change));
+      EXPECT_THAT(Problem(2, {Accepted(), response}), HasSubstr("does not hold 2 points"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace curv

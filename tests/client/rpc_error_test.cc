@@ -1,0 +1,62 @@
+#include "client/rpc_error.h"
+
+#include <gtest/gtest.h>
+
+#include "client/curvature_client.h"
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
+
+namespace curv {
+namespace {
+
+grpc::Status WithDetails(bool retry) {
+  google::rpc::ErrorInfo info;
+  info.set_reason("K_TOO_LARGE");
+  info.set_domain("curvd");
+  (*info.mutable_metadata())["value"] = "20000";
+  (*info.mutable_metadata())["limit"] = "10000";
+  google::rpc::Status details;
+  details.add_details()->PackFrom(info);
+  if (retry) {
+    google::rpc::RetryInfo wait;
+    wait.mutable_retry_delay()->set_seconds(2);
+    wait.mutable_retry_delay()->set_nanos(500'000'000);
+    details.add_details()->PackFrom(wait);
+  }
+  return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "too large", details.SerializeAsString());
+}
+
+TEST(RpcErrorTest, PutsDetailsIntoTheMessage) {
+  const absl::Status status = ToAbslStatus(WithDetails(false));
+  EXPECT_TRUE(absl::IsResourceExhausted(status));
+  EXPECT_EQ(status.message(), "too large [reason K_TOO_LARGE; limit 10000; value 20000]");
+  EXPECT_EQ(ErrorReason(status), "K_TOO_LARGE");
+}
+
+TEST(RpcErrorTest, KeepsPlainErrors) {
+  const absl::Status status = ToAbslStatus(grpc::Status(grpc::StatusCode::UNAVAILABLE, "no route"));
+  EXPECT_TRUE(absl::IsUnavailable(status));
+  EXPECT_EQ(status.message(), "no route");
+  EXPECT_EQ(ErrorReason(status), "");
+  EXPECT_TRUE(ToAbslStatus(grpc::Status::OK).ok());
+}
+
+TEST(RpcErrorTest, IgnoresDamagedDetails) {
+  for (const std::string& bytes : {std::string("\xff\xff"), WithDetails(true).error_details().substr(0, 9)}) {
+    const grpc::Status damaged(grpc::StatusCode::INTERNAL, "m", bytes);
+    EXPECT_EQ(ToAbslStatus(damaged).message(), "m");
+    EXPECT_FALSE(RetryDelay(damaged).has_value());
+  }
+}
+
+TEST(RpcErrorTest, UnknownCodesAreErrors) {
+  EXPECT_EQ(ToAbslStatus(grpc::Status(static_cast<grpc::StatusCode>(99), "m")).code(), absl::StatusCode::kUnknown);
+}
+
+TEST(RpcErrorTest, ReadsTheRetryDelay) {
+  EXPECT_FALSE(RetryDelay(WithDetails(false)).has_value());
+  EXPECT_EQ(RetryDelay(WithDetails(true)), absl::Milliseconds(2500));
+}
+
+}  // namespace
+}  // namespace curv
