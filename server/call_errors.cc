@@ -11,10 +11,10 @@ namespace curvd {
 
 absl::Status ExplainJobError(absl::Status status) {
   if (absl::IsResourceExhausted(status)) {
-    if (absl::StrContains(status.message(), "max_neighbor_count")) {
-      return WithDetail(std::move(status), {kReasonNeighborhoodTooLarge, "header.options.radius", "", "", {}});
+    if (absl::StartsWith(status.message(), "out of memory")) {
+      return WithDetail(std::move(status), {kReasonOutOfMemory, "memory", "", "", absl::Seconds(1)});
     }
-    return WithDetail(std::move(status), {kReasonOutOfMemory, "memory", "", "", absl::Seconds(1)});
+    return WithDetail(std::move(status), {kReasonNeighborhoodTooLarge, "header.options.radius", "", "", {}});
   }
   if (absl::IsInvalidArgument(status)) {
     return WithDetail(std::move(status), {kReasonInvalidOption, "header.options", "", "", {}});

@@ -203,7 +203,7 @@ TEST_F(EstimateTest, SkippedPointsAreNobodysNeighbors) {
   const CallResult result = Run(header, cloud);
   ASSERT_TRUE(Succeeded(result, 2'004));
   EXPECT_EQ(result.point_status.substr(2'000), std::string(4, kInvalid));
-  EXPECT_EQ(result.mean.substr(0, 8'000), expected.mean);
+  EXPECT_TRUE(result.mean.substr(0, 8'000) == expected.mean);
   for (size_t i = 2'000; i < 2'004; ++i) ExpectAllNaN(result, i);
 }
 
@@ -250,7 +250,10 @@ TEST_F(EstimateTest, OneOutlierDoesNotTouchTheRest) {
   cloud.Add(1e6f, 1e6f, 1e6f, 0, 0, 1);
   const CallResult result = Run(cloud);
   ASSERT_TRUE(Succeeded(result, 5'001));
-  EXPECT_EQ(result.mean.substr(0, 20'000), expected.mean);
+  EXPECT_EQ(result.point_status.substr(0, 5'000), expected.point_status);
+  for (size_t i = 0; i < 5'000; ++i) {
+    ASSERT_NEAR(result.Mean(i), expected.Mean(i), 1e-5);  // the order of the sums may differ
+  }
 }
 
 TEST_F(EstimateTest, HalfOfTheCloudInOneSpotIsNoProblem) {

@@ -177,7 +177,7 @@ TEST_F(ProtocolErrorsTest, RadiusThatCoversTooManyPoints) {
   header.mutable_options()->set_radius(10.0);
   const CallResult result = Estimate(channel_, header, cloud);
   EXPECT_TRUE(FailedWith(result, StatusCode::RESOURCE_EXHAUSTED, kReasonNeighborhoodTooLarge,
-                         {"radius", "10000", "max_neighbor_count"}));
+                         {"radius 10", "10000 neighbors", "limit"}));
   EXPECT_FALSE(result.retry_seconds.has_value());
 }
 

@@ -9,10 +9,10 @@ namespace curvd {
 namespace {
 
 TEST(ExplainJobErrorTest, TellsALargeNeighborhoodFromALackOfMemory) {
-  EXPECT_TRUE(IsError(ExplainJobError(absl::ResourceExhaustedError("over max_neighbor_count")),
-                      absl::StatusCode::kResourceExhausted, kReasonNeighborhoodTooLarge, {"max_neighbor_count"}));
-  EXPECT_TRUE(IsError(ExplainJobError(absl::ResourceExhaustedError("no pages")), absl::StatusCode::kResourceExhausted,
-                      kReasonOutOfMemory, {"no pages"}));
+  EXPECT_TRUE(IsError(ExplainJobError(absl::ResourceExhaustedError("radius 9 gives 11 neighbors")),
+                      absl::StatusCode::kResourceExhausted, kReasonNeighborhoodTooLarge, {"radius 9"}));
+  EXPECT_TRUE(IsError(ExplainJobError(absl::ResourceExhaustedError("out of memory: no pages")),
+                      absl::StatusCode::kResourceExhausted, kReasonOutOfMemory, {"no pages"}));
 }
 
 TEST(ExplainJobErrorTest, AnythingElseIsADefect) {

@@ -100,8 +100,8 @@ TEST(ResolveHeaderTest, RefusesTooManyRotations) {
   v1::CloudHeader header;
   EXPECT_EQ(ResolveHeader(header, kLimits)->estimator.rotation_count, 2u);
   header.mutable_options()->set_rotation_count(5);
-  EXPECT_TRUE(IsError(Refusal(header), kInvalid, kReasonInvalidOption,
-                      {"header.options.rotation_count", "5", "at most 4"}));
+  EXPECT_TRUE(
+      IsError(Refusal(header), kInvalid, kReasonInvalidOption, {"header.options.rotation_count", "5", "at most 4"}));
 }
 
 TEST(ResolveHeaderTest, RefusesWeightsOutsideTheUnitInterval) {
