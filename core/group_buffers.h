@@ -49,10 +49,22 @@ struct NeighborArrays {
   }
 };
 
-// Corners of the hexagrams of all points, relative to the point and to its normal.
+// Corners of one hexagram of each point, as sums over `count` neighbors: offsets from the point, and normals less the
+// point's own.
 struct Hexagram {
   GroupVectors offset[6];
   GroupVectors normal[6];
+  alignas(64) GroupScalars count[6];
+
+  // A hexagram without neighbors: all corners at the point.
+  void Clear(size_t i) {
+    constexpr float kZero[3] = {0.0f, 0.0f, 0.0f};
+    for (int s = 0; s < 6; ++s) {
+      offset[s].Set(i, kZero);
+      normal[s].Set(i, kZero);
+      count[s][i] = 0.0f;
+    }
+  }
 };
 
 struct GroupScratch::Buffers {

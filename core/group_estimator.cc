@@ -7,6 +7,10 @@
 
 #if HWY_ONCE
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include "core/group_buffers.h"
 #include "core/group_estimator.h"
 
@@ -30,6 +34,11 @@ EstimationPlan EstimationPlan::Make(const EstimatorOptions& options, const Spati
   plan.max_neighbor_count = options.max_neighbor_count;
   plan.average_normal_weight = static_cast<float>(options.average_normal_weight);
   plan.rotations = options.estimator == EstimatorKind::kAvgHexagram ? static_cast<int>(options.rotation_count) : 1;
+  for (int r = 0; r < plan.rotations; ++r) {
+    const double angle = std::numbers::pi / 3.0 * r / plan.rotations;
+    plan.cosine[r] = static_cast<float>(std::cos(angle));
+    plan.sine[r] = static_cast<float>(std::sin(angle));
+  }
   plan.triangle_count = options.triangle_count;
   plan.seed = options.seed;
   plan.scale = std::ldexp(1.0, index.scale_exponent());

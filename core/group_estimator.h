@@ -23,7 +23,9 @@ struct EstimationPlan {
   double radius;          // by radius: in the caller's unit
   size_t max_neighbor_count;
   float average_normal_weight;
-  int rotations;  // hexagrams a point, for averages
+  int rotations;                // hexagrams a point, for averages
+  float cosine[kMaxRotations];  // of the angle that each is turned by
+  float sine[kMaxRotations];
   uint32_t triangle_count;
   uint64_t seed;
   double scale;  // the caller's length unit in index units

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace curvd {
@@ -11,6 +10,8 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // Ranges up to this many leaves are built by one work block, in a few milliseconds.
 constexpr size_t kSubtreeLeaves = 2048;
+
+constexpr size_t kPrefetchLeaves = SpatialIndex::kGroupLeaves;
 
 static_assert(sizeof(PointRecord) * SpatialIndex::kLeafSize == sizeof(SpatialIndex::LeafPositions),
               "a leaf is transposed in place");
@@ -44,6 +45,16 @@ TreeNode MeasureNode(const PointRecord* first, const PointRecord* last) {
     node.min_id = std::min(node.min_id, it->id);
   }
   return node;
+}
+
+// Copies up to a leaf's records in the order of their ids, so that the tree's order depends on the points alone, not on
+// how the splits were found.
+void SortById(const PointRecord* records, int count, PointRecord* sorted) {
+  for (int i = 0; i < count; ++i) {
+    int rank = 0;
+    for (int j = 0; j < count; ++j) rank += records[j].id < records[i].id;
+    sorted[rank] = records[i];
+  }
 }
 
 bool IsValid(const OrientedPoint& point) { return !std::isnan(point.position[0]); }
@@ -195,6 +206,11 @@ void IndexBuilder::BuildSubtree(const Range& range) {
     FinishLeaf(range.first_leaf);
     return;
   }
+  if (range.leaves == kPrefetchLeaves) {
+    // Normals lie in input order; fetch them while the last splits are made.
+    const PointRecord* end = RangeEnd(range);
+    for (const PointRecord* it = record(range.first_leaf); it != end; ++it) __builtin_prefetch(&cloud_.point(it->id));
+  }
   Range left, right;
   SplitRange(range, &left, &right);
   BuildSubtree(left);
@@ -205,7 +221,7 @@ void IndexBuilder::FinishLeaf(size_t leaf) {
   constexpr int kSize = SpatialIndex::kLeafSize;
   const int count = index_.LeafPoints(leaf);
   PointRecord records[kSize];
-  std::memcpy(records, record(leaf), count * sizeof(PointRecord));
+  SortById(record(leaf), count, records);
   std::fill(records + count, records + kSize, PointRecord{{kInfinity, kInfinity, kInfinity}, SpatialIndex::kPaddingId});
   SpatialIndex::LeafPositions positions;
   SpatialIndex::LeafNormals normals{};

@@ -1,12 +1,24 @@
-#include "core/select_nth.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/select_nth.cc"
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+// Must come after foreach_target.h.
+#include "core/kernels/partition-inl.h"
+#include "hwy/highway.h"
+
+#if HWY_ONCE
 
 #include <algorithm>
 #include <cmath>
 
+#include "core/select_nth.h"
+
 namespace curvd {
+
+HWY_EXPORT(PartitionKernel);
+HWY_EXPORT(SortByRankKernel);
+
 namespace {
 
-constexpr ptrdiff_t kSmall = 48;  // below this, introselect is as good
 constexpr size_t kMaxSample = 512;
 
 bool Less(const PointRecord& a, const PointRecord& b, int axis) {
@@ -14,17 +26,8 @@ bool Less(const PointRecord& a, const PointRecord& b, int axis) {
   return (x < y) | ((x == y) & (a.id < b.id));
 }
 
-// Moves records less than `pivot` to the front and returns their end. No branch depends on a comparison: at a median
-// pivot each would be mispredicted half of the time.
-PointRecord* Partition(PointRecord* first, PointRecord* last, const PointRecord pivot, int axis) {
-  PointRecord* boundary = first;
-  for (PointRecord* it = first; it != last; ++it) {
-    const PointRecord record = *it;
-    *it = *boundary;
-    *boundary = record;
-    boundary += Less(record, pivot, axis);
-  }
-  return boundary;
+PointRecord* Partition(PointRecord* first, PointRecord* last, const PointRecord& pivot, int axis) {
+  return HWY_DYNAMIC_DISPATCH(PartitionKernel)(first, last, pivot, axis);
 }
 
 // Two records of a sorted sample between which record `rank` of [first, first + count) lies with high probability.
@@ -54,7 +57,7 @@ Bracket SampleBracket(const PointRecord* first, size_t count, size_t rank, int a
 void SelectNth(PointRecord* first, PointRecord* nth, PointRecord* last, int axis) {
   // Every round cuts the range to the records between two sampled ones: about 1.5 passes for the first, and little
   // after it.
-  while (last - first > kSmall && nth != last) {
+  while (last - first > static_cast<ptrdiff_t>(kRankedRecords) && nth != last) {
     const ptrdiff_t before = last - first;
     const Bracket bracket = SampleBracket(first, before, nth - first, axis);
     PointRecord* high = Partition(first, last, bracket.high, axis);
@@ -65,9 +68,12 @@ void SelectNth(PointRecord* first, PointRecord* nth, PointRecord* last, int axis
     }
     if (last - first > before - before / 8) break;  // an unlucky sample: introselect has a bound
   }
-  if (nth != last) {
-    std::nth_element(first, nth, last, [axis](const auto& a, const auto& b) { return Less(a, b, axis); });
-  }
+  const auto rest = static_cast<size_t>(last - first);
+  if (nth == last || rest < 2) return;
+  if (rest <= kRankedRecords) return HWY_DYNAMIC_DISPATCH(SortByRankKernel)(first, rest, axis);
+  std::nth_element(first, nth, last, [axis](const auto& a, const auto& b) { return Less(a, b, axis); });
 }
 
 }  // namespace curvd
+
+#endif  // HWY_ONCE

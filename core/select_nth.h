@@ -12,9 +12,12 @@ struct PointRecord {
   int32_t id;
 };
 
+// Ranges up to this size are sorted by ranking.
+inline constexpr size_t kRankedRecords = 64;
+
 // Reorders [first, last) so that every record before `nth` is less than every record from `nth` on, by coordinate
 // `axis` and then by id. Records have distinct ids, so the result's two sides are unique; their inner order depends on
-// the input alone. Expected linear time, worst case n log n.
+// the instruction set. Expected linear time, worst case n log n.
 // REQUIRES: first <= nth <= last; coordinates are not NaN.
 void SelectNth(PointRecord* first, PointRecord* nth, PointRecord* last, int axis);
 

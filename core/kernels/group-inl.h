@@ -25,8 +25,9 @@ namespace HWY_NAMESPACE {
 // normals of a neighborhood spread over a half sphere still average to 0.5.
 inline constexpr float kMinMeanNormal = 0.1f;
 
-// Loads the points of a group; returns their box.
-HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, GroupScratch::Buffers& b) {
+// Loads the points of a group; returns their box. Their places in the field are fetched meanwhile.
+HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, const PointCurvature* field,
+                         GroupScratch::Buffers& b) {
   b.size = 0;
   const size_t first = group * SpatialIndex::kGroupLeaves;
   const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index.leaf_count());
@@ -46,6 +47,7 @@ HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, GroupScratch::
       }
       b.normal.Set(b.size, normal);
       b.id[b.size++] = points.id[i];
+      __builtin_prefetch(&field[points.id[i]], 1);  // the field is in another order; it is written when all are done
     }
   }
   return box;
@@ -199,17 +201,12 @@ HWY_INLINE PointStatus PreparePoint(const EstimationPlan& plan, float squared_ra
 
 // A point that will not be estimated takes values that no kernel trips over.
 HWY_INLINE void FillPoint(GroupScratch::Buffers& b, size_t i) {
-  constexpr float kX[3] = {1.0f, 0.0f, 0.0f}, kY[3] = {0.0f, 1.0f, 0.0f}, kZero[3] = {0.0f, 0.0f, 0.0f};
+  constexpr float kX[3] = {1.0f, 0.0f, 0.0f}, kY[3] = {0.0f, 1.0f, 0.0f};
   b.u.Set(i, kX);
   b.v.Set(i, kY);
   b.rho[i] = b.radius[i] = 1.0f;
   b.nearest_reach[i] = 0.0f;
-  for (Hexagram& hexagram : b.hexagrams) {
-    for (int s = 0; s < 6; ++s) {
-      hexagram.offset[s].Set(i, kZero);
-      hexagram.normal[s].Set(i, kZero);
-    }
-  }
+  for (Hexagram& hexagram : b.hexagrams) hexagram.Clear(i);
   GroupMeasures& m = b.measures;
   m.area[i] = m.mean[i] = m.gaussian[i] = m.tensor_uu[i] = m.tensor_uv[i] = m.tensor_vv[i] = 0.0f;
 }
@@ -217,7 +214,7 @@ HWY_INLINE void FillPoint(GroupScratch::Buffers& b, size_t i) {
 OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
                                           GroupScratch& scratch, PointCurvature* out) {
   GroupScratch::Buffers& b = scratch.buffers();
-  const Box box = LoadGroup(index, group, b);
+  const Box box = LoadGroup(index, group, out, b);
   for (size_t i = b.size; i < SpatialIndex::kGroupPoints; ++i) FillPoint(b, i);
   GroupSearch search(index, plan, box, b);
   for (size_t i = 0; i < b.size; ++i) {
@@ -227,7 +224,7 @@ OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const Estim
     if (b.status[i] != PointStatus::kOk) {
       FillPoint(b, i);
     } else if (plan.estimator == EstimatorKind::kAvgHexagram) {
-      AverageHexagrams(plan.rotations, b, i);
+      SumHexagrams(plan, b, i);
     } else if (plan.estimator == EstimatorKind::kUniform) {
       MeasureUniform(plan, b, i);
     } else if (plan.estimator == EstimatorKind::kIndependent) {

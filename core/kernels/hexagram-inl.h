@@ -76,89 +76,93 @@ HWY_INLINE Sectors FindSectors(FloatVec along_u, FloatVec along_v) {
            hn::And(hn::AndNot(above_150, left), above_30), hn::AndNot(above_30, left), hn::AndNot(above_150, right)}};
 }
 
-// Sums over the six sectors of one quantity's three components; `sums` gets 18 values, component by component.
-HWY_INLINE void AddToSectors(const Sectors& sectors, FloatVec x, FloatVec y, FloatVec z, FloatVec* sums) {
-  HWY_UNROLL(6)
-  for (int s = 0; s < 6; ++s) {
-    sums[s] = hn::Add(sums[s], hn::IfThenElseZero(sectors.mask[s], x));
-    sums[6 + s] = hn::Add(sums[6 + s], hn::IfThenElseZero(sectors.mask[s], y));
-    sums[12 + s] = hn::Add(sums[12 + s], hn::IfThenElseZero(sectors.mask[s], z));
-  }
+// sum + x where the mask is set, sum elsewhere.
+HWY_INLINE FloatVec AddWhere(FloatMask mask, FloatVec sum, FloatVec x) {
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+  return hn::IfThenElse(mask, hn::Add(sum, x), sum);  // one masked instruction
+#else
+  return hn::Add(sum, hn::IfThenElseZero(mask, x));
+#endif
 }
 
-// Stores the lane sums of 18 vectors to out[0..17]; out has room for 20.
-HWY_INLINE void StoreSums(const FloatVec* sums, float* out) {
-  const FloatVec zero = hn::Zero(FloatTag());
-  HWY_UNROLL(4)
-  for (int i = 0; i < 16; i += 4) StoreFourSums(sums[i], sums[i + 1], sums[i + 2], sums[i + 3], out + i);
-  StoreFourSums(sums[16], sums[17], zero, zero, out + 16);
-}
-
-// Directions of a hexagram's first axis in the tangent frame, and of the axis after it.
-struct Turn {
-  Triple first, second;
-};
-
-// The tangent frame of point i turned by `angle` radians.
-HWY_INLINE Turn TurnedFrame(const GroupScratch::Buffers& b, size_t i, float angle) {
+// The tangent frame of point i, turned by an angle.
+HWY_INLINE Frame TurnedFrame(const GroupScratch::Buffers& b, size_t i, float cosine, float sine) {
   const FloatTag d;
-  const float c = std::cos(angle), s = std::sin(angle);
   const float u[3] = {b.u.x[i], b.u.y[i], b.u.z[i]}, v[3] = {b.v.x[i], b.v.y[i], b.v.z[i]};
-  return {{hn::Set(d, c * u[0] + s * v[0]), hn::Set(d, c * u[1] + s * v[1]), hn::Set(d, c * u[2] + s * v[2])},
-          {hn::Set(d, c * v[0] - s * u[0]), hn::Set(d, c * v[1] - s * u[1]), hn::Set(d, c * v[2] - s * u[2])}};
+  float first[3], second[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    first[axis] = cosine * u[axis] + sine * v[axis];
+    second[axis] = cosine * v[axis] - sine * u[axis];
+  }
+  return {{hn::Set(d, first[0]), hn::Set(d, first[1]), hn::Set(d, first[2])},
+          {hn::Set(d, second[0]), hn::Set(d, second[1]), hn::Set(d, second[2])}};
 }
 
-// Sets corner s of point i to the averages that the sums over its sector give. The average normal is brought back to
-// unit length: noise shortens it, and with it every curvature (docs/numerics.md). A sector without neighbors leaves
-// its corner at the point itself: the triangle over the other corners still counts.
-HWY_INLINE void StoreCorner(const float* offset_sums, const float* normal_sums, size_t count, int s,
-                            const GroupVectors& own, size_t i, Hexagram& out) {
-  const float weight = count > 0 ? 1.0f / static_cast<float>(count) : 0.0f;
-  const float offset[3] = {offset_sums[s] * weight, offset_sums[6 + s] * weight, offset_sums[12 + s] * weight};
-  out.offset[s].Set(i, offset);
-  const float n[3] = {own.x[i], own.y[i], own.z[i]};
-  const float mean[3] = {normal_sums[s] * weight, normal_sums[6 + s] * weight, normal_sums[12 + s] * weight};
-  // With L = |n + mean|: (n + mean) / L - n, by L^2 - 1, which is small and loses no digits.
-  float squared_excess = 0.0f;
-  for (int axis = 0; axis < 3; ++axis) squared_excess += (n[axis] + n[axis] + mean[axis]) * mean[axis];
-  const float length = std::sqrt(std::max(1.0f + squared_excess, 0.01f));
-  const float excess = squared_excess / (length + 1.0f);
-  float normal[3];
-  for (int axis = 0; axis < 3; ++axis) normal[axis] = (mean[axis] - excess * n[axis]) / length;
-  out.normal[s].Set(i, normal);
-}
-
-// Sets a hexagram of point i to the averages of its neighbors over the sectors of a turned frame.
-HWY_INLINE void AverageCorners(const GroupScratch::Buffers& b, size_t i, float angle, Hexagram& out) {
+// Sums of one quantity of the neighbors over the sectors of a frame, component by component to sums[0..17]; `sums` has
+// room for 20. `quantity(j)` gives it for neighbors j, j + 1, ...; `counts`, if asked for, gets the neighbors of each
+// sector. One quantity a pass, so that all sums stay in registers.
+template <bool kCounts, typename Quantity>
+HWY_INLINE void SumOverSectors(const NeighborArrays& n, const Frame& frame, Quantity quantity, float* sums,
+                               size_t* counts) {
   const FloatTag d;
-  const NeighborArrays& n = b.neighbors;
-  const Turn turn = TurnedFrame(b, i, angle);
-  // Normals are summed relative to the point's own: their differences are what the measures need to full precision.
-  const FloatVec own_x = hn::Set(d, b.normal.x[i]), own_y = hn::Set(d, b.normal.y[i]),
-                 own_z = hn::Set(d, b.normal.z[i]);
-  size_t counts[6] = {};
-  FloatVec offsets[18], normals[18];
-  for (int s = 0; s < 18; ++s) offsets[s] = normals[s] = hn::Zero(d);
+  const FloatVec zero = hn::Zero(d);
+  FloatVec x0 = zero, x1 = zero, x2 = zero, x3 = zero, x4 = zero, x5 = zero;
+  FloatVec y0 = zero, y1 = zero, y2 = zero, y3 = zero, y4 = zero, y5 = zero;
+  FloatVec z0 = zero, z1 = zero, z2 = zero, z3 = zero, z4 = zero, z5 = zero;
   for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
     const Triple offset{hn::Load(d, n.dx.data() + j), hn::Load(d, n.dy.data() + j), hn::Load(d, n.dz.data() + j)};
-    const Sectors sectors = FindSectors(Dot(offset, turn.first), Dot(offset, turn.second));
-    for (int s = 0; s < 6; ++s) counts[s] += hn::CountTrue(d, sectors.mask[s]);
-    AddToSectors(sectors, offset.x, offset.y, offset.z, offsets);
-    AddToSectors(sectors, hn::Sub(hn::Load(d, n.nx.data() + j), own_x), hn::Sub(hn::Load(d, n.ny.data() + j), own_y),
-                 hn::Sub(hn::Load(d, n.nz.data() + j), own_z), normals);
+    const Sectors sectors = FindSectors(Dot(offset, frame.u), Dot(offset, frame.v));
+    const FloatMask* mask = sectors.mask;
+    if constexpr (kCounts) {
+      for (int s = 0; s < 6; ++s) counts[s] += hn::CountTrue(d, mask[s]);
+    }
+    const Triple q = quantity(j);
+    x0 = AddWhere(mask[0], x0, q.x), y0 = AddWhere(mask[0], y0, q.y), z0 = AddWhere(mask[0], z0, q.z);
+    x1 = AddWhere(mask[1], x1, q.x), y1 = AddWhere(mask[1], y1, q.y), z1 = AddWhere(mask[1], z1, q.z);
+    x2 = AddWhere(mask[2], x2, q.x), y2 = AddWhere(mask[2], y2, q.y), z2 = AddWhere(mask[2], z2, q.z);
+    x3 = AddWhere(mask[3], x3, q.x), y3 = AddWhere(mask[3], y3, q.y), z3 = AddWhere(mask[3], z3, q.z);
+    x4 = AddWhere(mask[4], x4, q.x), y4 = AddWhere(mask[4], y4, q.y), z4 = AddWhere(mask[4], z4, q.z);
+    x5 = AddWhere(mask[5], x5, q.x), y5 = AddWhere(mask[5], y5, q.y), z5 = AddWhere(mask[5], z5, q.z);
   }
-  alignas(64) float offset_sums[20], normal_sums[20];
-  StoreSums(offsets, offset_sums);
-  StoreSums(normals, normal_sums);
-  for (int s = 0; s < 6; ++s) StoreCorner(offset_sums, normal_sums, counts[s], s, b.normal, i, out);
+  StoreFourSums(x0, x1, x2, x3, sums);
+  StoreFourSums(x4, x5, y0, y1, sums + 4);
+  StoreFourSums(y2, y3, y4, y5, sums + 8);
+  StoreFourSums(z0, z1, z2, z3, sums + 12);
+  StoreFourSums(z4, z5, zero, zero, sums + 16);
+}
+
+// Sets a hexagram of point i to the sums of its neighbors over the sectors of a turned frame.
+HWY_INLINE void SumCorners(const GroupScratch::Buffers& b, size_t i, float cosine, float sine, Hexagram& out) {
+  const FloatTag d;
+  const NeighborArrays& n = b.neighbors;
+  const Frame frame = TurnedFrame(b, i, cosine, sine);
+  // Normals are summed relative to the point's own: their differences are what the measures need to full precision.
+  const Triple own{hn::Set(d, b.normal.x[i]), hn::Set(d, b.normal.y[i]), hn::Set(d, b.normal.z[i])};
+  const auto offset = [&](size_t j) {
+    return Triple{hn::Load(d, n.dx.data() + j), hn::Load(d, n.dy.data() + j), hn::Load(d, n.dz.data() + j)};
+  };
+  const auto normal = [&](size_t j) {
+    const Triple full{hn::Load(d, n.nx.data() + j), hn::Load(d, n.ny.data() + j), hn::Load(d, n.nz.data() + j)};
+    return Sub(full, own);
+  };
+  size_t counts[6] = {};
+  float offsets[20], normals[20];
+  SumOverSectors<true>(n, frame, offset, offsets, counts);
+  SumOverSectors<false>(n, frame, normal, normals, nullptr);
+  for (int s = 0; s < 6; ++s) {
+    out.offset[s].x[i] = offsets[s];
+    out.offset[s].y[i] = offsets[6 + s];
+    out.offset[s].z[i] = offsets[12 + s];
+    out.normal[s].x[i] = normals[s];
+    out.normal[s].y[i] = normals[6 + s];
+    out.normal[s].z[i] = normals[12 + s];
+    out.count[s][i] = static_cast<float>(counts[s]);
+  }
 }
 
 // Sets all hexagrams of point i, turned evenly between one sector and the next.
-HWY_INLINE void AverageHexagrams(int rotations, GroupScratch::Buffers& b, size_t i) {
-  constexpr float kSector = 1.04719755f;
-  for (int r = 0; r < rotations; ++r) {
-    AverageCorners(b, i, kSector * static_cast<float>(r) / static_cast<float>(rotations), b.hexagrams[r]);
-  }
+HWY_INLINE void SumHexagrams(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
+  for (int r = 0; r < plan.rotations; ++r) SumCorners(b, i, plan.cosine[r], plan.sine[r], b.hexagrams[r]);
 }
 
 // The nearest of the listed leaves' points to `target`, ties to the lower id, if any is within the squared reach.
@@ -240,24 +244,40 @@ HWY_INLINE void NearestCorners(const SpatialIndex& index, int s, GroupScratch::B
     if (nearest.slot < 0) nearest = FindNearestByDescent(index, targets[i], b);
     const SpatialIndex::LeafPositions& points = index.positions(nearest.leaf);
     const SpatialIndex::LeafNormals& normals = index.normals(nearest.leaf);
-    b.hexagrams[0].offset[s].x[i] = points.x[nearest.slot] - b.query[i][0];
-    b.hexagrams[0].offset[s].y[i] = points.y[nearest.slot] - b.query[i][1];
-    b.hexagrams[0].offset[s].z[i] = points.z[nearest.slot] - b.query[i][2];
-    b.hexagrams[0].normal[s].x[i] = normals.x[nearest.slot] - b.normal.x[i];
-    b.hexagrams[0].normal[s].y[i] = normals.y[nearest.slot] - b.normal.y[i];
-    b.hexagrams[0].normal[s].z[i] = normals.z[nearest.slot] - b.normal.z[i];
+    Hexagram& hexagram = b.hexagrams[0];
+    hexagram.offset[s].x[i] = points.x[nearest.slot] - b.query[i][0];
+    hexagram.offset[s].y[i] = points.y[nearest.slot] - b.query[i][1];
+    hexagram.offset[s].z[i] = points.z[nearest.slot] - b.query[i][2];
+    hexagram.normal[s].x[i] = normals.x[nearest.slot] - b.normal.x[i];
+    hexagram.normal[s].y[i] = normals.y[nearest.slot] - b.normal.y[i];
+    hexagram.normal[s].z[i] = normals.z[nearest.slot] - b.normal.z[i];
+    hexagram.count[s][i] = 1.0f;
   }
 }
 
+// The corner that sums over a sector give, in units of rho: the averages, with the average normal brought back to unit
+// length, since noise shortens it and with it every curvature (docs/numerics.md). A sector without neighbors leaves its
+// corner at the point itself: the triangle over the other corners still counts.
+HWY_INLINE Corner AverageCorner(const Hexagram& hexagram, int s, const Triple& own, FloatVec per_rho, size_t i) {
+  const FloatTag d;
+  const FloatVec one = hn::Set(d, 1.0f);
+  const FloatVec per_count = hn::Div(one, hn::Max(hn::Load(d, hexagram.count[s] + i), one));
+  const Triple offset = Scale(LoadTriple(hexagram.offset[s], i), hn::Mul(per_count, per_rho));
+  const Triple mean = Scale(LoadTriple(hexagram.normal[s], i), per_count);
+  // With L = |own + mean|, the unit normal less the own is (mean - (L - 1) own) / L. L - 1 comes from L^2 - 1, which is
+  // small and loses no digits. Opposite normals may average to nothing; L stays away from zero.
+  const FloatVec squared_excess = Dot(Add(Add(own, own), mean), mean);
+  const FloatVec length = hn::Sqrt(hn::Max(hn::Add(one, squared_excess), hn::Set(d, 0.01f)));
+  const FloatVec excess = hn::Div(squared_excess, hn::Add(length, one));
+  return {offset, Scale(Sub(mean, Scale(own, excess)), hn::Div(one, length))};
+}
+
 // Adds the measures of both triangles of a hexagram, for points i, i + 1, ... at once.
-HWY_INLINE void AddHexagram(const Hexagram& hexagram, const Frame& frame, const Triple& own, FloatVec unit, size_t i,
+HWY_INLINE void AddHexagram(const Hexagram& hexagram, const Frame& frame, const Triple& own, FloatVec per_rho, size_t i,
                             Measures& sum) {
   for (int first = 0; first < 2; ++first) {
     Corner corners[3];
-    for (int c = 0; c < 3; ++c) {
-      const int s = first + 2 * c;
-      corners[c] = {Scale(LoadTriple(hexagram.offset[s], i), unit), LoadTriple(hexagram.normal[s], i)};
-    }
+    for (int c = 0; c < 3; ++c) corners[c] = AverageCorner(hexagram, first + 2 * c, own, per_rho, i);
     AddTriangle(frame, own, corners, sum);
   }
 }
@@ -268,9 +288,9 @@ HWY_INLINE void MeasureHexagrams(int rotations, GroupScratch::Buffers& b) {
   for (size_t i = 0; i < b.size; i += hn::Lanes(d)) {
     const Frame frame{LoadTriple(b.u, i), LoadTriple(b.v, i)};
     const Triple own = LoadTriple(b.normal, i);
-    const FloatVec unit = hn::Div(hn::Set(d, 1.0f), hn::Load(d, b.rho + i));
+    const FloatVec per_rho = hn::Div(hn::Set(d, 1.0f), hn::Load(d, b.rho + i));
     Measures measures = ZeroMeasures();
-    for (int r = 0; r < rotations; ++r) AddHexagram(b.hexagrams[r], frame, own, unit, i, measures);
+    for (int r = 0; r < rotations; ++r) AddHexagram(b.hexagrams[r], frame, own, per_rho, i, measures);
     StoreMeasures(measures, i, b.measures);
   }
 }
