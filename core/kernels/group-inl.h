@@ -233,7 +233,7 @@ OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const Estim
   }
   b.reach_hint = search.largest_squared_radius();
   if (plan.estimator == EstimatorKind::kHexagram) {
-    for (int s = 0; s < 6; ++s) NearestCorners(index, s, b);
+    NearestCorners(index, b);
   }
   if (plan.estimator == EstimatorKind::kAvgHexagram || plan.estimator == EstimatorKind::kHexagram) {
     MeasureHexagrams(plan.rotations, b);

@@ -165,94 +165,127 @@ HWY_INLINE void SumHexagrams(const EstimationPlan& plan, GroupScratch::Buffers& 
   for (int r = 0; r < plan.rotations; ++r) SumCorners(b, i, plan.cosine[r], plan.sine[r], b.hexagrams[r]);
 }
 
-// The nearest of the listed leaves' points to `target`, ties to the lower id, if any is within the squared reach.
-struct NearestPoint {
-  float squared_distance;
-  uint32_t leaf;
-  int slot = -1;  // -1: none within reach
-};
-
-HWY_INLINE NearestPoint FindNearest(const SpatialIndex& index, const LeafList& leaves, const float* target,
-                                    float squared_reach, ScratchArray<uint32_t>& near) {
+// The slot in tree order of the listed leaves' point nearest to `target`, ties to the lower id, if any is within the
+// squared reach; else -1.
+HWY_INLINE int32_t FindNearest(const SpatialIndex& index, const LeafList& leaves, const float* target,
+                               float squared_reach, ScratchArray<uint32_t>& near) {
   const FloatTag d;
   const IntTag di;
+  constexpr int32_t kLeaf = SpatialIndex::kLeafSize;
   const FloatVec tx = hn::Set(d, target[0]), ty = hn::Set(d, target[1]), tz = hn::Set(d, target[2]);
   const size_t near_count = CullLeaves(leaves, target, squared_reach, near);
-  NearestPoint best{squared_reach, 0, -1};
-  int32_t best_id = SpatialIndex::kPaddingId;
+  // Of each lane the nearest point so far.
+  FloatVec best = hn::Set(d, squared_reach);
+  auto best_id = hn::Set(di, SpatialIndex::kPaddingId);
+  auto best_slot = hn::Set(di, -1);
   for (size_t j = 0; j < near_count; ++j) {
     const SpatialIndex::LeafPositions& points = index.positions(near[j]);
-    for (size_t i = 0; i < SpatialIndex::kLeafSize; i += hn::Lanes(d)) {
+    for (int32_t i = 0; i < kLeaf; i += static_cast<int32_t>(hn::Lanes(d))) {
       const FloatVec squared =
           SquaredNorm(hn::Sub(hn::Load(d, points.x + i), tx), hn::Sub(hn::Load(d, points.y + i), ty),
                       hn::Sub(hn::Load(d, points.z + i), tz));
-      if (hn::AllFalse(d, hn::Le(squared, hn::Set(d, best.squared_distance)))) continue;
-      const float least = hn::GetLane(hn::MinOfLanes(d, squared));
-      const FloatMask at_least = hn::Eq(squared, hn::Set(d, least));
-      const auto ids = hn::IfThenElse(hn::RebindMask(di, at_least), hn::Load(di, points.id + i),
-                                      hn::Set(di, SpatialIndex::kPaddingId));
-      const int32_t id = hn::GetLane(hn::MinOfLanes(di, ids));
-      if (least == best.squared_distance && id >= best_id) continue;
-      best_id = id;
-      best.squared_distance = least;
-      best.leaf = near[j];
-      for (size_t s = i; s < i + hn::Lanes(d); ++s) {
-        if (points.id[s] == id) best.slot = static_cast<int>(s);
-      }
+      const auto id = hn::Load(di, points.id + i);
+      const FloatMask tied = hn::And(hn::Eq(squared, best), hn::RebindMask(d, hn::Lt(id, best_id)));
+      const FloatMask better = hn::Or(hn::Lt(squared, best), tied);
+      best = hn::IfThenElse(better, squared, best);
+      best_id = hn::IfThenElse(hn::RebindMask(di, better), id, best_id);
+      best_slot = hn::IfThenElse(hn::RebindMask(di, better), hn::Iota(di, static_cast<int32_t>(near[j]) * kLeaf + i),
+                                 best_slot);
     }
   }
-  return best;
+  const FloatMask nearest = hn::Eq(best, hn::MinOfLanes(d, best));
+  alignas(64) int32_t slots[SpatialIndex::kLeafSize], ids[SpatialIndex::kLeafSize];
+  hn::Store(best_slot, di, slots);
+  if (HWY_LIKELY(hn::CountTrue(d, nearest) == 1)) return slots[hn::FindFirstTrue(d, nearest)];
+  // Lanes without a point have the padding's id, which is above all others.
+  hn::Store(hn::IfThenElse(hn::RebindMask(di, nearest), best_id, hn::Set(di, SpatialIndex::kPaddingId)), di, ids);
+  return slots[std::min_element(ids, ids + hn::Lanes(di)) - ids];
 }
 
 // The same without a bound, by descent of the tree.
-HWY_NOINLINE NearestPoint FindNearestByDescent(const SpatialIndex& index, const float* target,
-                                               GroupScratch::Buffers& b) {
+HWY_NOINLINE int32_t FindNearestByDescent(const SpatialIndex& index, const float* target, GroupScratch::Buffers& b) {
   const NeighborRank rank = KthNeighbor(index, target, 1, b.heap);
   const Box point{{target[0], target[1], target[2]}, {target[0], target[1], target[2]}};
   b.own_leaves.Gather(index, point, rank.squared_distance, index.leaf_count());
   return FindNearest(index, b.own_leaves, target, rank.squared_distance, b.near);
 }
 
-// Sets corner s of every point to the cloud's point nearest to the target at s * 60 degrees and distance rho.
-HWY_INLINE void NearestCorners(const SpatialIndex& index, int s, GroupScratch::Buffers& b) {
+// The target at s * 60 degrees and distance rho of point i.
+HWY_INLINE void SetTarget(const GroupScratch::Buffers& b, size_t i, int s, float* target) {
   constexpr float kCos[6] = {1.0f, 0.5f, -0.5f, -1.0f, -0.5f, 0.5f};
   constexpr float kSin[6] = {0.0f, kSqrt3 / 2, kSqrt3 / 2, 0.0f, -kSqrt3 / 2, -kSqrt3 / 2};
-  constexpr size_t kMaxLeaves = 128;
+  const float along_u = b.rho[i] * kCos[s], along_v = b.rho[i] * kSin[s];
+  target[0] = b.query[i][0] + along_u * b.u.x[i] + along_v * b.v.x[i];
+  target[1] = b.query[i][1] + along_u * b.u.y[i] + along_v * b.v.y[i];
+  target[2] = b.query[i][2] + along_u * b.u.z[i] + along_v * b.v.z[i];
+}
+
+HWY_INLINE void SetCorner(const SpatialIndex& index, int32_t slot, size_t i, int s, GroupScratch::Buffers& b) {
+  const SpatialIndex::LeafPositions& points = index.positions(slot / SpatialIndex::kLeafSize);
+  const SpatialIndex::LeafNormals& normals = index.normals(slot / SpatialIndex::kLeafSize);
+  const int lane = slot % SpatialIndex::kLeafSize;
+  Hexagram& hexagram = b.hexagrams[0];
+  hexagram.offset[s].x[i] = points.x[lane] - b.query[i][0];
+  hexagram.offset[s].y[i] = points.y[lane] - b.query[i][1];
+  hexagram.offset[s].z[i] = points.z[lane] - b.query[i][2];
+  hexagram.normal[s].x[i] = normals.x[lane] - b.normal.x[i];
+  hexagram.normal[s].y[i] = normals.y[lane] - b.normal.y[i];
+  hexagram.normal[s].z[i] = normals.z[lane] - b.normal.z[i];
+  hexagram.count[s][i] = 1.0f;
+}
+
+// Lists the leaves around the targets of corners [first, last) of all points, to a reach within which an even surface
+// has a point. Returns the squared reach, or a negative value if there are too many leaves or no targets.
+HWY_INLINE float ListTargets(const SpatialIndex& index, int first, int last, size_t max_leaves,
+                             GroupScratch::Buffers& b) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  float targets[SpatialIndex::kGroupPoints][3];
   Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
   float reach = 0.0f;
   for (size_t i = 0; i < b.size; ++i) {
     if (b.status[i] != PointStatus::kOk) continue;
-    const float along_u = b.rho[i] * kCos[s], along_v = b.rho[i] * kSin[s];
-    targets[i][0] = b.query[i][0] + along_u * b.u.x[i] + along_v * b.v.x[i];
-    targets[i][1] = b.query[i][1] + along_u * b.u.y[i] + along_v * b.v.y[i];
-    targets[i][2] = b.query[i][2] + along_u * b.u.z[i] + along_v * b.v.z[i];
-    for (int axis = 0; axis < 3; ++axis) {
-      box.lo[axis] = std::min(box.lo[axis], targets[i][axis]);
-      box.hi[axis] = std::max(box.hi[axis], targets[i][axis]);
-    }
     reach = std::max(reach, b.nearest_reach[i]);
+    for (int s = first; s < last; ++s) {
+      float target[3];
+      SetTarget(b, i, s, target);
+      for (int axis = 0; axis < 3; ++axis) {
+        box.lo[axis] = std::min(box.lo[axis], target[axis]);
+        box.hi[axis] = std::max(box.hi[axis], target[axis]);
+      }
+    }
   }
-  if (box.lo[0] > box.hi[0]) return;
   const float squared_reach = reach * reach;
-  const bool listed = b.leaves.Gather(index, box, squared_reach, kMaxLeaves);
+  return reach > 0.0f && b.leaves.Gather(index, box, squared_reach, max_leaves) ? squared_reach : -1.0f;
+}
+
+// Sets corners [first, last) of every point from a list of leaves that holds all points near their targets, if
+// `squared_reach` is not negative.
+HWY_INLINE void SetCorners(const SpatialIndex& index, int first, int last, float squared_reach,
+                           GroupScratch::Buffers& b) {
   for (size_t i = 0; i < b.size; ++i) {
     if (b.status[i] != PointStatus::kOk) continue;
-    NearestPoint nearest{0.0f, 0, -1};
-    if (listed) nearest = FindNearest(index, b.leaves, targets[i], squared_reach, b.near);
-    if (nearest.slot < 0) nearest = FindNearestByDescent(index, targets[i], b);
-    const SpatialIndex::LeafPositions& points = index.positions(nearest.leaf);
-    const SpatialIndex::LeafNormals& normals = index.normals(nearest.leaf);
-    Hexagram& hexagram = b.hexagrams[0];
-    hexagram.offset[s].x[i] = points.x[nearest.slot] - b.query[i][0];
-    hexagram.offset[s].y[i] = points.y[nearest.slot] - b.query[i][1];
-    hexagram.offset[s].z[i] = points.z[nearest.slot] - b.query[i][2];
-    hexagram.normal[s].x[i] = normals.x[nearest.slot] - b.normal.x[i];
-    hexagram.normal[s].y[i] = normals.y[nearest.slot] - b.normal.y[i];
-    hexagram.normal[s].z[i] = normals.z[nearest.slot] - b.normal.z[i];
-    hexagram.count[s][i] = 1.0f;
+    // Most targets have a point within half their reach; the ball with a quarter of the area meets fewer leaves.
+    const float squared_half = 0.25f * b.nearest_reach[i] * b.nearest_reach[i];
+    for (int s = first; s < last; ++s) {
+      float target[3];
+      SetTarget(b, i, s, target);
+      int32_t slot = -1;
+      if (squared_reach >= 0.0f) {
+        slot = FindNearest(index, b.leaves, target, std::min(squared_half, squared_reach), b.near);
+        if (slot < 0) slot = FindNearest(index, b.leaves, target, squared_reach, b.near);
+      }
+      if (slot < 0) slot = FindNearestByDescent(index, target, b);
+      SetCorner(index, slot, i, s, b);
+    }
   }
+}
+
+// Sets each point's corners to the points of the cloud nearest to its six targets. One list of leaves serves all of
+// them, or where the figure is large against the group, one for each corner.
+HWY_INLINE void NearestCorners(const SpatialIndex& index, GroupScratch::Buffers& b) {
+  constexpr size_t kMaxShared = 64, kMaxSingle = 512;
+  const float squared_reach = ListTargets(index, 0, 6, kMaxShared, b);
+  if (squared_reach >= 0.0f) return SetCorners(index, 0, 6, squared_reach, b);
+  for (int s = 0; s < 6; ++s) SetCorners(index, s, s + 1, ListTargets(index, s, s + 1, kMaxSingle, b), b);
 }
 
 // The corner that sums over a sector give, in units of rho: the averages, with the average normal brought back to unit
