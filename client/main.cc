@@ -16,6 +16,7 @@ int Run(int argc, char** argv) {
   curv::Action action;
   curv::AddEstimate(app, action);
   curv::AddGenerate(app, action);
+  curv::AddOrient(app, action);
   curv::AddEvaluate(app, action);
   curv::AddRender(app, action);
   curv::AddInfo(app, action);

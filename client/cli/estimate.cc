@@ -10,8 +10,10 @@
 #include "client/cli/estimate_summary.h"
 #include "client/cli/flags.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/numbers.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/result_columns.h"
+#include "client/cli/table_vectors.h"
 #include "client/io/oriented_cloud.h"
 #include "client/io/table_file.h"
 
@@ -36,6 +38,7 @@ struct EstimateFlags {
   double timeout = 0.0;  // seconds; 0: none
   std::string summary = "text";
   std::string color;
+  bool orient = false;
   EstimateOptions options;
 };
 
@@ -59,6 +62,18 @@ absl::Status WithRemedy(const absl::Status& status) {
                       absl::StrCat(status.message(), ". With --on-invalid=skip such points get a status"));
 }
 
+void PrintAdvice(const EstimateSummary& summary, bool oriented) {
+  if (summary.status_counts[static_cast<size_t>(PointStatus::kOk)] == 0 && summary.points > 0) {
+    PrintNote("no point could be estimated: the summary tells why");
+  }
+  const uint64_t inconsistent = summary.status_counts[static_cast<size_t>(PointStatus::kInconsistentNormals)];
+  if (inconsistent > 0 && !oriented) {
+    PrintNote(absl::StrCat("the normals around ", WithCommas(inconsistent),
+                           " points contradict each other. Where they do not all point to one side of the surface, "
+                           "signs of curvature are wrong: try --orient"));
+  }
+}
+
 ExitCode Run(const EstimateFlags& flags) {
   const InterruptWatch interrupt;
   EstimateReport report{.input = flags.input, .output = flags.output, .options = flags.options};
@@ -71,6 +86,10 @@ ExitCode Run(const EstimateFlags& flags) {
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
   absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table);
   if (!cloud.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", cloud.status().message()));
+  if (flags.orient) {
+    PrintNote(absl::StrCat("negated ", WithCommas(OrientTable(*table)), " normals (--orient)"));
+    cloud = ExtractCloud(*table);
+  }
   report.read_seconds = SecondsSince(start);
 
   absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.server, flags.threads);
@@ -85,9 +104,7 @@ ExitCode Run(const EstimateFlags& flags) {
   const absl::Time write_start = absl::Now();
   PointTable output = MakeResultTable(*std::move(table), *std::move(result));
   if (!flags.color.empty()) AddColors(FindQuantity(flags.color)->column, output);
-  if (report.summary.status_counts[1] == 0 && report.summary.points > 0) {
-    PrintNote("no point could be estimated: the summary tells why");
-  }
+  PrintAdvice(report.summary, flags.orient);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
   if (absl::Status status = SaveTable(output, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
   report.write_seconds = SecondsSince(write_start);
@@ -147,6 +164,7 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->check(Whole(0, 1024))
       ->option_text("COUNT");
   AddEstimatorFlags(*command, *flags);
+  command->add_flag("--orient", flags->orient, "first make the normals point to one side, see curv orient");
   command->add_option("--timeout", flags->timeout, "seconds until the call is given up [none]")
       ->check(FinitePositive())
       ->option_text("SECONDS");

@@ -10,6 +10,7 @@
 #include "client/cli/command.h"
 #include "client/cli/flags.h"
 #include "client/cli/result_columns.h"
+#include "client/cli/table_vectors.h"
 #include "client/io/atomic_file.h"
 #include "client/io/oriented_cloud.h"
 #include "client/io/table_file.h"
@@ -64,13 +65,6 @@ absl::StatusOr<Drawing> ChooseColumn(const PointTable& table, const std::string&
   drawing.column = named->truth_column;
   drawing.options.title.push_back("(exact)");
   return drawing;
-}
-
-std::vector<Vec3> VectorsOf(const PointTable& table, const std::string& prefix) {
-  const Column* const axes[] = {table.Find(prefix + "x"), table.Find(prefix + "y"), table.Find(prefix + "z")};
-  std::vector<Vec3> vectors(table.size());
-  for (size_t i = 0; i < vectors.size(); ++i) vectors[i] = {axes[0]->At(i), axes[1]->At(i), axes[2]->At(i)};
-  return vectors;
 }
 
 absl::Status ReadFlags(const RenderFlags& flags, PictureOptions& options) {

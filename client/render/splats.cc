@@ -20,7 +20,7 @@ struct Sample {
 Color Shade(const Color& color, Vec3 normal) {
   constexpr Vec3 kLight{-0.28, 0.40, 0.8727};  // unit
   // Light wraps around the surface, so that no side is too dark for its color to be read.
-  constexpr double kAmbient = 0.40, kDiffuse = 0.62, kWrap = 0.35, kSpecular = 0.08, kShininess = 24.0;
+  constexpr double kAmbient = 0.50, kDiffuse = 0.54, kWrap = 0.35, kSpecular = 0.08, kShininess = 24.0;
   if (normal.z < 0.0) normal = -normal;
   const double diffuse = std::max(0.0, (Dot(normal, kLight) + kWrap) / (1.0 + kWrap));
   const Vec3 halfway = Normalized(kLight + Vec3{0, 0, 1});

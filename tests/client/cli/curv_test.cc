@@ -225,6 +225,28 @@ TEST_F(CurvTest, SaysWhenNoPointCouldBeEstimated) {
   EXPECT_THAT(run.err, HasSubstr("no point could be estimated"));
 }
 
+TEST_F(CurvTest, OrientsNormals) {
+  const std::string cloud = Cloud("sphere", "1000");
+  PointTable table = *LoadTable(cloud);
+  for (const char* name : {"nx", "ny", "nz"}) {
+    Column column = *table.Find(name);
+    auto& values = std::get<std::vector<float>>(column.values);
+    for (size_t i = 0; i < values.size(); i += 3) values[i] = -values[i];
+    table.Set(std::move(column));
+  }
+  const std::string mixed = dir_.File("mixed.ply");
+  ASSERT_TRUE(SaveTable(table, mixed).ok());
+  const CurvRun orient = RunCurv({"orient", mixed, "-o", dir_.File("oriented.ply")});
+  ASSERT_EQ(orient.exit_code, 0) << orient.err;
+  EXPECT_THAT(orient.out, HasSubstr("negated 334 of 1,000 normals"));
+  EXPECT_EQ(dir_.Read("oriented.ply"), dir_.Read("sphere.ply"));
+
+  EXPECT_THAT(RunCurv({"estimate", mixed, "-o", dir_.File("a.ply")}).err, HasSubstr("try --orient"));
+  ASSERT_EQ(RunCurv({"estimate", mixed, "-o", dir_.File("a.ply"), "--orient"}).exit_code, 0);
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", dir_.File("b.ply")}).exit_code, 0);
+  EXPECT_EQ(dir_.Read("a.ply"), dir_.Read("b.ply"));
+}
+
 TEST_F(CurvTest, NotesWhatItLeavesOut) {
   const CurvRun run =
       RunCurv({"estimate", dir_.Write("o.obj", "v 0 0 0\nv 1 0 0\nvn 0 0 1\n"), "-o", dir_.File("r.csv")});

@@ -1,0 +1,20 @@
+// Columns of a table as vectors, and back.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "client/io/point_table.h"
+#include "client/surfaces/vec3.h"
+
+namespace curv {
+
+// The columns prefix + x, y and z as vectors. REQUIRES: the table has them.
+std::vector<Vec3> VectorsOf(const PointTable& table, const std::string& prefix);
+
+// Orients the normals of the table, see OrientNormals, and returns how many were negated.
+// REQUIRES: ExtractCloud succeeds on the table.
+size_t OrientTable(PointTable& table);
+
+}  // namespace curv

@@ -1,0 +1,25 @@
+// Normals that point to one side of the surface.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "client/surfaces/vec3.h"
+
+namespace curv {
+
+struct Orientation {
+  std::vector<uint8_t> flip;  // 1 where the normal has to be negated
+  size_t flipped = 0;         // how many
+  size_t pieces = 0;          // parts of the cloud that were oriented each for itself
+};
+
+// Chooses signs so that normals of neighbors agree, along the tree of most reliable neighborhoods (the minimum spanning
+// tree of Hoppe et al. 1992, with the reflection of Koenig and Gumhold 2009 across edges). A piece that is closed gets
+// normals that point outward; an open one keeps the side that most of its normals had.
+// Points whose position or normal is not finite, or whose normal is zero, are left alone.
+// REQUIRES: as many normals as positions, fewer than 2^32; normals need not be of unit length.
+Orientation OrientNormals(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals);
+
+}  // namespace curv
