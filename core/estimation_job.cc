@@ -71,7 +71,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     builder_.reset();
     const size_t cloud_bytes = cloud_.bytes();
     point_count_ = cloud_.size();
-    has_invalid_ = cloud_.invalid_count() > 0;
+    const size_t invalid_count = cloud_.invalid_count();
     cloud_ = Cloud();  // the index holds all that is needed
     auto points = PageArray<PointCurvature>::Create(point_count_);
     if (!points.ok()) return Finish(points.status());
@@ -80,9 +80,11 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     cost_.index_seconds = SecondsSinceStart() - cost_.queue_seconds;
     plan_ = EstimationPlan::Make(options_, index_);
     phase_ = JobPhase::kEstimating;
-    if (has_invalid_) Fill(PointStatus::kInvalidInput);
+    field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count;
+    if (invalid_count > 0) Fill(PointStatus::kInvalidInput);
     if (!plan_.by_radius && index_.point_count() < plan_.neighbor_count) {
       FillIndexed(PointStatus::kTooFewNeighbors);
+      field_.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)] = index_.point_count();
       return FinishField();
     }
     if (index_.point_count() == 0) return FinishField();
@@ -136,8 +138,10 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   }
 
   void FinishField() {
-    for (size_t i = 0; i < field_.points.size(); ++i) {
-      ++field_.status_counts[static_cast<size_t>(field_.points[i].status)];
+    for (const GroupScratch& scratch : scratch_) {
+      for (int status = 0; status < kPointStatusEnd; ++status) {
+        field_.status_counts[status] += scratch.status_counts()[status];
+      }
     }
     cost_.estimate_seconds = SecondsSinceStart() - cost_.queue_seconds - cost_.index_seconds;
     index_ = SpatialIndex();
@@ -170,7 +174,6 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   CurvatureField field_;
   JobCost cost_;
   size_t point_count_ = 0;
-  bool has_invalid_ = false;
 };
 
 }  // namespace

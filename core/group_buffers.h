@@ -1,6 +1,7 @@
 // What the kernels keep between their steps. Internal to core/group_estimator.cc and core/kernels.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -78,6 +79,8 @@ struct GroupScratch::Buffers {
   std::vector<NeighborRank> heap;
   std::vector<int32_t> tied_ids;
   float reach_hint = 0.0f;  // largest neighborhood radius of the last group
+
+  std::array<uint64_t, kPointStatusEnd> status_counts{};  // of all points written
 
   // Of the points of the group.
   size_t size = 0;

@@ -22,6 +22,8 @@ GroupScratch::GroupScratch() : buffers_(std::make_unique<Buffers>()) {}
 GroupScratch::~GroupScratch() = default;
 GroupScratch::GroupScratch(GroupScratch&&) noexcept = default;
 
+const std::array<uint64_t, kPointStatusEnd>& GroupScratch::status_counts() const { return buffers_->status_counts; }
+
 EstimationPlan EstimationPlan::Make(const EstimatorOptions& options, const SpatialIndex& index) {
   // The hexagram's own search only sets its scale: that many neighbors measure the density, and more of them would make
   // its cost grow with K.
@@ -42,6 +44,8 @@ EstimationPlan EstimationPlan::Make(const EstimatorOptions& options, const Spati
   plan.triangle_count = options.triangle_count;
   plan.seed = options.seed;
   plan.scale = std::ldexp(1.0, index.scale_exponent());
+  plan.half_scale = std::ldexp(1.0f, index.scale_exponent() / 2);
+  plan.other_half_scale = std::ldexp(1.0f, index.scale_exponent() - index.scale_exponent() / 2);
   plan.rho_factor = plan.radius_factor = 1.0f;
   const bool hexagram = options.estimator == EstimatorKind::kHexagram;
   if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) {

@@ -1,6 +1,7 @@
 // Estimates curvature at the points of one group of leaves: the core's inner loop, compiled for each instruction set.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -28,7 +29,9 @@ struct EstimationPlan {
   float sine[kMaxRotations];
   uint32_t triangle_count;
   uint64_t seed;
-  double scale;  // the caller's length unit in index units
+  double scale;      // the caller's length unit in index units: a power of two
+  float half_scale;  // times other_half_scale: scale
+  float other_half_scale;
 
   // REQUIRES: options.Validate() is OK.
   static EstimationPlan Make(const EstimatorOptions& options, const SpatialIndex& index);
@@ -45,6 +48,9 @@ class GroupScratch {
   GroupScratch();
   ~GroupScratch();
   GroupScratch(GroupScratch&&) noexcept;
+
+  // How many points ended in each status, since the scratch was made.
+  const std::array<uint64_t, kPointStatusEnd>& status_counts() const;
 
   struct Buffers;
   Buffers& buffers() { return *buffers_; }

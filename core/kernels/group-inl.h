@@ -240,7 +240,8 @@ OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const Estim
   }
   GroupCurvature curvature;
   ComputeCurvature(b, curvature);
-  WriteGroup(plan, b, curvature, out);
+  ScaleCurvature(plan, b, curvature);
+  WriteGroup(plan, curvature, b, out);
   return {};
 }
 

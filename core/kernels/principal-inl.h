@@ -7,7 +7,6 @@
 #define CURVD_CORE_KERNELS_PRINCIPAL_INL_H_
 #endif
 
-#include <cmath>
 #include <cstring>
 
 #include "core/group_buffers.h"
@@ -71,32 +70,42 @@ HWY_INLINE void ComputeCurvature(const GroupScratch::Buffers& b, GroupCurvature&
 // carry an area error near 1e-7 rho^2, which is then 1 % of it.
 inline constexpr float kMinRelativeArea = 1e-5f;
 
-// Writes the points of the group to the field, in the caller's unit.
-HWY_INLINE void WriteGroup(const EstimationPlan& plan, const GroupScratch::Buffers& b, const GroupCurvature& c,
+// Takes lengths in units of rho to the caller's: divides curvature by rho and multiplies by the index's scale.
+HWY_INLINE void ScaleCurvature(const EstimationPlan& plan, const GroupScratch::Buffers& b, GroupCurvature& c) {
+  const FloatTag d;
+  // Two factors, each a float: the scale itself may not be one.
+  const FloatVec scale = hn::Set(d, plan.half_scale), other_scale = hn::Set(d, plan.other_half_scale);
+  for (size_t i = 0; i < b.size; i += hn::Lanes(d)) {
+    const FloatVec rho = hn::Load(d, b.rho + i);
+    const auto to_unit = [&](FloatVec v) { return hn::Mul(hn::Mul(hn::Div(v, rho), scale), other_scale); };
+    hn::Store(to_unit(hn::Load(d, c.mean + i)), d, c.mean + i);
+    hn::Store(to_unit(hn::Load(d, c.half_difference + i)), d, c.half_difference + i);
+    hn::Store(to_unit(to_unit(hn::Load(d, c.gaussian + i))), d, c.gaussian + i);
+  }
+}
+
+// Writes the points of the group, whose curvature is in the caller's unit, to the field.
+HWY_INLINE void WriteGroup(const EstimationPlan& plan, const GroupCurvature& c, GroupScratch::Buffers& b,
                            PointCurvature* field) {
   for (size_t i = 0; i < b.size; ++i) {
-    PointCurvature point = UndefinedCurvature(b.status[i]);
-    const double unit = plan.scale / b.rho[i];
-    const double mean = c.mean[i] * unit;
-    const double difference = c.half_difference[i] * unit;
-    if (b.status[i] == PointStatus::kOk) {
-      const auto k1 = static_cast<float>(mean - difference);
-      const auto k2 = static_cast<float>(mean + difference);
-      const auto gaussian = static_cast<float>(c.gaussian[i] * unit * unit);
-      if (b.measures.area[i] > kMinRelativeArea && std::isfinite(k1 + k2) && std::isfinite(gaussian)) {
-        point = {static_cast<float>(mean),
-                 gaussian,
-                 k1,
-                 k2,
-                 {c.d1.x[i], c.d1.y[i], c.d1.z[i]},
-                 {c.d2.x[i], c.d2.y[i], c.d2.z[i]},
-                 static_cast<float>(b.radius[i] / plan.scale),
-                 PointStatus::kOk};
-      } else {
-        point.status = PointStatus::kDegenerateArea;
-      }
+    const float k1 = c.mean[i] - c.half_difference[i], k2 = c.mean[i] + c.half_difference[i];
+    PointStatus status = b.status[i];
+    // A curvature that is no float32 comes out as infinity, and here as NaN.
+    const bool finite = (k1 + k2 + c.gaussian[i]) * 0.0f == 0.0f;
+    if (status == PointStatus::kOk && !(b.measures.area[i] > kMinRelativeArea && finite)) {
+      status = PointStatus::kDegenerateArea;
     }
+    PointCurvature point = {c.mean[i],
+                            c.gaussian[i],
+                            k1,
+                            k2,
+                            {c.d1.x[i], c.d1.y[i], c.d1.z[i]},
+                            {c.d2.x[i], c.d2.y[i], c.d2.z[i]},
+                            b.radius[i] / plan.half_scale / plan.other_half_scale,
+                            PointStatus::kOk};
+    if (status != PointStatus::kOk) point = UndefinedCurvature(status);
     if (plan.by_radius) point.radius = static_cast<float>(plan.radius);
+    ++b.status_counts[static_cast<size_t>(status)];
     std::memcpy(&field[b.id[i]], &point, sizeof(point));
   }
 }
