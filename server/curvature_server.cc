@@ -40,6 +40,9 @@ ServerOptions Resolve(ServerOptions options) {
 void ConfigureConnections(const ServerOptions& options, grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(static_cast<int>(options.max_chunk_bytes + kMessageSlackBytes));
   builder.SetMaxSendMessageSize(-1);
+  // gRPC 1.51 limits a message before it is unpacked, so that 4 MiB could become 4 GiB; and floats hardly shrink.
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
   // Two servers on one port would share its calls; the second one shall fail instead.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   // Notices a peer that vanished within 15 s, and lets clients do the same.

@@ -23,8 +23,11 @@ double SecondsSince(EstimateStream::Clock::time_point start) {
   return std::chrono::duration<double>(EstimateStream::Clock::now() - start).count();
 }
 
+// The deadline counts from the call's arrival here. The caller's own clock started earlier, so that its cancel may
+// arrive a little before our deadline.
 bool DeadlineHasPassed(const grpc::CallbackServerContext& call) {
-  return std::chrono::system_clock::now() >= call.deadline();
+  constexpr auto kSlack = std::chrono::milliseconds(50);
+  return std::chrono::system_clock::now() + kSlack >= call.deadline();
 }
 
 v1::Progress::Phase ProgressPhase(JobPhase phase) {
@@ -212,18 +215,25 @@ void EstimateStream::Pump() {
       outcome = *outcome_;
     } else {
       write_in_flight_ = true;
-      last_write_ = Clock::now();
     }
   }
   if (write == Write::kFinish) {
     Finish(ToGrpcStatus(outcome, record_.request_id));
-    return;
+  } else {
+    FillResponse(write);
+    SendResponse();
   }
-  FillResponse(write);
+}
+
+void EstimateStream::SendResponse() {
   const uint64_t bytes = response_.ByteSizeLong();
   ++record_.messages_sent;
   record_.bytes_sent += bytes;
   service_.metrics.CountSent(RpcMethod::kEstimateCurvature, bytes);
+  {
+    MutexLock lock(mutex_);
+    last_write_ = Clock::now();
+  }
   StartWrite(&response_);
 }
 

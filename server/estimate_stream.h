@@ -76,6 +76,7 @@ class EstimateStream final
   void Pump();
   Write PickWrite() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void FillResponse(Write write);
+  void SendResponse();
   void FillProgress();
   void FillResults();
   void FillSummary();

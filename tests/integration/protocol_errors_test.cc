@@ -189,6 +189,17 @@ TEST_F(ProtocolErrorsTest, TagThatALogCannotShow) {
       FailedWith(result, StatusCode::INVALID_ARGUMENT, kReasonInvalidOption, {"header.request_tag[1]", "0x0a"}));
 }
 
+// A few bytes could unpack to gigabytes.
+TEST_F(ProtocolErrorsTest, CompressedMessage) {
+  TestCall call(channel_, std::nullopt, GRPC_COMPRESS_GZIP);
+  call.SendHeader(HeaderFor(cloud_));
+  call.SendCloud(cloud_);
+  call.HalfClose();
+  const CallResult result = call.Finish();
+  EXPECT_EQ(result.status.error_code(), StatusCode::UNIMPLEMENTED);
+  EXPECT_NE(result.status.error_message().find("gzip"), std::string::npos) << result.status.error_message();
+}
+
 // Bytes that are no message of ours, by a client that has another idea of the service.
 TEST_F(ProtocolErrorsTest, BytesThatAreNoMessage) {
   grpc::ClientContext context;

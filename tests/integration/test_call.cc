@@ -47,9 +47,11 @@ float CallResult::K2(size_t i) const { return FloatAt(k2, i); }
 
 std::string CallResult::AllBytes() const { return point_status + mean + gaussian + k1 + k2 + d1 + d2 + radius; }
 
-TestCall::TestCall(const std::shared_ptr<grpc::Channel>& channel, std::optional<std::chrono::milliseconds> timeout)
+TestCall::TestCall(const std::shared_ptr<grpc::Channel>& channel, std::optional<std::chrono::milliseconds> timeout,
+                   grpc_compression_algorithm compression)
     : stub_(v1::CurvatureService::NewStub(channel)) {
   if (timeout.has_value()) context_.set_deadline(std::chrono::system_clock::now() + *timeout);
+  context_.set_compression_algorithm(compression);
   stream_ = stub_->EstimateCurvature(&context_);
 }
 

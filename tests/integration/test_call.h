@@ -46,7 +46,8 @@ class TestCall {
   using Response = curvature::v1::EstimateCurvatureResponse;
 
   explicit TestCall(const std::shared_ptr<grpc::Channel>& channel,
-                    std::optional<std::chrono::milliseconds> timeout = std::nullopt);
+                    std::optional<std::chrono::milliseconds> timeout = std::nullopt,
+                    grpc_compression_algorithm compression = GRPC_COMPRESS_NONE);
   ~TestCall();
 
   // Each returns false once the server has ended the call.
