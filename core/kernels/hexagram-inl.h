@@ -35,7 +35,7 @@ HWY_INLINE void StoreFourSums(FloatVec a, FloatVec b, FloatVec c, FloatVec e, fl
 
 // Sum over the blocks of four lanes of a vector.
 template <class D>
-HWY_INLINE auto SumBlocks(D d, hn::Vec<D> v) {
+HWY_INLINE auto SumBlocks([[maybe_unused]] D d, hn::Vec<D> v) {
   if constexpr (hn::MaxLanes(D()) <= 4) {
     return v;
   } else {
