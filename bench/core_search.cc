@@ -1,0 +1,81 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "bench/core_search.cc"
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+// Must come after foreach_target.h.
+#include "core/kernels/group-inl.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+void SearchGroupsKernel(const SpatialIndex& index, const EstimationPlan& plan, const PointCurvature* field,
+                        float* radii) {
+  GroupScratch scratch;
+  GroupScratch::Buffers& b = scratch.buffers();
+  const auto unit = static_cast<float>(1.0 / plan.scale);
+  for (size_t group = 0; group < index.group_count(); ++group) {
+    const Box box = LoadGroup(index, group, field, b);
+    GroupSearch search(index, plan, box, b);
+    for (size_t i = 0; i < b.size; ++i) radii[b.id[i]] = std::sqrt(search.Find(i)) * unit;
+    b.reach_hint = search.largest_squared_radius();
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "bench/core_search.h"
+#include "core/index_builder.h"
+#include "core/kth_neighbor.h"
+
+namespace curvd {
+HWY_EXPORT(SearchGroupsKernel);
+
+namespace bench {
+
+SpatialIndex BuildIndex(const Cloud& cloud) {
+  IndexBuilder builder(cloud);
+  while (builder.block_count() > 0) {
+    for (size_t block = 0; block < builder.block_count(); ++block) builder.RunBlock(block);
+    const absl::Status status = builder.EndPhase();
+    if (status.ok()) continue;
+    std::fprintf(stderr, "%s\n", status.ToString().c_str());
+    std::exit(1);
+  }
+  return builder.Take();
+}
+
+void SearchByGroups(const SpatialIndex& index, uint32_t k, float* radii) {
+  EstimatorOptions options;
+  options.neighborhood = NeighborCount{k};
+  const EstimationPlan plan = EstimationPlan::Make(options, index);
+  // Loading a group fetches its places in the field, which is not written here.
+  const auto field = PageArray<PointCurvature>::Create(index.point_count());
+  HWY_DYNAMIC_DISPATCH(SearchGroupsKernel)(index, plan, field->data(), radii);
+}
+
+void SearchByDescent(const SpatialIndex& index, uint32_t k, float* radii) {
+  std::vector<NeighborRank> heap;
+  const double unit = std::ldexp(1.0, -index.scale_exponent());
+  for (size_t leaf = 0; leaf < index.leaf_count(); ++leaf) {
+    const SpatialIndex::LeafPositions& points = index.positions(leaf);
+    for (int i = 0; i < index.LeafPoints(leaf); ++i) {
+      const float query[3] = {points.x[i], points.y[i], points.z[i]};
+      const float squared = KthNeighbor(index, query, k, heap).squared_distance;
+      radii[points.id[i]] = static_cast<float>(std::sqrt(squared) * unit);
+    }
+  }
+}
+
+}  // namespace bench
+}  // namespace curvd
+
+#endif  // HWY_ONCE

@@ -1,0 +1,192 @@
+// What the service adds to the estimate: a load program that drives a curvd process over loopback.
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+#include "absl/strings/str_cat.h"
+#include "bench/clouds.h"
+#include "bench/core_run.h"
+#include "bench/curvd_process.h"
+#include "bench/flags.h"
+#include "bench/raw_call.h"
+#include "bench/stopwatch.h"
+#include "bench/table.h"
+#include "client/curvature_client.h"
+#include "core/estimation_job.h"
+
+namespace curvd::bench {
+namespace {
+
+constexpr uint32_t kNeighbors = 50;
+
+curv::CurvatureResult EstimateRemotely(const curv::CurvatureClient& client, const BenchCloud& cloud) {
+  curv::EstimateOptions options;
+  options.neighbor_count = kNeighbors;
+  auto result = client.Estimate(curv::CloudView(cloud.positions, cloud.normals), options);
+  if (!result.ok()) {
+    std::fprintf(stderr, "%s\n", result.status().ToString().c_str());
+    std::exit(1);
+  }
+  return *std::move(result);
+}
+
+std::unique_ptr<curv::CurvatureClient> ConnectTo(const CurvdProcess& server) {
+  auto client = curv::CurvatureClient::Connect(server.address());
+  if (!client.ok()) std::exit(1);
+  return *std::move(client);
+}
+
+EstimatorOptions LocalOptions() {
+  return OptionsFor(EstimatorKind::kAvgHexagram, kNeighbors, EstimatorOptions().rotation_count);
+}
+
+// The service must return what the core computes, to the bit; ends the program otherwise.
+void CheckSameResults(const CurvatureField& local, const curv::CurvatureResult& remote) {
+  for (size_t i = 0; i < local.points.size(); ++i) {
+    const PointCurvature& point = local.points[i];
+    if (point.status == PointStatus::kOk && point.mean == remote.mean[i] && point.k1 == remote.k1[i]) continue;
+    std::fprintf(stderr, "point %zu: the service's result is not the core's: the comparison is void\n", i);
+    std::exit(1);
+  }
+}
+
+// CPU time of the whole call, server and client, over that of the estimate in this process.
+void CompareWithInProcess(const Flags& flags, const BenchCloud& cloud, int threads, Table& table, Targets& targets) {
+  const CurvdProcess server(threads);
+  const auto client = ConnectTo(server);
+  WorkerPool pool(threads);
+  CurvatureField field;
+  RunCore(cloud, LocalOptions(), pool, &field);
+  CheckSameResults(field, EstimateRemotely(*client, cloud));  // also warms the channel
+  SideBySide comparison(absl::StrCat(cloud.name, " ", cloud.size(), " ", threads, " threads"));
+  comparison.Add("estimate", [&] { return RunCore(cloud, LocalOptions(), pool); });
+  comparison.Add("arrays to field", [&] {
+    const double start = CpuSeconds();
+    RunCore(cloud, LocalOptions(), pool);
+    return Figures{{"total", CpuSeconds() - start}};
+  });
+  comparison.Add("service", [&] {
+    const double client_start = CpuSeconds(), server_start = server.CpuSeconds();
+    EstimateRemotely(*client, cloud);
+    const double client_cpu = CpuSeconds() - client_start, server_cpu = server.CpuSeconds() - server_start;
+    return Figures{{"total", client_cpu + server_cpu}, {"client", client_cpu}, {"server", server_cpu}};
+  });
+  auto medians = comparison.Run(flags.RoundsOr(9));
+  const auto micros = [&](const char* way, const char* figure = "total") {
+    return 1e6 * medians[way][figure] / static_cast<double>(cloud.size());
+  };
+  const double ratio = micros("service") / micros("estimate");
+  table.AddRow({absl::StrCat(cloud.size()), absl::StrCat(threads), Digits(micros("estimate")),
+                Digits(micros("arrays to field")), Digits(micros("service", "server")),
+                Digits(micros("service", "client")), Digits(micros("service")), Digits(ratio),
+                Digits(micros("service") / micros("arrays to field"))});
+  targets.AtMost(absl::StrCat("CPU of server and client over the in-process estimate; K=50; ", threads, " threads"),
+                 1.15, ratio, "x");
+}
+
+// Waits until the server has nothing left to do: its CPU clock stands still.
+double SettledCpu(const CurvdProcess& server) {
+  constexpr auto kPause = std::chrono::milliseconds(100);
+  double last = server.CpuSeconds();
+  for (int still = 0; still < 3;) {
+    std::this_thread::sleep_for(kPause);
+    const double now = server.CpuSeconds();
+    still = now - last < 1e-3 ? still + 1 : 0;
+    last = now;
+  }
+  return last;
+}
+
+void MeasureIngest(const Flags& flags, const BenchCloud& cloud, Table& table, Targets& targets) {
+  const CurvdProcess server(1);
+  const double megabytes = 1e-6 * sizeof(float) * static_cast<double>(cloud.positions.size() + cloud.normals.size());
+  std::vector<double> rates, shared_rates;
+  for (int round = 0; round < flags.RoundsOr(7); ++round) {
+    RawCall call(server.address(), cloud, kNeighbors);
+    const double start = SettledCpu(server), client_start = CpuSeconds();
+    call.SendPoints();
+    const double cpu = SettledCpu(server) - start;
+    rates.push_back(megabytes / cpu);
+    shared_rates.push_back(megabytes / (cpu + CpuSeconds() - client_start));
+  }
+  table.AddRow({absl::StrCat("ingest; ", cloud.size(), " points in float32; MB per CPU second of the server"),
+                Digits(Median(rates))});
+  table.AddRow({"the same; per CPU second of server and client", Digits(Median(shared_rates))});
+  targets.AtLeast("ingest per CPU second of the server", 500.0, Median(rates), " MB");
+}
+
+void MeasureWaits(const Flags& flags, const BenchCloud& cloud, int threads, Table& table) {
+  const CurvdProcess server(threads);
+  std::vector<double> first, summary;
+  for (int round = 0; round < flags.RoundsOr(7); ++round) {
+    RawCall call(server.address(), cloud, kNeighbors);
+    call.SendPoints();
+    const RawCall::Waits waits = call.FinishAndRead();
+    first.push_back(waits.first_result);
+    summary.push_back(waits.summary);
+  }
+  const std::string from =
+      absl::StrCat("half-close to %; ", cloud.size(), " points; K=50; ", threads, " server threads; ms");
+  const size_t at = from.find('%');
+  const auto row = [&](const char* event, const std::vector<double>& seconds) {
+    table.AddRow({std::string(from).replace(at, 1, event), Digits(1e3 * Median(seconds))});
+  };
+  row("first result", first);
+  row("summary", summary);
+}
+
+void MeasureSmallCloud(const Flags& flags, Table& table, Targets& targets) {
+  const CurvdProcess server(1);
+  const auto client = ConnectTo(server);
+  const BenchCloud cloud = SurfaceCloud("torus", 1'000, flags.clouds);
+  for (int i = 0; i < 20; ++i) EstimateRemotely(*client, cloud);
+  std::vector<double> milliseconds;
+  for (int i = 0; i < (flags.quick ? 100 : 1'000); ++i) {
+    const double start = WallSeconds();
+    EstimateRemotely(*client, cloud);
+    milliseconds.push_back(1e3 * (WallSeconds() - start));
+  }
+  const std::string what = "round trip of 1000 points; warm channel; ms";
+  table.AddRow({absl::StrCat(what, "; median of ", milliseconds.size()), Digits(Median(milliseconds))});
+  table.AddRow({absl::StrCat(what, "; 99th percentile"), Digits(Quantile(milliseconds, 0.99))});
+  targets.AtMost("round trip of 1000 points; median", 2.0, Median(milliseconds), " ms");
+}
+
+void MeasureMemory(const Flags& flags, size_t points, Table& table, Targets& targets) {
+  const BenchCloud cloud = SurfaceCloud("torus", points, flags.clouds);
+  const CurvdProcess server(2);
+  const double idle = server.PeakBytes();
+  const auto client = ConnectTo(server);
+  EstimateRemotely(*client, cloud);
+  const double peak = server.PeakBytes();
+  table.AddRow({absl::StrCat("server's peak resident memory; ", points, " points; bytes a point"),
+                Digits(peak / static_cast<double>(points))});
+  table.AddRow({"the same; less what it holds when idle", Digits((peak - idle) / static_cast<double>(points))});
+  // A small cloud says little: the process itself weighs more.
+  if (flags.full)
+    targets.AtMost("server's peak memory; bytes a point", 128.0, peak / static_cast<double>(points), " B");
+}
+
+void Main(const Flags& flags) {
+  Table calls("service_cpu", {"points", "threads", "estimate us/point", "arrays to field us/point", "server us/point",
+                              "client us/point", "server + client us/point", "over estimate", "over arrays to field"});
+  Table service("service", {"what", "measured"});
+  Targets targets("service");
+  const BenchCloud cloud = SurfaceCloud("torus", flags.quick ? 100'000 : 500'000, flags.clouds);
+  for (int threads : {1, 2}) CompareWithInProcess(flags, cloud, threads, calls, targets);
+  MeasureIngest(flags, SurfaceCloud("torus", flags.quick ? 300'000 : 3'000'000, flags.clouds), service, targets);
+  for (int threads : {1, 2}) MeasureWaits(flags, cloud, threads, service);
+  MeasureSmallCloud(flags, service, targets);
+  MeasureMemory(flags, flags.full ? 10'000'000 : flags.quick ? 300'000 : 3'000'000, service, targets);
+  calls.Finish(flags.out);
+  service.Finish(flags.out);
+  targets.Finish(flags.out);
+}
+
+}  // namespace
+}  // namespace curvd::bench
+
+int main(int argc, char** argv) {
+  curvd::bench::Main(curvd::bench::ParseFlags(argc, argv, "What the service adds to the estimate, over loopback"));
+}
