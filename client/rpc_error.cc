@@ -30,9 +30,8 @@ std::optional<Detail> FindDetail(const grpc::Status& status) {
 
 absl::Status ToAbslStatus(const grpc::Status& status) {
   if (status.ok()) return absl::OkStatus();
-  // Codes beyond gRPC's own cannot be told apart.
-  const int number = static_cast<int>(status.error_code());
-  const auto code = number >= 1 && number <= 16 ? static_cast<absl::StatusCode>(number) : absl::StatusCode::kUnknown;
+  // The codes are the same numbers.
+  const auto code = static_cast<absl::StatusCode>(status.error_code());
   const std::optional<google::rpc::ErrorInfo> info = FindDetail<google::rpc::ErrorInfo>(status);
   if (!info) return absl::Status(code, status.error_message());
 

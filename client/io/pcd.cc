@@ -1,10 +1,7 @@
 #include <lzf.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <limits>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,118 +10,14 @@
 #include "absl/strings/str_cat.h"
 #include "client/io/binary.h"
 #include "client/io/formats.h"
+#include "client/io/pcd_header.h"
 #include "client/io/text.h"
 
 namespace curv {
 namespace {
 
-struct PcdField {
-  std::string name;
-  char type = 'F';  // I, U or F
-  uint32_t bytes = 4;
-  uint32_t count = 1;
-
-  size_t row_bytes() const { return size_t{bytes} * count; }
-  bool kept() const { return count == 1 && name != "_"; }
-};
-
-struct PcdHeader {
-  std::vector<PcdField> fields;
-  std::optional<uint64_t> points;
-  std::optional<uint64_t> width;
-  std::optional<uint64_t> height;
-  std::string encoding;
-};
-
 absl::Status ErrorAt(size_t line, const std::string& problem) {
   return absl::InvalidArgumentError(absl::StrCat("line ", line, ": ", problem));
-}
-
-// Reads "NAME value value ...", one value a field, into a member of the fields.
-template <typename T>
-absl::Status ReadEach(std::string_view rest, size_t line, const std::string& keyword, T PcdField::*member,
-                      std::vector<PcdField>& fields) {
-  for (PcdField& field : fields) {
-    const std::string_view word = NextField(rest);
-    bool good;
-    if constexpr (std::is_same_v<T, char>) {
-      good = word.size() == 1;
-      if (good) field.*member = word[0];
-    } else {
-      good = ParseNumber(word, field.*member);
-    }
-    if (!good) return ErrorAt(line, absl::StrCat(keyword, " of field ", field.name, " is ", Quoted(word)));
-  }
-  if (!NextField(rest).empty()) {
-    return ErrorAt(line, absl::StrCat(keyword, " has more values than the ", fields.size(), " FIELDS"));
-  }
-  return absl::OkStatus();
-}
-
-absl::Status ReadCount(std::string_view rest, size_t line, const std::string& keyword, std::optional<uint64_t>& count) {
-  const std::string_view word = NextField(rest);
-  uint64_t value;
-  if (!ParseNumber(word, value)) {
-    return ErrorAt(line, absl::StrCat(keyword, " is ", Quoted(word), ": expected an integer of 0 or more"));
-  }
-  count = value;
-  return absl::OkStatus();
-}
-
-absl::Status ReadHeaderLine(std::string_view line, size_t number, PcdHeader& header) {
-  const std::string keyword(NextField(line));
-  if (keyword.empty() || keyword.front() == '#' || keyword == "VERSION" || keyword == "VIEWPOINT") {
-    return absl::OkStatus();
-  }
-  if (keyword == "FIELDS" || keyword == "COLUMNS") {
-    header.fields.clear();
-    for (std::string_view name; !(name = NextField(line)).empty();) {
-      header.fields.emplace_back().name = std::string(name);
-    }
-    return absl::OkStatus();
-  }
-  if (keyword == "SIZE") return ReadEach(line, number, keyword, &PcdField::bytes, header.fields);
-  if (keyword == "TYPE") return ReadEach(line, number, keyword, &PcdField::type, header.fields);
-  if (keyword == "COUNT") return ReadEach(line, number, keyword, &PcdField::count, header.fields);
-  if (keyword == "WIDTH") return ReadCount(line, number, keyword, header.width);
-  if (keyword == "HEIGHT") return ReadCount(line, number, keyword, header.height);
-  if (keyword == "POINTS") return ReadCount(line, number, keyword, header.points);
-  if (keyword == "DATA") {
-    header.encoding = std::string(NextField(line));
-    return absl::OkStatus();
-  }
-  return ErrorAt(number, absl::StrCat("unknown keyword ", Quoted(keyword), " in the header of a PCD file"));
-}
-
-bool IsKnownType(const PcdField& field) {
-  if (field.type == 'F') return field.bytes == 4 || field.bytes == 8;
-  return (field.type == 'I' || field.type == 'U') &&
-         (field.bytes == 1 || field.bytes == 2 || field.bytes == 4 || field.bytes == 8);
-}
-
-// Checks what the lines say together, and resolves the number of points.
-absl::Status CheckHeader(size_t line, PcdHeader& header) {
-  constexpr uint64_t kMaxValues = 65'536;
-  if (header.fields.empty()) return ErrorAt(line, "the header names no FIELDS");
-  uint64_t values = 0;
-  for (const PcdField& field : header.fields) {
-    if (!IsKnownType(field)) {
-      return ErrorAt(line, absl::StrCat("field ", field.name, " has TYPE ", std::string(1, field.type), ", SIZE ",
-                                        field.bytes, ": expected I or U of 1, 2, 4 or 8 bytes, or F of 4 or 8"));
-    }
-    values += field.count;
-  }
-  if (values > kMaxValues) {
-    return ErrorAt(line, absl::StrCat("a point has ", values, " values: expected at most ", kMaxValues));
-  }
-  if (!header.points) {
-    if (!header.width || !header.height) return ErrorAt(line, "the header has neither POINTS nor WIDTH and HEIGHT");
-    if (*header.height != 0 && *header.width > std::numeric_limits<uint64_t>::max() / *header.height) {
-      return ErrorAt(line, "WIDTH times HEIGHT is too large");
-    }
-    header.points = *header.width * *header.height;
-  }
-  return absl::OkStatus();
 }
 
 ScalarKind KindOf(const PcdField& field) {
@@ -164,8 +57,7 @@ void AppendField(const PcdField& field, const char* first, size_t count, size_t 
 // The columns that are kept, parallel to the fields; a field without a column is left out.
 class PcdBody {
  public:
-  PcdBody(const PcdHeader& header, std::string_view body, size_t header_lines)
-      : header_(header), points_(*header.points), body_(body), header_lines_(header_lines) {
+  explicit PcdBody(const PcdHeader& header) : header_(header), points_(header.points), body_(header.body) {
     columns_.reserve(header.fields.size());
     for (const PcdField& field : header.fields) {
       row_bytes_ += field.row_bytes();
@@ -182,7 +74,7 @@ class PcdBody {
     } else if (header_.encoding == "binary_compressed") {
       status = ReadCompressed();
     } else {
-      status = ErrorAt(header_lines_, absl::StrCat("DATA is ", Quoted(header_.encoding),
+      status = ErrorAt(header_.lines, absl::StrCat("DATA is ", Quoted(header_.encoding),
                                                    ": expected ascii, binary or binary_compressed"));
     }
     if (!status.ok()) return status;
@@ -207,7 +99,7 @@ class PcdBody {
       Column* column = field.kept() ? &columns_[next_column++] : nullptr;
       targets.insert(targets.end(), field.count, column);
     }
-    LineReader lines(body_, header_lines_ + 1);
+    LineReader lines(body_, header_.lines + 1);
     uint64_t row = 0;
     for (std::string_view line; row < points_ && lines.Next(line);) {
       if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
@@ -269,7 +161,6 @@ class PcdBody {
   const PcdHeader& header_;
   uint64_t points_;
   std::string_view body_;
-  size_t header_lines_;
   size_t row_bytes_ = 0;
   std::vector<Column> columns_;
 };
@@ -277,15 +168,9 @@ class PcdBody {
 }  // namespace
 
 absl::StatusOr<PointTable> ReadPcd(std::string_view bytes) {
-  LineReader lines(bytes);
-  PcdHeader header;
-  std::string_view line;
-  while (header.encoding.empty()) {
-    if (!lines.Next(line)) return ErrorAt(lines.number() + 1, "the header of a PCD file does not end: expected DATA");
-    if (absl::Status status = ReadHeaderLine(line, lines.number(), header); !status.ok()) return status;
-  }
-  if (absl::Status status = CheckHeader(lines.number(), header); !status.ok()) return status;
-  return PcdBody(header, lines.rest(), lines.number()).Read();
+  absl::StatusOr<PcdHeader> header = ReadPcdHeader(bytes);
+  if (!header.ok()) return header.status();
+  return PcdBody(*header).Read();
 }
 
 }  // namespace curv

@@ -49,10 +49,6 @@ TEST(RpcErrorTest, IgnoresDamagedDetails) {
   }
 }
 
-TEST(RpcErrorTest, UnknownCodesAreErrors) {
-  EXPECT_EQ(ToAbslStatus(grpc::Status(static_cast<grpc::StatusCode>(99), "m")).code(), absl::StatusCode::kUnknown);
-}
-
 TEST(RpcErrorTest, ReadsTheRetryDelay) {
   EXPECT_FALSE(RetryDelay(WithDetails(false)).has_value());
   EXPECT_EQ(RetryDelay(WithDetails(true)), absl::Milliseconds(2500));

@@ -1,0 +1,36 @@
+// The header of a PCD file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace curv {
+
+struct PcdField {
+  std::string name;
+  char type = 'F';  // I, U or F
+  uint32_t bytes = 4;
+  uint32_t count = 1;
+
+  size_t row_bytes() const { return size_t{bytes} * count; }
+  // Whether a table has a place for it.
+  bool kept() const { return count == 1 && name != "_"; }
+};
+
+struct PcdHeader {
+  std::vector<PcdField> fields;  // of 1, 2, 4 or 8 bytes; few enough values in a row
+  uint64_t points;
+  std::string encoding;  // what DATA says
+  size_t lines;
+  std::string_view body;  // what follows the header
+};
+
+// Reads the header of the file that `bytes` holds. INVALID_ARGUMENT naming the line if it is not one of PCD 0.5 to 0.7.
+absl::StatusOr<PcdHeader> ReadPcdHeader(std::string_view bytes);
+
+}  // namespace curv
