@@ -129,6 +129,7 @@ TEST(LifecycleTest, ThirtyTwoStreamsAtOnceGetTheSameBytes) {
   const std::shared_ptr<grpc::Channel> channel = server.NewChannel();
   std::vector<CallResult> results(32);
   std::vector<std::thread> clients;
+  clients.reserve(results.size());
   for (CallResult& result : results) {
     clients.emplace_back([&, &result = result] { result = Estimate(channel, HeaderFor(cloud), cloud, 3'000); });
   }
@@ -139,6 +140,40 @@ TEST(LifecycleTest, ThirtyTwoStreamsAtOnceGetTheSameBytes) {
   }
   server.WaitUntilIdle();
   EXPECT_EQ(server.Metric("curvd_points_total{status=\"ok\"}"), 33 * 20'000.0);
+}
+
+// Runs a call up to step `end` of 6, and cancels it there.
+void CancelAtStep(const std::shared_ptr<grpc::Channel>& channel, const TestCloud& cloud, size_t end) {
+  TestCall call(channel);
+  v1::CloudHeader header = HeaderFor(cloud);
+  if (end % 2 == 1) header.clear_point_count();
+  if (end > 0) call.SendHeader(header);
+  if (end > 1) call.ReadAccepted();
+  if (end > 2) call.SendPoints(cloud, 0, cloud.size() / 2);
+  if (end > 3) call.SendPoints(cloud, cloud.size() / 2, cloud.size() - cloud.size() / 2);
+  if (end > 4) call.HalfClose();
+  if (end > 5) call.Read();
+  call.Cancel();
+  const StatusCode code = call.Finish().status.error_code();
+  EXPECT_TRUE(code == StatusCode::CANCELLED || code == StatusCode::OK) << code;
+}
+
+TEST(LifecycleTest, ManyCancelsLeaveEverythingWhereItWas) {
+  TestServer server;
+  const TestCloud cloud = Sphere(20'000, 1.0f);
+  constexpr size_t kClients = 8, kCancelsEach = 70;
+  std::vector<std::thread> clients;
+  clients.reserve(kClients);
+  for (size_t client = 0; client < kClients; ++client) {
+    clients.emplace_back([&server, &cloud, client] {
+      const std::shared_ptr<grpc::Channel> channel = server.NewChannel();
+      for (size_t i = 0; i < kCancelsEach; ++i) CancelAtStep(channel, cloud, (client + i) % 7);
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  server.WaitUntilIdle();
+  EXPECT_EQ(server.Metric("curvd_failures_total{reason=\"INTERNAL\"}"), 0.0);
+  EXPECT_TRUE(Succeeded(Estimate(server.NewChannel(), HeaderFor(cloud), cloud), cloud.size()));
 }
 
 // Starts a drain on a thread, and returns once the server takes no new call.

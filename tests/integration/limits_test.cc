@@ -122,8 +122,9 @@ TEST(LimitsTest, CloudsOfUnknownSizeNeverTakeMoreThanTheLimit) {
   TestServer server([](ServerOptions& options) { options.memory_limit_bytes = kMemory; });
   const TestCloud cloud = Sphere(kLargePoints, 1.0f);
   v1::CloudHeader header = CheapHeader(0);
-  std::vector<std::thread> clients;
   std::vector<CallResult> results(4);
+  std::vector<std::thread> clients;
+  clients.reserve(results.size());
   for (CallResult& result : results) {
     clients.emplace_back([&, &result = result] { result = Estimate(server.NewChannel(), header, cloud, 20'000); });
   }

@@ -31,6 +31,7 @@ class Process {
     EXPECT_EQ(pipe(ends), 0);
     arguments.insert(arguments.begin(), CURVD_BINARY);
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
     pid_ = fork();

@@ -129,8 +129,8 @@ TEST_F(ProtocolErrorsTest, ChunkOverTheLimit) {
   const CallResult result = Run([&](TestCall& call) {
     call.SendHeader({});
     TestCall::Request message;
-    message.mutable_chunk()->set_positions(std::string(2'400'000, '\0'));
-    message.mutable_chunk()->set_normals(std::string(2'400'000, '\0'));
+    message.mutable_chunk()->mutable_positions()->resize(2'400'000);
+    message.mutable_chunk()->mutable_normals()->resize(2'400'000);
     call.Send(message);
   });
   EXPECT_TRUE(FailedWith(result, StatusCode::RESOURCE_EXHAUSTED, kReasonChunkTooLarge,
@@ -145,7 +145,7 @@ TEST_F(ProtocolErrorsTest, OversizedMessage) {
     call.SendCloud(cloud_);
     TestCall::Request message;
     message.mutable_chunk()->set_first_index(100);
-    message.mutable_chunk()->set_positions(std::string(12'000'000, '\0'));
+    message.mutable_chunk()->mutable_positions()->resize(12'000'000);
     call.Send(message);
   });
   EXPECT_EQ(result.status.error_code(), StatusCode::RESOURCE_EXHAUSTED);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr uint64_t kMiB = 1 << 20;
 
-void MustNotAnswer(absl::Status status) { FAIL() << "unexpected answer: " << status; }
+void MustNotAnswer(const absl::Status& status) { FAIL() << "unexpected answer: " << status; }
 
 TEST(AdmissionTest, ReservesForEveryPointAndForMessagesInFlight) {
   const Admission admission(1024 * kMiB, 4 * kMiB, 10);
@@ -41,7 +41,7 @@ TEST(AdmissionTest, SmallCallsDoNotWaitForLargeOnes) {
   ASSERT_TRUE(large.ok() && second.ok() && small.ok());
   const uint64_t bytes = admission.CallBytes(8'000'000, ScalarType::kFloat32, false);
   EXPECT_TRUE(*(*large)->GrowTo(bytes, MustNotAnswer));
-  EXPECT_FALSE(*(*second)->GrowTo(bytes, [](absl::Status) {}));
+  EXPECT_FALSE(*(*second)->GrowTo(bytes, [](const absl::Status&) {}));
   EXPECT_EQ(admission.waiting(), 1u);
   const uint64_t small_bytes = admission.CallBytes(10'000, ScalarType::kFloat32, false);
   EXPECT_TRUE(*(*small)->GrowTo(small_bytes, MustNotAnswer));

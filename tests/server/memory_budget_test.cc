@@ -29,7 +29,7 @@ struct Answer {
   absl::Status status;
 };
 
-void MustNotAnswer(absl::Status status) { FAIL() << "unexpected answer: " << status; }
+void MustNotAnswer(const absl::Status& status) { FAIL() << "unexpected answer: " << status; }
 
 bool GrantsNow(Reservation& reservation, uint64_t bytes) {
   const absl::StatusOr<bool> granted = reservation.GrowTo(bytes, MustNotAnswer);
@@ -160,7 +160,7 @@ TEST(MemoryBudgetTest, AnswersMayUseTheBudget) {
   Reservation waiter(budget);
   ASSERT_TRUE(GrantsNow(*holder, 100));
   uint64_t seen = 0;
-  ASSERT_FALSE(*waiter.GrowTo(10, [&](absl::Status) { seen = budget.reserved(); }));
+  ASSERT_FALSE(*waiter.GrowTo(10, [&](const absl::Status&) { seen = budget.reserved(); }));
   holder.reset();
   EXPECT_EQ(seen, 10u);
 }
@@ -187,6 +187,7 @@ TEST(MemoryBudgetTest, ManyThreadsNeverExceedTheLimitAndAllGetTheirTurn) {
     }
   };
   std::vector<std::thread> threads;
+  threads.reserve(8);
   for (int t = 0; t < 8; ++t) threads.emplace_back(work, t);
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(served, 8 * 300);
