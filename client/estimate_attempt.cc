@@ -1,14 +1,15 @@
 #include "client/estimate_attempt.h"
 
 #include <algorithm>
+#include <condition_variable>
+#include <mutex>
 #include <new>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
 
-#include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/mutex.h"
 #include "client/result_collector.h"
 #include "client/rpc_error.h"
 #include "grpcpp/client_context.h"
@@ -153,21 +154,21 @@ class Attempt {
 
   // Bytes that a chunk may hold; 0: the stream ended without an answer.
   void SetAnswer(uint64_t max_chunk_bytes) {
-    absl::MutexLock lock(&mutex_);
-    if (answered_) return;
-    answered_ = true;
+    const std::lock_guard lock(mutex_);
+    if (max_chunk_bytes_) return;
     max_chunk_bytes_ = max_chunk_bytes;
+    answered_.notify_one();
   }
 
   uint64_t WaitForAnswer() {
-    absl::MutexLock lock(&mutex_);
-    mutex_.Await(absl::Condition(&answered_));
-    return max_chunk_bytes_;
+    std::unique_lock lock(mutex_);
+    answered_.wait(lock, [this] { return max_chunk_bytes_.has_value(); });
+    return *max_chunk_bytes_;
   }
 
   template <typename Change>
   void Report(const Change& change) {
-    absl::MutexLock lock(&mutex_);
+    const std::lock_guard lock(mutex_);
     change(progress_);
     if (callbacks_.on_progress) callbacks_.on_progress(progress_);
   }
@@ -192,10 +193,10 @@ class Attempt {
   ResultCollector collector_;
   absl::Status broken_;
 
-  absl::Mutex mutex_;
-  bool answered_ ABSL_GUARDED_BY(mutex_) = false;
-  uint64_t max_chunk_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
-  EstimateProgress progress_ ABSL_GUARDED_BY(mutex_);
+  std::mutex mutex_;
+  std::condition_variable answered_;         // max_chunk_bytes_ has a value
+  std::optional<uint64_t> max_chunk_bytes_;  // guarded by mutex_
+  EstimateProgress progress_;                // guarded by mutex_
 };
 
 }  // namespace

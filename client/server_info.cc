@@ -1,8 +1,9 @@
 #include "client/server_info.h"
 
+#include <future>
 #include <string>
+#include <utility>
 
-#include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "client/rpc_error.h"
 #include "curvature/v1/curvature.grpc.pb.h"
@@ -61,15 +62,12 @@ std::string CheckHealth(const std::shared_ptr<grpc::Channel>& channel, absl::Dur
   Empty request, response;
   Empty::GetReflection()->MutableUnknownFields(&request)->AddLengthDelimited(1,
                                                                              v1::CurvatureService::service_full_name());
-  absl::Notification done;
-  grpc::Status status;
+  // Shared, because the callback may still be within set_value when the waiting ends.
+  const auto ended = std::make_shared<std::promise<grpc::Status>>();
   grpc::TemplatedGenericStub<Empty, Empty> stub(channel);
   stub.UnaryCall(&context, "/grpc.health.v1.Health/Check", grpc::StubOptions(), &request, &response,
-                 [&](grpc::Status result) {
-                   status = std::move(result);
-                   done.Notify();
-                 });
-  done.WaitForNotification();
+                 [ended](grpc::Status status) { ended->set_value(std::move(status)); });
+  const grpc::Status status = ended->get_future().get();
   uint64_t word = 0;
   const auto& fields = Empty::GetReflection()->GetUnknownFields(response);
   for (int i = 0; i < fields.field_count(); ++i) {
