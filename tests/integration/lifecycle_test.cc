@@ -161,7 +161,7 @@ void CancelAtStep(const std::shared_ptr<grpc::Channel>& channel, const TestCloud
 TEST(LifecycleTest, ManyCancelsLeaveEverythingWhereItWas) {
   TestServer server;
   const TestCloud cloud = Sphere(20'000, 1.0f);
-  constexpr size_t kClients = 8, kCancelsEach = 70;
+  constexpr size_t kClients = 8, kCancelsEach = 35;
   std::vector<std::thread> clients;
   clients.reserve(kClients);
   for (size_t client = 0; client < kClients; ++client) {
