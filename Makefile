@@ -10,7 +10,7 @@ BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-
   protobuf-compiler-grpc libprotobuf-dev libabsl-dev libeigen3-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
   libspdlog-dev liblzf-dev libpng-dev
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libnanoflann-dev grpc-proto python3 python3-grpcio \
-  python3-protobuf python3-numpy curl ca-certificates prometheus procps
+  python3-protobuf python3-numpy python3-matplotlib curl ca-certificates prometheus procps
 CHECK_PACKAGES := clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)
@@ -69,10 +69,10 @@ tsan: deps ## Run the tests of threaded code under the thread sanitizer, locks c
 	@$(call ctest,tsan,--label-exclude languages)
 
 .PHONY: bench
-bench: deps ## Run the benchmarks
+bench: deps ## Run the benchmarks and rewrite docs/benchmarks.md (QUICK=1: small clouds, FULL=1: up to 10 million points)
 	@cmake --preset bench >/dev/null
 	@cmake --build --preset bench --parallel $(JOBS)
-	@for program in build/bench/bin/*_bench; do echo "== $$program"; $$program; done
+	@bench/run.sh build/bench $(if $(QUICK),--quick) $(if $(FULL),--full)
 
 .PHONY: format format-check
 format: ## Format the C++ sources
