@@ -26,15 +26,13 @@ namespace curvd {
 // gRPC reports events on threads of its own, some at the same time. Three chains of events, each with one link at a
 // time, share the call:
 // - reading: StartRead, OnReadDone, perhaps a wait for memory, StartRead ...; after the half-close the job takes its
-// place.
-//   It appends the chunk to the cloud right in OnReadDone (a third of a millisecond for 1 MiB), while the bytes are
-//   warm.
+//   place. It appends the chunk to the cloud right in OnReadDone (a third of a millisecond for 1 MiB), while the bytes
+//   are warm.
 // - writing: Pump picks what is next, StartWrite, OnWriteDone, Pump ... It encodes a chunk of results (0.2 ms) right
 //   before it is written: the first on the worker that finished the job, the others on gRPC's threads, and never more
 //   than one, so that a slow reader costs one message of memory.
 // - ending: whoever notices the end first (a bad message, the job, a cancel, a drain) sets the outcome; Pump sends it
-// once
-//   no write is in flight.
+//   once no write is in flight.
 // Members belong to one chain each, or are guarded by the mutex. No call into gRPC is made with the mutex held, since
 // gRPC may run the next event before it returns.
 //
