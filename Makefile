@@ -60,13 +60,13 @@ test: deps proto-check ## Build with warnings as errors and run every test
 asan: deps ## Run the tests under the address and undefined behavior sanitizers
 	@cmake --preset asan >/dev/null
 	@cmake --build --preset asan --parallel $(JOBS)
-	@$(call ctest,asan,--label-exclude languages)
+	@$(call ctest,asan,--label-exclude 'languages|slow')
 
 .PHONY: tsan
 tsan: deps ## Run the tests of threaded code under the thread sanitizer, locks checked by clang
 	@cmake --preset tsan >/dev/null
 	@cmake --build --preset tsan --parallel $(JOBS)
-	@$(call ctest,tsan,--label-exclude languages)
+	@$(call ctest,tsan,--label-exclude 'languages|slow')
 
 .PHONY: bench
 bench: deps ## Run the benchmarks and rewrite docs/benchmarks.md (QUICK=1: small clouds, FULL=1: up to 10 million points)
