@@ -69,7 +69,10 @@ def markdown(rows):
 
 def read_table(path):
     with open(path, newline="") as file:
-        return list(csv.reader(file))
+        rows = list(csv.reader(file))
+    if any(len(row) != len(rows[0]) for row in rows):
+        sys.exit(f"{path}: rows of different lengths")
+    return rows
 
 
 def read_targets(results):

@@ -25,7 +25,7 @@ void Table::Finish(const std::string& folder) const {
   if (folder.empty()) return;
   const std::string path = absl::StrCat(folder, "/", name_, ".csv");
   std::ofstream file(path);
-  for (const auto& row : rows_) file << absl::StrJoin(row, ",") << "\n";
+  for (const auto& row : rows_) file << '"' << absl::StrJoin(row, "\",\"") << "\"\n";
   file.close();
   if (!file) {
     std::fprintf(stderr, "cannot write %s\n", path.c_str());

@@ -11,7 +11,7 @@ class Table {
   // `name` is the CSV file's, and that of the table's place in docs/benchmarks.md.
   Table(std::string name, std::vector<std::string> columns) : name_(std::move(name)), rows_{std::move(columns)} {}
 
-  // REQUIRES: one cell for each column, no commas or quotes in it.
+  // REQUIRES: one cell for each column, without quotes in it.
   void AddRow(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
 
   // Prints the table and, unless `folder` is empty, writes folder/name.csv. Ends the program if that fails.
@@ -29,6 +29,10 @@ class Targets {
 
   void AtLeast(const std::string& what, double wanted, double measured, const std::string& unit);
   void AtMost(const std::string& what, double wanted, double measured, const std::string& unit);
+  // The machine cannot tell: `why` stands in place of a figure.
+  void NotMeasurable(const std::string& what, const std::string& wanted, const std::string& why) {
+    table_.AddRow({what, wanted, why, "not measurable"});
+  }
   void Finish(const std::string& folder) const { table_.Finish(folder); }
 
  private:
