@@ -203,7 +203,8 @@ HWY_INLINE int32_t FindNearest(const SpatialIndex& index, const LeafList& leaves
 }
 
 // The same without a bound, by descent of the tree.
-HWY_NOINLINE int32_t FindNearestByDescent(const SpatialIndex& index, const float* target, GroupScratch::Buffers& b) {
+HWY_NOINLINE inline int32_t FindNearestByDescent(const SpatialIndex& index, const float* target,
+                                                 GroupScratch::Buffers& b) {
   const NeighborRank rank = KthNeighbor(index, target, 1, b.heap);
   const Box point{{target[0], target[1], target[2]}, {target[0], target[1], target[2]}};
   b.own_leaves.Gather(index, point, rank.squared_distance, index.leaf_count());

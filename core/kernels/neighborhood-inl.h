@@ -135,8 +135,8 @@ HWY_INLINE CountedLimit LimitByCounting(const float* values, size_t size, size_t
 }
 
 // Turns a limit with ties into a cutoff that keeps the lowest ids.
-HWY_NOINLINE Cutoff SplitTies(const SpatialIndex& index, const CountedLimit& counted, size_t k, size_t near_count,
-                              GroupScratch::Buffers& b) {
+HWY_NOINLINE inline Cutoff SplitTies(const SpatialIndex& index, const CountedLimit& counted, size_t k,
+                                     size_t near_count, GroupScratch::Buffers& b) {
   b.tied_ids.clear();
   for (size_t i = 0; i < near_count * SpatialIndex::kLeafSize; ++i) {
     if (b.squared_distances[i] != counted.limit) continue;
@@ -215,7 +215,8 @@ HWY_INLINE float NearestInReach(const SpatialIndex& index, const LeafList& leave
 }
 
 // The same by descent of the tree, for any surroundings.
-HWY_NOINLINE float NearestByDescent(const SpatialIndex& index, const float* query, size_t k, GroupScratch::Buffers& b) {
+HWY_NOINLINE inline float NearestByDescent(const SpatialIndex& index, const float* query, size_t k,
+                                           GroupScratch::Buffers& b) {
   const NeighborRank last = KthNeighbor(index, query, k, b.heap);
   const Box point{{query[0], query[1], query[2]}, {query[0], query[1], query[2]}};
   b.own_leaves.Gather(index, point, last.squared_distance, index.leaf_count());
