@@ -14,7 +14,8 @@
 namespace curv {
 namespace {
 
-constexpr std::string_view kEstimatorNames[] = {"avg-hexagram", "hexagram", "uniform", "independent"};
+constexpr std::string_view kEstimatorNames[] = {"avg-hexagram", "hexagram", "uniform", "independent",
+                                                "delaunay",     "jet",      "aso"};
 
 absl::Status CheckArrays(const CloudView& cloud) {
   const size_t positions = cloud.positions().size(), normals = cloud.normals().size();
@@ -34,6 +35,8 @@ absl::Duration PauseAfter(int attempt, absl::Duration asked) {
 }
 
 }  // namespace
+
+std::span<const std::string_view> EstimatorNames() { return kEstimatorNames; }
 
 std::string_view EstimatorName(Estimator estimator) { return kEstimatorNames[static_cast<size_t>(estimator)]; }
 

@@ -52,15 +52,24 @@ class CloudView {
   size_t scalar_bytes_;
 };
 
-enum class Estimator : uint8_t { kAvgHexagram, kHexagram, kUniform, kIndependent };
+enum class Estimator : uint8_t {
+  kAvgHexagram,
+  kHexagram,
+  kUniform,
+  kIndependent,
+  kDelaunay,
+  kJetFitting,
+  kAlgebraicShapeOperator,
+};
 
-// "avg-hexagram", "hexagram", "uniform" or "independent".
+// "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet" and "aso", in the order of Estimator.
+std::span<const std::string_view> EstimatorNames();
 std::string_view EstimatorName(Estimator estimator);
 // The estimator of that name, or nothing.
 std::optional<Estimator> EstimatorOf(std::string_view name);
 
 struct EstimateOptions {
-  // How triangles are made from a neighborhood. DEFAULT: kAvgHexagram.
+  // How a neighborhood becomes curvature. DEFAULT: kAvgHexagram.
   Estimator estimator = Estimator::kAvgHexagram;
   // Points in a neighborhood, the point itself included; not used if `radius` is set. DEFAULT: 50.
   uint32_t neighbor_count = 50;
@@ -70,6 +79,8 @@ struct EstimateOptions {
   uint32_t triangle_count = 100;
   // Hexagrams that kAvgHexagram averages over, 1 to 4; 1 is the paper's estimator. DEFAULT: 2.
   uint32_t rotation_count = 2;
+  // Of the polynomial that kJetFitting fits, 2 to 4; 4 for exact positions only. DEFAULT: 2.
+  uint32_t jet_degree = 2;
   // Of the random estimators. DEFAULT: 0.
   uint64_t seed = 0;
   // In [0, 1]; none: the server's default. DEFAULT: none.

@@ -30,6 +30,12 @@ v1::Estimator ToProto(Estimator estimator) {
       return v1::ESTIMATOR_UNIFORM;
     case Estimator::kIndependent:
       return v1::ESTIMATOR_INDEPENDENT;
+    case Estimator::kDelaunay:
+      return v1::ESTIMATOR_DELAUNAY;
+    case Estimator::kJetFitting:
+      return v1::ESTIMATOR_JET_FITTING;
+    case Estimator::kAlgebraicShapeOperator:
+      return v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR;
   }
   return v1::ESTIMATOR_UNSPECIFIED;
 }
@@ -51,6 +57,7 @@ v1::EstimateCurvatureRequest MakeHeader(const CloudView& cloud, const EstimateOp
   }
   estimator.set_triangle_count(options.triangle_count);
   estimator.set_rotation_count(options.rotation_count);
+  estimator.set_jet_degree(options.jet_degree);
   estimator.set_seed(options.seed);
   if (options.average_normal_weight) estimator.set_average_normal_weight(*options.average_normal_weight);
   header.set_invalid_point_policy(options.skip_invalid ? v1::INVALID_POINT_POLICY_SKIP

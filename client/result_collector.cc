@@ -96,7 +96,8 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
                        counts.too_few_neighbors(),
                        counts.degenerate_area(),
                        counts.invalid_input(),
-                       counts.inconsistent_normals()};
+                       counts.inconsistent_normals(),
+                       counts.singular_fit()};
   std::array<uint64_t, kStatusWords.size()> counted{};
   for (const uint8_t status : result_.status) ++counted[status < counted.size() ? status : 0];
   if (counted != out.status_counts) return Broken("the summary's status counts are not those of the results");

@@ -28,6 +28,12 @@ std::string NameOf(v1::Estimator estimator) {
       return std::string(EstimatorName(Estimator::kUniform));
     case v1::ESTIMATOR_INDEPENDENT:
       return std::string(EstimatorName(Estimator::kIndependent));
+    case v1::ESTIMATOR_DELAUNAY:
+      return std::string(EstimatorName(Estimator::kDelaunay));
+    case v1::ESTIMATOR_JET_FITTING:
+      return std::string(EstimatorName(Estimator::kJetFitting));
+    case v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR:
+      return std::string(EstimatorName(Estimator::kAlgebraicShapeOperator));
     default:
       return "number " + std::to_string(static_cast<int>(estimator));
   }

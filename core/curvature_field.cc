@@ -16,6 +16,8 @@ const char* PointStatusName(PointStatus status) {
       return "invalid_input";
     case PointStatus::kInconsistentNormals:
       return "inconsistent_normals";
+    case PointStatus::kSingularFit:
+      return "singular_fit";
   }
   return "unknown";
 }

@@ -21,6 +21,11 @@ absl::Status ValidateRadius(double radius) {
 }  // namespace
 
 absl::Status EstimatorOptions::Validate() const {
+  if (!IsBuilt(estimator)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("estimator is %u; it must be at most %u: the others are not built yet",
+                        static_cast<uint32_t>(estimator), static_cast<uint32_t>(EstimatorKind::kIndependent)));
+  }
   absl::Status status;
   if (const auto* count = std::get_if<NeighborCount>(&neighborhood)) {
     status = ValidateCount(count->count, max_neighbor_count);
@@ -35,6 +40,10 @@ absl::Status EstimatorOptions::Validate() const {
   if (rotation_count < 1 || rotation_count > kMaxRotations) {
     return absl::InvalidArgumentError(
         absl::StrFormat("rotation_count is %u; it must be from 1 to %u", rotation_count, kMaxRotations));
+  }
+  if (jet_degree < kMinJetDegree || jet_degree > kMaxJetDegree) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("jet_degree is %u; it must be from %u to %u", jet_degree, kMinJetDegree, kMaxJetDegree));
   }
   if (!(average_normal_weight >= 0.0 && average_normal_weight <= 1.0)) {
     return absl::InvalidArgumentError(

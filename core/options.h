@@ -8,13 +8,20 @@
 
 namespace curvd {
 
-// A strategy that turns a neighborhood into triangles (Lachaud et al., SGP 2023, section 4).
+// How a neighborhood becomes curvature. All but the last two make triangles of it and measure those (Lachaud et al.,
+// SGP 2023, section 4).
 enum class EstimatorKind : uint8_t {
   kAvgHexagram,  // two triangles over six sector averages
   kHexagram,     // two triangles over the points nearest to six corners
   kUniform,      // triangle_count triangles, corners drawn uniformly
   kIndependent,  // disjoint triangles from one shuffle, at most K / 3
+  kDelaunay,     // the triangles of local Delaunay umbrellas (Sharp, Crane 2020) with all corners in the neighborhood
+  kJetFitting,   // a polynomial height function over the tangent plane (Cazals, Pouget 2005)
+  kAlgebraicShapeOperator,  // an algebraic sphere, differentiated (Lejemble, Coeurjolly, Barthe, Mellado 2021)
 };
+
+// Whether this build can estimate with it.
+constexpr bool IsBuilt(EstimatorKind kind) { return kind <= EstimatorKind::kIndependent; }
 
 // The K nearest points, the point itself included; equal distances go to the lower index.
 struct NeighborCount {
@@ -29,6 +36,8 @@ struct NeighborRadius {
 inline constexpr uint32_t kMinNeighborCount = 4;
 inline constexpr uint32_t kMaxTriangleCount = 10'000;
 inline constexpr uint32_t kMaxRotations = 4;
+inline constexpr uint32_t kMinJetDegree = 2;
+inline constexpr uint32_t kMaxJetDegree = 4;
 
 struct EstimatorOptions {
   EstimatorKind estimator = EstimatorKind::kAvgHexagram;       // DEFAULT: kAvgHexagram
@@ -36,7 +45,10 @@ struct EstimatorOptions {
   uint32_t triangle_count = 100;                               // DEFAULT: 100; uniform and independent only
   uint64_t seed = 0;                                           // DEFAULT: 0; random strategies only
   // Hexagrams that avg-hexagram averages over, turned by 60 / rotation_count degrees; 1 is the paper's estimator.
-  uint32_t rotation_count = 2;         // DEFAULT: 2; in [1, kMaxRotations]
+  uint32_t rotation_count = 2;  // DEFAULT: 2; in [1, kMaxRotations]
+  // Of the polynomial that jet fitting fits; a fit needs (degree + 1) (degree + 2) / 2 neighbors. 4 is the more
+  // accurate where positions are exact, 2 where they are noisy.
+  uint32_t jet_degree = 2;             // DEFAULT: 2; in [kMinJetDegree, kMaxJetDegree]
   double average_normal_weight = 0.5;  // DEFAULT: 0.5; in [0, 1]
   // Most points that one neighborhood may hold: bounds NeighborCount, and the size that a radius neighborhood may reach
   // before the whole estimate fails with RESOURCE_EXHAUSTED.

@@ -20,11 +20,14 @@ struct EstimatorName {
   v1::Estimator proto;
   EstimatorKind kind;
 };
-constexpr std::array<EstimatorName, 4> kEstimators = {{
+constexpr std::array<EstimatorName, 7> kEstimators = {{
     {v1::ESTIMATOR_AVG_HEXAGRAM, EstimatorKind::kAvgHexagram},
     {v1::ESTIMATOR_HEXAGRAM, EstimatorKind::kHexagram},
     {v1::ESTIMATOR_UNIFORM, EstimatorKind::kUniform},
     {v1::ESTIMATOR_INDEPENDENT, EstimatorKind::kIndependent},
+    {v1::ESTIMATOR_DELAUNAY, EstimatorKind::kDelaunay},
+    {v1::ESTIMATOR_JET_FITTING, EstimatorKind::kJetFitting},
+    {v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR, EstimatorKind::kAlgebraicShapeOperator},
 }};
 
 absl::Status InvalidOption(std::string field, std::string value, std::string limit) {
@@ -35,7 +38,7 @@ absl::Status InvalidOption(std::string field, std::string value, std::string lim
 absl::Status ResolveEstimator(v1::Estimator proto, EstimatorKind& kind) {
   if (proto == v1::ESTIMATOR_UNSPECIFIED) return absl::OkStatus();
   for (const EstimatorName& name : kEstimators) {
-    if (name.proto != proto) continue;
+    if (name.proto != proto || !IsBuilt(name.kind)) continue;
     kind = name.kind;
     return absl::OkStatus();
   }
@@ -83,6 +86,13 @@ absl::Status ResolveEstimatorOptions(const v1::EstimatorOptions& proto, const Ca
                          absl::StrCat("at most ", kMaxRotations));
   }
   if (proto.rotation_count() != 0) options.rotation_count = proto.rotation_count();
+  if (proto.jet_degree() != 0) {
+    if (proto.jet_degree() < kMinJetDegree || proto.jet_degree() > kMaxJetDegree) {
+      return InvalidOption("header.options.jet_degree", absl::StrCat(proto.jet_degree()),
+                           absl::StrCat("from ", kMinJetDegree, " to ", kMaxJetDegree));
+    }
+    options.jet_degree = proto.jet_degree();
+  }
   options.seed = proto.seed();
   if (proto.has_average_normal_weight()) {
     const double weight = proto.average_normal_weight();
@@ -222,6 +232,7 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
   }
   proto->set_triangle_count(options.estimator.triangle_count);
   proto->set_rotation_count(options.estimator.rotation_count);
+  proto->set_jet_degree(options.estimator.jet_degree);
   proto->set_seed(options.estimator.seed);
   proto->set_average_normal_weight(options.estimator.average_normal_weight);
   QuantitySet set = options.quantities;
@@ -239,7 +250,9 @@ void FillLimits(const CallLimits& limits, v1::ServerLimits* proto) {
 }
 
 void FillEstimators(v1::GetServerInfoResponse* info) {
-  for (const EstimatorName& name : kEstimators) info->add_estimators(name.proto);
+  for (const EstimatorName& name : kEstimators) {
+    if (IsBuilt(name.kind)) info->add_estimators(name.proto);
+  }
 }
 
 }  // namespace curvd

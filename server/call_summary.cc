@@ -14,6 +14,7 @@ void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
   counts->set_degenerate_area(count(PointStatus::kDegenerateArea));
   counts->set_invalid_input(count(PointStatus::kInvalidInput));
   counts->set_inconsistent_normals(count(PointStatus::kInconsistentNormals));
+  counts->set_singular_fit(count(PointStatus::kSingularFit));
 
   curvature::v1::PhaseSeconds* seconds = summary->mutable_seconds();
   seconds->set_receive(record.seconds.receive);

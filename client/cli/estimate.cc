@@ -2,6 +2,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
@@ -116,8 +117,8 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
   command
       .add_option_function<std::string>(
           "--estimator", [&flags](const std::string& name) { flags.options.estimator = *EstimatorOf(name); },
-          "avg-hexagram [default], hexagram, uniform or independent")
-      ->check(CLI::IsMember({"avg-hexagram", "hexagram", "uniform", "independent"}).description(""))
+          "avg-hexagram [default], hexagram, uniform, independent, delaunay, jet or aso")
+      ->check(CLI::IsMember(std::vector<std::string>(EstimatorNames().begin(), EstimatorNames().end())).description(""))
       ->option_text("NAME");
   auto* k = command.add_option("--k", flags.options.neighbor_count, "points in a neighborhood, itself included")
                 ->check(Whole(4, 1'000'000))
@@ -134,6 +135,10 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
   command.add_option("--rotations", flags.options.rotation_count, "hexagrams that avg-hexagram averages over")
       ->check(Whole(1, 4))
       ->option_text("COUNT [2]");
+  command
+      .add_option("--jet-degree", flags.options.jet_degree, "degree of jet's polynomial, 2 to 4; 4: exact positions")
+      ->check(Whole(2, 4))
+      ->option_text("DEGREE [2]");
   command.add_option("--seed", flags.options.seed, "of the random estimators")
       ->check(Whole(0, ~uint64_t{0}))
       ->option_text("NUMBER [0]");

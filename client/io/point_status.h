@@ -15,11 +15,13 @@ enum class PointStatus : uint8_t {
   kDegenerateArea = 3,
   kInvalidInput = 4,
   kInconsistentNormals = 5,
+  kSingularFit = 6,
 };
 
 // Words by value; value 0 is never used.
-inline constexpr std::array<std::string_view, 6> kStatusWords = {
-    "unspecified", "ok", "too_few_neighbors", "degenerate_area", "invalid_input", "inconsistent_normals"};
+inline constexpr std::array<std::string_view, 7> kStatusWords = {
+    "unspecified",          "ok",          "too_few_neighbors", "degenerate_area", "invalid_input",
+    "inconsistent_normals", "singular_fit"};
 
 // The word for a value, "unknown" if it has none.
 constexpr std::string_view StatusWord(uint8_t value) {

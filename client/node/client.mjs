@@ -13,17 +13,28 @@ const CHANNEL_OPTIONS = {
   "grpc.max_receive_message_length": 256 << 20,
 };
 
+const ESTIMATORS = {
+  "avg-hexagram": "ESTIMATOR_AVG_HEXAGRAM",
+  hexagram: "ESTIMATOR_HEXAGRAM",
+  uniform: "ESTIMATOR_UNIFORM",
+  independent: "ESTIMATOR_INDEPENDENT",
+  delaunay: "ESTIMATOR_DELAUNAY",
+  jet: "ESTIMATOR_JET_FITTING",
+  aso: "ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR",
+};
+
 // Estimates the curvature at every point of an oriented cloud.
 //
 // positions, normals: Float32Array or Float64Array of 3 N scalars, both of the same type; normals point outward, of any
 // length above zero. Options:
 //   server                HOST:PORT. DEFAULT: "localhost:50061"
 //   credentials           grpc.ChannelCredentials. DEFAULT: plain text
-//   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform" or "independent"
+//   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform", "independent", "delaunay", "jet" or "aso"
 //   neighborCount         the K nearest points, the point itself included. DEFAULT: 50, if there is no radius
 //   radius                all points at most this far away, instead of neighborCount
 //   triangleCount, seed   of the random strategies. DEFAULT: 100 triangles, seed 0
 //   rotationCount         hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2
+//   jetDegree             of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2
 //   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
 //   requestTag            free text for the server's log
@@ -57,10 +68,10 @@ function checkArrays(positions, normals) {
 }
 
 function cloudHeader(positions, options) {
-  const estimators = ["avg-hexagram", "hexagram", "uniform", "independent"];
   const { estimator = "avg-hexagram", neighborCount, radius } = options;
-  if (!estimators.includes(estimator)) {
-    throw new TypeError(`estimator is ${JSON.stringify(estimator)}; it must be one of ${estimators.join(", ")}`);
+  if (!Object.hasOwn(ESTIMATORS, estimator)) {
+    const names = Object.keys(ESTIMATORS).join(", ");
+    throw new TypeError(`estimator is ${JSON.stringify(estimator)}; it must be one of ${names}`);
   }
   if (neighborCount !== undefined && radius !== undefined) {
     throw new TypeError("neighborCount and radius exclude each other");
@@ -69,11 +80,12 @@ function cloudHeader(positions, options) {
     pointCount: positions.length / 3,
     scalarType: positions instanceof Float64Array ? "SCALAR_TYPE_FLOAT64" : "SCALAR_TYPE_FLOAT32",
     options: {
-      estimator: `ESTIMATOR_${estimator.toUpperCase().replace("-", "_")}`,
+      estimator: ESTIMATORS[estimator],
       ...(neighborCount !== undefined && { neighborCount }),
       ...(radius !== undefined && { radius }),
       triangleCount: options.triangleCount ?? 0,
       rotationCount: options.rotationCount ?? 0,
+      jetDegree: options.jetDegree ?? 0,
       seed: options.seed ?? 0,
       ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
     },

@@ -7,6 +7,7 @@ export const PointStatus = Object.freeze({
   DEGENERATE_AREA: 3,
   INVALID_INPUT: 4,
   INCONSISTENT_NORMALS: 5,
+  SINGULAR_FIT: 6,
 });
 
 // Scalars a point in each array of a ResultChunk.

@@ -42,13 +42,18 @@ TEST(EstimatorOptionsTest, RejectsRadiiThatAreNoLength) {
   }
 }
 
-TEST(EstimatorOptionsTest, RejectsTriangleAndRotationCountsOutsideTheirBounds) {
+TEST(EstimatorOptionsTest, RejectsCountsOfOneEstimatorOutsideTheirBounds) {
   EstimatorOptions options;
   options.triangle_count = 0;
   ExpectRejected(options, "triangle_count", "0", "from 1 to 10000");
   options = {};
   options.rotation_count = 5;
   ExpectRejected(options, "rotation_count", "5", "from 1 to 4");
+  for (const uint32_t degree : {1u, 5u}) {
+    options = {};
+    options.jet_degree = degree;
+    ExpectRejected(options, "jet_degree", degree == 1 ? "is 1" : "is 5", "from 2 to 4");
+  }
 }
 
 TEST(EstimatorOptionsTest, RejectsWeightsOutsideTheUnitInterval) {

@@ -104,6 +104,18 @@ TEST(ResolveHeaderTest, RefusesTooManyRotations) {
       IsError(Refusal(header), kInvalid, kReasonInvalidOption, {"header.options.rotation_count", "5", "at most 4"}));
 }
 
+TEST(ResolveHeaderTest, RefusesJetsOfOtherDegrees) {
+  v1::CloudHeader header;
+  EXPECT_EQ(ResolveHeader(header, kLimits)->estimator.jet_degree, 2u);
+  header.mutable_options()->set_jet_degree(4);
+  EXPECT_EQ(ResolveHeader(header, kLimits)->estimator.jet_degree, 4u);
+  for (const uint32_t degree : {1u, 5u}) {
+    header.mutable_options()->set_jet_degree(degree);
+    EXPECT_TRUE(IsError(Refusal(header), kInvalid, kReasonInvalidOption,
+                        {"header.options.jet_degree", std::to_string(degree), "from 2 to 4"}));
+  }
+}
+
 TEST(ResolveHeaderTest, RefusesWeightsOutsideTheUnitInterval) {
   for (const double weight : {-0.1, 1.1, std::nan("")}) {
     v1::CloudHeader header;
@@ -167,6 +179,8 @@ TEST(FillAcceptedTest, TellsTheOptionsInForce) {
   EXPECT_EQ(accepted.options().estimator(), v1::ESTIMATOR_AVG_HEXAGRAM);
   EXPECT_EQ(accepted.options().radius(), 2.0);
   EXPECT_EQ(accepted.options().triangle_count(), 100u);
+  EXPECT_EQ(accepted.options().rotation_count(), 2u);
+  EXPECT_EQ(accepted.options().jet_degree(), 2u);
   EXPECT_EQ(accepted.options().average_normal_weight(), 0.5);
   ASSERT_EQ(accepted.quantities_size(), 1);
   EXPECT_EQ(accepted.quantities(0), v1::QUANTITY_GAUSSIAN_CURVATURE);
@@ -177,10 +191,16 @@ TEST(FillAcceptedTest, TellsTheOptionsInForce) {
   EXPECT_EQ(accepted.limits().max_streams(), 10u);
 }
 
-TEST(FillEstimatorsTest, NamesEveryEstimatorOfTheProto) {
+TEST(FillEstimatorsTest, NamesEveryEstimatorThatMayBeAskedFor) {
   v1::GetServerInfoResponse info;
   FillEstimators(&info);
-  EXPECT_EQ(info.estimators_size(), v1::Estimator_ARRAYSIZE - 1);
+  int accepted = 0;
+  for (int estimator = v1::ESTIMATOR_UNSPECIFIED + 1; estimator < v1::Estimator_ARRAYSIZE; ++estimator) {
+    v1::CloudHeader header;
+    header.mutable_options()->set_estimator(static_cast<v1::Estimator>(estimator));
+    if (Refusal(header).ok()) ++accepted;
+  }
+  EXPECT_EQ(info.estimators_size(), accepted);
 }
 
 }  // namespace

@@ -18,6 +18,17 @@ _CHANNEL_OPTIONS = [
 ]
 
 
+_ESTIMATORS = {
+    "avg-hexagram": curvature_pb2.ESTIMATOR_AVG_HEXAGRAM,
+    "hexagram": curvature_pb2.ESTIMATOR_HEXAGRAM,
+    "uniform": curvature_pb2.ESTIMATOR_UNIFORM,
+    "independent": curvature_pb2.ESTIMATOR_INDEPENDENT,
+    "delaunay": curvature_pb2.ESTIMATOR_DELAUNAY,
+    "jet": curvature_pb2.ESTIMATOR_JET_FITTING,
+    "aso": curvature_pb2.ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR,
+}
+
+
 class Estimate(typing.NamedTuple):
     """points: structured array of RESULT_DTYPE, one element a point. summary: the stream's Summary message."""
 
@@ -35,6 +46,7 @@ def estimate_curvature(
     radius=None,
     triangle_count=0,
     rotation_count=0,
+    jet_degree=0,
     seed=0,
     average_normal_weight=None,
     skip_invalid=False,
@@ -47,11 +59,12 @@ def estimate_curvature(
     positions, normals:    arrays of shape (N, 3). float64 positions are sent as such, which keeps georeferenced scans
                            exact; everything else is sent as float32. Normals point outward, of any length above zero.
     server:                HOST:PORT, in plain text. For TLS pass a `channel` of your own instead.
-    estimator:             "avg-hexagram", "hexagram", "uniform" or "independent".
+    estimator:             "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet" or "aso".
     neighbor_count:        the K nearest points, the point itself included. DEFAULT: 50, if there is no radius.
     radius:                all points at most this far away, instead of neighbor_count.
     triangle_count, seed:  of the random strategies. DEFAULT: 100 triangles, seed 0.
-    rotation_count:  hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2.
+    rotation_count:        hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2.
+    jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
     skip_invalid:          give an unusable point a status instead of failing the call.
     request_tag:           free text for the server's log.
@@ -61,7 +74,14 @@ def estimate_curvature(
     """
     positions, normals = _packed_arrays(positions, normals)
     options = _estimator_options(
-        estimator, neighbor_count, radius, triangle_count, rotation_count, seed, average_normal_weight
+        estimator,
+        neighbor_count,
+        radius,
+        triangle_count=triangle_count,
+        rotation_count=rotation_count,
+        jet_degree=jet_degree,
+        seed=seed,
+        average_normal_weight=average_normal_weight,
     )
     header = curvature_pb2.CloudHeader(
         point_count=len(positions),
@@ -91,19 +111,12 @@ def _packed_arrays(positions, normals):
     return np.ascontiguousarray(positions, scalar), np.ascontiguousarray(normals, scalar)
 
 
-def _estimator_options(estimator, neighbor_count, radius, triangle_count, rotation_count, seed, average_normal_weight):
-    name = "ESTIMATOR_" + estimator.upper().replace("-", "_")
-    if name not in curvature_pb2.Estimator.keys() or name == "ESTIMATOR_UNSPECIFIED":
-        raise ValueError(f"estimator is {estimator!r}; it must be avg-hexagram, hexagram, uniform or independent")
+def _estimator_options(estimator, neighbor_count, radius, **others):
+    if estimator not in _ESTIMATORS:
+        raise ValueError(f"estimator is {estimator!r}; it must be one of {', '.join(_ESTIMATORS)}")
     if neighbor_count is not None and radius is not None:
         raise ValueError("neighbor_count and radius exclude each other")
-    options = curvature_pb2.EstimatorOptions(
-        estimator=curvature_pb2.Estimator.Value(name),
-        triangle_count=triangle_count,
-        rotation_count=rotation_count,
-        seed=seed,
-        average_normal_weight=average_normal_weight,
-    )
+    options = curvature_pb2.EstimatorOptions(estimator=_ESTIMATORS[estimator], **others)
     if radius is not None:
         options.radius = radius
     elif neighbor_count is not None:

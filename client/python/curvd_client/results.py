@@ -28,6 +28,7 @@ class PointStatus(enum.IntEnum):
     DEGENERATE_AREA = 3
     INVALID_INPUT = 4
     INCONSISTENT_NORMALS = 5
+    SINGULAR_FIT = 6
 
 
 class ResultCollector:
