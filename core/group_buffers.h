@@ -43,6 +43,7 @@ struct NeighborArrays {
   ScratchArray<float> dx, dy, dz;
   ScratchArray<float> nx, ny, nz;
   size_t count = 0;
+  float normal_sum[3] = {};
 
   // Room for `size` neighbors and one vector more.
   void Reserve(size_t size) {
@@ -70,7 +71,8 @@ struct Hexagram {
 
 struct GroupScratch::Buffers {
   LeafList leaves;                        // near the group
-  LeafList own_leaves;                    // near one query, or near one corner of the group's hexagrams
+  LeafList own_leaves;                    // near one query, or near the targets of one corner of a leaf's points
+  LeafList corner_leaves;                 // of `leaves`, those near the targets of one corner
   ScratchArray<uint32_t> near;            // leaves that meet one query's ball
   ScratchArray<float> squared_distances;  // of all points of `near`
   ScratchArray<float> inner_distances;    // those within the search radius, padded with infinity
@@ -78,15 +80,16 @@ struct GroupScratch::Buffers {
   ScratchArray<uint32_t> shuffle;  // independent triangles
   std::vector<NeighborRank> heap;
   std::vector<int32_t> tied_ids;
-  float reach_hint = 0.0f;  // largest neighborhood radius of the last group
+  float reach_hint = 0.0f;              // largest neighborhood radius of the last group
+  float squared_target_height[6] = {};  // least of the last targets of each corner over the surface
 
   std::array<uint64_t, kPointStatusEnd> status_counts{};  // of all points written
 
   // Of the points of the group.
   size_t size = 0;
-  float query[SpatialIndex::kGroupPoints][3];
   int32_t id[SpatialIndex::kGroupPoints];
   PointStatus status[SpatialIndex::kGroupPoints];
+  GroupVectors query;            // the point
   GroupVectors normal;           // the point's own
   GroupVectors u, v;             // tangent frame
   alignas(64) GroupScalars rho;  // radius of the figure, > 0

@@ -16,21 +16,39 @@ class LeafList {
  public:
   static constexpr size_t kPad = 16;
 
-  // Replaces the list by the leaves at squared distance <= `squared_reach` of `box`. Every point whose computed squared
-  // distance to a point of `box` is within it lies in one of them. Returns false, with the list undefined, if there
-  // are more than `max_leaves`.
-  bool Gather(const SpatialIndex& index, const Box& box, float squared_reach, size_t max_leaves);
+  void Clear() { size_ = 0; }
+
+  // Makes room for `count` calls of AddIf.
+  void MakeRoom(size_t count) {
+    if (size_ + count + kPad > leaves_.capacity()) Reserve(2 * size_ + 256);
+  }
+
+  void AddIf(bool wanted, uint32_t leaf, const Box& box) {
+    leaves_[size_] = leaf;
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds_[axis][size_] = box.lo[axis];
+      bounds_[3 + axis][size_] = box.hi[axis];
+    }
+    size_ += wanted ? 1 : 0;
+  }
+
+  // To be called once all are added.
+  void Pad();
+
+  // For writers of whole vectors: room for `size` leaves and the padding, the arrays, and their size when written.
+  void Reserve(size_t size);
+  uint32_t* mutable_leaves() { return leaves_.data(); }
+  float* mutable_bound(int i) { return bounds_[i].data(); }  // lo, then hi, of each axis
+  void set_size(size_t size) { size_ = size; }
 
   size_t size() const { return size_; }
   size_t padded_size() const { return (size_ + kPad - 1) / kPad * kPad; }
   uint32_t leaf(size_t i) const { return leaves_[i]; }
+  const uint32_t* leaves() const { return leaves_.data(); }
   const float* lo(int axis) const { return bounds_[axis].data(); }
   const float* hi(int axis) const { return bounds_[3 + axis].data(); }
 
  private:
-  void Add(uint32_t leaf, const Box& box);
-  void Pad();
-
   size_t size_ = 0;
   ScratchArray<uint32_t> leaves_;
   ScratchArray<float> bounds_[6];

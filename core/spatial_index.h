@@ -61,6 +61,9 @@ class SpatialIndex {
   }
   static constexpr size_t RightChild(size_t node, size_t leaves) { return node + 2 * LeftLeaves(leaves); }
 
+  // Of a node over n <= kGroupLeaves leaves, [n][i] is the distance to the node of its leaf i.
+  static constexpr uint32_t kLeafNode[kGroupLeaves + 1][kGroupLeaves] = {{}, {0}, {1, 2}, {2, 3, 4}, {2, 3, 5, 6}};
+
   // Valid points in the index.
   size_t point_count() const { return point_count_; }
   size_t leaf_count() const { return positions_.size(); }

@@ -12,6 +12,7 @@
 
 #include "core/group_buffers.h"
 #include "core/kernels/hexagram-inl.h"
+#include "core/kernels/nearest_corners-inl.h"
 #include "core/kernels/neighborhood-inl.h"
 #include "core/kernels/principal-inl.h"
 #include "core/kernels/random_triangles-inl.h"
@@ -41,10 +42,10 @@ HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, const PointCur
       const float position[3] = {points.x[i], points.y[i], points.z[i]};
       const float normal[3] = {normals.x[i], normals.y[i], normals.z[i]};
       for (int axis = 0; axis < 3; ++axis) {
-        b.query[b.size][axis] = position[axis];
         box.lo[axis] = std::min(box.lo[axis], position[axis]);
         box.hi[axis] = std::max(box.hi[axis], position[axis]);
       }
+      b.query.Set(b.size, position);
       b.normal.Set(b.size, normal);
       b.id[b.size++] = points.id[i];
       __builtin_prefetch(&field[points.id[i]], 1);  // the field is in another order; it is written when all are done
@@ -54,19 +55,20 @@ HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, const PointCur
 }
 
 // Finds neighborhoods of the points of one group, sharing one list of leaves as long as that pays.
+template <Wanted kWanted>
 class GroupSearch {
  public:
   GroupSearch(const SpatialIndex& index, const EstimationPlan& plan, const Box& box, GroupScratch::Buffers& b)
       : index_(index), plan_(plan), box_(box), b_(b) {
     if (plan.by_radius) {
       squared_reach_ = plan.squared_radius;
-      listed_ = b_.leaves.Gather(index_, box_, squared_reach_, MaxListedLeaves(plan.max_neighbor_count));
+      listed_ = GatherLeaves(index_, box_, squared_reach_, MaxListedLeaves(plan.max_neighbor_count), b_.leaves);
     } else {
       StartReach();
     }
   }
 
-  // Collects the neighbors of point i into the buffers; returns their largest squared distance.
+  // Sets the neighbors of point i; returns their largest squared distance.
   HWY_INLINE float Find(size_t i) { return plan_.by_radius ? FindInRadius(i) : FindNearestPoints(i); }
 
   // The largest neighborhood of the group, from which the next group starts.
@@ -78,7 +80,7 @@ class GroupSearch {
 
   bool List(float squared_reach) {
     squared_reach_ = squared_reach;
-    return listed_ = b_.leaves.Gather(index_, box_, squared_reach, MaxListedLeaves(plan_.searched_count));
+    return listed_ = GatherLeaves(index_, box_, squared_reach, MaxListedLeaves(plan_.searched_count), b_.leaves);
   }
 
   void StartReach() {
@@ -95,27 +97,27 @@ class GroupSearch {
 
   HWY_INLINE float FindNearestPoints(size_t i) {
     const size_t k = plan_.searched_count;
-    const float* query = b_.query[i];
+    const float query[3] = {b_.query.x[i], b_.query.y[i], b_.query.z[i]};
     while (listed_) {
       const float guess = last_ > 0.0f ? last_ * kGuessGrowth : squared_reach_;
-      const float found = NearestInReach(index_, b_.leaves, query, k, guess, squared_reach_, b_);
+      const float found = NearestInReach<kWanted>(index_, b_.leaves, query, k, guess, squared_reach_, b_);
       if (found >= 0.0f) return Record(found);
       if (squared_reach_ <= 0.0f || squared_reach_ > kWholeIndex)
         listed_ = false;
       else
         List(squared_reach_ * 2.0f);
     }
-    return Record(NearestByDescent(index_, query, k, b_));
+    return Record(NearestByDescent<kWanted>(index_, query, k, b_));
   }
 
   HWY_INLINE float FindInRadius(size_t i) {
-    const float* query = b_.query[i];
+    const float query[3] = {b_.query.x[i], b_.query.y[i], b_.query.z[i]};
     const Box point{{query[0], query[1], query[2]}, {query[0], query[1], query[2]}};
-    if (!listed_) b_.own_leaves.Gather(index_, point, squared_reach_, index_.leaf_count());
+    if (!listed_) GatherLeaves(index_, point, squared_reach_, index_.leaf_count(), b_.own_leaves);
     const LeafList& leaves = listed_ ? b_.leaves : b_.own_leaves;
     const size_t near_count = CullLeaves(leaves, query, squared_reach_, b_.near);
     const size_t count = MeasureDistances(index_, query, squared_reach_, near_count, b_);
-    return Collect(index_, query, {squared_reach_}, count, near_count, b_);
+    return Collect<kWanted>(index_, query, {squared_reach_}, count, near_count, b_);
   }
 
   float Record(float squared_radius) {
@@ -138,31 +140,16 @@ class GroupSearch {
   bool listed_ = false;
 };
 
-// Sum of the neighbors' normals; padding adds nothing.
-HWY_INLINE void SumNormals(const NeighborArrays& n, float sum[3]) {
-  const FloatTag d;
-  FloatVec x = hn::Zero(d), y = hn::Zero(d), z = hn::Zero(d);
-  for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
-    x = hn::Add(x, hn::Load(d, n.nx.data() + j));
-    y = hn::Add(y, hn::Load(d, n.ny.data() + j));
-    z = hn::Add(z, hn::Load(d, n.nz.data() + j));
-  }
-  float sums[4];
-  StoreFourSums(x, y, z, hn::Zero(d), sums);
-  std::copy(sums, sums + 3, sum);
-}
-
 // Sets the tangent frame of point i along the blend of its own and the mean normal: u = n x e with e the axis after the
 // largest component of n, v = n x u. Returns false if there is no such normal.
 HWY_INLINE bool SetFrame(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
   float mean[3];
-  SumNormals(b.neighbors, mean);
   const float per_count = 1.0f / static_cast<float>(b.neighbors.count);
   const float w = plan.average_normal_weight;
   const float own[3] = {b.normal.x[i], b.normal.y[i], b.normal.z[i]};
   float n[3], squared_mean = 0.0f, squared = 0.0f;
   for (int axis = 0; axis < 3; ++axis) {
-    mean[axis] *= per_count;
+    mean[axis] = b.neighbors.normal_sum[axis] * per_count;
     n[axis] = (1.0f - w) * own[axis] + w * mean[axis];
     squared_mean += mean[axis] * mean[axis];
     squared += n[axis] * n[axis];
@@ -195,7 +182,7 @@ HWY_INLINE PointStatus PreparePoint(const EstimationPlan& plan, float squared_ra
   const float searched_radius = std::sqrt(squared_radius);
   b.radius[i] = searched_radius * plan.radius_factor;
   b.rho[i] = searched_radius * plan.rho_factor;
-  b.nearest_reach[i] = searched_radius * std::sqrt(10.0f / static_cast<float>(count));
+  b.nearest_reach[i] = searched_radius * std::sqrt(5.0f / static_cast<float>(count));
   return PointStatus::kOk;
 }
 
@@ -211,30 +198,47 @@ HWY_INLINE void FillPoint(GroupScratch::Buffers& b, size_t i) {
   m.area[i] = m.mean[i] = m.gaussian[i] = m.tensor_uu[i] = m.tensor_uv[i] = m.tensor_vv[i] = 0.0f;
 }
 
+// Searches the neighborhood of each point of the group, and calls `estimate(i)` for those that have one. Stops at
+// the first that is too large.
+template <Wanted kWanted, typename Estimate>
+HWY_INLINE OversizedNeighborhood ForEachNeighborhood(const SpatialIndex& index, const EstimationPlan& plan,
+                                                     const Box& box, GroupScratch::Buffers& b, Estimate estimate) {
+  GroupSearch<kWanted> search(index, plan, box, b);
+  for (size_t i = 0; i < b.size; ++i) {
+    const float squared_radius = search.Find(i);
+    if (b.neighbors.count > plan.max_neighbor_count) return {b.id[i]};
+    b.status[i] = PreparePoint(plan, squared_radius, b, i);
+    if (b.status[i] == PointStatus::kOk) {
+      estimate(i);
+    } else {
+      FillPoint(b, i);
+    }
+  }
+  b.reach_hint = search.largest_squared_radius();
+  return {};
+}
+
 OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
                                           GroupScratch& scratch, PointCurvature* out) {
   GroupScratch::Buffers& b = scratch.buffers();
   const Box box = LoadGroup(index, group, out, b);
   for (size_t i = b.size; i < SpatialIndex::kGroupPoints; ++i) FillPoint(b, i);
-  GroupSearch search(index, plan, box, b);
-  for (size_t i = 0; i < b.size; ++i) {
-    const float squared_radius = search.Find(i);
-    if (b.neighbors.count > plan.max_neighbor_count) return {b.id[i]};
-    b.status[i] = PreparePoint(plan, squared_radius, b, i);
-    if (b.status[i] != PointStatus::kOk) {
-      FillPoint(b, i);
-    } else if (plan.estimator == EstimatorKind::kAvgHexagram) {
-      SumHexagrams(plan, b, i);
-    } else if (plan.estimator == EstimatorKind::kUniform) {
-      MeasureUniform(plan, b, i);
-    } else if (plan.estimator == EstimatorKind::kIndependent) {
-      MeasureIndependent(plan, b, i);
-    }
-  }
-  b.reach_hint = search.largest_squared_radius();
+  OversizedNeighborhood oversized;
   if (plan.estimator == EstimatorKind::kHexagram) {
-    NearestCorners(index, b);
+    oversized = ForEachNeighborhood<Wanted::kNormalSum>(index, plan, box, b, [](size_t) {});
+    if (oversized.point_id < 0) CornerSearch(index, group, b).SetCorners();
+  } else {
+    oversized = ForEachNeighborhood<Wanted::kNeighbors>(index, plan, box, b, [&](size_t i) {
+      if (plan.estimator == EstimatorKind::kAvgHexagram) {
+        SumHexagrams(plan, b, i);
+      } else if (plan.estimator == EstimatorKind::kUniform) {
+        MeasureUniform(plan, b, i);
+      } else if (plan.estimator == EstimatorKind::kIndependent) {
+        MeasureIndependent(plan, b, i);
+      }
+    });
   }
+  if (oversized.point_id >= 0) return oversized;
   if (plan.estimator == EstimatorKind::kAvgHexagram || plan.estimator == EstimatorKind::kHexagram) {
     MeasureHexagrams(plan.rotations, b);
   }

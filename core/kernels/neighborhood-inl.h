@@ -13,19 +13,13 @@
 #include <limits>
 
 #include "core/group_buffers.h"
+#include "core/kernels/gather_leaves-inl.h"
+#include "core/kernels/vectors-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-// At most one leaf a vector, so that a leaf is a whole number of vectors on every machine.
-using FloatTag = hn::CappedTag<float, SpatialIndex::kLeafSize>;
-using IntTag = hn::RebindToSigned<FloatTag>;
-using FloatVec = hn::Vec<FloatTag>;
-using FloatMask = hn::Mask<FloatTag>;
 
 // Which points belong to a neighborhood: those below `limit`, and of those at `limit` the ids up to `last_id`.
 struct Cutoff {
@@ -147,20 +141,49 @@ HWY_NOINLINE inline Cutoff SplitTies(const SpatialIndex& index, const CountedLim
   return {counted.limit, *last};
 }
 
+// Which of the points i, i + 1, ... of a leaf, at these squared distances, lie inside the cutoff.
+template <bool kSplitsTies>
+HWY_INLINE FloatMask Inside(const SpatialIndex& index, size_t leaf, size_t i, FloatVec squared, const Cutoff& cutoff) {
+  const FloatTag d;
+  const IntTag di;
+  const FloatVec limit = hn::Set(d, cutoff.limit);
+  const FloatMask inside = hn::Le(squared, limit);
+  if constexpr (!kSplitsTies) return inside;
+  const auto id = hn::Load(di, index.positions(leaf).id + i);
+  const FloatMask early = hn::RebindMask(d, hn::Lt(id, hn::Set(di, cutoff.last_id + 1)));
+  return hn::And(inside, hn::Or(early, hn::Lt(squared, limit)));
+}
+
+HWY_INLINE void StoreSums(FloatVec x, FloatVec y, FloatVec z, float sums[3]) {
+  float four[4];
+  StoreFourSums(x, y, z, hn::Zero(FloatTag()), four);
+  std::copy(four, four + 3, sums);
+}
+
+// Sums the neighbors' normals; padding adds nothing.
+HWY_INLINE void SumNormals(NeighborArrays& n) {
+  const FloatTag d;
+  FloatVec x = hn::Zero(d), y = hn::Zero(d), z = hn::Zero(d);
+  for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
+    x = hn::Add(x, hn::Load(d, n.nx.data() + j));
+    y = hn::Add(y, hn::Load(d, n.ny.data() + j));
+    z = hn::Add(z, hn::Load(d, n.nz.data() + j));
+  }
+  StoreSums(x, y, z, n.normal_sum);
+}
+
 // Collects the points inside the cutoff as neighbors of `query`, in tree order, padded with zeros to a whole vector.
 // Returns the largest squared distance.
 template <bool kSplitsTies>
 HWY_INLINE float CollectNeighbors(const SpatialIndex& index, const float* query, const Cutoff& cutoff, size_t count,
                                   size_t near_count, GroupScratch::Buffers& b) {
   const FloatTag d;
-  const IntTag di;
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
   NeighborArrays& n = b.neighbors;
   n.Reserve(count);
   float *dx = n.dx.data(), *dy = n.dy.data(), *dz = n.dz.data();
   float *nx = n.nx.data(), *ny = n.ny.data(), *nz = n.nz.data();
   const FloatVec qx = hn::Set(d, query[0]), qy = hn::Set(d, query[1]), qz = hn::Set(d, query[2]);
-  const FloatVec limit = hn::Set(d, cutoff.limit);
   FloatVec farthest = hn::Zero(d);
   size_t out = 0;
   for (size_t j = 0; j < near_count; ++j) {
@@ -168,11 +191,7 @@ HWY_INLINE float CollectNeighbors(const SpatialIndex& index, const float* query,
     const SpatialIndex::LeafNormals& normals = index.normals(b.near[j]);
     for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
       const FloatVec squared = hn::Load(d, b.squared_distances.data() + j * kLeaf + i);
-      FloatMask inside = hn::Le(squared, limit);
-      if constexpr (kSplitsTies) {
-        const FloatMask early = hn::RebindMask(d, hn::Lt(hn::Load(di, points.id + i), hn::Set(di, cutoff.last_id + 1)));
-        inside = hn::And(inside, hn::Or(early, hn::Lt(squared, limit)));
-      }
+      const FloatMask inside = Inside<kSplitsTies>(index, b.near[j], i, squared, cutoff);
       const size_t kept = hn::CountTrue(d, inside);
       if (kept == 0) continue;
       farthest = hn::Max(farthest, hn::IfThenElseZero(inside, squared));
@@ -187,17 +206,59 @@ HWY_INLINE float CollectNeighbors(const SpatialIndex& index, const float* query,
   }
   for (float* array : {dx, dy, dz, nx, ny, nz}) hn::StoreU(hn::Zero(d), d, array + out);
   n.count = out;
+  SumNormals(n);
   return hn::GetLane(hn::MaxOfLanes(d, farthest));
 }
 
+// Sums the normals of the points inside the cutoff; sets their number. Returns the largest squared distance.
+template <bool kSplitsTies>
+HWY_INLINE float SumNeighborNormals(const SpatialIndex& index, const Cutoff& cutoff, size_t near_count,
+                                    GroupScratch::Buffers& b) {
+  const FloatTag d;
+  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
+  FloatVec x = hn::Zero(d), y = hn::Zero(d), z = hn::Zero(d);
+  FloatVec farthest = hn::Zero(d);
+  size_t count = 0;
+  for (size_t j = 0; j < near_count; ++j) {
+    const SpatialIndex::LeafNormals& normals = index.normals(b.near[j]);
+    for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
+      const FloatVec squared = hn::Load(d, b.squared_distances.data() + j * kLeaf + i);
+      const FloatMask inside = Inside<kSplitsTies>(index, b.near[j], i, squared, cutoff);
+      count += hn::CountTrue(d, inside);
+      farthest = hn::Max(farthest, hn::IfThenElseZero(inside, squared));
+      x = AddWhere(inside, x, hn::Load(d, normals.x + i));
+      y = AddWhere(inside, y, hn::Load(d, normals.y + i));
+      z = AddWhere(inside, z, hn::Load(d, normals.z + i));
+    }
+  }
+  b.neighbors.count = count;
+  StoreSums(x, y, z, b.neighbors.normal_sum);
+  return hn::GetLane(hn::MaxOfLanes(d, farthest));
+}
+
+// What is wanted of a neighborhood, besides its size.
+enum class Wanted {
+  kNeighbors,  // the neighbors, and the sum of their normals
+  kNormalSum,  // the latter alone
+};
+
+template <Wanted kWanted, bool kSplitsTies>
+HWY_INLINE float CollectOrSum(const SpatialIndex& index, const float* query, const Cutoff& cutoff, size_t count,
+                              size_t near_count, GroupScratch::Buffers& b) {
+  if constexpr (kWanted == Wanted::kNormalSum) return SumNeighborNormals<kSplitsTies>(index, cutoff, near_count, b);
+  return CollectNeighbors<kSplitsTies>(index, query, cutoff, count, near_count, b);
+}
+
+template <Wanted kWanted>
 HWY_INLINE float Collect(const SpatialIndex& index, const float* query, const Cutoff& cutoff, size_t count,
                          size_t near_count, GroupScratch::Buffers& b) {
-  return cutoff.splits_ties() ? CollectNeighbors<true>(index, query, cutoff, count, near_count, b)
-                              : CollectNeighbors<false>(index, query, cutoff, count, near_count, b);
+  return cutoff.splits_ties() ? CollectOrSum<kWanted, true>(index, query, cutoff, count, near_count, b)
+                              : CollectOrSum<kWanted, false>(index, query, cutoff, count, near_count, b);
 }
 
 // Collects the K nearest points from the listed leaves, which hold every point within `squared_reach`. Returns the
 // largest squared distance, or a negative value if fewer than K points are that near. `squared_guess` only seeds.
+template <Wanted kWanted>
 HWY_INLINE float NearestInReach(const SpatialIndex& index, const LeafList& leaves, const float* query, size_t k,
                                 float squared_guess, float squared_reach, GroupScratch::Buffers& b) {
   float squared_radius = std::min(squared_guess, squared_reach);
@@ -211,18 +272,18 @@ HWY_INLINE float NearestInReach(const SpatialIndex& index, const LeafList& leave
   if (inner < k) return -1.0f;
   const CountedLimit counted = LimitByCounting(b.inner_distances.data(), inner, k, squared_radius);
   const Cutoff cutoff = counted.count == k ? Cutoff{counted.limit} : SplitTies(index, counted, k, near_count, b);
-  return Collect(index, query, cutoff, k, near_count, b);
+  return Collect<kWanted>(index, query, cutoff, k, near_count, b);
 }
 
 // The same by descent of the tree, for any surroundings.
-HWY_NOINLINE inline float NearestByDescent(const SpatialIndex& index, const float* query, size_t k,
-                                           GroupScratch::Buffers& b) {
+template <Wanted kWanted>
+HWY_NOINLINE float NearestByDescent(const SpatialIndex& index, const float* query, size_t k, GroupScratch::Buffers& b) {
   const NeighborRank last = KthNeighbor(index, query, k, b.heap);
   const Box point{{query[0], query[1], query[2]}, {query[0], query[1], query[2]}};
-  b.own_leaves.Gather(index, point, last.squared_distance, index.leaf_count());
+  GatherLeaves(index, point, last.squared_distance, index.leaf_count(), b.own_leaves);
   const size_t near_count = CullLeaves(b.own_leaves, query, last.squared_distance, b.near);
   MeasureDistances(index, query, last.squared_distance, near_count, b);
-  return Collect(index, query, {last.squared_distance, last.id}, k, near_count, b);
+  return Collect<kWanted>(index, query, {last.squared_distance, last.id}, k, near_count, b);
 }
 
 }  // namespace HWY_NAMESPACE

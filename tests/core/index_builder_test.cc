@@ -6,22 +6,11 @@
 #include <set>
 
 #include "core/kth_neighbor.h"
-#include "core/leaf_list.h"
 #include "tests/core/reference_estimator.h"
 #include "tests/core/test_clouds.h"
 
 namespace curvd::testing {
 namespace {
-
-SpatialIndex Build(const Cloud& cloud) {
-  IndexBuilder builder(cloud);
-  while (builder.block_count() > 0) {
-    // Backwards: the order of blocks must not matter.
-    for (size_t block = builder.block_count(); block-- > 0;) builder.RunBlock(block);
-    EXPECT_TRUE(builder.EndPhase().ok());
-  }
-  return builder.Take();
-}
 
 // Checks a node's box and lowest id against the points below it.
 TreeNode CheckSubtree(const SpatialIndex& index, size_t node, size_t first_leaf, size_t leaves) {
@@ -60,7 +49,7 @@ TEST(IndexBuilderTest, HoldsEveryPointOnceUnderTightBoxes) {
     for (size_t n : {1, 15, 16, 17, 64, 65, 1000, 3001}) {
       const TestPoints points = RandomPoints(layout, n, n);
       const Cloud cloud = points.ToCloud();
-      const SpatialIndex index = Build(cloud);
+      const SpatialIndex index = BuildIndex(cloud);
       ASSERT_EQ(index.point_count(), n);
       CheckSubtree(index, 0, 0, index.leaf_count());
       std::set<int> ids;
@@ -79,12 +68,12 @@ TEST(IndexBuilderTest, HoldsEveryPointOnceUnderTightBoxes) {
 TEST(IndexBuilderTest, LeavesOutInvalidPoints) {
   TestPoints points = RandomPoints(Layout::kUniform, 1000, 1);
   for (size_t i = 0; i < 1000; i += 3) points.normals[i] = {0, 0, 0};
-  EXPECT_EQ(Build(points.ToCloud()).point_count(), 666u);
+  EXPECT_EQ(BuildIndex(points.ToCloud()).point_count(), 666u);
 }
 
 TEST(IndexBuilderTest, ScalesByAPowerOfTwoThatBringsTheExtentNearOne) {
   for (double radius : {1e-30, 1e-6, 1.0, 1e6, 1e30}) {
-    const SpatialIndex index = Build(Sphere(500, radius).ToCloud());
+    const SpatialIndex index = BuildIndex(Sphere(500, radius).ToCloud());
     const Box& box = index.node(0).box;
     const float extent = std::max({box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]});
     EXPECT_GE(extent, 0.5f);
@@ -96,7 +85,7 @@ TEST(KthNeighborTest, MatchesBruteForceTiesIncluded) {
   std::vector<NeighborRank> heap;
   for (Layout layout : kLayouts) {
     const TestPoints points = RandomPoints(layout, 900, 5);
-    const SpatialIndex index = Build(points.ToCloud());
+    const SpatialIndex index = BuildIndex(points.ToCloud());
     for (size_t leaf = 0; leaf < index.leaf_count(); leaf += 7) {
       const auto& p = index.positions(leaf);
       const float query[3] = {p.x[0], p.y[0], p.z[0]};
@@ -125,21 +114,10 @@ TEST(KthNeighborTest, CoincidentPointsDoNotMakeItSlow) {
   // 200,000 equal points: a search that visited all ties would look at 4e10 of them for these queries.
   TestPoints points;
   for (int i = 0; i < 200'000; ++i) points.Add(1, 1, 1, 0, 0, 1);
-  const SpatialIndex index = Build(points.ToCloud());
+  const SpatialIndex index = BuildIndex(points.ToCloud());
   const float query[3] = {1, 1, 1};
   std::vector<NeighborRank> heap;
   for (int i = 0; i < 200'000; ++i) ASSERT_EQ(KthNeighbor(index, query, 20, heap).id, 19);
-}
-
-TEST(LeafListTest, ListsExactlyTheLeavesInReachInTreeOrder) {
-  const SpatialIndex index = Build(RandomPoints(Layout::kUniform, 5000, 9).ToCloud());
-  const Box box = {{0.2f, 0.2f, 0.2f}, {0.3f, 0.3f, 0.3f}};
-  LeafList list;
-  ASSERT_TRUE(list.Gather(index, box, 0.01f, index.leaf_count()));
-  ASSERT_GT(list.size(), 0u);
-  EXPECT_LT(list.size(), index.leaf_count());
-  for (size_t i = 1; i < list.size(); ++i) EXPECT_LT(list.leaf(i - 1), list.leaf(i));
-  EXPECT_FALSE(list.Gather(index, box, 0.01f, list.size() - 1));
 }
 
 }  // namespace

@@ -4,29 +4,16 @@
 #include <cmath>
 
 #include "hwy/highway.h"
+#include "tests/core/instruction_sets.h"
 #include "tests/core/reference_estimator.h"
 #include "tests/core/test_clouds.h"
 
 namespace curvd::testing {
 namespace {
 
-// Runs with kernels restricted to one instruction set.
-class KernelTest : public ::testing::TestWithParam<int64_t> {
- protected:
-  void SetUp() override { hwy::SetSupportedTargetsForTest(GetParam()); }
-  void TearDown() override { hwy::SetSupportedTargetsForTest(0); }
-};
+using KernelTest = InstructionSetTest;
 
-std::vector<int64_t> Targets() {
-  hwy::SetSupportedTargetsForTest(0);
-  std::vector<int64_t> targets;
-  for (int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1)
-    targets.push_back(rest & -rest);
-  return targets;
-}
-
-INSTANTIATE_TEST_SUITE_P(EachInstructionSet, KernelTest, ::testing::ValuesIn(Targets()),
-                         [](const auto& info) { return std::string(hwy::TargetName(info.param)); });
+INSTANTIATE_TEST_SUITE_P(EachInstructionSet, KernelTest, InstructionSets(), InstructionSetName);
 
 // The distance of the K-th neighbor as the kernels round it.
 float FloatRadius(const TestPoints& points, size_t i, const std::vector<int>& ids) {
@@ -95,12 +82,14 @@ TEST_P(KernelTest, AvgHexagramMatchesTheDoubleOracle) {
 }
 
 TEST_P(KernelTest, HexagramMatchesTheDoubleOracle) {
-  for (uint32_t k : {15u, 50u, 300u}) {
+  // The largest figures reach around the sphere, far from any point.
+  for (uint32_t k : {4u, 15u, 50u, 300u, 1900u}) {
     EstimatorOptions options;
     options.estimator = EstimatorKind::kHexagram;
     options.neighborhood = NeighborCount{k};
     ExpectNearReference(Sphere(2000, 3.0), options, 11);
     ExpectNearReference(RandomPoints(Layout::kCoplanar, 2000, k), options, 11);
+    ExpectNearReference(RandomPoints(Layout::kUniform, 2000, k), options, 11);
   }
 }
 

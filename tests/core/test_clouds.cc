@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/index_builder.h"
 #include "core/random_stream.h"
 
 namespace curvd::testing {
@@ -84,6 +85,16 @@ TestPoints RandomPoints(Layout layout, size_t points, uint64_t seed) {
     result.Add(position[0], position[1], position[2], nx / length, ny / length, 1.0 / length);
   }
   return result;
+}
+
+SpatialIndex BuildIndex(const Cloud& cloud) {
+  IndexBuilder builder(cloud);
+  while (builder.block_count() > 0) {
+    // Backwards: the order of blocks must not matter.
+    for (size_t block = builder.block_count(); block-- > 0;) builder.RunBlock(block);
+    EXPECT_TRUE(builder.EndPhase().ok());
+  }
+  return builder.Take();
 }
 
 EstimationResult MustEstimate(Cloud cloud, const EstimatorOptions& options, int threads) {

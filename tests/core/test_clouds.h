@@ -8,6 +8,7 @@
 
 #include "core/cloud.h"
 #include "core/estimation_job.h"
+#include "core/spatial_index.h"
 
 namespace curvd::testing {
 
@@ -32,6 +33,9 @@ std::string LayoutName(Layout layout);
 
 // Points of a layout with random unit normals around +z.
 TestPoints RandomPoints(Layout layout, size_t points, uint64_t seed);
+
+// The index of a cloud.
+SpatialIndex BuildIndex(const Cloud& cloud);
 
 // Estimates with `threads` threads; fails the test on error.
 EstimationResult MustEstimate(Cloud cloud, const EstimatorOptions& options, int threads = 2);
