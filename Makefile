@@ -10,7 +10,7 @@ BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-
   protobuf-compiler-grpc libprotobuf-dev libabsl-dev libeigen3-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
   libspdlog-dev liblzf-dev libpng-dev
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libnanoflann-dev grpc-proto python3 python3-grpcio \
-  python3-protobuf python3-numpy python3-matplotlib curl ca-certificates prometheus procps
+  python3-protobuf python3-numpy python3-matplotlib python3-pil libcgal-dev curl ca-certificates prometheus procps
 CHECK_PACKAGES := clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)
@@ -73,6 +73,12 @@ bench: deps ## Run the benchmarks and rewrite docs/benchmarks.md (QUICK=1: small
 	@cmake --preset bench >/dev/null
 	@cmake --build --preset bench --parallel $(JOBS)
 	@bench/run.sh build/bench $(if $(QUICK),--quick) $(if $(FULL),--full)
+
+.PHONY: paper
+paper: deps ## Make the paper's figures and tables again in docs/paper/ (QUICK=1: small clouds, few neighbor counts)
+	@cmake --preset bench >/dev/null
+	@cmake --build --preset bench --parallel $(JOBS)
+	@bench/paper/run.sh build/bench $(if $(QUICK),--quick)
 
 .PHONY: format format-check
 format: ## Format the C++ sources

@@ -9,16 +9,26 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-void SearchGroupsKernel(const SpatialIndex& index, const EstimationPlan& plan, const PointCurvature* field,
-                        float* radii) {
+template <Wanted kWanted>
+HWY_INLINE void SearchGroups(const SpatialIndex& index, const EstimationPlan& plan, const PointCurvature* field,
+                             float* radii) {
   GroupScratch scratch;
   GroupScratch::Buffers& b = scratch.buffers();
   const auto unit = static_cast<float>(1.0 / plan.scale);
   for (size_t group = 0; group < index.group_count(); ++group) {
     const Box box = LoadGroup(index, group, field, b);
-    GroupSearch search(index, plan, box, b);
+    GroupSearch<kWanted> search(index, plan, box, b);
     for (size_t i = 0; i < b.size; ++i) radii[b.id[i]] = std::sqrt(search.Find(i)) * unit;
     b.reach_hint = search.largest_squared_radius();
+  }
+}
+
+void SearchGroupsKernel(const SpatialIndex& index, const EstimationPlan& plan, const PointCurvature* field,
+                        float* radii) {
+  if (plan.estimator == EstimatorKind::kHexagram) {
+    SearchGroups<Wanted::kNormalSum>(index, plan, field, radii);
+  } else {
+    SearchGroups<Wanted::kNeighbors>(index, plan, field, radii);
   }
 }
 
@@ -53,8 +63,9 @@ SpatialIndex BuildIndex(const Cloud& cloud) {
   return builder.Take();
 }
 
-void SearchByGroups(const SpatialIndex& index, uint32_t k, float* radii) {
+void SearchByGroups(const SpatialIndex& index, EstimatorKind estimator, uint32_t k, float* radii) {
   EstimatorOptions options;
+  options.estimator = estimator;
   options.neighborhood = NeighborCount{k};
   const EstimationPlan plan = EstimationPlan::Make(options, index);
   // Loading a group fetches its places in the field, which is not written here.

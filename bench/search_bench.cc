@@ -67,7 +67,10 @@ void Measure(const BenchCloud& cloud, uint32_t k, int rounds, Table& table) {
   const std::vector<double> positions(cloud.positions.begin(), cloud.positions.end());
   Radii radii;
   SideBySide comparison(absl::StrCat(cloud.name, " ", cloud.size(), " K=", k));
-  AddOurs(cloud, kGroups, k, SearchByGroups, radii, comparison);
+  const auto by_groups = [](const SpatialIndex& index, uint32_t count, float* out) {
+    SearchByGroups(index, EstimatorKind::kAvgHexagram, count, out);
+  };
+  AddOurs(cloud, kGroups, k, by_groups, radii, comparison);
   AddOurs(cloud, kDescent, k, SearchByDescent, radii, comparison);
   AddPeer(
       cloud, kCommon,

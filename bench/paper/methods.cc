@@ -1,0 +1,57 @@
+#include "bench/paper/methods.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+
+namespace curvd::bench {
+namespace {
+
+Method Plain(const std::string& name, EstimatorKind kind) {
+  Method method{.name = name, .options = {}};
+  method.options.estimator = kind;
+  return method;
+}
+
+Method AvgHexagram(uint32_t rotations) {
+  Method method = Plain(absl::StrCat("avg-hexagram R=", rotations), EstimatorKind::kAvgHexagram);
+  method.options.rotation_count = rotations;
+  return method;
+}
+
+Method Triangles(const std::string& name, EstimatorKind kind, uint32_t triangles) {
+  Method method = Plain(absl::StrCat(name, " L=", triangles), kind);
+  method.options.triangle_count = triangles;
+  return method;
+}
+
+Method Jet(uint32_t degree) {
+  Method method = Plain(absl::StrCat("jet degree ", degree), EstimatorKind::kJetFitting);
+  method.options.jet_degree = degree;
+  return method;
+}
+
+}  // namespace
+
+std::vector<Method> PaperMethods() {
+  std::vector<Method> methods;
+  for (uint32_t rotations = 1; rotations <= kMaxRotations; ++rotations) methods.push_back(AvgHexagram(rotations));
+  methods.push_back(Plain("hexagram", EstimatorKind::kHexagram));
+  for (uint32_t triangles : {10u, 50u, 100u, 200u}) {
+    methods.push_back(Triangles("uniform", EstimatorKind::kUniform, triangles));
+  }
+  methods.push_back(Triangles("independent", EstimatorKind::kIndependent, 100));
+  methods.push_back(Plain("delaunay", EstimatorKind::kDelaunay));
+  methods.push_back(Jet(2));
+  methods.push_back(Jet(4));
+  methods.push_back(Plain("aso", EstimatorKind::kAlgebraicShapeOperator));
+  std::erase_if(methods, [](const Method& method) { return !IsBuilt(method.options.estimator); });
+  return methods;
+}
+
+Method MethodNamed(const std::string& name) {
+  const std::vector<Method> methods = PaperMethods();
+  return *std::find_if(methods.begin(), methods.end(), [&](const Method& method) { return method.name == name; });
+}
+
+}  // namespace curvd::bench

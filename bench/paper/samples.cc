@@ -1,0 +1,155 @@
+#include "bench/paper/samples.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string_view>
+#include <variant>
+
+#include "absl/status/status.h"
+#include "client/io/oriented_cloud.h"
+#include "client/io/table_file.h"
+#include "client/surfaces/noise.h"
+#include "client/surfaces/random.h"
+
+namespace curvd::bench {
+namespace {
+
+using curv::Vec3;
+
+constexpr uint64_t kThinningStream = 101;
+
+void DieUnless(const absl::Status& status) {
+  if (status.ok()) return;
+  std::fprintf(stderr, "%s\n", status.ToString().c_str());
+  std::exit(1);
+}
+
+std::unique_ptr<curv::Surface> SurfaceNamed(const std::string& name) {
+  auto surface = curv::MakeSurface(name);
+  DieUnless(surface.status());
+  return *std::move(surface);
+}
+
+// Adds the position with the exact normal and curvature there.
+void AddExact(const curv::Surface& surface, const Vec3& position, Samples& samples) {
+  samples.positions.push_back(position);
+  samples.truth.push_back(surface.At(position));
+  samples.normals.push_back(samples.truth.back().normal);
+}
+
+// Where a ray enters the surface.
+std::optional<Vec3> FirstHit(const curv::Surface& surface, const Vec3& origin, const Vec3& direction, double length) {
+  constexpr int kSteps = 400;  // a twentieth of the smallest feature
+  constexpr int kBisections = 50;
+  const auto value_at = [&](double t) {
+    Vec3 gradient;
+    return surface.Evaluate(origin + t * direction, gradient);
+  };
+  for (int step = 1; step <= kSteps; ++step) {
+    double outside = length * (step - 1) / kSteps, inside = length * step / kSteps;
+    if (value_at(inside) > 0.0) continue;
+    for (int i = 0; i < kBisections; ++i) {
+      const double middle = 0.5 * (outside + inside);
+      (value_at(middle) > 0.0 ? outside : inside) = middle;
+    }
+    return origin + inside * direction;
+  }
+  return std::nullopt;
+}
+
+std::vector<float> Packed(const std::vector<Vec3>& vectors) {
+  std::vector<float> packed;
+  packed.reserve(3 * vectors.size());
+  for (const Vec3& v : vectors) {
+    for (int axis = 0; axis < 3; ++axis) packed.push_back(static_cast<float>(v[axis]));
+  }
+  return packed;
+}
+
+}  // namespace
+
+Samples SampleEvenly(const std::string& surface_name, size_t points, uint64_t seed) {
+  const auto surface = SurfaceNamed(surface_name);
+  const auto positions = curv::SampleEvenly(*surface, points, seed);
+  DieUnless(positions.status());
+  Samples samples{.surface = surface_name, .sampling = "even", .positions = {}, .normals = {}, .truth = {}};
+  for (const Vec3& position : *positions) AddExact(*surface, position, samples);
+  return samples;
+}
+
+Samples SampleThinned(const std::string& surface_name, size_t points, uint64_t seed) {
+  const auto surface = SurfaceNamed(surface_name);
+  const curv::CounterRandom random(seed, kThinningStream);
+  const Samples even = SampleEvenly(surface_name, points, seed);
+  Samples samples{.surface = surface_name, .sampling = "thinned", .positions = {}, .normals = {}, .truth = {}};
+  for (size_t i = 0; i < even.size(); ++i) {
+    const Vec3& p = even.positions[i];
+    const double along = (p.x + p.y) * (p.x + p.y), across = (p.x - p.y) * (p.x - p.y);
+    if (random.Uniform(i) * (along + across) < along + 0.1 * across) AddExact(*surface, p, samples);
+  }
+  return samples;
+}
+
+Samples SampleScanned(const std::string& surface_name) {
+  constexpr double kLinesPoints = 90.0;  // across the bounds
+  constexpr double kLineDistance = 2.5;  // over the distance along a line
+  constexpr double kLeastCosine = 0.25;  // between the ray and the normal
+  const auto surface = SurfaceNamed(surface_name);
+  const curv::Box box = surface->bounds();
+  const double width = box.high.x - box.low.x;
+  const Vec3 scanner{0.0, 0.0, box.high.z + width};
+  const double half_field = std::atan(0.5), column_step = 1.0 / kLinesPoints, row_step = kLineDistance * column_step;
+  Samples samples{.surface = surface_name, .sampling = "scanned", .positions = {}, .normals = {}, .truth = {}};
+  for (double row = -half_field; row <= half_field; row += row_step) {
+    for (double column = -half_field; column <= half_field; column += column_step) {
+      const Vec3 ray = curv::Normalized(Vec3{std::tan(column), std::tan(row), -1.0});
+      const std::optional<Vec3> hit = FirstHit(*surface, scanner, ray, 3.0 * width);
+      if (!hit.has_value() || -curv::Dot(ray, surface->At(*hit).normal) < kLeastCosine) continue;
+      AddExact(*surface, *hit, samples);
+    }
+  }
+  return samples;
+}
+
+std::optional<Samples> LoadSamples(const std::string& path, const std::string& surface_name,
+                                   const std::string& sampling) {
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  const auto surface = SurfaceNamed(surface_name);
+  const auto table = curv::LoadTable(path);
+  DieUnless(table.status());
+  const auto cloud = curv::ExtractCloud(*table);
+  DieUnless(cloud.status());
+  Samples samples{.surface = surface_name, .sampling = sampling, .positions = {}, .normals = {}, .truth = {}};
+  std::visit(
+      [&](const auto& packed) {
+        for (size_t i = 0; i + 2 < packed.positions.size(); i += 3) {
+          samples.positions.push_back({packed.positions[i], packed.positions[i + 1], packed.positions[i + 2]});
+          samples.normals.push_back({packed.normals[i], packed.normals[i + 1], packed.normals[i + 2]});
+          samples.truth.push_back(surface->At(surface->Project(samples.positions.back())));
+        }
+      },
+      *cloud);
+  return samples;
+}
+
+Samples Perturbed(const Samples& samples, double position_noise, double normal_noise, uint64_t seed) {
+  Samples perturbed = samples;
+  curv::AddPositionNoise(position_noise, seed, perturbed.positions);
+  if (normal_noise > 0.0) curv::AddNormalNoise(normal_noise, seed, perturbed.normals);
+  return perturbed;
+}
+
+Cloud ToCloud(const Samples& samples) {
+  const auto bytes = [](const std::vector<float>& values) {
+    return std::string_view(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+  };
+  const std::vector<float> positions = Packed(samples.positions), normals = Packed(samples.normals);
+  Cloud cloud;
+  DieUnless(cloud.Append(bytes(positions), bytes(normals)));
+  DieUnless(cloud.Finish());
+  return cloud;
+}
+
+}  // namespace curvd::bench

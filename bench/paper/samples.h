@@ -1,0 +1,46 @@
+// Samples of analytic surfaces with the exact curvature at each: even, thinned out, scanned, and the paper's own.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/surfaces/surface.h"
+#include "core/cloud.h"
+
+namespace curvd::bench {
+
+struct Samples {
+  std::string surface;
+  std::string sampling;  // "even", "thinned", "scanned", or the paper's: "paper", "filter", "lidar"
+  std::vector<curv::Vec3> positions;
+  std::vector<curv::Vec3> normals;           // unit, outward
+  std::vector<curv::SurfaceGeometry> truth;  // at the undisturbed positions
+
+  size_t size() const { return positions.size(); }
+};
+
+// All of these end the program on failure, and are functions of their arguments alone.
+
+// `points` points, evenly spread, as `curv generate` makes them.
+Samples SampleEvenly(const std::string& surface, size_t points, uint64_t seed);
+
+// Even samples of which each stays with a probability from 0.1 (along x = -y) to 1 (along x = y): about half of them.
+// The density varies as in the paper's "filter" clouds.
+Samples SampleThinned(const std::string& surface, size_t points, uint64_t seed);
+
+// What a scanner on the z axis sees: first hits of rays on a grid of angles, 2.5 times denser along a scan line than
+// across, with grazing rays left out. Open where the surface is hidden. As the paper's "lidar" clouds.
+Samples SampleScanned(const std::string& surface);
+
+// The points of a file, with the truth at the nearest position of the surface; nothing if the file does not exist.
+std::optional<Samples> LoadSamples(const std::string& path, const std::string& surface, const std::string& sampling);
+
+// The same samples under Gaussian noise on positions and normals (client/surfaces/noise.h). The truth stays.
+Samples Perturbed(const Samples& samples, double position_noise, double normal_noise, uint64_t seed);
+
+// As the core takes them: float32.
+Cloud ToCloud(const Samples& samples);
+
+}  // namespace curvd::bench

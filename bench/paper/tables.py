@@ -1,0 +1,177 @@
+#!/usr/bin/python3
+"""Writes the tables of docs/paper/README.md as CSV files: tables.py RESULTS PEERS_CSV
+
+RESULTS holds errors.csv and times.csv; it gets NAME.csv for each table. PEERS_CSV, where it exists, holds the errors of
+the peers on the paper's clouds."""
+import csv
+import pathlib
+import sys
+
+import results
+
+# Names in PEERS_CSV, with the largest ratio of errors that is accepted.
+PEERS = (("RefAvgHex", "avg-hexagram R=1", 1.03), ("RefAvgHex", "avg-hexagram R=2", 1.03),
+         ("RefHex", "hexagram", 1.15), ("RefU10", "uniform L=10", 1.03), ("RefU100", "uniform L=100", 1.03),
+         ("PoncaASO", "aso", 1.03), ("CGALJet2", "jet degree 2", 1.03), ("CGALJet4", "jet degree 4", 1.03))
+CONTENDERS = ("avg-hexagram R=1", "hexagram", "uniform L=100", "independent L=100", "delaunay", "jet degree 2",
+              "jet degree 4", "aso")
+SPEEDUP = 3.0  # over the peer, wanted
+
+
+def digits(value):
+    return f"{value:.0f}" if value >= 100 else f"{value:#.3g}"
+
+
+def name_of(method):
+    return results.STYLES[method][3]
+
+
+class Tables:
+    def __init__(self, folder):
+        self.folder = folder
+        self.targets = []
+
+    def write(self, name, header, rows):
+        with open(self.folder / f"{name}.csv", "w", newline="") as file:
+            csv.writer(file).writerows([header, *rows])
+
+    def target(self, what, wanted, measured, met):
+        self.targets.append([what, wanted, measured, "yes" if met else "**no**"])
+
+    def winners(self, errors):
+        """Who has the least mean error of H at each noise level and K."""
+        even = results.select(errors, sampling="even")
+        sizes = {row["N"] for row in even}
+        points = 25_000 if 25_000 in sizes else min(sizes)
+        for surface in results.SURFACES:
+            rows = results.select(even, surface=surface, N=points)
+            ks = sorted({row["K"] for row in rows})
+            table = []
+            for noise in sorted({(row["position_noise"], row["normal_noise"]) for row in rows}):
+                level = results.select(rows, position_noise=noise[0], normal_noise=noise[1])
+                cells = []
+                for k in ks:
+                    candidates = [row for row in results.select(level, K=k)
+                                  if row["method"] in CONTENDERS and row["failed"] < 0.01]
+                    best = min(candidates, key=lambda row: row["H_mae"])
+                    cells.append(f"{name_of(best['method'])} {best['H_mae']:.2g}")
+                table.append([f"{noise[0]:g} / {noise[1]:g}", *cells])
+            self.write(f"winners_{surface}", ["noise", *[f"K = {k}" for k in ks]], table)
+
+    def best_k(self, errors):
+        """The least mean error of H that each method reaches over K, by noise."""
+        even = results.select(errors, sampling="even")
+        sizes = {row["N"] for row in even}
+        points = 25_000 if 25_000 in sizes else min(sizes)
+        levels = sorted({row["position_noise"] for row in even})
+        table = []
+        for surface in results.SURFACES:
+            for method in [method for method in CONTENDERS if results.select(even, method=method)]:
+                cells = []
+                for level in levels:
+                    rows = [row for row in results.select(even, surface=surface, N=points, method=method,
+                                                          position_noise=level, normal_noise=level)
+                            if row["failed"] < 0.01]
+                    best = min(rows, key=lambda row: row["H_mae"])
+                    cells.append(f"{best['H_mae']:.2e} (K = {best['K']})")
+                table.append([surface, name_of(method), *cells])
+        self.write("best_k", ["surface", "estimator", *[f"noise {level:g} / {level:g}" for level in levels]], table)
+
+    def delaunay(self, errors):
+        ratios = {}
+        for row in results.select(errors, sampling="even", method="delaunay", position_noise=0, normal_noise=0):
+            other, = results.select(errors, sampling="even", method="avg-hexagram R=1", position_noise=0,
+                                    normal_noise=0, surface=row["surface"], N=row["N"], K=row["K"])
+            for quantity in "HG":
+                ratios.setdefault((row["surface"], quantity), {}).setdefault(row["K"], []).append(
+                    row[f"{quantity}_mae"] / other[f"{quantity}_mae"])
+        if not ratios:
+            return
+        ks = sorted(next(iter(ratios.values())))
+        self.write("delaunay", ["surface", "quantity", *[f"K = {k}" for k in ks]],
+                   [[*key, *[digits(results.geometric_mean(by_k[k])) for k in ks]] for key, by_k in ratios.items()])
+        for (surface, quantity), by_k in ratios.items():
+            small = [results.geometric_mean(by_k[k]) for k in ks if k <= 25]
+            self.target(f"Delaunay over avg-hexagram, error of {quantity}, {surface}, clean, K up to 25: worst K",
+                        "at most 1", digits(max(small)), max(small) <= 1.0)
+
+    def rotations(self, errors, times):
+        one = {tuple(row[name] for name in results.KEY[:-1]): row
+               for row in results.select(errors, method="avg-hexagram R=1")}
+        table = []
+        for r in (1, 2, 3, 4):
+            rows = results.select(errors, sampling="even", method=f"avg-hexagram R={r}")
+            ratio = lambda quantity: results.geometric_mean(
+                [row[f"{quantity}_mae"] / one[tuple(row[name] for name in results.KEY[:-1])][f"{quantity}_mae"]
+                 for row in rows])
+            cost = [results.select(times, method=f"avg-hexagram R={r}", K=k) for k in (50, 200)]
+            table.append([r, f"{ratio('H'):.3f}", f"{ratio('G'):.3f}",
+                          *[digits(row[0][column]) if row else "-" for row in cost
+                            for column in ("after_search_us", "total_us")]])
+        self.write("rotations", ["R", "error of H over R = 1", "error of G over R = 1", "after the search, K = 50",
+                                 "whole, K = 50", "after the search, K = 200", "whole, K = 200"], table)
+
+    def peers(self, errors, path):
+        """Our mean errors over the peers' on the paper's clouds."""
+        theirs = {}
+        for row in results.read(path) if path.exists() else []:
+            theirs[row["cloud"], row["N"], row["sig_eps"], row["sig_xi"], row["K"], row["method"]] = row
+        table = []
+        for peer, method, bound in PEERS:
+            ratios = {"H": [], "G": []}
+            for row in results.select(errors, sampling="paper", method=method):
+                other = theirs.get((row["surface"], row["N"], row["position_noise"], row["normal_noise"], row["K"], peer))
+                if other is not None:
+                    for quantity, values in ratios.items():
+                        values.append(row[f"{quantity}_mae"] / other[f"{quantity}_mae"])
+            if not ratios["H"]:
+                continue
+            worst = max(ratios["H"] + ratios["G"])
+            table.append([name_of(method), peer, len(ratios["H"]),
+                          *[f"{function(ratios[quantity]):.3f}" for quantity in "HG"
+                            for function in (results.geometric_mean, max)]])
+            if method != "avg-hexagram R=1":  # R = 2 is what users get
+                self.target(f"{name_of(method)}: mean error over {peer}'s, worst cloud, noise and K",
+                            f"at most {bound}", f"{worst:.3f}", worst <= bound)
+        if table:
+            self.write("peers", ["estimator", "peer", "cases", "H: mean ratio", "H: worst", "G: mean ratio", "G: worst"],
+                       table)
+
+    def times(self, times):
+        ks = sorted({row["K"] for row in times})
+        for name, column in (("times", "after_search_us"), ("whole_times", "total_us")):
+            self.write(name, ["estimator", *[f"K = {k}" for k in ks]],
+                       [[name_of(method), *[digits(row[column]) for row in results.select(times, method=method)]]
+                        for method in results.methods_of(times)])
+        speedups = []
+        for method in results.methods_of(times):
+            rows = [row for row in results.select(times, method=method) if row["peer"]]
+            if not rows:
+                continue
+            ratios = [row["peer_after_search_us"] / row["after_search_us"] for row in rows]
+            whole = [row["peer_total_us"] / row["total_us"] for row in rows]
+            speedups.append([name_of(method), rows[0]["peer"], *[digits(ratio) for ratio in ratios], digits(min(whole)),
+                             digits(max(rows, key=lambda row: row["K"])["H_mae"]),
+                             digits(max(rows, key=lambda row: row["K"])["peer_H_mae"])])
+            least = min(range(len(ks)), key=lambda i: ratios[i])
+            self.target(f"{name_of(method)}: times faster than its peer after the search, worst K",
+                        f"at least {SPEEDUP:g}", f"{digits(ratios[least])} (K = {ks[least]})", ratios[least] >= SPEEDUP)
+        self.write("speedups", ["estimator", "peer", *[f"K = {k}" for k in ks], "whole, worst K",
+                                f"error of H, K = {ks[-1]}", "the peer's"], speedups)
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1])
+    errors, times = results.average(results.read(folder / "errors.csv")), results.read(folder / "times.csv")
+    tables = Tables(folder)
+    tables.winners(errors)
+    tables.best_k(errors)
+    tables.peers(errors, pathlib.Path(sys.argv[2]))
+    tables.delaunay(errors)
+    tables.times(times)
+    tables.rotations(errors, times)
+    tables.write("targets_paper", ["target", "wanted", "measured", "met"], tables.targets)
+
+
+if __name__ == "__main__":
+    main()
