@@ -11,11 +11,13 @@
 #include "core/group_estimator.h"
 #include "core/index_builder.h"
 #include "core/spatial_index.h"
+#include "core/umbrella.h"
 
 namespace curvd {
 namespace {
 
 constexpr size_t kGroupsPerBlock = 16;  // about 1,000 points: under a millisecond at K = 50
+constexpr size_t kBlockPoints = kGroupsPerBlock * SpatialIndex::kGroupPoints;
 
 // The job as a chain of phases on the pool; each phase's end starts the next. Kept alive by the functions that the pool
 // holds.
@@ -89,23 +91,63 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     }
     if (index_.point_count() == 0) return FinishField();
     scratch_.resize(pool_.thread_count());
-    const size_t blocks = (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock;
-    pool_.Submit(
-        priority_, blocks,
-        [self = shared_from_this()](size_t block, int worker) { self->EstimateBlock(block, worker); },
-        [self = shared_from_this()] { self->EndEstimation(); });
+    options_.estimator == EstimatorKind::kDelaunay ? BuildRims() : EstimateBlocks();
   }
 
+  // Submits `run` for each block of groups, and `done` after them.
+  void SubmitBlocks(void (PhasedJob::*run)(size_t block, int worker), void (PhasedJob::*done)()) {
+    pool_.Submit(
+        priority_, (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock,
+        [self = shared_from_this(), run](size_t block, int worker) { ((*self).*run)(block, worker); },
+        [self = shared_from_this(), done] { ((*self).*done)(); });
+  }
+
+  size_t EndGroup(size_t block) const { return std::min((block + 1) * kGroupsPerBlock, index_.group_count()); }
+
+  void BuildRims() {
+    auto umbrellas = PageArray<Umbrella>::Create(index_.leaf_count() * SpatialIndex::kLeafSize);
+    if (!umbrellas.ok()) return Finish(umbrellas.status());
+    umbrellas_ = *std::move(umbrellas);
+    umbrella_plan_ = EstimationPlan::ForUmbrellas(index_);
+    plan_.umbrellas = umbrellas_.data();
+    cost_.peak_bytes += umbrellas_.bytes();
+    SubmitBlocks(&PhasedJob::BuildRimBlock, &PhasedJob::EndRims);
+  }
+
+  void BuildRimBlock(size_t block, int worker) {
+    for (size_t group = block * kGroupsPerBlock; group < EndGroup(block) && !cancelled_; ++group) {
+      BuildUmbrellas(index_, umbrella_plan_, group, scratch_[worker], umbrellas_.data());
+    }
+  }
+
+  void EndRims() {
+    if (cancelled_) return Finish(UmbrellasCancelled());
+    SubmitBlocks(&PhasedJob::CountOccurrenceBlock, &PhasedJob::EndUmbrellas);
+  }
+
+  void CountOccurrenceBlock(size_t block, int) {
+    if (cancelled_) return;
+    const size_t last = std::min(EndGroup(block) * SpatialIndex::kGroupPoints, index_.point_count());
+    for (size_t slot = block * kBlockPoints; slot < last; ++slot) CountOccurrences(umbrellas_.data(), slot);
+  }
+
+  void EndUmbrellas() {
+    if (cancelled_) return Finish(UmbrellasCancelled());
+    cost_.umbrella_seconds = SecondsSinceStart() - cost_.queue_seconds - cost_.index_seconds;
+    EstimateBlocks();
+  }
+
+  static absl::Status UmbrellasCancelled() { return absl::CancelledError("cancelled while umbrellas were built"); }
+
+  void EstimateBlocks() { SubmitBlocks(&PhasedJob::EstimateBlock, &PhasedJob::EndEstimation); }
+
   void EstimateBlock(size_t block, int worker) {
-    const size_t first = block * kGroupsPerBlock;
-    const size_t last = std::min(first + kGroupsPerBlock, index_.group_count());
-    for (size_t group = first; group < last; ++group) {
+    for (size_t group = block * kGroupsPerBlock; group < EndGroup(block); ++group) {
       if (cancelled_ || oversized_point_ >= 0) return;
       const OversizedNeighborhood oversized =
           EstimateGroup(index_, plan_, group, scratch_[worker], field_.points.data());
       if (oversized.point_id >= 0) oversized_point_ = oversized.point_id;
     }
-    constexpr size_t kBlockPoints = kGroupsPerBlock * SpatialIndex::kGroupPoints;
     estimated_ += std::min(kBlockPoints, index_.point_count() - block * kBlockPoints);
   }
 
@@ -143,8 +185,9 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
         field_.status_counts[status] += scratch.status_counts()[status];
       }
     }
-    cost_.estimate_seconds = SecondsSinceStart() - cost_.queue_seconds - cost_.index_seconds;
+    cost_.estimate_seconds = SecondsSinceStart() - cost_.queue_seconds - cost_.index_seconds - cost_.umbrella_seconds;
     index_ = SpatialIndex();
+    umbrellas_ = PageArray<Umbrella>();
     Finish(EstimationResult{std::move(field_), cost_});
   }
 
@@ -170,6 +213,8 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   std::optional<IndexBuilder> builder_;
   SpatialIndex index_;
   EstimationPlan plan_{};
+  EstimationPlan umbrella_plan_{};
+  PageArray<Umbrella> umbrellas_;      // Delaunay only
   std::vector<GroupScratch> scratch_;  // one a worker
   CurvatureField field_;
   JobCost cost_;

@@ -10,6 +10,7 @@
 #include "core/cloud.h"
 #include "core/curvature_field.h"
 #include "core/options.h"
+#include "core/umbrella.h"
 #include "core/worker_pool.h"
 
 namespace curvd {
@@ -26,8 +27,9 @@ struct JobProgress {
 struct JobCost {
   double queue_seconds = 0.0;  // from Start to the first work block
   double index_seconds = 0.0;
+  double umbrella_seconds = 0.0;  // Delaunay only
   double estimate_seconds = 0.0;
-  size_t peak_bytes = 0;  // cloud, index and field together
+  size_t peak_bytes = 0;  // cloud, index, umbrellas and field together
 };
 
 struct EstimationResult {
@@ -36,7 +38,9 @@ struct EstimationResult {
 };
 
 // Bytes that estimating one point needs at the peak, cloud and field included: what admission should reserve.
-inline constexpr size_t kEstimationBytesPerPoint = 96;
+constexpr size_t EstimationBytesPerPoint(EstimatorKind estimator) {
+  return 96 + (estimator == EstimatorKind::kDelaunay ? sizeof(Umbrella) : 0);
+}
 
 // Thread-safe.
 class EstimationJob {

@@ -3,6 +3,7 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
 #include "core/kernels/group-inl.h"
+#include "core/kernels/umbrella-inl.h"
 #include "hwy/highway.h"
 
 #if HWY_ONCE
@@ -17,6 +18,7 @@
 namespace curvd {
 
 HWY_EXPORT(EstimateGroupKernel);
+HWY_EXPORT(BuildUmbrellasKernel);
 
 GroupScratch::GroupScratch() : buffers_(std::make_unique<Buffers>()) {}
 GroupScratch::~GroupScratch() = default;
@@ -43,6 +45,7 @@ EstimationPlan EstimationPlan::Make(const EstimatorOptions& options, const Spati
   }
   plan.triangle_count = options.triangle_count;
   plan.seed = options.seed;
+  plan.falloff = options.even_weights ? 0.0f : 1.0f;
   plan.scale = std::ldexp(1.0, index.scale_exponent());
   plan.half_scale = std::ldexp(1.0f, index.scale_exponent() / 2);
   plan.other_half_scale = std::ldexp(1.0f, index.scale_exponent() - index.scale_exponent() / 2);
@@ -61,6 +64,17 @@ EstimationPlan EstimationPlan::Make(const EstimatorOptions& options, const Spati
   }
   if (hexagram) plan.rho_factor *= kHexagramFactor;
   return plan;
+}
+
+EstimationPlan EstimationPlan::ForUmbrellas(const SpatialIndex& index) {
+  EstimationPlan plan{};
+  plan.searched_count = std::min<size_t>(kUmbrellaNeighbors + 1, index.point_count());
+  return plan;
+}
+
+void BuildUmbrellas(const SpatialIndex& index, const EstimationPlan& plan, size_t group, GroupScratch& scratch,
+                    Umbrella* umbrellas) {
+  HWY_DYNAMIC_DISPATCH(BuildUmbrellasKernel)(index, plan, group, scratch, umbrellas);
 }
 
 OversizedNeighborhood EstimateGroup(const SpatialIndex& index, const EstimationPlan& plan, size_t group,

@@ -9,6 +9,7 @@
 #include "core/curvature_field.h"
 #include "core/options.h"
 #include "core/spatial_index.h"
+#include "core/umbrella.h"
 
 namespace curvd {
 
@@ -29,12 +30,17 @@ struct EstimationPlan {
   float sine[kMaxRotations];
   uint32_t triangle_count;
   uint64_t seed;
-  double scale;      // the caller's length unit in index units: a power of two
-  float half_scale;  // times other_half_scale: scale
+  const Umbrella* umbrellas;  // Delaunay: of all points, by slot, occurrences counted
+  float falloff;              // Delaunay: weight that a corner loses from the point to the neighborhood's rim
+  double scale;               // the caller's length unit in index units: a power of two
+  float half_scale;           // times other_half_scale: scale
   float other_half_scale;
 
+  // `umbrellas` is left for the caller to set.
   // REQUIRES: options.Validate() is OK.
   static EstimationPlan Make(const EstimatorOptions& options, const SpatialIndex& index);
+  // For BuildUmbrellas.
+  static EstimationPlan ForUmbrellas(const SpatialIndex& index);
 };
 
 // A radius neighborhood larger than the plan allows.
@@ -58,6 +64,11 @@ class GroupScratch {
  private:
   std::unique_ptr<Buffers> buffers_;
 };
+
+// Sets the rims of the umbrellas of group `group`; `umbrellas` holds those of the whole cloud, by slot.
+// Thread-safe for distinct scratch and groups.
+void BuildUmbrellas(const SpatialIndex& index, const EstimationPlan& plan, size_t group, GroupScratch& scratch,
+                    Umbrella* umbrellas);
 
 // Writes out[id] for each point of group `group`; `out` is the field of the whole cloud. Stops at the first
 // neighborhood above plan.max_neighbor_count.

@@ -10,6 +10,7 @@ void LeafList::Reserve(size_t size) {
 }
 
 void LeafList::Pad() {
+  ++generation_;
   for (size_t i = size_; i < padded_size(); ++i) {
     for (auto& bound : bounds_) bound[i] = std::numeric_limits<float>::infinity();
   }

@@ -42,6 +42,8 @@ class LeafList {
   void set_size(size_t size) { size_ = size; }
 
   size_t size() const { return size_; }
+  // Changes with each Gather, so that what was made from a list can be told from what was made from its successor.
+  uint64_t generation() const { return generation_; }
   size_t padded_size() const { return (size_ + kPad - 1) / kPad * kPad; }
   uint32_t leaf(size_t i) const { return leaves_[i]; }
   const uint32_t* leaves() const { return leaves_.data(); }
@@ -50,6 +52,7 @@ class LeafList {
 
  private:
   size_t size_ = 0;
+  uint64_t generation_ = 0;
   ScratchArray<uint32_t> leaves_;
   ScratchArray<float> bounds_[6];
 };

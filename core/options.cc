@@ -24,7 +24,7 @@ absl::Status EstimatorOptions::Validate() const {
   if (!IsBuilt(estimator)) {
     return absl::InvalidArgumentError(
         absl::StrFormat("estimator is %u; it must be at most %u: the others are not built yet",
-                        static_cast<uint32_t>(estimator), static_cast<uint32_t>(EstimatorKind::kIndependent)));
+                        static_cast<uint32_t>(estimator), static_cast<uint32_t>(EstimatorKind::kDelaunay)));
   }
   absl::Status status;
   if (const auto* count = std::get_if<NeighborCount>(&neighborhood)) {

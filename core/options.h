@@ -21,7 +21,7 @@ enum class EstimatorKind : uint8_t {
 };
 
 // Whether this build can estimate with it.
-constexpr bool IsBuilt(EstimatorKind kind) { return kind <= EstimatorKind::kIndependent; }
+constexpr bool IsBuilt(EstimatorKind kind) { return kind <= EstimatorKind::kDelaunay; }
 
 // The K nearest points, the point itself included; equal distances go to the lower index.
 struct NeighborCount {
@@ -50,6 +50,8 @@ struct EstimatorOptions {
   // accurate where positions are exact, 2 where they are noisy.
   uint32_t jet_degree = 2;             // DEFAULT: 2; in [kMinJetDegree, kMaxJetDegree]
   double average_normal_weight = 0.5;  // DEFAULT: 0.5; in [0, 1]
+  // Delaunay only: all triangles count alike, as in the paper, instead of less the farther they lie from the point.
+  bool even_weights = false;  // DEFAULT: false
   // Most points that one neighborhood may hold: bounds NeighborCount, and the size that a radius neighborhood may reach
   // before the whole estimate fails with RESOURCE_EXHAUSTED.
   uint32_t max_neighbor_count = 10'000;  // DEFAULT: 10,000

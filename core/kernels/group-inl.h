@@ -16,6 +16,7 @@
 #include "core/kernels/neighborhood-inl.h"
 #include "core/kernels/principal-inl.h"
 #include "core/kernels/random_triangles-inl.h"
+#include "core/kernels/umbrella_triangles-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -26,9 +27,8 @@ namespace HWY_NAMESPACE {
 // normals of a neighborhood spread over a half sphere still average to 0.5.
 inline constexpr float kMinMeanNormal = 0.1f;
 
-// Loads the points of a group; returns their box. Their places in the field are fetched meanwhile.
-HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, const PointCurvature* field,
-                         GroupScratch::Buffers& b) {
+// Loads the points of a group; returns their box.
+HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, GroupScratch::Buffers& b) {
   b.size = 0;
   const size_t first = group * SpatialIndex::kGroupLeaves;
   const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index.leaf_count());
@@ -48,7 +48,6 @@ HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, const PointCur
       b.query.Set(b.size, position);
       b.normal.Set(b.size, normal);
       b.id[b.size++] = points.id[i];
-      __builtin_prefetch(&field[points.id[i]], 1);  // the field is in another order; it is written when all are done
     }
   }
   return box;
@@ -70,6 +69,9 @@ class GroupSearch {
 
   // Sets the neighbors of point i; returns their largest squared distance.
   HWY_INLINE float Find(size_t i) { return plan_.by_radius ? FindInRadius(i) : FindNearestPoints(i); }
+
+  // The leaves that were searched last.
+  const LeafList& leaves() const { return listed_ ? b_.leaves : b_.own_leaves; }
 
   // The largest neighborhood of the group, from which the next group starts.
   float largest_squared_radius() const { return largest_; }
@@ -198,8 +200,8 @@ HWY_INLINE void FillPoint(GroupScratch::Buffers& b, size_t i) {
   m.area[i] = m.mean[i] = m.gaussian[i] = m.tensor_uu[i] = m.tensor_uv[i] = m.tensor_vv[i] = 0.0f;
 }
 
-// Searches the neighborhood of each point of the group, and calls `estimate(i)` for those that have one. Stops at
-// the first that is too large.
+// Searches the neighborhood of each point of the group, and calls `estimate(i, leaves)`, with the leaves that were
+// searched, for those that have one. Stops at the first that is too large.
 template <Wanted kWanted, typename Estimate>
 HWY_INLINE OversizedNeighborhood ForEachNeighborhood(const SpatialIndex& index, const EstimationPlan& plan,
                                                      const Box& box, GroupScratch::Buffers& b, Estimate estimate) {
@@ -209,7 +211,7 @@ HWY_INLINE OversizedNeighborhood ForEachNeighborhood(const SpatialIndex& index, 
     if (b.neighbors.count > plan.max_neighbor_count) return {b.id[i]};
     b.status[i] = PreparePoint(plan, squared_radius, b, i);
     if (b.status[i] == PointStatus::kOk) {
-      estimate(i);
+      estimate(i, search.leaves());
     } else {
       FillPoint(b, i);
     }
@@ -221,14 +223,19 @@ HWY_INLINE OversizedNeighborhood ForEachNeighborhood(const SpatialIndex& index, 
 OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
                                           GroupScratch& scratch, PointCurvature* out) {
   GroupScratch::Buffers& b = scratch.buffers();
-  const Box box = LoadGroup(index, group, out, b);
+  const Box box = LoadGroup(index, group, b);
+  // The field is in another order; it is written when all are done.
+  for (size_t i = 0; i < b.size; ++i) __builtin_prefetch(&out[b.id[i]], 1);
   for (size_t i = b.size; i < SpatialIndex::kGroupPoints; ++i) FillPoint(b, i);
   OversizedNeighborhood oversized;
   if (plan.estimator == EstimatorKind::kHexagram) {
-    oversized = ForEachNeighborhood<Wanted::kNormalSum>(index, plan, box, b, [](size_t) {});
+    oversized = ForEachNeighborhood<Wanted::kNormalSum>(index, plan, box, b, [](size_t, const LeafList&) {});
     if (oversized.point_id < 0) CornerSearch(index, group, b).SetCorners();
+  } else if (plan.estimator == EstimatorKind::kDelaunay) {
+    oversized = ForEachNeighborhood<Wanted::kNormalSum>(
+        index, plan, box, b, [&](size_t i, const LeafList& leaves) { MeasureUmbrellas(index, plan, leaves, b, i); });
   } else {
-    oversized = ForEachNeighborhood<Wanted::kNeighbors>(index, plan, box, b, [&](size_t i) {
+    oversized = ForEachNeighborhood<Wanted::kNeighbors>(index, plan, box, b, [&](size_t i, const LeafList&) {
       if (plan.estimator == EstimatorKind::kAvgHexagram) {
         SumHexagrams(plan, b, i);
       } else if (plan.estimator == EstimatorKind::kUniform) {

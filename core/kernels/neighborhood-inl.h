@@ -252,6 +252,8 @@ HWY_INLINE float CollectOrSum(const SpatialIndex& index, const float* query, con
 template <Wanted kWanted>
 HWY_INLINE float Collect(const SpatialIndex& index, const float* query, const Cutoff& cutoff, size_t count,
                          size_t near_count, GroupScratch::Buffers& b) {
+  b.near_count = near_count;
+  b.last_rank = {cutoff.limit, cutoff.last_id};
   return cutoff.splits_ties() ? CollectOrSum<kWanted, true>(index, query, cutoff, count, near_count, b)
                               : CollectOrSum<kWanted, false>(index, query, cutoff, count, near_count, b);
 }

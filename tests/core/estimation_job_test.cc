@@ -29,7 +29,7 @@ EstimatorOptions WithEstimator(EstimatorKind estimator) {
 }
 
 constexpr EstimatorKind kEstimators[] = {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform,
-                                         EstimatorKind::kIndependent};
+                                         EstimatorKind::kIndependent, EstimatorKind::kDelaunay};
 
 uint64_t CountOf(const EstimationResult& result, PointStatus status) {
   return result.field.status_counts[static_cast<size_t>(status)];
@@ -66,7 +66,7 @@ TEST(EstimationJobTest, SeedChangesOnlyRandomStrategies) {
     const EstimationResult first = MustEstimate(points.ToCloud(), options);
     options.seed = 1;
     const bool same = SameBytes(first.field, MustEstimate(points.ToCloud(), options).field);
-    EXPECT_EQ(same, estimator == EstimatorKind::kAvgHexagram || estimator == EstimatorKind::kHexagram);
+    EXPECT_EQ(same, estimator != EstimatorKind::kUniform && estimator != EstimatorKind::kIndependent);
   }
 }
 
@@ -187,8 +187,10 @@ TEST(EstimationJobTest, RejectsOptionsOutOfRange) {
 }
 
 TEST(EstimationJobTest, PeakStaysBelowThePromise) {
-  const EstimationResult result = MustEstimate(Sphere(500'000, 1.0).ToCloud(), {});
-  EXPECT_LE(result.cost.peak_bytes, 500'000 * kEstimationBytesPerPoint);
+  for (EstimatorKind estimator : {EstimatorKind::kAvgHexagram, EstimatorKind::kDelaunay}) {
+    const EstimationResult result = MustEstimate(Sphere(500'000, 1.0).ToCloud(), WithEstimator(estimator));
+    EXPECT_LE(result.cost.peak_bytes, 500'000 * EstimationBytesPerPoint(estimator));
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "hwy/highway.h"
+#include "tests/core/expect_curvature.h"
 #include "tests/core/instruction_sets.h"
 #include "tests/core/reference_estimator.h"
 #include "tests/core/test_clouds.h"
@@ -47,8 +48,6 @@ TEST_P(KernelTest, RadiusIsThatOfTheKthNeighborOnEveryLayout) {
   }
 }
 
-// Curvatures agree to 1e-5 of the larger principal curvature, or where the surface is flat, of a hundredth of the
-// neighborhood's own curvature 1 / radius: the rounding of float normals, 6e-8, is 6e-8 / radius in curvature.
 void ExpectNearReference(const TestPoints& points, const EstimatorOptions& options, size_t step) {
   const EstimationResult result = MustEstimate(points.ToCloud(), options);
   size_t compared = 0;
@@ -56,14 +55,8 @@ void ExpectNearReference(const TestPoints& points, const EstimatorOptions& optio
     const PointCurvature& point = result.field.points[i];
     const ReferenceCurvature reference = ReferenceEstimate(points, i, options);
     if (point.status != PointStatus::kOk || !reference.estimated || reference.margin < 1e-5) continue;
-    const double scale = std::max({std::abs(reference.k1), std::abs(reference.k2), 1e-2 / reference.radius});
-    EXPECT_NEAR(point.mean, reference.mean, 1e-5 * scale) << "point " << i;
-    // Gaussian curvature has a measure of its own, so k1 and k2 may be small where it is not.
-    const double square =
-        std::max({scale * scale, std::abs(reference.gaussian), 1e-2 / (reference.radius * reference.radius)});
-    EXPECT_NEAR(point.gaussian, reference.gaussian, 1e-5 * square) << "point " << i;
-    EXPECT_NEAR(point.k1, reference.k1, 1e-5 * scale) << "point " << i;
-    EXPECT_NEAR(point.k2, reference.k2, 1e-5 * scale) << "point " << i;
+    SCOPED_TRACE(i);
+    ExpectNear(point, reference);
     ++compared;
   }
   EXPECT_GT(compared, points.size() / step / 2);
@@ -100,8 +93,8 @@ TEST_P(KernelTest, RadiusNeighborhoodsMatchTheDoubleOracle) {
 }
 
 TEST_P(KernelTest, InstructionSetsAgreeToFloatRounding) {
-  for (EstimatorKind estimator :
-       {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform, EstimatorKind::kIndependent}) {
+  for (EstimatorKind estimator : {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform,
+                                  EstimatorKind::kIndependent, EstimatorKind::kDelaunay}) {
     EstimatorOptions options;
     options.estimator = estimator;
     const TestPoints points = Sphere(3000, 2.0);

@@ -12,53 +12,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d ToVector(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
-
-struct Corner {
-  Vector3d position;
-  Vector3d normal;
-};
-
-struct Measures {
-  double area = 0, mean = 0, gaussian = 0;
-  Eigen::Matrix2d tensor = Eigen::Matrix2d::Zero();
-};
-
-// Lachaud et al. 2023, Property 1, with 1/4 in the mean measure.
-void AddTriangle(const Corner& a, const Corner& b, const Corner& c, const Vector3d axes[2], Measures& sum) {
-  const Vector3d w = (a.normal + b.normal + c.normal) / 3.0;
-  const Vector3d e1 = b.position - a.position, e2 = c.position - a.position;
-  const double area = 0.5 * w.dot(e1.cross(e2));
-  const double turn = area < 0 ? -1.0 : 1.0;
-  sum.area += turn * area;
-  sum.mean += turn * 0.25 *
-              w.dot((c.normal - b.normal).cross(a.position) + (a.normal - c.normal).cross(b.position) +
-                    (b.normal - a.normal).cross(c.position));
-  sum.gaussian += turn * 0.5 * a.normal.dot(b.normal.cross(c.normal));
-  for (int x = 0; x < 2; ++x) {
-    for (int y = 0; y < 2; ++y) {
-      sum.tensor(x, y) += turn * 0.5 *
-                          w.dot(axes[y].dot(b.normal - a.normal) * axes[x].cross(e2) -
-                                axes[y].dot(c.normal - a.normal) * axes[x].cross(e1));
-    }
-  }
-}
-
-// The figure's tangent axes for a unit normal.
-void TangentAxes(const Vector3d& n, Vector3d axes[2]) {
-  int largest = 0;
-  for (int axis = 1; axis < 3; ++axis) {
-    if (std::abs(n[axis]) > std::abs(n[largest])) largest = axis;
-  }
-  axes[0] = n.cross(Vector3d::Unit((largest + 1) % 3)).normalized();
-  axes[1] = n.cross(axes[0]);
-}
-
 // Averages over the six sectors around targets at angle + s * 60 degrees; lowers `margin` to the angular distance of
 // the nearest neighbor to a sector's bound.
-std::array<Corner, 6> SectorAverages(const TestPoints& points, size_t i, const std::vector<int>& ids,
-                                     const Vector3d axes[2], double angle, double& margin) {
-  std::array<Corner, 6> corners;
+std::array<ReferenceCorner, 6> SectorAverages(const TestPoints& points, size_t i, const std::vector<int>& ids,
+                                              const Vector3d axes[2], double angle, double& margin) {
+  std::array<ReferenceCorner, 6> corners;
   std::array<int, 6> counts{};
   corners.fill({Vector3d::Zero(), Vector3d::Zero()});
   const Vector3d query = ToVector(points.positions[i]);
@@ -84,9 +42,9 @@ std::array<Corner, 6> SectorAverages(const TestPoints& points, size_t i, const s
   return corners;
 }
 
-std::array<Corner, 6> NearestToTargets(const TestPoints& points, size_t i, const Vector3d axes[2], double rho,
-                                       double& margin) {
-  std::array<Corner, 6> corners;
+std::array<ReferenceCorner, 6> NearestToTargets(const TestPoints& points, size_t i, const Vector3d axes[2], double rho,
+                                                double& margin) {
+  std::array<ReferenceCorner, 6> corners;
   const Vector3d query = ToVector(points.positions[i]);
   for (int s = 0; s < 6; ++s) {
     const double angle = s * std::numbers::pi / 3.0;
@@ -166,23 +124,17 @@ ReferenceCurvature ReferenceEstimate(const TestPoints& points, size_t i, const E
   Vector3d axes[2];
   TangentAxes(n, axes);
 
-  Measures sum;
+  ReferenceMeasures sum;
   const uint32_t rotations = hexagram ? 1 : options.rotation_count;
   for (uint32_t r = 0; r < rotations; ++r) {
     const double angle = std::numbers::pi / 3.0 * r / rotations;
     const auto corners = hexagram ? NearestToTargets(points, i, axes, result.radius * 2.0 / 3.0, result.margin)
                                   : SectorAverages(points, i, ids, axes, angle, result.margin);
-    AddTriangle(corners[0], corners[2], corners[4], axes, sum);
-    AddTriangle(corners[1], corners[3], corners[5], axes, sum);
+    sum.AddTriangle(corners[0], corners[2], corners[4], axes);
+    sum.AddTriangle(corners[1], corners[3], corners[5], axes);
   }
   result.estimated = sum.area > 1e-4 * result.radius * result.radius;
-  result.mean = sum.mean / sum.area;
-  result.gaussian = sum.gaussian / sum.area;
-  const Eigen::Matrix2d tensor = 0.5 / sum.area * (sum.tensor + sum.tensor.transpose());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(tensor, Eigen::EigenvaluesOnly);
-  const double half_difference = 0.5 * (solver.eigenvalues()[1] - solver.eigenvalues()[0]);
-  result.k1 = result.mean - half_difference;
-  result.k2 = result.mean + half_difference;
+  sum.ToCurvature(result);
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/options.h"
+#include "tests/core/reference_measures.h"
 #include "tests/core/test_clouds.h"
 
 namespace curvd::testing {
@@ -14,14 +15,6 @@ namespace curvd::testing {
 std::vector<int> NearestIds(const TestPoints& points, size_t i, size_t k);
 // Ids of the points at distance <= radius of point i.
 std::vector<int> IdsWithin(const TestPoints& points, size_t i, double radius);
-
-struct ReferenceCurvature {
-  bool estimated = false;
-  double mean = 0, gaussian = 0, k1 = 0, k2 = 0;
-  double radius = 0;
-  // How near the neighbor set and the sectors are to a tie that rounding may decide either way, relative.
-  double margin = 0;
-};
 
 // Avg-hexagram with options.rotation_count, or hexagram.
 ReferenceCurvature ReferenceEstimate(const TestPoints& points, size_t i, const EstimatorOptions& options);

@@ -1,0 +1,35 @@
+// The local Delaunay umbrella of a point (Sharp, Crane: A Laplacian for Nonmanifold Triangle Meshes, SGP 2020): the
+// triangles at the point in the Delaunay triangulation of its nearest neighbors, projected to its tangent plane.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace curvd {
+
+// Neighbors that an umbrella is made from, the point itself not counted.
+inline constexpr int kUmbrellaNeighbors = 30;
+
+// One cache line. Points are named by their slot: leaf * SpatialIndex::kLeafSize + place in the leaf.
+struct alignas(64) Umbrella {
+  static constexpr int kMaxRim = 15;
+  static constexpr int kMaxTriangles = kMaxRim - 1;
+  static constexpr int32_t kNone = -1;
+
+  // The outer corners, counterclockwise seen against the point's normal; each two in a row make a triangle with the
+  // point. One that goes all around ends with the corner that it starts with; one with a gap starts behind it. The rest
+  // is kNone. Of more than kMaxTriangles triangles those are kept that follow the nearest neighbor.
+  int32_t rim[kMaxRim];
+  // Two bits a triangle, from the lowest: in how many umbrellas it occurs (1 to 3) if this one's point has the lowest
+  // slot of those, else 0. So that a walk over all umbrellas meets each distinct triangle once.
+  uint32_t occurrences;
+
+  int Occurrences(int triangle) const { return static_cast<int>(occurrences >> (2 * triangle) & 3); }
+};
+static_assert(sizeof(Umbrella) == 64);
+
+// Sets the occurrences of the triangles of the umbrella at `slot`. The rims of all umbrellas must be complete.
+// Thread-safe for distinct slots.
+void CountOccurrences(Umbrella* umbrellas, size_t slot);
+
+}  // namespace curvd
