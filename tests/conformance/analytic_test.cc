@@ -17,7 +17,7 @@ using curvd::PointCurvature;
 using curvd::PointStatus;
 
 constexpr EstimatorKind kEstimators[] = {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform,
-                                         EstimatorKind::kIndependent};
+                                         EstimatorKind::kIndependent, EstimatorKind::kDelaunay};
 
 struct Samples {
   std::vector<Vec3> positions;
@@ -115,7 +115,8 @@ TEST(AnalyticTest, SignsAndOrderFollowTheConventions) {
 TEST(AnalyticTest, DirectionsFollowCylinderAndSaddle) {
   for (const char* name : {"cylinder", "saddle"}) {
     const Samples samples = Sample(name, 20'000);
-    for (EstimatorKind estimator : {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform}) {
+    for (EstimatorKind estimator :
+         {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform, EstimatorKind::kDelaunay}) {
       const std::vector<PointCurvature> points = Estimate(samples, With(estimator));
       std::vector<double> angles;
       for (size_t i = 0; i < points.size(); ++i) {
@@ -143,7 +144,7 @@ TEST(AnalyticTest, ErrorFallsWithTheSquareOfTheSpacing) {
 
 TEST(AnalyticTest, ScalesRotationsAndShiftsChangeNothingElse) {
   const Samples samples = Sample("goursat", 10'000);
-  for (EstimatorKind estimator : {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram}) {
+  for (EstimatorKind estimator : {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kDelaunay}) {
     const std::vector<PointCurvature> original = Estimate(samples, With(estimator));
     for (const Transform& transform : {Transform{.scale = 1e-6}, Transform{.scale = 1e6}, Transform{.shift = 5e6},
                                        Transform{.scale = 1e-3, .shift = 5e3}}) {
@@ -176,6 +177,33 @@ TEST(AnalyticTest, RotationMovesEstimatesLessThanTheirError) {
     error += std::abs(original[i].mean - samples.truth[i].mean);
   }
   EXPECT_LT(moved, error);
+}
+
+TEST(AnalyticTest, RotationDoesNotMoveDelaunayEstimates) {
+  // They depend on no axes, so what remains is rounding, and the few neighbors that it moves across a bound.
+  const Samples samples = Sample("goursat", 10'000);
+  const std::vector<PointCurvature> original = Estimate(samples, With(EstimatorKind::kDelaunay));
+  const std::vector<PointCurvature> turned = Estimate(samples, With(EstimatorKind::kDelaunay), Transform{.angle = 1.0});
+  std::vector<double> moved;
+  for (size_t i = 0; i < original.size(); ++i) moved.push_back(std::abs(turned[i].mean - original[i].mean));
+  EXPECT_LT(MedianOf(moved), 2e-6);
+}
+
+TEST(AnalyticTest, DelaunayIsAtLeastAsAccurateAsAvgHexagramAtSmallCounts) {
+  // Lachaud et al. 2023, Figure 4, clean data.
+  for (const char* name : {"goursat", "torus"}) {
+    const Samples samples = Sample(name, 25'000);
+    for (uint32_t k : {10u, 15u, 25u}) {
+      double delaunay = 0.0, hexagram = 0.0;
+      const std::vector<PointCurvature> a = Estimate(samples, With(EstimatorKind::kDelaunay, k));
+      const std::vector<PointCurvature> b = Estimate(samples, With(EstimatorKind::kAvgHexagram, k));
+      for (size_t i = 0; i < a.size(); ++i) {
+        delaunay += std::abs(a[i].mean - samples.truth[i].mean);
+        hexagram += std::abs(b[i].mean - samples.truth[i].mean);
+      }
+      EXPECT_LE(delaunay, hexagram) << name << " K = " << k;
+    }
+  }
 }
 
 TEST(AnalyticTest, FlippingAllNormalsFlipsTheSigns) {
