@@ -10,25 +10,23 @@ namespace curvd {
 namespace HWY_NAMESPACE {
 
 template <Wanted kWanted>
-HWY_INLINE void SearchGroups(const SpatialIndex& index, const EstimationPlan& plan, const PointCurvature* field,
-                             float* radii) {
+HWY_INLINE void SearchGroups(const SpatialIndex& index, const EstimationPlan& plan, float* radii) {
   GroupScratch scratch;
   GroupScratch::Buffers& b = scratch.buffers();
   const auto unit = static_cast<float>(1.0 / plan.scale);
   for (size_t group = 0; group < index.group_count(); ++group) {
-    const Box box = LoadGroup(index, group, field, b);
+    const Box box = LoadGroup(index, group, b);
     GroupSearch<kWanted> search(index, plan, box, b);
     for (size_t i = 0; i < b.size; ++i) radii[b.id[i]] = std::sqrt(search.Find(i)) * unit;
     b.reach_hint = search.largest_squared_radius();
   }
 }
 
-void SearchGroupsKernel(const SpatialIndex& index, const EstimationPlan& plan, const PointCurvature* field,
-                        float* radii) {
+void SearchGroupsKernel(const SpatialIndex& index, const EstimationPlan& plan, float* radii) {
   if (plan.estimator == EstimatorKind::kHexagram) {
-    SearchGroups<Wanted::kNormalSum>(index, plan, field, radii);
+    SearchGroups<Wanted::kNormalSum>(index, plan, radii);
   } else {
-    SearchGroups<Wanted::kNeighbors>(index, plan, field, radii);
+    SearchGroups<Wanted::kNeighbors>(index, plan, radii);
   }
 }
 
@@ -68,9 +66,7 @@ void SearchByGroups(const SpatialIndex& index, EstimatorKind estimator, uint32_t
   options.estimator = estimator;
   options.neighborhood = NeighborCount{k};
   const EstimationPlan plan = EstimationPlan::Make(options, index);
-  // Loading a group fetches its places in the field, which is not written here.
-  const auto field = PageArray<PointCurvature>::Create(index.point_count());
-  HWY_DYNAMIC_DISPATCH(SearchGroupsKernel)(index, plan, field->data(), radii);
+  HWY_DYNAMIC_DISPATCH(SearchGroupsKernel)(index, plan, radii);
 }
 
 void SearchByDescent(const SpatialIndex& index, uint32_t k, float* radii) {

@@ -16,8 +16,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 import results
 
 PAGE = 7.2  # inches
-MAIN = ("avg-hexagram R=1", "avg-hexagram R=2", "hexagram", "uniform L=100", "independent L=100", "delaunay",
-        "jet degree 2", "jet degree 4", "aso")
+MAIN = ("avg-hexagram R=1", "avg-hexagram R=2", "hexagram", "uniform L=100", "independent L=100", "delaunay even",
+        "delaunay", "jet degree 2", "jet degree 4", "aso")
 NAMES = {"H": "mean curvature H", "G": "Gaussian curvature G"}
 plt.rcParams.update({
     "font.size": 8, "axes.labelsize": 8, "axes.titlesize": 8, "legend.fontsize": 7.5, "lines.linewidth": 1.1,

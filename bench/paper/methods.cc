@@ -25,6 +25,13 @@ Method Triangles(const std::string& name, EstimatorKind kind, uint32_t triangles
   return method;
 }
 
+// The paper's, all triangles alike.
+Method EvenDelaunay() {
+  Method method = Plain("delaunay even", EstimatorKind::kDelaunay);
+  method.options.even_weights = true;
+  return method;
+}
+
 Method Jet(uint32_t degree) {
   Method method = Plain(absl::StrCat("jet degree ", degree), EstimatorKind::kJetFitting);
   method.options.jet_degree = degree;
@@ -42,6 +49,7 @@ std::vector<Method> PaperMethods() {
   }
   methods.push_back(Triangles("independent", EstimatorKind::kIndependent, 100));
   methods.push_back(Plain("delaunay", EstimatorKind::kDelaunay));
+  methods.push_back(EvenDelaunay());
   methods.push_back(Jet(2));
   methods.push_back(Jet(4));
   methods.push_back(Plain("aso", EstimatorKind::kAlgebraicShapeOperator));

@@ -85,7 +85,7 @@ std::optional<Peer> PeerOf(const Method& method) {
                   }};
     case EstimatorKind::kDelaunay:
       return Peer{"plain double",
-                  [](const auto& cloud, const auto& near, auto* out) { RunPlainUmbrellas(cloud, near, 30, out); },
+                  [](const auto& cloud, const auto& near, auto* out) { RunPlainUmbrellas(cloud, near, 31, out); },
                   true};
     case EstimatorKind::kJetFitting:
       return Peer{"CGAL", [degree = options.jet_degree](const auto& cloud, const auto& near, auto* out) {

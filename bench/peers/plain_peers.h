@@ -50,8 +50,8 @@ void RunPlainIndependent(const PeerCloud& cloud, const PeerNeighbors& neighbors,
 // (1 - (d / r)^2)^2, r the K-th distance, and its derivatives in space.
 void RunPlainShapeOperator(const PeerCloud& cloud, const PeerNeighbors& neighbors, PointCurvature* out);
 
-// CNC-Delaunay: the local Delaunay umbrella of each point over its `umbrella_size` nearest (Sharp, Crane 2020), then
-// all umbrella triangles within a neighborhood. The umbrellas' own search is part of it.
+// CNC-Delaunay: the local Delaunay umbrella of each point over its `umbrella_size` nearest, itself included (Sharp,
+// Crane 2020), then all umbrella triangles within a neighborhood. The umbrellas' own search is part of it.
 void RunPlainUmbrellas(const PeerCloud& cloud, const PeerNeighbors& neighbors, size_t umbrella_size,
                        PointCurvature* out);
 

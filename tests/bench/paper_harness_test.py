@@ -81,8 +81,9 @@ class PaperHarness(unittest.TestCase):
             if row["peer"]:
                 self.assertGreater(row["peer_after_search_us"], 0)
                 self.assertGreater(row["peer_total_us"], row["peer_after_search_us"])
-                # The random strategies draw other triangles, the umbrella of the peer holds fewer points.
-                self.assertLess(abs(row["H_mae"] / row["peer_H_mae"] - 1), 0.25, row)
+                # The random strategies draw other triangles; the peer has no weights.
+                if row["method"] != "delaunay":
+                    self.assertLess(abs(row["H_mae"] / row["peer_H_mae"] - 1), 0.25, row)
 
     def test_averages_over_realizations(self):
         averaged = results.average(self.errors)
