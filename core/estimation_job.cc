@@ -128,7 +128,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   void CountOccurrenceBlock(size_t block, int) {
     if (cancelled_) return;
     const size_t last = std::min(EndGroup(block) * SpatialIndex::kGroupPoints, index_.point_count());
-    for (size_t slot = block * kBlockPoints; slot < last; ++slot) CountOccurrences(umbrellas_.data(), slot);
+    CountOccurrences(umbrellas_.data(), block * kBlockPoints, last);
   }
 
   void EndUmbrellas() {

@@ -32,6 +32,7 @@ struct EstimationPlan {
   uint64_t seed;
   const Umbrella* umbrellas;  // Delaunay: of all points, by slot, occurrences counted
   float falloff;              // Delaunay: weight that a corner loses from the point to the neighborhood's rim
+  float spread;               // Delaunay: mean square distance of the weighted triangles along an axis, over rho^2
   double scale;               // the caller's length unit in index units: a power of two
   float half_scale;           // times other_half_scale: scale
   float other_half_scale;

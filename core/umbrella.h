@@ -28,8 +28,8 @@ struct alignas(64) Umbrella {
 };
 static_assert(sizeof(Umbrella) == 64);
 
-// Sets the occurrences of the triangles of the umbrella at `slot`. The rims of all umbrellas must be complete.
+// Sets the occurrences of the triangles of the umbrellas at slots [first, last). The rims of all must be complete.
 // Thread-safe for distinct slots.
-void CountOccurrences(Umbrella* umbrellas, size_t slot);
+void CountOccurrences(Umbrella* umbrellas, size_t first, size_t last);
 
 }  // namespace curvd

@@ -171,20 +171,32 @@ HWY_INLINE TriangleMeasures SumNeighborTriangles(const UmbrellaTriangles& triang
   return measures;
 }
 
+// By how much to stretch the tensor in the tangent plane of a point: triangles tilt against it, by which their tensors
+// lose the part k^3 s^2 of each principal curvature k, s^2 = `spread` being the mean square of the triangles' distance
+// along either axis (docs/numerics.md). All in units of rho.
+HWY_INLINE float TiltFactor(float spread, float mean, float half_difference_squared) {
+  constexpr float kMost = 0.25f;  // where normals turn farther than this, the next terms matter as much
+  return 1.0f + std::min(spread * (3.0f * mean * mean + half_difference_squared), kMost);
+}
+
 // The measures of point i, of lengths in units of rho, with the tensor in its tangent frame.
-HWY_INLINE void StoreMeasures(const TriangleMeasures& m, size_t i, GroupScratch::Buffers& b) {
+HWY_INLINE void StoreMeasures(const TriangleMeasures& m, float spread, size_t i, GroupScratch::Buffers& b) {
   const float u[3] = {b.u.x[i], b.u.y[i], b.u.z[i]}, v[3] = {b.v.x[i], b.v.y[i], b.v.z[i]};
   const auto tensor = [&m](const float* a, const float* c) {
     return m.xx() * a[0] * c[0] + m.yy() * a[1] * c[1] + m.zz() * a[2] * c[2] + m.xy() * (a[0] * c[1] + a[1] * c[0]) +
            m.yz() * (a[1] * c[2] + a[2] * c[1]) + m.zx() * (a[2] * c[0] + a[0] * c[2]);
   };
   const float per_rho = 1.0f / b.rho[i];
-  b.measures.area[i] = m.area() * per_rho * per_rho;
-  b.measures.mean[i] = 0.5f * (m.xx() + m.yy() + m.zz()) * per_rho;
+  const float area = m.area() * per_rho * per_rho, mean = 0.5f * (m.xx() + m.yy() + m.zz()) * per_rho;
+  const float uu = tensor(u, u) * per_rho, uv = tensor(u, v) * per_rho, vv = tensor(v, v) * per_rho;
+  const float difference = 0.5f * (uu - vv);
+  const float tilt = TiltFactor(spread, mean / area, (difference * difference + uv * uv) / (area * area));
+  b.measures.area[i] = area;
+  b.measures.mean[i] = mean;
   b.measures.gaussian[i] = m.gaussian();
-  b.measures.tensor_uu[i] = tensor(u, u) * per_rho;
-  b.measures.tensor_uv[i] = tensor(u, v) * per_rho;
-  b.measures.tensor_vv[i] = tensor(v, v) * per_rho;
+  b.measures.tensor_uu[i] = uu * tilt;
+  b.measures.tensor_uv[i] = uv * tilt;
+  b.measures.tensor_vv[i] = vv * tilt;
 }
 
 // Measures the umbrella triangles around point i, whose neighbors were just found in `leaves`.
@@ -195,7 +207,7 @@ HWY_INLINE void MeasureUmbrellas(const SpatialIndex& index, const EstimationPlan
     MeasureGathered(b.triangles);
   }
   const size_t count = WeighNeighbors(index, leaves, b.rho[i] * b.rho[i], plan.falloff, b);
-  StoreMeasures(SumNeighborTriangles(b.triangles, b.near_positions.data(), count), i, b);
+  StoreMeasures(SumNeighborTriangles(b.triangles, b.near_positions.data(), count), plan.spread, i, b);
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
   for (size_t j = 0; j < count; ++j) {
     std::fill_n(b.triangles.weights.data() + b.near_positions[j] * kLeaf, kLeaf,

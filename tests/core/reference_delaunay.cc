@@ -191,6 +191,14 @@ ReferenceCurvature ReferenceDelaunay(const TestPoints& points, const std::vector
   }
   result.estimated = sum.area > 1e-4 * result.radius * result.radius;
   sum.ToCurvature(result);
+  if (!options.even_weights) {
+    // Back to what the tilt of the triangles takes from the tensor.
+    const double half_difference = 0.5 * (result.k2 - result.k1);
+    const double squares = 3.0 * result.mean * result.mean + half_difference * half_difference;
+    const double stretched = half_difference * (1.0 + std::min(result.radius * result.radius / 6.0 * squares, 0.25));
+    result.k1 = result.mean - stretched;
+    result.k2 = result.mean + stretched;
+  }
   return result;
 }
 

@@ -33,7 +33,7 @@ struct BuiltUmbrellas {
     for (size_t group = 0; group < index.group_count(); ++group) {
       BuildUmbrellas(index, plan, group, scratch, umbrellas.data());
     }
-    for (size_t slot = 0; slot < points.size(); ++slot) CountOccurrences(umbrellas.data(), slot);
+    CountOccurrences(umbrellas.data(), 0, points.size());
   }
 
   int Id(int32_t slot) const {
@@ -164,7 +164,9 @@ TEST(UmbrellaEstimateTest, PointsBesideADenseClusterAreEstimated) {
   TestPoints points;
   for (int i = 0; i < 40'010; ++i) points.Add(1e-3 * std::cos(0.001 * i), 1e-3 * std::sin(0.001 * i), 0, 0, 0, 1);
   const size_t first = points.size();
-  for (int i = 0; i < 64; ++i) points.Add(20 + i / 8, i % 8, 0, 0, 0, 1);
+  for (int row = 0; row < 8; ++row) {
+    for (int column = 0; column < 8; ++column) points.Add(20 + row, column, 0, 0, 0, 1);
+  }
   const EstimationResult result = MustEstimate(points.ToCloud(), Delaunay(9));
   for (size_t i = first; i < points.size(); ++i) {
     ASSERT_EQ(result.field.points[i].status, PointStatus::kOk) << i;
