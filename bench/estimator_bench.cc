@@ -18,7 +18,8 @@ constexpr NamedEstimator kEstimators[] = {{"avg-hexagram, 1 rotation", Estimator
                                           {"avg-hexagram, 2 rotations (default)", EstimatorKind::kAvgHexagram, 2},
                                           {"hexagram", EstimatorKind::kHexagram, 1},
                                           {"uniform, 100 triangles", EstimatorKind::kUniform, 1},
-                                          {"independent, 100 triangles", EstimatorKind::kIndependent, 1}};
+                                          {"independent, 100 triangles", EstimatorKind::kIndependent, 1},
+                                          {"delaunay", EstimatorKind::kDelaunay, 1}};
 
 double MicrosPerPoint(const BenchCloud& cloud, Figures& figures) {
   return 1e6 * figures["total"] / static_cast<double>(cloud.size());

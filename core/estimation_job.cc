@@ -185,7 +185,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
         field_.status_counts[status] += scratch.status_counts()[status];
       }
     }
-    cost_.estimate_seconds = SecondsSinceStart() - cost_.queue_seconds - cost_.index_seconds - cost_.umbrella_seconds;
+    cost_.estimate_seconds = SecondsSinceStart() - cost_.queue_seconds - cost_.index_seconds;
     index_ = SpatialIndex();
     umbrellas_ = PageArray<Umbrella>();
     Finish(EstimationResult{std::move(field_), cost_});

@@ -27,9 +27,9 @@ struct JobProgress {
 struct JobCost {
   double queue_seconds = 0.0;  // from Start to the first work block
   double index_seconds = 0.0;
-  double umbrella_seconds = 0.0;  // Delaunay only
   double estimate_seconds = 0.0;
-  size_t peak_bytes = 0;  // cloud, index, umbrellas and field together
+  double umbrella_seconds = 0.0;  // of the estimate: Delaunay only
+  size_t peak_bytes = 0;          // cloud, index, umbrellas and field together
 };
 
 struct EstimationResult {

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <latch>
 #include <limits>
+#include <memory>
 
 #include "tests/core/test_clouds.h"
 
@@ -176,6 +177,37 @@ TEST(EstimationJobTest, CancelEndsTheJob) {
   job->Cancel();
   done.wait();
   EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
+}
+
+TEST(EstimationJobTest, CancelEndsTheJobWhileUmbrellasAreBuilt) {
+  WorkerPool pool(1);
+  std::latch started(1), done(2);
+  std::shared_ptr<EstimationJob> job;
+  // On the one thread blocks of both jobs take turns: this one comes after the first block of umbrellas.
+  pool.Submit(
+      JobPriority::kBatch, 10'000,
+      [&](size_t, int) {
+        started.wait();
+        if (job->progress().phase == JobPhase::kEstimating) job->Cancel();
+      },
+      [&] { done.count_down(); });
+  absl::Status status;
+  job = EstimationJob::Start(Sphere(50'000, 1.0).ToCloud(), WithEstimator(EstimatorKind::kDelaunay), pool,
+                             JobPriority::kBatch, [&](absl::StatusOr<EstimationResult> result) {
+                               status = result.status();
+                               done.count_down();
+                             });
+  started.count_down();
+  done.wait();
+  EXPECT_EQ(status, absl::CancelledError("cancelled while umbrellas were built"));
+}
+
+TEST(EstimationJobTest, ReportsTheUmbrellasAsPartOfTheEstimate) {
+  for (EstimatorKind estimator : kEstimators) {
+    const JobCost cost = MustEstimate(Sphere(20'000, 1.0).ToCloud(), WithEstimator(estimator)).cost;
+    EXPECT_EQ(cost.umbrella_seconds > 0.0, estimator == EstimatorKind::kDelaunay);
+    EXPECT_LT(cost.umbrella_seconds, cost.estimate_seconds);
+  }
 }
 
 TEST(EstimationJobTest, RejectsOptionsOutOfRange) {
