@@ -220,8 +220,8 @@ HWY_INLINE OversizedNeighborhood ForEachNeighborhood(const SpatialIndex& index, 
   return {};
 }
 
-OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
-                                          GroupScratch& scratch, PointCurvature* out) {
+inline OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
+                                                 GroupScratch& scratch, PointCurvature* out) {
   GroupScratch::Buffers& b = scratch.buffers();
   const Box box = LoadGroup(index, group, b);
   // The field is in another order; it is written when all are done.
