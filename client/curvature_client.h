@@ -95,8 +95,8 @@ struct EstimateOptions {
   absl::Duration timeout = absl::InfiniteDuration();
   // Times the cloud is sent at most, when servers are unavailable. DEFAULT: 6, over about 8 seconds.
   int max_attempts = 6;
-  // Bytes of a message's arrays, unless the server allows less. DEFAULT: 1 MiB.
-  size_t chunk_bytes = 1 << 20;
+  // Bytes of a message's arrays, unless the server allows less. DEFAULT: 256 KiB, whose copies stay in the cache.
+  size_t chunk_bytes = 256 << 10;
 };
 
 // What is known about a running call. Counts restart when the cloud is sent again.

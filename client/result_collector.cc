@@ -16,10 +16,12 @@ absl::Status Broken(const std::string& what) {
   return absl::InternalError(absl::StrCat("the server broke the protocol: ", what));
 }
 
-// Copies `bytes` to entry first * width of `values`; false if they are not count * width floats.
-bool Copy(const std::string& bytes, uint64_t first, uint64_t count, size_t width, std::vector<float>& values) {
+// Appends `bytes` to `values`; false if they are not count * width floats.
+bool Append(const std::string& bytes, uint64_t count, size_t width, std::vector<float>& values) {
   if (bytes.size() != count * width * sizeof(float)) return false;
-  std::memcpy(values.data() + first * width, bytes.data(), bytes.size());
+  const size_t end = values.size();
+  values.resize(end + count * width);
+  std::memcpy(values.data() + end, bytes.data(), bytes.size());
   return true;
 }
 
@@ -55,13 +57,14 @@ absl::Status ResultCollector::TakeAccepted(const v1::Accepted& accepted) {
   return absl::OkStatus();
 }
 
+// Pages are touched chunk by chunk, when their values are there to be written.
 void ResultCollector::MakeRoom() {
   for (std::vector<float>* scalars : {&result_.mean, &result_.gaussian, &result_.k1, &result_.k2, &result_.radius}) {
-    scalars->resize(points_);
+    scalars->reserve(points_);
   }
-  result_.d1.resize(3 * points_);
-  result_.d2.resize(3 * points_);
-  result_.status.resize(points_);
+  result_.d1.reserve(3 * points_);
+  result_.d2.reserve(3 * points_);
+  result_.status.reserve(points_);
 }
 
 absl::Status ResultCollector::TakeResult(const v1::ResultChunk& chunk) {
@@ -71,15 +74,15 @@ absl::Status ResultCollector::TakeResult(const v1::ResultChunk& chunk) {
                                " of ", points_, " are here"));
   }
   if (received_ == 0) MakeRoom();
-  const bool fits = chunk.status().size() == count && Copy(chunk.mean_curvature(), first, count, 1, result_.mean) &&
-                    Copy(chunk.gaussian_curvature(), first, count, 1, result_.gaussian) &&
-                    Copy(chunk.k1(), first, count, 1, result_.k1) && Copy(chunk.k2(), first, count, 1, result_.k2) &&
-                    Copy(chunk.d1(), first, count, 3, result_.d1) && Copy(chunk.d2(), first, count, 3, result_.d2) &&
-                    Copy(chunk.radius(), first, count, 1, result_.radius);
+  const bool fits = chunk.status().size() == count && Append(chunk.mean_curvature(), count, 1, result_.mean) &&
+                    Append(chunk.gaussian_curvature(), count, 1, result_.gaussian) &&
+                    Append(chunk.k1(), count, 1, result_.k1) && Append(chunk.k2(), count, 1, result_.k2) &&
+                    Append(chunk.d1(), count, 3, result_.d1) && Append(chunk.d2(), count, 3, result_.d2) &&
+                    Append(chunk.radius(), count, 1, result_.radius);
   if (!fits) {
     return Broken(absl::StrCat("an array of the result chunk from index ", first, " does not hold ", count, " points"));
   }
-  std::memcpy(result_.status.data() + first, chunk.status().data(), count);
+  result_.status.insert(result_.status.end(), chunk.status().begin(), chunk.status().end());
   received_ += count;
   return absl::OkStatus();
 }

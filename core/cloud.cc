@@ -54,7 +54,9 @@ double UsableLength(const Triple<Scalar>& normal) {
 
 template <typename Scalar>
 Triple<float> Normalized(const Triple<Scalar>& v, double length) {
-  return {static_cast<float>(v[0] / length), static_cast<float>(v[1] / length), static_cast<float>(v[2] / length)};
+  const double per_length = 1.0 / length;
+  return {static_cast<float>(v[0] * per_length), static_cast<float>(v[1] * per_length),
+          static_cast<float>(v[2] * per_length)};
 }
 
 template <typename Scalar>
@@ -96,49 +98,81 @@ absl::Status Cloud::Append(std::string_view positions, std::string_view normals)
     return absl::ResourceExhaustedError(
         absl::StrCat("cloud has more than ", std::numeric_limits<int32_t>::max(), " points"));
   }
-  return scalar_type_ == ScalarType::kFloat32 ? AppendScalars<float>(positions.data(), normals.data(), count)
-                                              : AppendScalars<double>(positions.data(), normals.data(), count);
+  return scalar_type_ == ScalarType::kFloat32 ? AppendFloats(positions.data(), normals.data(), count)
+                                              : AppendDoubles(positions.data(), normals.data(), count);
+}
+
+// Takes a point into the counts, with its normal brought to unit length, and NaN for an invalid one. Returns false,
+// and takes nothing, if the point is refused.
+template <typename Scalar>
+bool Cloud::Take(Triple<Scalar>& position, const Triple<Scalar>& normal, Triple<float>& unit) {
+  const double length = AllFinite(position) ? UsableLength(normal) : 0.0;
+  if (length > 0.0) {
+    unit = Normalized(normal, length);
+    rescaled_count_ += std::abs(length - 1.0) > kUnitTolerance ? 1 : 0;
+  } else {
+    if (policy_ == InvalidPointPolicy::kReject) return false;
+    constexpr auto kNotANumber = std::numeric_limits<Scalar>::quiet_NaN();
+    position = {kNotANumber, kNotANumber, kNotANumber};
+    unit = {kNaN, kNaN, kNaN};
+    ++invalid_count_;
+  }
+  ++size_;
+  return true;
 }
 
 template <typename Scalar>
-absl::Status Cloud::AppendScalars(const char* positions, const char* normals, size_t count) {
-  for (size_t i = 0; i < count; ++i) {
-    const Triple<Scalar> position = LoadTriple<Scalar>(positions, i);
-    const Triple<Scalar> normal = LoadTriple<Scalar>(normals, i);
-    const bool finite = AllFinite(position);
-    const double length = UsableLength(normal);
-    const bool valid = finite && length > 0.0;
-    if (!valid) {
-      if (policy_ == InvalidPointPolicy::kReject) {
-        return finite ? InvalidPointError(size_, "normal", normal, "finite and not zero")
-                      : InvalidPointError(size_, "position", position, "finite");
-      }
-      ++invalid_count_;
-    } else if (std::abs(length - 1.0) > kUnitTolerance) {
-      ++rescaled_count_;
+absl::Status Cloud::RefusalOf(const Triple<Scalar>& position, const Triple<Scalar>& normal) const {
+  return AllFinite(position) ? InvalidPointError(size_, "normal", normal, "finite and not zero")
+                             : InvalidPointError(size_, "position", position, "finite");
+}
+
+absl::Status Cloud::AppendFloats(const char* positions, const char* normals, size_t count) {
+  for (size_t i = 0; i < count;) {
+    if (absl::Status status = MakeRoom(); !status.ok()) return status;
+    const size_t offset = stored_ % kBlockPoints;
+    OrientedPoint* out = blocks_.back() + offset;
+    for (const size_t last = std::min(count, i + kBlockPoints - offset); i < last; ++i, ++out, ++stored_) {
+      out->position = LoadTriple<float>(positions, i);
+      const Triple<float> normal = LoadTriple<float>(normals, i);
+      if (!Take(out->position, normal, out->normal)) return RefusalOf(out->position, normal);
     }
-    ++size_;
-    const Triple<float> unit = valid ? Normalized(normal, length) : Triple<float>{kNaN, kNaN, kNaN};
-    absl::Status status;
-    if constexpr (std::is_same_v<Scalar, float>) {
-      status = Store({valid ? position : Triple<float>{kNaN, kNaN, kNaN}, unit});
-    } else {
-      pending_.push_back({valid ? position : Triple<double>{kNaN, kNaN, kNaN}, unit});
-      if (origin_.has_value() || pending_.size() == kOriginSample) status = StorePending();
-    }
-    if (!status.ok()) return status;
   }
   return absl::OkStatus();
 }
 
-absl::Status Cloud::Store(const OrientedPoint& point) {
-  const size_t offset = stored_ % kBlockPoints;
-  if (offset == 0) {
-    auto block = PageArray<OrientedPoint>::Create(kBlockPoints);
-    if (!block.ok()) return block.status();
-    blocks_.push_back(*std::move(block));
+absl::Status Cloud::AppendDoubles(const char* positions, const char* normals, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    ExactPoint point{LoadTriple<double>(positions, i), {}};
+    const Triple<double> normal = LoadTriple<double>(normals, i);
+    if (!Take(point.position, normal, point.normal)) return RefusalOf(point.position, normal);
+    pending_.push_back(point);
+    if (!origin_.has_value() && pending_.size() < kOriginSample) continue;
+    if (absl::Status status = StorePending(); !status.ok()) return status;
   }
-  blocks_.back()[offset] = point;
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::MakeRoom() {
+  if (stored_ % kBlockPoints != 0) return absl::OkStatus();
+  // A small cloud is content with one block; a large one takes as many at a time as get huge pages.
+  constexpr size_t kSlabBlocks = 8;
+  if (free_blocks_ == 0) {
+    const size_t count = blocks_.empty() ? 1 : kSlabBlocks;
+    auto slab = PageArray<OrientedPoint>::Create(count * kBlockPoints);
+    if (!slab.ok()) return slab.status();
+    slabs_.push_back(*std::move(slab));
+    free_blocks_ = count;
+  }
+  PageArray<OrientedPoint>& slab = slabs_.back();
+  blocks_.push_back(slab.data() + slab.size() - free_blocks_ * kBlockPoints);
+  --free_blocks_;
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::Store(const OrientedPoint& point) {
+  if (absl::Status status = MakeRoom(); !status.ok()) return status;
+  blocks_.back()[stored_ % kBlockPoints] = point;
   ++stored_;
   return absl::OkStatus();
 }

@@ -76,8 +76,14 @@ class Cloud {
     std::array<float, 3> normal;
   };
 
+  absl::Status AppendFloats(const char* positions, const char* normals, size_t count);
+  absl::Status AppendDoubles(const char* positions, const char* normals, size_t count);
   template <typename Scalar>
-  absl::Status AppendScalars(const char* positions, const char* normals, size_t count);
+  bool Take(std::array<Scalar, 3>& position, const std::array<Scalar, 3>& normal, std::array<float, 3>& unit);
+  template <typename Scalar>
+  absl::Status RefusalOf(const std::array<Scalar, 3>& position, const std::array<Scalar, 3>& normal) const;
+  // Makes sure that the last block has a free slot.
+  absl::Status MakeRoom();
   absl::Status Store(const OrientedPoint& point);
   absl::Status StorePending();
 
@@ -89,7 +95,9 @@ class Cloud {
   size_t rescaled_count_ = 0;
   std::optional<std::array<double, 3>> origin_;  // set once float64 input can be shifted
   std::vector<ExactPoint> pending_;              // float64 points that wait for the origin
-  std::vector<PageArray<OrientedPoint>> blocks_;
+  std::vector<PageArray<OrientedPoint>> slabs_;  // hold the blocks
+  std::vector<OrientedPoint*> blocks_;
+  size_t free_blocks_ = 0;  // at the end of the last slab
 };
 
 }  // namespace curvd
