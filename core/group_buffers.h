@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/fit_buffers.h"
 #include "core/group_estimator.h"
 #include "core/kth_neighbor.h"
 #include "core/leaf_list.h"
@@ -102,6 +103,7 @@ struct GroupScratch::Buffers {
   GroupScalars radius;           // of the neighborhood, in the index's unit
   Hexagram hexagrams[kMaxRotations];
   GroupMeasures measures;
+  FitBuffers fits;
 };
 
 }  // namespace curvd

@@ -47,6 +47,7 @@ EstimationPlan EstimationPlan::Make(const EstimatorOptions& options, const Spati
   plan.seed = options.seed;
   plan.falloff = options.even_weights ? 0.0f : 1.0f;
   plan.spread = options.even_weights ? 0.0f : 1.0f / 6.0f;
+  plan.jet_degree = static_cast<int>(options.jet_degree);
   plan.scale = std::ldexp(1.0, index.scale_exponent());
   plan.half_scale = std::ldexp(1.0f, index.scale_exponent() / 2);
   plan.other_half_scale = std::ldexp(1.0f, index.scale_exponent() - index.scale_exponent() / 2);

@@ -30,6 +30,7 @@ struct EstimationPlan {
   float sine[kMaxRotations];
   uint32_t triangle_count;
   uint64_t seed;
+  int jet_degree;
   const Umbrella* umbrellas;  // Delaunay: of all points, by slot, occurrences counted
   float falloff;              // Delaunay: weight that a corner loses from the point to the neighborhood's rim
   float spread;               // Delaunay: mean square distance of the weighted triangles along an axis, over rho^2

@@ -21,11 +21,6 @@ absl::Status ValidateRadius(double radius) {
 }  // namespace
 
 absl::Status EstimatorOptions::Validate() const {
-  if (!IsBuilt(estimator)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("estimator is %u; it must be at most %u: the others are not built yet",
-                        static_cast<uint32_t>(estimator), static_cast<uint32_t>(EstimatorKind::kDelaunay)));
-  }
   absl::Status status;
   if (const auto* count = std::get_if<NeighborCount>(&neighborhood)) {
     status = ValidateCount(count->count, max_neighbor_count);

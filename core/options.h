@@ -20,9 +20,6 @@ enum class EstimatorKind : uint8_t {
   kAlgebraicShapeOperator,  // an algebraic sphere, differentiated (Lejemble, Coeurjolly, Barthe, Mellado 2021)
 };
 
-// Whether this build can estimate with it.
-constexpr bool IsBuilt(EstimatorKind kind) { return kind <= EstimatorKind::kDelaunay; }
-
 // The K nearest points, the point itself included; equal distances go to the lower index.
 struct NeighborCount {
   uint32_t count = 50;

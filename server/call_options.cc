@@ -38,7 +38,7 @@ absl::Status InvalidOption(std::string field, std::string value, std::string lim
 absl::Status ResolveEstimator(v1::Estimator proto, EstimatorKind& kind) {
   if (proto == v1::ESTIMATOR_UNSPECIFIED) return absl::OkStatus();
   for (const EstimatorName& name : kEstimators) {
-    if (name.proto != proto || !IsBuilt(name.kind)) continue;
+    if (name.proto != proto) continue;
     kind = name.kind;
     return absl::OkStatus();
   }
@@ -250,9 +250,7 @@ void FillLimits(const CallLimits& limits, v1::ServerLimits* proto) {
 }
 
 void FillEstimators(v1::GetServerInfoResponse* info) {
-  for (const EstimatorName& name : kEstimators) {
-    if (IsBuilt(name.kind)) info->add_estimators(name.proto);
-  }
+  for (const EstimatorName& name : kEstimators) info->add_estimators(name.proto);
 }
 
 }  // namespace curvd

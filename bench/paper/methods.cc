@@ -53,7 +53,6 @@ std::vector<Method> PaperMethods() {
   methods.push_back(Jet(2));
   methods.push_back(Jet(4));
   methods.push_back(Plain("aso", EstimatorKind::kAlgebraicShapeOperator));
-  std::erase_if(methods, [](const Method& method) { return !IsBuilt(method.options.estimator); });
   return methods;
 }
 

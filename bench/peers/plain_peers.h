@@ -47,7 +47,7 @@ void RunPlainUniform(const PeerCloud& cloud, const PeerNeighbors& neighbors, siz
 void RunPlainIndependent(const PeerCloud& cloud, const PeerNeighbors& neighbors, size_t triangles, PointCurvature* out);
 
 // The algebraic shape operator (Lejemble et al. 2021), as Ponca computes it: oriented sphere fit with the weights
-// (1 - (d / r)^2)^2, r the K-th distance, and its derivatives in space.
+// (1 - (d / r)^2)^2, r the K-th distance, and the Hessian of the field that the spheres define together.
 void RunPlainShapeOperator(const PeerCloud& cloud, const PeerNeighbors& neighbors, PointCurvature* out);
 
 // CNC-Delaunay: the local Delaunay umbrella of each point over its `umbrella_size` nearest, itself included (Sharp,

@@ -1,59 +1,99 @@
 // Symbols as in Guennebaud, Gross 2007 and Ponca: the algebraic sphere s(x) = uc + ul x + uq x^2, positions relative
-// to the query.
+// to the query. Its coefficients depend on the query through the weights, and so does the field f, its value at the
+// query; the shape operator is that of f's level set.
 #include "bench/peers/plain_tensor.h"
 
 namespace curvd::bench {
 namespace {
 
-using Eigen::RowVector3d;
+// A number that depends on the place of the weights' center, with its derivatives there.
+struct Differentiable {
+  double value = 0.0;
+  Vector3d first = Vector3d::Zero();
+  Matrix3d second = Matrix3d::Zero();
 
-// Weighted sums over the neighbors, and their derivatives by the place of the weights' center.
-struct SphereSums {
-  double w = 0.0, pn = 0.0, pp = 0.0;
-  Vector3d p = Vector3d::Zero(), n = Vector3d::Zero();
-  RowVector3d dw = RowVector3d::Zero(), dpn = RowVector3d::Zero(), dpp = RowVector3d::Zero();
-  Matrix3d dp = Matrix3d::Zero(), dn = Matrix3d::Zero();
-
-  void Add(const Vector3d& position, const Vector3d& normal, double squared_radius) {
-    const double squared = position.squaredNorm(), t = 1.0 - squared / squared_radius;
-    if (t <= 0.0) return;
-    const double weight = t * t, position_normal = position.dot(normal);
-    const RowVector3d gradient = (4.0 * t / squared_radius) * position.transpose();
-    w += weight;
-    p += weight * position;
-    n += weight * normal;
-    pn += weight * position_normal;
-    pp += weight * squared;
-    dw += gradient;
-    dp += position * gradient;
-    dn += normal * gradient;
-    dpn += position_normal * gradient;
-    dpp += squared * gradient;
+  void Add(double factor, const Differentiable& other) {
+    value += factor * other.value;
+    first += factor * other.first;
+    second += factor * other.second;
   }
 };
 
-// The unit normal of the sphere's level set at the query, and its derivative.
+Differentiable Sum(const Differentiable& a, double factor, const Differentiable& b) {
+  Differentiable sum = a;
+  sum.Add(factor, b);
+  return sum;
+}
+
+Differentiable Product(const Differentiable& a, const Differentiable& b) {
+  const Matrix3d mixed = a.first * b.first.transpose();
+  return {a.value * b.value, a.value * b.first + b.value * a.first,
+          a.value * b.second + b.value * a.second + mixed + mixed.transpose()};
+}
+
+// a / b
+Differentiable Quotient(const Differentiable& a, const Differentiable& b) {
+  Differentiable out;
+  out.value = a.value / b.value;
+  out.first = (a.first - out.value * b.first) / b.value;
+  const Matrix3d mixed = out.first * b.first.transpose();
+  out.second = (a.second - out.value * b.second - mixed - mixed.transpose()) / b.value;
+  return out;
+}
+
+// Weighted sums over the neighbors.
+struct SphereSums {
+  Differentiable w, pn, pp;
+  Differentiable p[3], n[3];
+
+  void Add(const Vector3d& position, const Vector3d& normal, double squared_radius) {
+    const double squared = position.squaredNorm(), t = 1.0 - squared / squared_radius;
+    if (t < 1e-6) return;  // the rim, where the second derivative jumps
+    Differentiable weight;
+    weight.value = t * t;
+    weight.first = 4.0 * t / squared_radius * position;
+    weight.second = 8.0 / (squared_radius * squared_radius) * position * position.transpose();
+    weight.second.diagonal().array() -= 4.0 * t / squared_radius;
+    w.Add(1.0, weight);
+    pn.Add(position.dot(normal), weight);
+    pp.Add(squared, weight);
+    for (int axis = 0; axis < 3; ++axis) {
+      p[axis].Add(position[axis], weight);
+      n[axis].Add(normal[axis], weight);
+    }
+  }
+};
+
+Differentiable Dot(const Differentiable* a, const Differentiable* b) {
+  return Sum(Sum(Product(a[0], b[0]), 1.0, Product(a[1], b[1])), 1.0, Product(a[2], b[2]));
+}
+
+// The unit normal of the field's level set at the query, and its derivative.
 struct ShapeOperator {
   Vector3d normal;
   Matrix3d derivative;
 };
 
 ShapeOperator Differentiate(const SphereSums& s) {
-  const double numerator = s.pn - s.p.dot(s.n) / s.w;
-  const double denominator = s.pp - s.p.squaredNorm() / s.w;
-  const double uq = 0.5 * numerator / denominator;
-  const Vector3d ul = (s.n - 2.0 * uq * s.p) / s.w;
-  const RowVector3d d_numerator =
-      s.dpn - (s.p.transpose() * s.dn + s.n.transpose() * s.dp) / s.w + s.p.dot(s.n) / (s.w * s.w) * s.dw;
-  const RowVector3d d_denominator =
-      s.dpp - 2.0 / s.w * (s.p.transpose() * s.dp) + s.p.squaredNorm() / (s.w * s.w) * s.dw;
-  const RowVector3d d_uq = (0.5 * d_numerator - uq * d_denominator) / denominator;
-  const Matrix3d d_ul = (s.dn - 2.0 * uq * s.dp - 2.0 * s.p * d_uq - ul * s.dw) / s.w;
-  // The gradient of s at x is ul + 2 uq x; at the query x is 0, but its derivative is not.
-  const Matrix3d d_gradient = d_ul + 2.0 * uq * Matrix3d::Identity();
-  const double length = ul.norm();
-  const Vector3d normal = ul / length;
-  return {normal, (d_gradient - normal * (normal.transpose() * d_gradient)) / length};
+  const Differentiable numerator = Sum(s.pn, -1.0, Quotient(Dot(s.p, s.n), s.w));
+  const Differentiable denominator = Sum(s.pp, -1.0, Quotient(Dot(s.p, s.p), s.w));
+  const Differentiable twice_uq = Quotient(numerator, denominator);
+  Differentiable ul[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    ul[axis] = Quotient(Sum(s.n[axis], -1.0, Product(twice_uq, s.p[axis])), s.w);
+  }
+  const Differentiable uc = Quotient(Sum(Dot(ul, s.p), 0.5, Product(twice_uq, s.pp)), s.w);  // negated
+  // At the query x is 0, but its derivative is not.
+  Vector3d gradient = -uc.first;
+  Matrix3d hessian = -uc.second + twice_uq.value * Matrix3d::Identity();
+  for (int axis = 0; axis < 3; ++axis) {
+    gradient[axis] += ul[axis].value;
+    hessian.row(axis) += ul[axis].first;
+    hessian.col(axis) += ul[axis].first;
+  }
+  const double length = gradient.norm();
+  const Vector3d normal = gradient / length;
+  return {normal, (hessian - normal * (normal.transpose() * hessian)) / length};
 }
 
 PointCurvature CurvatureOf(const ShapeOperator& shape, double radius) {

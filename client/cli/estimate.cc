@@ -63,7 +63,7 @@ absl::Status WithRemedy(const absl::Status& status) {
                       absl::StrCat(status.message(), ". With --on-invalid=skip such points get a status"));
 }
 
-void PrintAdvice(const EstimateSummary& summary, bool oriented) {
+void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options, bool oriented) {
   if (summary.status_counts[static_cast<size_t>(PointStatus::kOk)] == 0 && summary.points > 0) {
     PrintNote("no point could be estimated: the summary tells why");
   }
@@ -72,6 +72,11 @@ void PrintAdvice(const EstimateSummary& summary, bool oriented) {
     PrintNote(absl::StrCat("the normals around ", WithCommas(inconsistent),
                            " points contradict each other. Where they do not all point to one side of the surface, "
                            "signs of curvature are wrong: try --orient"));
+  }
+  const uint32_t coefficients = (options.jet_degree + 1) * (options.jet_degree + 2) / 2;
+  if (options.estimator == Estimator::kJetFitting && !options.radius && options.neighbor_count < coefficients) {
+    PrintNote(absl::StrCat("a jet of degree ", options.jet_degree, " has ", coefficients,
+                           " coefficients and needs as many neighbors: try --k=", coefficients, " or more"));
   }
 }
 
@@ -105,7 +110,7 @@ ExitCode Run(const EstimateFlags& flags) {
   const absl::Time write_start = absl::Now();
   PointTable output = MakeResultTable(*std::move(table), *std::move(result));
   if (!flags.color.empty()) AddColors(FindQuantity(flags.color)->column, output);
-  PrintAdvice(report.summary, flags.orient);
+  PrintAdvice(report.summary, flags.options, flags.orient);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
   if (absl::Status status = SaveTable(output, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
   report.write_seconds = SecondsSince(write_start);

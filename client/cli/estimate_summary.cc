@@ -98,6 +98,8 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
     json.Add("neighbor_count", uint64_t{report.options.neighbor_count});
   }
   json.Add("triangle_count", uint64_t{report.options.triangle_count}).Add("seed", report.options.seed);
+  json.Add("rotation_count", uint64_t{report.options.rotation_count});
+  json.Add("jet_degree", uint64_t{report.options.jet_degree});
   json.Add("points", report.summary.points).Add("status", statuses).Add("ranges", ranges).Add("seconds", seconds);
   json.Add("normals_rescaled", report.summary.normals_rescaled).Add("server_peak_bytes", report.summary.peak_bytes);
   return json.ToString() + "\n";

@@ -9,9 +9,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/group_buffers.h"
+#include "core/kernels/algebraic_sphere-inl.h"
 #include "core/kernels/hexagram-inl.h"
+#include "core/kernels/jet-inl.h"
 #include "core/kernels/nearest_corners-inl.h"
 #include "core/kernels/neighborhood-inl.h"
 #include "core/kernels/principal-inl.h"
@@ -180,7 +183,11 @@ HWY_INLINE PointStatus PreparePoint(const EstimationPlan& plan, float squared_ra
   const size_t count = b.neighbors.count;
   if (count < (plan.by_radius ? kMinNeighborCount : plan.searched_count)) return PointStatus::kTooFewNeighbors;
   if (squared_radius <= 0.0f) return PointStatus::kDegenerateArea;
-  if (!SetFrame(plan, b, i)) return PointStatus::kInconsistentNormals;
+  if (plan.estimator == EstimatorKind::kJetFitting) {
+    if (count < static_cast<size_t>(JetSize(plan.jet_degree))) return PointStatus::kSingularFit;
+  } else if (!SetFrame(plan, b, i)) {
+    return PointStatus::kInconsistentNormals;
+  }
   const float searched_radius = std::sqrt(squared_radius);
   b.radius[i] = searched_radius * plan.radius_factor;
   b.rho[i] = searched_radius * plan.rho_factor;
@@ -220,6 +227,25 @@ HWY_INLINE OversizedNeighborhood ForEachNeighborhood(const SpatialIndex& index, 
   return {};
 }
 
+// Finds neighborhoods of single points of a group once more.
+class RepeatedSearch {
+ public:
+  RepeatedSearch(const SpatialIndex& index, const EstimationPlan& plan, const Box& box, GroupScratch::Buffers& b)
+      : index_(index), plan_(plan), box_(box), b_(b) {}
+
+  HWY_NOINLINE void operator()(size_t i) {
+    if (!search_.has_value()) search_.emplace(index_, plan_, box_, b_);
+    search_->Find(i);
+  }
+
+ private:
+  const SpatialIndex& index_;
+  const EstimationPlan& plan_;
+  const Box& box_;
+  GroupScratch::Buffers& b_;
+  std::optional<GroupSearch<Wanted::kNeighbors>> search_;
+};
+
 inline OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
                                                  GroupScratch& scratch, PointCurvature* out) {
   GroupScratch::Buffers& b = scratch.buffers();
@@ -242,6 +268,10 @@ inline OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, cons
         MeasureUniform(plan, b, i);
       } else if (plan.estimator == EstimatorKind::kIndependent) {
         MeasureIndependent(plan, b, i);
+      } else if (plan.estimator == EstimatorKind::kJetFitting) {
+        SumJet(plan, b, i);
+      } else if (plan.estimator == EstimatorKind::kAlgebraicShapeOperator) {
+        SumSphere(b, i);
       }
     });
   }
@@ -250,7 +280,16 @@ inline OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, cons
     MeasureHexagrams(plan.rotations, b);
   }
   GroupCurvature curvature;
-  ComputeCurvature(b, curvature);
+  if (plan.estimator == EstimatorKind::kJetFitting) {
+    SolveJets(plan, b, RepeatedSearch(index, plan, box, b));
+    TakeShapes(b, curvature);
+  } else if (plan.estimator == EstimatorKind::kAlgebraicShapeOperator) {
+    SolveSpheres(b);
+    TakeShapes(b, curvature);
+  } else {
+    ComputeCurvature(b, curvature);
+    RefuseThinAreas(b);
+  }
   ScaleCurvature(plan, b, curvature);
   WriteGroup(plan, curvature, b, out);
   return {};

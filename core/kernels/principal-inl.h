@@ -7,7 +7,9 @@
 #define CURVD_CORE_KERNELS_PRINCIPAL_INL_H_
 #endif
 
+#include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "core/group_buffers.h"
 #include "core/kernels/measures-inl.h"
@@ -66,9 +68,33 @@ HWY_INLINE void ComputeCurvature(const GroupScratch::Buffers& b, GroupCurvature&
   }
 }
 
+// Takes curvature from the shape operators of fitted surfaces.
+HWY_INLINE void TakeShapes(const GroupScratch::Buffers& b, GroupCurvature& out) {
+  const GroupShapes& shapes = b.fits.shapes;
+  const auto round = [&](const double* from, float* to) {
+    std::transform(from, from + b.size, to, [](double v) { return static_cast<float>(v); });
+  };
+  round(shapes.mean, out.mean);
+  round(shapes.gaussian, out.gaussian);
+  round(shapes.half_difference, out.half_difference);
+  for (const auto& [from, to] : {std::pair(&shapes.d1, &out.d1), std::pair(&shapes.d2, &out.d2)}) {
+    round(from->x, to->x);
+    round(from->y, to->y);
+    round(from->z, to->z);
+  }
+}
+
 // Triangles whose area facing the normal is below this fraction of rho^2 are too thin to divide by: float32 offsets
 // carry an area error near 1e-7 rho^2, which is then 1 % of it.
 inline constexpr float kMinRelativeArea = 1e-5f;
+
+HWY_INLINE void RefuseThinAreas(GroupScratch::Buffers& b) {
+  for (size_t i = 0; i < b.size; ++i) {
+    if (b.status[i] == PointStatus::kOk && !(b.measures.area[i] > kMinRelativeArea)) {
+      b.status[i] = PointStatus::kDegenerateArea;
+    }
+  }
+}
 
 // Takes lengths in units of rho to the caller's: divides curvature by rho and multiplies by the index's scale.
 HWY_INLINE void ScaleCurvature(const EstimationPlan& plan, const GroupScratch::Buffers& b, GroupCurvature& c) {
@@ -92,9 +118,7 @@ HWY_INLINE void WriteGroup(const EstimationPlan& plan, const GroupCurvature& c, 
     PointStatus status = b.status[i];
     // A curvature that is no float32 comes out as infinity, and here as NaN.
     const bool finite = (k1 + k2 + c.gaussian[i]) * 0.0f == 0.0f;
-    if (status == PointStatus::kOk && !(b.measures.area[i] > kMinRelativeArea && finite)) {
-      status = PointStatus::kDegenerateArea;
-    }
+    if (status == PointStatus::kOk && !finite) status = PointStatus::kDegenerateArea;
     PointCurvature point = {c.mean[i],
                             c.gaussian[i],
                             k1,

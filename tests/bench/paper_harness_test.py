@@ -65,7 +65,7 @@ class PaperHarness(unittest.TestCase):
     def test_noise_makes_errors(self):
         for method in results.methods_of(self.errors):
             clean, noisy = (results.mean([row["H_mae"] for row in results.select(
-                self.errors, sampling="even", surface="torus", K=50, method=method, position_noise=noise,
+                self.errors, sampling="even", surface="torus", K=15, method=method, position_noise=noise,
                 normal_noise=noise)]) for noise in (0, 0.2))
             self.assertLess(clean, noisy, method)
 

@@ -48,6 +48,44 @@ std::unique_ptr<curvd::CurvatureServer> StartServer(const curvd::ServerOptions& 
 
 std::string AddressOf(int port) { return absl::StrCat("127.0.0.1:", port); }
 
+TEST(CurvatureClientTest, NamesEveryEstimator) {
+  const std::span<const std::string_view> names = EstimatorNames();
+  for (size_t i = 0; i < names.size(); ++i) {
+    EXPECT_EQ(EstimatorName(static_cast<Estimator>(i)), names[i]);
+    EXPECT_EQ(EstimatorOf(names[i]), static_cast<Estimator>(i));
+  }
+  EXPECT_EQ(EstimatorOf("best"), std::nullopt);
+}
+
+TEST(CurvatureClientTest, ServerKnowsEveryEstimator) {
+  const auto server = StartServer();
+  const auto client = *CurvatureClient::Connect(AddressOf(server->port()));
+  const SphereCloud cloud = Sphere(500);
+  for (const std::string_view name : EstimatorNames()) {
+    EstimateOptions options;
+    options.estimator = *EstimatorOf(name);
+    const absl::StatusOr<CurvatureResult> result = client->Estimate(cloud.view(), options);
+    ASSERT_TRUE(result.ok()) << name << ": " << result.status();
+    EXPECT_EQ(result->summary.status_counts[1], 500u) << name;
+  }
+  const auto info = client->GetServerInfo(absl::Seconds(10));
+  ASSERT_TRUE(info.ok()) << info.status();
+  EXPECT_THAT(info->estimators, ::testing::ElementsAreArray(EstimatorNames().begin(), EstimatorNames().end()));
+}
+
+TEST(CurvatureClientTest, JetDegreeReachesTheServer) {
+  const auto server = StartServer();
+  const auto client = *CurvatureClient::Connect(AddressOf(server->port()));
+  const SphereCloud cloud = Sphere(500);
+  EstimateOptions options;
+  options.estimator = Estimator::kJetFitting;
+  options.neighbor_count = 14;  // one less than a polynomial of degree 4 has coefficients
+  options.jet_degree = 4;
+  const absl::StatusOr<CurvatureResult> result = client->Estimate(cloud.view(), options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->summary.status_counts[static_cast<size_t>(PointStatus::kSingularFit)], 500u);
+}
+
 TEST(CurvatureClientTest, EstimatesASphere) {
   const auto server = StartServer();
   const auto client = *CurvatureClient::Connect(AddressOf(server->port()));

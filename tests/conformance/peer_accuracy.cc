@@ -1,10 +1,14 @@
-// Compares our mean errors with those measured for the paper authors' code on the paper's clouds, and prints a table.
+// Compares our mean errors with those measured for peers on the paper's clouds: the paper authors' code, CGAL's jets
+// and Ponca's algebraic shape operator. Prints a table.
 //
 //   peer_accuracy MEASURED_CSV CLOUD_DIR
 //
 // MEASURED_CSV holds the peers' errors (columns cloud, N, sig_eps, sig_xi, K, method, H_mae, ..., G_mae, ...);
 // CLOUD_DIR holds the clouds as CLOUD_NNNNNN.pts. Exit code 1 if any of our mean errors exceeds its bound: 1.03 times
-// the peer's, or 1.15 times for the hexagram, whose search differs (docs/numerics.md).
+// the peer's, 1.15 times for the hexagram, whose search differs (docs/numerics.md), or 1.02 times for the algebraic
+// shape operator. Fits to few noisy points err without bound, and the mean error of one realization of the noise, which
+// is what the peers' figures are of, moves by more than these bounds: a fit's row passes if its excess is within three
+// standard deviations of that, and its mean over all rows must keep the bound.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -30,13 +34,18 @@ struct Method {
   const char* name;
   curvd::EstimatorKind estimator;
   uint32_t triangle_count;
+  uint32_t jet_degree;
   double bound;
+  bool is_fit;
 };
 constexpr Method kMethods[] = {
-    {"RefU10", "uniform L=10", curvd::EstimatorKind::kUniform, 10, 1.03},
-    {"RefU100", "uniform L=100", curvd::EstimatorKind::kUniform, 100, 1.03},
-    {"RefHex", "hexagram", curvd::EstimatorKind::kHexagram, 100, 1.15},
-    {"RefAvgHex", "avg-hexagram", curvd::EstimatorKind::kAvgHexagram, 100, 1.03},
+    {"RefU10", "uniform L=10", curvd::EstimatorKind::kUniform, 10, 2, 1.03, false},
+    {"RefU100", "uniform L=100", curvd::EstimatorKind::kUniform, 100, 2, 1.03, false},
+    {"RefHex", "hexagram", curvd::EstimatorKind::kHexagram, 100, 2, 1.15, false},
+    {"RefAvgHex", "avg-hexagram", curvd::EstimatorKind::kAvgHexagram, 100, 2, 1.03, false},
+    {"CGALJet4", "jet degree 4", curvd::EstimatorKind::kJetFitting, 100, 4, 1.03, true},
+    {"CGALJet2", "jet degree 2", curvd::EstimatorKind::kJetFitting, 100, 2, 1.03, true},
+    {"PoncaASO", "aso", curvd::EstimatorKind::kAlgebraicShapeOperator, 100, 2, 1.02, true},
 };
 
 struct CloudKey {
@@ -119,9 +128,33 @@ std::string_view Bytes(const std::vector<float>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)};
 }
 
-constexpr uint64_t kRealizations = 4;
+constexpr uint64_t kRealizations = 6;
 // The errors of an estimate that failed: over any bound.
 constexpr MeanErrors kNoEstimate{1e9, 1e9};
+
+// Mean and standard deviation of one realization's error.
+class Spread {
+ public:
+  void Add(double error) {
+    sum_ += error;
+    squares_ += error * error;
+    ++count_;
+  }
+  double mean() const { return sum_ / count_; }
+  double deviation() const {
+    return count_ > 1 ? std::sqrt(std::max(0.0, squares_ - count_ * mean() * mean()) / (count_ - 1)) : 0.0;
+  }
+
+ private:
+  double sum_ = 0.0;
+  double squares_ = 0.0;
+  int count_ = 0;
+};
+
+struct ErrorSpread {
+  Spread mean;
+  Spread gaussian;
+};
 
 class AccuracyTable {
  public:
@@ -130,7 +163,7 @@ class AccuracyTable {
   void Compare(const CloudKey& key, const Samples& samples, const std::vector<Measured>& rows) {
     const bool noisy = key.position_noise > 0.0 || key.normal_noise > 0.0;
     const uint64_t realizations = noisy ? kRealizations : 1;
-    std::vector<MeanErrors> ours(rows.size());
+    std::vector<ErrorSpread> ours(rows.size());
     for (uint64_t seed = 1; seed <= realizations; ++seed) {
       Samples perturbed = samples;
       curv::AddPositionNoise(key.position_noise, seed, perturbed.positions);
@@ -138,25 +171,42 @@ class AccuracyTable {
       const std::vector<float> positions = Pack(perturbed.positions), normals = Pack(perturbed.normals);
       for (size_t i = 0; i < rows.size(); ++i) {
         const MeanErrors errors = Estimate(positions, normals, samples.truth, rows[i]);
-        ours[i].mean += errors.mean / static_cast<double>(realizations);
-        ours[i].gaussian += errors.gaussian / static_cast<double>(realizations);
+        ours[i].mean.Add(errors.mean);
+        ours[i].gaussian.Add(errors.gaussian);
       }
     }
     for (size_t i = 0; i < rows.size(); ++i) Print(key, rows[i], ours[i]);
   }
 
   void PrintWorst() const {
-    std::printf("\nworst ratio, ours / theirs\n%-14s %8s %8s %8s\n", "estimator", "H", "G", "bound");
-    for (const auto& [method, worst] : worst_) {
-      std::printf("%-14s %8.3f %8.3f %8.2f\n", method->name, worst.mean, worst.gaussian, method->bound);
+    std::printf("\nours / theirs   %17s %17s\n%-14s %8s %8s %8s %8s %8s\n", "mean", "worst", "estimator", "H", "G", "H",
+                "G", "bound");
+    for (const auto& [method, ratios] : ratios_) {
+      std::printf("%-14s %8.3f %8.3f %8.3f %8.3f %8.2f %s\n", method->name, ratios.MeanOfH(), ratios.MeanOfG(),
+                  ratios.worst.mean, ratios.worst.gaussian, method->bound, ratios.Over(*method) ? "OVER" : "");
     }
     std::printf("rows: %d, over their bound: %d\n", rows_, misses_);
   }
 
   int rows() const { return rows_; }
-  int misses() const { return misses_; }
+  // Rows over their bound, and estimators whose mean over all rows is.
+  int misses() const {
+    return misses_ + static_cast<int>(std::count_if(ratios_.begin(), ratios_.end(),
+                                                    [](const auto& entry) { return entry.second.Over(*entry.first); }));
+  }
 
  private:
+  // Of one estimator over all rows.
+  struct Ratios {
+    MeanErrors worst;
+    MeanErrors logarithms;
+    int rows = 0;
+
+    double MeanOfH() const { return std::exp(logarithms.mean / rows); }
+    double MeanOfG() const { return std::exp(logarithms.gaussian / rows); }
+    bool Over(const Method& method) const { return std::max(MeanOfH(), MeanOfG()) > method.bound; }
+  };
+
   MeanErrors Estimate(const std::vector<float>& positions, const std::vector<float>& normals,
                       const std::vector<curv::SurfaceGeometry>& truth, const Measured& row) {
     curvd::Cloud cloud;
@@ -164,6 +214,7 @@ class AccuracyTable {
     curvd::EstimatorOptions options;
     options.estimator = row.method->estimator;
     options.triangle_count = row.method->triangle_count;
+    options.jet_degree = row.method->jet_degree;
     options.neighborhood = curvd::NeighborCount{row.neighbor_count};
     const auto result = curvd::EstimateCurvature(std::move(cloud), options, pool_);
     if (!result.ok()) return kNoEstimate;
@@ -176,28 +227,43 @@ class AccuracyTable {
       errors.gaussian += std::abs(point.gaussian - truth[i].gaussian);
       ++done;
     }
-    if (done < truth.size() * 0.999) {
+    // A fit that finds no surface in the noise says so; such a point counts with the peer's mean error.
+    if (done < truth.size() * (row.method->is_fit ? 0.9 : 0.999)) {
       std::printf("only %zu of %zu points estimated\n", done, truth.size());
       return kNoEstimate;
     }
-    return {errors.mean / done, errors.gaussian / done};
+    const double share = static_cast<double>(done) / static_cast<double>(truth.size());
+    return {errors.mean / truth.size() + (1.0 - share) * row.errors.mean,
+            errors.gaussian / truth.size() + (1.0 - share) * row.errors.gaussian};
   }
 
-  void Print(const CloudKey& key, const Measured& row, const MeanErrors& ours) {
+  // Whether an error is over the bound by more than chance explains, if the method is a fit.
+  static bool IsOver(const Method& method, const Spread& ours, double theirs) {
+    constexpr double kDeviations = 3.0;
+    const double chance = method.is_fit ? kDeviations * ours.deviation() : 0.0;
+    return ours.mean() > method.bound * theirs + chance;
+  }
+
+  void Print(const CloudKey& key, const Measured& row, const ErrorSpread& spread) {
+    const MeanErrors ours{spread.mean.mean(), spread.gaussian.mean()};
     const MeanErrors ratio{ours.mean / row.errors.mean, ours.gaussian / row.errors.gaussian};
-    const bool over = std::max(ratio.mean, ratio.gaussian) > row.method->bound;
+    const bool over =
+        IsOver(*row.method, spread.mean, row.errors.mean) || IsOver(*row.method, spread.gaussian, row.errors.gaussian);
     std::printf("%-8s %6d %4.1f %4.1f %4u %-14s %10.3e %10.3e %6.3f %10.3e %10.3e %6.3f %s\n", key.surface.c_str(),
                 key.points, key.position_noise, key.normal_noise, row.neighbor_count, row.method->name, ours.mean,
                 row.errors.mean, ratio.mean, ours.gaussian, row.errors.gaussian, ratio.gaussian, over ? "OVER" : "");
-    MeanErrors& worst = worst_[row.method];
-    worst.mean = std::max(worst.mean, ratio.mean);
-    worst.gaussian = std::max(worst.gaussian, ratio.gaussian);
+    Ratios& ratios = ratios_[row.method];
+    ratios.worst.mean = std::max(ratios.worst.mean, ratio.mean);
+    ratios.worst.gaussian = std::max(ratios.worst.gaussian, ratio.gaussian);
+    ratios.logarithms.mean += std::log(ratio.mean);
+    ratios.logarithms.gaussian += std::log(ratio.gaussian);
+    ++ratios.rows;
     ++rows_;
     misses_ += over;
   }
 
   curvd::WorkerPool pool_{static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))};
-  std::map<const Method*, MeanErrors> worst_;
+  std::map<const Method*, Ratios> ratios_;
   int rows_ = 0;
   int misses_ = 0;
 };

@@ -29,8 +29,10 @@ EstimatorOptions WithEstimator(EstimatorKind estimator) {
   return options;
 }
 
-constexpr EstimatorKind kEstimators[] = {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform,
-                                         EstimatorKind::kIndependent, EstimatorKind::kDelaunay};
+constexpr EstimatorKind kEstimators[] = {
+    EstimatorKind::kAvgHexagram,           EstimatorKind::kHexagram, EstimatorKind::kUniform,
+    EstimatorKind::kIndependent,           EstimatorKind::kDelaunay, EstimatorKind::kJetFitting,
+    EstimatorKind::kAlgebraicShapeOperator};
 
 uint64_t CountOf(const EstimationResult& result, PointStatus status) {
   return result.field.status_counts[static_cast<size_t>(status)];
@@ -100,7 +102,45 @@ TEST(EstimationJobTest, CoincidentAndCollinearPointsAreDegenerate) {
       line.Add(0.001 * i, 0, 0, 0, 0, 1);
     }
     EXPECT_EQ(CountOf(MustEstimate(same.ToCloud(), WithEstimator(estimator)), PointStatus::kDegenerateArea), 5000u);
-    EXPECT_EQ(CountOf(MustEstimate(line.ToCloud(), WithEstimator(estimator)), PointStatus::kDegenerateArea), 5000u);
+    const bool fits = estimator == EstimatorKind::kJetFitting || estimator == EstimatorKind::kAlgebraicShapeOperator;
+    const PointStatus expected = fits ? PointStatus::kSingularFit : PointStatus::kDegenerateArea;
+    EXPECT_EQ(CountOf(MustEstimate(line.ToCloud(), WithEstimator(estimator)), expected), 5000u);
+  }
+}
+
+TEST(EstimationJobTest, FewerNeighborsThanCoefficientsAreASingularFit) {
+  EstimatorOptions options = WithEstimator(EstimatorKind::kJetFitting);
+  for (const auto& [degree, coefficients] : {std::pair(2u, 6u), std::pair(3u, 10u), std::pair(4u, 15u)}) {
+    options.jet_degree = degree;
+    options.neighborhood = NeighborCount{coefficients - 1};
+    EXPECT_EQ(CountOf(MustEstimate(Sphere(500, 1.0).ToCloud(), options), PointStatus::kSingularFit), 500u);
+    options.neighborhood = NeighborCount{coefficients + 3};
+    EXPECT_EQ(CountOf(MustEstimate(Sphere(500, 1.0).ToCloud(), options), PointStatus::kOk), 500u) << degree;
+  }
+}
+
+TEST(EstimationJobTest, PointsOnTwoParallelLinesFixNoJet) {
+  // y, y^2 and 1 depend on each other where y takes two values: the conic is not unique.
+  TestPoints lines;
+  for (int i = 0; i < 1000; ++i) lines.Add(0.01 * i, i % 2, 0, 0, 0, 1);
+  EstimatorOptions options = WithEstimator(EstimatorKind::kJetFitting);
+  options.neighborhood = NeighborRadius{1.5};
+  EXPECT_EQ(CountOf(MustEstimate(lines.ToCloud(), options), PointStatus::kSingularFit), 1000u);
+}
+
+TEST(EstimationJobTest, JetsNeedNormalsOnlyForTheSign) {
+  TestPoints points = Waves(2000, 0.0, 1);
+  const EstimatorOptions options = WithEstimator(EstimatorKind::kJetFitting);
+  const EstimationResult upward = MustEstimate(points.ToCloud(), options);
+  for (size_t i = 0; i < points.size(); i += 2) {
+    for (float& component : points.normals[i]) component = -component;
+  }
+  const EstimationResult mixed = MustEstimate(points.ToCloud(), options);
+  for (size_t i = 0; i < points.size(); ++i) {
+    const float sign = i % 2 == 0 ? -1.0f : 1.0f;
+    ASSERT_EQ(mixed.field.points[i].status, PointStatus::kOk);
+    ASSERT_EQ(mixed.field.points[i].mean, sign * upward.field.points[i].mean);
+    ASSERT_EQ(mixed.field.points[i].gaussian, upward.field.points[i].gaussian);
   }
 }
 
@@ -108,11 +148,13 @@ TEST(EstimationJobTest, PlaneIsExactlyFlat) {
   const EstimationResult result = MustEstimate(RandomPoints(Layout::kLattice, 144, 0).ToCloud(), {});
   TestPoints plane = RandomPoints(Layout::kCoplanar, 5000, 1);
   for (auto& normal : plane.normals) normal = {0, 0, 1};
-  const EstimationResult flat = MustEstimate(plane.ToCloud(), {});
-  for (size_t i = 0; i < plane.size(); ++i) {
-    ASSERT_EQ(flat.field.points[i].status, PointStatus::kOk);
-    ASSERT_EQ(flat.field.points[i].mean, 0.0f);
-    ASSERT_EQ(flat.field.points[i].gaussian, 0.0f);
+  for (EstimatorKind estimator : kEstimators) {
+    const EstimationResult flat = MustEstimate(plane.ToCloud(), WithEstimator(estimator));
+    for (size_t i = 0; i < plane.size(); ++i) {
+      ASSERT_EQ(flat.field.points[i].status, PointStatus::kOk);
+      ASSERT_EQ(flat.field.points[i].mean, 0.0f);
+      ASSERT_EQ(flat.field.points[i].gaussian, 0.0f);
+    }
   }
 }
 
@@ -121,6 +163,8 @@ TEST(EstimationJobTest, CancellingNormalsAreInconsistent) {
   for (size_t i = 0; i < sheet.size(); ++i) sheet.normals[i] = {0, 0, i % 2 == 0 ? 1.0f : -1.0f};
   const EstimationResult result = MustEstimate(sheet.ToCloud(), {});
   EXPECT_GT(CountOf(result, PointStatus::kInconsistentNormals), 0u);
+  const EstimatorOptions sphere = WithEstimator(EstimatorKind::kAlgebraicShapeOperator);
+  EXPECT_GT(CountOf(MustEstimate(sheet.ToCloud(), sphere), PointStatus::kInconsistentNormals), 0u);
   for (size_t i = 0; i < sheet.size(); ++i) sheet.normals[i] = {0, 0, i == 77 ? -1.0f : 1.0f};
   EXPECT_EQ(MustEstimate(sheet.ToCloud(), {}).field.points[77].status, PointStatus::kInconsistentNormals);
 }
@@ -140,15 +184,18 @@ TEST(EstimationJobTest, InvalidPointsAreSkippedAndNobodysNeighbors) {
 }
 
 TEST(EstimationJobTest, PowerOfTwoScalesGiveTheSameDigits) {
-  const EstimationResult unit = MustEstimate(Sphere(3000, 1.0).ToCloud(), {});
-  for (double scale : {0x1p-100, 0x1p-20, 0x1p20, 0x1p100}) {
-    const EstimationResult scaled = MustEstimate(Sphere(3000, scale).ToCloud(), {});
-    for (size_t i = 0; i < 3000; ++i) {
-      ASSERT_EQ(scaled.field.points[i].status, std::abs(std::log2(scale)) > 63 && scale < 1
-                                                   ? PointStatus::kDegenerateArea  // 1 / scale^2 is no float
-                                                   : PointStatus::kOk);
-      if (scaled.field.points[i].status != PointStatus::kOk) continue;
-      ASSERT_FLOAT_EQ(static_cast<float>(scaled.field.points[i].mean * scale), unit.field.points[i].mean);
+  for (EstimatorKind estimator : kEstimators) {
+    const EstimatorOptions options = WithEstimator(estimator);
+    const EstimationResult unit = MustEstimate(Sphere(3000, 1.0).ToCloud(), options);
+    for (double scale : {0x1p-100, 0x1p-20, 0x1p20, 0x1p100}) {
+      const EstimationResult scaled = MustEstimate(Sphere(3000, scale).ToCloud(), options);
+      for (size_t i = 0; i < 3000; ++i) {
+        ASSERT_EQ(scaled.field.points[i].status, std::abs(std::log2(scale)) > 63 && scale < 1
+                                                     ? PointStatus::kDegenerateArea  // 1 / scale^2 is no float
+                                                     : PointStatus::kOk);
+        if (scaled.field.points[i].status != PointStatus::kOk) continue;
+        ASSERT_FLOAT_EQ(static_cast<float>(scaled.field.points[i].mean * scale), unit.field.points[i].mean);
+      }
     }
   }
 }

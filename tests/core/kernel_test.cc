@@ -86,15 +86,45 @@ TEST_P(KernelTest, HexagramMatchesTheDoubleOracle) {
   }
 }
 
+TEST_P(KernelTest, JetsMatchTheDoubleOracle) {
+  for (uint32_t degree : {2u, 3u, 4u}) {
+    for (uint32_t k : {25u, 50u, 300u}) {
+      EstimatorOptions options;
+      options.estimator = EstimatorKind::kJetFitting;
+      options.jet_degree = degree;
+      options.neighborhood = NeighborCount{k};
+      ExpectNearReference(Sphere(2000, 3.0), options, 11);
+      ExpectNearReference(Waves(2000, 0.0, k), options, 11);
+      ExpectNearReference(Waves(2000, 0.01, k), options, 11);
+    }
+  }
+}
+
+TEST_P(KernelTest, AlgebraicShapeOperatorMatchesTheDoubleOracle) {
+  for (uint32_t k : {15u, 50u, 300u}) {
+    EstimatorOptions options;
+    options.estimator = EstimatorKind::kAlgebraicShapeOperator;
+    options.neighborhood = NeighborCount{k};
+    ExpectNearReference(Sphere(2000, 3.0), options, 11);
+    ExpectNearReference(Waves(2000, 0.0, k), options, 11);
+    ExpectNearReference(Waves(2000, 0.01, k), options, 11);
+  }
+}
+
 TEST_P(KernelTest, RadiusNeighborhoodsMatchTheDoubleOracle) {
-  EstimatorOptions options;
-  options.neighborhood = NeighborRadius{0.61};
-  ExpectNearReference(Sphere(2000, 3.0), options, 11);
+  for (EstimatorKind estimator :
+       {EstimatorKind::kAvgHexagram, EstimatorKind::kJetFitting, EstimatorKind::kAlgebraicShapeOperator}) {
+    EstimatorOptions options;
+    options.estimator = estimator;
+    options.neighborhood = NeighborRadius{0.61};
+    ExpectNearReference(Sphere(2000, 3.0), options, 11);
+  }
 }
 
 TEST_P(KernelTest, InstructionSetsAgreeToFloatRounding) {
-  for (EstimatorKind estimator : {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform,
-                                  EstimatorKind::kIndependent, EstimatorKind::kDelaunay}) {
+  for (EstimatorKind estimator :
+       {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform, EstimatorKind::kIndependent,
+        EstimatorKind::kDelaunay, EstimatorKind::kJetFitting, EstimatorKind::kAlgebraicShapeOperator}) {
     EstimatorOptions options;
     options.estimator = estimator;
     const TestPoints points = Sphere(3000, 2.0);

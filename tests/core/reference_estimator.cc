@@ -6,6 +6,9 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
+
+#include "tests/core/reference_fits.h"
 
 namespace curvd::testing {
 namespace {
@@ -88,6 +91,48 @@ std::vector<int> Ids(const std::vector<Ranked>& ranked, size_t count) {
   return ids;
 }
 
+// Avg-hexagram or hexagram, from a neighborhood whose radius and margin are already in `result`.
+void EstimateByHexagrams(const TestPoints& points, size_t i, const std::vector<int>& ids,
+                         const EstimatorOptions& options, ReferenceCurvature& result) {
+  const bool hexagram = options.estimator == EstimatorKind::kHexagram;
+  Vector3d mean_normal = Vector3d::Zero();
+  for (int id : ids) mean_normal += ToVector(points.normals[id]);
+  mean_normal /= static_cast<double>(ids.size());
+  const double w = options.average_normal_weight;
+  const Vector3d n = ((1.0 - w) * ToVector(points.normals[i]) + w * mean_normal).normalized();
+  Vector3d axes[2];
+  TangentAxes(n, axes);
+
+  ReferenceMeasures sum;
+  const uint32_t rotations = hexagram ? 1 : options.rotation_count;
+  for (uint32_t r = 0; r < rotations; ++r) {
+    const double angle = std::numbers::pi / 3.0 * r / rotations;
+    const auto corners = hexagram ? NearestToTargets(points, i, axes, result.radius * 2.0 / 3.0, result.margin)
+                                  : SectorAverages(points, i, ids, axes, angle, result.margin);
+    sum.AddTriangle(corners[0], corners[2], corners[4], axes);
+    sum.AddTriangle(corners[1], corners[3], corners[5], axes);
+  }
+  result.estimated = sum.area > 1e-4 * result.radius * result.radius;
+  sum.ToCurvature(result);
+}
+
+// A fitted surface, whose shape operator says everything.
+void EstimateByFit(const TestPoints& points, size_t i, const std::vector<int>& ids, const EstimatorOptions& options,
+                   ReferenceCurvature& result) {
+  const ReferenceNeighborhood neighborhood = NeighborhoodOf(points, i, ids);
+  const std::optional<Eigen::Matrix2d> shape =
+      options.estimator == EstimatorKind::kJetFitting
+          ? JetShapeOperator(neighborhood, static_cast<int>(options.jet_degree))
+          : AlgebraicShapeOperator(neighborhood, result.radius);
+  if (!shape.has_value()) return;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(*shape, Eigen::EigenvaluesOnly);
+  result.estimated = true;
+  result.k1 = solver.eigenvalues()[0];
+  result.k2 = solver.eigenvalues()[1];
+  result.mean = 0.5 * (result.k1 + result.k2);
+  result.gaussian = result.k1 * result.k2;
+}
+
 }  // namespace
 
 std::vector<int> NearestIds(const TestPoints& points, size_t i, size_t k) { return Ids(RankAll(points, i), k); }
@@ -115,26 +160,11 @@ ReferenceCurvature ReferenceEstimate(const TestPoints& points, size_t i, const E
   const double factor = by_count != nullptr ? std::sqrt(static_cast<double>(by_count->count) / searched) : 1.0;
   result.radius = searched_radius * factor;
   const std::vector<int> ids = Ids(ranked, searched);
-
-  Vector3d mean_normal = Vector3d::Zero();
-  for (int id : ids) mean_normal += ToVector(points.normals[id]);
-  mean_normal /= static_cast<double>(ids.size());
-  const double w = options.average_normal_weight;
-  const Vector3d n = ((1.0 - w) * ToVector(points.normals[i]) + w * mean_normal).normalized();
-  Vector3d axes[2];
-  TangentAxes(n, axes);
-
-  ReferenceMeasures sum;
-  const uint32_t rotations = hexagram ? 1 : options.rotation_count;
-  for (uint32_t r = 0; r < rotations; ++r) {
-    const double angle = std::numbers::pi / 3.0 * r / rotations;
-    const auto corners = hexagram ? NearestToTargets(points, i, axes, result.radius * 2.0 / 3.0, result.margin)
-                                  : SectorAverages(points, i, ids, axes, angle, result.margin);
-    sum.AddTriangle(corners[0], corners[2], corners[4], axes);
-    sum.AddTriangle(corners[1], corners[3], corners[5], axes);
+  if (hexagram || options.estimator == EstimatorKind::kAvgHexagram) {
+    EstimateByHexagrams(points, i, ids, options, result);
+  } else {
+    EstimateByFit(points, i, ids, options, result);
   }
-  result.estimated = sum.area > 1e-4 * result.radius * result.radius;
-  sum.ToCurvature(result);
   return result;
 }
 

@@ -1,5 +1,5 @@
-// A plain double implementation of search and hexagrams: the oracle for the kernels. Written for clarity, one point at
-// a time, from the paper's definitions and docs/numerics.md; shares nothing with core/kernels.
+// A plain double implementation of search and estimators: the oracle for the kernels. Written for clarity, one point at
+// a time, from the papers' definitions and docs/numerics.md; shares nothing with core/kernels.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ std::vector<int> NearestIds(const TestPoints& points, size_t i, size_t k);
 // Ids of the points at distance <= radius of point i.
 std::vector<int> IdsWithin(const TestPoints& points, size_t i, double radius);
 
-// Avg-hexagram with options.rotation_count, or hexagram.
+// REQUIRES: options.estimator is kAvgHexagram, kHexagram, kJetFitting or kAlgebraicShapeOperator.
 ReferenceCurvature ReferenceEstimate(const TestPoints& points, size_t i, const EstimatorOptions& options);
 
 }  // namespace curvd::testing

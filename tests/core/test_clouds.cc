@@ -69,6 +69,21 @@ TestPoints Sphere(size_t points, double radius) {
   return sphere;
 }
 
+TestPoints Waves(size_t points, double noise, uint64_t seed) {
+  TestPoints waves;
+  for (size_t i = 0; i < points; ++i) {
+    RandomStream random(seed, i);
+    const double x = Uniform(random), y = Uniform(random);
+    const auto moved = [&](double coordinate) { return coordinate + noise * (2.0 * Uniform(random) - 1.0); };
+    const double slope_x = 0.8 * std::cos(4.0 * x) * std::cos(3.0 * y);
+    const double slope_y = -0.6 * std::sin(4.0 * x) * std::sin(3.0 * y);
+    const double length = std::sqrt(slope_x * slope_x + slope_y * slope_y + 1.0);
+    waves.Add(moved(x), moved(y), moved(0.2 * std::sin(4.0 * x) * std::cos(3.0 * y)), -slope_x / length,
+              -slope_y / length, 1.0 / length);
+  }
+  return waves;
+}
+
 std::string LayoutName(Layout layout) {
   constexpr const char* kNames[] = {"Uniform",    "Clustered", "Collinear",   "Coplanar",
                                     "Duplicates", "Lattice",   "Anisotropic", "Outlier"};

@@ -25,6 +25,10 @@ struct TestPoints {
 // A sphere of the given radius around the origin, evenly spread, outward normals.
 TestPoints Sphere(size_t points, double radius);
 
+// The graph of a wavy function over the unit square, its samples random and moved by `noise` in every direction. Exact
+// normals point up; the largest curvature is 4.
+TestPoints Waves(size_t points, double noise, uint64_t seed);
+
 // The kinds of cloud that a search must survive.
 enum class Layout { kUniform, kClustered, kCollinear, kCoplanar, kDuplicates, kLattice, kAnisotropic, kOutlier };
 inline constexpr Layout kLayouts[] = {Layout::kUniform,    Layout::kClustered, Layout::kCollinear,   Layout::kCoplanar,

@@ -61,6 +61,26 @@ test("options reach the server", async () => {
   assert.ok(estimate.radius.every((radius) => radius === 0.25));
 });
 
+test("every estimator has a name", async () => {
+  const cloud = sphere(20_000, 2);
+  for (const estimator of ["avg-hexagram", "hexagram", "delaunay", "jet", "aso"]) {
+    assertSphere(await estimateCurvature(...cloud, { server, estimator }), 2);
+  }
+  for (const estimator of ["uniform", "independent"]) {
+    const { summary } = await estimateCurvature(...cloud, { server, estimator });
+    assert.equal(summary.statusCounts.ok, 20_000);
+  }
+});
+
+test("a jet needs as many neighbors as coefficients", async () => {
+  const jet = { server, estimator: "jet", neighborCount: 14 };
+  const estimate = await estimateCurvature(...sphere(1_000, 2), { ...jet, jetDegree: 4 });
+  assert.ok(estimate.status.every((status) => status === PointStatus.SINGULAR_FIT));
+  assert.equal(estimate.summary.statusCounts.singularFit, 1_000);
+  const conics = await estimateCurvature(...sphere(1_000, 2), { ...jet, jetDegree: 2 });
+  assert.equal(conics.summary.statusCounts.ok, 1_000);
+});
+
 test("an empty cloud gives an empty result", async () => {
   const estimate = await estimateCurvature(new Float32Array(), new Float32Array(), { server });
   assert.equal(estimate.status.length, 0);

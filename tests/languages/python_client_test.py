@@ -60,6 +60,26 @@ class RealServerTest(unittest.TestCase):
         points, _ = estimate_curvature(positions, normals, server=self.server, radius=0.25, estimator="hexagram")
         self.assertTrue(np.all(points["radius"] == 0.25))
 
+    def test_every_estimator_has_a_name(self):
+        positions, normals = sphere(20_000, radius=2.0)
+        for estimator in ("avg-hexagram", "hexagram", "delaunay", "jet", "aso"):
+            with self.subTest(estimator):
+                points, _ = estimate_curvature(positions, normals, server=self.server, estimator=estimator)
+                self.assert_sphere(points, 2.0)
+        for estimator in ("uniform", "independent"):
+            with self.subTest(estimator):
+                _, summary = estimate_curvature(positions, normals, server=self.server, estimator=estimator)
+                self.assertEqual(summary.status_counts.ok, 20_000)
+
+    def test_a_jet_needs_as_many_neighbors_as_coefficients(self):
+        positions, normals = sphere(1_000, radius=2.0)
+        for degree, status in ((2, PointStatus.OK), (4, PointStatus.SINGULAR_FIT)):
+            points, summary = estimate_curvature(
+                positions, normals, server=self.server, estimator="jet", jet_degree=degree, neighbor_count=14
+            )
+            self.assertTrue(np.all(points["status"] == status))
+            self.assertEqual(summary.status_counts.singular_fit, 1_000 if degree == 4 else 0)
+
     def test_empty_cloud_gives_an_empty_result(self):
         points, summary = estimate_curvature(np.zeros((0, 3)), np.zeros((0, 3)), server=self.server)
         self.assertEqual((len(points), summary.point_count), (0, 0))

@@ -69,7 +69,9 @@ TEST_F(CurvTest, WrongFlagsNameFlagValueAndLimit) {
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--radius=1", "--k=50"}), HasSubstr("--k"));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--triangles=10001"}), HasSubstr("1 to 10000"));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--estimator=best"}),
-              AllOf(HasSubstr("best"), HasSubstr("independent")));
+              AllOf(HasSubstr("best"), HasSubstr("independent"), HasSubstr("jet")));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--jet-degree=5"}),
+              AllOf(HasSubstr("--jet-degree"), HasSubstr("\"5\""), HasSubstr("2 to 4")));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--seed=-1"}), AllOf(HasSubstr("--seed"), HasSubstr("\"-1\"")));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server="}), HasSubstr("--server"));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server=nowhere"}), HasSubstr("\"nowhere\" is not HOST:PORT"));
@@ -105,6 +107,20 @@ TEST_F(CurvTest, EstimatesEvaluatesAndRenders) {
   const CurvRun render = RunCurv({"render", result, "-o", dir_.File("p.png"), "--quantity=k2", "--size=200x150"});
   EXPECT_EQ(render.exit_code, 0) << render.err;
   EXPECT_THAT(dir_.Read("p.png"), StartsWith("\x89PNG"));
+}
+
+TEST_F(CurvTest, EstimatesWithTheEstimatorThatIsNamed) {
+  const std::string cloud = Cloud(), result = dir_.File("result.csv");
+  for (const char* estimator : {"avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso"}) {
+    const CurvRun run = RunCurv({"estimate", cloud, "-o", result, absl::StrCat("--estimator=", estimator)});
+    EXPECT_EQ(run.exit_code, 0) << estimator << ": " << run.err;
+    EXPECT_THAT(run.out, HasSubstr(absl::StrCat("points, ", estimator, ", K = 50")));
+    EXPECT_THAT(run.err, IsEmpty());
+  }
+  const CurvRun singular = RunCurv({"estimate", cloud, "-o", result, "--estimator=jet", "--jet-degree=4", "--k=14"});
+  EXPECT_EQ(singular.exit_code, 0) << singular.err;
+  EXPECT_THAT(singular.out, ::testing::ContainsRegex("singular_fit +2,000"));
+  EXPECT_THAT(singular.err, HasSubstr("a jet of degree 4 has 15 coefficients"));
 }
 
 TEST_F(CurvTest, CsvHasTheDocumentedHeaderAndWords) {

@@ -1,0 +1,148 @@
+#include "tests/core/reference_fits.h"
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+
+#include "tests/core/reference_measures.h"
+
+namespace curvd::testing {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// A tangent basis (u, v) with u x v = n.
+Eigen::Matrix<double, 3, 2> TangentBasis(const Vector3d& n) {
+  Eigen::Matrix<double, 3, 2> basis;
+  basis.col(0) = n.unitOrthogonal();
+  basis.col(1) = n.cross(basis.col(0));
+  return basis;
+}
+
+// The direction in which the offsets spread least.
+Vector3d PlaneNormal(const std::vector<Vector3d>& offsets) {
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& offset : offsets) mean += offset / static_cast<double>(offsets.size());
+  Matrix3d covariance = Matrix3d::Zero();
+  for (const Vector3d& offset : offsets) covariance += (offset - mean) * (offset - mean).transpose();
+  return Eigen::SelfAdjointEigenSolver<Matrix3d>(covariance).eigenvectors().col(0);
+}
+
+// A function of x with its first and second derivatives; sums and products follow the rules of calculus.
+struct Jet2 {
+  double value = 0.0;
+  Vector3d gradient = Vector3d::Zero();
+  Matrix3d hessian = Matrix3d::Zero();
+};
+
+Jet2 operator+(const Jet2& a, const Jet2& b) {
+  return {a.value + b.value, a.gradient + b.gradient, a.hessian + b.hessian};
+}
+Jet2 operator*(const Jet2& a, const Jet2& b) {
+  return {a.value * b.value, a.value * b.gradient + b.value * a.gradient,
+          a.value * b.hessian + b.value * a.hessian + a.gradient * b.gradient.transpose() +
+              b.gradient * a.gradient.transpose()};
+}
+Jet2 operator*(double s, const Jet2& a) { return {s * a.value, s * a.gradient, s * a.hessian}; }
+Jet2 operator-(const Jet2& a, const Jet2& b) { return a + -1.0 * b; }
+Jet2 Reciprocal(const Jet2& a) {
+  const double r = 1.0 / a.value;
+  return {r, -r * r * a.gradient, 2.0 * r * r * r * a.gradient * a.gradient.transpose() - r * r * a.hessian};
+}
+Jet2 Dot(const std::array<Jet2, 3>& a, const std::array<Jet2, 3>& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// Weight of a neighbor as a function of the query point.
+Jet2 Weight(const Vector3d& offset, double radius) {
+  const Jet2 squared{offset.squaredNorm(), -2.0 * offset, 2.0 * Matrix3d::Identity()};
+  const Jet2 one{1.0, Vector3d::Zero(), Matrix3d::Zero()};
+  const Jet2 inner = one - 1.0 / (radius * radius) * squared;
+  return inner.value > 1e-6 ? inner * inner : Jet2();
+}
+
+}  // namespace
+
+ReferenceNeighborhood NeighborhoodOf(const TestPoints& points, size_t i, const std::vector<int>& ids) {
+  ReferenceNeighborhood result;
+  for (int id : ids) {
+    Vector3d offset;
+    for (int axis = 0; axis < 3; ++axis) offset[axis] = points.positions[id][axis] - points.positions[i][axis];
+    result.offsets.push_back(offset);
+    result.normals.push_back(ToVector(points.normals[id]));
+  }
+  result.own_normal = ToVector(points.normals[i]);
+  return result;
+}
+
+std::optional<Eigen::Matrix2d> JetShapeOperator(const ReferenceNeighborhood& neighborhood, int degree) {
+  const Vector3d axis = PlaneNormal(neighborhood.offsets);
+  const Eigen::Matrix<double, 3, 2> plane = TangentBasis(axis);
+  double unit = 0.0;
+  for (const Vector3d& offset : neighborhood.offsets) unit = std::max(unit, offset.norm());
+  const auto rows = static_cast<Eigen::Index>(neighborhood.offsets.size());
+  const Eigen::Index columns = (degree + 1) * (degree + 2) / 2;
+  if (rows < columns) return std::nullopt;
+  Eigen::MatrixXd monomials(rows, columns);
+  Eigen::VectorXd heights(rows);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const Vector3d offset = neighborhood.offsets[static_cast<size_t>(row)] / unit;
+    const Eigen::Vector2d x = plane.transpose() * offset;
+    Eigen::Index column = 0;
+    for (int k = 0; k <= degree; ++k) {
+      for (int j = 0; j <= k; ++j) monomials(row, column++) = std::pow(x[0], k - j) * std::pow(x[1], j);
+    }
+    heights[row] = axis.dot(offset);
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(monomials, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  if (svd.singularValues()[columns - 1] < 1e-5 * svd.singularValues()[0]) return std::nullopt;
+  const Eigen::VectorXd c = svd.solve(heights);
+
+  // Fundamental forms of (x, y, height) at the query point.
+  const Eigen::Vector2d slope(c[1], c[2]);
+  const Eigen::Matrix2d first = Eigen::Matrix2d::Identity() + slope * slope.transpose();
+  Eigen::Matrix2d second;
+  second << 2.0 * c[3], c[4], c[4], 2.0 * c[5];
+  second /= std::sqrt(1.0 + slope.squaredNorm()) * unit;
+  const Vector3d normal = axis - plane * slope;
+  // With the root of the first form as change of basis, the operator is symmetric.
+  const Eigen::Matrix2d root = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(first).operatorInverseSqrt();
+  return (normal.dot(neighborhood.own_normal) < 0.0 ? 1.0 : -1.0) * root * second * root;
+}
+
+std::optional<Eigen::Matrix2d> AlgebraicShapeOperator(const ReferenceNeighborhood& neighborhood, double radius) {
+  Jet2 weight, products, squares;
+  std::array<Jet2, 3> position, normal;
+  for (size_t j = 0; j < neighborhood.offsets.size(); ++j) {
+    const Vector3d &q = neighborhood.offsets[j], &n = neighborhood.normals[j];
+    const Jet2 w = Weight(q, radius);
+    weight = weight + w;
+    products = products + q.dot(n) * w;
+    squares = squares + q.squaredNorm() * w;
+    for (int axis = 0; axis < 3; ++axis) {
+      position[axis] = position[axis] + q[axis] * w;
+      normal[axis] = normal[axis] + n[axis] * w;
+    }
+  }
+  // The sphere c + l y + s y y about the query point, by its normal equations.
+  const Jet2 per_weight = Reciprocal(weight);
+  const Jet2 variance = squares - per_weight * Dot(position, position);
+  if (variance.value < 1e-5 * weight.value * radius * radius) return std::nullopt;
+  const Jet2 s = 0.5 * (products - per_weight * Dot(position, normal)) * Reciprocal(variance);
+  std::array<Jet2, 3> l;
+  for (int axis = 0; axis < 3; ++axis) l[axis] = per_weight * (normal[axis] - 2.0 * s * position[axis]);
+  const Jet2 c = -1.0 * (per_weight * (Dot(l, position) + s * squares));
+
+  // f(x) = c(x) + l(x) y + s(x) y y at y = x, where the offset y is 0 with derivative I.
+  Vector3d gradient = c.gradient;
+  Matrix3d hessian = c.hessian + 2.0 * s.value * Matrix3d::Identity();
+  for (int axis = 0; axis < 3; ++axis) {
+    gradient[axis] += l[axis].value;
+    hessian.row(axis) += l[axis].gradient.transpose();
+    hessian.col(axis) += l[axis].gradient;
+  }
+  if (gradient.dot(neighborhood.own_normal) <= 0.0) return std::nullopt;
+  const Eigen::Matrix<double, 3, 2> plane = TangentBasis(gradient.normalized());
+  return plane.transpose() * hessian * plane / gradient.norm();
+}
+
+}  // namespace curvd::testing

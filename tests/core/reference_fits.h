@@ -1,0 +1,30 @@
+// Surfaces fitted to one neighborhood in plain doubles with Eigen: the oracle for core/kernels/jet-inl.h and
+// core/kernels/algebraic_sphere-inl.h.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+
+struct ReferenceNeighborhood {
+  std::vector<Eigen::Vector3d> offsets;  // from the query point, rounded to float as the search stores them
+  std::vector<Eigen::Vector3d> normals;
+  Eigen::Vector3d own_normal;
+};
+
+ReferenceNeighborhood NeighborhoodOf(const TestPoints& points, size_t i, const std::vector<int>& ids);
+
+// The shape operator, in some orthonormal basis of the tangent plane, of the jet of that degree over the plane that the
+// neighbors lie nearest to; by singular values. Nothing if its least squares problem is ill-conditioned.
+std::optional<Eigen::Matrix2d> JetShapeOperator(const ReferenceNeighborhood& neighborhood, int degree);
+
+// The symmetric part of the derivative of the unit gradient of the field of algebraic spheres with weights
+// (1 - (d / radius)^2)^2. Differentiates every weighted sum in turn. Nothing if the neighbors fix no sphere.
+std::optional<Eigen::Matrix2d> AlgebraicShapeOperator(const ReferenceNeighborhood& neighborhood, double radius);
+
+}  // namespace curvd::testing
