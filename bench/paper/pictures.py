@@ -69,8 +69,9 @@ def save(figure, path):
     image = Image.open(path).convert("RGB")
     palette = image.quantize(256)
     colors = palette.getpalette()
-    lightest = 3 * max(range(len(colors) // 3), key=lambda i: sum(colors[3 * i:3 * i + 3]))
-    colors[lightest:lightest + 3] = [255, 255, 255]  # paper is white, not the mean of nearly white pixels
+    for i in range(0, len(colors), 3):
+        if min(colors[i:i + 3]) >= 250:  # paper is white, not the mean of nearly white pixels
+            colors[i:i + 3] = [255, 255, 255]
     palette.putpalette(colors)
     image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
 

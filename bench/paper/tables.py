@@ -45,7 +45,7 @@ class Tables:
         points = 25_000 if 25_000 in sizes else min(sizes)
         for surface in results.SURFACES:
             rows = results.select(even, surface=surface, N=points)
-            ks = sorted({row["K"] for row in rows})
+            ks = sorted({row["K"] for row in rows} & {10, 15, 25, 50, 100, 200, 400})
             table = []
             for noise in sorted({(row["position_noise"], row["normal_noise"]) for row in rows}):
                 level = results.select(rows, position_noise=noise[0], normal_noise=noise[1])
@@ -141,7 +141,7 @@ class Tables:
 
     def times(self, times):
         ks = sorted({row["K"] for row in times})
-        for name, column in (("times", "after_search_us"), ("whole_times", "total_us")):
+        for name, column in (("after_search", "after_search_us"), ("whole_times", "total_us")):
             self.write(name, ["estimator", *[f"K = {k}" for k in ks]],
                        [[name_of(method), *[digits(row[column]) for row in results.select(times, method=method)]]
                         for method in results.methods_of(times)])
