@@ -81,6 +81,9 @@ struct EstimateOptions {
   uint32_t rotation_count = 2;
   // Of the polynomial that kJetFitting fits, 2 to 4; 4 for exact positions only. DEFAULT: 2.
   uint32_t jet_degree = 2;
+  // All triangles of kDelaunay count alike, as in the paper, instead of less the farther they lie from the point.
+  // DEFAULT: false.
+  bool even_weights = false;
   // Of the random estimators. DEFAULT: 0.
   uint64_t seed = 0;
   // In [0, 1]; none: the server's default. DEFAULT: none.

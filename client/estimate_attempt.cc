@@ -58,6 +58,7 @@ v1::EstimateCurvatureRequest MakeHeader(const CloudView& cloud, const EstimateOp
   estimator.set_triangle_count(options.triangle_count);
   estimator.set_rotation_count(options.rotation_count);
   estimator.set_jet_degree(options.jet_degree);
+  estimator.set_even_weights(options.even_weights);
   estimator.set_seed(options.seed);
   if (options.average_normal_weight) estimator.set_average_normal_weight(*options.average_normal_weight);
   header.set_invalid_point_policy(options.skip_invalid ? v1::INVALID_POINT_POLICY_SKIP

@@ -93,6 +93,7 @@ absl::Status ResolveEstimatorOptions(const v1::EstimatorOptions& proto, const Ca
     }
     options.jet_degree = proto.jet_degree();
   }
+  options.even_weights = proto.even_weights();
   options.seed = proto.seed();
   if (proto.has_average_normal_weight()) {
     const double weight = proto.average_normal_weight();
@@ -233,6 +234,7 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
   proto->set_triangle_count(options.estimator.triangle_count);
   proto->set_rotation_count(options.estimator.rotation_count);
   proto->set_jet_degree(options.estimator.jet_degree);
+  proto->set_even_weights(options.estimator.even_weights);
   proto->set_seed(options.estimator.seed);
   proto->set_average_normal_weight(options.estimator.average_normal_weight);
   QuantitySet set = options.quantities;

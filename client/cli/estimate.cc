@@ -144,6 +144,8 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
       .add_option("--jet-degree", flags.options.jet_degree, "degree of jet's polynomial, 2 to 4; 4: exact positions")
       ->check(Whole(2, 4))
       ->option_text("DEGREE [2]");
+  command.add_flag("--even-weights", flags.options.even_weights,
+                   "count all triangles of delaunay alike, as the paper does");
   command.add_option("--seed", flags.options.seed, "of the random estimators")
       ->check(Whole(0, ~uint64_t{0}))
       ->option_text("NUMBER [0]");

@@ -35,6 +35,7 @@ const ESTIMATORS = {
 //   triangleCount, seed   of the random strategies. DEFAULT: 100 triangles, seed 0
 //   rotationCount         hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2
 //   jetDegree             of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2
+//   evenWeights           count all triangles of delaunay alike, as the paper does. DEFAULT: false
 //   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
 //   requestTag            free text for the server's log
@@ -86,6 +87,7 @@ function cloudHeader(positions, options) {
       triangleCount: options.triangleCount ?? 0,
       rotationCount: options.rotationCount ?? 0,
       jetDegree: options.jetDegree ?? 0,
+      evenWeights: options.evenWeights ?? false,
       seed: options.seed ?? 0,
       ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
     },

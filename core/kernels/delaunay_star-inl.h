@@ -38,7 +38,7 @@ class DelaunayStar {
   static constexpr int kCapacity = 32;
   static_assert(kUmbrellaNeighbors < kCapacity, "the point itself may be among them");
 
-  // Points that are no candidates have x = y = length = 0; so has the rest up to kCapacity.
+  // Points that are no candidates have x = y = length = 0; so has the rest of the last vector.
   alignas(64) double x[kCapacity];
   alignas(64) double y[kCapacity];
   alignas(64) double length[kCapacity];

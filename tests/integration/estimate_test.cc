@@ -81,6 +81,18 @@ TEST_F(EstimateTest, EveryEstimatorWorks) {
   }
 }
 
+TEST_F(EstimateTest, DelaunayTakesEvenWeights) {
+  const TestCloud cloud = Torus(1'000);
+  v1::CloudHeader header = HeaderFor(cloud, 20);
+  header.mutable_options()->set_estimator(v1::ESTIMATOR_DELAUNAY);
+  const CallResult falling = Run(header, cloud);
+  header.mutable_options()->set_even_weights(true);
+  const CallResult even = Run(header, cloud);
+  ASSERT_TRUE(Succeeded(falling, 1'000));
+  ASSERT_TRUE(Succeeded(even, 1'000));
+  EXPECT_NE(even.mean, falling.mean);
+}
+
 TEST_F(EstimateTest, SendsOnlyTheQuantitiesThatWereAskedFor) {
   const TestCloud cloud = Sphere(100, 1.0f);
   v1::CloudHeader header = HeaderFor(cloud, 10);

@@ -116,6 +116,13 @@ TEST(ResolveHeaderTest, RefusesJetsOfOtherDegrees) {
   }
 }
 
+TEST(ResolveHeaderTest, TakesEvenWeights) {
+  v1::CloudHeader header;
+  EXPECT_FALSE(ResolveHeader(header, kLimits)->estimator.even_weights);
+  header.mutable_options()->set_even_weights(true);
+  EXPECT_TRUE(ResolveHeader(header, kLimits)->estimator.even_weights);
+}
+
 TEST(ResolveHeaderTest, RefusesWeightsOutsideTheUnitInterval) {
   for (const double weight : {-0.1, 1.1, std::nan("")}) {
     v1::CloudHeader header;

@@ -47,6 +47,7 @@ def estimate_curvature(
     triangle_count=0,
     rotation_count=0,
     jet_degree=0,
+    even_weights=False,
     seed=0,
     average_normal_weight=None,
     skip_invalid=False,
@@ -65,6 +66,7 @@ def estimate_curvature(
     triangle_count, seed:  of the random strategies. DEFAULT: 100 triangles, seed 0.
     rotation_count:        hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2.
     jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2.
+    even_weights:          count all triangles of delaunay alike, as the paper does.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
     skip_invalid:          give an unusable point a status instead of failing the call.
     request_tag:           free text for the server's log.
@@ -80,6 +82,7 @@ def estimate_curvature(
         triangle_count=triangle_count,
         rotation_count=rotation_count,
         jet_degree=jet_degree,
+        even_weights=even_weights,
         seed=seed,
         average_normal_weight=average_normal_weight,
     )
