@@ -19,6 +19,7 @@
 #include "core/kernels/neighborhood-inl.h"
 #include "core/kernels/principal-inl.h"
 #include "core/kernels/random_triangles-inl.h"
+#include "core/kernels/sphere_field-inl.h"
 #include "core/kernels/umbrella_triangles-inl.h"
 #include "hwy/highway.h"
 
