@@ -99,7 +99,7 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
   }
   json.Add("triangle_count", uint64_t{report.options.triangle_count}).Add("seed", report.options.seed);
   json.Add("rotation_count", uint64_t{report.options.rotation_count});
-  json.Add("jet_degree", uint64_t{report.options.jet_degree});
+  json.Add("jet_degree", uint64_t{report.options.jet_degree}).Add("even_weights", report.options.even_weights);
   json.Add("points", report.summary.points).Add("status", statuses).Add("ranges", ranges).Add("seconds", seconds);
   json.Add("normals_rescaled", report.summary.normals_rescaled).Add("server_peak_bytes", report.summary.peak_bytes);
   return json.ToString() + "\n";

@@ -39,6 +39,11 @@ JsonObject& JsonObject::Add(std::string_view name, std::string_view text) {
   return *this;
 }
 
+JsonObject& JsonObject::Add(std::string_view name, bool truth) {
+  AddRaw(name, truth ? "true" : "false");
+  return *this;
+}
+
 JsonObject& JsonObject::Add(std::string_view name, uint64_t number) {
   AddRaw(name, std::to_string(number));
   return *this;

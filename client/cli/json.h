@@ -13,6 +13,7 @@ class JsonObject {
   JsonObject& Add(std::string_view name, std::string_view text);
   JsonObject& Add(std::string_view name, const char* text) { return Add(name, std::string_view(text)); }
   JsonObject& Add(std::string_view name, uint64_t number);
+  JsonObject& Add(std::string_view name, bool truth);
   // The shortest digits that read back as the same number; null if it is not finite.
   JsonObject& Add(std::string_view name, double number);
   JsonObject& Add(std::string_view name, const JsonObject& object);

@@ -81,6 +81,16 @@ test("a jet needs as many neighbors as coefficients", async () => {
   assert.equal(conics.summary.statusCounts.ok, 1_000);
 });
 
+test("even weights reach the server", async () => {
+  const [positions, normals] = sphere(1_000, 2);
+  // An ellipsoid: on a sphere all triangles say the same.
+  const stretched = positions.map((scalar, i) => (i % 3 === 2 ? 2 * scalar : scalar));
+  const delaunay = { server, estimator: "delaunay" };
+  const fading = await estimateCurvature(stretched, normals, delaunay);
+  const even = await estimateCurvature(stretched, normals, { ...delaunay, evenWeights: true });
+  assert.notDeepEqual(fading.meanCurvature, even.meanCurvature);
+});
+
 test("an empty cloud gives an empty result", async () => {
   const estimate = await estimateCurvature(new Float32Array(), new Float32Array(), { server });
   assert.equal(estimate.status.length, 0);

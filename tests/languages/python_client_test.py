@@ -80,6 +80,14 @@ class RealServerTest(unittest.TestCase):
             self.assertTrue(np.all(points["status"] == status))
             self.assertEqual(summary.status_counts.singular_fit, 1_000 if degree == 4 else 0)
 
+    def test_even_weights_reach_the_server(self):
+        positions, normals = sphere(1_000, radius=2.0)
+        positions[:, 2] *= 2  # an ellipsoid: on a sphere all triangles say the same
+        delaunay = {"server": self.server, "estimator": "delaunay"}
+        fading, _ = estimate_curvature(positions, normals, **delaunay)
+        even, _ = estimate_curvature(positions, normals, even_weights=True, **delaunay)
+        self.assertFalse(np.array_equal(fading["mean_curvature"], even["mean_curvature"]))
+
     def test_empty_cloud_gives_an_empty_result(self):
         points, summary = estimate_curvature(np.zeros((0, 3)), np.zeros((0, 3)), server=self.server)
         self.assertEqual((len(points), summary.point_count), (0, 0))

@@ -117,6 +117,10 @@ TEST_F(CurvTest, EstimatesWithTheEstimatorThatIsNamed) {
     EXPECT_THAT(run.out, HasSubstr(absl::StrCat("points, ", estimator, ", K = 50")));
     EXPECT_THAT(run.err, IsEmpty());
   }
+  const CurvRun even =
+      RunCurv({"estimate", cloud, "-o", result, "--estimator=delaunay", "--even-weights", "--summary=json"});
+  EXPECT_EQ(even.exit_code, 0) << even.err;
+  EXPECT_THAT(even.out, HasSubstr("\"even_weights\": true"));
   const CurvRun singular = RunCurv({"estimate", cloud, "-o", result, "--estimator=jet", "--jet-degree=4", "--k=14"});
   EXPECT_EQ(singular.exit_code, 0) << singular.err;
   EXPECT_THAT(singular.out, ::testing::ContainsRegex("singular_fit +2,000"));
