@@ -10,8 +10,8 @@
 namespace curvd::bench {
 
 // Estimates the whole cloud on `pool`: from the cloud in memory to the field. Ends the program on failure.
-// Figures, in CPU seconds of the process: total, build (the index), query (search, umbrellas and estimate), and in wall-clock
-// seconds: wall. `field` gets the result unless it is null.
+// Figures, in CPU seconds of the process: total, build (the index), query (search, umbrellas and estimate), and in
+// wall-clock seconds: wall. `field` gets the result unless it is null.
 Figures RunCore(const BenchCloud& cloud, const EstimatorOptions& options, WorkerPool& pool,
                 CurvatureField* field = nullptr);
 
