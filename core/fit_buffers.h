@@ -11,7 +11,7 @@
 
 namespace curvd {
 
-// A quantity of each point of a group; at most kBatch points are computed at once.
+// A quantity of each point of a group.
 using GroupDoubles = double[SpatialIndex::kGroupPoints];
 
 struct alignas(64) GroupDoubleVectors {

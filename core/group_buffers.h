@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "core/fit_buffers.h"
@@ -103,7 +104,7 @@ struct GroupScratch::Buffers {
   GroupScalars radius;           // of the neighborhood, in the index's unit
   Hexagram hexagrams[kMaxRotations];
   GroupMeasures measures;
-  FitBuffers fits;
+  std::unique_ptr<FitBuffers> fits;  // once an estimator fits surfaces
 };
 
 }  // namespace curvd

@@ -20,6 +20,9 @@ enum class EstimatorKind : uint8_t {
   kAlgebraicShapeOperator,  // an algebraic sphere, differentiated (Lejemble, Coeurjolly, Barthe, Mellado 2021)
 };
 
+// Whether it fits a surface to the neighborhood instead of measuring triangles.
+constexpr bool FitsSurface(EstimatorKind kind) { return kind >= EstimatorKind::kJetFitting; }
+
 // The K nearest points, the point itself included; equal distances go to the lower index.
 struct NeighborCount {
   uint32_t count = 50;

@@ -177,8 +177,8 @@ HWY_INLINE void SumInfluence(const SphereColumns& columns, const Sphere& f, size
 HWY_INLINE void SumSphere(GroupScratch::Buffers& b, size_t i) {
   const DoubleTag d;
   const size_t count = b.neighbors.count;
-  const SphereColumns columns(count, b.fits);
-  SphereSums& sums = b.fits.spheres;
+  const SphereColumns columns(count, *b.fits);
+  SphereSums& sums = b.fits->spheres;
   FillSphereColumns(b.neighbors, 1.0 / b.rho[i], columns);
   SumMoments(columns, count, i, sums);
   DoubleVec weighted[SphereSums::kMoments];

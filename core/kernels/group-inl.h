@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 
 #include "core/group_buffers.h"
@@ -254,6 +255,7 @@ inline OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, cons
   // The field is in another order; it is written when all are done.
   for (size_t i = 0; i < b.size; ++i) __builtin_prefetch(&out[b.id[i]], 1);
   for (size_t i = b.size; i < SpatialIndex::kGroupPoints; ++i) FillPoint(b, i);
+  if (FitsSurface(plan.estimator) && b.fits == nullptr) b.fits = std::make_unique<FitBuffers>();
   OversizedNeighborhood oversized;
   if (plan.estimator == EstimatorKind::kHexagram) {
     oversized = ForEachNeighborhood<Wanted::kNormalSum>(index, plan, box, b, [](size_t, const LeafList&) {});

@@ -124,10 +124,10 @@ HWY_INLINE void SumProducts(double* const* left, int degree, const JetColumns& c
 // Sets up the least squares problem of point i from its neighbors.
 HWY_INLINE void SumJet(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
   const NeighborArrays& n = b.neighbors;
-  JetSystems& jets = b.fits.jets;
+  JetSystems& jets = b.fits->jets;
   const double unit = 1.0 / b.rho[i];
   SetJetFrame(n, unit, i, jets);
-  const JetColumns columns(plan.jet_degree, n.count, b.fits);
+  const JetColumns columns(plan.jet_degree, n.count, *b.fits);
   FillJetColumns(n, unit, i, jets, columns);
   SumProducts(columns.x, 2 * plan.jet_degree, columns, n.count, i, jets.moments);
   SumProducts(columns.zx, plan.jet_degree, columns, n.count, i, jets.heights);
@@ -210,7 +210,7 @@ HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetS
 // Shapes of all points of the group. `find(i)` collects the neighbors of point i once more, where that is needed.
 template <typename FindNeighbors>
 HWY_INLINE void SolveJets(const EstimationPlan& plan, GroupScratch::Buffers& b, FindNeighbors find) {
-  JetSystems& jets = b.fits.jets;
+  JetSystems& jets = b.fits->jets;
   const size_t lanes = hn::Lanes(DoubleTag());
   for (size_t i = 0; i < b.size; i += lanes) SolveNormalEquations(plan.jet_degree, i, jets);
   for (size_t i = 0; i < b.size; ++i) {
@@ -219,7 +219,7 @@ HWY_INLINE void SolveJets(const EstimationPlan& plan, GroupScratch::Buffers& b, 
     find(i);
     if (!SolveJetByQr(b.neighbors, i, 1.0 / b.rho[i], plan.jet_degree, jets)) b.status[i] = PointStatus::kSingularFit;
   }
-  for (size_t i = 0; i < b.size; i += lanes) StoreJetShapes(b.normal, i, jets, b.fits.shapes);
+  for (size_t i = 0; i < b.size; i += lanes) StoreJetShapes(b.normal, i, jets, b.fits->shapes);
 }
 
 }  // namespace HWY_NAMESPACE

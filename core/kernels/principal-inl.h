@@ -70,7 +70,7 @@ HWY_INLINE void ComputeCurvature(const GroupScratch::Buffers& b, GroupCurvature&
 
 // Takes curvature from the shape operators of fitted surfaces.
 HWY_INLINE void TakeShapes(const GroupScratch::Buffers& b, GroupCurvature& out) {
-  const GroupShapes& shapes = b.fits.shapes;
+  const GroupShapes& shapes = b.fits->shapes;
   const auto round = [&](const double* from, float* to) {
     std::transform(from, from + b.size, to, [](double v) { return static_cast<float>(v); });
   };

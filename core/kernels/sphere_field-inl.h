@@ -111,7 +111,7 @@ struct alignas(64) SphereChecks {
 
 HWY_INLINE void SolveSpheresAt(size_t i, GroupScratch::Buffers& b, SphereChecks& checks) {
   const DoubleTag d;
-  const SphereSums& sums = b.fits.spheres;
+  const SphereSums& sums = b.fits->spheres;
   const DoubleVec one = hn::Set(d, 1.0);
   DoubleVec weighted[SphereSums::kMoments];
   for (int m = 0; m < SphereSums::kMoments; ++m) weighted[m] = hn::Load(d, sums.weighted[m] + i);
@@ -129,7 +129,7 @@ HWY_INLINE void SolveSpheresAt(size_t i, GroupScratch::Buffers& b, SphereChecks&
   s.yy = hn::Mul(Bilinear(s.y, field.hessian, s.y), per_length);
   s.yz = hn::Mul(Bilinear(s.y, field.hessian, s.z), per_length);
   s.zz = hn::Mul(Bilinear(s.z, field.hessian, s.z), per_length);
-  StoreShapes(s, i, b.fits.shapes);
+  StoreShapes(s, i, b.fits->shapes);
 
   const auto second = [&](int a, int k) { return hn::Load(d, sums.gradient[a][1 + k] + i); };
   const DoubleVec moment[6] = {second(0, 0), second(0, 1), second(0, 2), second(1, 1), second(1, 2), second(2, 2)};

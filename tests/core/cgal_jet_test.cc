@@ -77,7 +77,7 @@ void ExpectNearCgal(const TestPoints& points, uint32_t k, uint32_t degree) {
       if (cgal.condition > 1e4) continue;
       ++compared;
       const double largest = std::max(std::abs(cgal.k1), std::abs(cgal.k2));
-      const GroupShapes& shapes = b.fits.shapes;
+      const GroupShapes& shapes = b.fits->shapes;
       ASSERT_NEAR(shapes.mean[j] - shapes.half_difference[j], cgal.k1, 1e-8 * largest) << "degree " << degree;
       ASSERT_NEAR(shapes.mean[j] + shapes.half_difference[j], cgal.k2, 1e-8 * largest) << "degree " << degree;
       ASSERT_NEAR(shapes.gaussian[j], cgal.k1 * cgal.k2, 1e-8 * largest * largest) << "degree " << degree;

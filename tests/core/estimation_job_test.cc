@@ -102,8 +102,7 @@ TEST(EstimationJobTest, CoincidentAndCollinearPointsAreDegenerate) {
       line.Add(0.001 * i, 0, 0, 0, 0, 1);
     }
     EXPECT_EQ(CountOf(MustEstimate(same.ToCloud(), WithEstimator(estimator)), PointStatus::kDegenerateArea), 5000u);
-    const bool fits = estimator == EstimatorKind::kJetFitting || estimator == EstimatorKind::kAlgebraicShapeOperator;
-    const PointStatus expected = fits ? PointStatus::kSingularFit : PointStatus::kDegenerateArea;
+    const PointStatus expected = FitsSurface(estimator) ? PointStatus::kSingularFit : PointStatus::kDegenerateArea;
     EXPECT_EQ(CountOf(MustEstimate(line.ToCloud(), WithEstimator(estimator)), expected), 5000u);
   }
 }
