@@ -3,6 +3,7 @@
 
 RESULTS holds errors.csv and times.csv of paper_errors and paper_times; the figures go to FOLDER as SVG, and the
 errors, averaged over realizations, as errors.csv.gz beside times.csv."""
+import math
 import pathlib
 import shutil
 import sys
@@ -201,7 +202,9 @@ def times_over_k(rows, folder):
     titles = ("after the search: curvd", "after the search: peers", "index, search and estimate: curvd")
     for axes, column, title in zip(panels, ("after_search_us", "peer_after_search_us", "total_us"), titles):
         for method in MAIN:
-            points = [row for row in results.select(rows, method=method) if row[column] != ""]
+            # A method that has no values at all takes no time that means anything.
+            points = [row for row in results.select(rows, method=method)
+                      if row[column] != "" and not math.isnan(row["H_mae"])]
             if points:
                 plot_method(axes, method, [row["K"] for row in points], [row[column] for row in points])
         log_axes(axes, [10, 25, 50, 100, 200, 400])

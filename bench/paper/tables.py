@@ -4,6 +4,7 @@
 RESULTS holds errors.csv and times.csv; it gets NAME.csv for each table. PEERS_CSV, where it exists, holds the errors of
 the peers on the paper's clouds."""
 import csv
+import math
 import pathlib
 import sys
 
@@ -141,25 +142,36 @@ class Tables:
 
     def times(self, times):
         ks = sorted({row["K"] for row in times})
+
+        def cells(method, value):
+            """value(row) for each K; nothing where no point has a value, and the time means nothing."""
+            rows = {row["K"]: row for row in results.select(times, method=method) if not math.isnan(row["H_mae"])}
+            return {k: value(rows[k]) for k in ks if k in rows}
+
+        def line(values):
+            return [digits(values[k]) if k in values else "-" for k in ks]
+
+        header = ["estimator", *[f"K = {k}" for k in ks]]
+        methods = results.methods_of(times)
         for name, column in (("after_search", "after_search_us"), ("whole_times", "total_us")):
-            self.write(name, ["estimator", *[f"K = {k}" for k in ks]],
-                       [[name_of(method), *[digits(row[column]) for row in results.select(times, method=method)]]
-                        for method in results.methods_of(times)])
-        speedups = []
-        for method in results.methods_of(times):
-            rows = [row for row in results.select(times, method=method) if row["peer"]]
-            if not rows:
+            self.write(name, header,
+                       [[name_of(method), *line(cells(method, lambda row: row[column]))] for method in methods])
+        speedups, wholes = [], []
+        for method in methods:
+            peer = results.select(times, method=method)[0]["peer"]
+            if not peer:
                 continue
-            ratios = [row["peer_after_search_us"] / row["after_search_us"] for row in rows]
-            whole = [row["peer_total_us"] / row["total_us"] for row in rows]
-            speedups.append([name_of(method), rows[0]["peer"], *[digits(ratio) for ratio in ratios], digits(min(whole)),
-                             digits(max(rows, key=lambda row: row["K"])["H_mae"]),
-                             digits(max(rows, key=lambda row: row["K"])["peer_H_mae"])])
-            least = min(range(len(ks)), key=lambda i: ratios[i])
+            ratios = cells(method, lambda row: row["peer_after_search_us"] / row["after_search_us"])
+            whole = cells(method, lambda row: row["peer_total_us"] / row["total_us"])
+            last, = results.select(times, method=method, K=ks[-1])
+            errors = [digits(last["H_mae"]), digits(last["peer_H_mae"])]
+            speedups.append([name_of(method), peer, *line(ratios), *errors])
+            wholes.append([name_of(method), peer, *line(whole)])
+            worst = min(ratios, key=ratios.get)
             self.target(f"{name_of(method)}: times faster than its peer after the search, worst K",
-                        f"at least {SPEEDUP:g}", f"{digits(ratios[least])} (K = {ks[least]})", ratios[least] >= SPEEDUP)
-        self.write("speedups", ["estimator", "peer", *[f"K = {k}" for k in ks], "whole, worst K",
-                                f"error of H, K = {ks[-1]}", "the peer's"], speedups)
+                        f"at least {SPEEDUP:g}", f"{digits(ratios[worst])} (K = {worst})", ratios[worst] >= SPEEDUP)
+        self.write("speedups", ["estimator", "peer", *header[1:], f"error of H, K = {ks[-1]}", "the peer's"], speedups)
+        self.write("whole_speedups", ["estimator", "peer", *header[1:]], wholes)
 
 
 def main():
