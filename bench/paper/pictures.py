@@ -67,13 +67,12 @@ def save(figure, path):
     plt.close(figure)
     # 256 colors, dithered, take a third of the bytes and show no bands.
     image = Image.open(path).convert("RGB")
-    palette = image.quantize(256)
-    colors = palette.getpalette()
-    for i in range(0, len(colors), 3):
-        if min(colors[i:i + 3]) >= 250:  # paper is white, not the mean of nearly white pixels
-            colors[i:i + 3] = [255, 255, 255]
-    palette.putpalette(colors)
-    image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
+    palette = image.quantize(255)
+    palette.putpalette(palette.getpalette()[:3 * 255] + [255, 255, 255])
+    reduced = image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+    # Paper stays white, not the nearest of the other colors.
+    reduced.paste(255, mask=image.convert("L").point(lambda value: 255 * (value == 255)))
+    reduced.save(path, optimize=True)
 
 
 def trim(panels):
