@@ -128,7 +128,7 @@ std::string_view Bytes(const std::vector<float>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)};
 }
 
-constexpr uint64_t kRealizations = 6;
+constexpr uint64_t kRealizations = 4;
 // The errors of an estimate that failed: over any bound.
 constexpr MeanErrors kNoEstimate{1e9, 1e9};
 
