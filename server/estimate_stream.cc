@@ -118,6 +118,7 @@ void EstimateStream::OnHeaderAccepted() {
   if (!reservation.ok()) return End(reservation.status());
   {
     MutexLock lock(mutex_);
+    if (outcome_.has_value()) return;
     reservation_ = *std::move(reservation);
     accepted_due_ = true;
   }
@@ -295,9 +296,12 @@ void EstimateStream::OnWriteDone(bool ok) {
   {
     MutexLock lock(mutex_);
     write_in_flight_ = false;
-    if (!ok && !outcome_.has_value()) outcome_ = CallerGone(DeadlineHasPassed(call_));
   }
-  Pump();
+  if (ok) {
+    Pump();
+  } else {
+    End(CallerGone(DeadlineHasPassed(call_)));
+  }
 }
 
 // ---- ending
@@ -307,10 +311,11 @@ void EstimateStream::End(absl::Status status) {
   std::shared_ptr<MemoryBudget::Reservation> reservation;
   {
     MutexLock lock(mutex_);
-    if (outcome_.has_value()) return;
-    outcome_ = std::move(status);
-    job = job_;
-    reservation = reservation_;
+    if (!outcome_.has_value()) {
+      outcome_ = std::move(status);
+      job = job_;
+      reservation = reservation_;
+    }
   }
   if (job != nullptr) job->Cancel();
   if (reservation != nullptr) reservation->Abandon();

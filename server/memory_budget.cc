@@ -114,6 +114,7 @@ MemoryBudget::Reservation::~Reservation() {
 
 absl::StatusOr<bool> MemoryBudget::Reservation::GrowTo(uint64_t bytes, std::function<void(absl::Status)> answer) {
   MutexLock lock(budget_.mutex_);
+  if (abandoned_) return absl::CancelledError("the call has ended");
   if (bytes <= held_) return true;
   if (bytes > budget_.limit_) {
     return Exhausted(kReasonMemoryLimit, "memory of this call", absl::StrCat(bytes, " bytes"),
@@ -146,6 +147,7 @@ void MemoryBudget::Reservation::Abandon() {
   Answers answers;
   {
     MutexLock lock(budget_.mutex_);
+    abandoned_ = true;
     if (!budget_.Forget(*this)) return;
     answers = budget_.Serve();
   }

@@ -70,10 +70,12 @@ class MemoryBudget::Reservation {
   // - MEMORY_LIMIT: more than the whole budget.
   // - QUEUE_FULL, with a time to wait: too many wait already.
   // - MEMORY_BUSY, with a time to wait: all holders wait for more.
+  // And CANCELLED after Abandon.
   absl::StatusOr<bool> GrowTo(uint64_t bytes, std::function<void(absl::Status)> answer);
   // Gives back what is above `bytes`.
   void ShrinkTo(uint64_t bytes);
-  // Stops waiting. An answer that is being given on another thread may still arrive.
+  // The call has ended: stops waiting, and never waits again, for the end may come right before GrowTo. An answer that
+  // is being given on another thread may still arrive.
   void Abandon();
 
  private:
@@ -83,6 +85,7 @@ class MemoryBudget::Reservation {
   MemoryBudget& budget_;
   uint64_t held_ = 0;
   uint64_t wanted_ = 0;
+  bool abandoned_ = false;
   std::function<void(absl::Status)> answer_;  // set while it waits
 };
 

@@ -101,6 +101,24 @@ TEST(LimitsTest, WaitingEndsWithTheCallersDeadline) {
   server.WaitForMetric("curvd_streams_open", 1);
 }
 
+// The end of a call may come before, while or after it joins the queue.
+TEST(LimitsTest, CallsThatEndAsTheyJoinTheQueueLeaveIt) {
+  TestServer server([](ServerOptions& options) { options.memory_limit_bytes = kMemory; });
+  TestCall first(server.NewChannel());
+  ASSERT_TRUE(first.SendHeader(CheapHeader(kLargePoints)));
+  first.ReadAccepted();
+  const auto channel = server.NewChannel();
+  for (int i = 0; i < 300; ++i) {
+    TestCall hasty(channel);
+    hasty.SendHeader(CheapHeader(kLargePoints));
+    std::this_thread::sleep_for(std::chrono::microseconds(7 * i));
+    hasty.Cancel();
+    EXPECT_EQ(hasty.Finish().status.error_code(), StatusCode::CANCELLED);
+  }
+  server.WaitForMetric("curvd_queue_jobs{queue=\"memory\"}", 0);
+  server.WaitForMetric("curvd_streams_open", 1);
+}
+
 TEST(LimitsTest, TheQueueIsBounded) {
   TestServer server([](ServerOptions& options) {
     options.memory_limit_bytes = kMemory;

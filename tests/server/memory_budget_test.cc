@@ -105,6 +105,17 @@ TEST(MemoryBudgetTest, AnAbandonedPlaceIsNotServed) {
   EXPECT_EQ(first_answer.count, 0);
 }
 
+TEST(MemoryBudgetTest, WhoeverLeftNeverWaitsAgain) {
+  MemoryBudget budget(100, 10);
+  Reservation first(budget), second(budget);
+  ASSERT_TRUE(GrantsNow(first, 80));
+  second.Abandon();
+  EXPECT_TRUE(absl::IsCancelled(second.GrowTo(50, MustNotAnswer).status()));
+  EXPECT_EQ(budget.waiting(), 0u);
+  first.ShrinkTo(0);
+  EXPECT_EQ(budget.reserved(), 0u);
+}
+
 TEST(MemoryBudgetTest, ThoseWhoHoldBytesGoFirst) {
   MemoryBudget budget(100, 10);
   auto active = std::make_unique<Reservation>(budget);
