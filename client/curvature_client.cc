@@ -1,11 +1,11 @@
 #include "client/curvature_client.h"
 
 #include <algorithm>
+#include <chrono>
 #include <random>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "client/channels.h"
 #include "client/estimate_attempt.h"
 #include "client/pause.h"
@@ -13,6 +13,9 @@
 
 namespace curv {
 namespace {
+
+// Does not jump when somebody sets the machine's time.
+using Clock = std::chrono::steady_clock;
 
 constexpr std::string_view kEstimatorNames[] = {"avg-hexagram", "hexagram", "uniform", "independent",
                                                 "delaunay",     "jet",      "aso"};
@@ -26,9 +29,10 @@ absl::Status CheckArrays(const CloudView& cloud) {
                                                  ": both must hold three for each point, as many"));
 }
 
-// What to wait before the next attempt: doubling from 0.25 s, up to a quarter less so that clients do not come in
-// step, and at least what the server asked for.
-absl::Duration PauseAfter(int attempt, absl::Duration asked) {
+// What to wait before the next attempt: at least what the server asked for, nothing where `another` server may take the
+// cloud at once, else doubling from 0.25 s, up to a quarter less so that clients do not come in step.
+absl::Duration PauseAfter(int attempt, absl::Duration asked, bool another) {
+  if (attempt == 1 && another) return asked;
   std::random_device random;
   const double jitter = std::uniform_real_distribution<double>(0.75, 1.0)(random);
   return std::max(asked, jitter * absl::Milliseconds(250) * static_cast<double>(1 << std::min(attempt - 1, 5)));
@@ -60,18 +64,19 @@ CurvatureClient::~CurvatureClient() = default;
 absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud, const EstimateOptions& options,
                                                           const EstimateCallbacks& callbacks) const {
   if (absl::Status status = CheckArrays(cloud); !status.ok()) return status;
-  const absl::Time deadline = absl::Now() + options.timeout;
+  const Clock::time_point start = Clock::now();
+  const auto time_left = [&] { return options.timeout - absl::FromChrono(Clock::now() - start); };
   for (int attempt = 1;; ++attempt) {
     const auto stub = curvature::v1::CurvatureService::NewStub(channels_->Next());
-    AttemptOutcome outcome = RunAttempt(*stub, cloud, options, deadline, attempt, callbacks);
+    AttemptOutcome outcome = RunAttempt(*stub, cloud, options, time_left(), attempt, callbacks);
     if (outcome.result) {
       outcome.result->summary.attempts = attempt;
       return *std::move(outcome.result);
     }
     const AttemptFailure& failure = outcome.failure;
     if (!failure.retry_after || attempt >= options.max_attempts) return failure.status;
-    const absl::Duration pause = PauseAfter(attempt, *failure.retry_after);
-    if (absl::Now() + pause >= deadline) return failure.status;
+    const absl::Duration pause = PauseAfter(attempt, *failure.retry_after, channels_->size() > 1);
+    if (pause >= time_left()) return failure.status;
     if (!PauseFor(pause, callbacks.stop)) return absl::CancelledError("cancelled while waiting for a server");
   }
 }
@@ -80,7 +85,9 @@ absl::StatusOr<ServerInfo> CurvatureClient::GetServerInfo(absl::Duration timeout
   absl::StatusOr<ServerInfo> info;
   for (size_t i = 0; i < channels_->size(); ++i) {
     info = AskServer(channels_->Next(), timeout);
-    if (info.ok() || !absl::IsUnavailable(info.status())) break;
+    const bool may_be_a_dead_server =
+        absl::IsUnavailable(info.status()) || absl::IsUnknown(info.status()) || absl::IsInternal(info.status());
+    if (info.ok() || !may_be_a_dead_server) break;
   }
   return info;
 }

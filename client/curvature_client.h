@@ -180,8 +180,9 @@ class CurvatureClient {
   ~CurvatureClient();
 
   // Sends the cloud, waits, and returns its curvature: all of it, or an error. The server's code and message are kept;
-  // the message ends with the reason and metadata that it gave. Retries, with growing pauses and the cloud sent again,
-  // while servers are UNAVAILABLE or say that waiting helps. Further errors:
+  // the message ends with the reason and metadata that it gave. Retries while servers are UNAVAILABLE, say that waiting
+  // helps, or die behind a proxy (UNKNOWN or INTERNAL without a reason): at once on the next server, then with growing
+  // pauses, the cloud sent again each time. Further errors:
   // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals as positions.
   // - DEADLINE_EXCEEDED, CANCELLED: timeout, stop.
   // - INTERNAL: the server's answer has gaps, wrong lengths or no summary.

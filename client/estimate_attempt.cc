@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "client/result_collector.h"
 #include "client/rpc_error.h"
 #include "grpcpp/client_context.h"
@@ -90,8 +91,8 @@ class Attempt {
     progress_.attempt = attempt;
   }
 
-  AttemptOutcome Run(v1::CurvatureService::Stub& stub, absl::Time deadline) {
-    if (deadline != absl::InfiniteFuture()) context_.set_deadline(absl::ToChronoTime(deadline));
+  AttemptOutcome Run(v1::CurvatureService::Stub& stub, absl::Duration timeout) {
+    if (timeout != absl::InfiniteDuration()) context_.set_deadline(absl::ToChronoTime(absl::Now() + timeout));
     const std::stop_callback cancel(callbacks_.stop, [this] { context_.TryCancel(); });
     Report([](EstimateProgress&) {});
     stream_ = stub.EstimateCurvature(&context_);
@@ -183,11 +184,7 @@ class Attempt {
 
   AttemptOutcome Conclude(const grpc::Status& status) {
     if (!broken_.ok()) return {std::nullopt, {broken_, std::nullopt}};
-    if (!status.ok()) {
-      std::optional<absl::Duration> retry_after = RetryDelay(status);
-      if (!retry_after && status.error_code() == grpc::StatusCode::UNAVAILABLE) retry_after = absl::ZeroDuration();
-      return {std::nullopt, {ToAbslStatus(status), retry_after}};
-    }
+    if (!status.ok()) return {std::nullopt, {ToAbslStatus(status), RetryDelay(status)}};
     if (absl::Status finish = collector_.Finish(); !finish.ok()) return {std::nullopt, {finish, std::nullopt}};
     return {collector_.Release(), {}};
   }
@@ -210,8 +207,8 @@ class Attempt {
 }  // namespace
 
 AttemptOutcome RunAttempt(v1::CurvatureService::Stub& stub, const CloudView& cloud, const EstimateOptions& options,
-                          absl::Time deadline, int attempt, const EstimateCallbacks& callbacks) {
-  return Attempt(cloud, options, callbacks, attempt).Run(stub, deadline);
+                          absl::Duration timeout, int attempt, const EstimateCallbacks& callbacks) {
+  return Attempt(cloud, options, callbacks, attempt).Run(stub, timeout);
 }
 
 }  // namespace curv

@@ -27,7 +27,7 @@ struct AttemptOutcome {
 // other, and an early refusal stops the sending.
 // REQUIRES: the arrays of `cloud` hold whole points, as many normals as positions.
 AttemptOutcome RunAttempt(curvature::v1::CurvatureService::Stub& stub, const CloudView& cloud,
-                          const EstimateOptions& options, absl::Time deadline, int attempt,
+                          const EstimateOptions& options, absl::Duration timeout, int attempt,
                           const EstimateCallbacks& callbacks);
 
 }  // namespace curv

@@ -26,6 +26,19 @@ std::optional<Detail> FindDetail(const grpc::Status& status) {
   return std::nullopt;
 }
 
+// curvd explains each of its own errors, so that an unexplained one came from something on the way.
+bool IsTransient(const grpc::Status& status) {
+  switch (status.error_code()) {
+    case grpc::StatusCode::UNAVAILABLE:
+      return true;
+    case grpc::StatusCode::UNKNOWN:
+    case grpc::StatusCode::INTERNAL:
+      return !FindDetail<google::rpc::ErrorInfo>(status).has_value();
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
 absl::Status ToAbslStatus(const grpc::Status& status) {
@@ -45,11 +58,13 @@ absl::Status ToAbslStatus(const grpc::Status& status) {
 }
 
 std::optional<absl::Duration> RetryDelay(const grpc::Status& status) {
-  const std::optional<google::rpc::RetryInfo> info = FindDetail<google::rpc::RetryInfo>(status);
-  if (!info) return std::nullopt;
-  const absl::Duration delay =
-      absl::Seconds(info->retry_delay().seconds()) + absl::Nanoseconds(info->retry_delay().nanos());
-  return std::max(delay, absl::ZeroDuration());
+  if (const auto info = FindDetail<google::rpc::RetryInfo>(status)) {
+    const absl::Duration delay =
+        absl::Seconds(info->retry_delay().seconds()) + absl::Nanoseconds(info->retry_delay().nanos());
+    return std::max(delay, absl::ZeroDuration());
+  }
+  if (!IsTransient(status)) return std::nullopt;
+  return absl::ZeroDuration();
 }
 
 std::string ErrorReason(const absl::Status& status) {

@@ -13,7 +13,9 @@ namespace curv {
 // reason is kept apart too, see ErrorReason. Damaged details are ignored.
 absl::Status ToAbslStatus(const grpc::Status& status);
 
-// How long the server asks to wait before the next try (RetryInfo); nothing if it does not say that waiting helps.
+// How long to wait at least before the same call is tried again; nothing where trying again cannot help. RetryInfo says
+// how long; UNAVAILABLE, and UNKNOWN and INTERNAL without ErrorInfo, which proxies make of a server that died, need no
+// wait on another server.
 std::optional<absl::Duration> RetryDelay(const grpc::Status& status);
 
 }  // namespace curv

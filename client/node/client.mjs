@@ -4,12 +4,16 @@ import grpc from "@grpc/grpc-js";
 import { CurvdError, fromServiceError } from "./errors.mjs";
 import { CurvatureService } from "./protocol.mjs";
 import { ResultCollector } from "./results.mjs";
+import { callWithRetries } from "./retries.mjs";
 
 const CHUNK_BYTES = 1 << 20;
 const CHANNEL_OPTIONS = {
   // A peer that died without a word is found in seconds.
   "grpc.keepalive_time_ms": 10_000,
   "grpc.keepalive_timeout_ms": 5_000,
+  // One that came back is found by the next try.
+  "grpc.initial_reconnect_backoff_ms": 250,
+  "grpc.max_reconnect_backoff_ms": 2_000,
   "grpc.max_receive_message_length": 256 << 20,
 };
 
@@ -27,7 +31,8 @@ const ESTIMATORS = {
 //
 // positions, normals: Float32Array or Float64Array of 3 N scalars, both of the same type; normals point outward, of any
 // length above zero. Options:
-//   server                HOST:PORT. DEFAULT: "localhost:50061"
+//   server                HOST:PORT, or several with commas between: replicas, each call starting with any of them.
+//                         DEFAULT: "localhost:50061"
 //   credentials           grpc.ChannelCredentials. DEFAULT: plain text
 //   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform", "independent", "delaunay", "jet" or "aso"
 //   neighborCount         the K nearest points, the point itself included. DEFAULT: 50, if there is no radius
@@ -39,7 +44,9 @@ const ESTIMATORS = {
 //   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
 //   requestTag            free text for the server's log
-//   timeoutMs             for the whole call. DEFAULT: no limit
+//   timeoutMs             for the whole call with its retries. DEFAULT: no limit
+//   maxAttempts           times the cloud is sent at most, while servers are unavailable or ask to wait: at once to the
+//                         next replica, then with growing pauses. DEFAULT: 6, over about 8 seconds
 //
 // Resolves to { meanCurvature, gaussianCurvature, k1, k2, d1, d2, radius, status, summary }: Float32Arrays of N scalars
 // (d1, d2: 3 N) and a Uint8Array of PointStatus. Rejects with a CurvdError if the call fails, with a TypeError if the
@@ -48,11 +55,14 @@ export async function estimateCurvature(positions, normals, options = {}) {
   checkArrays(positions, normals);
   const header = cloudHeader(positions, options);
   const credentials = options.credentials ?? grpc.credentials.createInsecure();
-  const client = new CurvatureService(options.server ?? "localhost:50061", credentials, CHANNEL_OPTIONS);
+  const servers = (options.server ?? "localhost:50061").split(",");
+  const clients = servers.map((server) => new CurvatureService(server.trim(), credentials, CHANNEL_OPTIONS));
+  const { timeoutMs, maxAttempts = 6 } = options;
   try {
-    return await call(client, header, positions, normals, options.timeoutMs);
+    const attempt = (client, timeLeft) => call(client, header, positions, normals, timeLeft);
+    return await callWithRetries(clients, attempt, { timeoutMs, maxAttempts });
   } finally {
-    client.close();
+    clients.forEach((client) => client.close());
   }
 }
 

@@ -8,8 +8,9 @@ import { decode } from "./protocol.mjs";
 //   reason      the cause for a program, such as "CHUNK_OUT_OF_ORDER"; "" where the server gave none
 //   metadata    what the reason refers to, an object of strings
 //   retryAfter  seconds after which the same call may succeed; null where waiting does not help
+//   transient   whether the same call may succeed on another try: waiting helps, or the server is or became unreachable
 export class CurvdError extends Error {
-  constructor(code, details, { reason = "", metadata = {}, retryAfter = null } = {}) {
+  constructor(code, details, { reason = "", metadata = {}, retryAfter = null, transient = false } = {}) {
     super(`${grpc.status[code]}: ${details}`);
     this.name = "CurvdError";
     this.code = code;
@@ -18,16 +19,29 @@ export class CurvdError extends Error {
     this.reason = reason;
     this.metadata = metadata;
     this.retryAfter = retryAfter;
+    this.transient = transient;
   }
 }
 
 // The CurvdError for a grpc.ServiceError. Details that cannot be decoded are left out.
 export function fromServiceError(error) {
+  const details = detailsOf(error);
+  const transient = details.retryAfter !== undefined || serverIsGone(error.code, details.reason);
+  return new CurvdError(error.code, error.details, { ...details, transient });
+}
+
+// Proxies make UNKNOWN or INTERNAL of a server that died; curvd gives each of its own errors a reason.
+function serverIsGone(code, reason) {
+  if (code === grpc.status.UNKNOWN || code === grpc.status.INTERNAL) return !reason;
+  return code === grpc.status.UNAVAILABLE;
+}
+
+function detailsOf(error) {
   const [packed] = error.metadata?.get("grpc-status-details-bin") ?? [];
   try {
-    return new CurvdError(error.code, error.details, packed ? decodeDetails(packed) : {});
+    return packed ? decodeDetails(packed) : {};
   } catch {
-    return new CurvdError(error.code, error.details);
+    return {};
   }
 }
 

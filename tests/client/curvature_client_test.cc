@@ -263,6 +263,29 @@ TEST(CurvatureClientRetryTest, TriesAgainWhileUnavailable) {
   EXPECT_EQ(result->summary.attempts, 3);
 }
 
+TEST(CurvatureClientRetryTest, TriesAgainWhenAProxyLosesTheServer) {
+  ScriptedService service([](int call, ScriptedService::Stream& stream, grpc::ServerContext&) {
+    if (call == 1) return grpc::Status(grpc::StatusCode::UNKNOWN, "Stream removed");
+    if (call == 2) return grpc::Status(grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 2");
+    return Succeed(stream);
+  });
+  const absl::StatusOr<CurvatureResult> result = (*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, {});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->summary.attempts, 3);
+}
+
+TEST(CurvatureClientRetryTest, DoesNotRepeatWhatBreaksTheServer) {
+  ScriptedService service([](int, ScriptedService::Stream&, grpc::ServerContext&) {
+    google::rpc::ErrorInfo info;
+    info.set_reason("INTERNAL");
+    google::rpc::Status details;
+    details.add_details()->PackFrom(info);
+    return grpc::Status(grpc::StatusCode::INTERNAL, "a defect", details.SerializeAsString());
+  });
+  EXPECT_TRUE(absl::IsInternal((*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, {}).status()));
+  EXPECT_EQ(service.calls(), 1);
+}
+
 TEST(CurvatureClientRetryTest, GivesUpAfterTheLastAttempt) {
   ScriptedService service([](int, ScriptedService::Stream&, grpc::ServerContext&) { return Unavailable(); });
   EstimateOptions options;

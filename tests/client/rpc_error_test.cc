@@ -43,7 +43,7 @@ TEST(RpcErrorTest, KeepsPlainErrors) {
 
 TEST(RpcErrorTest, IgnoresDamagedDetails) {
   for (const std::string& bytes : {std::string("\xff\xff"), WithDetails(true).error_details().substr(0, 9)}) {
-    const grpc::Status damaged(grpc::StatusCode::INTERNAL, "m", bytes);
+    const grpc::Status damaged(grpc::StatusCode::RESOURCE_EXHAUSTED, "m", bytes);
     EXPECT_EQ(ToAbslStatus(damaged).message(), "m");
     EXPECT_FALSE(RetryDelay(damaged).has_value());
   }
@@ -52,6 +52,23 @@ TEST(RpcErrorTest, IgnoresDamagedDetails) {
 TEST(RpcErrorTest, ReadsTheRetryDelay) {
   EXPECT_FALSE(RetryDelay(WithDetails(false)).has_value());
   EXPECT_EQ(RetryDelay(WithDetails(true)), absl::Milliseconds(2500));
+}
+
+// curvd gives each of its own errors a reason: one without comes from the way to it, such as a proxy's dead backend.
+TEST(RpcErrorTest, ErrorsOfTheWayMayBeRetriedAtOnce) {
+  using grpc::StatusCode;
+  for (const StatusCode code : {StatusCode::UNAVAILABLE, StatusCode::UNKNOWN, StatusCode::INTERNAL}) {
+    EXPECT_EQ(RetryDelay(grpc::Status(code, "reset")), absl::ZeroDuration()) << code;
+  }
+  const std::string reason = WithDetails(false).error_details();
+  EXPECT_EQ(RetryDelay(grpc::Status(StatusCode::UNAVAILABLE, "draining", reason)), absl::ZeroDuration());
+  for (const StatusCode code : {StatusCode::UNKNOWN, StatusCode::INTERNAL}) {
+    EXPECT_FALSE(RetryDelay(grpc::Status(code, "a defect", reason)).has_value()) << code;
+  }
+  for (const StatusCode code : {StatusCode::INVALID_ARGUMENT, StatusCode::CANCELLED, StatusCode::DEADLINE_EXCEEDED,
+                                StatusCode::RESOURCE_EXHAUSTED, StatusCode::UNIMPLEMENTED}) {
+    EXPECT_FALSE(RetryDelay(grpc::Status(code, "no")).has_value()) << code;
+  }
 }
 
 }  // namespace

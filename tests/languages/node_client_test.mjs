@@ -125,7 +125,7 @@ test("arguments that make no request are refused", async () => {
 });
 
 test("nobody listening is unavailable", async () => {
-  const error = await failure(estimateCurvature(...sphere(10, 1), { server: "127.0.0.1:1" }));
+  const error = await failure(estimateCurvature(...sphere(10, 1), { server: "127.0.0.1:1", maxAttempts: 2 }));
   assert.equal(error.codeName, "UNAVAILABLE");
 });
 
@@ -177,6 +177,36 @@ test("breaches of the protocol are found", async () => {
   }
 });
 
+test("a server that dies is tried again, and a defect is not", async () => {
+  for (const code of [grpc.status.UNAVAILABLE, grpc.status.UNKNOWN, grpc.status.INTERNAL]) {
+    let calls = 0;
+    const dieOnce = (call) => {
+      calls += 1;
+      if (calls === 1) return call.emit("error", { code, details: "Stream removed" });
+      call.write({ summary: { pointCount: 0 } });
+      call.end();
+    };
+    const none = new Float32Array();
+    const estimate = await scripted(dieOnce, (fake) => estimateCurvature(none, none, { server: fake }));
+    assert.deepEqual([estimate.summary.pointCount, calls], [0, 2]);
+  }
+  let calls = 0;
+  const breach = (call) => {
+    calls += 1;
+    call.end();
+  };
+  const error = await scripted(breach, (fake) => failure(estimateCurvature(...sphere(10, 1), { server: fake })));
+  assert.deepEqual([error.codeName, error.transient, calls], ["INTERNAL", false, 1]);
+});
+
+test("another replica is tried", async () => {
+  for (let i = 0; i < 4; ++i) {
+    const replicas = `127.0.0.1:1,${server}`;
+    const estimate = await estimateCurvature(...sphere(100, 1), { server: replicas, maxAttempts: 2 });
+    assert.equal(estimate.summary.pointCount, 100);
+  }
+});
+
 test("error details reach the caller", async () => {
   // google.rpc.Status with ErrorInfo{MEMORY_LIMIT, curvd, limit: 8} and RetryInfo{1.5 s}, in wire format.
   const field = (number, bytes) => Buffer.concat([Buffer.from([(number << 3) | 2, bytes.length]), Buffer.from(bytes)]);
@@ -196,7 +226,8 @@ test("error details reach the caller", async () => {
       metadata.set("grpc-status-details-bin", details);
       call.emit("error", { code: grpc.status.RESOURCE_EXHAUSTED, details: "memory: 9 bytes, limit 8", metadata });
     };
-    const error = await scripted(script, (fake) => failure(estimateCurvature(...sphere(10, 1), { server: fake })));
+    const once = (fake) => estimateCurvature(...sphere(10, 1), { server: fake, maxAttempts: 1 });
+    const error = await scripted(script, (fake) => failure(once(fake)));
     assert.equal(error.codeName, "RESOURCE_EXHAUSTED");
     assert.equal(error.details, "memory: 9 bytes, limit 8");
     return error;

@@ -3,6 +3,7 @@
 import concurrent.futures
 import contextlib
 import os
+import time
 import unittest
 
 import grpc
@@ -141,7 +142,7 @@ class ArgumentTest(unittest.TestCase):
 
     def test_nobody_listening_is_unavailable(self):
         with self.assertRaises(CurvdError) as caught:
-            estimate_curvature(*sphere(10, 1.0), server="127.0.0.1:1")
+            estimate_curvature(*sphere(10, 1.0), server="127.0.0.1:1", max_attempts=2)
         self.assertEqual(caught.exception.code, grpc.StatusCode.UNAVAILABLE)
 
 
@@ -179,7 +180,7 @@ def summary(count):
 class MisbehavingServerTest(unittest.TestCase):
     def fails_with(self, script):
         with scripted(script) as server, self.assertRaises(CurvdError) as caught:
-            estimate_curvature(*sphere(10, 1.0), server=server)
+            estimate_curvature(*sphere(10, 1.0), server=server, max_attempts=2)
         return caught.exception
 
     def test_breaches_of_the_protocol_are_found(self):
@@ -198,6 +199,46 @@ class MisbehavingServerTest(unittest.TestCase):
                 error = self.fails_with(lambda _, responses=responses: responses)
                 self.assertEqual(error.code, grpc.StatusCode.INTERNAL)
                 self.assertIn(message, error.message)
+
+    def test_a_server_that_dies_is_tried_again(self):
+        for code in (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.UNKNOWN, grpc.StatusCode.INTERNAL):
+            with self.subTest(code.name):
+                calls = []
+
+                def die_once(context, code=code, calls=calls):
+                    calls.append(code)
+                    if len(calls) == 1:
+                        context.abort(code, "Stream removed")
+                    yield from [result(0, 10), summary(10)]
+
+                with scripted(die_once) as server:
+                    points, _ = estimate_curvature(*sphere(10, 1.0), server=server)
+                self.assertEqual((len(points), len(calls)), (10, 2))
+
+    def test_another_replica_is_tried(self):
+        with scripted(lambda _: [result(0, 10), summary(10)]) as server:
+            for _ in range(4):
+                points, _ = estimate_curvature(*sphere(10, 1.0), server=f"127.0.0.1:1,{server}", max_attempts=2)
+                self.assertEqual(len(points), 10)
+
+    def test_a_defect_of_the_server_is_not_tried_again(self):
+        calls = []
+
+        def fail(context):
+            calls.append(1)
+            context.set_trailing_metadata([("grpc-status-details-bin", packed_details("ErrorInfo"))])
+            context.abort(grpc.StatusCode.INTERNAL, "a defect")
+            yield
+
+        self.assertFalse(self.fails_with(fail).transient)
+        self.assertEqual(len(calls), 1)
+
+    def test_no_try_starts_after_the_timeout(self):
+        began = time.monotonic()
+        with self.assertRaises(CurvdError) as caught:
+            estimate_curvature(*sphere(10, 1.0), server="127.0.0.1:1", timeout=1.0)
+        self.assertTrue(caught.exception.transient or caught.exception.code == grpc.StatusCode.DEADLINE_EXCEEDED)
+        self.assertLess(time.monotonic() - began, 5)
 
     def test_error_details_reach_the_caller(self):
         error = self.refused_with(packed_details())
@@ -219,8 +260,8 @@ class MisbehavingServerTest(unittest.TestCase):
         return error
 
 
-def packed_details():
-    """A google.rpc.Status with an ErrorInfo, a RetryInfo and a detail that nobody knows."""
+def packed_details(*only):
+    """A google.rpc.Status with an ErrorInfo, a RetryInfo and a detail that nobody knows, or `only` some of them."""
     messages = errors._MESSAGES
     info = messages["google.rpc.ErrorInfo"](reason="MEMORY_LIMIT", domain="curvd", metadata={"limit": "8"})
     retry = messages["google.rpc.RetryInfo"]()
@@ -231,6 +272,8 @@ def packed_details():
         ("RetryInfo", retry.SerializeToString()),
         ("Unknown", b"?"),
     ]:
+        if only and name not in only:
+            continue
         detail = any_pb2.Any(type_url=f"type.googleapis.com/google.rpc.{name}", value=value)
         status.details.add().MergeFromString(detail.SerializeToString())
     return status.SerializeToString()

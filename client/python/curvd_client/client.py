@@ -1,5 +1,6 @@
 """One call: a cloud goes out in chunks, its curvature comes back."""
 
+import contextlib
 import typing
 
 import grpc
@@ -8,12 +9,17 @@ import numpy as np
 from curvature.v1 import curvature_pb2, curvature_pb2_grpc
 from curvd_client.errors import CurvdError, from_rpc_error
 from curvd_client.results import ResultCollector
+from curvd_client.retries import call_with_retries
 
 _CHUNK_BYTES = 1 << 20
 _CHANNEL_OPTIONS = [
     # A peer that died without a word is found in seconds.
     ("grpc.keepalive_time_ms", 10_000),
     ("grpc.keepalive_timeout_ms", 5_000),
+    # One that came back is found by the next try, one that drops packets is given up.
+    ("grpc.initial_reconnect_backoff_ms", 250),
+    ("grpc.max_reconnect_backoff_ms", 2_000),
+    ("grpc.min_reconnect_backoff_ms", 5_000),
     ("grpc.max_receive_message_length", 256 << 20),
 ]
 
@@ -53,13 +59,15 @@ def estimate_curvature(
     skip_invalid=False,
     request_tag="",
     timeout=None,
+    max_attempts=6,
     channel=None,
 ):
     """Estimates the curvature at every point of an oriented cloud.
 
     positions, normals:    arrays of shape (N, 3). float64 positions are sent as such, which keeps georeferenced scans
                            exact; everything else is sent as float32. Normals point outward, of any length above zero.
-    server:                HOST:PORT, in plain text. For TLS pass a `channel` of your own instead.
+    server:                HOST:PORT, in plain text, or several with commas between: replicas, each call starting with
+                           any of them. For TLS pass a `channel` of your own instead.
     estimator:             "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet" or "aso".
     neighbor_count:        the K nearest points, the point itself included. DEFAULT: 50, if there is no radius.
     radius:                all points at most this far away, instead of neighbor_count.
@@ -70,7 +78,9 @@ def estimate_curvature(
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
     skip_invalid:          give an unusable point a status instead of failing the call.
     request_tag:           free text for the server's log.
-    timeout:               seconds for the whole call. DEFAULT: no limit.
+    timeout:               seconds for the whole call with its retries. DEFAULT: no limit.
+    max_attempts:          times the cloud is sent at most, while servers are unavailable or ask to wait: at once to the
+                           next replica, then with growing pauses. DEFAULT: 6, over about 8 seconds.
 
     Returns an Estimate. Raises CurvdError if the call fails, ValueError if the arguments make no request. Thread-safe.
     """
@@ -97,10 +107,17 @@ def estimate_curvature(
         ),
         request_tag=request_tag,
     )
-    if channel is not None:
-        return _call(channel, header, positions, normals, timeout)
-    with grpc.insecure_channel(server, _CHANNEL_OPTIONS) as own_channel:
-        return _call(own_channel, header, positions, normals, timeout)
+    with contextlib.ExitStack() as opened:
+        channels = [channel]
+        if channel is None:
+            addresses = [address.strip() for address in server.split(",")]
+            channels = [opened.enter_context(grpc.insecure_channel(each, _CHANNEL_OPTIONS)) for each in addresses]
+        return call_with_retries(
+            channels,
+            lambda target, time_left: _call(target, header, positions, normals, time_left),
+            timeout=timeout,
+            max_attempts=max_attempts,
+        )
 
 
 def _packed_arrays(positions, normals):

@@ -17,15 +17,17 @@ class CurvdError(Exception):
     reason:      the cause for a program, such as "CHUNK_OUT_OF_ORDER"; "" where the server gave none.
     metadata:    what the reason refers to, a dict of strings.
     retry_after: seconds after which the same call may succeed; None where waiting does not help.
+    transient:   whether the same call may succeed on another try: waiting helps, or the server is or became unreachable.
     """
 
-    def __init__(self, code, message, reason="", metadata=None, retry_after=None):
+    def __init__(self, code, message, reason="", metadata=None, retry_after=None, transient=False):
         super().__init__(f"{code.name}: {message}")
         self.code = code
         self.message = message
         self.reason = reason
         self.metadata = metadata or {}
         self.retry_after = retry_after
+        self.transient = transient
 
 
 def from_rpc_error(error):
@@ -34,14 +36,22 @@ def from_rpc_error(error):
     try:
         details = list(_details(error))
     except DecodeError:
-        return curvd_error
+        details = []
     for detail in details:
         if detail.DESCRIPTOR.name == "ErrorInfo":
             curvd_error.reason = detail.reason
             curvd_error.metadata = dict(detail.metadata)
         elif detail.DESCRIPTOR.name == "RetryInfo":
             curvd_error.retry_after = detail.retry_delay.seconds + detail.retry_delay.nanos * 1e-9
+    curvd_error.transient = curvd_error.retry_after is not None or _server_is_gone(curvd_error)
     return curvd_error
+
+
+def _server_is_gone(error):
+    # Proxies make UNKNOWN or INTERNAL of a server that died; curvd gives each of its own errors a reason.
+    if error.code in (grpc.StatusCode.UNKNOWN, grpc.StatusCode.INTERNAL):
+        return not error.reason
+    return error.code == grpc.StatusCode.UNAVAILABLE
 
 
 def _details(error):
