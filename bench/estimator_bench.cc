@@ -19,7 +19,9 @@ constexpr NamedEstimator kEstimators[] = {{"avg-hexagram, 1 rotation", Estimator
                                           {"hexagram", EstimatorKind::kHexagram, 1},
                                           {"uniform, 100 triangles", EstimatorKind::kUniform, 1},
                                           {"independent, 100 triangles", EstimatorKind::kIndependent, 1},
-                                          {"delaunay", EstimatorKind::kDelaunay, 1}};
+                                          {"delaunay", EstimatorKind::kDelaunay, 1},
+                                          {"jet, degree 2", EstimatorKind::kJetFitting, 1},
+                                          {"algebraic shape operator", EstimatorKind::kAlgebraicShapeOperator, 1}};
 
 double MicrosPerPoint(const BenchCloud& cloud, Figures& figures) {
   return 1e6 * figures["total"] / static_cast<double>(cloud.size());

@@ -25,6 +25,7 @@ void Die(const grpc::Status& status) {
 RawCall::RawCall(const std::string& address, const BenchCloud& cloud, uint32_t k) : cloud_(cloud) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
+  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 4 << 20);
   stub_ =
       v1::CurvatureService::NewStub(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
   stream_ = stub_->EstimateCurvature(&context_);

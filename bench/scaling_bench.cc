@@ -2,13 +2,12 @@
 // options.
 #include <algorithm>
 #include <cmath>
-#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "bench/core_run.h"
 #include "bench/flags.h"
-#include "bench/stopwatch.h"
 #include "bench/table.h"
+#include "bench/threads.h"
 
 namespace curvd::bench {
 namespace {
@@ -61,24 +60,7 @@ void GrowNeighborhoods(const Flags& flags, WorkerPool& pool, Targets& targets) {
   targets.AtMost("cost over K; K from 15 to 1000 against the smallest", 1.0, worst, "x");
 }
 
-// Work that shares nothing: what this machine gives two threads at best.
-Figures Spin(int threads) {
-  constexpr int kSteps = 100'000'000;
-  const double start = WallSeconds();
-  std::vector<std::thread> workers;
-  for (int t = 0; t < threads; ++t) {
-    workers.emplace_back([threads] {
-      volatile double x = 1.0;
-      for (int i = 0; i < kSteps / threads; ++i) x = x * 1.0000001;
-    });
-  }
-  for (std::thread& worker : workers) worker.join();
-  const double wall = WallSeconds() - start;
-  return {{"total", wall}, {"wall", wall}};
-}
-
 void AddThreads(const Flags& flags, Targets& targets) {
-  constexpr double kWanted = 1.85;
   Table table("scaling_threads", {"cloud", "points", "K", "1 thread s", "2 threads s", "speedup", "control speedup"});
   WorkerPool one(1), two(2);
   for (const char* surface : {"torus", "goursat"}) {
@@ -94,13 +76,8 @@ void AddThreads(const Flags& flags, Targets& targets) {
       const double control = medians["control; 1 thread"]["wall"] / medians["control; 2 threads"]["wall"];
       table.AddRow({surface, absl::StrCat(cloud.size()), absl::StrCat(k), Digits(single), Digits(both),
                     Digits(single / both), Digits(control)});
-      const std::string what = absl::StrCat(surface, " K=", k, ": two threads over one; index to field; wall clock");
-      if (control >= kWanted) {
-        targets.AtLeast(what, kWanted, single / both, "x");
-      } else {
-        targets.NotMeasurable(what, absl::StrCat("at least ", kWanted, "x"),
-                              absl::StrCat("two spinning threads gain ", Digits(control), "x here"));
-      }
+      AddSpeedup(absl::StrCat(surface, " K=", k, ": two threads over one; index to field; wall clock"), single / both,
+                 control, targets);
     }
   }
   table.Finish(flags.out);

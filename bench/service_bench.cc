@@ -12,6 +12,7 @@
 #include "bench/raw_call.h"
 #include "bench/stopwatch.h"
 #include "bench/table.h"
+#include "bench/threads.h"
 #include "client/curvature_client.h"
 #include "core/estimation_job.h"
 
@@ -116,24 +117,31 @@ void MeasureIngest(const Flags& flags, const BenchCloud& cloud, Table& table, Ta
   targets.AtLeast("ingest per CPU second of the server", 500.0, Median(rates), " MB");
 }
 
-void MeasureWaits(const Flags& flags, const BenchCloud& cloud, int threads, Table& table) {
-  const CurvdProcess server(threads);
-  std::vector<double> first, summary;
-  for (int round = 0; round < flags.RoundsOr(7); ++round) {
+// From the half-close on, with one worker and with two, in turn.
+void MeasureWaits(const Flags& flags, const BenchCloud& cloud, Table& table, Targets& targets) {
+  SideBySide comparison(absl::StrCat(cloud.name, " ", cloud.size(), " half-close"));
+  const CurvdProcess one(1), two(2);
+  const auto measure = [&](const CurvdProcess& server) {
     RawCall call(server.address(), cloud, kNeighbors);
     call.SendPoints();
+    SettledCpu(server);  // what was sent has arrived
     const RawCall::Waits waits = call.FinishAndRead();
-    first.push_back(waits.first_result);
-    summary.push_back(waits.summary);
-  }
-  const std::string from =
-      absl::StrCat("half-close to %; ", cloud.size(), " points; K=50; ", threads, " server threads; ms");
-  const size_t at = from.find('%');
-  const auto row = [&](const char* event, const std::vector<double>& seconds) {
-    table.AddRow({std::string(from).replace(at, 1, event), Digits(1e3 * Median(seconds))});
+    return Figures{{"total", waits.summary}, {"first result", waits.first_result}, {"summary", waits.summary}};
   };
-  row("first result", first);
-  row("summary", summary);
+  comparison.Add("1", [&] { return measure(one); });
+  comparison.Add("2", [&] { return measure(two); });
+  comparison.Add("control 1", [] { return Spin(1); });
+  comparison.Add("control 2", [] { return Spin(2); });
+  auto medians = comparison.Run(flags.RoundsOr(15));
+  for (const char* threads : {"1", "2"}) {
+    for (const char* event : {"first result", "summary"}) {
+      table.AddRow(
+          {absl::StrCat("half-close to ", event, "; ", cloud.size(), " points; K=50; ", threads, " server threads; ms"),
+           Digits(1e3 * medians[threads][event])});
+    }
+  }
+  AddSpeedup("two threads over one; half-close to summary", medians["1"]["summary"] / medians["2"]["summary"],
+             medians["control 1"]["wall"] / medians["control 2"]["wall"], targets);
 }
 
 void MeasureSmallCloud(const Flags& flags, Table& table, Targets& targets) {
@@ -176,7 +184,7 @@ void Main(const Flags& flags) {
   const BenchCloud cloud = SurfaceCloud("torus", flags.quick ? 100'000 : 500'000, flags.clouds);
   for (int threads : {1, 2}) CompareWithInProcess(flags, cloud, threads, calls, targets);
   MeasureIngest(flags, SurfaceCloud("torus", flags.quick ? 300'000 : 3'000'000, flags.clouds), service, targets);
-  for (int threads : {1, 2}) MeasureWaits(flags, cloud, threads, service);
+  MeasureWaits(flags, cloud, service, targets);
   MeasureSmallCloud(flags, service, targets);
   MeasureMemory(flags, flags.full ? 10'000'000 : flags.quick ? 300'000 : 3'000'000, service, targets);
   calls.Finish(flags.out);

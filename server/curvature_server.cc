@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <mutex>
-#include <thread>
 #include <utility>
 
 #include "absl/base/call_once.h"
@@ -15,7 +14,6 @@
 #include "absl/strings/str_cat.h"
 #include "server/call_errors.h"
 #include "server/curvature_service.h"
-#include "server/memory_limit.h"
 #include "server/metrics_port.h"
 #include "server/service_context.h"
 #include "server/ticker.h"
@@ -30,12 +28,6 @@ constexpr uint64_t kMessageSlackBytes = 1 << 20;
 constexpr absl::Duration kFarewell = absl::Seconds(2);
 // How long connections get to close once the last call is over. Idle clients do not notice that they should.
 constexpr absl::Duration kHangUp = absl::Milliseconds(200);
-
-ServerOptions Resolve(ServerOptions options) {
-  if (options.threads == 0) options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  if (options.memory_limit_bytes == 0) options.memory_limit_bytes = DetectMemoryBytes() / 10 * 8;
-  return options;
-}
 
 void ConfigureConnections(const ServerOptions& options, grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(static_cast<int>(options.max_chunk_bytes + kMessageSlackBytes));
@@ -141,7 +133,7 @@ absl::StatusOr<std::unique_ptr<CurvatureServer>> CurvatureServer::Create(const S
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   });
-  const ServerOptions resolved = Resolve(options);
+  const ServerOptions resolved = options.Resolved();
   auto running = std::make_unique<Running>(resolved);
   if (absl::Status status = running->Start(resolved); !status.ok()) return status;
   return std::unique_ptr<CurvatureServer>(new CurvatureServer(std::move(running)));

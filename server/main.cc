@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/curvature_server.h"
 #include "server/flags.h"
+#include "server/freed_memory.h"
 #include "server/json_line.h"
 #include "server/server_log.h"
 #include "server/version.h"
@@ -101,6 +102,7 @@ int Main(int argc, char** argv) {
     std::fputs(line->answer.c_str(), stdout);
     return kOk;
   }
+  KeepFreedBuffers(line->options.Resolved().memory_limit_bytes);
   return Serve(line->options);
 }
 

@@ -14,7 +14,7 @@ namespace curvd {
 inline constexpr size_t kResultChunkPoints = 16'384;
 inline constexpr size_t kResultBytesPerPoint = 45;
 
-// Fills `chunk` with the results of points [first, first + count), the arrays in `quantities` only. Takes about 10 ns a
+// Fills `chunk` with the results of points [first, first + count), the arrays in `quantities` only. Takes about 4 ns a
 // point; keeps the memory that `chunk` held. REQUIRES: first + count <= points.size().
 void EncodeResults(const PageArray<PointCurvature>& points, size_t first, size_t count, const QuantitySet& quantities,
                    curvature::v1::ResultChunk* chunk);

@@ -1,9 +1,12 @@
 #include "server/server_options.h"
 
+#include <algorithm>
 #include <string>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "server/error_detail.h"
+#include "server/memory_limit.h"
 #include "server/reasons.h"
 
 namespace curvd {
@@ -44,6 +47,13 @@ absl::Status ServerOptions::Validate() const {
                      {kReasonInvalidOption, "--stall-timeout", absl::FormatDuration(stall_timeout), "above 0s", {}});
   }
   return absl::OkStatus();
+}
+
+ServerOptions ServerOptions::Resolved() const {
+  ServerOptions resolved = *this;
+  if (threads == 0) resolved.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (memory_limit_bytes == 0) resolved.memory_limit_bytes = DetectMemoryBytes() / 10 * 8;
+  return resolved;
 }
 
 }  // namespace curvd

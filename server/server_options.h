@@ -40,6 +40,8 @@ struct ServerOptions {
 
   // INVALID_ARGUMENT naming the flag, its value and its limit if a value is out of its range.
   absl::Status Validate() const;
+  // The same with numbers for `threads` and `memory_limit_bytes`, whatever this machine has where they are 0.
+  ServerOptions Resolved() const;
 };
 
 }  // namespace curvd

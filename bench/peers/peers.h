@@ -22,13 +22,15 @@ struct PeerCost {
 };
 
 // The way most people do it: nanoflann, double, leaves of 10, queries in input order, neighbors sorted.
-// `out` has one element a point, in the order of the points. REQUIRES: at least `k` points.
+// `out` has one element a point, in the order of the points. Of the queries one run in `one_in` is answered
+// (bench/peers/sampled_queries.h): the cost is that of all, and `out` stays as it is for the others.
+// REQUIRES: at least `k` points.
 PeerCost RunCommonWay(std::span<const double> positions, std::span<const double> normals, size_t k, PeerWork work,
-                      PointCurvature* out);
+                      PointCurvature* out, size_t one_in = 1);
 
 // The fastest that was found of what can be had: nanoflann, float, leaves of 32, a binary heap as result set, points
 // and queries in Morton order. Otherwise as RunCommonWay.
 PeerCost RunStrongestPeer(std::span<const float> positions, std::span<const float> normals, size_t k, PeerWork work,
-                          PointCurvature* out);
+                          PointCurvature* out, size_t one_in = 1);
 
 }  // namespace curvd::bench

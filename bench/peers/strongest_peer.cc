@@ -7,6 +7,7 @@
 #include "bench/peers/packed_points.h"
 #include "bench/peers/peers.h"
 #include "bench/peers/plain_estimator.h"
+#include "bench/peers/sampled_queries.h"
 #include "bench/stopwatch.h"
 
 namespace curvd::bench {
@@ -23,7 +24,7 @@ std::vector<float> Reordered(std::span<const float> triples, const std::vector<u
 }  // namespace
 
 PeerCost RunStrongestPeer(std::span<const float> positions, std::span<const float> normals, size_t k, PeerWork work,
-                          PointCurvature* out) {
+                          PointCurvature* out, size_t one_in) {
   const double start = CpuSeconds();
   const std::vector<uint32_t> order = MortonOrder(positions);
   const std::vector<float> sorted_positions = Reordered(positions, order);
@@ -34,7 +35,7 @@ PeerCost RunStrongestPeer(std::span<const float> positions, std::span<const floa
   tree.buildIndex();
   const double built = CpuSeconds();
   HeapResultSet nearest(k);
-  for (uint32_t i = 0; i < points.count; ++i) {
+  const double query = AnswerQueries(points.count, one_in, [&](uint32_t i) {
     nearest.Clear();
     tree.findNeighbors(nearest, &sorted_positions[3 * size_t{i}], nanoflann::SearchParams());
     const double radius = std::sqrt(static_cast<double>(nearest.worstDist()));
@@ -44,8 +45,8 @@ PeerCost RunStrongestPeer(std::span<const float> positions, std::span<const floa
       out[order[i]] =
           PlainAvgHexagram(sorted_positions.data(), sorted_normals.data(), i, nearest.indices(), k, radius, work);
     }
-  }
-  return {built - start, CpuSeconds() - built};
+  });
+  return {built - start, query};
 }
 
 }  // namespace curvd::bench
