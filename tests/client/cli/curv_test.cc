@@ -206,10 +206,12 @@ TEST_F(CurvTest, UnreachableServersAndTimeoutsHaveTheirCodes) {
   const std::string cloud = Cloud();
   const CurvRun run =
       RunCurv({"estimate", cloud, "-o", dir_.File("out.ply"), "--server=127.0.0.1:1", "--max-attempts=1"});
-  EXPECT_EQ(run.exit_code, 5);
+  EXPECT_EQ(run.exit_code, 5) << run.err;
   EXPECT_THAT(run.err, HasSubstr("UNAVAILABLE"));
-  EXPECT_EQ(RunCurv({"info", "--server=127.0.0.1:1"}).exit_code, 5);
-  EXPECT_EQ(RunCurv({"estimate", cloud, "-o", dir_.File("out.ply"), "--timeout=0.000001"}).exit_code, 6);
+  const CurvRun info = RunCurv({"info", "--server=127.0.0.1:1"});
+  EXPECT_EQ(info.exit_code, 5) << info.err;
+  const CurvRun late = RunCurv({"estimate", cloud, "-o", dir_.File("out.ply"), "--timeout=0.000001"});
+  EXPECT_EQ(late.exit_code, 6) << late.err;
   EXPECT_FALSE(dir_.Has("out.ply"));
 }
 
