@@ -68,6 +68,14 @@ tsan: deps ## Run the tests of threaded code under the thread sanitizer, locks c
 	@cmake --build --preset tsan --parallel $(JOBS)
 	@$(call ctest,tsan,--label-exclude 'languages|slow')
 
+# For each fuzz target.
+fuzz: SECONDS ?= 60
+.PHONY: fuzz
+fuzz: deps ## Run every fuzz target for SECONDS=60, under the address and undefined behavior sanitizers
+	@cmake --preset fuzz >/dev/null
+	@cmake --build --preset fuzz --parallel $(JOBS)
+	@tests/fuzz/run_fuzzers.py build/fuzz/bin build/fuzz/run $(SECONDS)
+
 .PHONY: bench
 bench: deps ## Run the benchmarks and rewrite docs/benchmarks.md (QUICK=1: small clouds, FULL=1: up to 10 million points)
 	@cmake --preset bench >/dev/null
