@@ -94,7 +94,7 @@ class DashboardTest(unittest.TestCase):
 
     def work(self):
         self.assertEqual(self.estimate(20), 0)
-        self.assertNotEqual(self.estimate(3), 0)  # INVALID_ARGUMENT
+        self.assertNotEqual(self.estimate(100_000), 0)  # NEIGHBORHOOD_TOO_LARGE
 
     def test_names_what_is_exported(self):
         self.work()

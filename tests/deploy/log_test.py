@@ -26,7 +26,7 @@ class LogTest(unittest.TestCase):
     def test_one_line_a_call_with_phases_reason_and_bytes(self):
         with WatchedCurvd(CURVD) as server:
             self.assertEqual(self.estimate(server, "--k=20").returncode, 0)
-            refused = self.estimate(server, "--k=3")
+            refused = self.estimate(server, "--k=100000")
             self.assertNotEqual(refused.returncode, 0)
         served, failed = [entry for entry in server.log if entry["event"] == "call"]
         self.assertEqual((served["level"], served["code"], served["points"], served["points_ok"]),
@@ -37,7 +37,7 @@ class LogTest(unittest.TestCase):
             self.assertLessEqual(served[f"{phase}_seconds"], served["seconds"])
         self.assertGreater(served["estimate_seconds"], 0)
         self.assertEqual((failed["level"], failed["code"], failed["reason"]),
-                         ("warning", "INVALID_ARGUMENT", "INVALID_OPTION"))
+                         ("warning", "RESOURCE_EXHAUSTED", "NEIGHBORHOOD_TOO_LARGE"))
         # What the caller reports leads to the line.
         self.assertIn(f"request_id {failed['request_id']}", refused.stderr)
         self.assertNotEqual(failed["request_id"], served["request_id"])
