@@ -38,6 +38,7 @@ class WatchedCurvd:
         self._process.terminate()
         status = self._process.wait(60)
         self._reader.join()
+        self._process.stderr.close()
         return status
 
     def __enter__(self):

@@ -15,7 +15,7 @@ import sys
 
 HERE = pathlib.Path(__file__).parent
 # An input must not take longer, nor ask for more: seeds and mutants are a few kilobytes.
-LIMITS = ["-max_len=4096", "-timeout=5", "-rss_limit_mb=1024", "-malloc_limit_mb=256"]
+LIMITS = ["-max_len=4096", "-timeout=20", "-rss_limit_mb=1024", "-malloc_limit_mb=256"]
 
 
 def run(fuzzer, work_dir, seconds):
@@ -37,7 +37,8 @@ def run(fuzzer, work_dir, seconds):
     found = sorted(set(findings.iterdir()) - before)
     if status != 0 and not found:
         sys.exit(f"{fuzzer} ended with {status}:\n{text[-2000:]}")
-    return target, int(executions[-1]), int(covered[-1]), found
+    # A seed that is a finding ends the run before anything is covered.
+    return target, int((executions or [0])[-1]), int((covered or [0])[-1]), found
 
 
 def main():
