@@ -45,7 +45,7 @@ class OperationsTest(unittest.TestCase):
             known = {re.sub("_(bucket|sum|count)$", "", name) for name in server.exported()}
         # What prometheus-cpp's port tells of its own scrapes.
         known = {name for name in known if not name.startswith("exposer_")}
-        named = set(re.findall(r"`((?:curvd|process|grpc_server)_[a-z_]+)`", DOCUMENT))
+        named = set(re.findall(r"`((?:curvd|process|grpc_server)_[a-z_]+)(?:\{[^`]*)?`", DOCUMENT))
         self.assertEqual(named - known, set())
         # And the other way round: what is exported has a question that it answers.
         self.assertEqual(known - named, set())
