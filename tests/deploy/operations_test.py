@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Holds docs/operations.md to what the programs know: operations_test.py CURVD REPOSITORY"""
+"""Holds docs/operations.md to what the programs know: operations_test.py CURVD CURV REPOSITORY"""
 
 import pathlib
 import re
@@ -9,16 +9,20 @@ import unittest
 
 from watched_curvd import WatchedCurvd
 
-CURVD, REPOSITORY = sys.argv[1], pathlib.Path(sys.argv[2])
+CURVD, CURV, REPOSITORY = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 DOCUMENT = (REPOSITORY / "docs" / "operations.md").read_text(encoding="utf-8")
 ALERTS = (REPOSITORY / "deploy" / "prometheus" / "alerts.yml").read_text(encoding="utf-8")
 ALERT_TESTS = (REPOSITORY / "tests" / "deploy" / "alerts_test.yml").read_text(encoding="utf-8")
 # Flags of other programs that the page names.
-OTHER_FLAGS = {"--build", "--server"}
+OTHER_FLAGS = {"--build"}
 
 
 def defined_alerts():
     return re.findall(r"^ +- alert: (\w+)$", ALERTS, re.MULTILINE)
+
+
+def help_of(*command):
+    return subprocess.run([*command, "--help"], check=True, capture_output=True, text=True).stdout
 
 
 class OperationsTest(unittest.TestCase):
@@ -33,8 +37,10 @@ class OperationsTest(unittest.TestCase):
         self.assertEqual(sorted(set(fired)), sorted(defined_alerts()))
 
     def test_every_flag_exists(self):
-        known = set(re.findall(r"--[a-z-]+", subprocess.run([CURVD, "--help"], check=True, capture_output=True,
-                                                            text=True).stdout))
+        subcommands = re.findall(r"^  ([a-z]+) ", help_of(CURV).partition("Subcommands:")[2], re.MULTILINE)
+        self.assertIn("estimate", subcommands)
+        texts = [help_of(CURVD), *(help_of(CURV, subcommand) for subcommand in subcommands)]
+        known = set(re.findall(r"--[a-z-]+", "".join(texts)))
         named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", DOCUMENT))
         self.assertGreater(len(named), 9)
         self.assertEqual(named - known - OTHER_FLAGS, set())
