@@ -1,13 +1,13 @@
 #include "core/estimation_job.h"
 
 #include <algorithm>
+#include <chrono>
 #include <latch>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_format.h"
-#include "absl/time/clock.h"
 #include "core/group_estimator.h"
 #include "core/index_builder.h"
 #include "core/spatial_index.h"
@@ -16,7 +16,8 @@
 namespace curvd {
 namespace {
 
-constexpr size_t kGroupsPerBlock = 16;  // about 1,000 points: under a millisecond at K = 50
+constexpr size_t kGroupsPerBlock = 16;   // about 1,000 points: under a millisecond at K = 50
+constexpr size_t kFillPoints = 100'000;  // a few milliseconds, most of them for the system's fresh pages
 constexpr size_t kBlockPoints = kGroupsPerBlock * SpatialIndex::kGroupPoints;
 
 // The job as a chain of phases on the pool; each phase's end starts the next. Kept alive by the functions that the pool
@@ -29,11 +30,11 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
         pool_(pool),
         priority_(priority),
         callback_(std::move(callback)),
-        started_(absl::Now()) {}
+        started_(Clock::now()) {}
 
   void Start() {
     if (absl::Status status = options_.Validate(); !status.ok()) return callback_(status);
-    builder_.emplace(cloud_);
+    builder_.emplace(cloud_, &cancelled_);
     // The first block also ends the wait in the queue; a cloud without points has no block of its own.
     pool_.Submit(
         priority_, std::max<size_t>(builder_->block_count(), 1),
@@ -41,7 +42,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
           self->MarkStarted();
           if (!self->cancelled_ && block < self->builder_->block_count()) self->builder_->RunBlock(block);
         },
-        [self = shared_from_this()] { self->EndIndexPhase(); });
+        [self = shared_from_this()] { self->EndIndexPhase(); }, &cancelled_);
   }
 
   void Cancel() override { cancelled_ = true; }
@@ -49,10 +50,12 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   JobProgress progress() const override { return {phase_, estimated_}; }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   void MarkStarted() {
     JobPhase queued = JobPhase::kQueued;
     if (phase_.compare_exchange_strong(queued, JobPhase::kIndexing)) {
-      cost_.queue_seconds = absl::ToDoubleSeconds(absl::Now() - started_);
+      cost_.queue_seconds = SecondsSinceStart();
     }
   }
 
@@ -65,7 +68,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
         [self = shared_from_this()](size_t block, int) {
           if (!self->cancelled_) self->builder_->RunBlock(block);
         },
-        [self = shared_from_this()] { self->EndIndexPhase(); });
+        [self = shared_from_this()] { self->EndIndexPhase(); }, &cancelled_);
   }
 
   void StartEstimation() {
@@ -83,7 +86,21 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     plan_ = EstimationPlan::Make(options_, index_);
     phase_ = JobPhase::kEstimating;
     field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count;
-    if (invalid_count > 0) Fill(PointStatus::kInvalidInput);
+    // Points that the index holds are written again.
+    invalid_count > 0 ? FillInvalid() : EstimateField();
+  }
+
+  void FillInvalid() {
+    pool_.Submit(
+        priority_, (point_count_ + kFillPoints - 1) / kFillPoints,
+        [self = shared_from_this()](size_t block, int) {
+          if (!self->cancelled_) self->Fill(block * kFillPoints, PointStatus::kInvalidInput);
+        },
+        [self = shared_from_this()] { self->EstimateField(); }, &cancelled_);
+  }
+
+  void EstimateField() {
+    if (cancelled_) return Finish(absl::CancelledError("cancelled before curvature was estimated"));
     if (!plan_.by_radius && index_.point_count() < plan_.neighbor_count) {
       FillIndexed(PointStatus::kTooFewNeighbors);
       field_.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)] = index_.point_count();
@@ -99,7 +116,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     pool_.Submit(
         priority_, (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock,
         [self = shared_from_this(), run](size_t block, int worker) { ((*self).*run)(block, worker); },
-        [self = shared_from_this(), done] { ((*self).*done)(); });
+        [self = shared_from_this(), done] { ((*self).*done)(); }, &cancelled_);
   }
 
   size_t EndGroup(size_t block) const { return std::min((block + 1) * kGroupsPerBlock, index_.group_count()); }
@@ -162,8 +179,10 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     FinishField();
   }
 
-  void Fill(PointStatus status) {
-    for (size_t i = 0; i < field_.points.size(); ++i) field_.points[i] = WithRadius(UndefinedCurvature(status));
+  // Fills kFillPoints points from `first` on, or up to the last.
+  void Fill(size_t first, PointStatus status) {
+    const size_t last = std::min(first + kFillPoints, field_.points.size());
+    std::fill(&field_.points[first], field_.points.data() + last, WithRadius(UndefinedCurvature(status)));
   }
 
   void FillIndexed(PointStatus status) {
@@ -198,14 +217,14 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     callback(std::move(result));
   }
 
-  double SecondsSinceStart() const { return absl::ToDoubleSeconds(absl::Now() - started_); }
+  double SecondsSinceStart() const { return std::chrono::duration<double>(Clock::now() - started_).count(); }
 
   Cloud cloud_;
   const EstimatorOptions options_;
   WorkerPool& pool_;
   const JobPriority priority_;
   Callback callback_;
-  const absl::Time started_;
+  const Clock::time_point started_;
   std::atomic<bool> cancelled_ = false;
   std::atomic<JobPhase> phase_ = JobPhase::kQueued;
   std::atomic<size_t> estimated_ = 0;

@@ -38,13 +38,11 @@ int WidestAxis(const Box& box) {
   return widest;
 }
 
-TreeNode MeasureNode(const PointRecord* first, const PointRecord* last) {
-  TreeNode node{kEmptyBox, SpatialIndex::kPaddingId, 0};
+void Measure(const PointRecord* first, const PointRecord* last, TreeNode& node) {
   for (const PointRecord* it = first; it != last; ++it) {
     Extend(node.box, it->position);
     node.min_id = std::min(node.min_id, it->id);
   }
-  return node;
 }
 
 // Copies up to a leaf's records in the order of their ids, so that the tree's order depends on the points alone, not on
@@ -74,7 +72,8 @@ int ScaleExponent(const Box& box) {
 
 }  // namespace
 
-IndexBuilder::IndexBuilder(const Cloud& cloud) : cloud_(cloud) {
+IndexBuilder::IndexBuilder(const Cloud& cloud, const std::atomic<bool>* cancelled)
+    : cloud_(cloud), cancelled_(cancelled) {
   block_count_ = (cloud.size() + Cloud::kBlockPoints - 1) / Cloud::kBlockPoints;
   extents_.resize(block_count_);
   if (block_count_ == 0) phase_ = Phase::kDone;
@@ -190,19 +189,31 @@ PointRecord* IndexBuilder::RangeEnd(const Range& range) {
   return records_ + std::min(end, index_.point_count_);
 }
 
+TreeNode IndexBuilder::MeasureNode(const Range& range) {
+  constexpr ptrdiff_t kSliceRecords = ptrdiff_t{4} << 20;  // 10 milliseconds
+  TreeNode node{kEmptyBox, SpatialIndex::kPaddingId, 0};
+  const PointRecord* end = RangeEnd(range);
+  for (const PointRecord* slice = record(range.first_leaf); slice != end && !IsCancelled();) {
+    const PointRecord* next = slice + std::min(kSliceRecords, end - slice);
+    Measure(slice, next, node);
+    slice = next;
+  }
+  return node;
+}
+
 void IndexBuilder::SplitRange(const Range& range, Range* left, Range* right) {
   TreeNode& node = index_.nodes_[range.node];
-  node = MeasureNode(record(range.first_leaf), RangeEnd(range));
+  node = MeasureNode(range);
   const size_t left_leaves = SpatialIndex::LeftLeaves(range.leaves);
   *left = {range.node + 1, range.first_leaf, left_leaves};
   *right = {SpatialIndex::RightChild(range.node, range.leaves), range.first_leaf + left_leaves,
             range.leaves - left_leaves};
-  SelectNth(record(range.first_leaf), record(right->first_leaf), RangeEnd(range), WidestAxis(node.box));
+  SelectNth(record(range.first_leaf), record(right->first_leaf), RangeEnd(range), WidestAxis(node.box), cancelled_);
 }
 
 void IndexBuilder::BuildSubtree(const Range& range) {
   if (range.leaves == 1) {
-    index_.nodes_[range.node] = MeasureNode(record(range.first_leaf), RangeEnd(range));
+    index_.nodes_[range.node] = MeasureNode(range);
     FinishLeaf(range.first_leaf);
     return;
   }

@@ -18,11 +18,12 @@ namespace curvd {
 // RunBlock is thread-safe; all else is not.
 class IndexBuilder {
  public:
-  // REQUIRES: cloud.Finish() was called; the cloud outlives the builder.
-  explicit IndexBuilder(const Cloud& cloud);
+  // REQUIRES: cloud.Finish() was called; the cloud, and `cancelled` if there is one, outlive the builder.
+  explicit IndexBuilder(const Cloud& cloud, const std::atomic<bool>* cancelled = nullptr);
 
   // Blocks of the current phase; 0 when the index is complete.
   size_t block_count() const { return block_count_; }
+  // Once `cancelled` is true, returns within tens of milliseconds, and there will be no index.
   void RunBlock(size_t block);
   // RESOURCE_EXHAUSTED if there is no memory for the next phase.
   absl::Status EndPhase();
@@ -47,13 +48,17 @@ class IndexBuilder {
   void StartSplit();
   void MeasureBlock(size_t block);
   void CollectBlock(size_t block);
+  TreeNode MeasureNode(const Range& range);
   void SplitRange(const Range& range, Range* left, Range* right);
   void BuildSubtree(const Range& range);
   void FinishLeaf(size_t leaf);
   PointRecord* record(size_t leaf) { return records_ + leaf * SpatialIndex::kLeafSize; }
   PointRecord* RangeEnd(const Range& range);
 
+  bool IsCancelled() const { return cancelled_ != nullptr && cancelled_->load(std::memory_order_relaxed); }
+
   const Cloud& cloud_;
+  const std::atomic<bool>* cancelled_;
   SpatialIndex index_;
   PointRecord* records_ = nullptr;  // in the memory that becomes the index's positions
   Phase phase_ = Phase::kMeasure;

@@ -26,8 +26,25 @@ bool Less(const PointRecord& a, const PointRecord& b, int axis) {
   return (x < y) | ((x == y) & (a.id < b.id));
 }
 
-PointRecord* Partition(PointRecord* first, PointRecord* last, const PointRecord& pivot, int axis) {
-  return HWY_DYNAMIC_DISPATCH(PartitionKernel)(first, last, pivot, axis);
+// Records that are partitioned between two looks at `cancelled`: 20 milliseconds.
+constexpr ptrdiff_t kSliceRecords = ptrdiff_t{4} << 20;
+
+bool IsSet(const std::atomic<bool>* flag) { return flag != nullptr && flag->load(std::memory_order_relaxed); }
+
+// Moves records less than `pivot` to the front and returns their end, slice by slice.
+PointRecord* Partition(PointRecord* first, PointRecord* last, const PointRecord& pivot, int axis,
+                       const std::atomic<bool>* cancelled) {
+  PointRecord* boundary = first;
+  for (PointRecord* slice = first; slice != last && !IsSet(cancelled);) {
+    PointRecord* end = slice + std::min(kSliceRecords, last - slice);
+    PointRecord* middle = HWY_DYNAMIC_DISPATCH(PartitionKernel)(slice, end, pivot, axis);
+    // What is less in this slice changes places with as much of what is not less before it.
+    const ptrdiff_t less = middle - slice, moved = std::min(less, slice - boundary);
+    std::swap_ranges(boundary, boundary + moved, middle - moved);
+    boundary += less;
+    slice = end;
+  }
+  return boundary;
 }
 
 // Two records of a sorted sample between which record `rank` of [first, first + count) lies with high probability.
@@ -54,16 +71,18 @@ Bracket SampleBracket(const PointRecord* first, size_t count, size_t rank, int a
 
 }  // namespace
 
-void SelectNth(PointRecord* first, PointRecord* nth, PointRecord* last, int axis) {
+void SelectNth(PointRecord* first, PointRecord* nth, PointRecord* last, int axis, const std::atomic<bool>* cancelled) {
   // Every round cuts the range to the records between two sampled ones: about 1.5 passes for the first, and little
   // after it.
   while (last - first > static_cast<ptrdiff_t>(kRankedRecords) && nth != last) {
     const ptrdiff_t before = last - first;
     const Bracket bracket = SampleBracket(first, before, nth - first, axis);
-    PointRecord* high = Partition(first, last, bracket.high, axis);
+    PointRecord* high = Partition(first, last, bracket.high, axis, cancelled);
+    if (IsSet(cancelled)) return;
     (nth < high ? last : first) = high;
     if (nth < high) {
-      PointRecord* low = Partition(first, last, bracket.low, axis);
+      PointRecord* low = Partition(first, last, bracket.low, axis, cancelled);
+      if (IsSet(cancelled)) return;
       (nth < low ? last : first) = low;
     }
     if (last - first > before - before / 8) break;  // an unlucky sample: introselect has a bound

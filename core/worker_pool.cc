@@ -9,8 +9,11 @@ struct WorkerPool::Job {
   size_t block_count;
   BlockFunction run;
   std::function<void()> done;
+  const std::atomic<bool>* stop;
   size_t next_block = 0;       // guarded by the pool's mutex
   size_t finished_blocks = 0;  // guarded by the pool's mutex
+
+  bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
 WorkerPool::WorkerPool(int thread_count) {
@@ -29,8 +32,9 @@ WorkerPool::~WorkerPool() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void WorkerPool::Submit(JobPriority priority, size_t block_count, BlockFunction run, std::function<void()> done) {
-  auto job = std::make_shared<Job>(Job{priority, block_count, std::move(run), std::move(done)});
+void WorkerPool::Submit(JobPriority priority, size_t block_count, BlockFunction run, std::function<void()> done,
+                        const std::atomic<bool>* stop) {
+  auto job = std::make_shared<Job>(Job{priority, block_count, std::move(run), std::move(done), stop});
   {
     MutexLock lock(mutex_);
     ++open_jobs_;
@@ -63,6 +67,8 @@ void WorkerPool::RunWorker(int worker) {
   while (true) {
     std::shared_ptr<Job> job;
     size_t block;
+    size_t count;  // of blocks that this turn does away with
+    bool stopped;
     {
       MutexLock lock(mutex_);
       while (!HasWork()) work_changed_.Wait(mutex_);
@@ -70,17 +76,20 @@ void WorkerPool::RunWorker(int worker) {
       if (queue.empty()) return;
       job = std::move(queue.front());
       queue.pop_front();
-      block = job->next_block++;
+      stopped = job->stopped();
+      count = stopped ? job->block_count - job->next_block : 1;
+      block = std::exchange(job->next_block, job->next_block + count);
       // Back to the end of the queue: jobs take turns.
       if (job->next_block < job->block_count) queue.push_back(job);
       ++busy_;
     }
-    job->run(block, worker);
+    if (!stopped) job->run(block, worker);
     bool last;
     {
       MutexLock lock(mutex_);
       --busy_;
-      last = ++job->finished_blocks == job->block_count;
+      job->finished_blocks += count;
+      last = job->finished_blocks == job->block_count;
     }
     if (last) {
       job->run = nullptr;

@@ -1,6 +1,7 @@
 // A fixed set of threads that serves many jobs in turn, one work block at a time.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -31,9 +32,13 @@ class WorkerPool {
   WorkerPool& operator=(const WorkerPool&) = delete;
 
   // Runs `run` once for each block in [0, block_count), in no particular order and on any threads, then `done` once on
-  // the thread that finished last. Both may submit again. Jobs of equal priority take turns block by block.
-  // REQUIRES: block_count >= 1; a block takes milliseconds, not seconds; neither function blocks or throws.
-  void Submit(JobPriority priority, size_t block_count, BlockFunction run, std::function<void()> done);
+  // the thread that finished last. Both may submit again. Jobs of equal priority take turns block by block. Once *stop
+  // is true (if there is a stop), blocks that have not begun are left out, all in the job's next turn: a job that
+  // nobody wants does not hold its memory until others have had as many turns as it has blocks.
+  // REQUIRES: block_count >= 1; a block takes milliseconds, not seconds; neither function blocks or throws; *stop lives
+  // until `done` is called.
+  void Submit(JobPriority priority, size_t block_count, BlockFunction run, std::function<void()> done,
+              const std::atomic<bool>* stop = nullptr);
 
   int thread_count() const { return static_cast<int>(threads_.size()); }
   // Threads that run a block now.

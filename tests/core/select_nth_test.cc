@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <tuple>
 #include <vector>
 
@@ -39,6 +40,32 @@ TEST(SelectNthTest, SplitsLikeAFullSort) {
       }
     }
   }
+}
+
+// Ranges of more than 4 Mi records are partitioned slice by slice.
+TEST(SelectNthTest, SlicesOfALargeRangeFitTogether) {
+  const size_t count = (size_t{9} << 20) + 12'345;
+  for (const size_t nth : {count / 2, count / 50}) {
+    std::vector<PointRecord> records = MakeRecords(count, 0, 1u << 20);
+    SelectNth(records.data(), records.data() + nth, records.data() + count, 1);
+    const auto rank = [](const PointRecord& r) { return std::tuple(r.position[1], r.id); };
+    const auto less = [&](const auto& a, const auto& b) { return rank(a) < rank(b); };
+    const auto largest = std::max_element(records.begin(), records.begin() + nth, less);
+    const auto smallest = std::min_element(records.begin() + nth, records.end(), less);
+    EXPECT_LT(rank(*largest), rank(*smallest));
+    std::vector<bool> found(count);
+    for (const PointRecord& record : records) found[record.id] = true;
+    EXPECT_EQ(std::count(found.begin(), found.end(), true), count);
+  }
+}
+
+TEST(SelectNthTest, ACancelledSelectionOnlyReorders) {
+  const std::atomic<bool> cancelled = true;
+  std::vector<PointRecord> records = MakeRecords(30'000, 0, 1u << 20);
+  SelectNth(records.data(), records.data() + 15'000, records.data() + records.size(), 1, &cancelled);
+  std::vector<bool> found(records.size());
+  for (const PointRecord& record : records) found[record.id] = true;
+  EXPECT_EQ(std::count(found.begin(), found.end(), true), records.size());
 }
 
 }  // namespace

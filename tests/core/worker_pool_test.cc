@@ -72,6 +72,39 @@ TEST(WorkerPoolTest, InteractiveJobsGoFirstButDoNotStarveBatches) {
   EXPECT_NE(order.find('b'), std::string::npos) << order;
 }
 
+TEST(WorkerPoolTest, LeavesOutTheRestOfAStoppedJobInItsNextTurn) {
+  WorkerPool pool(1);
+  std::latch gate(1), done(1);
+  std::atomic<bool> stop = false;
+  std::string order;
+  pool.Submit(
+      JobPriority::kBatch, 1, [&](size_t, int) { gate.wait(); }, [] {});
+  pool.Submit(
+      JobPriority::kBatch, 1'000,
+      [&](size_t, int) {
+        order += 'a';
+        stop = true;
+      },
+      [&] { order += '.'; }, &stop);
+  pool.Submit(
+      JobPriority::kBatch, 3, [&](size_t, int) { order += 'b'; }, [&] { done.count_down(); });
+  gate.count_down();
+  done.wait();
+  EXPECT_EQ(order, "ab.bb");
+}
+
+TEST(WorkerPoolTest, AJobThatIsStoppedBeforeItBeginsIsDoneAllTheSame) {
+  std::atomic<bool> stop = true;
+  std::atomic<int> runs = 0, done = 0;
+  {
+    WorkerPool pool(2);
+    pool.Submit(
+        JobPriority::kInteractive, 100, [&](size_t, int) { ++runs; }, [&] { ++done; }, &stop);
+  }
+  EXPECT_EQ(runs, 0);
+  EXPECT_EQ(done, 1);
+}
+
 TEST(WorkerPoolTest, DoneMaySubmitTheNextPhase) {
   std::atomic<int> phases = 0;
   {
