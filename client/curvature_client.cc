@@ -10,6 +10,7 @@
 #include "client/estimate_attempt.h"
 #include "client/pause.h"
 #include "client/server_info.h"
+#include "grpcpp/channel.h"
 
 namespace curv {
 namespace {
@@ -36,6 +37,17 @@ absl::Duration PauseAfter(int attempt, absl::Duration asked, bool another) {
   std::random_device random;
   const double jitter = std::uniform_real_distribution<double>(0.75, 1.0)(random);
   return std::max(asked, jitter * absl::Milliseconds(250) * static_cast<double>(1 << std::min(attempt - 1, 5)));
+}
+
+// Gives a server that may have come back the time to take a connection. A call of its own would not: while the channel
+// knows of the failure alone it fails at once, and between calls nobody drives a connection on.
+void AwaitConnection(const std::shared_ptr<grpc::Channel>& channel, const std::stop_token& stop) {
+  constexpr auto kStep = std::chrono::milliseconds(50);
+  constexpr int kSteps = 20;
+  grpc::experimental::ChannelResetConnectionBackoff(channel.get());
+  for (int step = 0; step < kSteps && !stop.stop_requested(); ++step) {
+    if (channel->WaitForConnected(std::chrono::system_clock::now() + kStep)) return;
+  }
 }
 
 }  // namespace
@@ -67,7 +79,9 @@ absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud
   const Clock::time_point start = Clock::now();
   const auto time_left = [&] { return options.timeout - absl::FromChrono(Clock::now() - start); };
   for (int attempt = 1;; ++attempt) {
-    const auto stub = curvature::v1::CurvatureService::NewStub(channels_->Next());
+    const std::shared_ptr<grpc::Channel> channel = channels_->Next();
+    if (attempt > 1) AwaitConnection(channel, callbacks.stop);
+    const auto stub = curvature::v1::CurvatureService::NewStub(channel);
     AttemptOutcome outcome = RunAttempt(*stub, cloud, options, time_left(), attempt, callbacks);
     if (outcome.result) {
       outcome.result->summary.attempts = attempt;

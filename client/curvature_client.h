@@ -68,6 +68,9 @@ std::string_view EstimatorName(Estimator estimator);
 // The estimator of that name, or nothing.
 std::optional<Estimator> EstimatorOf(std::string_view name);
 
+// Whose work the server does first. kBySize: kInteractive up to 100,000 points, kBatch above.
+enum class Priority : uint8_t { kBySize, kInteractive, kBatch };
+
 struct EstimateOptions {
   // How a neighborhood becomes curvature. DEFAULT: kAvgHexagram.
   Estimator estimator = Estimator::kAvgHexagram;
@@ -92,6 +95,8 @@ struct EstimateOptions {
   std::array<double, 3> origin{};
   // Give unusable points a status, instead of refusing the cloud. DEFAULT: refuse.
   bool skip_invalid = false;
+  // Changes when the result comes, never what it is. DEFAULT: kBySize.
+  Priority priority = Priority::kBySize;
   // For the server's log; at most 128 bytes of printable ASCII. DEFAULT: empty.
   std::string request_tag;
   // For the whole call with its retries. DEFAULT: no limit.

@@ -41,6 +41,18 @@ v1::Estimator ToProto(Estimator estimator) {
   return v1::ESTIMATOR_UNSPECIFIED;
 }
 
+v1::Priority ToProto(Priority priority) {
+  switch (priority) {
+    case Priority::kBySize:
+      return v1::PRIORITY_UNSPECIFIED;
+    case Priority::kInteractive:
+      return v1::PRIORITY_INTERACTIVE;
+    case Priority::kBatch:
+      return v1::PRIORITY_BATCH;
+  }
+  return v1::PRIORITY_UNSPECIFIED;
+}
+
 v1::EstimateCurvatureRequest MakeHeader(const CloudView& cloud, const EstimateOptions& options) {
   v1::EstimateCurvatureRequest request;
   v1::CloudHeader& header = *request.mutable_header();
@@ -65,6 +77,7 @@ v1::EstimateCurvatureRequest MakeHeader(const CloudView& cloud, const EstimateOp
   header.set_invalid_point_policy(options.skip_invalid ? v1::INVALID_POINT_POLICY_SKIP
                                                        : v1::INVALID_POINT_POLICY_REJECT);
   header.set_request_tag(options.request_tag);
+  header.set_priority(ToProto(options.priority));
   return request;
 }
 

@@ -165,6 +165,19 @@ absl::Status ResolveEnums(const v1::CloudHeader& header, CallOptions& options) {
       return InvalidOption("header.invalid_point_policy", absl::StrCat(static_cast<int>(header.invalid_point_policy())),
                            "1 (reject) or 2 (skip)");
   }
+  switch (header.priority()) {
+    case v1::PRIORITY_UNSPECIFIED:
+      break;
+    case v1::PRIORITY_INTERACTIVE:
+      options.priority = JobPriority::kInteractive;
+      break;
+    case v1::PRIORITY_BATCH:
+      options.priority = JobPriority::kBatch;
+      break;
+    default:
+      return InvalidOption("header.priority", absl::StrCat(static_cast<int>(header.priority())),
+                           "1 (interactive) or 2 (batch)");
+  }
   return absl::OkStatus();
 }
 

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "core/cloud.h"
 #include "core/options.h"
+#include "core/worker_pool.h"
 #include "curvature/v1/curvature.pb.h"
 #include "server/call_limits.h"
 
@@ -28,6 +30,7 @@ struct CallOptions {
   QuantitySet quantities;
   InvalidPointPolicy invalid_point_policy = InvalidPointPolicy::kReject;
   std::string request_tag;
+  std::optional<JobPriority> priority;  // none: by the cloud's size
 };
 
 // The options that `header` asks for. Errors, each with its ErrorDetail:

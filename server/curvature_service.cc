@@ -11,8 +11,8 @@ namespace curvd {
 
 namespace v1 = curvature::v1;
 
-grpc::ServerBidiReactor<v1::EstimateCurvatureRequest, v1::EstimateCurvatureResponse>*
-CurvatureService::EstimateCurvature(grpc::CallbackServerContext* call) {
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* CurvatureService::EstimateCurvature(
+    grpc::CallbackServerContext* call) {
   return EstimateStream::Start(context_, *call);
 }
 

@@ -6,14 +6,18 @@
 
 namespace curvd {
 
+// EstimateCurvature takes and gives messages as bytes, see EstimateStream.
+using CurvatureServiceBase = curvature::v1::CurvatureService::WithRawCallbackMethod_EstimateCurvature<
+    curvature::v1::CurvatureService::WithCallbackMethod_GetServerInfo<curvature::v1::CurvatureService::Service>>;
+
 // Thread-safe.
-class CurvatureService final : public curvature::v1::CurvatureService::CallbackService {
+class CurvatureService final : public CurvatureServiceBase {
  public:
   // `context` must outlive the service and its calls.
   explicit CurvatureService(ServiceContext& context) : context_(context) {}
 
-  grpc::ServerBidiReactor<curvature::v1::EstimateCurvatureRequest, curvature::v1::EstimateCurvatureResponse>*
-  EstimateCurvature(grpc::CallbackServerContext* call) override;
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* EstimateCurvature(
+      grpc::CallbackServerContext* call) override;
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* call,
                                           const curvature::v1::GetServerInfoRequest* request,

@@ -52,6 +52,12 @@ absl::Status EstimateSession::Receive(const v1::EstimateCurvatureRequest& messag
   return Keep(Invalid(kReasonMessageEmpty, "message", "empty", "a header or a chunk"));
 }
 
+absl::Status EstimateSession::ReceiveMalformed(uint64_t bytes) {
+  if (!failure_.ok()) return failure_;
+  return Keep(Invalid(kReasonMessageMalformed, "message", absl::StrCat(bytes, " bytes that cannot be parsed"),
+                      "a curvature.v1.EstimateCurvatureRequest in protobuf's wire format"));
+}
+
 absl::Status EstimateSession::ReceiveHeader(const v1::CloudHeader& header) {
   if (has_header()) {
     return Invalid(kReasonHeaderRepeated, "message", "a second header", "a chunk: only the first message is a header");

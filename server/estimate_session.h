@@ -20,10 +20,12 @@ class EstimateSession {
 
   // Takes the next message. A chunk's points are in the cloud when this returns. Errors:
   // - INVALID_ARGUMENT: a wrong message, field, order or length, more points than header.point_count, or an invalid
-  // point
-  //   that was not to be skipped.
+  //   point that was not to be skipped.
   // - RESOURCE_EXHAUSTED: over max_points or max_chunk_bytes, or no memory.
   absl::Status Receive(const curvature::v1::EstimateCurvatureRequest& message);
+
+  // The next message was `bytes` bytes that are no message. INVALID_ARGUMENT, always.
+  absl::Status ReceiveMalformed(uint64_t bytes);
 
   // The client is done. INVALID_ARGUMENT if there was no header, or not header.point_count points.
   absl::Status HalfClose();

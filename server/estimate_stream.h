@@ -1,6 +1,7 @@
 // One EstimateCurvature call on the server.
 #pragma once
 
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <atomic>
@@ -37,10 +38,12 @@ namespace curvd {
 // gRPC may run the next event before it returns.
 //
 // The object lives until gRPC is done with it and nobody else (job, memory budget, gate) holds it.
-class EstimateStream final
-    : public grpc::ServerBidiReactor<curvature::v1::EstimateCurvatureRequest, curvature::v1::EstimateCurvatureResponse>,
-      public OpenStream,
-      public std::enable_shared_from_this<EstimateStream> {
+//
+// Messages are parsed here, from bytes: gRPC would report one that is no message as the end of the stream, and a cloud
+// of unknown size would be estimated without the rest of its points.
+class EstimateStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
+                             public OpenStream,
+                             public std::enable_shared_from_this<EstimateStream> {
  public:
   using Clock = std::chrono::steady_clock;
 
@@ -58,9 +61,13 @@ class EstimateStream final
   void Abort(absl::Status status) override { End(std::move(status)); }
 
  private:
+  static double SecondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  }
+
   enum class Write { kNone, kAccepted, kProgress, kResults, kSummary, kFinish };
 
-  // Reading.
+  // Reading: estimate_stream_reading.cc.
   void ReadNext();
   void Receive();
   void OnHeaderAccepted();
@@ -70,7 +77,7 @@ class EstimateStream final
   void StartJob();
   void OnJobDone(absl::StatusOr<EstimationResult> result);
 
-  // Writing.
+  // Writing: estimate_stream_writing.cc.
   void Pump();
   Write PickWrite() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void FillResponse(Write write);
@@ -80,6 +87,8 @@ class EstimateStream final
   void FillSummary();
 
   // Ending.
+  // The status of a call whose caller has gone.
+  absl::Status GoneStatus() const;
   // Sets the outcome, unless there is one, and stops what goes on.
   void End(absl::Status status);
   bool Stalls(Clock::time_point now) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -91,6 +100,7 @@ class EstimateStream final
   std::shared_ptr<EstimateStream> self_;  // until OnDone
 
   // Of the reading chain.
+  grpc::ByteBuffer packed_request_;
   curvature::v1::EstimateCurvatureRequest request_;
   EstimateSession session_;
   Clock::time_point receive_started_;
@@ -98,6 +108,7 @@ class EstimateStream final
   std::atomic<uint64_t> points_received_{0};  // may be read by anybody
 
   // Of the writing chain.
+  grpc::ByteBuffer packed_response_;
   curvature::v1::EstimateCurvatureResponse response_;
   CurvatureField field_;
   uint64_t next_point_ = 0;
@@ -106,6 +117,7 @@ class EstimateStream final
   // Each part of it belongs to the chain that measures it, all of it to OnDone.
   CallRecord record_;
   const Clock::time_point started_;
+  const Clock::time_point deadline_;  // the caller's; on a clock that nobody sets
 
   Mutex mutex_;
   std::optional<absl::Status> outcome_ ABSL_GUARDED_BY(mutex_);

@@ -12,7 +12,8 @@ namespace curvd {
 // 2^63 as version 1 writes it) or holds no number.
 std::optional<uint64_t> ParseControlGroupLimit(std::string_view text);
 
-// The smaller of the machine's memory and the control group's limit. `root` is where the file system begins.
+// The smaller of the machine's memory and the limits of the control groups that this process is in, from its own (a
+// service of systemd) to the outermost that it can see (a container). `root` is where the file system begins.
 uint64_t DetectMemoryBytes(const std::string& root = "/");
 
 }  // namespace curvd

@@ -7,6 +7,7 @@ namespace curvd {
 inline constexpr char kReasonHeaderMissing[] = "HEADER_MISSING";
 inline constexpr char kReasonHeaderRepeated[] = "HEADER_REPEATED";
 inline constexpr char kReasonMessageEmpty[] = "MESSAGE_EMPTY";
+inline constexpr char kReasonMessageMalformed[] = "MESSAGE_MALFORMED";
 inline constexpr char kReasonInvalidOption[] = "INVALID_OPTION";
 inline constexpr char kReasonChunkOutOfOrder[] = "CHUNK_OUT_OF_ORDER";
 inline constexpr char kReasonChunkLength[] = "CHUNK_LENGTH";
@@ -39,28 +40,12 @@ inline constexpr char kReasonInternal[] = "INTERNAL";
 
 // All of the above.
 inline constexpr const char* kAllReasons[] = {
-    kReasonHeaderMissing,
-    kReasonHeaderRepeated,
-    kReasonMessageEmpty,
-    kReasonInvalidOption,
-    kReasonChunkOutOfOrder,
-    kReasonChunkLength,
-    kReasonPointCountMismatch,
-    kReasonInvalidPoint,
-    kReasonTooManyPoints,
-    kReasonChunkTooLarge,
-    kReasonNeighborhoodTooLarge,
-    kReasonMemoryLimit,
-    kReasonStreamLimit,
-    kReasonQueueFull,
-    kReasonMemoryBusy,
-    kReasonOutOfMemory,
-    kReasonDraining,
-    kReasonDrainTimeout,
-    kReasonCancelled,
-    kReasonDeadlineExceeded,
-    kReasonStalled,
-    kReasonInternal,
+    kReasonHeaderMissing,    kReasonHeaderRepeated,  kReasonMessageEmpty,  kReasonMessageMalformed,
+    kReasonInvalidOption,    kReasonChunkOutOfOrder, kReasonChunkLength,   kReasonPointCountMismatch,
+    kReasonInvalidPoint,     kReasonTooManyPoints,   kReasonChunkTooLarge, kReasonNeighborhoodTooLarge,
+    kReasonMemoryLimit,      kReasonStreamLimit,     kReasonQueueFull,     kReasonMemoryBusy,
+    kReasonOutOfMemory,      kReasonDraining,        kReasonDrainTimeout,  kReasonCancelled,
+    kReasonDeadlineExceeded, kReasonStalled,         kReasonInternal,
 };
 
 }  // namespace curvd

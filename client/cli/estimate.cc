@@ -186,6 +186,15 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->option_text("COUNT [6]");
   command
       ->add_option_function<std::string>(
+          "--priority",
+          [flags](const std::string& priority) {
+            flags->options.priority = priority == "batch" ? Priority::kBatch : Priority::kInteractive;
+          },
+          "interactive: somebody waits; batch: it can wait [up to 100,000 points interactive]")
+      ->check(CLI::IsMember({"interactive", "batch"}).description(""))
+      ->option_text("PRIORITY");
+  command
+      ->add_option_function<std::string>(
           "--on-invalid", [flags](const std::string& policy) { flags->options.skip_invalid = policy == "skip"; },
           "reject [default]: refuse a cloud with an unusable point; skip: give the point a status")
       ->check(CLI::IsMember({"reject", "skip"}).description(""))

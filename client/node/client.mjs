@@ -27,6 +27,8 @@ const ESTIMATORS = {
   aso: "ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR",
 };
 
+const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH" };
+
 // Estimates the curvature at every point of an oriented cloud.
 //
 // positions, normals: Float32Array or Float64Array of 3 N scalars, both of the same type; normals point outward, of any
@@ -43,6 +45,8 @@ const ESTIMATORS = {
 //   evenWeights           count all triangles of delaunay alike, as the paper does. DEFAULT: false
 //   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
+//   priority              "interactive" if somebody waits, "batch" if it can wait. DEFAULT: interactive up to 100,000
+//                         points, batch above
 //   requestTag            free text for the server's log
 //   timeoutMs             for the whole call with its retries. DEFAULT: no limit
 //   maxAttempts           times the cloud is sent at most, while servers are unavailable or ask to wait: at once to the
@@ -84,6 +88,9 @@ function cloudHeader(positions, options) {
     const names = Object.keys(ESTIMATORS).join(", ");
     throw new TypeError(`estimator is ${JSON.stringify(estimator)}; it must be one of ${names}`);
   }
+  if (options.priority !== undefined && !Object.hasOwn(PRIORITIES, options.priority)) {
+    throw new TypeError(`priority is ${JSON.stringify(options.priority)}; it must be interactive or batch`);
+  }
   if (neighborCount !== undefined && radius !== undefined) {
     throw new TypeError("neighborCount and radius exclude each other");
   }
@@ -102,6 +109,7 @@ function cloudHeader(positions, options) {
       ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
     },
     invalidPointPolicy: options.skipInvalid ? "INVALID_POINT_POLICY_SKIP" : "INVALID_POINT_POLICY_REJECT",
+    priority: PRIORITIES[options.priority] ?? "PRIORITY_UNSPECIFIED",
     requestTag: options.requestTag ?? "",
   };
 }

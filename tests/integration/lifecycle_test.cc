@@ -68,6 +68,26 @@ TEST(LifecycleTest, CancelWhileEstimatingFreesTheWorkers) {
   server.WaitUntilIdle();
 }
 
+// Another large job has as many turns to come as the cancelled one: its memory is not held until they are over.
+TEST(LifecycleTest, ACancelledJobDoesNotHoldMemoryWhileOthersWork) {
+  TestServer server;
+  const TestCloud cloud = Sphere(200'000, 1.0f);
+  std::vector<std::unique_ptr<TestCall>> calls;
+  for (int i = 0; i < 2; ++i) {
+    calls.push_back(std::make_unique<TestCall>(server.NewChannel()));
+    ASSERT_TRUE(calls.back()->SendHeader(SlowHeader(cloud)));
+    ASSERT_TRUE(calls.back()->SendCloud(cloud));
+    calls.back()->HalfClose();
+    WaitForPhase(*calls.back(), v1::Progress::PHASE_ESTIMATING);
+  }
+  const double both = server.Metric("curvd_memory_reserved_bytes");
+  calls.back()->Cancel();
+  server.WaitForMetric("curvd_memory_reserved_bytes", both / 2);
+  calls.front()->Cancel();
+  for (const auto& call : calls) EXPECT_EQ(call->Finish().status.error_code(), StatusCode::CANCELLED);
+  server.WaitUntilIdle();
+}
+
 TEST(LifecycleTest, CancelWhileSending) {
   TestServer server;
   TestCall call(server.NewChannel());

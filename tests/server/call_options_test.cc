@@ -31,8 +31,15 @@ TEST(ResolveHeaderTest, GivesAnEmptyHeaderTheDocumentedDefaults) {
   EXPECT_EQ(options->estimator.average_normal_weight, 0.5);
   EXPECT_EQ(options->estimator.max_neighbor_count, 100u);
   EXPECT_EQ(options->invalid_point_policy, InvalidPointPolicy::kReject);
+  EXPECT_FALSE(options->priority.has_value());
   EXPECT_TRUE(options->quantities.mean && options->quantities.gaussian && options->quantities.principal_curvatures &&
               options->quantities.principal_directions && options->quantities.radius);
+}
+
+TEST(ResolveHeaderTest, RefusesAnUnknownPriority) {
+  v1::CloudHeader header;
+  header.set_priority(static_cast<v1::Priority>(3));
+  EXPECT_TRUE(IsError(Refusal(header), kInvalid, kReasonInvalidOption, {"header.priority", "3", "batch"}));
 }
 
 TEST(ResolveHeaderTest, TakesEveryFieldAsGiven) {
@@ -47,6 +54,7 @@ TEST(ResolveHeaderTest, TakesEveryFieldAsGiven) {
   header.add_quantities(v1::QUANTITY_RADIUS);
   header.set_invalid_point_policy(v1::INVALID_POINT_POLICY_SKIP);
   header.set_request_tag("scan 7");
+  header.set_priority(v1::PRIORITY_BATCH);
   const auto options = ResolveHeader(header, kLimits);
   ASSERT_TRUE(options.ok()) << options.status();
   EXPECT_EQ(options->scalar_type, ScalarType::kFloat64);
@@ -59,6 +67,7 @@ TEST(ResolveHeaderTest, TakesEveryFieldAsGiven) {
   EXPECT_FALSE(options->quantities.mean);
   EXPECT_EQ(options->invalid_point_policy, InvalidPointPolicy::kSkip);
   EXPECT_EQ(options->request_tag, "scan 7");
+  EXPECT_EQ(options->priority, std::optional<JobPriority>(JobPriority::kBatch));
 }
 
 TEST(ResolveHeaderTest, RefusesTooManyPoints) {

@@ -72,6 +72,13 @@ TEST(EstimateSessionTest, RefusesAStreamWithoutMessages) {
   EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonHeaderMissing, {"header"}));
 }
 
+TEST(EstimateSessionTest, RefusesBytesThatAreNoMessage) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(session.Receive(Header()).ok());
+  EXPECT_TRUE(IsError(session.ReceiveMalformed(77), kInvalid, kReasonMessageMalformed, {"message", "77 bytes"}));
+  EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonMessageMalformed, {"77 bytes"}));
+}
+
 TEST(EstimateSessionTest, RefusesASecondHeader) {
   EstimateSession session(kLimits);
   ASSERT_TRUE(session.Receive(Header()).ok());

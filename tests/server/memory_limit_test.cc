@@ -31,5 +31,19 @@ TEST(DetectMemoryBytesTest, TakesTheSmallerOfMachineAndControlGroup) {
   std::filesystem::remove_all(root);
 }
 
+TEST(DetectMemoryBytesTest, TakesTheLimitOfEachGroupAroundTheProcess) {
+  const std::string root = ::testing::TempDir() + "/curvd_memory_groups_test/";
+  const std::string v2 = root + "sys/fs/cgroup/system.slice/curvd.service/", v1 = root + "sys/fs/cgroup/memory/a/b/";
+  for (const std::string& directory : {v1, v2, root + "proc/self"}) std::filesystem::create_directories(directory);
+  std::ofstream(root + "proc/self/cgroup") << "7:cpu,cpuacct:/x\n5:memory:/a/b\n0::/system.slice/curvd.service\n";
+  std::ofstream(v2 + "memory.max") << "50331648\n";
+  EXPECT_EQ(DetectMemoryBytes(root), 50331648u);
+  std::ofstream(v2 + "../memory.max") << "41943040\n";
+  EXPECT_EQ(DetectMemoryBytes(root), 41943040u);
+  std::ofstream(v1 + "memory.limit_in_bytes") << "33554432\n";
+  EXPECT_EQ(DetectMemoryBytes(root), 33554432u);
+  std::filesystem::remove_all(root);
+}
+
 }  // namespace
 }  // namespace curvd

@@ -12,6 +12,7 @@ from curvd_client.results import ResultCollector
 from curvd_client.retries import call_with_retries
 
 _CHUNK_BYTES = 1 << 20
+_CONNECT_SECONDS = 1.0
 _CHANNEL_OPTIONS = [
     # A peer that died without a word is found in seconds.
     ("grpc.keepalive_time_ms", 10_000),
@@ -32,6 +33,12 @@ _ESTIMATORS = {
     "delaunay": curvature_pb2.ESTIMATOR_DELAUNAY,
     "jet": curvature_pb2.ESTIMATOR_JET_FITTING,
     "aso": curvature_pb2.ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR,
+}
+
+_PRIORITIES = {
+    None: curvature_pb2.PRIORITY_UNSPECIFIED,
+    "interactive": curvature_pb2.PRIORITY_INTERACTIVE,
+    "batch": curvature_pb2.PRIORITY_BATCH,
 }
 
 
@@ -57,6 +64,7 @@ def estimate_curvature(
     seed=0,
     average_normal_weight=None,
     skip_invalid=False,
+    priority=None,
     request_tag="",
     timeout=None,
     max_attempts=6,
@@ -77,6 +85,8 @@ def estimate_curvature(
     even_weights:          count all triangles of delaunay alike, as the paper does.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
     skip_invalid:          give an unusable point a status instead of failing the call.
+    priority:              "interactive" if somebody waits, "batch" if it can wait. DEFAULT: interactive up to 100,000
+                           points, batch above.
     request_tag:           free text for the server's log.
     timeout:               seconds for the whole call with its retries. DEFAULT: no limit.
     max_attempts:          times the cloud is sent at most, while servers are unavailable or ask to wait: at once to the
@@ -105,6 +115,7 @@ def estimate_curvature(
         invalid_point_policy=(
             curvature_pb2.INVALID_POINT_POLICY_SKIP if skip_invalid else curvature_pb2.INVALID_POINT_POLICY_REJECT
         ),
+        priority=_priority(priority),
         request_tag=request_tag,
     )
     with contextlib.ExitStack() as opened:
@@ -115,6 +126,7 @@ def estimate_curvature(
         return call_with_retries(
             channels,
             lambda target, time_left: _call(target, header, positions, normals, time_left),
+            await_connection=_await_connection,
             timeout=timeout,
             max_attempts=max_attempts,
         )
@@ -129,6 +141,12 @@ def _packed_arrays(positions, normals):
         raise ValueError(f"{len(positions)} positions but {len(normals)} normals")
     scalar = "<f8" if positions.dtype == np.float64 else "<f4"
     return np.ascontiguousarray(positions, scalar), np.ascontiguousarray(normals, scalar)
+
+
+def _priority(name):
+    if name not in _PRIORITIES:
+        raise ValueError(f"priority is {name!r}; it must be interactive, batch or None")
+    return _PRIORITIES[name]
 
 
 def _estimator_options(estimator, neighbor_count, radius, **others):
@@ -155,6 +173,12 @@ def _requests(header, positions, normals):
                 normals=normals[first : first + step].tobytes(),
             )
         )
+
+
+def _await_connection(channel):
+    """Gives a server that may have come back the time to take a connection: a call of its own would fail at once."""
+    with contextlib.suppress(grpc.FutureTimeoutError):
+        grpc.channel_ready_future(channel).result(_CONNECT_SECONDS)
 
 
 def _call(channel, header, positions, normals, timeout):
