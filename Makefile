@@ -60,21 +60,27 @@ test: deps proto-check ## Build with warnings as errors and run every test
 asan: deps ## Run the tests under the address and undefined behavior sanitizers
 	@cmake --preset asan >/dev/null
 	@cmake --build --preset asan --parallel $(JOBS)
-	@$(call ctest,asan,--label-exclude 'languages|slow')
+	@$(call ctest,asan,--label-exclude 'languages|slow|fault')
 
 .PHONY: tsan
 tsan: deps ## Run the tests of threaded code under the thread sanitizer, locks checked by clang
 	@cmake --preset tsan >/dev/null
 	@cmake --build --preset tsan --parallel $(JOBS)
-	@$(call ctest,tsan,--label-exclude 'languages|slow')
+	@$(call ctest,tsan,--label-exclude 'languages|slow|fault')
 
-# For each fuzz target.
-fuzz: SECONDS ?= 60
-.PHONY: fuzz
-fuzz: deps ## Run every fuzz target for SECONDS=60, under the address and undefined behavior sanitizers
-	@cmake --preset fuzz >/dev/null
-	@cmake --build --preset fuzz --parallel $(JOBS)
-	@tests/fuzz/run_fuzzers.py build/fuzz/bin build/fuzz/run $(SECONDS)
+# A server and clients as they ship, with the programs that break them.
+FAULT_BIN := build/dev/bin
+.PHONY: fault-programs fault soak
+fault-programs: deps
+	@cmake --preset dev >/dev/null
+	@cmake --build --preset dev --parallel $(JOBS) --target curvd curv curvd_python \
+	  fault_cancels fault_streams fault_fairness fault_soak
+
+fault: fault-programs ## Try every fault TIMES times (20) against real processes, and 100,000 cancels; table in build/fault.md
+	@tests/fault/run.sh $(FAULT_BIN) $(or $(TIMES),20) $(or $(CANCELS),100000) | tee build/fault.md
+
+soak: fault-programs ## Load a server for DURATION (30m), compare every byte, look for growth
+	@$(FAULT_BIN)/fault_soak --curvd=$(FAULT_BIN)/curvd --duration=$(or $(DURATION),30m)
 
 .PHONY: bench
 bench: deps ## Run the benchmarks and rewrite docs/benchmarks.md (QUICK=1: small clouds, FULL=1: up to 10 million points)
@@ -85,7 +91,7 @@ bench: deps ## Run the benchmarks and rewrite docs/benchmarks.md (QUICK=1: small
 .PHONY: paper
 paper: deps ## Make the paper's figures and tables again in docs/paper/ (QUICK=1: small clouds, few neighbor counts)
 	@cmake --preset bench >/dev/null
-	@cmake --build --preset bench --parallel $(JOBS) --target paper_cloud paper_errors paper_times curv
+	@cmake --build --preset bench --parallel $(JOBS)
 	@bench/paper/run.sh build/bench $(if $(QUICK),--quick)
 
 .PHONY: format format-check

@@ -1,0 +1,199 @@
+#include "tests/fault/soak_load.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/estimation_job.h"
+#include "tests/fault/curvd_child.h"
+
+namespace curvd {
+namespace {
+
+namespace v1 = curvature::v1;
+using grpc::StatusCode;
+
+struct EstimatorPair {
+  v1::Estimator proto;
+  EstimatorKind kind;
+};
+constexpr EstimatorPair kEstimators[] = {
+    {v1::ESTIMATOR_AVG_HEXAGRAM, EstimatorKind::kAvgHexagram},
+    {v1::ESTIMATOR_HEXAGRAM, EstimatorKind::kHexagram},
+    {v1::ESTIMATOR_UNIFORM, EstimatorKind::kUniform},
+    {v1::ESTIMATOR_INDEPENDENT, EstimatorKind::kIndependent},
+    {v1::ESTIMATOR_DELAUNAY, EstimatorKind::kDelaunay},
+    {v1::ESTIMATOR_JET_FITTING, EstimatorKind::kJetFitting},
+    {v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR, EstimatorKind::kAlgebraicShapeOperator},
+};
+// Above this size only the default estimator: the soak is to change its load often.
+constexpr size_t kAllEstimatorsUpTo = 200'000;
+
+SoakCase MakeCase(std::shared_ptr<const FaultCloud> cloud, const EstimatorPair& estimator, WorkerPool& pool) {
+  EstimatorOptions options;
+  options.estimator = estimator.kind;
+  SoakCase made{std::move(cloud), {}, {}};
+  made.header.set_point_count(made.cloud->size());
+  made.header.mutable_options()->set_estimator(estimator.proto);
+  const auto result = EstimateCurvature(made.cloud->ToCloud(), options, pool);
+  if (!result.ok()) Fail(absl::StrCat("the direct computation fails: ", std::string(result.status().message())));
+  made.expected = ResultDigest::Of(result->field);
+  return made;
+}
+
+std::shared_ptr<grpc::Channel> SomeChannel(const std::string& address, std::mt19937_64& random) {
+  thread_local std::shared_ptr<grpc::Channel> channel;
+  if (channel == nullptr || random() % 16 == 0) channel = OwnChannel(address);
+  return channel;
+}
+
+// Small clouds often, large ones seldom.
+const SoakCase& Pick(const std::vector<SoakCase>& cases, std::mt19937_64& random) {
+  const size_t first = random() % cases.size(), second = random() % cases.size(), third = random() % cases.size();
+  return cases[std::min({first, second, third})];
+}
+
+bool AsksToWait(const grpc::Status& status) { return status.error_code() == StatusCode::RESOURCE_EXHAUSTED; }
+
+std::string Describe(const SoakCase& work, const grpc::Status& status) {
+  return absl::StrCat(work.cloud->size(), " points, ", v1::Estimator_Name(work.header.options().estimator()), ": code ",
+                      status.error_code(), " ", status.error_message());
+}
+
+void Judge(const SoakCase& work, RawCall& call, const grpc::Status& status, SoakCounts& counts) {
+  if (AsksToWait(status)) {
+    ++counts.asked_to_wait;
+  } else if (!status.ok()) {
+    counts.Find(Describe(work, status));
+  } else if (!call.summary() || !(call.digest() == work.expected)) {
+    counts.Find("a wrong byte: " + Describe(work, status));
+  } else {
+    ++counts.right;
+    counts.points += work.cloud->size();
+  }
+}
+
+void GoodCall(RawCall& call, const SoakCase& work, std::mt19937_64& random, SoakCounts& counts) {
+  v1::CloudHeader header = work.header;
+  if (random() % 3 == 0) header.clear_point_count();
+  header.set_priority(static_cast<v1::Priority>(random() % 3));
+  if (call.SendHeader(header)) call.SendCloud(*work.cloud);
+  call.HalfClose();
+  Judge(work, call, call.Finish(), counts);
+}
+
+// An end that comes at any time is right, as is a result that came before it.
+void JudgeEnd(const SoakCase& work, RawCall& call, StatusCode expected, std::atomic<uint64_t>& count,
+              SoakCounts& counts) {
+  const grpc::Status status = call.Finish();
+  if (status.error_code() == expected) {
+    ++count;
+  } else {
+    Judge(work, call, status, counts);
+  }
+}
+
+void CancelledCall(RawCall& call, const SoakCase& work, std::mt19937_64& random, SoakCounts& counts) {
+  call.SendHeader(work.header);
+  std::jthread canceller([&call, wait = random() % 200] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(wait));
+    call.Cancel();
+  });
+  call.SendCloud(*work.cloud);
+  call.HalfClose();
+  JudgeEnd(work, call, StatusCode::CANCELLED, counts.cancelled, counts);
+}
+
+void HastyCall(RawCall& call, const SoakCase& work, std::mt19937_64& random, SoakCounts& counts) {
+  call.context().set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(random() % 200));
+  if (call.SendHeader(work.header)) call.SendCloud(*work.cloud);
+  call.HalfClose();
+  JudgeEnd(work, call, StatusCode::DEADLINE_EXCEEDED, counts.timed_out, counts);
+}
+
+void BadCall(RawCall& call, const SoakCase& work, std::mt19937_64& random, SoakCounts& counts) {
+  v1::CloudHeader header = work.header;
+  const FaultCloud& cloud = *work.cloud;
+  switch (random() % 4) {
+    case 0:
+      header.mutable_options()->set_neighbor_count(3);
+      call.SendHeader(header);
+      break;
+    case 1:
+      call.SendPoints(cloud, 0, 1);
+      break;
+    case 2:
+      call.SendHeader(header);
+      call.SendCloud(cloud);
+      call.SendPoints(cloud, 0, 1);
+      break;
+    default: {
+      FaultCloud damaged(std::min<size_t>(cloud.size(), 1'000), 5);
+      damaged.positions[random() % damaged.positions.size()] = std::numeric_limits<float>::quiet_NaN();
+      header.clear_point_count();
+      call.SendHeader(header);
+      call.SendCloud(damaged);
+    }
+  }
+  call.HalfClose();
+  JudgeEnd(work, call, StatusCode::INVALID_ARGUMENT, counts.refused_input, counts);
+}
+
+// Sends a cloud and reads nothing, or opens a call and sends nothing, until the server has had enough.
+void StalledCall(RawCall& call, const SoakCase& work, std::mt19937_64& random, SoakCounts& counts) {
+  call.SendHeader(work.header);
+  if (random() % 2 == 0) {
+    call.SendCloud(*work.cloud);
+    call.HalfClose();
+    std::this_thread::sleep_for(std::chrono::seconds(6));
+    // A small result fits into the buffers on the way; a large one was cut off, with or without its status.
+    const grpc::Status status = call.Finish();
+    status.ok() ? Judge(work, call, status, counts) : static_cast<void>(++counts.stalled);
+  } else {
+    JudgeEnd(work, call, StatusCode::DEADLINE_EXCEEDED, counts.stalled, counts);
+  }
+}
+
+}  // namespace
+
+void SoakCounts::Find(std::string what) {
+  const std::lock_guard lock(mutex_);
+  if (finding_.empty()) finding_ = std::move(what);
+}
+
+std::string SoakCounts::finding() const {
+  const std::lock_guard lock(mutex_);
+  return finding_;
+}
+
+std::vector<SoakCase> MakeSoakCases(size_t max_points) {
+  constexpr size_t kSizes[] = {1, 2, 5, 17, 50, 300, 1'000, 5'000, 20'000, 100'000, 200'000, 1'000'000, 5'000'000};
+  WorkerPool pool(2);
+  std::vector<SoakCase> cases;
+  for (const size_t size : kSizes) {
+    if (size > max_points) break;
+    const auto cloud = std::make_shared<const FaultCloud>(size, size);
+    for (const EstimatorPair& estimator : kEstimators) {
+      if (size <= kAllEstimatorsUpTo || &estimator == kEstimators) cases.push_back(MakeCase(cloud, estimator, pool));
+    }
+  }
+  return cases;
+}
+
+void MakeSoakCall(const std::string& address, const std::vector<SoakCase>& cases, std::mt19937_64& random,
+                  SoakCounts& counts) {
+  const SoakCase& work = Pick(cases, random);
+  RawCall call(SomeChannel(address, random));
+  const uint64_t kind = random() % 100;
+  if (kind < 60) return GoodCall(call, work, random, counts);
+  if (kind < 75) return CancelledCall(call, work, random, counts);
+  if (kind < 85) return HastyCall(call, work, random, counts);
+  if (kind < 97) return BadCall(call, work, random, counts);
+  return StalledCall(call, work, random, counts);
+}
+
+}  // namespace curvd

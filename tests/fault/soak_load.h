@@ -1,0 +1,51 @@
+// The calls of a soak: good ones whose every byte is known beforehand, and all kinds of bad ones.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "curvature/v1/curvature.pb.h"
+#include "tests/fault/raw_call.h"
+
+namespace curvd {
+
+// A cloud, options, and what a server must answer. Immutable.
+struct SoakCase {
+  std::shared_ptr<const FaultCloud> cloud;
+  curvature::v1::CloudHeader header;
+  ResultDigest expected;
+};
+
+// Clouds of 1 to `max_points` points, each with every estimator that takes seconds at most, computed in this process.
+std::vector<SoakCase> MakeSoakCases(size_t max_points);
+
+// What came of the calls. Thread-safe.
+struct SoakCounts {
+  std::atomic<uint64_t> right = 0;
+  std::atomic<uint64_t> cancelled = 0;
+  std::atomic<uint64_t> timed_out = 0;
+  std::atomic<uint64_t> refused_input = 0;
+  std::atomic<uint64_t> stalled = 0;
+  std::atomic<uint64_t> asked_to_wait = 0;
+  std::atomic<uint64_t> points = 0;  // of right results
+
+  void Find(std::string what);
+  // The first finding, or "".
+  std::string finding() const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::string finding_;  // guarded by mutex_
+};
+
+// Makes one call of a random kind and judges its answer. `address`: where curvd serves; stalled calls are held until
+// the server ends them.
+void MakeSoakCall(const std::string& address, const std::vector<SoakCase>& cases, std::mt19937_64& random,
+                  SoakCounts& counts);
+
+}  // namespace curvd
