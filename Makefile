@@ -82,6 +82,14 @@ fault: fault-programs ## Try every fault TIMES times (20) against real processes
 soak: fault-programs ## Load a server for DURATION (30m), compare every byte, look for growth
 	@$(FAULT_BIN)/fault_soak --curvd=$(FAULT_BIN)/curvd --duration=$(or $(DURATION),30m)
 
+# For each fuzz target.
+fuzz: SECONDS ?= 60
+.PHONY: fuzz
+fuzz: deps ## Run every fuzz target for SECONDS=60, under the address and undefined behavior sanitizers
+	@cmake --preset fuzz >/dev/null
+	@cmake --build --preset fuzz --parallel $(JOBS)
+	@tests/fuzz/run_fuzzers.py build/fuzz/bin build/fuzz/run $(SECONDS)
+
 .PHONY: bench
 bench: deps ## Run the benchmarks and rewrite docs/benchmarks.md (QUICK=1: small clouds, FULL=1: up to 10 million points)
 	@cmake --preset bench >/dev/null
@@ -91,7 +99,7 @@ bench: deps ## Run the benchmarks and rewrite docs/benchmarks.md (QUICK=1: small
 .PHONY: paper
 paper: deps ## Make the paper's figures and tables again in docs/paper/ (QUICK=1: small clouds, few neighbor counts)
 	@cmake --preset bench >/dev/null
-	@cmake --build --preset bench --parallel $(JOBS)
+	@cmake --build --preset bench --parallel $(JOBS) --target paper_cloud paper_errors paper_times curv
 	@bench/paper/run.sh build/bench $(if $(QUICK),--quick)
 
 .PHONY: format format-check

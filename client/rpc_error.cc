@@ -26,6 +26,13 @@ std::optional<Detail> FindDetail(const grpc::Status& status) {
   return std::nullopt;
 }
 
+// With '?' for what a terminal obeys or a log takes for the end of a line.
+std::string WithoutControls(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; }, '?');
+  return text;
+}
+
 // curvd explains each of its own errors, so that an unexplained one came from something on the way.
 bool IsTransient(const grpc::Status& status) {
   switch (status.error_code()) {
@@ -46,13 +53,13 @@ absl::Status ToAbslStatus(const grpc::Status& status) {
   // The codes are the same numbers.
   const auto code = static_cast<absl::StatusCode>(status.error_code());
   const std::optional<google::rpc::ErrorInfo> info = FindDetail<google::rpc::ErrorInfo>(status);
-  if (!info) return absl::Status(code, status.error_message());
+  if (!info) return absl::Status(code, WithoutControls(status.error_message()));
 
   std::string message = absl::StrCat(status.error_message(), " [reason ", info->reason());
   // In the order of their names: the map's own changes from run to run.
   const std::map<std::string, std::string> metadata(info->metadata().begin(), info->metadata().end());
   for (const auto& [key, value] : metadata) absl::StrAppend(&message, "; ", key, " ", value);
-  absl::Status result(code, absl::StrCat(message, "]"));
+  absl::Status result(code, WithoutControls(absl::StrCat(message, "]")));
   result.SetPayload(kReasonUrl, absl::Cord(info->reason()));
   return result;
 }

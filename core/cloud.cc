@@ -48,12 +48,24 @@ double Length(const Triple<Scalar>& v) {
 template <typename Scalar>
 double UsableLength(const Triple<Scalar>& normal) {
   if (!AllFinite(normal)) return 0.0;
-  const double length = Length(normal);
-  return std::isfinite(length) ? length : 0.0;
+  return std::min(Length(normal), std::numeric_limits<double>::max());
 }
 
+// Lengths whose inverse, and whose own digits, doubles hold in full.
+constexpr double kShortestLength = 1e-290;
+constexpr double kLongestLength = 1e290;
+
+// REQUIRES: length is UsableLength(v), not 0.
 template <typename Scalar>
 Triple<float> Normalized(const Triple<Scalar>& v, double length) {
+  if constexpr (std::is_same_v<Scalar, double>) {
+    if (length < kShortestLength || length > kLongestLength) {
+      const int exponent = std::ilogb(std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}));
+      const Triple<double> scaled = {std::scalbn(v[0], -exponent), std::scalbn(v[1], -exponent),
+                                     std::scalbn(v[2], -exponent)};
+      return Normalized(scaled, Length(scaled));
+    }
+  }
   const double per_length = 1.0 / length;
   return {static_cast<float>(v[0] * per_length), static_cast<float>(v[1] * per_length),
           static_cast<float>(v[2] * per_length)};

@@ -16,6 +16,8 @@ namespace curvd {
 // they never wait behind large ones. A call whose size is unknown is large. Thread-safe.
 class Admission {
  public:
+  static constexpr size_t kLanes = 2;
+
   // At most `max_waiting` calls wait for memory in each lane.
   Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max_waiting);
 

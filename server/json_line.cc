@@ -13,8 +13,8 @@ std::string Quote(const std::string& text) {
     if (c == '"' || c == '\\') {
       quoted += '\\';
       quoted += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      quoted += absl::StrFormat("\\u%04x", static_cast<unsigned>(c));
+    } else if (c < ' ' || c > '~') {  // bytes, which need not be UTF-8: a line stays ASCII whatever comes in
+      quoted += absl::StrFormat("\\u%04x", static_cast<unsigned>(static_cast<unsigned char>(c)));
     } else {
       quoted += c;
     }

@@ -64,6 +64,8 @@ void ServerLog::LogCall(const CallRecord& record) {
   if (calls_) Log(LevelOf(record.status), "call", CallLine(record));
 }
 
+uint64_t ServerLog::lines_lost() const { return writer_->thread->overrun_counter(); }
+
 JsonLine CallLine(const CallRecord& record) {
   JsonLine line;
   line.Add("request_id", record.request_id)

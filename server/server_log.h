@@ -1,6 +1,7 @@
 // The structured log: one JSON object a line, on stderr.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -26,6 +27,9 @@ class ServerLog {
   void Log(Level level, const char* event, const JsonLine& line);
   // The line of a call that is over. Its level is error for a defect of ours, warning for other failures.
   void LogCall(const CallRecord& record);
+
+  // Lines that were dropped so far because stderr was not read.
+  uint64_t lines_lost() const;
 
  private:
   struct Writer;

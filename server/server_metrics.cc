@@ -1,9 +1,9 @@
 #include "server/server_metrics.h"
 
+#include <prometheus/collectable.h>
 #include <prometheus/counter.h>
 #include <prometheus/gauge.h>
 #include <prometheus/histogram.h>
-#include <prometheus/metric_family.h>
 #include <prometheus/registry.h>
 
 #include <array>
@@ -13,8 +13,10 @@
 
 #include "core/cpu_kind.h"
 #include "server/error_detail.h"
+#include "server/process_metrics.h"
 #include "server/reasons.h"
 #include "server/rpc_status.h"
+#include "server/scraped_families.h"
 #include "server/version.h"
 
 namespace curvd {
@@ -32,6 +34,8 @@ Histogram::BucketBoundaries SecondsBuckets() {
   return {0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30, 60, 120, 300, 600};
 }
 
+Histogram::BucketBoundaries PointsBuckets() { return {1e2, 1e3, 1e4, 1e5, 3e5, 1e6, 3e6, 1e7, 3e7, 1e8}; }
+
 prometheus::Family<Counter>& Counters(Registry& registry, const char* name, const char* help) {
   return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
 }
@@ -40,48 +44,37 @@ prometheus::Family<Histogram>& Histograms(Registry& registry, const char* name, 
   return prometheus::BuildHistogram().Name(name).Help(help).Register(registry);
 }
 
-// The gauges, read when they are asked for, so that they are never stale.
-class GaugeReader : public prometheus::Collectable {
+// The gauges and what others count.
+class StateReader : public prometheus::Collectable {
  public:
-  explicit GaugeReader(std::function<ServerGauges()> read) : read_(std::move(read)) {}
+  explicit StateReader(std::function<ServerGauges()> read) : read_(std::move(read)) {}
 
   std::vector<prometheus::MetricFamily> Collect() const override {
     const ServerGauges gauges = read_();
-    std::vector<prometheus::MetricFamily> families;
-    Add(families, "curvd_queue_jobs", "Calls that wait, by what they wait for.",
-        static_cast<double>(gauges.jobs_waiting_for_memory), {{"queue", "memory"}});
-    families.back().metric.push_back(
-        Sample(static_cast<double>(gauges.jobs_waiting_for_workers), {{"queue", "workers"}}));
-    Add(families, "curvd_workers", "Worker threads that all calls share.", static_cast<double>(gauges.workers));
-    Add(families, "curvd_workers_busy", "Worker threads that run a work block now.",
-        static_cast<double>(gauges.workers_busy));
-    Add(families, "curvd_memory_reserved_bytes", "Bytes that open calls have reserved.",
-        static_cast<double>(gauges.memory_reserved_bytes));
-    Add(families, "curvd_memory_limit_bytes", "Bytes that open calls may reserve together.",
-        static_cast<double>(gauges.memory_limit_bytes));
-    Add(families, "curvd_streams_open", "EstimateCurvature calls that are open.",
-        static_cast<double>(gauges.streams_open));
-    Add(families, "curvd_draining", "1 once the server has begun to drain.", gauges.draining ? 1.0 : 0.0);
-    return families;
+    ScrapedFamilies families;
+    constexpr char kQueue[] = "curvd_queue_jobs", kQueueHelp[] = "Calls that wait, by what they wait for.";
+    families.Gauge(kQueue, kQueueHelp, static_cast<double>(gauges.jobs_waiting_for_memory), {{"queue", "memory"}});
+    families.Gauge(kQueue, kQueueHelp, static_cast<double>(gauges.jobs_waiting_for_workers), {{"queue", "workers"}});
+    families.Gauge("curvd_queue_limit_jobs", "Calls that may wait for memory before further ones are refused.",
+                   static_cast<double>(gauges.waiting_limit));
+    families.Gauge("curvd_workers", "Worker threads that all calls share.", static_cast<double>(gauges.workers));
+    families.Gauge("curvd_workers_busy", "Worker threads that run a work block now.",
+                   static_cast<double>(gauges.workers_busy));
+    families.Gauge("curvd_memory_reserved_bytes", "Bytes that open calls have reserved.",
+                   static_cast<double>(gauges.memory_reserved_bytes));
+    families.Gauge("curvd_memory_limit_bytes", "Bytes that open calls may reserve together.",
+                   static_cast<double>(gauges.memory_limit_bytes));
+    families.Gauge("curvd_streams_open", "EstimateCurvature calls that are open.",
+                   static_cast<double>(gauges.streams_open));
+    families.Gauge("curvd_streams_limit", "EstimateCurvature calls that may be open before further ones are refused.",
+                   static_cast<double>(gauges.streams_limit));
+    families.Gauge("curvd_draining", "1 once the server has begun to drain.", gauges.draining ? 1.0 : 0.0);
+    families.Counter("curvd_log_lines_lost_total", "Log lines that were dropped because nobody read them in time.",
+                     static_cast<double>(gauges.log_lines_lost));
+    return families.Release();
   }
 
  private:
-  static prometheus::ClientMetric Sample(double value, std::vector<prometheus::ClientMetric::Label> labels) {
-    prometheus::ClientMetric metric;
-    metric.gauge.value = value;
-    metric.label = std::move(labels);
-    return metric;
-  }
-  static void Add(std::vector<prometheus::MetricFamily>& families, const char* name, const char* help, double value,
-                  std::vector<prometheus::ClientMetric::Label> labels = {}) {
-    prometheus::MetricFamily family;
-    family.name = name;
-    family.help = help;
-    family.type = prometheus::MetricType::Gauge;
-    family.metric.push_back(Sample(value, std::move(labels)));
-    families.push_back(std::move(family));
-  }
-
   const std::function<ServerGauges()> read_;
 };
 
@@ -93,6 +86,8 @@ struct MethodMetrics {
         sent(Add(Counters(registry, "grpc_server_msg_sent_total", "Messages sent."), type, method)),
         seconds(Histograms(registry, "grpc_server_handling_seconds", "Time from start to end of an RPC.")
                     .Add(MethodLabels(type, method), SecondsBuckets())) {
+    // All codes from the start, as other gRPC servers have them: Prometheus cannot see the first error of a series that
+    // appears with it.
     auto& family = Counters(registry, "grpc_server_handled_total", "RPCs completed, by code.");
     for (int code = 0; code < kCodeEnd; ++code) {
       Labels labels = MethodLabels(type, method);
@@ -118,7 +113,8 @@ struct MethodMetrics {
 
 struct ServerMetrics::Families {
   explicit Families(std::function<ServerGauges()> read_gauges)
-      : collectables{registry, std::make_shared<GaugeReader>(std::move(read_gauges))} {
+      : collectables{registry, std::make_shared<StateReader>(std::move(read_gauges)),
+                     std::make_shared<ProcessMetrics>()} {
     auto& points_family = Counters(*registry, "curvd_points_total", "Points estimated, by status.");
     for (int status = 1; status < kPointStatusEnd; ++status) {
       points[status] = &points_family.Add({{"status", PointStatusName(static_cast<PointStatus>(status))}});
@@ -143,6 +139,8 @@ struct ServerMetrics::Families {
       Counters(*registry, "curvd_received_bytes_total", "Bytes of messages received, before HTTP/2 framing.").Add({});
   Counter& sent_bytes =
       Counters(*registry, "curvd_sent_bytes_total", "Bytes of messages sent, before HTTP/2 framing.").Add({});
+  Histogram& cloud_points = Histograms(*registry, "curvd_cloud_points", "Points of the clouds whose calls succeeded.")
+                                .Add({}, PointsBuckets());
   std::array<Counter*, kPointStatusEnd> points{};
   std::array<Histogram*, 6> phases{};
   std::map<std::string, Counter*> failures;
@@ -182,6 +180,7 @@ void ServerMetrics::CountCall(const CallRecord& record) {
     (found == families_->failures.end() ? families_->failures[kReasonInternal] : found->second)->Increment();
     return;
   }
+  families_->cloud_points.Observe(static_cast<double>(record.points_received));
   const PhaseTimes& seconds = record.seconds;
   const double times[] = {seconds.receive, seconds.admit, seconds.queue, seconds.index, seconds.estimate, seconds.send};
   for (size_t i = 0; i < families_->phases.size(); ++i) families_->phases[i]->Observe(times[i]);

@@ -22,15 +22,19 @@ enum class RpcMethod { kEstimateCurvature, kGetServerInfo };
 struct ServerGauges {
   size_t jobs_waiting_for_memory = 0;
   size_t jobs_waiting_for_workers = 0;
+  size_t waiting_limit = 0;  // calls that may wait for memory
   size_t workers = 0;
   size_t workers_busy = 0;
   uint64_t memory_reserved_bytes = 0;
   uint64_t memory_limit_bytes = 0;
   size_t streams_open = 0;
+  size_t streams_limit = 0;
   bool draining = false;
+  uint64_t log_lines_lost = 0;
 };
 
-// Every label value is one of a fixed set, and all series exist from the start. Thread-safe.
+// Every label value is one of a fixed set, never one that a caller chose, and all series exist from the start.
+// Thread-safe.
 class ServerMetrics {
  public:
   // `read_gauges` is called at each scrape, on any thread, as long as somebody holds collectables().

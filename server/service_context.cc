@@ -6,6 +6,7 @@ ServiceContext::ServiceContext(const ServerOptions& options)
     : limits{options.max_points, options.max_chunk_bytes, options.max_neighbor_count, options.memory_limit_bytes,
              options.max_streams},
       stall_timeout(options.stall_timeout),
+      waiting_limit(Admission::kLanes * options.max_waiting),
       log(options.log),
       gate(options.max_streams),
       admission(options.memory_limit_bytes, options.max_chunk_bytes, options.max_waiting),
@@ -16,12 +17,15 @@ ServerGauges ServiceContext::gauges() const {
   ServerGauges gauges;
   gauges.jobs_waiting_for_memory = admission.waiting();
   gauges.jobs_waiting_for_workers = pool.waiting_count();
+  gauges.waiting_limit = waiting_limit;
   gauges.workers = static_cast<size_t>(pool.thread_count());
   gauges.workers_busy = static_cast<size_t>(pool.busy_count());
   gauges.memory_reserved_bytes = admission.reserved();
   gauges.memory_limit_bytes = admission.limit();
   gauges.streams_open = gate.open_count();
+  gauges.streams_limit = limits.max_streams;
   gauges.draining = gate.draining();
+  gauges.log_lines_lost = log.lines_lost();
   return gauges;
 }
 

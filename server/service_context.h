@@ -24,6 +24,7 @@ struct ServiceContext {
 
   const CallLimits limits;
   const absl::Duration stall_timeout;
+  const size_t waiting_limit;  // calls that may wait for memory
   ServerLog log;
   RequestIds request_ids;
   StreamGate gate;

@@ -36,10 +36,10 @@ Extent ExtentOf(GridSize size) {
       break;
   }
   // Half of the work is in the large clouds; figures over K use those of 25,000 points.
-  return {{{10'000, 4, true}, {25'000, 4, true}, {50'000, 1, false}, {75'000, 1, false}, {100'000, 1, false}},
+  return {{{10'000, 3, true}, {25'000, 3, true}, {50'000, 1, false}, {75'000, 1, false}, {100'000, 1, false}},
           {10, 15, 25, 50, 75, 100, 150, 200, 300, 400},
-          {15, 25, 50, 100, 200, 400},
-          4,
+          {15, 50, 200, 400},
+          2,
           {25'000}};
 }
 

@@ -35,6 +35,7 @@ absl::StatusOr<std::vector<Column>> ReadNames(std::string_view line) {
   std::vector<Column> columns;
   bool at_end = false;
   for (std::string_view name; NextCell(line, at_end, name);) {
+    if (columns.size() == kMaxColumns) return ErrorAt(1, absl::StrCat("more than ", kMaxColumns, " columns"));
     if (name.empty()) return ErrorAt(1, absl::StrCat("column ", columns.size() + 1, " has no name"));
     for (const Column& other : columns) {
       if (other.name == name) return ErrorAt(1, absl::StrCat("two columns have the name ", Quoted(name)));
@@ -61,9 +62,10 @@ absl::Status AppendCells(std::string_view line, size_t number, std::vector<Colum
   bool at_end = false;
   for (std::string_view cell; NextCell(line, at_end, cell); ++cells) {
     if (cells < columns.size() && !AppendCell(cell, columns[cells])) {
-      return ErrorAt(number, absl::StrCat("value ", cells + 1, " (", columns[cells].name, ") is ", Quoted(cell),
-                                          columns[cells].kind() == ScalarKind::kUint8 ? ": expected a status word"
-                                                                                      : ": expected a number"));
+      return ErrorAt(number,
+                     absl::StrCat("value ", cells + 1, " (", Printable(columns[cells].name), ") is ", Quoted(cell),
+                                  columns[cells].kind() == ScalarKind::kUint8 ? ": expected a status word"
+                                                                              : ": expected a number"));
     }
   }
   if (cells == columns.size()) return absl::OkStatus();

@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "client/io/text.h"
 
 namespace curv {
 namespace {
@@ -21,8 +22,14 @@ bool IsComplete(const Axes& axes) {
   return std::none_of(axes.begin(), axes.end(), [](const Column* column) { return column == nullptr; });
 }
 
+// Of the first columns, as a message may show them.
 std::string NamesOf(const PointTable& table) {
-  return absl::StrJoin(table.columns(), " ", [](std::string* out, const Column& c) { out->append(c.name); });
+  constexpr size_t kMaxNames = 30;
+  const size_t count = std::min(kMaxNames, table.columns().size());
+  std::string names = absl::StrJoin(table.columns().begin(), table.columns().begin() + static_cast<ptrdiff_t>(count),
+                                    " ", [](std::string* out, const Column& c) { out->append(Printable(c.name)); });
+  if (count < table.columns().size()) absl::StrAppend(&names, " and ", table.columns().size() - count, " more");
+  return names;
 }
 
 bool FitsFloat(const Column* column) {

@@ -87,7 +87,8 @@ class PcdBody {
     for (Column& column : columns_) table.Set(std::move(column));
     for (const PcdField& field : header_.fields) {
       if (field.kept() || field.name == "_") continue;
-      table.notes.push_back(absl::StrCat("left out field ", field.name, ": it has ", field.count, " values a point"));
+      table.notes.push_back(
+          absl::StrCat("left out field ", Printable(field.name), ": it has ", field.count, " values a point"));
     }
     return table;
   }

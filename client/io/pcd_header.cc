@@ -38,7 +38,7 @@ absl::Status ReadEach(std::string_view rest, size_t line, const std::string& key
     } else {
       good = ParseNumber(word, field.*member);
     }
-    if (!good) return ErrorAt(line, absl::StrCat(keyword, " of field ", field.name, " is ", Quoted(word)));
+    if (!good) return ErrorAt(line, absl::StrCat(keyword, " of field ", Printable(field.name), " is ", Quoted(word)));
   }
   if (!NextField(rest).empty()) {
     return ErrorAt(line, absl::StrCat(keyword, " has more values than the ", fields.size(), " FIELDS"));
@@ -91,11 +91,15 @@ bool IsKnownType(const PcdField& field) {
 absl::Status CheckHeader(size_t line, HeaderLines& header) {
   constexpr uint64_t kMaxValues = 65'536;
   if (header.fields.empty()) return ErrorAt(line, "the header names no FIELDS");
+  if (header.fields.size() > kMaxColumns) {
+    return ErrorAt(line, absl::StrCat("a point has ", header.fields.size(), " FIELDS: expected at most ", kMaxColumns));
+  }
   uint64_t values = 0;
   for (const PcdField& field : header.fields) {
     if (!IsKnownType(field)) {
-      return ErrorAt(line, absl::StrCat("field ", field.name, " has TYPE ", std::string(1, field.type), ", SIZE ",
-                                        field.bytes, ": expected I or U of 1, 2, 4 or 8 bytes, or F of 4 or 8"));
+      return ErrorAt(line,
+                     absl::StrCat("field ", Printable(field.name), " has TYPE ", Printable({&field.type, 1}), ", SIZE ",
+                                  field.bytes, ": expected I or U of 1, 2, 4 or 8 bytes, or F of 4 or 8"));
     }
     values += field.count;
   }

@@ -23,6 +23,10 @@ class PlyBody {
   absl::StatusOr<PointTable> Read() {
     for (const PlyElement& element : header_.elements) {
       const bool is_vertex = element.name == "vertex";
+      if (is_vertex && element.count > 0 && element.properties.empty()) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("the header declares ", element.count, " vertices without a property"));
+      }
       if (is_vertex) MakeColumns(element);
       absl::Status status = header_.format == PlyFormat::kAscii ? ReadText(element, is_vertex)
                             : element.has_lists()               ? ReadRowByRow(element, is_vertex)
@@ -38,7 +42,8 @@ class PlyBody {
     columns_.reserve(vertex.properties.size());
     for (const PlyProperty& property : vertex.properties) {
       if (property.count_kind) {
-        table_.notes.push_back(absl::StrCat("left out property ", property.name, " of the vertices: it is a list"));
+        table_.notes.push_back(
+            absl::StrCat("left out property ", Printable(property.name), " of the vertices: it is a list"));
       } else {
         columns_.push_back({property.name, MakeValues(property.kind)});
       }
@@ -53,7 +58,7 @@ class PlyBody {
     }
     for (const PlyElement& element : header_.elements) {
       if (element.name == "vertex" || element.count == 0) continue;
-      table_.notes.push_back(absl::StrCat("left out element ", element.name, " (", element.count, ")"));
+      table_.notes.push_back(absl::StrCat("left out element ", Printable(element.name), " (", element.count, ")"));
     }
     return std::move(table_);
   }
@@ -63,7 +68,7 @@ class PlyBody {
     const size_t room = bytes_.size() - at_;
     if (min_row_bytes == 0 || element.count <= room / min_row_bytes) return absl::OkStatus();
     return absl::InvalidArgumentError(absl::StrCat("byte ", at_, ": the file ends too early: ", element.count, " ",
-                                                   element.name, " rows of ", min_row_bytes,
+                                                   Printable(element.name), " rows of ", min_row_bytes,
                                                    " bytes or more are declared, ", room, " bytes are left"));
   }
 
@@ -94,8 +99,9 @@ class PlyBody {
           if (!Take(BytesOf(*property.count_kind), &length)) return EndedEarly(element, row);
           const double items = length.At(0);
           if (items < 0) {
-            return absl::InvalidArgumentError(absl::StrCat("byte ", at_, ": list ", property.name, " of ", element.name,
-                                                           " ", row, " has length ", items, ": expected 0 or more"));
+            return absl::InvalidArgumentError(absl::StrCat("byte ", at_, ": list ", Printable(property.name), " of ",
+                                                           Printable(element.name), " ", row, " has length ", items,
+                                                           ": expected 0 or more"));
           }
           bytes *= static_cast<uint64_t>(items);
         }
@@ -115,8 +121,8 @@ class PlyBody {
   }
 
   absl::Status EndedEarly(const PlyElement& element, uint64_t row) const {
-    return absl::InvalidArgumentError(
-        absl::StrCat("byte ", at_, ": the file ends within ", element.name, " ", row, " of ", element.count));
+    return absl::InvalidArgumentError(absl::StrCat("byte ", at_, ": the file ends within ", Printable(element.name),
+                                                   " ", row, " of ", element.count));
   }
 
   absl::Status ReadText(const PlyElement& element, bool is_vertex) {
@@ -124,9 +130,9 @@ class PlyBody {
     // A row takes at least a digit for each property and a line end, of which the last may be missing.
     const size_t room = lines_.rest().size() + 1;
     if (element.count > room / (2 * element.properties.size())) {
-      return absl::InvalidArgumentError(absl::StrCat("line ", lines_.number() + 1,
-                                                     ": the file ends too early: ", element.count, " ", element.name,
-                                                     " lines are declared, but only ", room - 1, " bytes are left"));
+      return absl::InvalidArgumentError(
+          absl::StrCat("line ", lines_.number() + 1, ": the file ends too early: ", element.count, " ",
+                       Printable(element.name), " lines are declared, but only ", room - 1, " bytes are left"));
     }
     std::vector<Column*> columns;
     for (Column& column : columns_) columns.push_back(&column);
@@ -134,7 +140,7 @@ class PlyBody {
       std::string_view line;
       if (!lines_.Next(line)) {
         return absl::InvalidArgumentError(absl::StrCat("line ", lines_.number() + 1, ": the file ends after ", row,
-                                                       " of ", element.count, " ", element.name, " lines"));
+                                                       " of ", element.count, " ", Printable(element.name), " lines"));
       }
       if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
       ++row;
@@ -160,13 +166,13 @@ class PlyBody {
       }
       uint32_t items = 0;
       if (!ParseNumber(field, items)) {
-        return absl::InvalidArgumentError(absl::StrCat("line ", lines_.number(), ": list ", property.name,
+        return absl::InvalidArgumentError(absl::StrCat("line ", lines_.number(), ": list ", Printable(property.name),
                                                        " has length ", Quoted(field), ": expected an integer"));
       }
       while (items > 0 && !NextField(line).empty()) --items;
       if (items > 0) {
-        return absl::InvalidArgumentError(
-            absl::StrCat("line ", lines_.number(), ": list ", property.name, " lacks ", items, " of its values"));
+        return absl::InvalidArgumentError(absl::StrCat("line ", lines_.number(), ": list ", Printable(property.name),
+                                                       " lacks ", items, " of its values"));
       }
     }
     scalars.append(line);

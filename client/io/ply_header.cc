@@ -103,6 +103,9 @@ class HeaderParser {
     const std::string_view name = NextField(rest);
     if (name.empty()) return Error("a property has no name");
     std::vector<PlyProperty>& properties = elements_.back().properties;
+    if (properties.size() == kMaxColumns) {
+      return Error(absl::StrCat("an element has more than ", kMaxColumns, " properties"));
+    }
     for (const PlyProperty& other : properties) {
       if (other.name == name) return Error(absl::StrCat("property ", Quoted(name), " is declared twice"));
     }

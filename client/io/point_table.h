@@ -22,6 +22,10 @@ size_t BytesOf(ScalarKind kind);
 // An empty column's values.
 ColumnValues MakeValues(ScalarKind kind);
 
+// Columns that the readers take. Columns are found by name one after the other: a file that names a million would make
+// a program busy for hours.
+inline constexpr size_t kMaxColumns = 4096;
+
 struct Column {
   std::string name;
   ColumnValues values;

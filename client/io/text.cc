@@ -12,7 +12,7 @@ namespace {
 
 absl::Status FieldError(size_t line_number, size_t index, const std::string& name, const std::string& problem) {
   return absl::InvalidArgumentError(
-      absl::StrCat("line ", line_number, ": value ", index + 1, " (", name, ") ", problem));
+      absl::StrCat("line ", line_number, ": value ", index + 1, " (", Printable(name), ") ", problem));
 }
 
 absl::Status CountError(std::string_view line, size_t line_number, size_t expected) {
@@ -91,11 +91,14 @@ absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Colu
   return absl::OkStatus();
 }
 
-std::string Quoted(std::string_view field) {
+std::string Printable(std::string_view text) {
   constexpr size_t kMaxShown = 40;
-  std::string quoted = "\"";
-  for (const char c : field.substr(0, kMaxShown)) quoted += c >= ' ' && c <= '~' ? c : '?';
-  return quoted + (field.size() > kMaxShown ? "...\"" : "\"");
+  std::string shown;
+  for (const char c : text.substr(0, kMaxShown)) shown += c >= ' ' && c <= '~' ? c : '?';
+  if (text.size() > kMaxShown) shown += "...";
+  return shown;
 }
+
+std::string Quoted(std::string_view field) { return absl::StrCat("\"", Printable(field), "\""); }
 
 }  // namespace curv

@@ -46,7 +46,9 @@ bool ParseNumber(std::string_view field, T& value);
 // column and field if there are more or fewer fields than columns, or one is not a number that fits its column.
 absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Column* const> columns);
 
-// Quoted and shortened for an error message; unprintable bytes become '?'.
+// What a file says, as messages may show it: shortened, and with '?' for bytes that a terminal could obey.
+std::string Printable(std::string_view text);
+// The same in quotes.
 std::string Quoted(std::string_view field);
 
 namespace internal {

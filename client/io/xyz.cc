@@ -88,6 +88,10 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
         return absl::InvalidArgumentError(absl::StrCat("line ", lines.number(), ": expected x y z nx ny nz, found ",
                                                        count, " values: ", Quoted(raw)));
       }
+      if (count > kMaxColumns) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("line ", lines.number(), ": found ", count, " values: expected at most ", kMaxColumns));
+      }
       columns = MakeColumns(count);
       for (Column& column : columns) targets.push_back(&column);
     }

@@ -33,6 +33,18 @@ TEST(RpcErrorTest, PutsDetailsIntoTheMessage) {
   EXPECT_EQ(ErrorReason(status), "K_TOO_LARGE");
 }
 
+TEST(RpcErrorTest, LetsNoServerWriteOnATerminal) {
+  EXPECT_EQ(ToAbslStatus(grpc::Status(grpc::StatusCode::INTERNAL, "a\x1b[2J\r\nb\x7f \u00e9")).message(),
+            "a?[2J??b? \u00e9");
+  google::rpc::ErrorInfo info;
+  info.set_reason("\n");
+  (*info.mutable_metadata())["\t"] = "\x01";
+  google::rpc::Status details;
+  details.add_details()->PackFrom(info);
+  const grpc::Status status(grpc::StatusCode::INTERNAL, "m", details.SerializeAsString());
+  EXPECT_EQ(ToAbslStatus(status).message(), "m [reason ?; ? ?]");
+}
+
 TEST(RpcErrorTest, KeepsPlainErrors) {
   const absl::Status status = ToAbslStatus(grpc::Status(grpc::StatusCode::UNAVAILABLE, "no route"));
   EXPECT_TRUE(absl::IsUnavailable(status));

@@ -74,6 +74,19 @@ TEST(CloudTest, NormalizesNormalsOfAnyLengthAndCountsThem) {
   EXPECT_EQ(cloud.point(2).normal[1], 1.0f);
 }
 
+TEST(CloudTest, NormalizesDoublesWhoseLengthOrItsInverseIsNone) {
+  Cloud cloud(ScalarType::kFloat64);
+  const std::vector<double> normals = {5e-324, 5e-324, 0, 0, -1e-310, 0, 1e308, 0, 1e308, 1.7e308, 1.7e308, 0};
+  ASSERT_TRUE(cloud.Append(Bytes(std::vector<double>(12, 0.0)), Bytes(normals)).ok());
+  ASSERT_TRUE(cloud.Finish().ok());
+  const float diagonal = std::sqrt(0.5f);
+  EXPECT_FLOAT_EQ(cloud.point(0).normal[0], diagonal);
+  EXPECT_FLOAT_EQ(cloud.point(0).normal[1], diagonal);
+  EXPECT_FLOAT_EQ(cloud.point(1).normal[1], -1.0f);
+  EXPECT_FLOAT_EQ(cloud.point(2).normal[2], diagonal);
+  EXPECT_FLOAT_EQ(cloud.point(3).normal[0], diagonal);
+}
+
 TEST(CloudTest, RejectsInvalidPointsByIndexAndField) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   Cloud cloud;

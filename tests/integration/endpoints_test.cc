@@ -17,6 +17,7 @@ namespace {
 
 namespace v1 = curvature::v1;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string BytesOf(const grpc::ByteBuffer& buffer) {
   grpc::Slice slice;
@@ -121,18 +122,53 @@ TEST(MetricsTest, AScrapeHasEveryName) {
   ASSERT_TRUE(Succeeded(Estimate(server.NewChannel(), HeaderFor(cloud), cloud), cloud.size()));
   server.WaitUntilIdle();
   const std::string text = server.Scrape();
-  for (const char* name :
-       {"grpc_server_started_total", "grpc_server_handled_total", "grpc_server_handling_seconds_bucket",
-        "grpc_server_msg_received_total", "grpc_server_msg_sent_total", "curvd_points_total",
-        "curvd_received_bytes_total", "curvd_sent_bytes_total", "curvd_phase_seconds_bucket", "curvd_queue_jobs",
-        "curvd_workers", "curvd_workers_busy", "curvd_memory_reserved_bytes", "curvd_memory_limit_bytes",
-        "curvd_streams_open", "curvd_failures_total", "curvd_build_info"}) {
+  for (const char* name : {"grpc_server_started_total",
+                           "grpc_server_handled_total",
+                           "grpc_server_handling_seconds_bucket",
+                           "grpc_server_msg_received_total",
+                           "grpc_server_msg_sent_total",
+                           "curvd_points_total",
+                           "curvd_received_bytes_total",
+                           "curvd_sent_bytes_total",
+                           "curvd_phase_seconds_bucket",
+                           "curvd_queue_jobs",
+                           "curvd_workers",
+                           "curvd_workers_busy",
+                           "curvd_memory_reserved_bytes",
+                           "curvd_memory_limit_bytes",
+                           "curvd_streams_open",
+                           "curvd_failures_total",
+                           "curvd_build_info",
+                           "curvd_queue_limit_jobs",
+                           "curvd_streams_limit",
+                           "curvd_cloud_points_bucket",
+                           "curvd_log_lines_lost_total",
+                           "process_resident_memory_bytes",
+                           "process_open_fds"}) {
     EXPECT_THAT(text, HasSubstr(absl::StrCat("\n", name)));
   }
   EXPECT_EQ(server.Metric("curvd_points_total{status=\"ok\"}"), 1'000.0);
   EXPECT_EQ(server.Metric("curvd_phase_seconds_count{phase=\"estimate\"}"), 1.0);
   EXPECT_GT(server.Metric("curvd_received_bytes_total"), 24'000.0);
   EXPECT_GT(server.Metric("curvd_sent_bytes_total"), 45'000.0);
+}
+
+// Whoever may scrape or check health is not the caller.
+TEST(MetricsTest, NeitherMetricsNorHealthTellTagsOrRequestIds) {
+  TestServer server;
+  const TestCloud cloud = Sphere(100, 1.0f);
+  v1::CloudHeader header = HeaderFor(cloud);
+  header.set_request_tag("patient-4711");
+  TestCall call(server.NewChannel());
+  ASSERT_TRUE(call.SendHeader(header));
+  const std::string request_id = call.ReadAccepted().request_id();
+  ASSERT_FALSE(request_id.empty());
+  std::string health;
+  EXPECT_TRUE(CheckHealth(server.NewChannel(), "", &health).ok());
+  for (const std::string& text : {server.Scrape(), health}) {
+    EXPECT_THAT(text, Not(HasSubstr("4711")));
+    EXPECT_THAT(text, Not(HasSubstr(request_id)));
+  }
 }
 
 TEST(ListenTest, ASecondServerOnThePortFailsWithItsName) {

@@ -112,6 +112,8 @@ test("an invalid point is named in the error, or skipped on request", async () =
   assert.equal(error.codeName, "INVALID_ARGUMENT");
   assert.match(error.details, /123/);
   assert.notEqual(error.reason, "");
+  // What leads to the line in the server's log is in the message itself.
+  assert.ok(error.message.includes(`(request ${error.metadata.request_id})`), error.message);
   const estimate = await estimateCurvature(positions, normals, { server, skipInvalid: true });
   assert.equal(estimate.status[123], PointStatus.INVALID_INPUT);
   assert.equal(estimate.summary.statusCounts.invalidInput, 1);

@@ -109,6 +109,8 @@ class RealServerTest(unittest.TestCase):
         self.assertEqual(caught.exception.code, grpc.StatusCode.INVALID_ARGUMENT)
         self.assertIn("123", caught.exception.message)
         self.assertNotEqual(caught.exception.reason, "")
+        # What leads to the line in the server's log is in the message itself.
+        self.assertIn(f"(request {caught.exception.metadata['request_id']})", str(caught.exception))
 
     def test_invalid_point_is_skipped_on_request(self):
         positions, normals = sphere(1_000, radius=1.0)

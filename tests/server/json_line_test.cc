@@ -14,6 +14,7 @@ TEST(JsonLineTest, WritesEachTypeInOrder) {
 
 TEST(JsonLineTest, EscapesWhatJsonCannotHold) {
   EXPECT_EQ(JsonLine().Add("a", "q\" b\\ n\n t\x01").str(), R"({"a":"q\" b\\ n\u000a t\u0001"})");
+  EXPECT_EQ(JsonLine().Add("a", "\x7f \x9b \xff").str(), R"({"a":"\u007f \u009b \u00ff"})");
 }
 
 TEST(JsonLineTest, HasNoNumberForWhatIsNotFinite) {

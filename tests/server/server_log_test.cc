@@ -56,6 +56,19 @@ TEST(ServerLogTest, WritesOneJsonObjectALine) {
   EXPECT_THAT(text, MatchesRegex("(\\{\"time\":\"[-0-9]+T[:.0-9]+Z\",[^\n]*\\}\n)+"));
 }
 
+TEST(ServerLogTest, NobodyForgesALine) {
+  CallRecord record = Record();
+  record.request_tag = "x\"}\n{\"level\":\"error\",\"event\":\"forged\"}\r\n\x1b[2J\xff";
+  record.peer = record.request_tag;
+  record.status = absl::InvalidArgumentError(record.request_tag);
+  ::testing::internal::CaptureStderr();
+  ServerLog(true).LogCall(record);
+  const std::string text = ::testing::internal::GetCapturedStderr();
+  EXPECT_EQ(text.find('\n'), text.size() - 1);
+  EXPECT_THAT(text, Not(HasSubstr("\"event\":\"forged\"")));
+  for (const char c : text.substr(0, text.size() - 1)) EXPECT_TRUE(c >= ' ' && c <= '~') << static_cast<int>(c);
+}
+
 TEST(ServerLogTest, CanBeSilentAboutCalls) {
   ::testing::internal::CaptureStderr();
   ServerLog(false).LogCall(Record());

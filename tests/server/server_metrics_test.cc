@@ -6,6 +6,7 @@
 #include <prometheus/metric_family.h>
 #include <prometheus/text_serializer.h>
 
+#include <algorithm>
 #include <string>
 
 #include "server/error_detail.h"
@@ -34,15 +35,20 @@ ServerGauges Gauges() {
   gauges.memory_reserved_bytes = 5;
   gauges.memory_limit_bytes = 6;
   gauges.streams_open = 7;
+  gauges.waiting_limit = 8;
+  gauges.streams_limit = 9;
+  gauges.log_lines_lost = 10;
   return gauges;
 }
 
 TEST(ServerMetricsTest, ReadsTheGaugesAtTheScrape) {
   const ServerMetrics metrics(Gauges);
   const std::string text = Scrape(metrics);
-  for (const char* line : {"curvd_queue_jobs{queue=\"memory\"} 1\n", "curvd_queue_jobs{queue=\"workers\"} 2\n",
-                           "curvd_workers 3\n", "curvd_workers_busy 4\n", "curvd_memory_reserved_bytes 5\n",
-                           "curvd_memory_limit_bytes 6\n", "curvd_streams_open 7\n", "curvd_draining 0\n"}) {
+  for (const char* line :
+       {"curvd_queue_jobs{queue=\"memory\"} 1\n", "curvd_queue_jobs{queue=\"workers\"} 2\n", "curvd_workers 3\n",
+        "curvd_workers_busy 4\n", "curvd_memory_reserved_bytes 5\n", "curvd_memory_limit_bytes 6\n",
+        "curvd_streams_open 7\n", "curvd_draining 0\n", "curvd_queue_limit_jobs 8\n", "curvd_streams_limit 9\n",
+        "# TYPE curvd_log_lines_lost_total counter\ncurvd_log_lines_lost_total 10\n"}) {
     EXPECT_THAT(text, HasSubstr(line));
   }
 }
@@ -70,6 +76,7 @@ TEST(ServerMetricsTest, CountsRpcsAsOtherGrpcServersDo) {
 TEST(ServerMetricsTest, CountsPointsAndPhasesOfACall) {
   ServerMetrics metrics(Gauges);
   CallRecord record;
+  record.points_received = 12;
   record.status_counts[static_cast<size_t>(PointStatus::kOk)] = 10;
   record.status_counts[static_cast<size_t>(PointStatus::kDegenerateArea)] = 2;
   record.seconds.estimate = 3.0;
@@ -77,6 +84,8 @@ TEST(ServerMetricsTest, CountsPointsAndPhasesOfACall) {
   const std::string text = Scrape(metrics);
   EXPECT_THAT(text, HasSubstr("curvd_points_total{status=\"ok\"} 10\n"));
   EXPECT_THAT(text, HasSubstr("curvd_points_total{status=\"degenerate_area\"} 2\n"));
+  EXPECT_THAT(text, HasSubstr("curvd_cloud_points_bucket{le=\"100\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("curvd_cloud_points_sum 12\n"));
   EXPECT_THAT(text, HasSubstr("curvd_phase_seconds_sum{phase=\"estimate\"} 3\n"));
   EXPECT_THAT(text, HasSubstr("curvd_phase_seconds_count{phase=\"admit\"} 1\n"));
 }
@@ -93,6 +102,18 @@ TEST(ServerMetricsTest, CountsFailuresByKnownReasonsOnly) {
   EXPECT_THAT(text, HasSubstr("curvd_failures_total{reason=\"INTERNAL\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("curvd_failures_total{reason=\"DRAINING\"} 0\n"));
   EXPECT_THAT(text, Not(HasSubstr("MADE_UP")));
+}
+
+TEST(ServerMetricsTest, TellsNothingThatACallerChose) {
+  ServerMetrics metrics(Gauges);
+  const std::string before = Scrape(metrics);
+  CallRecord record;
+  record.request_id = record.peer = record.request_tag = "secret";
+  record.status = MakeError(absl::StatusCode::kInvalidArgument, {kReasonInvalidOption, "f", "secret", "l", {}});
+  metrics.CountCall(record);
+  const std::string after = Scrape(metrics);
+  EXPECT_THAT(after, Not(HasSubstr("secret")));
+  EXPECT_EQ(std::count(before.begin(), before.end(), '\n'), std::count(after.begin(), after.end(), '\n'));
 }
 
 TEST(ServerMetricsTest, TellsWhatRuns) {

@@ -36,5 +36,16 @@ TEST(CsvTest, SurvivesTruncationAndDamage) {
   AcceptedPrefixes(ReadCsv, "x,y,status\n1.5,-2e3,ok\nnan,inf,invalid_input\n");
 }
 
+TEST(CsvTest, ShowsNoNameThatATerminalObeys) {
+  EXPECT_THAT(Message("x,\x1b[2J\n1,a\n"), HasSubstr("value 2 (?[2J) is"));
+}
+
+TEST(CsvTest, RefusesMoreColumnsThanATableHolds) {
+  std::string names = "c0";
+  for (size_t i = 1; i <= kMaxColumns; ++i) names += ",c" + std::to_string(i);
+  EXPECT_THAT(Message(names), HasSubstr("more than 4096 columns"));
+  EXPECT_TRUE(ReadCsv(names.substr(0, names.rfind(','))).ok());
+}
+
 }  // namespace
 }  // namespace curv

@@ -55,5 +55,13 @@ TEST(OrientedCloudTest, SaysWhatIsMissingAndWhatToDo) {
   EXPECT_THAT(ExtractCloud(flat).status().message(), HasSubstr("x, y and z are needed"));
 }
 
+TEST(OrientedCloudTest, NamesAFewColumnsAsATerminalMayShowThem) {
+  PointTable table;
+  table.Set({"\x1b[2J", std::vector<float>{1}});
+  for (int i = 0; i < 40; ++i) table.Set({std::string(1, 'c') + std::to_string(i), std::vector<float>{1}});
+  EXPECT_THAT(ExtractCloud(table).status().message(),
+              AllOf(HasSubstr("columns: ?[2J c0"), HasSubstr("c28 and 11 more")));
+}
+
 }  // namespace
 }  // namespace curv

@@ -103,5 +103,19 @@ TEST(PcdTest, RefusesBadHeaders) {
   EXPECT_THAT(Message("BOUNDS 1 2\n"), HasSubstr("unknown keyword \"BOUNDS\""));
 }
 
+TEST(PcdTest, ShowsNoNameThatATerminalObeys) {
+  EXPECT_THAT(Message("FIELDS \x1b[2J\nSIZE x\n"), HasSubstr("SIZE of field ?[2J is"));
+  EXPECT_THAT(Message("FIELDS \x1b[2J\nTYPE \x1b\nPOINTS 1\nDATA ascii\n"), HasSubstr("field ?[2J has TYPE ?,"));
+  const absl::StatusOr<PointTable> table = ReadPcd("FIELDS \x1b[2J\nCOUNT 2\nPOINTS 1\nDATA ascii\n1 2\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(table->notes, ElementsAre(HasSubstr("field ?[2J: it has")));
+}
+
+TEST(PcdTest, RefusesMoreFieldsThanATableHolds) {
+  std::string fields = "FIELDS";
+  for (size_t i = 0; i <= kMaxColumns; ++i) fields += " f";
+  EXPECT_THAT(Message(fields + "\nPOINTS 0\nDATA ascii\n"), HasSubstr("4097 FIELDS: expected at most 4096"));
+}
+
 }  // namespace
 }  // namespace curv

@@ -161,5 +161,29 @@ TEST(PlyTest, RefusesBadHeaders) {
   EXPECT_THAT(Message(Header("ascii", "element face 0\n")), HasSubstr("no element vertex"));
 }
 
+TEST(PlyTest, RefusesVerticesWithoutAProperty) {
+  for (const char* format : {"ascii", "binary_little_endian"}) {
+    EXPECT_THAT(Message(Header(format, "element vertex 1152921504606846976\n")),
+                HasSubstr("1152921504606846976 vertices without a property"));
+  }
+}
+
+TEST(PlyTest, ShowsNoNameThatATerminalObeys) {
+  const std::string element = "element \x1b[2J 1\nproperty list char int \x1b[2J\n";
+  EXPECT_THAT(Message(Header("binary_little_endian", element) + "\xff"), HasSubstr("list ?[2J of ?[2J 0"));
+  EXPECT_THAT(Message(Header("binary_little_endian", element)), HasSubstr("1 ?[2J rows"));
+  EXPECT_THAT(Message(Header("ascii", element)), HasSubstr("1 ?[2J lines"));
+  const absl::StatusOr<PointTable> table =
+      ReadPly(Header("ascii", "element vertex 1\nproperty list char int \x1b[2J\n" + element) + "0\n0\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(table->notes, ElementsAre(HasSubstr("property ?[2J"), HasSubstr("element ?[2J")));
+}
+
+TEST(PlyTest, RefusesMorePropertiesThanATableHolds) {
+  std::string vertex = "element vertex 0\n";
+  for (size_t i = 0; i <= kMaxColumns; ++i) vertex += "property float p" + std::to_string(i) + "\n";
+  EXPECT_THAT(Message(Header("ascii", vertex)), HasSubstr("more than 4096 properties"));
+}
+
 }  // namespace
 }  // namespace curv

@@ -58,5 +58,7 @@ TEST(TextTest, QuotesShortAndPrintable) {
   EXPECT_EQ(Quoted(std::string(100, 'x')), "\"" + std::string(40, 'x') + "...\"");
 }
 
+TEST(TextTest, ShowsNothingThatATerminalObeys) { EXPECT_EQ(Printable("x\x1b[2J\x7f"), "x?[2J?"); }
+
 }  // namespace
 }  // namespace curv

@@ -74,5 +74,11 @@ TEST(XyzTest, SurvivesTruncationAndDamage) {
   AcceptedPrefixes(ReadXyz, "2\n# c\n1.5 -2e3 +3 0 0 1\n4, 5; 6 nan inf 1\n");
 }
 
+TEST(XyzTest, RefusesMoreColumnsThanATableHolds) {
+  std::string line;
+  for (size_t i = 0; i <= kMaxColumns; ++i) line += "1 ";
+  EXPECT_THAT(Message(line), HasSubstr("4097 values: expected at most 4096"));
+}
+
 }  // namespace
 }  // namespace curv

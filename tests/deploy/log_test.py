@@ -1,0 +1,48 @@
+#!/usr/bin/python3
+"""What an operator finds in the log for what a caller saw: log_test.py CURVD CURV"""
+
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from watched_curvd import WatchedCurvd
+
+CURVD, CURV = sys.argv[1:3]
+
+
+class LogTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = self.enterContext(tempfile.TemporaryDirectory())
+        self.cloud = f"{self.folder}/torus.ply"
+        subprocess.run([CURV, "generate", "torus", "--points=1000", "-o", self.cloud], check=True,
+                       stdout=subprocess.DEVNULL)
+
+    def estimate(self, server, *flags):
+        return subprocess.run([CURV, "estimate", self.cloud, "-o", f"{self.folder}/out.ply",
+                               f"--server={server.address}", *flags], check=False, capture_output=True, text=True)
+
+    def test_one_line_a_call_with_phases_reason_and_bytes(self):
+        with WatchedCurvd(CURVD) as server:
+            self.assertEqual(self.estimate(server, "--k=20").returncode, 0)
+            refused = self.estimate(server, "--k=100000")
+            self.assertNotEqual(refused.returncode, 0)
+        served, failed = [entry for entry in server.log if entry["event"] == "call"]
+        self.assertEqual((served["level"], served["code"], served["points"], served["points_ok"]),
+                         ("info", "OK", 1000, 1000))
+        self.assertGreater(served["received_bytes"], 24_000)
+        self.assertGreater(served["sent_bytes"], 45_000)
+        for phase in ("receive", "admit", "queue", "index", "estimate", "send"):
+            self.assertLessEqual(served[f"{phase}_seconds"], served["seconds"])
+        self.assertGreater(served["estimate_seconds"], 0)
+        self.assertEqual((failed["level"], failed["code"], failed["reason"]),
+                         ("warning", "RESOURCE_EXHAUSTED", "NEIGHBORHOOD_TOO_LARGE"))
+        # What the caller reports leads to the line.
+        self.assertIn(f"request_id {failed['request_id']}", refused.stderr)
+        self.assertNotEqual(failed["request_id"], served["request_id"])
+        self.assertTrue(re.fullmatch("[0-9a-f]{8}-[0-9]+", failed["request_id"]))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

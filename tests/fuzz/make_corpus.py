@@ -1,0 +1,144 @@
+#!/usr/bin/python3
+"""Writes the seeds of the fuzz targets: make_corpus.py PROTO_DIR CORPUS_DIR
+
+Small inputs that reach every branch a well-formed one can reach; the fuzzers make the malformed ones themselves. Inputs
+that were findings once lie beside the seeds as regression-*, and are not touched.
+"""
+
+import importlib
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+
+
+def readers():
+    """Seeds of the file readers, by target and name."""
+    floats = struct.pack("<6f", 1, 2, 3, 0, 0, 1) + struct.pack("<6f", 4, 5, 6, 0, 1, 0)
+    swapped = struct.pack(">6f", 1, 2, 3, 0, 0, 1) + struct.pack(">6f", 4, 5, 6, 0, 1, 0)
+    rows = b"1 2 3 0 0 1\n4 5 6 0 1 0\n"
+
+    names = ("x", "y", "z", "nx", "ny", "nz")
+
+    def ply(form, properties=None, count=2, tail=b""):
+        lines = properties or [f"property float {name}" for name in names]
+        head = ["ply", f"format {form} 1.0", "comment seed", f"element vertex {count}", *lines]
+        return "\n".join(head).encode() + b"\n" + tail + b"end_header\n"
+
+    faces = b"element face 1\nproperty list uchar int vertex_indices\n"
+    kinds = ["char a", "uchar b", "short c", "ushort d", "int e", "uint f", "float g", "double h"]
+    yield "ply", "ascii", ply("ascii") + rows
+    yield "ply", "little", ply("binary_little_endian") + floats
+    yield "ply", "big", ply("binary_big_endian") + swapped
+    yield "ply", "faces", ply("ascii", tail=faces) + rows + b"3 0 1 1\n"
+    yield "ply", "types", ply("binary_little_endian", [f"property {kind}" for kind in kinds], 1) + bytes(26)
+    yield "ply", "vertex_list", (
+        ply("binary_little_endian", ["property list uchar short ring", "property float x"], 1)
+        + struct.pack("<B2hf", 2, 7, 8, 1.5))
+    yield "ply", "vertex_list_ascii", ply("ascii", ["property list uchar short ring", "property float x"], 1) + b"2 7 8 1.5\n"
+    yield "ply", "element_first", (
+        b"ply\nformat binary_little_endian 1.0\nelement camera 1\nproperty list uint char path\nproperty short id\n"
+        b"element vertex 1\nproperty int8 x\nend_header\n" + struct.pack("<I2bhb", 2, 1, 2, 3, 4))
+    yield "ply", "hostile_count", ply("binary_little_endian", count=1 << 60) + floats
+
+    def pcd(data, fields="x y z normal_x normal_y normal_z", sizes="4 4 4 4 4 4", types="F F F F F F",
+            counts="1 1 1 1 1 1", points=2):
+        return (f"# .PCD v0.7\nVERSION 0.7\nFIELDS {fields}\nSIZE {sizes}\nTYPE {types}\nCOUNT {counts}\n"
+                f"WIDTH {points}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {points}\nDATA {data}\n").encode()
+
+    columns = b"".join(floats[4 * field:4 * field + 4] + floats[24 + 4 * field:28 + 4 * field] for field in range(6))
+    # LZF: literal runs of up to 32 bytes behind their length less one.
+    literals = b"".join(bytes([len(run) - 1]) + run for run in (columns[:32], columns[32:]))
+    # A zero, then a back reference of 8 more.
+    zeros = b"\x00\x00" + bytes([6 << 5, 0])
+    yield "pcd", "ascii", pcd("ascii") + rows
+    yield "pcd", "binary", pcd("binary") + floats
+    yield "pcd", "compressed", pcd("binary_compressed") + struct.pack("<2I", len(literals), len(columns)) + literals
+    yield "pcd", "references", (
+        pcd("binary_compressed", "t _", "8 1", "I U", "1 1", 1) + struct.pack("<2I", len(zeros), 9) + zeros)
+    yield "pcd", "vectors", pcd("binary", "x _ fpfh u", "4 1 4 8", "F U F U", "1 4 2 1", 1) + bytes(24)
+    yield "pcd", "small_types", pcd("binary", "a b c d e f", "1 1 2 2 4 4", "I U I U I U", points=1) + bytes(14)
+    yield "pcd", "hostile_count", pcd("binary", points=1 << 60) + floats
+    yield "pcd", "hostile_lzf", pcd("binary_compressed", points=1 << 24) + struct.pack("<2I", 4, 24 << 24) + b"\x00\x00\xe0\xff"
+
+    yield "obj", "normals", b"# seed\nv 1 2 3\nv 4 5 6\nvn 0 0 1\nvn 0 1 0\n"
+    yield "obj", "faces", b"v 1 2 3\nv 4 5 6\nv 7 8 9\nvn 0 0 1\nf 1//1 2//1 3//1\nf -1//-1 -2//-1 -3//-1\n"
+    yield "obj", "texture", b"mtllib a.mtl\nv 1 2 3 0.5\nvt 0 1\nvn 0 0 1\ng all\nf 1/1/1\np 1\nl 1 1\n"
+
+    yield "xyz", "six", rows
+    yield "xyz", "counted", b"2\n" + rows
+    yield "xyz", "commas", b"// x;y;z\n1, 2; 3\n# end\n4,5,6\n"
+    yield "xyz", "colors", b"1 2 3 255 128 0\n4 5 6 0 0 7\n"
+    yield "xyz", "wide", b"1 2 3 0 0 1 7 8e-300 inf\n4 5 6 0 1 0 nan -0 1e-400\n"
+
+    yield "csv", "oriented", b"x,y,z,nx,ny,nz\n1,2,3,0,0,1\n4,5,6,0,1,0\n"
+    yield "csv", "results", b"x,mean,status\n1, 0.5 ,ok\n\n2,nan,too_few_neighbors\r\n3,nan,singular_fit\n"
+
+
+def block(message):
+    data = message.SerializeToString()
+    return struct.pack("<H", len(data)) + data
+
+
+def protocol(proto):
+    """Seeds of the protocol's targets; tests/fuzz/*_fuzzer.cc tell how their inputs are read."""
+    header = proto.CloudHeader(
+        point_count=3, scalar_type=1, origin=proto.Vector3(x=1e6, y=-2, z=3), quantities=[1, 3], invalid_point_policy=2,
+        request_tag="seed", options=proto.EstimatorOptions(estimator=1, neighbor_count=20, triangle_count=50, seed=7,
+                                                           average_normal_weight=0.25, rotation_count=3, jet_degree=4))
+    radius = proto.CloudHeader(options=proto.EstimatorOptions(estimator=6, radius=0.5, even_weights=True))
+    yield "header", "neighbors", header.SerializeToString()
+    yield "header", "radius", radius.SerializeToString()
+    yield "header", "defaults", proto.CloudHeader(point_count=1 << 24, scalar_type=2).SerializeToString()
+
+    positions = struct.pack("<9f", 1, 2, 3, 4, 5, 6, 7, 8, 9)
+    normals = struct.pack("<9f", 0, 0, 1, 0, 2, 0, 0, 0, 0)
+    chunk = proto.EstimateCurvatureRequest(chunk=proto.PointChunk(positions=positions, normals=normals))
+    raw_header = proto.EstimateCurvatureRequest(header=header)
+    yield "session", "raw", b"\0" + block(raw_header) + b"\0" + block(chunk) + b"\3"
+    yield "session", "chunks", (b"\1" + block(header) + b"\2\1" + positions[:12] + normals[:12]
+                                + b"\2\2" + positions[12:] + normals[12:] + b"\3")
+    doubles = struct.pack("<6d", 1e300, 5e6, -1e-300, 0, 0, 1)
+    yield "session", "doubles", b"\1" + block(proto.CloudHeader(scalar_type=2)) + b"\2\1" + doubles + b"\3"
+    yield "session", "empty", b"\1" + block(proto.CloudHeader()) + b"\3"
+
+    accepted = proto.EstimateCurvatureResponse(accepted=proto.Accepted(
+        request_id="seed-1", limits=proto.ServerLimits(max_points=9, max_chunk_bytes=4096, memory_bytes=1 << 30)))
+    progress = proto.EstimateCurvatureResponse(progress=proto.Progress(phase=4, points_received=2, points_estimated=1))
+    summary = proto.EstimateCurvatureResponse(summary=proto.Summary(
+        point_count=2, status_counts=proto.StatusCounts(ok=2), seconds=proto.PhaseSeconds(send=0.5), peak_bytes=7))
+    scalars, vectors = bytes(8), bytes(24)
+    result = proto.EstimateCurvatureResponse(result=proto.ResultChunk(
+        point_count=2, status=b"\1\1", mean_curvature=scalars, gaussian_curvature=scalars, k1=scalars, k2=scalars,
+        d1=vectors, d2=vectors, radius=scalars))
+    opening = b"\2\0" + block(accepted) + b"\0" + block(progress)
+    yield "response", "raw", opening + b"\0" + block(result) + b"\0" + block(summary)
+    yield "response", "chunk", opening + b"\1\2\1\1" + 5 * scalars + 2 * vectors + b"\0" + block(summary)
+    # google.rpc.Status{details: [Any{ErrorInfo}, Any{RetryInfo}]}, written out.
+    def field(number, data):
+        return bytes([number << 3 | 2, len(data)]) + data
+
+    info = field(1, b"QUEUE_FULL") + field(2, b"curvd") + field(3, field(1, b"limit") + field(2, b"500"))
+    retry = field(1, b"\x08\x02\x10\x05")
+    details = b"\x08\x08" + b"".join(
+        field(3, field(1, b"type.googleapis.com/google.rpc." + name) + field(2, data))
+        for name, data in ((b"ErrorInfo", info), (b"RetryInfo", retry)))
+    yield "response", "error", b"\2\2\x08" + struct.pack("<H", 5) + b"no, 7" + details
+
+
+def main():
+    proto_dir, corpus_dir = map(pathlib.Path, sys.argv[1:])
+    with tempfile.TemporaryDirectory() as generated:
+        subprocess.run(["protoc", f"-I{proto_dir}", f"--python_out={generated}", "curvature/v1/curvature.proto"], check=True)
+        sys.path.insert(0, generated)
+        proto = importlib.import_module("curvature.v1.curvature_pb2")
+    seeds = [*readers(), *protocol(proto)]
+    for target, name, data in seeds:
+        (corpus_dir / target).mkdir(parents=True, exist_ok=True)
+        (corpus_dir / target / name).write_bytes(data)
+    print(f"{len(seeds)} seeds in {corpus_dir}")
+
+
+if __name__ == "__main__":
+    main()

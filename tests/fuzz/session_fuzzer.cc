@@ -1,0 +1,100 @@
+// Plays any sequence of messages to the server's protocol. Each step is an opcode and its operands: raw bytes as a
+// message, a header, the next chunk in order, or the half-close.
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "curvature/v1/curvature.pb.h"
+#include "server/estimate_session.h"
+#include "tests/fuzz/error_properties.h"
+#include "tests/fuzz/input.h"
+#include "tests/fuzz/require.h"
+
+namespace {
+
+namespace v1 = curvature::v1;
+using curvd::Cloud;
+using curvd::EstimateSession;
+using curvd::OrientedPoint;
+
+constexpr curvd::CallLimits kLimits = {500, 4096, 100, 1 << 30, 10};
+constexpr size_t kMaxChunkPoints = 32;
+
+bool IsMessage(std::string_view bytes, google::protobuf::MessageLite& message) {
+  return message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
+}
+
+// A chunk whose index is right; its arrays are as long as the input allows.
+v1::PointChunk NextChunk(const EstimateSession& session, fuzz::Input& input) {
+  const bool is_double = session.has_header() && session.options().scalar_type == curvd::ScalarType::kFloat64;
+  const size_t bytes = input.Byte() % kMaxChunkPoints * (is_double ? 24 : 12);
+  v1::PointChunk chunk;
+  chunk.set_first_index(session.points_received());
+  chunk.set_positions(std::string(input.Bytes(bytes)));
+  chunk.set_normals(std::string(input.Bytes(bytes)));
+  return chunk;
+}
+
+// Reads one message; false where gRPC would have ended the call, or at the half-close.
+bool NextMessage(const EstimateSession& session, fuzz::Input& input, v1::EstimateCurvatureRequest& message) {
+  message.Clear();
+  switch (input.Byte() % 4) {
+    case 0:
+      return IsMessage(input.Block(), message);
+    case 1:
+      return IsMessage(input.Block(), *message.mutable_header());
+    case 2:
+      *message.mutable_chunk() = NextChunk(session, input);
+      return true;
+    default:
+      return false;
+  }
+}
+
+void CheckPoint(const OrientedPoint& point, size_t& invalid) {
+  if (std::isnan(point.position[0])) {
+    ++invalid;
+    return;
+  }
+  double length2 = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    fuzz::Require(std::isfinite(point.position[axis]), "the positions of valid points are finite");
+    length2 += static_cast<double>(point.normal[axis]) * point.normal[axis];
+  }
+  fuzz::Require(std::abs(length2 - 1.0) < 1e-6, "the normals of valid points have unit length, to float rounding");
+}
+
+void CheckCloud(const EstimateSession& session, const Cloud& cloud) {
+  fuzz::Require(cloud.size() == session.points_received(), "the cloud holds the points that were received");
+  const uint64_t declared = session.options().point_count;
+  fuzz::Require(declared == 0 || cloud.size() == declared, "the cloud holds the points that were declared");
+  size_t invalid = 0;
+  for (size_t i = 0; i < cloud.size(); ++i) CheckPoint(cloud.point(i), invalid);
+  fuzz::Require(invalid == cloud.invalid_count(), "invalid points are counted");
+  fuzz::Require(invalid == 0 || session.options().invalid_point_policy == curvd::InvalidPointPolicy::kSkip,
+                "a cloud holds invalid points only if they were to be skipped");
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
+  fuzz::Input input(bytes, size);
+  EstimateSession session(kLimits);
+  absl::Status status;
+  v1::EstimateCurvatureRequest message;
+  while (!input.empty() && NextMessage(session, input, message)) {
+    const absl::Status received = session.Receive(message);
+    fuzz::Require(status.ok() || received == status, "a session that failed stays so");
+    status = received;
+    fuzz::Require(session.points_received() <= kLimits.max_points, "no cloud is over max_points");
+  }
+  const absl::Status closed = session.HalfClose();
+  fuzz::Require(status.ok() || closed == status, "a session that failed stays so");
+  if (closed.ok()) {
+    CheckCloud(session, session.TakeCloud());
+  } else {
+    fuzz::CheckRequestError(closed);
+  }
+  return 0;
+}
