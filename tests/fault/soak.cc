@@ -32,16 +32,17 @@ struct Flags {
   absl::Duration duration = absl::Minutes(30);
   size_t max_points = 5'000'000;
   int clients = 12;
+  int stall_seconds = 5;
 };
 
-void RunLoad(const CurvdChild& curvd, const std::vector<SoakCase>& cases, int clients, Clock::time_point end,
+void RunLoad(const CurvdChild& curvd, const std::vector<SoakCase>& cases, const Flags& flags, Clock::time_point end,
              uint64_t seed, SoakCounts& counts) {
   std::vector<std::jthread> threads;
-  for (int client = 0; client < clients; ++client) {
+  for (int client = 0; client < flags.clients; ++client) {
     threads.emplace_back([&, client] {
       std::mt19937_64 random(seed * 1'000 + client);
       while (Clock::now() < end && counts.finding().empty()) {
-        MakeSoakCall(curvd.address(), cases, random, counts);
+        MakeSoakCall(curvd.address(), flags.stall_seconds, cases, random, counts);
       }
     });
   }
@@ -91,12 +92,15 @@ int Main(int argc, char** argv) {
   app.add_option("--curvd", flags.curvd)->required();
   app.add_option("--duration", duration, "such as 30m")->capture_default_str();
   app.add_option("--max-points", flags.max_points, "of the largest cloud")->capture_default_str();
+  app.add_option("--stall-seconds", flags.stall_seconds, "after which the server ends a stalled call")
+      ->capture_default_str();
   app.add_option("--clients", flags.clients, "calls at a time")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   if (!absl::ParseDuration(duration, &flags.duration)) Fail(absl::StrCat("--duration is ", duration, ", not like 30m"));
 
   const std::vector<SoakCase> cases = MakeSoakCases(flags.max_points);
-  const CurvdChild curvd(flags.curvd, {"--log=false", "--threads=2", "--memory-limit=2GiB", "--stall-timeout=5s"});
+  const CurvdChild curvd(flags.curvd, {"--log=false", "--threads=2", "--memory-limit=2GiB",
+                                       absl::StrCat("--stall-timeout=", flags.stall_seconds, "s")});
   SoakCounts counts;
   std::vector<ProcessUsage> samples;
   const int pauses = std::clamp(static_cast<int>(flags.duration / kBetweenPauses), kMinPauses, kMaxPauses);
@@ -104,7 +108,7 @@ int Main(int argc, char** argv) {
   const Clock::time_point start = Clock::now();
   for (int pause = 1; pause <= pauses && counts.finding().empty(); ++pause) {
     // What a pause took is not added to the end.
-    RunLoad(curvd, cases, flags.clients, std::max(start + pause * step, Clock::now() + step / 10), pause, counts);
+    RunLoad(curvd, cases, flags, std::max(start + pause * step, Clock::now() + step / 10), pause, counts);
     curvd.WaitUntilIdle();
     std::this_thread::sleep_for(kClosing);
     samples.push_back(curvd.Usage());

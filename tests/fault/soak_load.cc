@@ -144,12 +144,12 @@ void BadCall(RawCall& call, const SoakCase& work, std::mt19937_64& random, SoakC
 }
 
 // Sends a cloud and reads nothing, or opens a call and sends nothing, until the server has had enough.
-void StalledCall(RawCall& call, const SoakCase& work, std::mt19937_64& random, SoakCounts& counts) {
+void StalledCall(RawCall& call, int stall_seconds, const SoakCase& work, std::mt19937_64& random, SoakCounts& counts) {
   call.SendHeader(work.header);
   if (random() % 2 == 0) {
     call.SendCloud(*work.cloud);
     call.HalfClose();
-    std::this_thread::sleep_for(std::chrono::seconds(6));
+    std::this_thread::sleep_for(std::chrono::seconds(stall_seconds + 1));
     // A small result fits into the buffers on the way; a large one was cut off, with or without its status.
     const grpc::Status status = call.Finish();
     status.ok() ? Judge(work, call, status, counts) : static_cast<void>(++counts.stalled);
@@ -184,8 +184,8 @@ std::vector<SoakCase> MakeSoakCases(size_t max_points) {
   return cases;
 }
 
-void MakeSoakCall(const std::string& address, const std::vector<SoakCase>& cases, std::mt19937_64& random,
-                  SoakCounts& counts) {
+void MakeSoakCall(const std::string& address, int stall_seconds, const std::vector<SoakCase>& cases,
+                  std::mt19937_64& random, SoakCounts& counts) {
   const SoakCase& work = Pick(cases, random);
   RawCall call(SomeChannel(address, random));
   const uint64_t kind = random() % 100;
@@ -193,7 +193,7 @@ void MakeSoakCall(const std::string& address, const std::vector<SoakCase>& cases
   if (kind < 75) return CancelledCall(call, work, random, counts);
   if (kind < 85) return HastyCall(call, work, random, counts);
   if (kind < 97) return BadCall(call, work, random, counts);
-  return StalledCall(call, work, random, counts);
+  StalledCall(call, stall_seconds, work, random, counts);
 }
 
 }  // namespace curvd

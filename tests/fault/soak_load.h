@@ -43,9 +43,9 @@ struct SoakCounts {
   std::string finding_;  // guarded by mutex_
 };
 
-// Makes one call of a random kind and judges its answer. `address`: where curvd serves; stalled calls are held until
-// the server ends them.
-void MakeSoakCall(const std::string& address, const std::vector<SoakCase>& cases, std::mt19937_64& random,
-                  SoakCounts& counts);
+// Makes one call of a random kind and judges its answer. `address`: where curvd serves; `stall_seconds`: after which it
+// ends stalled calls.
+void MakeSoakCall(const std::string& address, int stall_seconds, const std::vector<SoakCase>& cases,
+                  std::mt19937_64& random, SoakCounts& counts);
 
 }  // namespace curvd

@@ -105,7 +105,6 @@ int Main(int argc, char** argv) {
       Fail("curvd takes no connection");
     }
   }
-  const uint64_t idle_mib = curvd.Usage().resident_bytes >> 20;
   Counts counts;
   std::latch opened(flags.streams);
   std::vector<std::thread> clients;
@@ -116,7 +115,6 @@ int Main(int argc, char** argv) {
   for (std::thread& client : clients) client.join();
   if (!counts.finding.empty()) Fail(counts.finding);
   curvd.WaitUntilIdle();
-  std::printf("%d MiB before\n", static_cast<int>(idle_mib));
   const uint64_t peak_mib = curvd.Usage().peak_bytes >> 20;
   std::printf(
       "| streams at once | connections | right | refused with RetryInfo | peak MiB | limit MiB |\n"
