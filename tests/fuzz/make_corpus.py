@@ -90,7 +90,7 @@ def protocol(proto):
     radius = proto.CloudHeader(options=proto.EstimatorOptions(estimator=6, radius=0.5, even_weights=True))
     yield "header", "neighbors", header.SerializeToString()
     yield "header", "radius", radius.SerializeToString()
-    yield "header", "defaults", proto.CloudHeader(point_count=1 << 24, scalar_type=2).SerializeToString()
+    yield "header", "defaults", proto.CloudHeader(point_count=1 << 24, scalar_type=2, priority=2).SerializeToString()
 
     positions = struct.pack("<9f", 1, 2, 3, 4, 5, 6, 7, 8, 9)
     normals = struct.pack("<9f", 0, 0, 1, 0, 2, 0, 0, 0, 0)
@@ -101,6 +101,7 @@ def protocol(proto):
                                 + b"\2\2" + positions[12:] + normals[12:] + b"\3")
     doubles = struct.pack("<6d", 1e300, 5e6, -1e-300, 0, 0, 1)
     yield "session", "doubles", b"\1" + block(proto.CloudHeader(scalar_type=2)) + b"\2\1" + doubles + b"\3"
+    yield "session", "malformed", b"\1" + block(header) + b"\0" + struct.pack("<H", 3) + b"\x12\xff\x01" + b"\3"
     yield "session", "empty", b"\1" + block(proto.CloudHeader()) + b"\3"
 
     accepted = proto.EstimateCurvatureResponse(accepted=proto.Accepted(

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "curvature/v1/curvature.pb.h"
@@ -21,10 +22,6 @@ using curvd::OrientedPoint;
 constexpr curvd::CallLimits kLimits = {500, 4096, 100, 1 << 30, 10};
 constexpr size_t kMaxChunkPoints = 32;
 
-bool IsMessage(std::string_view bytes, google::protobuf::MessageLite& message) {
-  return message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
-}
-
 // A chunk whose index is right; its arrays are as long as the input allows.
 v1::PointChunk NextChunk(const EstimateSession& session, fuzz::Input& input) {
   const bool is_double = session.has_header() && session.options().scalar_type == curvd::ScalarType::kFloat64;
@@ -36,20 +33,25 @@ v1::PointChunk NextChunk(const EstimateSession& session, fuzz::Input& input) {
   return chunk;
 }
 
-// Reads one message; false where gRPC would have ended the call, or at the half-close.
-bool NextMessage(const EstimateSession& session, fuzz::Input& input, v1::EstimateCurvatureRequest& message) {
-  message.Clear();
+// Gives the session its next message; nothing at the half-close.
+std::optional<absl::Status> NextStep(EstimateSession& session, fuzz::Input& input) {
+  v1::EstimateCurvatureRequest message;
+  google::protobuf::MessageLite* packed = &message;
   switch (input.Byte() % 4) {
     case 0:
-      return IsMessage(input.Block(), message);
+      break;
     case 1:
-      return IsMessage(input.Block(), *message.mutable_header());
+      packed = message.mutable_header();
+      break;
     case 2:
       *message.mutable_chunk() = NextChunk(session, input);
-      return true;
+      return session.Receive(message);
     default:
-      return false;
+      return std::nullopt;
   }
+  const std::string_view bytes = input.Block();
+  if (packed->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return session.Receive(message);
+  return session.ReceiveMalformed(bytes.size());
 }
 
 void CheckPoint(const OrientedPoint& point, size_t& invalid) {
@@ -82,11 +84,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   fuzz::Input input(bytes, size);
   EstimateSession session(kLimits);
   absl::Status status;
-  v1::EstimateCurvatureRequest message;
-  while (!input.empty() && NextMessage(session, input, message)) {
-    const absl::Status received = session.Receive(message);
-    fuzz::Require(status.ok() || received == status, "a session that failed stays so");
-    status = received;
+  while (!input.empty()) {
+    const std::optional<absl::Status> received = NextStep(session, input);
+    if (!received) break;
+    fuzz::Require(status.ok() || *received == status, "a session that failed stays so");
+    status = *received;
     fuzz::Require(session.points_received() <= kLimits.max_points, "no cloud is over max_points");
   }
   const absl::Status closed = session.HalfClose();
