@@ -10,7 +10,8 @@ BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-
   protobuf-compiler-grpc libprotobuf-dev libabsl-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
   libspdlog-dev liblzf-dev libpng-dev
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libeigen3-dev libnanoflann-dev libcgal-dev grpc-proto \
-  python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil curl ca-certificates prometheus procps
+  python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil curl ca-certificates prometheus \
+  procps libfaketime
 CHECK_PACKAGES := clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)
