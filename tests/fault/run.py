@@ -5,6 +5,7 @@ Prints a table: fault, times tried, what was lost, seconds until all was well ag
 """
 
 import argparse
+import importlib
 import pathlib
 import statistics
 import sys
@@ -12,15 +13,11 @@ import tempfile
 import time
 import traceback
 
-import client_faults
-import input_faults
-import network_faults
-import resource_faults
-import server_faults
 from trial_site import Site
 
-_MODULES = (client_faults, server_faults, network_faults, input_faults, resource_faults)
-_FAULTS = [fault for module in _MODULES for fault in module.FAULTS]
+# Every *_faults.py beside this file has a list FAULTS.
+_MODULES = sorted(file.stem for file in pathlib.Path(__file__).parent.glob("*_faults.py"))
+_FAULTS = [fault for name in _MODULES for fault in importlib.import_module(name).FAULTS]
 
 
 def try_fault(fault, site, times):
