@@ -9,6 +9,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "google/protobuf/stubs/logging.h"
 #include "server/curvature_server.h"
 #include "server/flags.h"
 #include "server/freed_memory.h"
@@ -93,6 +94,8 @@ int Main(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   // A log reader that goes away must not end the server.
   signal(SIGPIPE, SIG_IGN);
+  // What it would write, that a message cannot be parsed, no caller shall put between the log's lines.
+  google::protobuf::SetLogHandler(nullptr);
   const absl::StatusOr<CommandLine> line = ParseCommandLine(argc, argv);
   if (!line.ok()) {
     std::fprintf(stderr, "curvd: %s\n", std::string(line.status().message()).c_str());

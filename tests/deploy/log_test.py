@@ -7,6 +7,8 @@ import sys
 import tempfile
 import unittest
 
+import grpc
+
 from watched_curvd import WatchedCurvd
 
 CURVD, CURV = sys.argv[1:3]
@@ -42,6 +44,20 @@ class LogTest(unittest.TestCase):
         self.assertIn(f"request_id {failed['request_id']}", refused.stderr)
         self.assertNotEqual(failed["request_id"], served["request_id"])
         self.assertTrue(re.fullmatch("[0-9a-f]{8}-[0-9]+", failed["request_id"]))
+
+    def test_no_message_puts_anything_else_into_the_log(self):
+        bad_utf8_tag = b"\x0a\x03\x3a\x01\xff"
+        forged_tag = b"\x0a\x0d\x3a\x0b\n{\"a\":\"b\"}\n"
+        with WatchedCurvd(CURVD) as server, grpc.insecure_channel(server.address) as channel:
+            estimate = channel.stream_stream("/curvature.v1.CurvatureService/EstimateCurvature")
+            for message, reason in ((bad_utf8_tag, "MESSAGE_MALFORMED"), (forged_tag, "INVALID_OPTION")):
+                with self.assertRaises(grpc.RpcError) as caught:
+                    list(estimate(iter([message])))
+                call = server.wait_for_call(reason)
+                self.assertIn(f"(request {call['request_id']})", caught.exception.details())
+                self.assertEqual(call["tag"], "")
+        # A line that is no JSON would have ended the reading of the log.
+        self.assertEqual([entry["event"] for entry in server.log], ["call", "call", "draining", "stopped"])
 
 
 if __name__ == "__main__":

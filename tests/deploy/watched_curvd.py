@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import threading
+import time
 import urllib.request
 
 START_SECONDS = 60
@@ -32,6 +33,16 @@ class WatchedCurvd:
     def _read_log(self):
         for line in self._process.stderr:
             self.log.append(json.loads(line))
+
+    def wait_for_call(self, reason):
+        """The log's entry of the call that failed for that reason, once it is there."""
+        deadline = time.monotonic() + START_SECONDS
+        while time.monotonic() < deadline and self._reader.is_alive():
+            for entry in list(self.log):
+                if entry.get("reason") == reason:
+                    return entry
+            time.sleep(0.01)
+        raise AssertionError(f"no call with reason {reason} in {self.log}")
 
     def stop(self):
         """Drains the server. Returns its exit status; the log is complete then."""
