@@ -41,7 +41,7 @@ def alert_expressions():
 
 
 class Prometheus:
-    """Scrapes one target, five times a second, and evaluates the alert rules once a second."""
+    """Scrapes one target and evaluates the alert rules, both once a second."""
 
     def __init__(self, folder, target):
         with socket.socket() as free:
@@ -49,10 +49,9 @@ class Prometheus:
             self._address = "127.0.0.1:%d" % free.getsockname()[1]
         config = pathlib.Path(folder) / "prometheus.yml"
         config.write_text(json.dumps({
-            "global": {"scrape_interval": "200ms", "scrape_timeout": "200ms", "evaluation_interval": "1s"},
+            "global": {"scrape_interval": "1s", "scrape_timeout": "1s", "evaluation_interval": "1s"},
             "rule_files": [str((DEPLOY_DIR / "prometheus" / "alerts.yml").resolve())],
-            "scrape_configs": [{"job_name": "curvd", "scrape_timeout": "200ms",
-                                "static_configs": [{"targets": [target]}]}],
+            "scrape_configs": [{"job_name": "curvd", "static_configs": [{"targets": [target]}]}],
         }), encoding="utf-8")
         self._process = subprocess.Popen(
             ["prometheus", f"--config.file={config}", f"--storage.tsdb.path={folder}/tsdb",

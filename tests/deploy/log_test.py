@@ -30,7 +30,9 @@ class LogTest(unittest.TestCase):
             self.assertEqual(self.estimate(server, "--k=20").returncode, 0)
             refused = self.estimate(server, "--k=100000")
             self.assertNotEqual(refused.returncode, 0)
-        served, failed = [entry for entry in server.log if entry["event"] == "call"]
+        calls = {entry["code"]: entry for entry in server.log if entry["event"] == "call"}
+        self.assertEqual(len(calls), 2)
+        served, failed = calls["OK"], calls["RESOURCE_EXHAUSTED"]
         self.assertEqual((served["level"], served["code"], served["points"], served["points_ok"]),
                          ("info", "OK", 1000, 1000))
         self.assertGreater(served["received_bytes"], 24_000)
