@@ -10,12 +10,13 @@ FROM debian:bookworm-slim
 RUN apt-get update -qq \
     && apt-get install -qq --no-install-recommends \
       libgrpc++1.51 libprotobuf32 libabsl20220623 libhwy1 libprometheus-cpp-pull1.0 libprometheus-cpp-core1.0 \
-      libspdlog1.10 libfmt9 libpng16-16 liblzf1 >/dev/null \
+      libspdlog1.10 libfmt9 libpng16-16 liblzf1 libssl3 ca-certificates >/dev/null \
     && rm -rf /var/lib/apt/lists/*
 COPY --from=build /curvd/build/release/bin/curvd /curvd/build/release/bin/curv /usr/local/bin/
 USER 65532:65532
-ENV CURVD_LISTEN=0.0.0.0:50061 CURVD_METRICS_LISTEN=0.0.0.0:9461
+# Other machines can reach these: curvd starts only with --tls-cert and --tls-key, or with --insecure.
+ENV CURVD_LISTEN=0.0.0.0:50061 CURVD_METRICS_LISTEN=0.0.0.0:9461 CURVD_HEALTH_LISTEN=127.0.0.1:50062
 EXPOSE 50061 9461
 STOPSIGNAL SIGTERM
-HEALTHCHECK --interval=10s --timeout=5s --start-period=5s CMD ["curv", "info", "--server=127.0.0.1:50061"]
+HEALTHCHECK --interval=10s --timeout=5s --start-period=5s CMD ["curv", "info", "--health", "--server=127.0.0.1:50062"]
 ENTRYPOINT ["curvd"]

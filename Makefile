@@ -8,10 +8,10 @@ JOBS ?= $(shell nproc)
 # Debian 12 packages, by what they are for.
 BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-dev protobuf-compiler \
   protobuf-compiler-grpc libprotobuf-dev libabsl-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
-  libspdlog-dev liblzf-dev libpng-dev
+  libspdlog-dev liblzf-dev libpng-dev libssl-dev
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libeigen3-dev libnanoflann-dev libcgal-dev grpc-proto \
-  python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil curl ca-certificates prometheus \
-  procps libfaketime
+  python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil python3-yaml curl ca-certificates \
+  prometheus procps libfaketime openssl binutils
 CHECK_PACKAGES := clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)

@@ -5,6 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "client/token_interceptor.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 #include "grpcpp/support/channel_arguments.h"
@@ -17,7 +18,12 @@ bool LooksLikeTarget(const std::string& server) {
   return colon != std::string::npos && colon > 0 && colon + 1 < server.size();
 }
 
-std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server) {
+std::shared_ptr<grpc::ChannelCredentials> MakeCredentials(const ConnectOptions& options) {
+  if (!options.tls) return grpc::InsecureChannelCredentials();
+  return grpc::SslCredentials({options.authorities, options.private_key, options.certificate});
+}
+
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server, const ConnectOptions& options) {
   grpc::ChannelArguments arguments;
   // Result chunks are far smaller; a server that sends more is not curvd.
   arguments.SetMaxReceiveMessageSize(64 << 20);
@@ -33,12 +39,18 @@ std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server) {
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 5'000);
   // Between two clients of one process no connection is shared, so that each goes to a server of its own.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  return grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), arguments);
+  if (!options.server_name.empty()) arguments.SetSslTargetNameOverride(options.server_name);
+  std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
+  if (!options.token.empty()) interceptors.push_back(std::make_unique<TokenInterceptorFactory>(options.token));
+  return grpc::experimental::CreateCustomChannelWithInterceptors(server, MakeCredentials(options), arguments,
+                                                                 std::move(interceptors));
 }
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Channels::Create(std::string_view servers) {
+absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Channels::Create(
+    std::string_view servers, const ConnectOptions& options) {
+  if (absl::Status status = CheckConnectOptions(options); !status.ok()) return status;
   std::vector<std::shared_ptr<grpc::Channel>> channels;
   const std::string list(servers);
   for (const absl::string_view part : absl::StrSplit(list, ',')) {
@@ -47,11 +59,19 @@ absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Chan
       return absl::InvalidArgumentError(
           absl::StrCat("server \"", server, "\" is not HOST:PORT, as in 127.0.0.1:50061"));
     }
-    channels.push_back(MakeChannel(server));
+    if (!options.token.empty() && !options.tls && !options.send_token_in_plain_text && !IsLocalTarget(server)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "the token would go to ", server,
+          " in plain text, where others can read it: use TLS (--tls), or insist (--send-token-in-plain-text)"));
+    }
+    channels.push_back(MakeChannel(server, options));
   }
   // Many short processes together spread over the replicas as well.
   const size_t start = channels.size() == 1 ? 0 : std::random_device()();
-  return std::make_unique<Channels>(std::move(channels), start);
+  auto created = std::make_unique<Channels>(std::move(channels), start);
+  created->tls_ = options.tls;
+  created->has_certificate_ = !options.certificate.empty();
+  return created;
 }
 
 }  // namespace curv

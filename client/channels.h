@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/connect_options.h"
 #include "client/curvature_client.h"
 #include "grpcpp/channel.h"
 
@@ -17,17 +18,21 @@ namespace curv {
 class CurvatureClient::Channels {
  public:
   // See CurvatureClient::Connect.
-  static absl::StatusOr<std::unique_ptr<Channels>> Create(std::string_view servers);
+  static absl::StatusOr<std::unique_ptr<Channels>> Create(std::string_view servers, const ConnectOptions& options);
   Channels(std::vector<std::shared_ptr<grpc::Channel>> channels, size_t start)
       : channels_(std::move(channels)), next_(start) {}
 
   // Takes turns, starting with any.
   const std::shared_ptr<grpc::Channel>& Next() { return channels_[next_++ % channels_.size()]; }
   size_t size() const { return channels_.size(); }
+  // See ExplainConnectError.
+  absl::Status Explain(const absl::Status& status) const { return ExplainConnectError(status, tls_, has_certificate_); }
 
  private:
   std::vector<std::shared_ptr<grpc::Channel>> channels_;
   std::atomic<size_t> next_;
+  bool tls_ = false;
+  bool has_certificate_ = false;
 };
 
 }  // namespace curv

@@ -62,8 +62,9 @@ std::optional<Estimator> EstimatorOf(std::string_view name) {
   return static_cast<Estimator>(found - std::begin(kEstimatorNames));
 }
 
-absl::StatusOr<std::unique_ptr<CurvatureClient>> CurvatureClient::Connect(std::string_view servers) {
-  absl::StatusOr<std::unique_ptr<Channels>> channels = Channels::Create(servers);
+absl::StatusOr<std::unique_ptr<CurvatureClient>> CurvatureClient::Connect(std::string_view servers,
+                                                                          const ConnectOptions& options) {
+  absl::StatusOr<std::unique_ptr<Channels>> channels = Channels::Create(servers, options);
   if (!channels.ok()) return channels.status();
   return std::unique_ptr<CurvatureClient>(new CurvatureClient(*std::move(channels)));
 }
@@ -88,22 +89,30 @@ absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud
       return *std::move(outcome.result);
     }
     const AttemptFailure& failure = outcome.failure;
-    if (!failure.retry_after || attempt >= options.max_attempts) return failure.status;
+    if (!failure.retry_after || attempt >= options.max_attempts) return channels_->Explain(failure.status);
     const absl::Duration pause = PauseAfter(attempt, *failure.retry_after, channels_->size() > 1);
-    if (pause >= time_left()) return failure.status;
+    if (pause >= time_left()) return channels_->Explain(failure.status);
     if (!PauseFor(pause, callbacks.stop)) return absl::CancelledError("cancelled while waiting for a server");
   }
 }
 
 absl::StatusOr<ServerInfo> CurvatureClient::GetServerInfo(absl::Duration timeout) const {
-  absl::StatusOr<ServerInfo> info;
+  return AskAny<ServerInfo>(AskServer, timeout);
+}
+
+absl::StatusOr<std::string> CurvatureClient::GetHealth(absl::Duration timeout) const {
+  return AskAny<std::string>(AskHealth, timeout);
+}
+
+template <typename Answer, typename Ask>
+absl::StatusOr<Answer> CurvatureClient::AskAny(Ask ask, absl::Duration timeout) const {
+  absl::StatusOr<Answer> answer;
   for (size_t i = 0; i < channels_->size(); ++i) {
-    info = AskServer(channels_->Next(), timeout);
-    const bool may_be_a_dead_server =
-        absl::IsUnavailable(info.status()) || absl::IsUnknown(info.status()) || absl::IsInternal(info.status());
-    if (info.ok() || !may_be_a_dead_server) break;
+    answer = ask(channels_->Next(), timeout);
+    if (answer.ok() || !absl::IsUnavailable(answer.status())) break;
   }
-  return info;
+  if (!answer.ok()) return channels_->Explain(answer.status());
+  return answer;
 }
 
 }  // namespace curv

@@ -20,6 +20,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "client/connect_options.h"
 #include "client/io/point_status.h"
 
 namespace grpc {
@@ -177,8 +178,10 @@ class CurvatureClient {
  public:
   // `servers` is HOST:PORT (or any gRPC target, such as unix:PATH), or several with commas between: replicas, each call
   // starting with another one and going on to the next when one is unavailable. Nothing is sent yet.
-  // INVALID_ARGUMENT if the list is empty or an entry has no port.
-  static absl::StatusOr<std::unique_ptr<CurvatureClient>> Connect(std::string_view servers);
+  // INVALID_ARGUMENT if the list is empty or an entry has no port, if CheckConnectOptions finds something, or if a
+  // token would go to another machine in plain text.
+  static absl::StatusOr<std::unique_ptr<CurvatureClient>> Connect(std::string_view servers,
+                                                                  const ConnectOptions& options = {});
 
   // Speaks over a channel that the caller made. REQUIRES: channel is not null.
   explicit CurvatureClient(std::shared_ptr<grpc::Channel> channel);
@@ -197,9 +200,15 @@ class CurvatureClient {
   // Asks the first server that answers. `timeout` is for each.
   absl::StatusOr<ServerInfo> GetServerInfo(absl::Duration timeout) const;
 
+  // Asks the first server that answers for its health alone, which needs no token: "SERVING", "NOT_SERVING", ...
+  // `timeout` is for each.
+  absl::StatusOr<std::string> GetHealth(absl::Duration timeout) const;
+
  private:
   class Channels;
   explicit CurvatureClient(std::unique_ptr<Channels> channels);
+  template <typename Answer, typename Ask>
+  absl::StatusOr<Answer> AskAny(Ask ask, absl::Duration timeout) const;
 
   std::unique_ptr<Channels> channels_;
 };

@@ -20,6 +20,7 @@ int Run(int argc, char** argv) {
   curv::AddEvaluate(app, action);
   curv::AddRender(app, action);
   curv::AddInfo(app, action);
+  curv::AddToken(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {

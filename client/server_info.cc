@@ -59,7 +59,7 @@ ServerInfo ToServerInfo(const v1::GetServerInfoResponse& response) {
 
 // Asks grpc.health.v1. Its messages are so small (a string in field 1, an enum in field 1) that they are spoken as the
 // unknown fields of an empty message, which spares the package a generated protocol.
-std::string CheckHealth(const std::shared_ptr<grpc::Channel>& channel, absl::Duration timeout) {
+absl::StatusOr<std::string> CheckHealth(const std::shared_ptr<grpc::Channel>& channel, absl::Duration timeout) {
   using google::protobuf::Empty;
   static constexpr const char* kWords[] = {"UNKNOWN", "SERVING", "NOT_SERVING", "SERVICE_UNKNOWN"};
 
@@ -81,7 +81,8 @@ std::string CheckHealth(const std::shared_ptr<grpc::Channel>& channel, absl::Dur
       word = fields.field(i).varint();
     }
   }
-  return status.ok() && word < std::size(kWords) ? kWords[word] : kWords[0];
+  if (!status.ok()) return ToAbslStatus(status);
+  return std::string(word < std::size(kWords) ? kWords[word] : kWords[0]);
 }
 
 }  // namespace
@@ -94,8 +95,12 @@ absl::StatusOr<ServerInfo> AskServer(const std::shared_ptr<grpc::Channel>& chann
       v1::CurvatureService::NewStub(channel)->GetServerInfo(&context, v1::GetServerInfoRequest(), &response);
   if (!status.ok()) return ToAbslStatus(status);
   ServerInfo info = ToServerInfo(response);
-  info.health = CheckHealth(channel, timeout);
+  info.health = CheckHealth(channel, timeout).value_or("UNKNOWN");
   return info;
+}
+
+absl::StatusOr<std::string> AskHealth(const std::shared_ptr<grpc::Channel>& channel, absl::Duration timeout) {
+  return CheckHealth(channel, timeout);
 }
 
 }  // namespace curv

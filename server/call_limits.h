@@ -1,7 +1,10 @@
 // What one call may ask of this server.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+
+#include "server/caller.h"
 
 namespace curvd {
 
@@ -13,5 +16,12 @@ struct CallLimits {
   uint64_t memory_bytes = 0;
   uint32_t max_streams = 0;
 };
+
+// `limits` with those of the caller where they are tighter.
+inline CallLimits LimitsFor(const Caller& caller, CallLimits limits) {
+  if (caller.max_points != 0) limits.max_points = std::min(limits.max_points, caller.max_points);
+  if (caller.max_streams != 0) limits.max_streams = std::min(limits.max_streams, caller.max_streams);
+  return limits;
+}
 
 }  // namespace curvd

@@ -23,6 +23,7 @@ struct PhaseTimes {
 struct CallRecord {
   std::string request_id;
   std::string peer;
+  std::string caller;  // who was let in; empty if nobody was
   std::string request_tag;
   absl::Status status;
   uint64_t points_received = 0;

@@ -1,20 +1,27 @@
 #include "server/curvature_server.h"
 
-#include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
 #include <algorithm>
 #include <chrono>
+#include <climits>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "absl/base/call_once.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "server/call_errors.h"
+#include "server/connection_acceptor.h"
+#include "server/credential_files.h"
 #include "server/curvature_service.h"
+#include "server/descriptor_limit.h"
+#include "server/grpc_log.h"
+#include "server/health_port.h"
 #include "server/metrics_port.h"
+#include "server/reflection.h"
 #include "server/service_context.h"
 #include "server/ticker.h"
 
@@ -29,14 +36,24 @@ constexpr absl::Duration kFarewell = absl::Seconds(2);
 // How long connections get to close once the last call is over. Idle clients do not notice that they should.
 constexpr absl::Duration kHangUp = absl::Milliseconds(200);
 
+// After this gRPC asks a client to connect again, once its calls are over: so it comes to new replicas, and shows a
+// certificate that is still good.
+constexpr absl::Duration kConnectionAge = absl::Hours(1);
+// Streams of a connection above max_streams_per_peer: health, and calls that shall hear of the limit from us.
+constexpr int kStreamSlack = 100;
+// How soon a certificate, a token or a name that has changed is noticed.
+constexpr auto kReloadInterval = std::chrono::seconds(1);
+
+int Milliseconds(absl::Duration duration) {
+  return static_cast<int>(std::min<int64_t>(absl::ToInt64Milliseconds(duration), INT_MAX));
+}
+
 void ConfigureConnections(const ServerOptions& options, grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(static_cast<int>(options.max_chunk_bytes + kMessageSlackBytes));
   builder.SetMaxSendMessageSize(-1);
   // gRPC 1.51 limits a message before it is unpacked, so that 4 MiB could become 4 GiB; and floats hardly shrink.
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
-  // Two servers on one port would share its calls; the second one shall fail instead.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   // Calls that wait for memory hold 64 KiB of what their client sends. With a window that grows with the bandwidth it
   // was megabytes for each of hundreds of calls; a call that reads gets room for the message that it reads either way.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
@@ -45,6 +62,20 @@ void ConfigureConnections(const ServerOptions& options, grpc::ServerBuilder& bui
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
+  // What a stranger may hold.
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, Milliseconds(options.handshake_timeout));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, Milliseconds(options.idle_timeout));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, Milliseconds(kConnectionAge));
+  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, static_cast<int>(options.max_header_bytes));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS,
+                             static_cast<int>(options.max_streams_per_peer) + kStreamSlack);
+}
+
+std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> AddAcceptor(TlsCredentials* tls,
+                                                                            grpc::ServerBuilder& builder) {
+  return builder.experimental().AddExternalConnectionAcceptor(
+      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
+      tls == nullptr ? grpc::InsecureServerCredentials() : tls->ForServer());
 }
 
 }  // namespace
@@ -52,53 +83,107 @@ void ConfigureConnections(const ServerOptions& options, grpc::ServerBuilder& bui
 class CurvatureServer::Running {
  public:
   explicit Running(const ServerOptions& options)
-      : context_(options), service_(context_), ticker_(kTick, [this](Ticker::Clock::time_point now) { Tick(now); }) {}
+      : context_(options),
+        files_(options, context_.access, context_.security_metrics, context_.log),
+        service_(context_),
+        ticker_(kTick, [this](Ticker::Clock::time_point now) { Tick(now); }) {}
   ~Running();
 
   absl::Status Start(const ServerOptions& options);
   void Drain(absl::Duration timeout);
   void Wait() { server_->Wait(); }
 
-  int port() const { return port_; }
+  int port() const { return acceptor_ == nullptr ? 0 : acceptor_->port(); }
+  int health_port() const { return health_port_ == nullptr ? 0 : health_port_->port(); }
   int metrics_port() const { return metrics_port_ == nullptr ? 0 : metrics_port_->port(); }
   std::shared_ptr<grpc::Channel> InProcessChannel();
 
  private:
+  absl::Status Listen(const ServerOptions& options);
+  absl::Status ListenBeside(const ServerOptions& options);
   void Tick(Ticker::Clock::time_point now);
+  void RefreshFiles();
 
   ServiceContext context_;
+  CredentialFiles files_;
   CurvatureService service_;
   Ticker ticker_;
+  std::optional<GrpcLogTap> grpc_log_;
   std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<ConnectionAcceptor> acceptor_;
+  std::unique_ptr<HealthPort> health_port_;
   std::unique_ptr<MetricsPort> metrics_port_;
-  int port_ = 0;
+  std::optional<Ticker> refresh_files_;
   absl::once_flag drained_;
 };
 
 absl::Status CurvatureServer::Running::Start(const ServerOptions& options) {
+  if (absl::Status status = files_.LoadAll(); !status.ok()) return status;
+  if (absl::Status status = Listen(options); !status.ok()) return status;
+  if (absl::Status status = ListenBeside(options); !status.ok()) return status;
+  refresh_files_.emplace(kReloadInterval, [this](Ticker::Clock::time_point) { RefreshFiles(); });
+  return absl::OkStatus();
+}
+
+absl::Status CurvatureServer::Running::Listen(const ServerOptions& options) {
+  std::optional<ListeningSockets> sockets;
+  if (!options.listen.empty()) {
+    absl::StatusOr<ListeningSockets> bound = ListeningSockets::Bind("--listen", options.listen);
+    if (!bound.ok()) return bound.status();
+    sockets.emplace(*std::move(bound));
+    grpc_log_.emplace([this](const std::string& file, const std::string& message, bool is_shown) {
+      context_.strangers.NoteGrpcLine(file, message, is_shown);
+    });
+  }
   grpc::ServerBuilder builder;
   ConfigureConnections(options, builder);
   builder.RegisterService(&service_);
-  int selected_port = 0;
-  if (!options.listen.empty()) {
-    builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &selected_port);
-  }
+  // It could not ask for a token.
+  if (!options.token_file.empty()) LeaveOutReflection(builder);
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> target;
+  if (sockets.has_value()) target = AddAcceptor(files_.tls(), builder);
   server_ = builder.BuildAndStart();
-  if (server_ == nullptr || (!options.listen.empty() && selected_port == 0)) {
-    return absl::UnavailableError(absl::StrCat("cannot listen on ", options.listen,
-                                               " (--listen): in use, not permitted, or no address of this machine"));
-  }
-  port_ = absl::StartsWith(options.listen, "unix:") ? 0 : selected_port;
+  if (server_ == nullptr) return absl::InternalError("gRPC could not start the server");
   server_->GetHealthCheckService()->SetServingStatus("curvature.v1.CurvatureService", true);
+  if (!sockets.has_value()) return absl::OkStatus();
+  acceptor_ = std::make_unique<ConnectionAcceptor>(
+      *std::move(sockets),
+      ConnectionLimits{ConnectionsWithin(options.max_connections), options.max_connections_per_peer},
+      [this](StrangerReason reason, const std::string& peer) { context_.strangers.NoteRefused(reason, peer); });
+  context_.security_metrics.ReadConnectionsFrom([this] { return acceptor_->OpenCount(); });
+  acceptor_->Start(std::move(target));
+  return absl::OkStatus();
+}
+
+absl::Status CurvatureServer::Running::ListenBeside(const ServerOptions& options) {
+  if (!options.health_listen.empty()) {
+    absl::StatusOr<std::unique_ptr<HealthPort>> health = HealthPort::Create(
+        options.health_listen,
+        [this](StrangerReason reason, const std::string& peer) { context_.strangers.NoteRefused(reason, peer); });
+    if (!health.ok()) return health.status();
+    health_port_ = *std::move(health);
+  }
   if (options.metrics_listen.empty()) return absl::OkStatus();
-  absl::StatusOr<std::unique_ptr<MetricsPort>> metrics = MetricsPort::Create(options.metrics_listen, context_.metrics);
+  std::vector<std::shared_ptr<prometheus::Collectable>> collectables = context_.metrics.collectables();
+  for (const auto& collectable : context_.security_metrics.collectables()) collectables.push_back(collectable);
+  absl::StatusOr<std::unique_ptr<MetricsPort>> metrics =
+      MetricsPort::Create(options.metrics_listen, std::move(collectables));
   if (!metrics.ok()) return metrics.status();
   metrics_port_ = *std::move(metrics);
   return absl::OkStatus();
 }
 
+void CurvatureServer::Running::RefreshFiles() {
+  if (!files_.Refresh()) return;
+  // A call that was let in by what was taken away does not go on.
+  context_.gate.EndWhere([this](const Caller& caller) { return context_.access.Recheck(caller); });
+}
+
 CurvatureServer::Running::~Running() {
+  refresh_files_.reset();
+  health_port_.reset();
   metrics_port_.reset();
+  if (acceptor_ != nullptr) acceptor_->Stop();
   if (server_ == nullptr) return;
   context_.gate.StartDraining();
   for (const auto& stream : context_.gate.open_streams()) stream->Abort(DrainTimedOut(absl::ZeroDuration()));
@@ -112,11 +197,13 @@ void CurvatureServer::Running::Tick(Ticker::Clock::time_point now) {
 void CurvatureServer::Running::Drain(absl::Duration timeout) {
   absl::call_once(drained_, [this, timeout] {
     server_->GetHealthCheckService()->Shutdown();
+    if (health_port_ != nullptr) health_port_->SetNotServing();
     context_.gate.StartDraining();
     if (!context_.gate.WaitUntilEmpty(timeout)) {
       for (const auto& stream : context_.gate.open_streams()) stream->Abort(DrainTimedOut(timeout));
       context_.gate.WaitUntilEmpty(kFarewell);
     }
+    if (acceptor_ != nullptr) acceptor_->Stop();
     server_->Shutdown(absl::ToChronoTime(absl::Now() + kHangUp));
   });
 }
@@ -130,12 +217,9 @@ std::shared_ptr<grpc::Channel> CurvatureServer::Running::InProcessChannel() {
 
 absl::StatusOr<std::unique_ptr<CurvatureServer>> CurvatureServer::Create(const ServerOptions& options) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  // Both are settings of the process, and stay as they are once they are set.
-  static absl::once_flag plugins_ready;
-  absl::call_once(plugins_ready, [] {
-    grpc::EnableDefaultHealthCheckService(true);
-    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
-  });
+  // A setting of the process, which stays as it is once it is set.
+  static absl::once_flag health_ready;
+  absl::call_once(health_ready, [] { grpc::EnableDefaultHealthCheckService(true); });
   const ServerOptions resolved = options.Resolved();
   auto running = std::make_unique<Running>(resolved);
   if (absl::Status status = running->Start(resolved); !status.ok()) return status;
@@ -146,6 +230,7 @@ CurvatureServer::CurvatureServer(std::unique_ptr<Running> running) : running_(st
 CurvatureServer::~CurvatureServer() = default;
 
 int CurvatureServer::port() const { return running_->port(); }
+int CurvatureServer::health_port() const { return running_->health_port(); }
 int CurvatureServer::metrics_port() const { return running_->metrics_port(); }
 std::shared_ptr<grpc::Channel> CurvatureServer::InProcessChannel() { return running_->InProcessChannel(); }
 void CurvatureServer::Drain(absl::Duration timeout) { running_->Drain(timeout); }

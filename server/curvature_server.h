@@ -17,8 +17,9 @@ namespace curvd {
 class CurvatureServer {
  public:
   // Starts a server that is bound and serving when this returns. Errors:
-  // - INVALID_ARGUMENT: options.Validate() failed.
-  // - UNAVAILABLE: an address cannot be bound (in use, no permission, not an address); the message names it.
+  // - INVALID_ARGUMENT: options.Validate() failed, or a file of certificates, tokens or names is not what it should be.
+  // - UNAVAILABLE: an address cannot be bound (in use, no permission, not an address), or such a file cannot be read;
+  //   the message names it.
   static absl::StatusOr<std::unique_ptr<CurvatureServer>> Create(const ServerOptions& options);
 
   // Stops hard: open calls end with UNAVAILABLE or CANCELLED at once. Call Drain first to be polite.
@@ -28,6 +29,7 @@ class CurvatureServer {
 
   // The bound TCP ports; 0 where there is none.
   int port() const;
+  int health_port() const;
   int metrics_port() const;
 
   // A channel to this server that uses no socket. Messages up to the server's own sizes pass both ways.

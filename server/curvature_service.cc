@@ -3,8 +3,10 @@
 #include <chrono>
 
 #include "core/cpu_kind.h"
+#include "server/call_credentials.h"
 #include "server/call_options.h"
 #include "server/estimate_stream.h"
+#include "server/rpc_status.h"
 #include "server/version.h"
 
 namespace curvd {
@@ -22,17 +24,34 @@ grpc::ServerUnaryReactor* CurvatureService::GetServerInfo(grpc::CallbackServerCo
   const auto start = std::chrono::steady_clock::now();
   context_.metrics.CountStarted(RpcMethod::kGetServerInfo);
   context_.metrics.CountReceived(RpcMethod::kGetServerInfo, request->ByteSizeLong());
+  const absl::StatusOr<Caller> caller = context_.access.Identify(CredentialsOf(*call));
+  if (caller.ok()) {
+    FillServerInfo(*caller, response);
+    context_.metrics.CountSent(RpcMethod::kGetServerInfo, response->ByteSizeLong());
+  }
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  context_.metrics.CountHandled(RpcMethod::kGetServerInfo, caller.status().code(), seconds.count());
+  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+  reactor->Finish(caller.ok() ? grpc::Status::OK : Refuse(*call, caller.status()));
+  return reactor;
+}
+
+void CurvatureService::FillServerInfo(const Caller& caller, v1::GetServerInfoResponse* response) const {
   response->set_version(Version());
-  FillLimits(context_.limits, response->mutable_limits());
+  FillLimits(LimitsFor(caller, context_.limits), response->mutable_limits());
   FillEstimators(response);
   response->set_cpu_kind(CpuKind());
   response->set_worker_threads(static_cast<uint32_t>(context_.pool.thread_count()));
-  context_.metrics.CountSent(RpcMethod::kGetServerInfo, response->ByteSizeLong());
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  context_.metrics.CountHandled(RpcMethod::kGetServerInfo, absl::StatusCode::kOk, seconds.count());
-  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
-  reactor->Finish(grpc::Status::OK);
-  return reactor;
+}
+
+grpc::Status CurvatureService::Refuse(const grpc::CallbackServerContext& call, const absl::Status& status) {
+  CallRecord record;
+  record.request_id = context_.request_ids.Next();
+  record.peer = call.peer();
+  record.status = status;
+  context_.metrics.CountCall(record);
+  context_.log.LogCall(record);
+  return ToGrpcStatus(status, record.request_id);
 }
 
 }  // namespace curvd

@@ -24,6 +24,10 @@ class CurvatureService final : public CurvatureServiceBase {
                                           curvature::v1::GetServerInfoResponse* response) override;
 
  private:
+  void FillServerInfo(const Caller& caller, curvature::v1::GetServerInfoResponse* response) const;
+  // Logs and counts a call that was not let in. Returns what its caller gets.
+  grpc::Status Refuse(const grpc::CallbackServerContext& call, const absl::Status& status);
+
   ServiceContext& context_;
 };
 

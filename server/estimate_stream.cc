@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/time/time.h"
+#include "server/call_credentials.h"
 #include "server/call_errors.h"
 
 namespace curvd {
@@ -20,10 +21,11 @@ EstimateStream::Clock::time_point OnSteadyClock(std::chrono::system_clock::time_
 }  // namespace
 
 EstimateStream* EstimateStream::Start(ServiceContext& service, grpc::CallbackServerContext& call) {
-  const auto stream = std::make_shared<EstimateStream>(service, call);
+  const absl::StatusOr<Caller> caller = service.access.Identify(CredentialsOf(call));
+  const auto stream = std::make_shared<EstimateStream>(service, call, caller.ok() ? *caller : Caller());
   stream->self_ = stream;
   service.metrics.CountStarted(RpcMethod::kEstimateCurvature);
-  absl::Status status = service.gate.Open(stream);
+  absl::Status status = caller.ok() ? service.gate.Open(stream, *caller) : caller.status();
   if (status.ok()) {
     stream->ReadNext();
   } else {
@@ -32,15 +34,17 @@ EstimateStream* EstimateStream::Start(ServiceContext& service, grpc::CallbackSer
   return stream.get();
 }
 
-EstimateStream::EstimateStream(ServiceContext& service, grpc::CallbackServerContext& call)
+EstimateStream::EstimateStream(ServiceContext& service, grpc::CallbackServerContext& call, const Caller& caller)
     : service_(service),
       call_(call),
-      session_(service.limits),
+      limits_(LimitsFor(caller, service.limits)),
+      session_(limits_),
       started_(Clock::now()),
       deadline_(OnSteadyClock(call.deadline(), started_)) {
   receive_started_ = last_read_ = last_write_ = started_;
   record_.request_id = service.request_ids.Next();
   record_.peer = call.peer();
+  record_.caller = caller.name;
 }
 
 // The deadline counts from the call's arrival here. The caller's own clock started earlier, so that its cancel may

@@ -50,7 +50,7 @@ class EstimateStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, gr
   // A reactor for a call that has just arrived. It owns itself. `service` must outlive it.
   static EstimateStream* Start(ServiceContext& service, grpc::CallbackServerContext& call);
 
-  EstimateStream(ServiceContext& service, grpc::CallbackServerContext& call);
+  EstimateStream(ServiceContext& service, grpc::CallbackServerContext& call, const Caller& caller);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -97,6 +97,7 @@ class EstimateStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, gr
 
   ServiceContext& service_;
   grpc::CallbackServerContext& call_;
+  const CallLimits limits_;               // the caller's
   std::shared_ptr<EstimateStream> self_;  // until OnDone
 
   // Of the reading chain.

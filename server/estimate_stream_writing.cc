@@ -48,6 +48,7 @@ void EstimateStream::Pump() {
     }
   }
   if (write == Write::kFinish) {
+    service_.gate.FreePlace(this);
     Finish(ToGrpcStatus(outcome, record_.request_id));
   } else {
     FillResponse(write);
@@ -81,7 +82,7 @@ EstimateStream::Write EstimateStream::PickWrite() {
 void EstimateStream::FillResponse(Write write) {
   switch (write) {
     case Write::kAccepted:
-      return FillAccepted(session_.options(), service_.limits, record_.request_id, response_.mutable_accepted());
+      return FillAccepted(session_.options(), limits_, record_.request_id, response_.mutable_accepted());
     case Write::kProgress:
       return FillProgress();
     case Write::kResults:

@@ -61,9 +61,29 @@ void AddBytes(CLI::App& app, const char* flag, uint64_t& value, const std::strin
 void AddAddresses(CLI::App& app, ServerOptions& options) {
   AddFlag(app, "--listen", options.listen, "Where calls are taken; port 0 picks a free one. Also unix:PATH")
       ->type_name("HOST:PORT");
+  app.add_flag("--insecure", options.insecure, "Take plain text from other machines as well: encrypt in front of curvd")
+      ->envname(EnvironmentName("--insecure"));
+  AddFlag(app, "--health-listen", options.health_listen,
+          "Where probes ask for health alone, in plain text and without a token: as --listen")
+      ->type_name("HOST:PORT");
   AddFlag(app, "--metrics-listen", options.metrics_listen,
           "Where Prometheus scrapes /metrics; port 0 picks a free one, \"none\" for no metrics")
       ->type_name("HOST:PORT");
+}
+
+void AddAccess(CLI::App& app, ServerOptions& options) {
+  AddFlag(app, "--tls-cert", options.tls_cert, "Certificate chain of the server, PEM; read again when it changes")
+      ->type_name("FILE");
+  AddFlag(app, "--tls-key", options.tls_key, "Its private key, PEM without a passphrase")->type_name("FILE");
+  AddFlag(app, "--tls-client-ca", options.tls_client_ca,
+          "Authorities, PEM: clients must show a certificate of one of them")
+      ->type_name("FILE");
+  AddFlag(app, "--tls-client-names", options.tls_client_names,
+          "Names, one a line, of which a client's certificate must have one; read again when it changes")
+      ->type_name("FILE");
+  AddFlag(app, "--token-file", options.token_file,
+          "Hashes of tokens, as `curv token` prints them, of which a call must carry one; read again when it changes")
+      ->type_name("FILE");
 }
 
 void AddLimits(CLI::App& app, ServerOptions& options) {
@@ -75,6 +95,16 @@ void AddLimits(CLI::App& app, ServerOptions& options) {
   AddBytes(app, "--memory-limit", options.memory_limit_bytes,
            "Bytes that all calls together may hold, such as 8GiB; 0: 80 % of what the container or machine has");
   AddFlag(app, "--max-streams", options.max_streams, "Calls open at a time; further ones are refused")->type_name("N");
+  AddFlag(app, "--max-streams-per-peer", options.max_streams_per_peer,
+          "Calls that one caller (token, certificate, or else address) may have open")
+      ->type_name("N");
+  AddFlag(app, "--max-connections", options.max_connections, "Connections open at a time; further ones are closed")
+      ->type_name("N");
+  AddFlag(app, "--max-connections-per-peer", options.max_connections_per_peer, "Connections from one address")
+      ->type_name("N");
+  AddFlag(app, "--max-header-bytes", options.max_header_bytes, "Bytes of one call's metadata")->type_name("BYTES");
+  AddDuration(app, "--idle-timeout", options.idle_timeout, "How long a connection may be open without a call");
+  AddDuration(app, "--handshake-timeout", options.handshake_timeout, "How long a new connection's handshake may take");
   AddFlag(app, "--max-waiting", options.max_waiting, "Calls that wait for memory at a time; further ones are refused")
       ->type_name("N");
   AddDuration(app, "--drain-timeout", options.drain_timeout,
@@ -93,6 +123,7 @@ absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) 
   app.set_version_flag("--version", absl::StrCat("curvd ", Version()), "Print the version and exit");
   app.get_formatter()->column_width(32);
   AddAddresses(app, line.options);
+  AddAccess(app, line.options);
   AddLimits(app, line.options);
   try {
     app.parse(argc, argv);

@@ -7,13 +7,14 @@
 #include <thread>
 #include <utility>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "google/protobuf/stubs/logging.h"
 #include "server/curvature_server.h"
+#include "server/descriptor_limit.h"
 #include "server/flags.h"
 #include "server/freed_memory.h"
 #include "server/json_line.h"
+#include "server/listen_address.h"
 #include "server/server_log.h"
 #include "server/version.h"
 
@@ -49,13 +50,6 @@ std::future<int> WatchSignals() {
   return stopped;
 }
 
-bool IsLocal(const std::string& listen) {
-  for (const char* prefix : {"127.", "localhost:", "[::1]:", "unix:"}) {
-    if (absl::StartsWith(listen, prefix)) return true;
-  }
-  return listen.empty();
-}
-
 std::string WithPort(const std::string& listen, int port) {
   return port == 0 ? listen : absl::StrCat(listen.substr(0, listen.rfind(':')), ":", port);
 }
@@ -67,17 +61,22 @@ int Serve(const ServerOptions& options) {
     std::fprintf(stderr, "curvd: %s\n", std::string(server.status().message()).c_str());
     return kCannotServe;
   }
-  if (!IsLocal(options.listen)) {
+  if (!IsLocalAddress(options.listen) && options.tls_cert.empty()) {
     log.Log(ServerLog::Level::kWarning, "unencrypted",
             JsonLine()
                 .Add("listen", options.listen)
-                .Add("message", "calls from other machines are neither encrypted nor authenticated"));
+                .Add("message", "--insecure: what other machines send, tokens included, is not encrypted"));
   }
   std::future<int> stopped = WatchSignals();
   log.Log(ServerLog::Level::kInfo, "serving",
           JsonLine()
               .Add("version", Version())
               .Add("listen", WithPort(options.listen, (*server)->port()))
+              .Add("tls", options.tls_cert.empty()        ? "none"
+                          : options.tls_client_ca.empty() ? "server"
+                                                          : "mutual")
+              .Add("tokens", !options.token_file.empty())
+              .Add("health_listen", WithPort(options.health_listen, (*server)->health_port()))
               .Add("metrics_listen", WithPort(options.metrics_listen, (*server)->metrics_port())));
   const int signal = stopped.get();
   log.Log(ServerLog::Level::kInfo, "draining",
@@ -96,6 +95,7 @@ int Main(int argc, char** argv) {
   signal(SIGPIPE, SIG_IGN);
   // What it would write, that a message cannot be parsed, no caller shall put between the log's lines.
   google::protobuf::SetLogHandler(nullptr);
+  RaiseDescriptorLimit();
   const absl::StatusOr<CommandLine> line = ParseCommandLine(argc, argv);
   if (!line.ok()) {
     std::fprintf(stderr, "curvd: %s\n", std::string(line.status().message()).c_str());

@@ -12,7 +12,6 @@
 
 #include "absl/memory/memory.h"
 #include "absl/strings/str_cat.h"
-#include "server/server_metrics.h"
 #include "server/ticker.h"
 
 namespace curvd {
@@ -33,24 +32,26 @@ void Connect(const std::string& listen, int port) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<MetricsPort>> MetricsPort::Create(const std::string& listen,
-                                                                 const ServerMetrics& metrics) {
+absl::StatusOr<std::unique_ptr<MetricsPort>> MetricsPort::Create(
+    const std::string& listen, std::vector<std::shared_ptr<prometheus::Collectable>> collectables) {
   // A scraper that connects and says nothing must not hold a thread for ever.
   const std::vector<std::string> settings = {"listening_ports",    listen, "num_threads", "4",
                                              "request_timeout_ms", "5000"};
   try {
     auto exposer = std::make_unique<prometheus::Exposer>(settings);
-    for (const auto& collectable : metrics.collectables()) exposer->RegisterCollectable(collectable);
+    for (const auto& collectable : collectables) exposer->RegisterCollectable(collectable);
     const std::vector<int> ports = exposer->GetListeningPorts();
-    return absl::WrapUnique(new MetricsPort(listen, std::move(exposer), ports.empty() ? 0 : ports.front()));
+    const int port = ports.empty() ? 0 : ports.front();
+    return absl::WrapUnique(new MetricsPort(listen, std::move(collectables), std::move(exposer), port));
   } catch (const std::exception& error) {
     return absl::UnavailableError(absl::StrCat("cannot listen for metrics on ", listen,
                                                ": in use, not permitted, or no address of this machine"));
   }
 }
 
-MetricsPort::MetricsPort(std::string listen, std::unique_ptr<prometheus::Exposer> exposer, int port)
-    : listen_(std::move(listen)), exposer_(std::move(exposer)), port_(port) {}
+MetricsPort::MetricsPort(std::string listen, std::vector<std::shared_ptr<prometheus::Collectable>> collectables,
+                         std::unique_ptr<prometheus::Exposer> exposer, int port)
+    : listen_(std::move(listen)), collectables_(std::move(collectables)), exposer_(std::move(exposer)), port_(port) {}
 
 // The exposer notices only after up to two seconds of silence that it shall stop: connections wake it earlier.
 MetricsPort::~MetricsPort() {

@@ -3,30 +3,33 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 
 namespace prometheus {
+class Collectable;
 class Exposer;
 }  // namespace prometheus
 
 namespace curvd {
 
-class ServerMetrics;
-
 // Serves /metrics until destroyed.
 class MetricsPort {
  public:
-  // Listens on HOST:PORT. UNAVAILABLE, naming the address, if it cannot be bound. `metrics` must outlive the port.
-  static absl::StatusOr<std::unique_ptr<MetricsPort>> Create(const std::string& listen, const ServerMetrics& metrics);
+  // Listens on HOST:PORT and shows all of `collectables`. UNAVAILABLE, naming the address, if it cannot be bound.
+  static absl::StatusOr<std::unique_ptr<MetricsPort>> Create(
+      const std::string& listen, std::vector<std::shared_ptr<prometheus::Collectable>> collectables);
   ~MetricsPort();
 
   int port() const { return port_; }
 
  private:
-  MetricsPort(std::string listen, std::unique_ptr<prometheus::Exposer> exposer, int port);
+  MetricsPort(std::string listen, std::vector<std::shared_ptr<prometheus::Collectable>> collectables,
+              std::unique_ptr<prometheus::Exposer> exposer, int port);
 
   const std::string listen_;
+  const std::vector<std::shared_ptr<prometheus::Collectable>> collectables_;  // the exposer does not keep them
   std::unique_ptr<prometheus::Exposer> exposer_;
   const int port_;
 };

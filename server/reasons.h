@@ -14,6 +14,11 @@ inline constexpr char kReasonChunkLength[] = "CHUNK_LENGTH";
 inline constexpr char kReasonPointCountMismatch[] = "POINT_COUNT_MISMATCH";
 inline constexpr char kReasonInvalidPoint[] = "INVALID_POINT";
 
+// UNAUTHENTICATED, PERMISSION_DENIED: the caller is not let in.
+inline constexpr char kReasonTokenMissing[] = "TOKEN_MISSING";
+inline constexpr char kReasonTokenInvalid[] = "TOKEN_INVALID";
+inline constexpr char kReasonClientNotAllowed[] = "CLIENT_NOT_ALLOWED";
+
 // RESOURCE_EXHAUSTED, and waiting does not help: over a limit that one call may reach.
 inline constexpr char kReasonTooManyPoints[] = "TOO_MANY_POINTS";
 inline constexpr char kReasonChunkTooLarge[] = "CHUNK_TOO_LARGE";
@@ -22,6 +27,7 @@ inline constexpr char kReasonMemoryLimit[] = "MEMORY_LIMIT";
 
 // RESOURCE_EXHAUSTED, and waiting helps: a limit that all calls share.
 inline constexpr char kReasonStreamLimit[] = "STREAM_LIMIT";
+inline constexpr char kReasonPeerStreamLimit[] = "PEER_STREAM_LIMIT";
 inline constexpr char kReasonQueueFull[] = "QUEUE_FULL";
 inline constexpr char kReasonMemoryBusy[] = "MEMORY_BUSY";
 inline constexpr char kReasonOutOfMemory[] = "OUT_OF_MEMORY";
@@ -42,7 +48,8 @@ inline constexpr char kReasonInternal[] = "INTERNAL";
 inline constexpr const char* kAllReasons[] = {
     kReasonHeaderMissing,    kReasonHeaderRepeated,  kReasonMessageEmpty,  kReasonMessageMalformed,
     kReasonInvalidOption,    kReasonChunkOutOfOrder, kReasonChunkLength,   kReasonPointCountMismatch,
-    kReasonInvalidPoint,     kReasonTooManyPoints,   kReasonChunkTooLarge, kReasonNeighborhoodTooLarge,
+    kReasonInvalidPoint,     kReasonTokenMissing,    kReasonTokenInvalid,  kReasonClientNotAllowed,
+    kReasonPeerStreamLimit,  kReasonTooManyPoints,   kReasonChunkTooLarge, kReasonNeighborhoodTooLarge,
     kReasonMemoryLimit,      kReasonStreamLimit,     kReasonQueueFull,     kReasonMemoryBusy,
     kReasonOutOfMemory,      kReasonDraining,        kReasonDrainTimeout,  kReasonCancelled,
     kReasonDeadlineExceeded, kReasonStalled,         kReasonInternal,

@@ -71,6 +71,7 @@ JsonLine CallLine(const CallRecord& record) {
   line.Add("request_id", record.request_id)
       .Add("tag", record.request_tag)
       .Add("peer", record.peer)
+      .Add("caller", record.caller)
       .Add("code", CodeName(record.status.code()));
   if (!record.status.ok()) {
     line.Add("reason", ReasonOf(record.status)).Add("message", std::string(record.status.message()));

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/error_detail.h"
+#include "server/listen_address.h"
 #include "server/memory_limit.h"
 #include "server/reasons.h"
 
@@ -16,6 +17,31 @@ absl::Status CheckRange(const char* flag, uint64_t value, uint64_t low, uint64_t
   if (value >= low && value <= high) return absl::OkStatus();
   return MakeError(absl::StatusCode::kInvalidArgument,
                    {kReasonInvalidOption, flag, absl::StrCat(value), absl::StrCat("in [", low, ", ", high, "]"), {}});
+}
+
+absl::Status CheckAbove0(const char* flag, absl::Duration value) {
+  if (value > absl::ZeroDuration()) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   {kReasonInvalidOption, flag, absl::FormatDuration(value), "above 0s", {}});
+}
+
+// `flag` makes sense only with `other`.
+absl::Status CheckGoesWith(const char* flag, const std::string& value, const char* other,
+                           const std::string& other_value) {
+  if (value.empty() || !other_value.empty()) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   {kReasonInvalidOption, flag, value, absl::StrCat("given together with ", other), {}});
+}
+
+absl::Status CheckReach(const ServerOptions& options) {
+  if (IsLocalAddress(options.listen) || !options.tls_cert.empty() || options.insecure) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   {kReasonInvalidOption,
+                    "--listen",
+                    options.listen,
+                    "a loopback address, unless --tls-cert and --tls-key encrypt what other machines send, or "
+                    "--insecure says that they may send it in plain text",
+                    {}});
 }
 
 }  // namespace
@@ -33,7 +59,19 @@ absl::Status ServerOptions::Validate() const {
       CheckRange("--memory-limit", memory_limit_bytes == 0 ? kMinMemory : memory_limit_bytes, kMinMemory,
                  uint64_t{1} << 50),
       CheckRange("--max-streams", max_streams, 1, 100'000),
+      CheckRange("--max-streams-per-peer", max_streams_per_peer, 1, 100'000),
       CheckRange("--max-waiting", max_waiting, 0, 100'000),
+      CheckRange("--max-connections", max_connections, 1, 1'000'000),
+      CheckRange("--max-connections-per-peer", max_connections_per_peer, 1, 1'000'000),
+      CheckRange("--max-header-bytes", max_header_bytes, 1 << 10, 1 << 20),
+      CheckAbove0("--stall-timeout", stall_timeout),
+      CheckAbove0("--idle-timeout", idle_timeout),
+      CheckAbove0("--handshake-timeout", handshake_timeout),
+      CheckGoesWith("--tls-cert", tls_cert, "--tls-key", tls_key),
+      CheckGoesWith("--tls-key", tls_key, "--tls-cert", tls_cert),
+      CheckGoesWith("--tls-client-ca", tls_client_ca, "--tls-cert", tls_cert),
+      CheckGoesWith("--tls-client-names", tls_client_names, "--tls-client-ca", tls_client_ca),
+      CheckReach(*this),
   };
   for (const absl::Status& check : checks) {
     if (!check.ok()) return check;
@@ -41,10 +79,6 @@ absl::Status ServerOptions::Validate() const {
   if (drain_timeout < absl::ZeroDuration()) {
     return MakeError(absl::StatusCode::kInvalidArgument,
                      {kReasonInvalidOption, "--drain-timeout", absl::FormatDuration(drain_timeout), "at least 0s", {}});
-  }
-  if (stall_timeout <= absl::ZeroDuration()) {
-    return MakeError(absl::StatusCode::kInvalidArgument,
-                     {kReasonInvalidOption, "--stall-timeout", absl::FormatDuration(stall_timeout), "above 0s", {}});
   }
   return absl::OkStatus();
 }

@@ -12,8 +12,23 @@ namespace curvd {
 struct ServerOptions {
   // Where calls are taken: HOST:PORT (port 0 picks a free one), "unix:PATH", or "" for in-process calls only.
   std::string listen = "127.0.0.1:50061";  // DEFAULT: loopback
+  // Lets `listen` be reachable from other machines without TLS.
+  bool insecure = false;
+  // Where health alone is told, without TLS or token, for probes: as `listen`, or "" for nowhere.
+  std::string health_listen;
   // Where Prometheus scrapes /metrics: HOST:PORT (port 0 picks a free one), or "" for no metrics port.
   std::string metrics_listen = "127.0.0.1:9461";  // DEFAULT: loopback
+
+  // PEM files: the server's certificate chain and its key. Both or none; "": plain text.
+  std::string tls_cert;
+  std::string tls_key;
+  // PEM file: authorities of client certificates; "": clients need none.
+  std::string tls_client_ca;
+  // File of names (server/access_list.h) of which a client certificate must have one; "": any name is let in.
+  std::string tls_client_names;
+  // File of tokens (server/access_list.h) of which a call must carry one; "": calls need none.
+  std::string token_file;
+
   // Worker threads that all calls share; 0: one for each core that this process may use.
   int threads = 0;
 
@@ -28,6 +43,18 @@ struct ServerOptions {
   uint64_t memory_limit_bytes = 0;
   // Calls that may be open at a time. In [1, 100,000].
   uint32_t max_streams = 1'000;
+  // Calls that one caller (its token, its certificate, else its address) may have open at a time. In [1, 100,000].
+  uint32_t max_streams_per_peer = 500;
+  // Connections that may be open at a time, and how many of them from one address. In [1, 1,000,000]. Fewer where the
+  // process may not open as many descriptors.
+  uint32_t max_connections = 2'000;
+  uint32_t max_connections_per_peer = 500;
+  // Bytes of one call's metadata. In [1 KiB, 1 MiB].
+  uint32_t max_header_bytes = 8 << 10;
+  // How long a connection may be without a call. > 0.
+  absl::Duration idle_timeout = absl::Minutes(10);
+  // How long a connection may take until its handshake is done. > 0.
+  absl::Duration handshake_timeout = absl::Seconds(10);
   // Calls that may wait for memory at a time; further ones are refused. In [0, 100,000].
   uint32_t max_waiting = 500;
 
@@ -38,7 +65,8 @@ struct ServerOptions {
   // One structured line on stderr for each call.
   bool log = true;
 
-  // INVALID_ARGUMENT naming the flag, its value and its limit if a value is out of its range.
+  // INVALID_ARGUMENT naming the flag, its value and its limit if a value is out of its range, or if `listen` could be
+  // reached from other machines with neither TLS nor `insecure`.
   absl::Status Validate() const;
   // The same with numbers for `threads` and `memory_limit_bytes`, whatever this machine has where they are 0.
   ServerOptions Resolved() const;

@@ -8,7 +8,7 @@ ServiceContext::ServiceContext(const ServerOptions& options)
       stall_timeout(options.stall_timeout),
       waiting_limit(Admission::kLanes * options.max_waiting),
       log(options.log),
-      gate(options.max_streams),
+      gate(options.max_streams, options.max_streams_per_peer),
       admission(options.memory_limit_bytes, options.max_chunk_bytes, options.max_waiting),
       metrics([this] { return gauges(); }),
       pool(options.threads) {}

@@ -3,12 +3,15 @@
 
 #include "absl/time/time.h"
 #include "core/worker_pool.h"
+#include "server/access_control.h"
 #include "server/admission.h"
 #include "server/call_limits.h"
 #include "server/request_ids.h"
+#include "server/security_metrics.h"
 #include "server/server_log.h"
 #include "server/server_metrics.h"
 #include "server/server_options.h"
+#include "server/stranger_log.h"
 #include "server/stream_gate.h"
 
 namespace curvd {
@@ -26,7 +29,10 @@ struct ServiceContext {
   const absl::Duration stall_timeout;
   const size_t waiting_limit;  // calls that may wait for memory
   ServerLog log;
+  SecurityMetrics security_metrics;
+  StrangerLog strangers{security_metrics, log};
   RequestIds request_ids;
+  AccessControl access;
   StreamGate gate;
   Admission admission;
   ServerMetrics metrics;

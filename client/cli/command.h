@@ -40,6 +40,7 @@ void AddOrient(CLI::App& app, Action& action);
 void AddEvaluate(CLI::App& app, Action& action);
 void AddRender(CLI::App& app, Action& action);
 void AddInfo(CLI::App& app, Action& action);
+void AddToken(CLI::App& app, Action& action);
 
 // Prints "curv: MESSAGE" on stderr and returns `code`.
 ExitCode Fail(ExitCode code, const std::string& message);

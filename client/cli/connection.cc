@@ -29,9 +29,11 @@ class EmbeddedConnection : public Connection {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Connection>> Connection::Create(const std::string& servers, int threads) {
-  if (!servers.empty()) {
-    absl::StatusOr<std::unique_ptr<CurvatureClient>> client = CurvatureClient::Connect(servers);
+absl::StatusOr<std::unique_ptr<Connection>> Connection::Create(const ConnectionFlags& flags, int threads) {
+  if (!flags.server.empty()) {
+    const absl::StatusOr<ConnectOptions> connect = ReadConnectOptions(flags);
+    if (!connect.ok()) return connect.status();
+    absl::StatusOr<std::unique_ptr<CurvatureClient>> client = CurvatureClient::Connect(flags.server, *connect);
     if (!client.ok()) return client.status();
     return std::make_unique<RemoteConnection>(*std::move(client));
   }

@@ -33,7 +33,7 @@ constexpr char kExamples[] =
 struct EstimateFlags {
   std::string input;
   std::string output;
-  std::string server;
+  ConnectionFlags connection;
   int threads = 0;
   double radius = 0.0;
   double timeout = 0.0;  // seconds; 0: none
@@ -83,7 +83,7 @@ void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options,
 ExitCode Run(const EstimateFlags& flags) {
   const InterruptWatch interrupt;
   EstimateReport report{.input = flags.input, .output = flags.output, .options = flags.options};
-  report.server = flags.server.empty() ? "embedded" : flags.server;
+  report.server = flags.connection.server.empty() ? "embedded" : flags.connection.server;
   if (absl::Status status = CheckWritable(flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
 
   const absl::Time start = absl::Now();
@@ -98,8 +98,8 @@ ExitCode Run(const EstimateFlags& flags) {
   }
   report.read_seconds = SecondsSince(start);
 
-  absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.server, flags.threads);
-  if (!connection.ok()) return Fail(ExitCode::kUsage, absl::StrCat("--server: ", connection.status().message()));
+  absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.connection, flags.threads);
+  if (!connection.ok()) return Fail(ExitCode::kUsage, connection.status());
   const absl::Time call_start = absl::Now();
   absl::StatusOr<CurvatureResult> result = Call(**connection, *cloud, flags.options, interrupt.token());
   if (!result.ok()) return FailCall(WithRemedy(result.status()));
@@ -169,9 +169,7 @@ void AddEstimate(CLI::App& app, Action& action) {
   command->add_option("-o,--output", flags->output, absl::StrCat("the result: ", kWritableExtensions))
       ->required()
       ->option_text("OUT");
-  command->add_option("--server", flags->server, "HOST:PORT of curvd, or several with commas between [in this process]")
-      ->check(NotEmpty())
-      ->option_text("LIST");
+  AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))
       ->option_text("COUNT");

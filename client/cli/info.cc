@@ -15,9 +15,10 @@ namespace curv {
 namespace {
 
 struct InfoFlags {
-  std::string server;
+  ConnectionFlags connection;
   double timeout = 10.0;
   bool json = false;
+  bool health = false;
 };
 
 std::string Text(const ServerInfo& info) {
@@ -48,9 +49,17 @@ std::string Json(const ServerInfo& info) {
   return json.ToString() + "\n";
 }
 
+ExitCode RunHealth(const CurvatureClient& client, absl::Duration timeout) {
+  const absl::StatusOr<std::string> health = client.GetHealth(timeout);
+  if (!health.ok()) return FailCall(health.status());
+  std::printf("%s\n", health->c_str());
+  return *health == "SERVING" ? ExitCode::kOk : ExitCode::kUnavailable;
+}
+
 ExitCode Run(const InfoFlags& flags) {
-  absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.server, /*threads=*/0);
-  if (!connection.ok()) return Fail(ExitCode::kUsage, absl::StrCat("--server: ", connection.status().message()));
+  absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.connection, /*threads=*/0);
+  if (!connection.ok()) return Fail(ExitCode::kUsage, connection.status());
+  if (flags.health) return RunHealth((*connection)->client(), absl::Seconds(flags.timeout));
   absl::StatusOr<ServerInfo> info = (*connection)->client().GetServerInfo(absl::Seconds(flags.timeout));
   if (!info.ok()) return FailCall(info.status());
   std::fputs((flags.json ? Json(*info) : Text(*info)).c_str(), stdout);
@@ -63,13 +72,13 @@ void AddInfo(CLI::App& app, Action& action) {
   auto flags = std::make_shared<InfoFlags>();
   CLI::App* command = app.add_subcommand("info", "Tell version, limits, estimators and health of a server");
   command->footer(kExitCodesHelp);
-  command->add_option("--server", flags->server, "HOST:PORT of curvd, or several with commas between [in this process]")
-      ->check(NotEmpty())
-      ->option_text("LIST");
+  AddConnectionFlags(*command, flags->connection);
   command->add_option("--timeout", flags->timeout, "seconds to wait for a server [10]")
       ->check(FinitePositive())
       ->option_text("SECONDS");
   command->add_flag("--json", flags->json, "one line of JSON instead of a table");
+  command->add_flag("--health", flags->health,
+                    "ask for health alone, which needs no token; exit 0 if it is SERVING, else 5");
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }
 

@@ -5,6 +5,7 @@ import { CurvdError, fromServiceError } from "./errors.mjs";
 import { CurvatureService } from "./protocol.mjs";
 import { ResultCollector } from "./results.mjs";
 import { callWithRetries } from "./retries.mjs";
+import { callMetadata, connectionTo } from "./security.mjs";
 
 const CHUNK_BYTES = 1 << 20;
 const CHANNEL_OPTIONS = {
@@ -35,7 +36,8 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 // length above zero. Options:
 //   server                HOST:PORT, or several with commas between: replicas, each call starting with any of them.
 //                         DEFAULT: "localhost:50061"
-//   credentials           grpc.ChannelCredentials. DEFAULT: plain text
+//   security              TLS and token, see connectionTo in security.mjs. DEFAULT: plain text, no token
+//   credentials           grpc.ChannelCredentials of your own instead of security's
 //   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform", "independent", "delaunay", "jet" or "aso"
 //   neighborCount         the K nearest points, the point itself included. DEFAULT: 50, if there is no radius
 //   radius                all points at most this far away, instead of neighborCount
@@ -58,12 +60,15 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 export async function estimateCurvature(positions, normals, options = {}) {
   checkArrays(positions, normals);
   const header = cloudHeader(positions, options);
-  const credentials = options.credentials ?? grpc.credentials.createInsecure();
-  const servers = (options.server ?? "localhost:50061").split(",");
-  const clients = servers.map((server) => new CurvatureService(server.trim(), credentials, CHANNEL_OPTIONS));
+  const servers = (options.server ?? "localhost:50061").split(",").map((server) => server.trim());
+  const connections = servers.map((server) => connectionTo(server, options.security));
+  const clients = servers.map((server, i) => {
+    const credentials = options.credentials ?? connections[i].credentials;
+    return new CurvatureService(server, credentials, { ...CHANNEL_OPTIONS, ...connections[i].options });
+  });
   const { timeoutMs, maxAttempts = 6 } = options;
   try {
-    const attempt = (client, timeLeft) => call(client, header, positions, normals, timeLeft);
+    const attempt = (client, timeLeft) => call(client, header, positions, normals, timeLeft, callMetadata(options.security));
     return await callWithRetries(clients, attempt, { timeoutMs, maxAttempts });
   } finally {
     clients.forEach((client) => client.close());
@@ -114,9 +119,9 @@ function cloudHeader(positions, options) {
   };
 }
 
-function call(client, header, positions, normals, timeoutMs) {
+function call(client, header, positions, normals, timeoutMs, metadata) {
   const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
-  const stream = client.estimateCurvature(new grpc.Metadata(), { deadline });
+  const stream = client.estimateCurvature(metadata, { deadline });
   const collector = new ResultCollector(header.pointCount);
   let summary = null;
   return new Promise((resolve, reject) => {

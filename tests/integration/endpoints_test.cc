@@ -1,6 +1,5 @@
 // What a server offers beside the estimate: its description, health, reflection, metrics, and where it listens.
 #include <gmock/gmock.h>
-#include <grpcpp/impl/codegen/client_unary_call.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -9,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "tests/integration/clouds.h"
+#include "tests/integration/raw_messages.h"
 #include "tests/integration/test_call.h"
 #include "tests/integration/test_server.h"
 
@@ -18,37 +18,6 @@ namespace {
 namespace v1 = curvature::v1;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-std::string BytesOf(const grpc::ByteBuffer& buffer) {
-  grpc::Slice slice;
-  if (!buffer.DumpToSingleSlice(&slice).ok()) return "";
-  return std::string(reinterpret_cast<const char*>(slice.begin()), slice.size());
-}
-
-grpc::ByteBuffer BufferOf(const std::string& bytes) {
-  const grpc::Slice slice(bytes);
-  return grpc::ByteBuffer(&slice, 1);
-}
-
-// The protos of health and reflection are written out here as bytes: a field of strings is its tag, its length, its
-// text.
-std::string StringField(int number, const std::string& text) {
-  return std::string(1, static_cast<char>(number << 3 | 2)) + static_cast<char>(text.size()) + text;
-}
-
-constexpr char kServing[] = "\x08\x01";     // status: SERVING
-constexpr char kNotServing[] = "\x08\x02";  // status: NOT_SERVING
-
-grpc::Status CheckHealth(const std::shared_ptr<grpc::Channel>& channel, const std::string& service,
-                         std::string* answer) {
-  grpc::ClientContext context;
-  const grpc::internal::RpcMethod method("/grpc.health.v1.Health/Check", grpc::internal::RpcMethod::NORMAL_RPC);
-  const grpc::ByteBuffer request = BufferOf(service.empty() ? "" : StringField(1, service));
-  grpc::ByteBuffer response;
-  const grpc::Status status = grpc::internal::BlockingUnaryCall(channel.get(), method, &context, request, &response);
-  *answer = BytesOf(response);
-  return status;
-}
 
 TEST(ServerInfoTest, TellsVersionLimitsEstimatorsAndThreads) {
   TestServer server([](ServerOptions& options) {

@@ -48,10 +48,12 @@ float CallResult::K2(size_t i) const { return FloatAt(k2, i); }
 std::string CallResult::AllBytes() const { return point_status + mean + gaussian + k1 + k2 + d1 + d2 + radius; }
 
 TestCall::TestCall(const std::shared_ptr<grpc::Channel>& channel, std::optional<std::chrono::milliseconds> timeout,
-                   grpc_compression_algorithm compression)
+                   grpc_compression_algorithm compression,
+                   const std::vector<std::pair<std::string, std::string>>& metadata)
     : stub_(v1::CurvatureService::NewStub(channel)) {
   if (timeout.has_value()) context_.set_deadline(std::chrono::system_clock::now() + *timeout);
   context_.set_compression_algorithm(compression);
+  for (const auto& [key, value] : metadata) context_.AddMetadata(key, value);
   stream_ = stub_->EstimateCurvature(&context_);
 }
 

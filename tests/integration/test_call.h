@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "curvature/v1/curvature.grpc.pb.h"
@@ -47,7 +48,8 @@ class TestCall {
 
   explicit TestCall(const std::shared_ptr<grpc::Channel>& channel,
                     std::optional<std::chrono::milliseconds> timeout = std::nullopt,
-                    grpc_compression_algorithm compression = GRPC_COMPRESS_NONE);
+                    grpc_compression_algorithm compression = GRPC_COMPRESS_NONE,
+                    const std::vector<std::pair<std::string, std::string>>& metadata = {});
   ~TestCall();
 
   // Each returns false once the server has ended the call.

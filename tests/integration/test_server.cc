@@ -31,20 +31,10 @@ std::shared_ptr<grpc::Channel> TestServer::NewChannel() const { return OpenChann
 
 std::string TestServer::Scrape() const { return HttpGet(server_->metrics_port(), "/metrics"); }
 
-double TestServer::Metric(const std::string& series) const {
-  const std::string text = Scrape();
-  const size_t found = text.find("\n" + series + " ");
-  return found == std::string::npos ? -1.0 : std::atof(text.c_str() + found + series.size() + 2);
-}
+double TestServer::Metric(const std::string& series) const { return MetricOf(server_->metrics_port(), series); }
 
 void TestServer::WaitForMetric(const std::string& series, double value) const {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  double last = -1.0;
-  while (std::chrono::steady_clock::now() < deadline) {
-    last = Metric(series);
-    if (last == value) return;
-  }
-  ADD_FAILURE() << series << " is " << last << " after a minute, not " << value;
+  WaitForMetricOf(server_->metrics_port(), series, [value](double now) { return now == value; });
 }
 
 void TestServer::WaitUntilIdle() const {
@@ -58,6 +48,22 @@ std::shared_ptr<grpc::Channel> OpenChannel(const std::string& address) {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+double MetricOf(int port, const std::string& series) {
+  const std::string text = HttpGet(port, "/metrics");
+  const size_t found = text.find("\n" + series + " ");
+  return found == std::string::npos ? -1.0 : std::atof(text.c_str() + found + series.size() + 2);
+}
+
+void WaitForMetricOf(int port, const std::string& series, const std::function<bool(double)>& wanted) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  double last = -1.0;
+  while (std::chrono::steady_clock::now() < deadline) {
+    last = MetricOf(port, series);
+    if (wanted(last)) return;
+  }
+  ADD_FAILURE() << series << " is still " << last << " after a minute";
 }
 
 std::string HttpGet(int port, const std::string& path) {

@@ -37,6 +37,11 @@ class TestServer {
 // The answer to a GET, headers included.
 std::string HttpGet(int port, const std::string& path);
 
+// The value of the series that is written as `series` in a scrape of `port`; -1 if there is none.
+double MetricOf(int port, const std::string& series);
+// Scrapes until `wanted` is true of the series' value; fails the test after a minute.
+void WaitForMetricOf(int port, const std::string& series, const std::function<bool(double)>& wanted);
+
 // `address` as clients of curvd are told to set their channels up.
 std::shared_ptr<grpc::Channel> OpenChannel(const std::string& address);
 

@@ -1,25 +1,31 @@
 #!/usr/bin/python3
-"""Runs a command against a curvd of its own: with_curvd.py CURVD COMMAND...
+"""Runs a command against two curvds of its own: with_curvd.py CURVD COMMAND...
 
-The command finds the server's HOST:PORT in CURVD_SERVER. Exits with the command's status, or 1 if curvd did not start
-or did not drain to exit code 0 at SIGTERM.
+The command finds the HOST:PORT of one that takes calls of everybody in CURVD_SERVER. In CURVD_SECURE_SERVER it finds that
+of one that asks for TLS, a client certificate and a token, and in CURVD_SECURE_DIR the files server.crt, client.crt,
+client.key and token that it needs there. Exits with the command's status, or 1 if a curvd did not start or did not drain
+to exit code 0 at SIGTERM.
 """
 
+import hashlib
 import os
+import pathlib
 import re
+import secrets
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 
 START_SECONDS = 30
 DRAIN_SECONDS = 60
 
 
-def start(curvd):
+def start(curvd, *flags):
     """Starts curvd on a free port. Returns the process and its address once it says that it listens."""
     process = subprocess.Popen(
-        [curvd, "--listen=127.0.0.1:0", "--metrics-listen=127.0.0.1:0"], stderr=subprocess.PIPE, text=True
+        [curvd, "--listen=127.0.0.1:0", "--metrics-listen=127.0.0.1:0", *flags], stderr=subprocess.PIPE, text=True
     )
     watchdog = threading.Timer(START_SECONDS, process.kill)
     watchdog.start()
@@ -34,20 +40,54 @@ def start(curvd):
     sys.exit(f"{curvd} ended with {process.wait()} before it listened")
 
 
+def stop(process):
+    """Returns curvd's exit status after SIGTERM."""
+    process.send_signal(signal.SIGTERM)
+    try:
+        return process.wait(DRAIN_SECONDS)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.wait()
+
+
+def make_secrets(folder):
+    """Fills `folder` with what the secure server and its clients need. Returns the server's flags."""
+    for name in ("server", "client"):
+        subprocess.run(
+            ["openssl", *"req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 2".split()]
+            + ["-subj", f"/CN={name}", "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1"]
+            + ["-keyout", folder / f"{name}.key", "-out", folder / f"{name}.crt"],
+            check=True,
+            capture_output=True,
+        )
+    token = secrets.token_hex(32)
+    (folder / "token").write_text(token, encoding="utf-8")
+    (folder / "tokens").write_text(f"tester sha256:{hashlib.sha256(token.encode()).hexdigest()}\n", encoding="utf-8")
+    return [
+        f"--tls-cert={folder}/server.crt",
+        f"--tls-key={folder}/server.key",
+        f"--tls-client-ca={folder}/client.crt",
+        f"--token-file={folder}/tokens",
+    ]
+
+
 def main():
     curvd, *command = sys.argv[1:]
-    process, address = start(curvd)
-    try:
-        status = subprocess.run(command, env={**os.environ, "CURVD_SERVER": address}, check=False).returncode
-    finally:
-        process.send_signal(signal.SIGTERM)
+    with tempfile.TemporaryDirectory() as folder:
+        secure_flags = make_secrets(pathlib.Path(folder))
+        process, address = start(curvd)
+        secure_process, secure_address = start(curvd, *secure_flags)
+        environment = {
+            "CURVD_SERVER": address,
+            "CURVD_SECURE_SERVER": secure_address,
+            "CURVD_SECURE_DIR": folder,
+        }
         try:
-            drained = process.wait(DRAIN_SECONDS)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            drained = process.wait()
-    if drained != 0:
-        sys.exit(f"curvd ended with {drained} after SIGTERM")
+            status = subprocess.run(command, env={**os.environ, **environment}, check=False).returncode
+        finally:
+            drained = [stop(each) for each in (process, secure_process)]
+    if any(drained):
+        sys.exit(f"the curvds ended with {drained} after SIGTERM")
     sys.exit(status)
 
 

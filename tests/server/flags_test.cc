@@ -26,10 +26,31 @@ TEST(ParseCommandLineTest, WithoutFlagsGivesTheDefaults) {
 }
 
 TEST(ParseCommandLineTest, TakesEveryFlag) {
-  const auto line =
-      Parse({"--listen=0.0.0.0:1", "--metrics-listen=none", "--threads=3", "--max-points=7", "--max-chunk-bytes=1MiB",
-             "--max-neighbor-count=99", "--memory-limit=2GiB", "--max-streams=5", "--max-waiting=6",
-             "--drain-timeout=1m30s", "--stall-timeout=250ms", "--log=false"});
+  const auto line = Parse({"--listen=0.0.0.0:1",
+                           "--insecure",
+                           "--health-listen=0.0.0.0:2",
+                           "--metrics-listen=none",
+                           "--threads=3",
+                           "--max-points=7",
+                           "--max-chunk-bytes=1MiB",
+                           "--max-neighbor-count=99",
+                           "--memory-limit=2GiB",
+                           "--max-streams=5",
+                           "--max-waiting=6",
+                           "--drain-timeout=1m30s",
+                           "--stall-timeout=250ms",
+                           "--log=false",
+                           "--tls-cert=a.crt",
+                           "--tls-key=a.key",
+                           "--tls-client-ca=ca.crt",
+                           "--tls-client-names=names",
+                           "--token-file=tokens",
+                           "--max-streams-per-peer=4",
+                           "--max-connections=8",
+                           "--max-connections-per-peer=9",
+                           "--max-header-bytes=4096",
+                           "--idle-timeout=2m",
+                           "--handshake-timeout=3s"});
   ASSERT_TRUE(line.ok()) << line.status();
   const ServerOptions& options = line->options;
   EXPECT_EQ(options.listen, "0.0.0.0:1");
@@ -44,18 +65,34 @@ TEST(ParseCommandLineTest, TakesEveryFlag) {
   EXPECT_EQ(options.drain_timeout, absl::Seconds(90));
   EXPECT_EQ(options.stall_timeout, absl::Milliseconds(250));
   EXPECT_FALSE(options.log);
+  EXPECT_TRUE(options.insecure);
+  EXPECT_EQ(options.health_listen, "0.0.0.0:2");
+  EXPECT_EQ(options.tls_cert, "a.crt");
+  EXPECT_EQ(options.tls_key, "a.key");
+  EXPECT_EQ(options.tls_client_ca, "ca.crt");
+  EXPECT_EQ(options.tls_client_names, "names");
+  EXPECT_EQ(options.token_file, "tokens");
+  EXPECT_EQ(options.max_streams_per_peer, 4u);
+  EXPECT_EQ(options.max_connections, 8u);
+  EXPECT_EQ(options.max_connections_per_peer, 9u);
+  EXPECT_EQ(options.max_header_bytes, 4096u);
+  EXPECT_EQ(options.idle_timeout, absl::Minutes(2));
+  EXPECT_EQ(options.handshake_timeout, absl::Seconds(3));
 }
 
 TEST(ParseCommandLineTest, FallsBackToTheEnvironment) {
+  setenv("CURVD_INSECURE", "true", 1);
   setenv("CURVD_MAX_STREAMS", "17", 1);
   setenv("CURVD_DRAIN_TIMEOUT", "5s", 1);
   setenv("CURVD_MEMORY_LIMIT", "64MiB", 1);
   const auto from_environment = Parse({});
   const auto from_flag = Parse({"--max-streams=18"});
+  unsetenv("CURVD_INSECURE");
   unsetenv("CURVD_MAX_STREAMS");
   unsetenv("CURVD_DRAIN_TIMEOUT");
   unsetenv("CURVD_MEMORY_LIMIT");
   ASSERT_TRUE(from_environment.ok()) << from_environment.status();
+  EXPECT_TRUE(from_environment->options.insecure);
   EXPECT_EQ(from_environment->options.max_streams, 17u);
   EXPECT_EQ(from_environment->options.drain_timeout, absl::Seconds(5));
   EXPECT_EQ(from_environment->options.memory_limit_bytes, 64u << 20);
@@ -66,10 +103,33 @@ TEST(ParseCommandLineTest, FallsBackToTheEnvironment) {
 TEST(ParseCommandLineTest, HelpNamesEveryFlagItsVariableAndItsDefault) {
   const auto line = Parse({"--help"});
   ASSERT_TRUE(line.ok());
-  for (const char* text :
-       {"--listen", "CURVD_LISTEN", "127.0.0.1:50061", "--metrics-listen", "--threads", "--max-points",
-        "--max-chunk-bytes", "--max-neighbor-count", "--memory-limit", "CURVD_MEMORY_LIMIT", "--max-streams",
-        "--max-waiting", "--drain-timeout", "30s", "--stall-timeout", "--log", "SIGTERM", "curv estimate"}) {
+  for (const char* text : {"--listen",
+                           "CURVD_LISTEN",
+                           "127.0.0.1:50061",
+                           "--metrics-listen",
+                           "--threads",
+                           "--max-points",
+                           "--max-chunk-bytes",
+                           "--max-neighbor-count",
+                           "--memory-limit",
+                           "CURVD_MEMORY_LIMIT",
+                           "--max-streams",
+                           "--max-waiting",
+                           "--tls-cert",
+                           "--tls-key",
+                           "--tls-client-ca",
+                           "--tls-client-names",
+                           "--token-file",
+                           "--insecure",
+                           "CURVD_INSECURE",
+                           "--health-listen",
+                           "--max-connections",
+                           "--drain-timeout",
+                           "30s",
+                           "--stall-timeout",
+                           "--log",
+                           "SIGTERM",
+                           "curv estimate"}) {
     EXPECT_THAT(line->answer, HasSubstr(text));
   }
 }

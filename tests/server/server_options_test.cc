@@ -40,6 +40,53 @@ TEST(ServerOptionsTest, NamesFlagValueAndLimitOfWhatIsOutOfRange) {
   options = {};
   options.stall_timeout = absl::ZeroDuration();
   EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--stall-timeout", "above 0s"}));
+  options = {};
+  options.max_streams_per_peer = 0;
+  EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--max-streams-per-peer", "0"}));
+  options = {};
+  options.max_connections = 0;
+  EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--max-connections", "0"}));
+  options = {};
+  options.max_connections_per_peer = 0;
+  EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--max-connections-per-peer", "0"}));
+  options = {};
+  options.max_header_bytes = 100;
+  EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--max-header-bytes", "100"}));
+  options = {};
+  options.idle_timeout = absl::ZeroDuration();
+  EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--idle-timeout", "above 0s"}));
+  options = {};
+  options.handshake_timeout = absl::ZeroDuration();
+  EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--handshake-timeout", "above 0s"}));
+}
+
+TEST(ServerOptionsTest, OtherMachinesReachItOnlyWithTlsOrIfTheOperatorInsists) {
+  ServerOptions options;
+  for (const char* listen : {"0.0.0.0:1", "[::]:1", "10.0.0.7:1", "curvd.example:1", "127.example:1"}) {
+    options.listen = listen;
+    EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--listen", listen, "--insecure"}));
+  }
+  options.insecure = true;
+  EXPECT_TRUE(options.Validate().ok());
+  options.insecure = false;
+  options.tls_cert = "server.crt";
+  options.tls_key = "server.key";
+  EXPECT_TRUE(options.Validate().ok());
+}
+
+TEST(ServerOptionsTest, WhatBelongsTogetherIsGivenTogether) {
+  ServerOptions options;
+  options.tls_cert = "server.crt";
+  EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--tls-cert", "--tls-key"}));
+  options = {};
+  options.tls_key = "server.key";
+  EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--tls-key", "--tls-cert"}));
+  options = {};
+  options.tls_client_ca = "ca.crt";
+  EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--tls-client-ca", "--tls-cert"}));
+  options = {};
+  options.tls_client_names = "names";
+  EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--tls-client-names", "--tls-client-ca"}));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ from curvature.v1 import curvature_pb2, curvature_pb2_grpc
 from curvd_client.errors import CurvdError, from_rpc_error
 from curvd_client.results import ResultCollector
 from curvd_client.retries import call_with_retries
+from curvd_client.security import Security
 
 _CHUNK_BYTES = 1 << 20
 _CONNECT_SECONDS = 1.0
@@ -68,14 +69,14 @@ def estimate_curvature(
     request_tag="",
     timeout=None,
     max_attempts=6,
+    security=Security(),
     channel=None,
 ):
     """Estimates the curvature at every point of an oriented cloud.
 
     positions, normals:    arrays of shape (N, 3). float64 positions are sent as such, which keeps georeferenced scans
                            exact; everything else is sent as float32. Normals point outward, of any length above zero.
-    server:                HOST:PORT, in plain text, or several with commas between: replicas, each call starting with
-                           any of them. For TLS pass a `channel` of your own instead.
+    server:                HOST:PORT, or several with commas between: replicas, each call starting with any of them.
     estimator:             "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet" or "aso".
     neighbor_count:        the K nearest points, the point itself included. DEFAULT: 50, if there is no radius.
     radius:                all points at most this far away, instead of neighbor_count.
@@ -91,6 +92,8 @@ def estimate_curvature(
     timeout:               seconds for the whole call with its retries. DEFAULT: no limit.
     max_attempts:          times the cloud is sent at most, while servers are unavailable or ask to wait: at once to the
                            next replica, then with growing pauses. DEFAULT: 6, over about 8 seconds.
+    security:              TLS and token, see Security. DEFAULT: plain text, no token.
+    channel:               a channel of your own instead of `server`; security's token is not checked for plain text then.
 
     Returns an Estimate. Raises CurvdError if the call fails, ValueError if the arguments make no request. Thread-safe.
     """
@@ -122,10 +125,10 @@ def estimate_curvature(
         channels = [channel]
         if channel is None:
             addresses = [address.strip() for address in server.split(",")]
-            channels = [opened.enter_context(grpc.insecure_channel(each, _CHANNEL_OPTIONS)) for each in addresses]
+            channels = [opened.enter_context(security.open_channel(each, _CHANNEL_OPTIONS)) for each in addresses]
         return call_with_retries(
             channels,
-            lambda target, time_left: _call(target, header, positions, normals, time_left),
+            lambda target, time_left: _call(target, header, positions, normals, time_left, security.metadata()),
             await_connection=_await_connection,
             timeout=timeout,
             max_attempts=max_attempts,
@@ -181,9 +184,9 @@ def _await_connection(channel):
         grpc.channel_ready_future(channel).result(_CONNECT_SECONDS)
 
 
-def _call(channel, header, positions, normals, timeout):
+def _call(channel, header, positions, normals, timeout, metadata):
     stub = curvature_pb2_grpc.CurvatureServiceStub(channel)
-    call = stub.EstimateCurvature(_requests(header, positions, normals), timeout=timeout)
+    call = stub.EstimateCurvature(_requests(header, positions, normals), timeout=timeout, metadata=metadata)
     collector = ResultCollector(len(positions))
     summary = None
     try:

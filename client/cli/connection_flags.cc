@@ -1,0 +1,71 @@
+#include "client/cli/connection_flags.h"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "client/cli/flags.h"
+
+namespace curv {
+namespace {
+
+absl::Status ReadFile(const char* flag, const std::string& path, std::string& text) {
+  if (path.empty()) return absl::OkStatus();
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  text.assign(std::istreambuf_iterator<char>(file), {});
+  if (file.is_open() && !text.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(flag, ": ", path, ": ", errno == 0 ? "the file is empty" : std::strerror(errno)));
+}
+
+}  // namespace
+
+void AddConnectionFlags(CLI::App& command, ConnectionFlags& flags) {
+  const auto file = [&command](const char* flag, std::string& value, const char* variable, const char* help) {
+    command.add_option(flag, value, help)->envname(variable)->option_text("FILE");
+  };
+  command.add_option("--server", flags.server, "HOST:PORT of curvd, or several with commas between [in this process]")
+      ->check(NotEmpty())
+      ->option_text("LIST");
+  command.add_flag("--tls", flags.tls, "encrypt, and check the server's certificate; implied by --ca and --cert")
+      ->envname("CURV_TLS");
+  file("--ca", flags.ca_file, "CURV_CA", "authorities of the server's certificate, PEM [those of the system]");
+  file("--cert", flags.cert_file, "CURV_CERT", "certificate to show to the server, PEM");
+  file("--key", flags.key_file, "CURV_KEY", "its private key, PEM");
+  command.add_option("--server-name", flags.server_name, "name in the server's certificate [the host of --server]")
+      ->envname("CURV_SERVER_NAME")
+      ->option_text("NAME");
+  file("--token-file", flags.token_file, "CURV_TOKEN_FILE", "bearer token to send [the variable CURV_TOKEN]");
+  command
+      .add_flag("--send-token-in-plain-text", flags.send_token_in_plain_text,
+                "send the token to other machines even without TLS")
+      ->envname("CURV_SEND_TOKEN_IN_PLAIN_TEXT");
+}
+
+absl::StatusOr<ConnectOptions> ReadConnectOptions(const ConnectionFlags& flags) {
+  ConnectOptions options;
+  options.tls = flags.tls || !flags.ca_file.empty() || !flags.cert_file.empty();
+  options.server_name = flags.server_name;
+  options.send_token_in_plain_text = flags.send_token_in_plain_text;
+  for (const absl::Status& status :
+       {ReadFile("--ca", flags.ca_file, options.authorities), ReadFile("--cert", flags.cert_file, options.certificate),
+        ReadFile("--key", flags.key_file, options.private_key),
+        ReadFile("--token-file", flags.token_file, options.token)}) {
+    if (!status.ok()) return status;
+  }
+  if (const char* token = std::getenv("CURV_TOKEN"); flags.token_file.empty() && token != nullptr) {
+    options.token = token;
+  }
+  absl::StripAsciiWhitespace(&options.token);
+  if (!flags.token_file.empty() && options.token.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat("--token-file: ", flags.token_file, " holds no token"));
+  }
+  return options;
+}
+
+}  // namespace curv

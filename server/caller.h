@@ -1,0 +1,19 @@
+// Who makes a call, as far as the server knows.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace curvd {
+
+struct Caller {
+  // What logs call it, and whose limits it shares: the name of its token, else of its certificate, else its address.
+  std::string name;
+  uint32_t max_streams = 0;  // calls that it may have open; 0: as many as any peer
+  uint64_t max_points = 0;   // points in one of its clouds; 0: as many as any call
+  // What let it in: the hash of its token, the name of its certificate; empty where anybody may call.
+  std::string token_hash;
+  std::string certificate_name;
+};
+
+}  // namespace curvd

@@ -1,0 +1,37 @@
+// Which connections are open, of whom.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <string>
+#include <unordered_map>
+
+namespace curvd {
+
+// gRPC owns the sockets and tells nobody when it closes one. So the table remembers each socket's descriptor and inode,
+// and looks whether the descriptor still leads to it. Not thread-safe.
+class ConnectionTable {
+ public:
+  // REQUIRES: `fd` is open.
+  void Add(int fd, const std::string& peer);
+  // Forgets what has been closed; about half a microsecond for each connection.
+  void Sweep();
+
+  // Of those that were open at the last sweep.
+  size_t size() const { return connections_.size(); }
+  size_t CountOf(const std::string& peer) const;
+
+ private:
+  struct Connection {
+    dev_t device;
+    ino_t inode;
+    std::string peer;
+  };
+  void Remove(std::unordered_map<int, Connection>::iterator connection);
+
+  std::unordered_map<int, Connection> connections_;  // by descriptor
+  std::unordered_map<std::string, size_t> count_by_peer_;
+};
+
+}  // namespace curvd
