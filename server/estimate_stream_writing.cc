@@ -57,12 +57,17 @@ void EstimateStream::Pump() {
 }
 
 void EstimateStream::SendResponse() {
+  packed_response_.Clear();
   bool own_buffer = false;
   GPR_ASSERT(grpc::SerializationTraits<Response>::Serialize(response_, &packed_response_, &own_buffer).ok());
   const uint64_t bytes = packed_response_.Length();
   ++record_.messages_sent;
   record_.bytes_sent += bytes;
   service_.metrics.CountSent(RpcMethod::kEstimateCurvature, bytes);
+  {
+    MutexLock lock(mutex_);
+    last_write_ = Clock::now();
+  }
   StartWrite(&packed_response_);
 }
 
@@ -120,7 +125,6 @@ void EstimateStream::FillSummary() {
 }
 
 void EstimateStream::OnWriteDone(bool ok) {
-  packed_response_.Clear();
   {
     MutexLock lock(mutex_);
     write_in_flight_ = false;
