@@ -5,7 +5,7 @@ import re
 # Labels that Prometheus adds to every series, and the metric that it makes itself.
 ADDED_LABELS = {"instance", "job"}
 ADDED_METRICS = {"up": {}}
-WORDS = {"sum", "count", "max", "by", "on", "rate", "increase", "changes", "time", "histogram_quantile", "e"}
+WORDS = {"sum", "count", "max", "min", "and", "by", "on", "rate", "increase", "changes", "time", "histogram_quantile", "e"}
 
 
 def problems(expression, exported):

@@ -5,6 +5,7 @@ Small inputs that reach every branch a well-formed one can reach; the fuzzers ma
 that were findings once lie beside the seeds as regression-*, and are not touched.
 """
 
+import hashlib
 import importlib
 import pathlib
 import struct
@@ -76,6 +77,14 @@ def readers():
     yield "csv", "results", b"x,mean,status\n1, 0.5 ,ok\n\n2,nan,too_few_neighbors\r\n3,nan,singular_fit\n"
 
 
+def access():
+    """Seeds of the readers of tokens and names."""
+    digest = hashlib.sha256(b"alice sha256:").hexdigest()
+    yield "access", "tokens", f"# who\nalice sha256:{digest} max-streams=4 max-points=5000000\n\nbob sha256:{digest}\n".encode()
+    yield "access", "names", b"scanner-7.example.com\nspiffe://example.com/lab  max-streams=4\tmax-points=1000000\r\n"
+    yield "access", "limits", b"a max-streams=4294967296 max-points=-1\nb max-streams=\n"
+
+
 def block(message):
     data = message.SerializeToString()
     return struct.pack("<H", len(data)) + data
@@ -134,7 +143,7 @@ def main():
         subprocess.run(["protoc", f"-I{proto_dir}", f"--python_out={generated}", "curvature/v1/curvature.proto"], check=True)
         sys.path.insert(0, generated)
         proto = importlib.import_module("curvature.v1.curvature_pb2")
-    seeds = [*readers(), *protocol(proto)]
+    seeds = [*readers(), *access(), *protocol(proto)]
     for target, name, data in seeds:
         (corpus_dir / target).mkdir(parents=True, exist_ok=True)
         (corpus_dir / target / name).write_bytes(data)
