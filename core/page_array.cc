@@ -11,7 +11,7 @@ void* MapPages(size_t bytes) {
   void* pages = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (pages == MAP_FAILED) return nullptr;
   // Random access to points misses the TLB on small pages; a refusal costs speed alone.
-  if (bytes >= 2 * kHugePageBytes) (void)madvise(pages, bytes, MADV_HUGEPAGE);
+  if (bytes >= kHugePageBytes) (void)madvise(pages, bytes, MADV_HUGEPAGE);
   return pages;
 }
 

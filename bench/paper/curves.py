@@ -141,7 +141,8 @@ def errors_over_points(rows, surface, folder):
     for line, k in zip(panels, (50, 200)):
         for axes, level in zip(line, levels(rows)):
             draw_errors(axes, results.select(even, K=k, position_noise=level, normal_noise=level), "H", "N")
-            log_axes(axes, sorted({row["N"] for row in even}))
+            # Numbers at every other size, from the largest down: neighbors would touch.
+            log_axes(axes, sorted({row["N"] for row in even})[::-2])
             axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value / 1000:g}k"))
             axes.set_title(f"K = {k}, {noise_name((level, level))}")
         line[0].set_ylabel("mean |error| of H")
