@@ -182,6 +182,8 @@ TEST(StrangersTest, ConnectionsThatSayNothingAreBoundedAndLeaveRoomForOthers) {
   EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""),
               ::testing::AllOf(HasSubstr("peer_connection_limit"), HasSubstr("ipv4:127.0.0.2:")));
   EXPECT_TRUE(curvd.ServesTheFriend());
+  // The friend has hung up: else that connection would count among the 80, and be missed later.
+  WaitForMetricOf(curvd.metrics_port(), "curvd_connections_open", [](double open) { return open == 40; });
   const RawConnections second_crowd("127.0.0.3", curvd.port(), 40), third_crowd("127.0.0.4", curvd.port(), 40);
   curvd.WaitForStrangers("connection_limit");
   WaitForMetricOf(curvd.metrics_port(), "curvd_connections_open", [](double open) { return open == 80; });
