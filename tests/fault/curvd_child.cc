@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -78,6 +79,7 @@ CurvdChild::CurvdChild(const std::string& binary, std::vector<std::string> flags
   if (pipe(ends) != 0) Fail("no pipe");
   pid_ = fork();
   if (pid_ == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // no server outlives a program that was killed
     dup2(ends[1], STDERR_FILENO);
     close(ends[0]);
     execv(argv[0], argv.data());
