@@ -43,13 +43,15 @@ absl::Time TlsCredentials::expires() const {
 
 grpc_ssl_certificate_config_reload_status TlsCredentials::Fetch(void* self,
                                                                 grpc_ssl_server_certificate_config** config) {
-  auto& credentials = *static_cast<TlsCredentials*>(self);
-  MutexLock lock(credentials.mutex_);
-  if (!std::exchange(credentials.fresh_, false)) return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
-  const TlsIdentity& identity = credentials.identity_;
-  const grpc_ssl_pem_key_cert_pair pair = {identity.private_key.c_str(), identity.certificate_chain.c_str()};
+  return static_cast<TlsCredentials*>(self)->FetchFresh(config);
+}
+
+grpc_ssl_certificate_config_reload_status TlsCredentials::FetchFresh(grpc_ssl_server_certificate_config** config) {
+  MutexLock lock(mutex_);
+  if (!std::exchange(fresh_, false)) return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
+  const grpc_ssl_pem_key_cert_pair pair = {identity_.private_key.c_str(), identity_.certificate_chain.c_str()};
   // gRPC aborts without authorities, also where it asks clients for nothing: then they are never used.
-  const std::string& authorities = credentials.ask_clients_ ? identity.client_authorities : identity.certificate_chain;
+  const std::string& authorities = ask_clients_ ? identity_.client_authorities : identity_.certificate_chain;
   *config = grpc_ssl_server_certificate_config_create(authorities.c_str(), &pair, 1);
   return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;
 }

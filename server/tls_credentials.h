@@ -29,6 +29,7 @@ class TlsCredentials {
 
  private:
   static grpc_ssl_certificate_config_reload_status Fetch(void* self, grpc_ssl_server_certificate_config** config);
+  grpc_ssl_certificate_config_reload_status FetchFresh(grpc_ssl_server_certificate_config** config);
 
   const bool ask_clients_;
   mutable Mutex mutex_;
