@@ -39,7 +39,26 @@ HWY_INLINE void DrawDistinct(RandomStream& random, uint32_t count, int lane, Cor
   out.corner[2][lane] = static_cast<int32_t>(c);
 }
 
-// Adds the measures of a vector of triangles over the neighbors of point i.
+// Elements of `array` by index. In the first kVectors vectors of it, permutations find them faster than loads lane by
+// lane; anywhere in it for kVectors = 0.
+template <int kVectors>
+HWY_INLINE FloatVec LookUp(const float* array, hn::Vec<IntTag> index) {
+  const FloatTag d;
+  if constexpr (kVectors == 0) {
+    return hn::GatherIndex(d, array, index);
+  } else {
+    const IntTag di;
+    const auto last_lane = hn::Set(di, static_cast<int32_t>(hn::Lanes(d)) - 1);
+    const auto lane = hn::IndicesFromVec(d, hn::And(index, last_lane));
+    const FloatVec first = hn::TableLookupLanes(hn::Load(d, array), lane);
+    if constexpr (kVectors == 1) return first;
+    const FloatVec second = hn::TableLookupLanes(hn::Load(d, array + hn::Lanes(d)), lane);
+    return hn::IfThenElse(hn::RebindMask(d, hn::Gt(index, last_lane)), second, first);
+  }
+}
+
+// Adds the measures of a vector of triangles over the neighbors of point i, which are within kVectors vectors.
+template <int kVectors>
 HWY_INLINE void AddIndexedTriangles(const GroupScratch::Buffers& b, size_t i, const CornerIndices& indices,
                                     FloatMask used, Measures& sum) {
   const FloatTag d;
@@ -52,10 +71,10 @@ HWY_INLINE void AddIndexedTriangles(const GroupScratch::Buffers& b, size_t i, co
   Corner corners[3];
   for (int c = 0; c < 3; ++c) {
     const auto index = hn::Load(di, indices.corner[c]);
-    const Triple offset{hn::GatherIndex(d, n.dx.data(), index), hn::GatherIndex(d, n.dy.data(), index),
-                        hn::GatherIndex(d, n.dz.data(), index)};
-    const Triple normal{hn::GatherIndex(d, n.nx.data(), index), hn::GatherIndex(d, n.ny.data(), index),
-                        hn::GatherIndex(d, n.nz.data(), index)};
+    const Triple offset{LookUp<kVectors>(n.dx.data(), index), LookUp<kVectors>(n.dy.data(), index),
+                        LookUp<kVectors>(n.dz.data(), index)};
+    const Triple normal{LookUp<kVectors>(n.nx.data(), index), LookUp<kVectors>(n.ny.data(), index),
+                        LookUp<kVectors>(n.nz.data(), index)};
     corners[c] = {Scale(offset, unit), Sub(normal, own)};
   }
   Measures added = ZeroMeasures();
@@ -70,29 +89,42 @@ HWY_INLINE void AddIndexedTriangles(const GroupScratch::Buffers& b, size_t i, co
 
 // Stores the mean over `triangles` triangles of each measure for point i.
 HWY_INLINE void StoreMeanMeasures(const Measures& sum, size_t triangles, size_t i, GroupMeasures& out) {
-  const FloatTag d;
   const float weight = 1.0f / static_cast<float>(triangles);
-  const auto mean = [&](FloatVec v) { return hn::GetLane(hn::SumOfLanes(d, v)) * weight; };
-  out.area[i] = mean(sum.area);
-  out.mean[i] = mean(sum.mean);
-  out.gaussian[i] = mean(sum.gaussian);
-  out.tensor_uu[i] = mean(sum.tensor_uu);
-  out.tensor_uv[i] = mean(sum.tensor_uv);
-  out.tensor_vv[i] = mean(sum.tensor_vv);
+  alignas(16) float sums[8];
+  StoreFourSums(sum.area, sum.mean, sum.gaussian, sum.tensor_uu, sums);
+  StoreFourSums(sum.tensor_uv, sum.tensor_vv, sum.tensor_uv, sum.tensor_vv, sums + 4);
+  out.area[i] = sums[0] * weight;
+  out.mean[i] = sums[1] * weight;
+  out.gaussian[i] = sums[2] * weight;
+  out.tensor_uu[i] = sums[3] * weight;
+  out.tensor_uv[i] = sums[4] * weight;
+  out.tensor_vv[i] = sums[5] * weight;
 }
 
-// Measures `triangles` triangles whose corners `draw(lane, indices)` gives.
-template <typename DrawCorners>
-HWY_INLINE void MeasureTriangles(GroupScratch::Buffers& b, size_t i, size_t triangles, DrawCorners draw) {
+template <int kVectors, typename DrawCorners>
+HWY_INLINE void MeasureTrianglesIn(GroupScratch::Buffers& b, size_t i, size_t triangles, DrawCorners draw) {
   const FloatTag d;
   Measures sum = ZeroMeasures();
   for (size_t t = 0; t < triangles; t += hn::Lanes(d)) {
     CornerIndices indices{};
     const size_t lanes = std::min(hn::Lanes(d), triangles - t);
     for (size_t lane = 0; lane < lanes; ++lane) draw(static_cast<int>(lane), indices);
-    AddIndexedTriangles(b, i, indices, hn::FirstN(d, lanes), sum);
+    AddIndexedTriangles<kVectors>(b, i, indices, hn::FirstN(d, lanes), sum);
   }
   StoreMeanMeasures(sum, triangles, i, b.measures);
+}
+
+// Measures `triangles` triangles whose corners `draw(lane, indices)` gives.
+template <typename DrawCorners>
+HWY_INLINE void MeasureTriangles(GroupScratch::Buffers& b, size_t i, size_t triangles, DrawCorners draw) {
+  const size_t lanes = hn::Lanes(FloatTag());
+  if (b.neighbors.count <= lanes) {
+    MeasureTrianglesIn<1>(b, i, triangles, draw);
+  } else if (b.neighbors.count <= 2 * lanes) {
+    MeasureTrianglesIn<2>(b, i, triangles, draw);
+  } else {
+    MeasureTrianglesIn<0>(b, i, triangles, draw);
+  }
 }
 
 // `triangle_count` triangles with corners drawn uniformly from the neighbors of point i, the point included.
