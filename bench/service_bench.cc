@@ -7,9 +7,9 @@
 #include "absl/strings/str_cat.h"
 #include "bench/clouds.h"
 #include "bench/core_run.h"
-#include "bench/curvd_process.h"
 #include "bench/flags.h"
 #include "bench/raw_call.h"
+#include "bench/server_process.h"
 #include "bench/stopwatch.h"
 #include "bench/table.h"
 #include "bench/threads.h"
@@ -32,7 +32,7 @@ curv::CurvatureResult EstimateRemotely(const curv::CurvatureClient& client, cons
   return *std::move(result);
 }
 
-std::unique_ptr<curv::CurvatureClient> ConnectTo(const CurvdProcess& server) {
+std::unique_ptr<curv::CurvatureClient> ConnectTo(const ServerProcess& server) {
   auto client = curv::CurvatureClient::Connect(server.address());
   if (!client.ok()) std::exit(1);
   return *std::move(client);
@@ -52,14 +52,24 @@ void CheckSameResults(const CurvatureField& local, const curv::CurvatureResult& 
   }
 }
 
-// CPU time of the whole call, server and client, over that of the estimate in this process.
+// CPU seconds of a whole call, server and client.
+Figures MeasureCall(const curv::CurvatureClient& client, const ServerProcess& server, const BenchCloud& cloud) {
+  const double client_start = CpuSeconds(), server_start = server.CpuSeconds();
+  EstimateRemotely(client, cloud);
+  const double client_cpu = CpuSeconds() - client_start, server_cpu = server.CpuSeconds() - server_start;
+  return {{"total", client_cpu + server_cpu}, {"client", client_cpu}, {"server", server_cpu}};
+}
+
+// CPU time of the whole call, server and client, over that of the estimate in this process, and over that of the same
+// call to a server that does nothing else.
 void CompareWithInProcess(const Flags& flags, const BenchCloud& cloud, int threads, Table& table, Targets& targets) {
-  const CurvdProcess server(threads);
-  const auto client = ConnectTo(server);
+  const ServerProcess server = ServerProcess::Curvd(threads), bare = ServerProcess::Bare(threads);
+  const auto client = ConnectTo(server), bare_client = ConnectTo(bare);
   WorkerPool pool(threads);
   CurvatureField field;
   RunCore(cloud, LocalOptions(), pool, &field);
   CheckSameResults(field, EstimateRemotely(*client, cloud));  // also warms the channel
+  CheckSameResults(field, EstimateRemotely(*bare_client, cloud));
   SideBySide comparison(absl::StrCat(cloud.name, " ", cloud.size(), " ", threads, " threads"));
   comparison.Add("estimate", [&] { return RunCore(cloud, LocalOptions(), pool); });
   comparison.Add("arrays to field", [&] {
@@ -67,27 +77,25 @@ void CompareWithInProcess(const Flags& flags, const BenchCloud& cloud, int threa
     RunCore(cloud, LocalOptions(), pool);
     return Figures{{"total", CpuSeconds() - start}};
   });
-  comparison.Add("service", [&] {
-    const double client_start = CpuSeconds(), server_start = server.CpuSeconds();
-    EstimateRemotely(*client, cloud);
-    const double client_cpu = CpuSeconds() - client_start, server_cpu = server.CpuSeconds() - server_start;
-    return Figures{{"total", client_cpu + server_cpu}, {"client", client_cpu}, {"server", server_cpu}};
-  });
+  comparison.Add("service", [&] { return MeasureCall(*client, server, cloud); });
+  comparison.Add("bare service", [&] { return MeasureCall(*bare_client, bare, cloud); });
   auto medians = comparison.Run(flags.RoundsOr(9));
   const auto micros = [&](const char* way, const char* figure = "total") {
     return 1e6 * medians[way][figure] / static_cast<double>(cloud.size());
   };
-  const double ratio = micros("service") / micros("estimate");
+  const double ratio = micros("service") / micros("estimate"), over_bare = micros("service") / micros("bare service");
   table.AddRow({absl::StrCat(cloud.size()), absl::StrCat(threads), Digits(micros("estimate")),
                 Digits(micros("arrays to field")), Digits(micros("service", "server")),
                 Digits(micros("service", "client")), Digits(micros("service")), Digits(ratio),
-                Digits(micros("service") / micros("arrays to field"))});
+                Digits(micros("service") / micros("arrays to field")), Digits(micros("bare service")),
+                Digits(over_bare)});
   targets.AtMost(absl::StrCat("CPU of server and client over the in-process estimate; K=50; ", threads, " threads"),
                  1.15, ratio, "x");
+  targets.AtMost(absl::StrCat("the same over that of a bare server; ", threads, " threads"), 1.03, over_bare, "x");
 }
 
 // Waits until the server has nothing left to do: its CPU clock stands still.
-double SettledCpu(const CurvdProcess& server) {
+double SettledCpu(const ServerProcess& server) {
   constexpr auto kPause = std::chrono::milliseconds(100);
   double last = server.CpuSeconds();
   for (int still = 0; still < 3;) {
@@ -100,7 +108,7 @@ double SettledCpu(const CurvdProcess& server) {
 }
 
 void MeasureIngest(const Flags& flags, const BenchCloud& cloud, Table& table, Targets& targets) {
-  const CurvdProcess server(1);
+  const ServerProcess server = ServerProcess::Curvd(1);
   const double megabytes = 1e-6 * sizeof(float) * static_cast<double>(cloud.positions.size() + cloud.normals.size());
   std::vector<double> rates, shared_rates;
   for (int round = 0; round < flags.RoundsOr(7); ++round) {
@@ -120,8 +128,8 @@ void MeasureIngest(const Flags& flags, const BenchCloud& cloud, Table& table, Ta
 // From the half-close on, with one worker and with two, in turn.
 void MeasureWaits(const Flags& flags, const BenchCloud& cloud, Table& table, Targets& targets) {
   SideBySide comparison(absl::StrCat(cloud.name, " ", cloud.size(), " half-close"));
-  const CurvdProcess one(1), two(2);
-  const auto measure = [&](const CurvdProcess& server) {
+  const ServerProcess one = ServerProcess::Curvd(1), two = ServerProcess::Curvd(2);
+  const auto measure = [&](const ServerProcess& server) {
     RawCall call(server.address(), cloud, kNeighbors);
     call.SendPoints();
     SettledCpu(server);  // what was sent has arrived
@@ -144,26 +152,34 @@ void MeasureWaits(const Flags& flags, const BenchCloud& cloud, Table& table, Tar
              medians["control 1"]["wall"] / medians["control 2"]["wall"], targets);
 }
 
+// Both servers in turns, call by call.
 void MeasureSmallCloud(const Flags& flags, Table& table, Targets& targets) {
-  const CurvdProcess server(1);
-  const auto client = ConnectTo(server);
+  const ServerProcess server = ServerProcess::Curvd(1), bare = ServerProcess::Bare(1);
+  const auto client = ConnectTo(server), bare_client = ConnectTo(bare);
   const BenchCloud cloud = SurfaceCloud("torus", 1'000, flags.clouds);
-  for (int i = 0; i < 20; ++i) EstimateRemotely(*client, cloud);
-  std::vector<double> milliseconds;
-  for (int i = 0; i < (flags.quick ? 100 : 1'000); ++i) {
+  const auto milliseconds_of = [&](const curv::CurvatureClient& caller) {
     const double start = WallSeconds();
-    EstimateRemotely(*client, cloud);
-    milliseconds.push_back(1e3 * (WallSeconds() - start));
+    EstimateRemotely(caller, cloud);
+    return 1e3 * (WallSeconds() - start);
+  };
+  std::vector<double> milliseconds, bare_milliseconds;
+  const int warming = 20, calls = flags.quick ? 100 : 1'000;
+  for (int i = 0; i < warming + calls; ++i) {
+    const double ours = milliseconds_of(*client), theirs = milliseconds_of(*bare_client);
+    if (i < warming) continue;
+    milliseconds.push_back(ours);
+    bare_milliseconds.push_back(theirs);
   }
   const std::string what = "round trip of 1000 points; warm channel; ms";
-  table.AddRow({absl::StrCat(what, "; median of ", milliseconds.size()), Digits(Median(milliseconds))});
+  table.AddRow({absl::StrCat(what, "; median of ", calls), Digits(Median(milliseconds))});
   table.AddRow({absl::StrCat(what, "; 99th percentile"), Digits(Quantile(milliseconds, 0.99))});
+  table.AddRow({"the same of a bare server; median", Digits(Median(bare_milliseconds))});
   targets.AtMost("round trip of 1000 points; median", 2.0, Median(milliseconds), " ms");
 }
 
 void MeasureMemory(const Flags& flags, size_t points, Table& table, Targets& targets) {
   const BenchCloud cloud = SurfaceCloud("torus", points, flags.clouds);
-  const CurvdProcess server(2);
+  const ServerProcess server = ServerProcess::Curvd(2);
   const double idle = server.PeakBytes();
   const auto client = ConnectTo(server);
   EstimateRemotely(*client, cloud);
@@ -178,7 +194,8 @@ void MeasureMemory(const Flags& flags, size_t points, Table& table, Targets& tar
 
 void Main(const Flags& flags) {
   Table calls("service_cpu", {"points", "threads", "estimate us/point", "arrays to field us/point", "server us/point",
-                              "client us/point", "server + client us/point", "over estimate", "over arrays to field"});
+                              "client us/point", "server + client us/point", "over estimate", "over arrays to field",
+                              "bare server + client us/point", "over bare server"});
   Table service("service", {"what", "measured"});
   Targets targets("service");
   const BenchCloud cloud = SurfaceCloud("torus", flags.quick ? 100'000 : 500'000, flags.clouds);

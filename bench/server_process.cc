@@ -1,4 +1,4 @@
-#include "bench/curvd_process.h"
+#include "bench/server_process.h"
 
 #include <signal.h>
 #include <sys/prctl.h>
@@ -16,7 +16,7 @@
 namespace curvd::bench {
 namespace {
 
-// The address in curvd's first log line, or "" if there is none.
+// The address in the server's first log line, or "" if there is none.
 std::string ReadAddress(FILE* log) {
   char* line = nullptr;
   size_t capacity = 0;
@@ -32,14 +32,19 @@ std::string ReadAddress(FILE* log) {
 
 }  // namespace
 
-CurvdProcess::CurvdProcess(int threads) {
+ServerProcess ServerProcess::Curvd(int threads) {
+  // --log=false would also silence the line that tells the port; the calls' lines are few.
+  return ServerProcess(
+      {CURVD_BINARY, "--listen=127.0.0.1:0", "--metrics-listen=none", absl::StrCat("--threads=", threads)});
+}
+
+ServerProcess ServerProcess::Bare(int threads) { return ServerProcess({BARE_SERVER_BINARY, absl::StrCat(threads)}); }
+
+ServerProcess::ServerProcess(std::vector<std::string> command) {
   int ends[2];
   if (pipe(ends) != 0) std::exit(1);
-  // --log=false would also silence the line that tells the port; the calls' lines are few.
-  std::vector<std::string> arguments = {CURVD_BINARY, "--listen=127.0.0.1:0", "--metrics-listen=none",
-                                        absl::StrCat("--threads=", threads)};
   std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
+  for (std::string& argument : command) argv.push_back(argument.data());
   argv.push_back(nullptr);
   pid_ = fork();
   if (pid_ == 0) {
@@ -54,20 +59,20 @@ CurvdProcess::CurvdProcess(int threads) {
   log_ = fdopen(ends[0], "r");
   address_ = ReadAddress(log_);
   if (address_.empty() || clock_getcpuclockid(pid_, &clock_) != 0) {
-    std::fprintf(stderr, "%s does not start\n", CURVD_BINARY);
+    std::fprintf(stderr, "%s does not start\n", argv[0]);
     std::exit(1);
   }
 }
 
-CurvdProcess::~CurvdProcess() {
+ServerProcess::~ServerProcess() {
   kill(pid_, SIGKILL);
   waitpid(pid_, nullptr, 0);
   fclose(log_);
 }
 
-double CurvdProcess::CpuSeconds() const { return SecondsOf(clock_); }
+double ServerProcess::CpuSeconds() const { return SecondsOf(clock_); }
 
-double CurvdProcess::PeakBytes() const {
+double ServerProcess::PeakBytes() const {
   std::ifstream status(absl::StrCat("/proc/", pid_, "/status"));
   std::string word;
   double kilobytes = 0.0;

@@ -1,0 +1,99 @@
+// The least server around the same core: gRPC's synchronous API, the same messages, the same encoder; no admission, no
+// limits but the core's, no fairness, no metrics, no log, no access control, no keepalive, no drain. What curvd costs
+// beyond it is the price of being trusted.
+//
+//   bare_server THREADS    serves on a free loopback port, which it tells in the words of curvd's log
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+
+#include "core/estimation_job.h"
+#include "core/worker_pool.h"
+#include "curvature/v1/curvature.grpc.pb.h"
+#include "server/call_options.h"
+#include "server/call_summary.h"
+#include "server/freed_memory.h"
+#include "server/result_encoder.h"
+
+namespace curvd::bench {
+namespace {
+
+namespace v1 = curvature::v1;
+
+constexpr CallLimits kLimits{.max_points = 1u << 30,
+                             .max_chunk_bytes = 4 << 20,
+                             .max_neighbor_count = 10'000,
+                             .memory_bytes = uint64_t{1} << 40,
+                             .max_streams = 1'000};
+
+grpc::Status Failure(const absl::Status& status) {
+  return {static_cast<grpc::StatusCode>(status.code()), std::string(status.message())};
+}
+
+class BareService final : public v1::CurvatureService::Service {
+ public:
+  using Stream = grpc::ServerReaderWriter<v1::EstimateCurvatureResponse, v1::EstimateCurvatureRequest>;
+
+  explicit BareService(int threads) : pool_(threads) {}
+
+  grpc::Status EstimateCurvature(grpc::ServerContext*, Stream* stream) override {
+    v1::EstimateCurvatureRequest request;
+    v1::EstimateCurvatureResponse response;
+    stream->Read(&request);
+    const absl::StatusOr<CallOptions> options = ResolveHeader(request.header(), kLimits);
+    if (!options.ok()) return Failure(options.status());
+    FillAccepted(*options, kLimits, "bare", response.mutable_accepted());
+    stream->Write(response);
+    Cloud cloud(options->scalar_type, options->invalid_point_policy);
+    while (stream->Read(&request)) {
+      const absl::Status appended = cloud.Append(request.chunk().positions(), request.chunk().normals());
+      if (!appended.ok()) return Failure(appended);
+    }
+    if (const absl::Status finished = cloud.Finish(); !finished.ok()) return Failure(finished);
+    auto result = curvd::EstimateCurvature(std::move(cloud), options->estimator, pool_);
+    if (!result.ok()) return Failure(result.status());
+    const auto& points = result->field.points;
+    for (size_t first = 0; first < points.size(); first += kResultChunkPoints) {
+      const size_t count = std::min(kResultChunkPoints, points.size() - first);
+      EncodeResults(points, first, count, options->quantities, response.mutable_result());
+      if (!stream->Write(response)) return grpc::Status::CANCELLED;
+    }
+    CallRecord record;
+    record.points_received = points.size();
+    record.status_counts = result->field.status_counts;
+    FillSummary(record, response.mutable_summary());
+    stream->Write(response);
+    return grpc::Status::OK;
+  }
+
+ private:
+  WorkerPool pool_;
+};
+
+int Serve(int threads) {
+  KeepFreedBuffers(uint64_t{1} << 40);
+  BareService service(threads);
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(&service);
+  const auto server = builder.BuildAndStart();
+  if (server == nullptr) return 1;
+  std::fprintf(stderr, "{\"event\":\"serving\",\"listen\":\"127.0.0.1:%d\"}\n", port);
+  server->Wait();
+  return 0;
+}
+
+}  // namespace
+}  // namespace curvd::bench
+
+int main(int argc, char** argv) {
+  const int threads = argc == 2 ? std::atoi(argv[1]) : 0;
+  if (threads < 1) {
+    std::fprintf(stderr, "usage: %s THREADS\n", argv[0]);
+    return 2;
+  }
+  return curvd::bench::Serve(threads);
+}
