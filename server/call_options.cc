@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "server/error_detail.h"
 #include "server/reasons.h"
+#include "server/wire_estimators.h"
 
 namespace curvd {
 namespace {
@@ -16,20 +17,6 @@ namespace v1 = curvature::v1;
 
 constexpr size_t kMaxTagBytes = 128;
 
-struct EstimatorName {
-  v1::Estimator proto;
-  EstimatorKind kind;
-};
-constexpr std::array<EstimatorName, 7> kEstimators = {{
-    {v1::ESTIMATOR_AVG_HEXAGRAM, EstimatorKind::kAvgHexagram},
-    {v1::ESTIMATOR_HEXAGRAM, EstimatorKind::kHexagram},
-    {v1::ESTIMATOR_UNIFORM, EstimatorKind::kUniform},
-    {v1::ESTIMATOR_INDEPENDENT, EstimatorKind::kIndependent},
-    {v1::ESTIMATOR_DELAUNAY, EstimatorKind::kDelaunay},
-    {v1::ESTIMATOR_JET_FITTING, EstimatorKind::kJetFitting},
-    {v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR, EstimatorKind::kAlgebraicShapeOperator},
-}};
-
 absl::Status InvalidOption(std::string field, std::string value, std::string limit) {
   return MakeError(absl::StatusCode::kInvalidArgument,
                    {kReasonInvalidOption, std::move(field), std::move(value), std::move(limit), {}});
@@ -37,7 +24,7 @@ absl::Status InvalidOption(std::string field, std::string value, std::string lim
 
 absl::Status ResolveEstimator(v1::Estimator proto, EstimatorKind& kind) {
   if (proto == v1::ESTIMATOR_UNSPECIFIED) return absl::OkStatus();
-  for (const EstimatorName& name : kEstimators) {
+  for (const WireEstimator& name : kWireEstimators) {
     if (name.proto != proto) continue;
     kind = name.kind;
     return absl::OkStatus();
@@ -236,7 +223,7 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
   accepted->set_request_id(request_id);
   FillLimits(limits, accepted->mutable_limits());
   v1::EstimatorOptions* proto = accepted->mutable_options();
-  for (const EstimatorName& name : kEstimators) {
+  for (const WireEstimator& name : kWireEstimators) {
     if (name.kind == options.estimator.estimator) proto->set_estimator(name.proto);
   }
   if (const auto* radius = std::get_if<NeighborRadius>(&options.estimator.neighborhood)) {
@@ -265,7 +252,7 @@ void FillLimits(const CallLimits& limits, v1::ServerLimits* proto) {
 }
 
 void FillEstimators(v1::GetServerInfoResponse* info) {
-  for (const EstimatorName& name : kEstimators) info->add_estimators(name.proto);
+  for (const WireEstimator& name : kWireEstimators) info->add_estimators(name.proto);
 }
 
 }  // namespace curvd

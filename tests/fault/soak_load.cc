@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/estimation_job.h"
+#include "server/wire_estimators.h"
 #include "tests/fault/curvd_child.h"
 
 namespace curvd {
@@ -17,23 +18,10 @@ namespace {
 namespace v1 = curvature::v1;
 using grpc::StatusCode;
 
-struct EstimatorPair {
-  v1::Estimator proto;
-  EstimatorKind kind;
-};
-constexpr EstimatorPair kEstimators[] = {
-    {v1::ESTIMATOR_AVG_HEXAGRAM, EstimatorKind::kAvgHexagram},
-    {v1::ESTIMATOR_HEXAGRAM, EstimatorKind::kHexagram},
-    {v1::ESTIMATOR_UNIFORM, EstimatorKind::kUniform},
-    {v1::ESTIMATOR_INDEPENDENT, EstimatorKind::kIndependent},
-    {v1::ESTIMATOR_DELAUNAY, EstimatorKind::kDelaunay},
-    {v1::ESTIMATOR_JET_FITTING, EstimatorKind::kJetFitting},
-    {v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR, EstimatorKind::kAlgebraicShapeOperator},
-};
 // Above this size only the default estimator: the soak is to change its load often.
 constexpr size_t kAllEstimatorsUpTo = 200'000;
 
-SoakCase MakeCase(std::shared_ptr<const FaultCloud> cloud, const EstimatorPair& estimator, WorkerPool& pool) {
+SoakCase MakeCase(std::shared_ptr<const FaultCloud> cloud, const WireEstimator& estimator, WorkerPool& pool) {
   EstimatorOptions options;
   options.estimator = estimator.kind;
   SoakCase made{std::move(cloud), {}, {}};
@@ -177,8 +165,9 @@ std::vector<SoakCase> MakeSoakCases(size_t max_points) {
   for (const size_t size : kSizes) {
     if (size > max_points) break;
     const auto cloud = std::make_shared<const FaultCloud>(size, size);
-    for (const EstimatorPair& estimator : kEstimators) {
-      if (size <= kAllEstimatorsUpTo || &estimator == kEstimators) cases.push_back(MakeCase(cloud, estimator, pool));
+    for (const WireEstimator& estimator : kWireEstimators) {
+      if (size <= kAllEstimatorsUpTo || &estimator == kWireEstimators.data())
+        cases.push_back(MakeCase(cloud, estimator, pool));
     }
   }
   return cases;
