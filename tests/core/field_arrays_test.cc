@@ -6,23 +6,14 @@
 #include <string>
 #include <vector>
 
+#include "tests/core/numbered_points.h"
+
 namespace curvd {
 namespace {
 
-// Point i holds 100 i + 1, 100 i + 2, ... in the order of the members.
 std::vector<PointCurvature> Points(size_t count) {
   std::vector<PointCurvature> points(count);
-  for (size_t i = 0; i < count; ++i) {
-    const float base = 100.0f * static_cast<float>(i);
-    points[i] = {base + 1,
-                 base + 2,
-                 base + 3,
-                 base + 4,
-                 {base + 5, base + 6, base + 7},
-                 {base + 8, base + 9, base + 10},
-                 base + 11,
-                 static_cast<PointStatus>(1 + i % 6)};
-  }
+  for (size_t i = 0; i < count; ++i) points[i] = NumberedPoint(i);
   return points;
 }
 

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <string>
 
+#include "tests/core/numbered_points.h"
+
 namespace curvd {
 namespace {
 
@@ -14,20 +16,9 @@ float FloatAt(const std::string& bytes, size_t i) {
   return value;
 }
 
-// Point i holds 100 i + 1, 100 i + 2, ... in the order of the members.
 PageArray<PointCurvature> Points(size_t count) {
   PageArray<PointCurvature> points = *PageArray<PointCurvature>::Create(count);
-  for (size_t i = 0; i < count; ++i) {
-    const float base = 100.0f * static_cast<float>(i);
-    points[i] = {base + 1,
-                 base + 2,
-                 base + 3,
-                 base + 4,
-                 {base + 5, base + 6, base + 7},
-                 {base + 8, base + 9, base + 10},
-                 base + 11,
-                 i % 2 == 0 ? PointStatus::kOk : PointStatus::kDegenerateArea};
-  }
+  for (size_t i = 0; i < count; ++i) points[i] = NumberedPoint(i);
   return points;
 }
 
@@ -37,7 +28,7 @@ TEST(EncodeResultsTest, PacksEachQuantityOfThePart) {
   EncodeResults(points, 1, 3, QuantitySet(), &chunk);
   EXPECT_EQ(chunk.first_index(), 1u);
   EXPECT_EQ(chunk.point_count(), 3u);
-  EXPECT_EQ(chunk.status(), std::string("\x03\x01\x03"));
+  EXPECT_EQ(chunk.status(), std::string("\x02\x03\x04"));
   ASSERT_EQ(chunk.mean_curvature().size(), 12u);
   EXPECT_EQ(FloatAt(chunk.mean_curvature(), 0), 101.0f);
   EXPECT_EQ(FloatAt(chunk.gaussian_curvature(), 1), 202.0f);

@@ -1,0 +1,23 @@
+// Results whose numbers tell where they belong.
+#pragma once
+
+#include <cstddef>
+
+#include "core/curvature_field.h"
+
+namespace curvd {
+
+// Result i: 100 i + 1, 100 i + 2, ... in the order of the members. The statuses take turns, from kOk on.
+inline PointCurvature NumberedPoint(size_t i) {
+  const float base = 100.0f * static_cast<float>(i);
+  return {base + 1,
+          base + 2,
+          base + 3,
+          base + 4,
+          {base + 5, base + 6, base + 7},
+          {base + 8, base + 9, base + 10},
+          base + 11,
+          static_cast<PointStatus>(1 + i % (kPointStatusEnd - 1))};
+}
+
+}  // namespace curvd
