@@ -1,52 +1,20 @@
 #include "client/curvature_client.h"
 
 #include <gmock/gmock.h>
-#include <grpcpp/server.h>
-#include <grpcpp/server_builder.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
-#include <thread>
+#include <stop_token>
+#include <string_view>
+#include <vector>
 
-#include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
-#include "client/surfaces/surface.h"
-#include "curvature/v1/curvature.grpc.pb.h"
-#include "google/rpc/error_details.pb.h"
-#include "google/rpc/status.pb.h"
-#include "server/curvature_server.h"
+#include "tests/client/local_server.h"
+#include "tests/client/sphere_cloud.h"
 
 namespace curv {
 namespace {
 
-namespace v1 = curvature::v1;
 using ::testing::HasSubstr;
-
-struct SphereCloud {
-  std::vector<float> points;  // of the unit sphere: their own normals
-  CloudView view() const { return {points, points}; }
-};
-
-SphereCloud Sphere(size_t count) {
-  SphereCloud cloud;
-  const std::vector<Vec3> positions = *SampleEvenly(**MakeSurface("sphere"), count, 0);
-  for (const Vec3& p : positions) {
-    for (int axis = 0; axis < 3; ++axis) cloud.points.push_back(static_cast<float>(p[axis]));
-  }
-  return cloud;
-}
-
-std::unique_ptr<curvd::CurvatureServer> StartServer(const curvd::ServerOptions& changes = {}) {
-  curvd::ServerOptions options = changes;
-  options.listen = "127.0.0.1:0";
-  options.metrics_listen = "";
-  options.threads = 2;
-  options.log = false;
-  return *curvd::CurvatureServer::Create(options);
-}
-
-std::string AddressOf(int port) { return absl::StrCat("127.0.0.1:", port); }
 
 TEST(CurvatureClientTest, NamesEveryEstimator) {
   const std::span<const std::string_view> names = EstimatorNames();
@@ -198,196 +166,6 @@ TEST(CurvatureClientTest, RefusesBadServerLists) {
   for (const char* servers : {"", "localhost", "a:1,", "a:1,,b:2", ":50061", "host:"}) {
     EXPECT_THAT(CurvatureClient::Connect(servers).status().message(), HasSubstr("is not HOST:PORT")) << servers;
   }
-}
-
-// A server that fails on purpose.
-class ScriptedService : public v1::CurvatureService::Service {
- public:
-  using Stream = grpc::ServerReaderWriter<v1::EstimateCurvatureResponse, v1::EstimateCurvatureRequest>;
-  // Answers call number `call` (from 1).
-  using Script = std::function<grpc::Status(int call, Stream& stream, grpc::ServerContext& context)>;
-
-  explicit ScriptedService(Script script) : script_(std::move(script)) {
-    grpc::ServerBuilder builder;
-    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port_);
-    builder.RegisterService(this);
-    server_ = builder.BuildAndStart();
-  }
-  ~ScriptedService() override { server_->Shutdown(std::chrono::system_clock::now()); }
-
-  grpc::Status EstimateCurvature(grpc::ServerContext* context, Stream* stream) override {
-    return script_(++calls_, *stream, *context);
-  }
-  std::string address() const { return AddressOf(port_); }
-  int calls() const { return calls_; }
-
- private:
-  Script script_;
-  int port_ = 0;
-  std::atomic<int> calls_ = 0;
-  std::unique_ptr<grpc::Server> server_;
-};
-
-grpc::Status Unavailable() { return {grpc::StatusCode::UNAVAILABLE, "draining"}; }
-
-void Accept(ScriptedService::Stream& stream) {
-  v1::EstimateCurvatureResponse response;
-  response.mutable_accepted()->mutable_limits()->set_max_chunk_bytes(1 << 20);
-  stream.Write(response);
-}
-
-void ReadAll(ScriptedService::Stream& stream) {
-  v1::EstimateCurvatureRequest request;
-  while (stream.Read(&request)) {
-  }
-}
-
-// What a server answers to an empty cloud.
-grpc::Status Succeed(ScriptedService::Stream& stream) {
-  Accept(stream);
-  ReadAll(stream);
-  v1::EstimateCurvatureResponse response;
-  response.mutable_summary();
-  stream.Write(response);
-  return grpc::Status::OK;
-}
-
-const CloudView kEmpty(std::span<const float>(), {});
-
-TEST(CurvatureClientRetryTest, TriesAgainWhileUnavailable) {
-  ScriptedService service([](int call, ScriptedService::Stream& stream, grpc::ServerContext&) {
-    return call < 3 ? Unavailable() : Succeed(stream);
-  });
-  const absl::StatusOr<CurvatureResult> result = (*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, {});
-  ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->summary.attempts, 3);
-}
-
-TEST(CurvatureClientRetryTest, TriesAgainWhenAProxyLosesTheServer) {
-  ScriptedService service([](int call, ScriptedService::Stream& stream, grpc::ServerContext&) {
-    if (call == 1) return grpc::Status(grpc::StatusCode::UNKNOWN, "Stream removed");
-    if (call == 2) return grpc::Status(grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 2");
-    return Succeed(stream);
-  });
-  const absl::StatusOr<CurvatureResult> result = (*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, {});
-  ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->summary.attempts, 3);
-}
-
-TEST(CurvatureClientRetryTest, DoesNotRepeatWhatBreaksTheServer) {
-  ScriptedService service([](int, ScriptedService::Stream&, grpc::ServerContext&) {
-    google::rpc::ErrorInfo info;
-    info.set_reason("INTERNAL");
-    google::rpc::Status details;
-    details.add_details()->PackFrom(info);
-    return grpc::Status(grpc::StatusCode::INTERNAL, "a defect", details.SerializeAsString());
-  });
-  EXPECT_TRUE(absl::IsInternal((*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, {}).status()));
-  EXPECT_EQ(service.calls(), 1);
-}
-
-TEST(CurvatureClientRetryTest, GivesUpAfterTheLastAttempt) {
-  ScriptedService service([](int, ScriptedService::Stream&, grpc::ServerContext&) { return Unavailable(); });
-  EstimateOptions options;
-  options.max_attempts = 2;
-  EXPECT_TRUE(absl::IsUnavailable((*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, options).status()));
-  EXPECT_EQ(service.calls(), 2);
-}
-
-TEST(CurvatureClientRetryTest, DoesNotRepeatWhatIsWrong) {
-  ScriptedService service([](int, ScriptedService::Stream&, grpc::ServerContext&) {
-    return grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, "K is 3");
-  });
-  EXPECT_TRUE(absl::IsInvalidArgument((*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, {}).status()));
-  EXPECT_EQ(service.calls(), 1);
-}
-
-TEST(CurvatureClientRetryTest, WaitsAsLongAsTheServerAsks) {
-  ScriptedService service([](int call, ScriptedService::Stream& stream, grpc::ServerContext&) {
-    if (call > 1) return Succeed(stream);
-    google::rpc::RetryInfo wait;
-    wait.mutable_retry_delay()->set_nanos(600'000'000);
-    google::rpc::Status details;
-    details.add_details()->PackFrom(wait);
-    return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "full", details.SerializeAsString());
-  });
-  const absl::Time start = absl::Now();
-  EXPECT_TRUE((*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, {}).ok());
-  EXPECT_GE(absl::Now() - start, absl::Milliseconds(600));
-}
-
-TEST(CurvatureClientRetryTest, GoesOnToAnotherServer) {
-  const auto server = StartServer();
-  ScriptedService broken([](int, ScriptedService::Stream&, grpc::ServerContext&) { return Unavailable(); });
-  const SphereCloud cloud = Sphere(1000);
-  const auto client =
-      *CurvatureClient::Connect(absl::StrCat("127.0.0.1:1,", broken.address(), ",", AddressOf(server->port())));
-  for (int call = 0; call < 3; ++call) {
-    const absl::StatusOr<CurvatureResult> result = client->Estimate(cloud.view(), {});
-    ASSERT_TRUE(result.ok()) << result.status();
-    EXPECT_LE(result->summary.attempts, 3);
-  }
-}
-
-TEST(CurvatureClientRetryTest, EndsAtTheTimeout) {
-  // Accepts, and then says nothing until the client is gone.
-  ScriptedService service([](int, ScriptedService::Stream& stream, grpc::ServerContext& context) {
-    Accept(stream);
-    ReadAll(stream);
-    while (!context.IsCancelled()) std::this_thread::yield();
-    return grpc::Status::CANCELLED;
-  });
-  EstimateOptions options;
-  options.timeout = absl::Milliseconds(200);
-  EXPECT_TRUE(
-      absl::IsDeadlineExceeded((*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, options).status()));
-}
-
-TEST(CurvatureClientRetryTest, AnUnreachableServerIsUnavailable) {
-  EstimateOptions options;
-  options.max_attempts = 2;
-  EXPECT_TRUE(absl::IsUnavailable((*CurvatureClient::Connect("127.0.0.1:1"))->Estimate(kEmpty, options).status()));
-}
-
-TEST(CurvatureClientProtocolTest, AnOkWithoutSummaryIsInternal) {
-  ScriptedService service([](int, ScriptedService::Stream& stream, grpc::ServerContext&) {
-    Accept(stream);
-    ReadAll(stream);
-    return grpc::Status::OK;
-  });
-  const absl::Status status = (*CurvatureClient::Connect(service.address()))->Estimate(Sphere(10).view(), {}).status();
-  EXPECT_TRUE(absl::IsInternal(status)) << status;
-  EXPECT_THAT(status.message(), HasSubstr("without a summary"));
-}
-
-TEST(CurvatureClientProtocolTest, AGapIsInternalAlsoWhileTheServerGoesOn) {
-  ScriptedService service([](int, ScriptedService::Stream& stream, grpc::ServerContext& context) {
-    Accept(stream);
-    ReadAll(stream);
-    v1::EstimateCurvatureResponse response;
-    response.mutable_result()->set_first_index(5);
-    response.mutable_result()->set_point_count(1);
-    while (!context.IsCancelled() && stream.Write(response)) {
-    }
-    return grpc::Status::OK;
-  });
-  const absl::Status status = (*CurvatureClient::Connect(service.address()))->Estimate(Sphere(10).view(), {}).status();
-  EXPECT_TRUE(absl::IsInternal(status)) << status;
-  EXPECT_THAT(status.message(), HasSubstr("from index 5"));
-}
-
-TEST(CurvatureClientProtocolTest, AnEarlyRefusalStopsTheSending) {
-  ScriptedService service([](int, ScriptedService::Stream& stream, grpc::ServerContext&) {
-    Accept(stream);
-    v1::EstimateCurvatureRequest request;
-    stream.Read(&request);
-    stream.Read(&request);
-    return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "enough");
-  });
-  const std::vector<float> zeros(30'000'000);
-  const absl::Status status =
-      (*CurvatureClient::Connect(service.address()))->Estimate(CloudView(zeros, zeros), {}).status();
-  EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
 }
 
 }  // namespace
