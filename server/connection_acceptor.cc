@@ -71,6 +71,11 @@ size_t ConnectionAcceptor::OpenCount() {
   return table_.size();
 }
 
+std::string ConnectionAcceptor::PeerBeingClosed() {
+  MutexLock lock(mutex_);
+  return table_.PeerBeingClosed();
+}
+
 void ConnectionAcceptor::Run() {
   std::vector<pollfd> waiting = {{wake_fd_, POLLIN, 0}};
   for (const int fd : sockets_.descriptors()) waiting.push_back({fd, POLLIN, 0});
@@ -97,7 +102,7 @@ void ConnectionAcceptor::AcceptAll(int listener) {
     }
     const std::string peer = PeerOf(address);
     StrangerReason reason;
-    if (!MayStay(fd, PeerAddress(peer), reason)) {
+    if (!MayStay(fd, peer, reason)) {
       close(fd);
       on_refused_(reason, peer);
       continue;
@@ -113,8 +118,9 @@ void ConnectionAcceptor::AcceptAll(int listener) {
 
 bool ConnectionAcceptor::MayStay(int fd, const std::string& peer, StrangerReason& reason) {
   MutexLock lock(mutex_);
+  const std::string address = PeerAddress(peer);
   const bool is_full = table_.size() >= limits_.max_connections;
-  if (is_full || table_.CountOf(peer) >= limits_.max_per_peer) {
+  if (is_full || table_.CountOf(address) >= limits_.max_per_peer) {
     const auto now = std::chrono::steady_clock::now();
     if (now - swept_ >= kSweepInterval) {
       table_.Sweep();
@@ -125,7 +131,7 @@ bool ConnectionAcceptor::MayStay(int fd, const std::string& peer, StrangerReason
     reason = StrangerReason::kConnectionLimit;
     return false;
   }
-  if (table_.CountOf(peer) >= limits_.max_per_peer) {
+  if (table_.CountOf(address) >= limits_.max_per_peer) {
     reason = StrangerReason::kPeerConnectionLimit;
     return false;
   }

@@ -46,6 +46,8 @@ class ConnectionAcceptor {
 
   // Connections that are open now.
   size_t OpenCount();
+  // See ConnectionTable.
+  std::string PeerBeingClosed();
 
  private:
   void Run();

@@ -13,14 +13,19 @@ namespace curvd {
 // and looks whether the descriptor still leads to it. Not thread-safe.
 class ConnectionTable {
  public:
-  // REQUIRES: `fd` is open.
+  // `peer` is as gRPC writes it. REQUIRES: `fd` is open.
   void Add(int fd, const std::string& peer);
   // Forgets what has been closed; about half a microsecond for each connection.
   void Sweep();
 
   // Of those that were open at the last sweep.
   size_t size() const { return connections_.size(); }
-  size_t CountOf(const std::string& peer) const;
+  // `address` is a PeerAddress.
+  size_t CountOf(const std::string& address) const;
+
+  // The peer of the one TCP connection that this process has shut down, or that broke, and that is not closed yet;
+  // empty if there is none or more than one. Takes about as long as two sweeps.
+  std::string PeerBeingClosed() const;
 
  private:
   struct Connection {
@@ -28,10 +33,11 @@ class ConnectionTable {
     ino_t inode;
     std::string peer;
   };
+  static bool IsOpen(int fd, const Connection& connection);
   void Remove(std::unordered_map<int, Connection>::iterator connection);
 
   std::unordered_map<int, Connection> connections_;  // by descriptor
-  std::unordered_map<std::string, size_t> count_by_peer_;
+  std::unordered_map<std::string, size_t> count_by_address_;
 };
 
 }  // namespace curvd

@@ -151,6 +151,7 @@ absl::Status CurvatureServer::Running::Listen(const ServerOptions& options) {
       ConnectionLimits{ConnectionsWithin(options.max_connections), options.max_connections_per_peer},
       [this](StrangerReason reason, const std::string& peer) { context_.strangers.NoteRefused(reason, peer); });
   context_.security_metrics.ReadConnectionsFrom([this] { return acceptor_->OpenCount(); });
+  context_.strangers.FindPeersWith([this] { return acceptor_->PeerBeingClosed(); });
   acceptor_->Start(std::move(target));
   return absl::OkStatus();
 }
@@ -183,6 +184,7 @@ CurvatureServer::Running::~Running() {
   refresh_files_.reset();
   health_port_.reset();
   metrics_port_.reset();
+  context_.strangers.FindPeersWith(nullptr);
   if (acceptor_ != nullptr) acceptor_->Stop();
   if (server_ == nullptr) return;
   context_.gate.StartDraining();

@@ -36,6 +36,15 @@ const Symptom& Diagnose(const std::string& message) {
   return kSymptoms[std::size(kSymptoms) - 1];
 }
 
+// The address that gRPC's line tells, as it does where reading or writing failed; "" if it tells none.
+std::string AddressIn(const std::string& message) {
+  constexpr char kBefore[] = "target_address:\"";
+  const size_t found = message.find(kBefore);
+  if (found == std::string::npos) return "";
+  const size_t begin = found + sizeof(kBefore) - 1;
+  return message.substr(begin, message.find('"', begin) - begin);
+}
+
 }  // namespace
 
 bool StrangerLog::MayLog(uint64_t& left_out) {
@@ -54,13 +63,31 @@ bool StrangerLog::MayLog(uint64_t& left_out) {
   return true;
 }
 
+void StrangerLog::FindPeersWith(std::function<std::string()> peer_being_closed) {
+  MutexLock lock(peer_mutex_);
+  peer_being_closed_ = std::move(peer_being_closed);
+}
+
+std::string StrangerLog::PeerOfFailedHandshake(const std::string& message) {
+  if (std::string address = AddressIn(message); !address.empty()) return address;
+  // gRPC shuts the connection down, then writes the line, then closes the connection.
+  MutexLock lock(peer_mutex_);
+  return peer_being_closed_ ? peer_being_closed_() : "";
+}
+
 void StrangerLog::Note(StrangerReason reason, const std::string& peer, const std::string& message) {
+  NoteAndFind(
+      reason, [&peer] { return peer; }, message);
+}
+
+void StrangerLog::NoteAndFind(StrangerReason reason, const std::function<std::string()>& find_peer,
+                              const std::string& message) {
   metrics_.CountStranger(reason);
   uint64_t left_out = 0;
   if (!MayLog(left_out)) return;
   JsonLine line;
   line.Add("reason", StrangerReasonName(reason));
-  if (!peer.empty()) line.Add("peer", peer);
+  if (const std::string peer = find_peer(); !peer.empty()) line.Add("peer", peer);
   line.Add("message", message);
   if (left_out > 0) line.Add("lines_left_out", left_out);
   log_.Log(ServerLog::Level::kWarning, "stranger", line);
@@ -76,7 +103,8 @@ void StrangerLog::NoteRefused(StrangerReason reason, const std::string& peer) {
 void StrangerLog::NoteGrpcLine(const std::string& file, const std::string& message, bool is_error) {
   if (absl::StartsWith(message, "Handshaking failed: ")) {
     const Symptom& symptom = Diagnose(message);
-    Note(symptom.reason, "", symptom.meaning);
+    NoteAndFind(
+        symptom.reason, [this, &message] { return PeerOfFailedHandshake(message); }, symptom.meaning);
   } else if (absl::StartsWith(message, "received initial metadata size exceeds limit")) {
     Note(StrangerReason::kHeaderTooLarge, "", "a call's metadata is over --max-header-bytes");
   } else if (is_error && !absl::StartsWith(message, "Handshake failed with fatal error")) {  // told twice by gRPC

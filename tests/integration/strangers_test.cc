@@ -19,6 +19,7 @@ namespace curvd {
 namespace {
 
 namespace v1 = curvature::v1;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -39,7 +40,8 @@ TEST(StrangersTest, WithoutACertificateNobodyComesIn) {
   SecuredCurvd curvd;
   EXPECT_EQ(CallWith(curvd.NewChannel({}), kFriendsToken).status.error_code(), kUnavailable);
   curvd.WaitForStrangers("no_certificate");
-  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""), HasSubstr("no_certificate"));
+  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""),
+              AllOf(HasSubstr("no_certificate"), HasSubstr("\"peer\":\"ipv4:127.0.0.1:")));
   EXPECT_TRUE(curvd.ServesTheFriend());
 }
 
@@ -48,7 +50,8 @@ TEST(StrangersTest, AnExpiredCertificateIsRefused) {
   const PemPair expired = curvd.certificates().Issue("friend", -1);
   EXPECT_EQ(CallWith(curvd.NewChannel(expired), kFriendsToken).status.error_code(), kUnavailable);
   curvd.WaitForStrangers("bad_certificate");
-  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""), HasSubstr("expired"));
+  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""),
+              AllOf(HasSubstr("expired"), HasSubstr("\"peer\":\"ipv4:127.0.0.1:")));
   EXPECT_TRUE(curvd.ServesTheFriend());
 }
 
@@ -154,10 +157,11 @@ TEST(StrangersTest, ANewCertificateIsUsedWithoutARestart) {
 
 TEST(StrangersTest, PlainTextToTheTlsPortIsRefused) {
   SecuredCurvd curvd;
-  const RawConnections stranger("127.0.0.1", curvd.port(), 1);
+  const RawConnections stranger("127.0.0.9", curvd.port(), 1);
   stranger.SendAndWaitForClose("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n");
   curvd.WaitForStrangers("plain_text");
-  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""), HasSubstr("plain_text"));
+  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""),
+              AllOf(HasSubstr("plain_text"), HasSubstr("\"peer\":\"ipv4:127.0.0.9:")));
   const RawConnections browser("127.0.0.1", curvd.port(), 1);
   browser.SendAndWaitForClose("GET / HTTP/1.1\r\nHost: curvd\r\n\r\n");
   curvd.WaitForStrangers("plain_text", 2);
@@ -180,7 +184,7 @@ TEST(StrangersTest, ConnectionsThatSayNothingAreBoundedAndLeaveRoomForOthers) {
   curvd.WaitForStrangers("peer_connection_limit", 260);
   EXPECT_EQ(crowd.CountOpen(), 40u);
   EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""),
-              ::testing::AllOf(HasSubstr("peer_connection_limit"), HasSubstr("ipv4:127.0.0.2:")));
+              AllOf(HasSubstr("peer_connection_limit"), HasSubstr("ipv4:127.0.0.2:")));
   EXPECT_TRUE(curvd.ServesTheFriend());
   // The friend has hung up: else that connection would count among the 80, and be missed later.
   WaitForMetricOf(curvd.metrics_port(), "curvd_connections_open", [](double open) { return open == 40; });

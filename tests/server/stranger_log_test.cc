@@ -54,6 +54,23 @@ TEST_F(StrangerLogTest, UnderstandsWhatGrpcSaysOfHandshakes) {
   }
 }
 
+TEST_F(StrangerLogTest, NamesThePeerOfAFailedHandshakeWhereItIsKnown) {
+  ::testing::internal::CaptureStderr();
+  strangers_.NoteGrpcLine("", "Handshaking failed: Ssl handshake failed: before anybody can tell", false);
+  strangers_.FindPeersWith([] { return std::string("ipv4:10.0.0.7:1"); });
+  strangers_.NoteGrpcLine("", "Handshaking failed: Ssl handshake failed: wrong version number", false);
+  strangers_.NoteGrpcLine("",
+                          "Handshaking failed: UNKNOWN:Handshake read failed {children:[INTERNAL:Socket closed "
+                          "{target_address:\"ipv6:%5B::1%5D:46132\", grpc_status:14, fd:6}]}",
+                          false);
+  strangers_.FindPeersWith(nullptr);
+  log_.reset();  // writes what is left
+  const std::string text = ::testing::internal::GetCapturedStderr();
+  EXPECT_THAT(text, ::testing::HasSubstr("\"reason\":\"plain_text\",\"peer\":\"ipv4:10.0.0.7:1\""));
+  EXPECT_THAT(text, ::testing::HasSubstr("\"peer\":\"ipv6:%5B::1%5D:46132\""));
+  EXPECT_THAT(text.substr(0, text.find('\n')), ::testing::Not(::testing::HasSubstr("peer")));
+}
+
 TEST_F(StrangerLogTest, LeavesOtherLinesUncounted) {
   strangers_.NoteGrpcLine("ssl_security_connector.cc", "Using new server certificate config", false);
   strangers_.NoteGrpcLine("ssl_transport_security.cc", "Handshake failed with fatal error", true);
