@@ -47,16 +47,24 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
 
   void Cancel() override { cancelled_ = true; }
 
-  JobProgress progress() const override { return {phase_, estimated_}; }
+  JobProgress progress() const override {
+    JobProgress progress{phase_, estimated_, 0.0, {}, {}};
+    const double indexing = indexing_since_, estimating = estimating_since_;
+    double end = ended_after_;
+    if (end == kNotYet) end = SecondsSinceStart();
+    progress.queue_seconds = indexing == kNotYet ? end : indexing;
+    if (indexing != kNotYet) progress.index_seconds = (estimating == kNotYet ? end : estimating) - indexing;
+    if (estimating != kNotYet) progress.estimate_seconds = end - estimating;
+    return progress;
+  }
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr double kNotYet = -1.0;
 
   void MarkStarted() {
     JobPhase queued = JobPhase::kQueued;
-    if (phase_.compare_exchange_strong(queued, JobPhase::kIndexing)) {
-      cost_.queue_seconds = SecondsSinceStart();
-    }
+    if (phase_.compare_exchange_strong(queued, JobPhase::kIndexing)) indexing_since_ = SecondsSinceStart();
   }
 
   void EndIndexPhase() {
@@ -82,8 +90,8 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     if (!points.ok()) return Finish(points.status());
     field_.points = *std::move(points);
     cost_.peak_bytes = index_.bytes() + std::max(cloud_bytes, field_.points.bytes());
-    cost_.index_seconds = SecondsSinceStart() - cost_.queue_seconds;
     plan_ = EstimationPlan::Make(options_, index_);
+    estimating_since_ = SecondsSinceStart();
     phase_ = JobPhase::kEstimating;
     field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count;
     // Points that the index holds are written again.
@@ -150,7 +158,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
 
   void EndUmbrellas() {
     if (cancelled_) return Finish(UmbrellasCancelled());
-    cost_.umbrella_seconds = SecondsSinceStart() - cost_.queue_seconds - cost_.index_seconds;
+    cost_.umbrella_seconds = SecondsSinceStart() - estimating_since_;
     EstimateBlocks();
   }
 
@@ -204,13 +212,16 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
         field_.status_counts[status] += scratch.status_counts()[status];
       }
     }
-    cost_.estimate_seconds = SecondsSinceStart() - cost_.queue_seconds - cost_.index_seconds;
+    cost_.queue_seconds = indexing_since_;
+    cost_.index_seconds = estimating_since_ - indexing_since_;
+    cost_.estimate_seconds = SecondsSinceStart() - estimating_since_;
     index_ = SpatialIndex();
     umbrellas_ = PageArray<Umbrella>();
     Finish(EstimationResult{std::move(field_), cost_});
   }
 
   void Finish(absl::StatusOr<EstimationResult> result) {
+    ended_after_ = SecondsSinceStart();
     phase_ = JobPhase::kDone;
     scratch_.clear();
     Callback callback = std::move(callback_);
@@ -228,6 +239,10 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   std::atomic<bool> cancelled_ = false;
   std::atomic<JobPhase> phase_ = JobPhase::kQueued;
   std::atomic<size_t> estimated_ = 0;
+  // Seconds since started_.
+  std::atomic<double> indexing_since_ = kNotYet;
+  std::atomic<double> estimating_since_ = kNotYet;
+  std::atomic<double> ended_after_ = kNotYet;
   std::atomic<int32_t> oversized_point_ = -1;
   std::optional<IndexBuilder> builder_;
   SpatialIndex index_;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "absl/status/statusor.h"
 #include "core/cloud.h"
@@ -17,10 +18,14 @@ namespace curvd {
 
 enum class JobPhase : uint8_t { kQueued, kIndexing, kEstimating, kDone };
 
-// What a job may be asked while it runs.
+// What a job may be asked while it runs, and afterwards.
 struct JobProgress {
   JobPhase phase = JobPhase::kQueued;
   size_t points_estimated = 0;
+  // Wall-clock seconds of the phases that it came to; of the last one until now, or until the job's end.
+  double queue_seconds = 0.0;
+  std::optional<double> index_seconds;
+  std::optional<double> estimate_seconds;
 };
 
 // What a job cost, complete once its callback is called.

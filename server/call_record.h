@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -10,14 +11,14 @@
 
 namespace curvd {
 
-// Wall-clock seconds of each phase; 0 where the call never came to it.
+// Wall-clock seconds of each phase that the call came to; of the one in which it ended, until then.
 struct PhaseTimes {
-  double receive = 0.0;  // header to half-close, without `admit`
-  double admit = 0.0;    // waiting for memory
-  double queue = 0.0;    // waiting for a worker
-  double index = 0.0;
-  double estimate = 0.0;
-  double send = 0.0;  // first result to summary
+  std::optional<double> receive;  // header to half-close, without `admit`
+  std::optional<double> admit;    // waiting for memory, which may be between two chunks
+  std::optional<double> queue;    // waiting for a worker
+  std::optional<double> index;
+  std::optional<double> estimate;
+  std::optional<double> send;  // first result to summary
 };
 
 struct CallRecord {

@@ -17,11 +17,11 @@ void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
   counts->set_singular_fit(count(PointStatus::kSingularFit));
 
   curvature::v1::PhaseSeconds* seconds = summary->mutable_seconds();
-  seconds->set_receive(record.seconds.receive);
-  seconds->set_queue(record.seconds.queue);
-  seconds->set_index(record.seconds.index);
-  seconds->set_estimate(record.seconds.estimate);
-  seconds->set_send(record.seconds.send);
+  seconds->set_receive(record.seconds.receive.value_or(0.0));
+  seconds->set_queue(record.seconds.queue.value_or(0.0));
+  seconds->set_index(record.seconds.index.value_or(0.0));
+  seconds->set_estimate(record.seconds.estimate.value_or(0.0));
+  seconds->set_send(record.seconds.send.value_or(0.0));
 }
 
 }  // namespace curvd

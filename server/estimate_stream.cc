@@ -63,6 +63,7 @@ void EstimateStream::End(absl::Status status) {
       outcome_ = std::move(status);
       job = job_;
       reservation = reservation_;
+      if (job != nullptr) RecordJob(job->progress());
     }
   }
   if (job != nullptr) job->Cancel();
@@ -87,12 +88,34 @@ void EstimateStream::OnDone() {
     // A stream that broke off looks like a half-close, and a status that was sent may not have arrived.
     const bool may_be_broken_off = record_.status.ok() || absl::IsInvalidArgument(record_.status);
     if (cancelled_ && may_be_broken_off) record_.status = GoneStatus();
+    RecordLastPhase();
   }
   record_.total_seconds = SecondsSince(started_);
   service_.metrics.CountHandled(RpcMethod::kEstimateCurvature, record_.status.code(), record_.total_seconds);
   service_.metrics.CountCall(record_);
   service_.log.LogCall(record_);
   service_.gate.Close(this);
+}
+
+void EstimateStream::RecordJob(const JobProgress& job) {
+  record_.seconds.queue = job.queue_seconds;
+  record_.seconds.index = job.index_seconds;
+  record_.seconds.estimate = job.estimate_seconds;
+}
+
+void EstimateStream::EndWait() {
+  if (!waits_since_.has_value()) return;
+  record_.seconds.admit = record_.seconds.admit.value_or(0.0) + SecondsSince(*waits_since_);
+  waits_since_.reset();
+}
+
+void EstimateStream::RecordLastPhase() {
+  EndWait();
+  PhaseTimes& seconds = record_.seconds;
+  if (seconds.admit.has_value() && !seconds.receive.has_value()) {
+    seconds.receive = SecondsSince(receive_started_) - *seconds.admit;
+  }
+  if (field_ready_ && !seconds.send.has_value()) seconds.send = SecondsSince(send_started_);
 }
 
 bool EstimateStream::Stalls(Clock::time_point now) const {

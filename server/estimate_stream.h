@@ -94,6 +94,11 @@ class EstimateStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, gr
   bool Stalls(Clock::time_point now) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void EndStalled();
   void ReleaseHold();
+  // The wait for memory is over, unless none went on.
+  void EndWait() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void RecordJob(const JobProgress& job) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Ends the phase of which nobody has recorded the end. REQUIRES: the call is done.
+  void RecordLastPhase() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   ServiceContext& service_;
   grpc::CallbackServerContext& call_;
@@ -105,7 +110,6 @@ class EstimateStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, gr
   curvature::v1::EstimateCurvatureRequest request_;
   EstimateSession session_;
   Clock::time_point receive_started_;
-  Clock::time_point wait_started_;
   std::atomic<uint64_t> points_received_{0};  // may be read by anybody
 
   // Of the writing chain.
@@ -133,6 +137,7 @@ class EstimateStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, gr
   bool progress_due_ ABSL_GUARDED_BY(mutex_) = false;
   bool field_ready_ ABSL_GUARDED_BY(mutex_) = false;
   bool summary_written_ ABSL_GUARDED_BY(mutex_) = false;
+  std::optional<Clock::time_point> waits_since_ ABSL_GUARDED_BY(mutex_);  // for memory
   std::shared_ptr<EstimationJob> job_ ABSL_GUARDED_BY(mutex_);
   std::shared_ptr<MemoryBudget::Reservation> reservation_ ABSL_GUARDED_BY(mutex_);
 };

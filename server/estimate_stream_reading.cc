@@ -92,12 +92,18 @@ void EstimateStream::ReserveThenRead() {
   {
     MutexLock lock(mutex_);
     reservation = reservation_;
+    waits_since_ = Clock::now();
   }
-  wait_started_ = Clock::now();
   const absl::StatusOr<bool> granted = reservation->GrowTo(
       bytes, [self = shared_from_this()](absl::Status status) { self->OnMemoryGranted(std::move(status)); });
+  if (granted.ok() && !*granted) return;
+  {
+    MutexLock lock(mutex_);
+    waits_since_.reset();
+    if (granted.ok()) record_.seconds.admit = record_.seconds.admit.value_or(0.0);
+  }
   if (!granted.ok()) return End(granted.status());
-  if (*granted) ReadNext();
+  ReadNext();
 }
 
 void EstimateStream::OnMemoryGranted(absl::Status status) {
@@ -105,7 +111,7 @@ void EstimateStream::OnMemoryGranted(absl::Status status) {
   {
     MutexLock lock(mutex_);
     if (outcome_.has_value()) return;
-    record_.seconds.admit += SecondsSince(wait_started_);
+    EndWait();
   }
   ReadNext();
 }
@@ -113,7 +119,7 @@ void EstimateStream::OnMemoryGranted(absl::Status status) {
 void EstimateStream::OnHalfClose() {
   if (absl::Status status = session_.HalfClose(); !status.ok()) return End(std::move(status));
   record_.normals_rescaled = session_.normals_rescaled();
-  record_.seconds.receive = SecondsSince(receive_started_) - record_.seconds.admit;
+  record_.seconds.receive = SecondsSince(receive_started_) - *record_.seconds.admit;
   StartJob();
 }
 
@@ -128,6 +134,7 @@ void EstimateStream::StartJob() {
   {
     MutexLock lock(mutex_);
     cancel = outcome_.has_value();
+    if (cancel) RecordJob(job->progress());
     if (!cancel && !field_ready_) job_ = job;
   }
   if (cancel) job->Cancel();

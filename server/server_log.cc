@@ -4,6 +4,7 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <optional>
 #include <utility>
 
 #include "server/error_detail.h"
@@ -82,13 +83,13 @@ JsonLine CallLine(const CallRecord& record) {
       .Add("received_bytes", record.bytes_received)
       .Add("sent_bytes", record.bytes_sent)
       .Add("peak_bytes", record.peak_bytes)
-      .Add("seconds", record.total_seconds)
-      .Add("receive_seconds", seconds.receive)
-      .Add("admit_seconds", seconds.admit)
-      .Add("queue_seconds", seconds.queue)
-      .Add("index_seconds", seconds.index)
-      .Add("estimate_seconds", seconds.estimate)
-      .Add("send_seconds", seconds.send);
+      .Add("seconds", record.total_seconds);
+  const std::pair<const char*, std::optional<double>> phases[] = {
+      {"receive_seconds", seconds.receive}, {"admit_seconds", seconds.admit},       {"queue_seconds", seconds.queue},
+      {"index_seconds", seconds.index},     {"estimate_seconds", seconds.estimate}, {"send_seconds", seconds.send}};
+  for (const auto& [name, time] : phases) {
+    if (time.has_value()) line.Add(name, *time);
+  }
   return line;
 }
 

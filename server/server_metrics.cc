@@ -8,6 +8,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -119,7 +120,8 @@ struct ServerMetrics::Families {
     for (int status = 1; status < kPointStatusEnd; ++status) {
       points[status] = &points_family.Add({{"status", PointStatusName(static_cast<PointStatus>(status))}});
     }
-    auto& phase_family = Histograms(*registry, "curvd_phase_seconds", "Time that calls spend in each phase.");
+    auto& phase_family =
+        Histograms(*registry, "curvd_phase_seconds", "Time that calls spend in each phase that they come to.");
     for (size_t i = 0; i < phases.size(); ++i) phases[i] = &phase_family.Add({{"phase", kPhases[i]}}, SecondsBuckets());
     auto& failure_family = Counters(*registry, "curvd_failures_total", "Calls that failed, by reason.");
     for (const char* reason : kAllReasons) failures[reason] = &failure_family.Add({{"reason", reason}});
@@ -175,15 +177,18 @@ void ServerMetrics::CountCall(const CallRecord& record) {
   for (int status = 1; status < kPointStatusEnd; ++status) {
     if (record.status_counts[status] > 0) families_->points[status]->Increment(record.status_counts[status]);
   }
+  const PhaseTimes& seconds = record.seconds;
+  const std::optional<double> times[] = {seconds.receive, seconds.admit,    seconds.queue,
+                                         seconds.index,   seconds.estimate, seconds.send};
+  for (size_t i = 0; i < families_->phases.size(); ++i) {
+    if (times[i].has_value()) families_->phases[i]->Observe(*times[i]);
+  }
   if (!record.status.ok()) {
     const auto found = families_->failures.find(ReasonOf(record.status));
     (found == families_->failures.end() ? families_->failures[kReasonInternal] : found->second)->Increment();
     return;
   }
   families_->cloud_points.Observe(static_cast<double>(record.points_received));
-  const PhaseTimes& seconds = record.seconds;
-  const double times[] = {seconds.receive, seconds.admit, seconds.queue, seconds.index, seconds.estimate, seconds.send};
-  for (size_t i = 0; i < families_->phases.size(); ++i) families_->phases[i]->Observe(times[i]);
 }
 
 const std::vector<std::shared_ptr<prometheus::Collectable>>& ServerMetrics::collectables() const {

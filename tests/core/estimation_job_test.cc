@@ -246,6 +246,28 @@ TEST(EstimationJobTest, CancelEndsTheJobWhileUmbrellasAreBuilt) {
   started.count_down();
   done.wait();
   EXPECT_EQ(status, absl::CancelledError("cancelled while umbrellas were built"));
+  const JobProgress progress = job->progress();
+  EXPECT_GT(progress.index_seconds, 0.0);
+  EXPECT_GT(progress.estimate_seconds, 0.0);
+  EXPECT_EQ(job->progress().estimate_seconds, progress.estimate_seconds);  // its time has stopped
+}
+
+TEST(EstimationJobTest, AJobThatIsCancelledInTheQueueHasNoOtherPhase) {
+  WorkerPool pool(1);
+  std::latch cancelled(1), done(2);
+  pool.Submit(
+      JobPriority::kBatch, 1, [&](size_t, int) { cancelled.wait(); }, [&] { done.count_down(); });
+  const auto job = EstimationJob::Start(Sphere(100, 1.0).ToCloud(), EstimatorOptions(), pool, JobPriority::kBatch,
+                                        [&](const absl::StatusOr<EstimationResult>& result) {
+                                          EXPECT_TRUE(absl::IsCancelled(result.status()));
+                                          done.count_down();
+                                        });
+  job->Cancel();
+  cancelled.count_down();
+  done.wait();
+  EXPECT_GT(job->progress().queue_seconds, 0.0);
+  EXPECT_FALSE(job->progress().index_seconds.has_value());
+  EXPECT_FALSE(job->progress().estimate_seconds.has_value());
 }
 
 TEST(EstimationJobTest, ReportsTheUmbrellasAsPartOfTheEstimate) {

@@ -32,6 +32,9 @@ v1::CloudHeader SlowHeader(const TestCloud& cloud) {
   return header;
 }
 
+// How many calls came to `phase`.
+std::string PhaseSeries(const char* phase) { return absl::StrCat("curvd_phase_seconds_count{phase=\"", phase, "\"}"); }
+
 void WaitForPhase(TestCall& call, v1::Progress::Phase phase) {
   for (;;) {
     const auto message = call.ReadAny();
@@ -51,6 +54,8 @@ TEST(LifecycleTest, CancelWhileReceiving) {
   EXPECT_EQ(call.Finish().status.error_code(), StatusCode::CANCELLED);
   server.WaitForMetric(HandledSeries("CANCELLED"), 1);
   server.WaitForMetric("curvd_failures_total{reason=\"CANCELLED\"}", 1);
+  server.WaitForMetric(PhaseSeries("receive"), 1);
+  EXPECT_EQ(server.Metric(PhaseSeries("queue")), 0);
   server.WaitUntilIdle();
 }
 
@@ -65,6 +70,8 @@ TEST(LifecycleTest, CancelWhileEstimatingFreesTheWorkers) {
   call.Cancel();
   EXPECT_EQ(call.Finish().status.error_code(), StatusCode::CANCELLED);
   server.WaitForMetric(HandledSeries("CANCELLED"), 1);
+  server.WaitForMetric(PhaseSeries("estimate"), 1);
+  EXPECT_EQ(server.Metric(PhaseSeries("send")), 0);
   server.WaitUntilIdle();
 }
 
@@ -102,6 +109,7 @@ TEST(LifecycleTest, CancelWhileSending) {
   call.Cancel();
   EXPECT_EQ(call.Finish().status.error_code(), StatusCode::CANCELLED);
   server.WaitForMetric(HandledSeries("CANCELLED"), 1);
+  server.WaitForMetric(PhaseSeries("send"), 1);
   server.WaitUntilIdle();
 }
 

@@ -134,6 +134,12 @@ TEST(LimitsTest, TheQueueIsBounded) {
   const CallResult refused = third.Finish();
   EXPECT_TRUE(FailedWith(refused, StatusCode::RESOURCE_EXHAUSTED, kReasonQueueFull, {"wait", "1", "max_waiting"}));
   EXPECT_TRUE(refused.retry_seconds.has_value());
+  // One waited until it gave up; the other was refused before it waited.
+  second.Cancel();
+  EXPECT_EQ(second.Finish().status.error_code(), StatusCode::CANCELLED);
+  server.WaitForMetric("curvd_streams_open", 1);
+  server.WaitForMetric("curvd_phase_seconds_count{phase=\"admit\"}", 1);
+  EXPECT_GT(server.Metric("curvd_phase_seconds_sum{phase=\"admit\"}"), 0.0);
 }
 
 TEST(LimitsTest, CloudsOfUnknownSizeNeverTakeMoreThanTheLimit) {

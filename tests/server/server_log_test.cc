@@ -30,6 +30,7 @@ TEST(CallLineTest, TellsWhatACallWas) {
     EXPECT_THAT(line, HasSubstr(text));
   }
   EXPECT_THAT(line, Not(HasSubstr("reason")));
+  EXPECT_THAT(line, Not(HasSubstr("send_seconds")));  // it never came there
 }
 
 TEST(CallLineTest, TellsWhyACallFailed) {

@@ -79,6 +79,7 @@ TEST(ServerMetricsTest, CountsPointsAndPhasesOfACall) {
   record.points_received = 12;
   record.status_counts[static_cast<size_t>(PointStatus::kOk)] = 10;
   record.status_counts[static_cast<size_t>(PointStatus::kDegenerateArea)] = 2;
+  record.seconds.admit = 0.0;
   record.seconds.estimate = 3.0;
   metrics.CountCall(record);
   const std::string text = Scrape(metrics);
@@ -88,6 +89,21 @@ TEST(ServerMetricsTest, CountsPointsAndPhasesOfACall) {
   EXPECT_THAT(text, HasSubstr("curvd_cloud_points_sum 12\n"));
   EXPECT_THAT(text, HasSubstr("curvd_phase_seconds_sum{phase=\"estimate\"} 3\n"));
   EXPECT_THAT(text, HasSubstr("curvd_phase_seconds_count{phase=\"admit\"} 1\n"));
+}
+
+TEST(ServerMetricsTest, CountsThePhasesThatAFailedCallCameTo) {
+  ServerMetrics metrics(Gauges);
+  CallRecord record;
+  record.status = absl::DeadlineExceededError("gone");
+  record.points_received = 12;
+  record.seconds.receive = 0.5;
+  record.seconds.admit = 40.0;
+  metrics.CountCall(record);
+  const std::string text = Scrape(metrics);
+  EXPECT_THAT(text, HasSubstr("curvd_phase_seconds_sum{phase=\"admit\"} 40\n"));
+  EXPECT_THAT(text, HasSubstr("curvd_phase_seconds_count{phase=\"receive\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("curvd_phase_seconds_count{phase=\"queue\"} 0\n"));
+  EXPECT_THAT(text, HasSubstr("curvd_cloud_points_count 0\n"));
 }
 
 TEST(ServerMetricsTest, CountsFailuresByKnownReasonsOnly) {
