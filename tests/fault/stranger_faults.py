@@ -62,7 +62,7 @@ class Authority:
 class Fort:
     """A curvd that asks for a certificate, a name and a token, and a friend who has them."""
 
-    def __init__(self, site, folder):
+    def __init__(self, site, folder, *flags):
         self._site = site
         self.authority = Authority(folder / "authority")
         self.tokens, self.friends_token = folder / "tokens", self._write(folder / "friend.token", _FRIENDS_TOKEN)
@@ -75,6 +75,7 @@ class Fort:
             f"--tls-client-ca={self.authority.certificate}",
             f"--tls-client-names={self._write(folder / 'names', 'friend')}",
             f"--token-file={self.tokens}",
+            *flags,
         )
 
     @staticmethod
@@ -109,10 +110,10 @@ class Fort:
 
 
 @contextlib.contextmanager
-def _fort(site):
+def _fort(site, *flags):
     folder = pathlib.Path(site.scratch) / f"fort-{time.monotonic_ns()}"
     folder.mkdir()
-    fort = Fort(site, folder)
+    fort = Fort(site, folder, *flags)
     with fort.server:
         yield fort
 
@@ -208,7 +209,8 @@ def oversized_header(site, times):
 def idle_connections(site, times):
     """10,000 connections that say nothing. Few stay, a friend is served meanwhile, and memory comes back."""
     host, limit = _CROWD_ADDRESS, 500
-    with _fort(site) as fort:
+    # All connect within the time that a handshake may take, else the first make room for others: it took 11 s when busy.
+    with _fort(site, "--handshake-timeout=10m") as fort:
         fort.serve_friend()
         port = int(fort.server.address.rpartition(":")[2])
         refused = 'curvd_strangers_total{reason="peer_connection_limit"}'
