@@ -87,7 +87,8 @@ void AddAccess(CLI::App& app, ServerOptions& options) {
 }
 
 void AddLimits(CLI::App& app, ServerOptions& options) {
-  AddFlag(app, "--threads", options.threads, "Worker threads that all calls share; 0: one for each core")
+  AddFlag(app, "--threads", options.threads,
+          "Worker threads that all calls share; 0: one for each core that the container or machine may use")
       ->type_name("N");
   AddFlag(app, "--max-points", options.max_points, "Points in one cloud")->type_name("N");
   AddBytes(app, "--max-chunk-bytes", options.max_chunk_bytes, "Bytes of one chunk's arrays; units as in 4MiB");

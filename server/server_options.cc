@@ -1,13 +1,12 @@
 #include "server/server_options.h"
 
-#include <algorithm>
 #include <string>
-#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "server/error_detail.h"
 #include "server/listen_address.h"
 #include "server/memory_limit.h"
+#include "server/processor_limit.h"
 #include "server/reasons.h"
 
 namespace curvd {
@@ -85,7 +84,7 @@ absl::Status ServerOptions::Validate() const {
 
 ServerOptions ServerOptions::Resolved() const {
   ServerOptions resolved = *this;
-  if (threads == 0) resolved.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (threads == 0) resolved.threads = DetectProcessorCount();
   if (memory_limit_bytes == 0) resolved.memory_limit_bytes = DetectMemoryBytes() / 10 * 8;
   return resolved;
 }

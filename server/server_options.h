@@ -29,7 +29,8 @@ struct ServerOptions {
   // File of tokens (server/access_list.h) of which a call must carry one; "": calls need none.
   std::string token_file;
 
-  // Worker threads that all calls share; 0: one for each core that this process may use.
+  // Worker threads that all calls share; 0: one for each core that this process may use, and no more than the quotas
+  // of its control groups are worth (server/processor_limit.h).
   int threads = 0;
 
   // Points in one cloud. In [1, 2^31).
