@@ -93,6 +93,9 @@ class KubernetesTest(unittest.TestCase):
         self.assertFalse(self.pod["spec"]["automountServiceAccountToken"])
         self.assertIn("memory", self.container["resources"]["limits"])
 
+    def test_an_image_that_was_loaded_need_not_be_pulled(self):
+        self.assertEqual(self.container["imagePullPolicy"], "IfNotPresent")
+
     def test_selectors_find_the_pods(self):
         labels = self.pod["metadata"]["labels"]
         self.assertEqual(self.objects["Deployment"]["spec"]["selector"]["matchLabels"], labels)
