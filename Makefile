@@ -139,6 +139,10 @@ CONTAINER_TOOL ?= $(notdir $(firstword $(foreach tool,docker podman buildah,$(sh
 image: ## Build the container image curvd:latest (CONTAINER_TOOL=docker, podman or buildah)
 	@$(CONTAINER_TOOL) build $(if $(filter docker,$(CONTAINER_TOOL)),,--format=docker) $(IMAGE_FLAGS) --tag curvd:latest .
 
+.PHONY: image-test
+image-test: ## Build the image and run it as deploy/ asks: as root, with buildah and podman; skipped without them
+	@tests/deploy/image_test.sh
+
 .PHONY: clean
 clean: ## Remove what was built, and the demo's results
 	@rm -rf build demo client/node/node_modules
