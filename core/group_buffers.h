@@ -79,12 +79,12 @@ struct GroupScratch::Buffers {
   ScratchArray<uint32_t> near;            // leaves that meet one query's ball
   ScratchArray<float> squared_distances;  // of all points of `near`
   ScratchArray<float> inner_distances;    // those within the search radius, padded with infinity
+  ScratchArray<uint32_t> near_positions;  // in the list that was searched, of each of `near`
   size_t near_count = 0;                  // leaves of `near`
   NeighborRank last_rank{};               // the neighbors are the points of `near` of at most this rank
   NeighborArrays neighbors;
-  ScratchArray<uint32_t> shuffle;         // independent triangles
-  UmbrellaTriangles triangles;            // Delaunay
-  ScratchArray<uint32_t> near_positions;  // Delaunay: in the list of leaves, of the leaves with neighbors
+  ScratchArray<uint32_t> shuffle;  // independent triangles
+  UmbrellaTriangles triangles;     // Delaunay
   std::vector<NeighborRank> heap;
   std::vector<int32_t> tied_ids;
   float reach_hint = 0.0f;              // largest neighborhood radius of the last group

@@ -122,7 +122,7 @@ class GroupSearch {
     const Box point{{query[0], query[1], query[2]}, {query[0], query[1], query[2]}};
     if (!listed_) GatherLeaves(index_, point, squared_reach_, index_.leaf_count(), b_.own_leaves);
     const LeafList& leaves = listed_ ? b_.leaves : b_.own_leaves;
-    const size_t near_count = CullLeaves(leaves, query, squared_reach_, b_.near);
+    const size_t near_count = CullLeaves(leaves, query, squared_reach_, b_);
     const size_t count = MeasureDistances(index_, query, squared_reach_, near_count, b_);
     return Collect<kWanted>(index_, query, {squared_reach_}, count, near_count, b_);
   }

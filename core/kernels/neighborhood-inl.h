@@ -38,11 +38,16 @@ HWY_INLINE FloatVec DistanceOutside(FloatVec q, FloatVec lo, FloatVec hi) {
   return hn::Max(hn::Max(hn::Sub(lo, q), hn::Sub(q, hi)), hn::Zero(FloatTag()));
 }
 
-// Lists the leaves whose box meets the closed ball around `query`; returns their number.
+// Lists the leaves whose box meets the closed ball around `query` as `b.near`, and where they are in `leaves` as
+// `b.near_positions`; returns their number.
 HWY_INLINE size_t CullLeaves(const LeafList& leaves, const float* query, float squared_radius,
-                             ScratchArray<uint32_t>& near) {
+                             GroupScratch::Buffers& b) {
   const FloatTag d;
-  near.Reserve(leaves.padded_size());
+  const IntTag di;
+  b.near.Reserve(leaves.padded_size() + LeafList::kPad);
+  b.near_positions.Reserve(leaves.padded_size() + LeafList::kPad);
+  auto* near = reinterpret_cast<int32_t*>(b.near.data());
+  auto* positions = reinterpret_cast<int32_t*>(b.near_positions.data());
   const FloatVec qx = hn::Set(d, query[0]), qy = hn::Set(d, query[1]), qz = hn::Set(d, query[2]);
   const FloatVec limit = hn::Set(d, squared_radius);
   size_t count = 0;
@@ -50,9 +55,11 @@ HWY_INLINE size_t CullLeaves(const LeafList& leaves, const float* query, float s
     const FloatVec x = DistanceOutside(qx, hn::Load(d, leaves.lo(0) + i), hn::Load(d, leaves.hi(0) + i));
     const FloatVec y = DistanceOutside(qy, hn::Load(d, leaves.lo(1) + i), hn::Load(d, leaves.hi(1) + i));
     const FloatVec z = DistanceOutside(qz, hn::Load(d, leaves.lo(2) + i), hn::Load(d, leaves.hi(2) + i));
-    uint64_t meets = 0;
-    hn::StoreMaskBits(d, hn::Le(SquaredNorm(x, y, z), limit), reinterpret_cast<uint8_t*>(&meets));
-    for (; meets != 0; meets &= meets - 1) near[count++] = leaves.leaf(i + std::countr_zero(meets));
+    const auto meets = hn::RebindMask(di, hn::Le(SquaredNorm(x, y, z), limit));
+    const auto leaf = hn::Load(di, reinterpret_cast<const int32_t*>(leaves.leaves()) + i);
+    hn::StoreU(hn::Compress(leaf, meets), di, near + count);
+    hn::StoreU(hn::Compress(hn::Iota(di, static_cast<int32_t>(i)), meets), di, positions + count);
+    count += hn::CountTrue(di, meets);
   }
   return count;
 }
@@ -264,11 +271,11 @@ template <Wanted kWanted>
 HWY_INLINE float NearestInReach(const SpatialIndex& index, const LeafList& leaves, const float* query, size_t k,
                                 float squared_guess, float squared_reach, GroupScratch::Buffers& b) {
   float squared_radius = std::min(squared_guess, squared_reach);
-  size_t near_count = CullLeaves(leaves, query, squared_radius, b.near);
+  size_t near_count = CullLeaves(leaves, query, squared_radius, b);
   size_t inner = MeasureDistances(index, query, squared_radius, near_count, b);
   if (inner < k && squared_radius < squared_reach) {
     squared_radius = squared_reach;
-    near_count = CullLeaves(leaves, query, squared_radius, b.near);
+    near_count = CullLeaves(leaves, query, squared_radius, b);
     inner = MeasureDistances(index, query, squared_radius, near_count, b);
   }
   if (inner < k) return -1.0f;
@@ -283,7 +290,7 @@ HWY_NOINLINE float NearestByDescent(const SpatialIndex& index, const float* quer
   const NeighborRank last = KthNeighbor(index, query, k, b.heap);
   const Box point{{query[0], query[1], query[2]}, {query[0], query[1], query[2]}};
   GatherLeaves(index, point, last.squared_distance, index.leaf_count(), b.own_leaves);
-  const size_t near_count = CullLeaves(b.own_leaves, query, last.squared_distance, b.near);
+  const size_t near_count = CullLeaves(b.own_leaves, query, last.squared_distance, b);
   MeasureDistances(index, query, last.squared_distance, near_count, b);
   return Collect<kWanted>(index, query, {last.squared_distance, last.id}, k, near_count, b);
 }

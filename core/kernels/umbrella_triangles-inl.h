@@ -109,9 +109,9 @@ HWY_INLINE void LoadCorners(const SpatialIndex& index, const LeafList& leaves, U
   }
 }
 
-// Sets the weight of each neighbor as a corner: 1/3 at the point, less by `falloff` of it at the squared radius. Notes
-// where the leaves with neighbors are in `leaves`; returns their number.
-HWY_INLINE size_t WeighNeighbors(const SpatialIndex& index, const LeafList& leaves, float squared_radius, float falloff,
+// Sets the weight of each neighbor as a corner: 1/3 at the point, less by `falloff` of it at the squared radius. Keeps
+// the positions of the leaves with neighbors; returns their number.
+HWY_INLINE size_t WeighNeighbors(const SpatialIndex& index, float squared_radius, float falloff,
                                  GroupScratch::Buffers& b) {
   const FloatTag d;
   const IntTag di;
@@ -121,12 +121,9 @@ HWY_INLINE size_t WeighNeighbors(const SpatialIndex& index, const LeafList& leav
   const FloatVec third = hn::Set(d, 1.0f / 3.0f), loss = hn::Set(d, falloff / 3.0f);
   const FloatVec rim = hn::Set(d, squared_radius);
   const FloatVec none = hn::Set(d, -std::numeric_limits<float>::infinity());
-  b.near_positions.Reserve(b.near_count);
   size_t count = 0;
-  uint32_t position = 0;
   for (size_t j = 0; j < b.near_count; ++j) {
-    const uint32_t leaf = b.near[j];
-    while (leaves.leaf(position) != leaf) ++position;  // both are in tree order
+    const uint32_t leaf = b.near[j], position = b.near_positions[j];
     size_t members = 0;
     for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
       const FloatVec squared = hn::Load(d, b.squared_distances.data() + j * kLeaf + i);
@@ -206,7 +203,7 @@ HWY_INLINE void MeasureUmbrellas(const SpatialIndex& index, const EstimationPlan
     LoadCorners(index, leaves, b.triangles);
     MeasureGathered(b.triangles);
   }
-  const size_t count = WeighNeighbors(index, leaves, b.rho[i] * b.rho[i], plan.falloff, b);
+  const size_t count = WeighNeighbors(index, b.rho[i] * b.rho[i], plan.falloff, b);
   StoreMeasures(SumNeighborTriangles(b.triangles, b.near_positions.data(), count), plan.spread, i, b);
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
   for (size_t j = 0; j < count; ++j) {
