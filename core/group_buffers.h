@@ -1,6 +1,7 @@
 // What the kernels keep between their steps. Internal to core/group_estimator.cc and core/kernels.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include "core/group_estimator.h"
 #include "core/kth_neighbor.h"
 #include "core/leaf_list.h"
+#include "core/point_rows.h"
 #include "core/scratch_array.h"
 #include "core/spatial_index.h"
 #include "core/umbrella_triangles.h"
@@ -54,20 +56,17 @@ struct NeighborArrays {
   }
 };
 
-// Corners of one hexagram of each point, as sums over `count` neighbors: offsets from the point, and normals less the
-// point's own.
+// Corners of one hexagram of each point, as sums over neighbors: their offsets from the point and their number, and
+// their normals less the point's own and nothing.
 struct Hexagram {
-  GroupVectors offset[6];
-  GroupVectors normal[6];
-  alignas(64) GroupScalars count[6];
+  alignas(64) float offset[6][SpatialIndex::kGroupPoints][4];
+  alignas(64) float normal[6][SpatialIndex::kGroupPoints][4];
 
   // A hexagram without neighbors: all corners at the point.
   void Clear(size_t i) {
-    constexpr float kZero[3] = {0.0f, 0.0f, 0.0f};
     for (int s = 0; s < 6; ++s) {
-      offset[s].Set(i, kZero);
-      normal[s].Set(i, kZero);
-      count[s][i] = 0.0f;
+      std::fill_n(offset[s][i], 4, 0.0f);
+      std::fill_n(normal[s][i], 4, 0.0f);
     }
   }
 };
@@ -85,6 +84,8 @@ struct GroupScratch::Buffers {
   NeighborArrays neighbors;
   ScratchArray<uint32_t> shuffle;  // independent triangles
   UmbrellaTriangles triangles;     // Delaunay
+  PointRows rows;                  // averages over sectors: of the leaves of the list
+  ScratchArray<int32_t> steps;     // averages over sectors: the neighbors, and where they lie
   std::vector<NeighborRank> heap;
   std::vector<int32_t> tied_ids;
   float reach_hint = 0.0f;              // largest neighborhood radius of the last group

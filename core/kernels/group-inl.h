@@ -20,6 +20,7 @@
 #include "core/kernels/neighborhood-inl.h"
 #include "core/kernels/principal-inl.h"
 #include "core/kernels/random_triangles-inl.h"
+#include "core/kernels/sector_sums-inl.h"
 #include "core/kernels/sphere_field-inl.h"
 #include "core/kernels/umbrella_triangles-inl.h"
 #include "hwy/highway.h"
@@ -263,11 +264,12 @@ inline OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, cons
   } else if (plan.estimator == EstimatorKind::kDelaunay) {
     oversized = ForEachNeighborhood<Wanted::kNormalSum>(
         index, plan, box, b, [&](size_t i, const LeafList& leaves) { MeasureUmbrellas(index, plan, leaves, b, i); });
+  } else if (plan.estimator == EstimatorKind::kAvgHexagram) {
+    oversized = ForEachNeighborhood<Wanted::kNormalSum>(
+        index, plan, box, b, [&](size_t i, const LeafList& leaves) { SumHexagrams(index, plan, leaves, b, i); });
   } else {
     oversized = ForEachNeighborhood<Wanted::kNeighbors>(index, plan, box, b, [&](size_t i, const LeafList&) {
-      if (plan.estimator == EstimatorKind::kAvgHexagram) {
-        SumHexagrams(plan, b, i);
-      } else if (plan.estimator == EstimatorKind::kUniform) {
+      if (plan.estimator == EstimatorKind::kUniform) {
         MeasureUniform(plan, b, i);
       } else if (plan.estimator == EstimatorKind::kIndependent) {
         MeasureIndependent(plan, b, i);

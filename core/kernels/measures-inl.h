@@ -23,6 +23,8 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
+inline constexpr float kSqrt3 = 1.7320508f;
+
 // A vector of points or directions.
 struct Triple {
   FloatVec x, y, z;

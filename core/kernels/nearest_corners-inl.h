@@ -17,7 +17,7 @@
 #include <limits>
 
 #include "core/group_buffers.h"
-#include "core/kernels/hexagram-inl.h"
+#include "core/kernels/measures-inl.h"
 #include "core/kernels/neighborhood-inl.h"
 #include "hwy/highway.h"
 
@@ -205,13 +205,12 @@ HWY_INLINE void SetCorner(const SpatialIndex& index, int32_t slot, size_t i, int
   const SpatialIndex::LeafNormals& normals = index.normals(slot / SpatialIndex::kLeafSize);
   const int lane = slot % SpatialIndex::kLeafSize;
   Hexagram& hexagram = b.hexagrams[0];
-  hexagram.offset[s].x[i] = points.x[lane] - b.query.x[i];
-  hexagram.offset[s].y[i] = points.y[lane] - b.query.y[i];
-  hexagram.offset[s].z[i] = points.z[lane] - b.query.z[i];
-  hexagram.normal[s].x[i] = normals.x[lane] - b.normal.x[i];
-  hexagram.normal[s].y[i] = normals.y[lane] - b.normal.y[i];
-  hexagram.normal[s].z[i] = normals.z[lane] - b.normal.z[i];
-  hexagram.count[s][i] = 1.0f;
+  const float offset[4] = {points.x[lane] - b.query.x[i], points.y[lane] - b.query.y[i], points.z[lane] - b.query.z[i],
+                           1.0f};
+  const float normal[4] = {normals.x[lane] - b.normal.x[i], normals.y[lane] - b.normal.y[i],
+                           normals.z[lane] - b.normal.z[i], 0.0f};
+  std::copy(offset, offset + 4, hexagram.offset[s][i]);
+  std::copy(normal, normal + 4, hexagram.normal[s][i]);
 }
 
 // Sets each point's corners to the points of the cloud nearest to its six targets.
