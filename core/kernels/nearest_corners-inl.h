@@ -108,14 +108,34 @@ HWY_INLINE void NarrowLeaves(const LeafList& leaves, const Box& box, float squar
   narrowed.Pad();
 }
 
-// Lists the leaves within the squared reach of a box; returns their number.
-HWY_INLINE size_t CullLeavesAround(const LeafList& leaves, const Box& box, float squared_reach,
+// Whether a leaf lies within the squared reach of any target that is used.
+HWY_INLINE bool NearTargets(const LeafList& leaves, size_t i, const TargetPatch& patch, float squared_reach) {
+  const FloatTag d;
+  const float* targets[3] = {patch.x, patch.y, patch.z};
+  uint64_t near = 0;
+  for (size_t lane = 0; lane < TargetPatch::kSize; lane += hn::Lanes(d)) {
+    FloatVec gap[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      gap[axis] = DistanceOutside(hn::Load(d, targets[axis] + lane), hn::Set(d, leaves.lo(axis)[i]),
+                                  hn::Set(d, leaves.hi(axis)[i]));
+    }
+    near |= BitsFromMask(hn::Le(SquaredNorm(gap[0], gap[1], gap[2]), hn::Set(d, squared_reach))) << lane;
+  }
+  return (near & patch.used) != 0;
+}
+
+// Lists the leaves within the squared reach of a target; returns their number.
+HWY_INLINE size_t CullLeavesAround(const LeafList& leaves, const TargetPatch& patch, float squared_reach,
                                    ScratchArray<uint32_t>& near) {
   near.Reserve(leaves.padded_size());
   size_t count = 0;
   for (size_t i = 0; i < leaves.size(); i += hn::Lanes(FloatTag())) {
-    uint64_t meets = BitsFromMask(NearBox(leaves, i, box, squared_reach));
-    for (; meets != 0; meets &= meets - 1) near[count++] = leaves.leaf(i + std::countr_zero(meets));
+    uint64_t meets = BitsFromMask(NearBox(leaves, i, patch.box, squared_reach));
+    for (; meets != 0; meets &= meets - 1) {
+      const size_t position = i + std::countr_zero(meets);
+      near[count] = leaves.leaf(position);
+      count += NearTargets(leaves, position, patch, squared_reach) ? 1 : 0;
+    }
   }
   return count;
 }
@@ -181,7 +201,7 @@ struct TargetLeaves {
 HWY_INLINE void FindPatchCorners(const SpatialIndex& index, const TargetLeaves& listed, float squared_guess,
                                  uint32_t own_leaf, TargetPatch& patch, GroupScratch::Buffers& b) {
   float squared_reach = std::min(squared_guess, listed.squared_reach);
-  size_t near_count = squared_reach < 0.0f ? 0 : CullLeavesAround(*listed.leaves, patch.box, squared_reach, b.near);
+  size_t near_count = squared_reach < 0.0f ? 0 : CullLeavesAround(*listed.leaves, patch, squared_reach, b.near);
   float farthest = SearchPatch(index, b.near.data(), near_count, patch);
   if (HWY_UNLIKELY(farthest > squared_reach)) {
     // Any point bounds the distance of the nearest one.
@@ -191,7 +211,7 @@ HWY_INLINE void FindPatchCorners(const SpatialIndex& index, const TargetLeaves& 
       GatherLeaves(index, patch.box, farthest, index.leaf_count(), b.own_leaves);
       leaves = &b.own_leaves;
     }
-    near_count = CullLeavesAround(*leaves, patch.box, farthest, b.near);
+    near_count = CullLeavesAround(*leaves, patch, farthest, b.near);
     SearchPatch(index, b.near.data(), near_count, patch);
   }
   for (uint32_t tied = patch.tied & patch.used; tied != 0; tied &= tied - 1) {
