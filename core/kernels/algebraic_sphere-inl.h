@@ -174,7 +174,7 @@ HWY_INLINE void SumInfluence(const SphereColumns& columns, const Sphere& f, size
 }
 
 // Sums what the sphere of point i and its derivatives need over the neighbors.
-HWY_INLINE void SumSphere(GroupScratch::Buffers& b, size_t i) {
+HWY_NOINLINE inline void SumSphere(GroupScratch::Buffers& b, size_t i) {
   const DoubleTag d;
   const size_t count = b.neighbors.count;
   const SphereColumns columns(count, *b.fits);

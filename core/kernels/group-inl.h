@@ -103,7 +103,7 @@ class GroupSearch {
     for (int i = 0; i < kMaxHalvings && !List(squared_reach); ++i) squared_reach *= 0.25f;
   }
 
-  HWY_INLINE float FindNearestPoints(size_t i) {
+  HWY_NOINLINE float FindNearestPoints(size_t i) {
     const size_t k = plan_.searched_count;
     const float query[3] = {b_.query.x[i], b_.query.y[i], b_.query.z[i]};
     while (listed_) {
@@ -118,7 +118,7 @@ class GroupSearch {
     return Record(NearestByDescent<kWanted>(index_, query, k, b_));
   }
 
-  HWY_INLINE float FindInRadius(size_t i) {
+  HWY_NOINLINE float FindInRadius(size_t i) {
     const float query[3] = {b_.query.x[i], b_.query.y[i], b_.query.z[i]};
     const Box point{{query[0], query[1], query[2]}, {query[0], query[1], query[2]}};
     if (!listed_) GatherLeaves(index_, point, squared_reach_, index_.leaf_count(), b_.own_leaves);

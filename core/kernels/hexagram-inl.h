@@ -50,7 +50,7 @@ HWY_INLINE void AddHexagram(const Hexagram& hexagram, const Frame& frame, const 
 }
 
 // Measures of the hexagrams of all points of the group.
-HWY_INLINE void MeasureHexagrams(int rotations, GroupScratch::Buffers& b) {
+HWY_NOINLINE inline void MeasureHexagrams(int rotations, GroupScratch::Buffers& b) {
   const FloatTag d;
   for (size_t i = 0; i < b.size; i += hn::Lanes(d)) {
     const Frame frame{LoadTriple(b.u, i), LoadTriple(b.v, i)};

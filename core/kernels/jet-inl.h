@@ -122,7 +122,7 @@ HWY_INLINE void SumProducts(double* const* left, int degree, const JetColumns& c
 }
 
 // Sets up the least squares problem of point i from its neighbors.
-HWY_INLINE void SumJet(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
+HWY_NOINLINE inline void SumJet(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
   const NeighborArrays& n = b.neighbors;
   JetSystems& jets = b.fits->jets;
   const double unit = 1.0 / b.rho[i];
@@ -209,7 +209,7 @@ HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetS
 
 // Shapes of all points of the group. `find(i)` collects the neighbors of point i once more, where that is needed.
 template <typename FindNeighbors>
-HWY_INLINE void SolveJets(const EstimationPlan& plan, GroupScratch::Buffers& b, FindNeighbors find) {
+HWY_NOINLINE void SolveJets(const EstimationPlan& plan, GroupScratch::Buffers& b, FindNeighbors find) {
   JetSystems& jets = b.fits->jets;
   const size_t lanes = hn::Lanes(DoubleTag());
   for (size_t i = 0; i < b.size; i += lanes) SolveNormalEquations(plan.jet_degree, i, jets);

@@ -239,7 +239,7 @@ class CornerSearch {
   CornerSearch(const SpatialIndex& index, size_t group, GroupScratch::Buffers& b)
       : index_(index), b_(b), first_leaf_(group * SpatialIndex::kGroupLeaves) {}
 
-  HWY_INLINE void SetCorners() {
+  HWY_NOINLINE void SetCorners() {
     for (size_t i = 0; i < b_.size; ++i) {
       if (b_.status[i] == PointStatus::kOk) reach_ = std::max(reach_, b_.nearest_reach[i]);
     }

@@ -48,7 +48,7 @@ HWY_INLINE void PrincipalDirections(const Frame& frame, FloatVec a, FloatVec b, 
   hn::Store(d2.z, d, out.d2.z + i);
 }
 
-HWY_INLINE void ComputeCurvature(const GroupScratch::Buffers& b, GroupCurvature& out) {
+HWY_NOINLINE inline void ComputeCurvature(const GroupScratch::Buffers& b, GroupCurvature& out) {
   const FloatTag d;
   const FloatVec half = hn::Set(d, 0.5f);
   for (size_t i = 0; i < b.size; i += hn::Lanes(d)) {

@@ -128,7 +128,7 @@ HWY_INLINE void MeasureTriangles(GroupScratch::Buffers& b, size_t i, size_t tria
 }
 
 // `triangle_count` triangles with corners drawn uniformly from the neighbors of point i, the point included.
-HWY_INLINE void MeasureUniform(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
+HWY_NOINLINE inline void MeasureUniform(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
   RandomStream random(plan.seed, static_cast<uint64_t>(b.id[i]));
   const auto count = static_cast<uint32_t>(b.neighbors.count);
   MeasureTriangles(b, i, plan.triangle_count,
@@ -136,7 +136,7 @@ HWY_INLINE void MeasureUniform(const EstimationPlan& plan, GroupScratch::Buffers
 }
 
 // Disjoint triangles over one shuffle of the neighbors: a third as many as there are, at most `triangle_count`.
-HWY_INLINE void MeasureIndependent(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
+HWY_NOINLINE inline void MeasureIndependent(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
   RandomStream random(plan.seed, static_cast<uint64_t>(b.id[i]));
   const size_t count = b.neighbors.count;
   const size_t triangles = std::min<size_t>(plan.triangle_count, count / 3);

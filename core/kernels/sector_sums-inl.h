@@ -201,8 +201,8 @@ HWY_INLINE void FoldSteps(StepSums& sums, size_t i, GroupScratch::Buffers& b) {
 // Sets all hexagrams of point i, turned evenly between one sector and the next, to the sums of its neighbors, which
 // were just found in `leaves`. Normals are summed relative to the point's own: their differences are what the measures
 // need to full precision.
-HWY_INLINE void SumHexagrams(const SpatialIndex& index, const EstimationPlan& plan, const LeafList& leaves,
-                             GroupScratch::Buffers& b, size_t i) {
+HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const EstimationPlan& plan, const LeafList& leaves,
+                                      GroupScratch::Buffers& b, size_t i) {
   const RowTag d;
   b.rows.Start(leaves);
   const bool splits_ties = Cutoff{b.last_rank.squared_distance, b.last_rank.id}.splits_ties();

@@ -142,7 +142,7 @@ HWY_INLINE void SolveSpheresAt(size_t i, GroupScratch::Buffers& b, SphereChecks&
 }
 
 // Shapes of all points of the group.
-HWY_INLINE void SolveSpheres(GroupScratch::Buffers& b) {
+HWY_NOINLINE inline void SolveSpheres(GroupScratch::Buffers& b) {
   SphereChecks checks;
   for (size_t i = 0; i < b.size; i += hn::Lanes(DoubleTag())) SolveSpheresAt(i, b, checks);
   for (size_t i = 0; i < b.size; ++i) {

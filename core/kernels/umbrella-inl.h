@@ -123,7 +123,8 @@ HWY_INLINE bool Project(const UmbrellaCandidates& neighbors, const PlaneAxes& ax
 
 // The umbrella of point i, whose neighbors were just found. Of points that coincide only the one with the lowest id has
 // one; the others' triangles would cover the same surface again.
-HWY_INLINE void SetUmbrella(const SpatialIndex& index, const GroupScratch::Buffers& b, size_t i, Umbrella& umbrella) {
+HWY_NOINLINE inline void SetUmbrella(const SpatialIndex& index, const GroupScratch::Buffers& b, size_t i,
+                                     Umbrella& umbrella) {
   std::fill(std::begin(umbrella.rim), std::end(umbrella.rim), Umbrella::kNone);
   UmbrellaCandidates neighbors;
   CollectCandidates(index, b, i, neighbors);

@@ -197,8 +197,8 @@ HWY_INLINE void StoreMeasures(const TriangleMeasures& m, float spread, size_t i,
 }
 
 // Measures the umbrella triangles around point i, whose neighbors were just found in `leaves`.
-HWY_INLINE void MeasureUmbrellas(const SpatialIndex& index, const EstimationPlan& plan, const LeafList& leaves,
-                                 GroupScratch::Buffers& b, size_t i) {
+HWY_NOINLINE inline void MeasureUmbrellas(const SpatialIndex& index, const EstimationPlan& plan, const LeafList& leaves,
+                                          GroupScratch::Buffers& b, size_t i) {
   if (b.triangles.Gather(index, plan.umbrellas, leaves)) {
     LoadCorners(index, leaves, b.triangles);
     MeasureGathered(b.triangles);
