@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "server/keepalive.h"
 #include "server/listen_address.h"
 
 namespace curvd {
@@ -38,6 +39,15 @@ std::string PeerOf(const sockaddr_storage& address) {
     return absl::StrCat("ipv6:[", text, "]:", ntohs(v6.sin6_port));
   }
   return "unix:";
+}
+
+void ConfigureSocket(int fd) {
+  const int no_delay = 1;
+  setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &no_delay, sizeof(no_delay));
+  // gRPC's keepalive cannot ask behind results that the peer does not take, so the system gives up then. A caller that
+  // reads slowly is safe: its gRPC empties the socket, and HTTP/2 holds the results back.
+  const unsigned patience = kKeepaliveTimeMs + kKeepaliveTimeoutMs;
+  setsockopt(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, &patience, sizeof(patience));
 }
 
 }  // namespace
@@ -107,8 +117,7 @@ void ConnectionAcceptor::AcceptAll(int listener) {
       on_refused_(reason, peer);
       continue;
     }
-    const int no_delay = 1;
-    setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &no_delay, sizeof(no_delay));
+    ConfigureSocket(fd);
     grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
     connection.listener_fd = listener;
     connection.fd = fd;

@@ -20,6 +20,7 @@
 #include "server/descriptor_limit.h"
 #include "server/grpc_log.h"
 #include "server/health_port.h"
+#include "server/keepalive.h"
 #include "server/metrics_port.h"
 #include "server/reflection.h"
 #include "server/service_context.h"
@@ -58,8 +59,8 @@ void ConfigureConnections(const ServerOptions& options, grpc::ServerBuilder& bui
   // was megabytes for each of hundreds of calls; a call that reads gets room for the message that it reads either way.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   // Notices a peer that vanished within 15 s, and lets clients do the same.
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTimeMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
   // What a stranger may hold.
