@@ -31,7 +31,7 @@ struct Flags {
   std::string curvd;
   absl::Duration duration = absl::Minutes(30);
   size_t max_points = 5'000'000;
-  int clients = 12;
+  int clients = 48;
   int stall_seconds = 5;
 };
 
