@@ -118,7 +118,7 @@ TEST(LifecycleTest, DeadlineEndsTheWork) {
   TestCall call(server.NewChannel(), milliseconds(700));
   const TestCloud cloud = Sphere(200'000, 1.0f);
   ASSERT_TRUE(call.SendHeader(SlowHeader(cloud)));
-  ASSERT_TRUE(call.SendCloud(cloud));
+  call.SendCloud(cloud);  // where the machine is busy, the deadline may pass meanwhile
   call.HalfClose();
   EXPECT_EQ(call.Finish().status.error_code(), StatusCode::DEADLINE_EXCEEDED);
   server.WaitUntilIdle();
@@ -131,7 +131,7 @@ TEST(LifecycleTest, AReaderThatStopsHoldsUpNobodyAndIsEnded) {
   TestCall stalled(server.NewChannel());
   const TestCloud cloud = Sphere(500'000, 1.0f);
   ASSERT_TRUE(stalled.SendHeader(HeaderFor(cloud, 4)));
-  ASSERT_TRUE(stalled.SendCloud(cloud));
+  stalled.SendCloud(cloud);  // where the machine is busy, even this may seem stalled
   stalled.HalfClose();
   const TestCloud other = Sphere(10'000, 1.0f);
   EXPECT_TRUE(Succeeded(Estimate(server.NewChannel(), HeaderFor(other), other), other.size()));
