@@ -88,8 +88,10 @@ struct GroupScratch::Buffers {
   ScratchArray<int32_t> steps;     // averages over sectors: the neighbors, and where they lie
   std::vector<NeighborRank> heap;
   std::vector<int32_t> tied_ids;
-  float reach_hint = 0.0f;              // largest neighborhood radius of the last group
-  float squared_target_height[6] = {};  // least of the last targets of each corner over the surface
+  float reach_hint = 0.0f;  // largest neighborhood radius of the last group
+  // Of each corner's last targets the largest squared distance to a point, in units of squared spacing. In the plane,
+  // one hole in 150 of a random cloud is larger than 5.
+  float target_reach[6] = {5, 5, 5, 5, 5, 5};
 
   std::array<uint64_t, kPointStatusEnd> status_counts{};  // of all points written
 
@@ -99,9 +101,12 @@ struct GroupScratch::Buffers {
   PointStatus status[SpatialIndex::kGroupPoints];
   GroupVectors query;            // the point
   GroupVectors normal;           // the point's own
+  GroupScalars neighbor_count;   // of the search
+  GroupScalars squared_radius;   // that the search came to
+  GroupVectors normal_sum;       // over the neighbors
   GroupVectors u, v;             // tangent frame
   alignas(64) GroupScalars rho;  // radius of the figure, > 0
-  GroupScalars nearest_reach;    // within which an even surface has a point of the cloud
+  GroupScalars squared_spacing;  // the squared radius that holds one point of an even surface
   GroupScalars radius;           // of the neighborhood, in the index's unit
   Hexagram hexagrams[kMaxRotations];
   GroupMeasures measures;

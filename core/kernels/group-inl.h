@@ -14,6 +14,7 @@
 
 #include "core/group_buffers.h"
 #include "core/kernels/algebraic_sphere-inl.h"
+#include "core/kernels/frames-inl.h"
 #include "core/kernels/hexagram-inl.h"
 #include "core/kernels/jet-inl.h"
 #include "core/kernels/nearest_corners-inl.h"
@@ -28,10 +29,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
-
-// Below this length, the mean of unit normals (or its blend with the point's own) says nothing about a direction: the
-// normals of a neighborhood spread over a half sphere still average to 0.5.
-inline constexpr float kMinMeanNormal = 0.1f;
 
 // Loads the points of a group; returns their box.
 HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, GroupScratch::Buffers& b) {
@@ -148,85 +145,42 @@ class GroupSearch {
   bool listed_ = false;
 };
 
-// Sets the tangent frame of point i along the blend of its own and the mean normal: u = n x e with e the axis after the
-// largest component of n, v = n x u. Returns false if there is no such normal.
-HWY_INLINE bool SetFrame(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
-  float mean[3];
-  const float per_count = 1.0f / static_cast<float>(b.neighbors.count);
-  const float w = plan.average_normal_weight;
-  const float own[3] = {b.normal.x[i], b.normal.y[i], b.normal.z[i]};
-  float n[3], squared_mean = 0.0f, squared = 0.0f;
-  for (int axis = 0; axis < 3; ++axis) {
-    mean[axis] = b.neighbors.normal_sum[axis] * per_count;
-    n[axis] = (1.0f - w) * own[axis] + w * mean[axis];
-    squared_mean += mean[axis] * mean[axis];
-    squared += n[axis] * n[axis];
-  }
-  if (std::min(squared_mean, squared) < kMinMeanNormal * kMinMeanNormal) return false;
-  const float unit = 1.0f / std::sqrt(squared);
-  for (float& component : n) component *= unit;
-  int largest = std::abs(n[1]) > std::abs(n[0]) ? 1 : 0;
-  if (std::abs(n[2]) > std::abs(n[largest])) largest = 2;
-  // n x e for e the axis after `largest`: components (largest, next, last) are (-n[last], 0, n[largest]).
-  const int next = (largest + 1) % 3, last = (largest + 2) % 3;
-  const float length = 1.0f / std::sqrt(n[last] * n[last] + n[largest] * n[largest]);
-  float u[3];
-  u[largest] = -n[last] * length;
-  u[next] = 0.0f;
-  u[last] = n[largest] * length;
-  const float v[3] = {n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]};
-  b.u.Set(i, u);
-  b.v.Set(i, v);
-  return true;
-}
-
-// Status of point i once its neighborhood is known; sets its frame and radii if that is kOk.
-HWY_INLINE PointStatus PreparePoint(const EstimationPlan& plan, float squared_radius, GroupScratch::Buffers& b,
-                                    size_t i) {
-  const size_t count = b.neighbors.count;
-  if (count < (plan.by_radius ? kMinNeighborCount : plan.searched_count)) return PointStatus::kTooFewNeighbors;
-  if (squared_radius <= 0.0f) return PointStatus::kDegenerateArea;
-  if (plan.estimator == EstimatorKind::kJetFitting) {
-    if (count < static_cast<size_t>(JetSize(plan.jet_degree))) return PointStatus::kSingularFit;
-  } else if (!SetFrame(plan, b, i)) {
-    return PointStatus::kInconsistentNormals;
-  }
-  const float searched_radius = std::sqrt(squared_radius);
-  b.radius[i] = searched_radius * plan.radius_factor;
-  b.rho[i] = searched_radius * plan.rho_factor;
-  b.nearest_reach[i] = searched_radius * std::sqrt(5.0f / static_cast<float>(count));
-  return PointStatus::kOk;
-}
-
-// A point that will not be estimated takes values that no kernel trips over.
-HWY_INLINE void FillPoint(GroupScratch::Buffers& b, size_t i) {
-  constexpr float kX[3] = {1.0f, 0.0f, 0.0f}, kY[3] = {0.0f, 1.0f, 0.0f};
-  b.u.Set(i, kX);
-  b.v.Set(i, kY);
-  b.rho[i] = b.radius[i] = 1.0f;
-  b.nearest_reach[i] = 0.0f;
-  for (Hexagram& hexagram : b.hexagrams) hexagram.Clear(i);
-  GroupMeasures& m = b.measures;
-  m.area[i] = m.mean[i] = m.gaussian[i] = m.tensor_uu[i] = m.tensor_uv[i] = m.tensor_vv[i] = 0.0f;
-}
-
-// Searches the neighborhood of each point of the group, and calls `estimate(i, leaves)`, with the leaves that were
-// searched, for those that have one. Stops at the first that is too large.
-template <Wanted kWanted, typename Estimate>
+// Searches the neighborhood of each point of the group, records it, and calls `visit(i, leaves)` with the leaves that
+// were searched. Stops at the first that is too large.
+template <Wanted kWanted, typename Visit>
 HWY_INLINE OversizedNeighborhood ForEachNeighborhood(const SpatialIndex& index, const EstimationPlan& plan,
-                                                     const Box& box, GroupScratch::Buffers& b, Estimate estimate) {
+                                                     const Box& box, GroupScratch::Buffers& b, Visit visit) {
   GroupSearch<kWanted> search(index, plan, box, b);
   for (size_t i = 0; i < b.size; ++i) {
-    const float squared_radius = search.Find(i);
+    b.squared_radius[i] = search.Find(i);
     if (b.neighbors.count > plan.max_neighbor_count) return {b.id[i]};
-    b.status[i] = PreparePoint(plan, squared_radius, b, i);
-    if (b.status[i] == PointStatus::kOk) {
-      estimate(i, search.leaves());
-    } else {
-      FillPoint(b, i);
-    }
+    b.neighbor_count[i] = static_cast<float>(b.neighbors.count);
+    b.normal_sum.Set(i, b.neighbors.normal_sum);
+    visit(i, search.leaves());
   }
   b.reach_hint = search.largest_squared_radius();
+  return {};
+}
+
+// The same for estimators that work neighborhood by neighborhood: calls `estimate(i, leaves)` for points that have one.
+template <Wanted kWanted, typename Estimate>
+HWY_INLINE OversizedNeighborhood EstimateEach(const SpatialIndex& index, const EstimationPlan& plan, const Box& box,
+                                              GroupScratch::Buffers& b, Estimate estimate) {
+  return ForEachNeighborhood<kWanted>(index, plan, box, b, [&](size_t i, const LeafList& leaves) {
+    PreparePoints(OnePoint(), plan, b, i);
+    if (b.status[i] == PointStatus::kOk) estimate(i, leaves);
+  });
+}
+
+// The hexagram of nearest points: all neighborhoods first, then all corners.
+HWY_INLINE OversizedNeighborhood FindHexagrams(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
+                                               const Box& box, GroupScratch::Buffers& b) {
+  const FloatTag d;
+  const OversizedNeighborhood oversized =
+      ForEachNeighborhood<Wanted::kNormalSum>(index, plan, box, b, [](size_t, const LeafList&) {});
+  if (oversized.point_id >= 0) return oversized;
+  for (size_t i = 0; i < b.size; i += hn::Lanes(d)) PreparePoints(d, plan, b, i);
+  CornerSearch(index, group, b).SetCorners();
   return {};
 }
 
@@ -259,16 +213,15 @@ inline OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, cons
   if (FitsSurface(plan.estimator) && b.fits == nullptr) b.fits = std::make_unique<FitBuffers>();
   OversizedNeighborhood oversized;
   if (plan.estimator == EstimatorKind::kHexagram) {
-    oversized = ForEachNeighborhood<Wanted::kNormalSum>(index, plan, box, b, [](size_t, const LeafList&) {});
-    if (oversized.point_id < 0) CornerSearch(index, group, b).SetCorners();
+    oversized = FindHexagrams(index, plan, group, box, b);
   } else if (plan.estimator == EstimatorKind::kDelaunay) {
-    oversized = ForEachNeighborhood<Wanted::kNormalSum>(
+    oversized = EstimateEach<Wanted::kNormalSum>(
         index, plan, box, b, [&](size_t i, const LeafList& leaves) { MeasureUmbrellas(index, plan, leaves, b, i); });
   } else if (plan.estimator == EstimatorKind::kAvgHexagram) {
-    oversized = ForEachNeighborhood<Wanted::kNormalSum>(
+    oversized = EstimateEach<Wanted::kNormalSum>(
         index, plan, box, b, [&](size_t i, const LeafList& leaves) { SumHexagrams(index, plan, leaves, b, i); });
   } else {
-    oversized = ForEachNeighborhood<Wanted::kNeighbors>(index, plan, box, b, [&](size_t i, const LeafList&) {
+    oversized = EstimateEach<Wanted::kNeighbors>(index, plan, box, b, [&](size_t i, const LeafList&) {
       if (plan.estimator == EstimatorKind::kUniform) {
         MeasureUniform(plan, b, i);
       } else if (plan.estimator == EstimatorKind::kIndependent) {

@@ -32,9 +32,9 @@ struct TargetPatch {
   alignas(64) float y[kSize];
   alignas(64) float z[kSize];
   alignas(64) float squared_distance[kSize];
-  alignas(64) int32_t slot[kSize];  // in tree order; -1: nothing found
+  alignas(64) int32_t leaf[kSize];  // where that point is
   uint32_t used;                    // lanes of points that are estimated, as bits
-  uint32_t tied;                    // lanes where two points were equally near at some time
+  uint32_t tied;                    // lanes where two leaves were equally near at some time
   Box box;                          // of the used targets
 };
 
@@ -140,33 +140,39 @@ HWY_INLINE size_t CullLeavesAround(const LeafList& leaves, const TargetPatch& pa
   return count;
 }
 
-// Searches the leaves for the point nearest to each target of the patch. Returns the largest of the squared distances
-// of the used targets; infinity if the leaves hold no point.
+// Smallest of the squared distances from the points of a leaf to each of the targets (tx, ty, tz).
+HWY_INLINE FloatVec NearestInLeaf(const SpatialIndex::LeafPositions& points, FloatVec tx, FloatVec ty, FloatVec tz) {
+  const FloatTag d;
+  FloatVec nearest = hn::Set(d, std::numeric_limits<float>::infinity());
+  for (int i = 0; i < SpatialIndex::kLeafSize; ++i) {
+    const FloatVec squared = SquaredNorm(hn::Sub(hn::Set(d, points.x[i]), tx), hn::Sub(hn::Set(d, points.y[i]), ty),
+                                         hn::Sub(hn::Set(d, points.z[i]), tz));
+    nearest = hn::Min(nearest, squared);
+  }
+  return nearest;
+}
+
+// Searches the leaves for the one that holds the point nearest to each target of the patch. Returns the largest of the
+// squared distances of the used targets; infinity if the leaves hold no point.
 HWY_INLINE float SearchPatch(const SpatialIndex& index, const uint32_t* near, size_t near_count, TargetPatch& patch) {
   const FloatTag d;
   const IntTag di;
-  constexpr int kLeaf = SpatialIndex::kLeafSize;
   FloatVec farthest = hn::Zero(d);
   uint64_t tied_lanes = 0;
   for (size_t lane = 0; lane < TargetPatch::kSize; lane += hn::Lanes(d)) {
     const FloatVec tx = hn::Load(d, patch.x + lane), ty = hn::Load(d, patch.y + lane), tz = hn::Load(d, patch.z + lane);
     FloatVec best = hn::Set(d, std::numeric_limits<float>::infinity());
-    auto best_slot = hn::Set(di, -1);
+    auto best_leaf = hn::Zero(di);
     FloatMask tied = hn::FirstN(d, 0);
     for (size_t j = 0; j < near_count; ++j) {
-      const SpatialIndex::LeafPositions& points = index.positions(near[j]);
-      auto slot = hn::Set(di, static_cast<int32_t>(near[j]) * kLeaf);
-      for (int i = 0; i < kLeaf; ++i) {
-        const FloatVec squared = SquaredNorm(hn::Sub(hn::Set(d, points.x[i]), tx), hn::Sub(hn::Set(d, points.y[i]), ty),
-                                             hn::Sub(hn::Set(d, points.z[i]), tz));
-        tied = hn::Or(tied, hn::Eq(squared, best));
-        best_slot = hn::IfThenElse(hn::RebindMask(di, hn::Lt(squared, best)), slot, best_slot);
-        best = hn::Min(squared, best);
-        slot = hn::Add(slot, hn::Set(di, 1));
-      }
+      const FloatVec nearest = NearestInLeaf(index.positions(near[j]), tx, ty, tz);
+      const auto leaf = hn::Set(di, static_cast<int32_t>(near[j]));
+      tied = hn::Or(tied, hn::Eq(nearest, best));
+      best_leaf = hn::IfThenElse(hn::RebindMask(di, hn::Lt(nearest, best)), leaf, best_leaf);
+      best = hn::Min(best, nearest);
     }
     hn::Store(best, d, patch.squared_distance + lane);
-    hn::Store(best_slot, di, patch.slot + lane);
+    hn::Store(best_leaf, di, patch.leaf + lane);
     tied_lanes |= BitsFromMask(tied) << lane;
     farthest = hn::Max(farthest, hn::IfThenElseZero(MaskFromBits(patch.used >> lane), best));
   }
@@ -174,21 +180,45 @@ HWY_INLINE float SearchPatch(const SpatialIndex& index, const uint32_t* near, si
   return hn::GetLane(hn::MaxOfLanes(d, farthest));
 }
 
-// Of the points of the leaves that are as near to the target of a lane as the nearest, the slot with the lowest id.
-HWY_NOINLINE inline int32_t LowestTiedSlot(const SpatialIndex& index, const uint32_t* near, size_t near_count,
-                                           const TargetPatch& patch, size_t lane) {
+// Of the points of a leaf that are as near to the target of a lane as the nearest, the one with the lowest id; a
+// negative number if there is none.
+HWY_INLINE int NearestPoint(const SpatialIndex::LeafPositions& points, const TargetPatch& patch, size_t lane) {
+  const FloatTag d;
+  const FloatVec tx = hn::Set(d, patch.x[lane]), ty = hn::Set(d, patch.y[lane]), tz = hn::Set(d, patch.z[lane]);
+  const FloatVec nearest = hn::Set(d, patch.squared_distance[lane]);
+  uint64_t bits = 0;
+  for (size_t i = 0; i < SpatialIndex::kLeafSize; i += hn::Lanes(d)) {
+    const FloatVec squared = SquaredNorm(hn::Sub(hn::Load(d, points.x + i), tx), hn::Sub(hn::Load(d, points.y + i), ty),
+                                         hn::Sub(hn::Load(d, points.z + i), tz));
+    bits |= BitsFromMask(hn::Eq(squared, nearest)) << i;
+  }
+  int lowest = bits == 0 ? -1 : std::countr_zero(bits);
+  for (bits &= bits - 1; HWY_UNLIKELY(bits != 0); bits &= bits - 1) {
+    const int i = std::countr_zero(bits);
+    if (points.id[i] < points.id[lowest]) lowest = i;
+  }
+  return lowest;
+}
+
+// A point by its place in the index.
+struct IndexedPoint {
+  uint32_t leaf;
+  int place;
+};
+
+// Of the points of the leaves that are as near to the target of a lane as the nearest, the one with the lowest id.
+HWY_NOINLINE inline IndexedPoint LowestOfTied(const SpatialIndex& index, const uint32_t* near, size_t near_count,
+                                              const TargetPatch& patch, size_t lane) {
   int32_t lowest_id = SpatialIndex::kPaddingId;
-  int32_t slot = patch.slot[lane];
+  IndexedPoint lowest{};
   for (size_t j = 0; j < near_count; ++j) {
     const SpatialIndex::LeafPositions& points = index.positions(near[j]);
-    for (int i = 0; i < SpatialIndex::kLeafSize; ++i) {
-      const float dx = points.x[i] - patch.x[lane], dy = points.y[i] - patch.y[lane], dz = points.z[i] - patch.z[lane];
-      if ((dx * dx + dy * dy) + dz * dz != patch.squared_distance[lane] || points.id[i] >= lowest_id) continue;
-      lowest_id = points.id[i];
-      slot = static_cast<int32_t>(near[j]) * SpatialIndex::kLeafSize + i;
-    }
+    const int place = NearestPoint(points, patch, lane);
+    if (place < 0 || points.id[place] >= lowest_id) continue;
+    lowest_id = points.id[place];
+    lowest = {near[j], place};
   }
-  return slot;
+  return lowest;
 }
 
 // Leaves around the targets of several patches.
@@ -197,38 +227,14 @@ struct TargetLeaves {
   float squared_reach;  // all within this of any target are listed; negative: none are
 };
 
-// Finds the points nearest to the targets of a patch around points of leaf `own_leaf`.
-HWY_INLINE void FindPatchCorners(const SpatialIndex& index, const TargetLeaves& listed, float squared_guess,
-                                 uint32_t own_leaf, TargetPatch& patch, GroupScratch::Buffers& b) {
-  float squared_reach = std::min(squared_guess, listed.squared_reach);
-  size_t near_count = squared_reach < 0.0f ? 0 : CullLeavesAround(*listed.leaves, patch, squared_reach, b.near);
-  float farthest = SearchPatch(index, b.near.data(), near_count, patch);
-  if (HWY_UNLIKELY(farthest > squared_reach)) {
-    // Any point bounds the distance of the nearest one.
-    if (farthest == std::numeric_limits<float>::infinity()) farthest = SearchPatch(index, &own_leaf, 1, patch);
-    const LeafList* leaves = listed.leaves;
-    if (farthest > listed.squared_reach) {
-      GatherLeaves(index, patch.box, farthest, index.leaf_count(), b.own_leaves);
-      leaves = &b.own_leaves;
-    }
-    near_count = CullLeavesAround(*leaves, patch, farthest, b.near);
-    SearchPatch(index, b.near.data(), near_count, patch);
-  }
-  for (uint32_t tied = patch.tied & patch.used; tied != 0; tied &= tied - 1) {
-    const int lane = std::countr_zero(tied);
-    patch.slot[lane] = LowestTiedSlot(index, b.near.data(), near_count, patch, lane);
-  }
-}
-
-HWY_INLINE void SetCorner(const SpatialIndex& index, int32_t slot, size_t i, int s, GroupScratch::Buffers& b) {
-  const SpatialIndex::LeafPositions& points = index.positions(slot / SpatialIndex::kLeafSize);
-  const SpatialIndex::LeafNormals& normals = index.normals(slot / SpatialIndex::kLeafSize);
-  const int lane = slot % SpatialIndex::kLeafSize;
+HWY_INLINE void SetCorner(const SpatialIndex& index, IndexedPoint point, size_t i, int s, GroupScratch::Buffers& b) {
+  const SpatialIndex::LeafPositions& points = index.positions(point.leaf);
+  const SpatialIndex::LeafNormals& normals = index.normals(point.leaf);
+  const int k = point.place;
   Hexagram& hexagram = b.hexagrams[0];
-  const float offset[4] = {points.x[lane] - b.query.x[i], points.y[lane] - b.query.y[i], points.z[lane] - b.query.z[i],
-                           1.0f};
-  const float normal[4] = {normals.x[lane] - b.normal.x[i], normals.y[lane] - b.normal.y[i],
-                           normals.z[lane] - b.normal.z[i], 0.0f};
+  const float offset[4] = {points.x[k] - b.query.x[i], points.y[k] - b.query.y[i], points.z[k] - b.query.z[i], 1.0f};
+  const float normal[4] = {normals.x[k] - b.normal.x[i], normals.y[k] - b.normal.y[i], normals.z[k] - b.normal.z[i],
+                           0.0f};
   std::copy(offset, offset + 4, hexagram.offset[s][i]);
   std::copy(normal, normal + 4, hexagram.normal[s][i]);
 }
@@ -241,7 +247,7 @@ class CornerSearch {
 
   HWY_NOINLINE void SetCorners() {
     for (size_t i = 0; i < b_.size; ++i) {
-      if (b_.status[i] == PointStatus::kOk) reach_ = std::max(reach_, b_.nearest_reach[i]);
+      if (b_.status[i] == PointStatus::kOk) squared_spacing_ = std::max(squared_spacing_, b_.squared_spacing[i]);
     }
     for (int s = 0; s < 6; ++s) {
       for (size_t p = 0; p < patch_count(); ++p) SetTargets(b_, p * TargetPatch::kSize, s, patches_[s][p]);
@@ -263,9 +269,8 @@ class CornerSearch {
  private:
   size_t patch_count() const { return (b_.size + TargetPatch::kSize - 1) / TargetPatch::kSize; }
 
-  // How far around the targets of corner s to look: the height of the last ones over the surface tells that of the
-  // next.
-  float SquaredGuess(int s) const { return reach_ * reach_ + b_.squared_target_height[s]; }
+  // How far around the targets of corner s to look: as far as the last ones had to.
+  float SquaredGuess(int s) const { return squared_spacing_ * b_.target_reach[s]; }
 
   // How far around the targets of corners [first, last) to list leaves: farther than any patch is expected to look.
   float SquaredReach(int first, int last) const {
@@ -295,24 +300,49 @@ class CornerSearch {
   }
 
   HWY_INLINE void FindCorners(int s, const TargetLeaves& leaves) {
+    float farthest = 0.0f;
     for (size_t p = 0; p < patch_count(); ++p) {
-      TargetPatch& patch = patches_[s][p];
-      if (patch.used == 0) continue;
-      FindPatchCorners(index_, leaves, SquaredGuess(s), static_cast<uint32_t>(first_leaf_ + p), patch, b_);
-      float height = std::numeric_limits<float>::infinity();
-      for (uint32_t used = patch.used; used != 0; used &= used - 1) {
-        const int lane = std::countr_zero(used);
-        SetCorner(index_, patch.slot[lane], p * TargetPatch::kSize + lane, s, b_);
-        height = std::min(height, patch.squared_distance[lane]);
-      }
-      b_.squared_target_height[s] = height;
+      if (patches_[s][p].used != 0) farthest = std::max(farthest, FindPatchCorners(s, p, leaves));
     }
+    if (farthest == 0.0f) return;
+    // Forgotten slowly, since a second search costs more than some leaves that hold nothing.
+    constexpr float kKept = 0.985f;
+    b_.target_reach[s] = std::max(b_.target_reach[s] * kKept, farthest / squared_spacing_);
+  }
+
+  // Sets the corners to the points nearest to the targets of a patch. Returns the largest of the squared distances.
+  HWY_INLINE float FindPatchCorners(int s, size_t p, const TargetLeaves& listed) {
+    TargetPatch& patch = patches_[s][p];
+    float squared_reach = std::min(SquaredGuess(s), listed.squared_reach);
+    size_t near_count = squared_reach < 0.0f ? 0 : CullLeavesAround(*listed.leaves, patch, squared_reach, b_.near);
+    float farthest = SearchPatch(index_, b_.near.data(), near_count, patch);
+    if (HWY_UNLIKELY(farthest > squared_reach)) {
+      // Any point bounds the distance of the nearest one.
+      const auto own_leaf = static_cast<uint32_t>(first_leaf_ + p);
+      if (farthest == std::numeric_limits<float>::infinity()) farthest = SearchPatch(index_, &own_leaf, 1, patch);
+      const LeafList* leaves = listed.leaves;
+      if (farthest > listed.squared_reach) {
+        GatherLeaves(index_, patch.box, farthest, index_.leaf_count(), b_.own_leaves);
+        leaves = &b_.own_leaves;
+      }
+      near_count = CullLeavesAround(*leaves, patch, farthest, b_.near);
+      farthest = SearchPatch(index_, b_.near.data(), near_count, patch);
+    }
+    for (uint32_t used = patch.used; used != 0; used &= used - 1) {
+      const int lane = std::countr_zero(used);
+      const auto leaf = static_cast<uint32_t>(patch.leaf[lane]);
+      const IndexedPoint corner = HWY_UNLIKELY((patch.tied >> lane & 1) != 0)
+                                      ? LowestOfTied(index_, b_.near.data(), near_count, patch, lane)
+                                      : IndexedPoint{leaf, NearestPoint(index_.positions(leaf), patch, lane)};
+      SetCorner(index_, corner, p * TargetPatch::kSize + lane, s, b_);
+    }
+    return farthest;
   }
 
   const SpatialIndex& index_;
   GroupScratch::Buffers& b_;
   const size_t first_leaf_;
-  float reach_ = 0.0f;
+  float squared_spacing_ = 0.0f;  // the largest of the group
   TargetPatch patches_[6][SpatialIndex::kGroupLeaves];
 };
 
