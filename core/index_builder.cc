@@ -134,10 +134,13 @@ absl::Status IndexBuilder::StartCollect() {
   if (!positions.ok()) return positions.status();
   auto normals = PageArray<SpatialIndex::LeafNormals>::Create(leaves);
   if (!normals.ok()) return normals.status();
+  auto bounds = PageArray<float>::Create(6 * (leaves + SpatialIndex::kLeafSize));
+  if (!bounds.ok()) return bounds.status();
   auto nodes = PageArray<TreeNode>::Create(2 * leaves - 1);
   if (!nodes.ok()) return nodes.status();
   index_.positions_ = *std::move(positions);
   index_.normals_ = *std::move(normals);
+  index_.leaf_bounds_ = *std::move(bounds);
   index_.nodes_ = *std::move(nodes);
   records_ = reinterpret_cast<PointRecord*>(index_.positions_.data());
   phase_ = Phase::kCollect;
@@ -213,7 +216,11 @@ void IndexBuilder::SplitRange(const Range& range, Range* left, Range* right) {
 
 void IndexBuilder::BuildSubtree(const Range& range) {
   if (range.leaves == 1) {
-    index_.nodes_[range.node] = MeasureNode(range);
+    const TreeNode& node = index_.nodes_[range.node] = MeasureNode(range);
+    for (int axis = 0; axis < 3; ++axis) {
+      index_.leaf_bounds_[axis * index_.bounds_stride() + range.first_leaf] = node.box.lo[axis];
+      index_.leaf_bounds_[(3 + axis) * index_.bounds_stride() + range.first_leaf] = node.box.hi[axis];
+    }
     FinishLeaf(range.first_leaf);
     return;
   }

@@ -4,7 +4,7 @@
 
 namespace curvd {
 
-void LeafList::Reserve(size_t size) {
+void LeafList::Grow(size_t size) {
   leaves_.Reserve(size + kPad);
   for (auto& bound : bounds_) bound.Reserve(size + kPad);
 }

@@ -18,28 +18,18 @@ class LeafList {
 
   void Clear() { size_ = 0; }
 
-  // Makes room for `count` calls of AddIf.
-  void MakeRoom(size_t count) {
-    if (size_ + count + kPad > leaves_.capacity()) Reserve(2 * size_ + 256);
-  }
-
-  void AddIf(bool wanted, uint32_t leaf, const Box& box) {
-    leaves_[size_] = leaf;
-    for (int axis = 0; axis < 3; ++axis) {
-      bounds_[axis][size_] = box.lo[axis];
-      bounds_[3 + axis][size_] = box.hi[axis];
-    }
-    size_ += wanted ? 1 : 0;
-  }
-
   // To be called once all are added.
   void Pad();
 
-  // For writers of whole vectors: room for `size` leaves and the padding, the arrays, and their size when written.
-  void Reserve(size_t size);
-  uint32_t* mutable_leaves() { return leaves_.data(); }
-  float* mutable_bound(int i) { return bounds_[i].data(); }  // lo, then hi, of each axis
-  void set_size(size_t size) { size_ = size; }
+  // For writers of whole vectors: room for `size` leaves and a vector more, the arrays, and how many of what was
+  // written at their ends are kept.
+  void Reserve(size_t size) {
+    if (size + kPad > leaves_.capacity()) Grow(size);
+  }
+  uint32_t* end() { return leaves_.data() + size_; }
+  float* lo_end(int axis) { return bounds_[axis].data() + size_; }
+  float* hi_end(int axis) { return bounds_[3 + axis].data() + size_; }
+  void Keep(size_t count) { size_ += count; }
 
   size_t size() const { return size_; }
   // Changes with each Gather, so that what was made from a list can be told from what was made from its successor.
@@ -51,6 +41,8 @@ class LeafList {
   const float* hi(int axis) const { return bounds_[3 + axis].data(); }
 
  private:
+  void Grow(size_t size);
+
   size_t size_ = 0;
   uint64_t generation_ = 0;
   ScratchArray<uint32_t> leaves_;

@@ -61,9 +61,6 @@ class SpatialIndex {
   }
   static constexpr size_t RightChild(size_t node, size_t leaves) { return node + 2 * LeftLeaves(leaves); }
 
-  // Of a node over n <= kGroupLeaves leaves, [n][i] is the distance to the node of its leaf i.
-  static constexpr uint32_t kLeafNode[kGroupLeaves + 1][kGroupLeaves] = {{}, {0}, {1, 2}, {2, 3, 4}, {2, 3, 5, 6}};
-
   // Valid points in the index.
   size_t point_count() const { return point_count_; }
   size_t leaf_count() const { return positions_.size(); }
@@ -77,17 +74,23 @@ class SpatialIndex {
   const LeafNormals& normals(size_t leaf) const { return normals_[leaf]; }
   // Node 0 is the root, over all leaves.
   const TreeNode& node(size_t i) const { return nodes_[i]; }
+  // The bounds of all leaves' boxes on an axis, for whole vectors: kLeafSize values follow the last one.
+  const float* leaf_lo(int axis) const { return &leaf_bounds_[axis * bounds_stride()]; }
+  const float* leaf_hi(int axis) const { return &leaf_bounds_[(3 + axis) * bounds_stride()]; }
   // Multiplies a coordinate of the cloud into the index; its inverse takes lengths back.
   int scale_exponent() const { return scale_exponent_; }
-  size_t bytes() const { return positions_.bytes() + normals_.bytes() + nodes_.bytes(); }
+  size_t bytes() const { return positions_.bytes() + normals_.bytes() + leaf_bounds_.bytes() + nodes_.bytes(); }
 
  private:
   friend class IndexBuilder;
+
+  size_t bounds_stride() const { return leaf_count() + kLeafSize; }
 
   size_t point_count_ = 0;
   int scale_exponent_ = 0;
   PageArray<LeafPositions> positions_;
   PageArray<LeafNormals> normals_;
+  PageArray<float> leaf_bounds_;  // lo of each axis, then hi
   PageArray<TreeNode> nodes_;
 };
 

@@ -17,7 +17,7 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Tells whether nodes meet the reach around a box, an axis a lane.
+// Tells whether nodes, an axis a lane, or leaves, a leaf a lane, meet the reach around a box.
 class ReachTest {
  public:
   ReachTest(const Box& box, float squared_reach) : squared_reach_(squared_reach) {
@@ -47,15 +47,59 @@ class ReachTest {
   }
 #endif
 
+  // The same for the leaves whose bounds these are.
+  HWY_INLINE FloatMask Leaves(const float* const lo[3], const float* const hi[3]) const {
+    const FloatTag d;
+    FloatVec squared[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const FloatVec above = hn::Sub(hn::LoadU(d, lo[axis]), hn::Set(d, hi_[axis]));
+      const FloatVec below = hn::Sub(hn::Set(d, lo_[axis]), hn::LoadU(d, hi[axis]));
+      const FloatVec gap = hn::Max(hn::Max(above, below), hn::Zero(d));
+      squared[axis] = hn::Mul(gap, gap);
+    }
+    return hn::Le(hn::Add(hn::Add(squared[0], squared[1]), squared[2]), hn::Set(d, squared_reach_));
+  }
+
  private:
   alignas(16) float lo_[4] = {};
   alignas(16) float hi_[4] = {};
   float squared_reach_;
 };
 
+// Appends the wanted ones of some leaves, with their bounds.
+HWY_INLINE void AppendLeaves(const float* const lo[3], const float* const hi[3], hn::Vec<IntTag> ids, FloatMask wanted,
+                             LeafList& leaves) {
+  const FloatTag d;
+  const IntTag di;
+  const auto wanted_ids = hn::Compress(ids, hn::RebindMask(di, wanted));
+  hn::StoreU(wanted_ids, di, reinterpret_cast<int32_t*>(leaves.end()));
+  for (int axis = 0; axis < 3; ++axis) {
+    hn::StoreU(hn::Compress(hn::LoadU(d, lo[axis]), wanted), d, leaves.lo_end(axis));
+    hn::StoreU(hn::Compress(hn::LoadU(d, hi[axis]), wanted), d, leaves.hi_end(axis));
+  }
+  leaves.Keep(hn::CountTrue(d, wanted));
+}
+
+// Appends those of leaves [first, first + count) that meet the reach.
+HWY_INLINE void AppendMeeting(const SpatialIndex& index, const ReachTest& meets, uint32_t first, uint32_t count,
+                              LeafList& leaves) {
+  const FloatTag d;
+  leaves.Reserve(leaves.size() + count);
+  for (uint32_t i = 0; i < count; i += hn::Lanes(d)) {
+    const float* lo[3];
+    const float* hi[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      lo[axis] = index.leaf_lo(axis) + first + i;
+      hi[axis] = index.leaf_hi(axis) + first + i;
+    }
+    const FloatMask wanted = hn::And(meets.Leaves(lo, hi), hn::FirstN(d, count - i));
+    AppendLeaves(lo, hi, hn::Iota(IntTag(), static_cast<int32_t>(first + i)), wanted, leaves);
+  }
+}
+
 // Replaces the list by the leaves at squared distance <= `squared_reach` of `box`. Every point whose computed squared
-// distance to a point of `box` is within it lies in one of them. Returns false, with the list undefined, if that
-// may take more than `max_leaves`.
+// distance to a point of `box` is within it lies in one of them. Returns false, with the list undefined, if they are
+// more than `max_leaves`.
 HWY_NOINLINE inline bool GatherLeaves(const SpatialIndex& index, const Box& box, float squared_reach, size_t max_leaves,
                                       LeafList& leaves) {
   struct Pending {
@@ -64,23 +108,21 @@ HWY_NOINLINE inline bool GatherLeaves(const SpatialIndex& index, const Box& box,
     uint32_t leaves;
   };
   constexpr size_t kMaxDepth = 64;  // the tree is balanced over fewer than 2^31 leaves
+  // A node over at most two vectors of leaves is not gone down: they are all tested.
+  constexpr uint32_t kTested = 2 * hn::MaxLanes(FloatTag());
   leaves.Clear();
   if (index.leaf_count() == 0) return true;
   const ReachTest meets(box, squared_reach);
-  // Nodes that meet the reach. Children, and leaves, are written in any case and kept by the count: whether one meets
-  // the reach is what no branch predictor knows.
+  // Nodes that meet the reach. Children are written in any case and kept by the count: whether one meets the reach is
+  // what no branch predictor knows.
   Pending stack[kMaxDepth];
   stack[0] = {0, 0, static_cast<uint32_t>(index.leaf_count())};
   size_t depth = meets(index.node(0)) ? 1 : 0;
   while (depth > 0) {
     const Pending top = stack[--depth];
-    if (top.leaves <= SpatialIndex::kGroupLeaves) {
-      if (leaves.size() + top.leaves > max_leaves) return false;
-      leaves.MakeRoom(top.leaves);
-      for (uint32_t i = 0; i < top.leaves; ++i) {
-        const TreeNode& node = index.node(top.node + SpatialIndex::kLeafNode[top.leaves][i]);
-        leaves.AddIf(meets(node), top.first_leaf + i, node.box);
-      }
+    if (top.leaves <= kTested) {
+      AppendMeeting(index, meets, top.first_leaf, top.leaves, leaves);
+      if (leaves.size() > max_leaves) return false;
       continue;
     }
     const auto left_leaves = static_cast<uint32_t>(SpatialIndex::LeftLeaves(top.leaves));

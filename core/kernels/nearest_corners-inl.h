@@ -88,23 +88,15 @@ HWY_INLINE FloatMask NearBox(const LeafList& leaves, size_t i, const Box& box, f
 // Copies the leaves within the squared reach of a box from one list to another.
 HWY_INLINE void NarrowLeaves(const LeafList& leaves, const Box& box, float squared_reach, LeafList& narrowed) {
   const FloatTag d;
-  const IntTag di;
-  narrowed.Reserve(leaves.padded_size());
-  size_t size = 0;
+  narrowed.Clear();
+  narrowed.Reserve(leaves.size());
   for (size_t i = 0; i < leaves.size(); i += hn::Lanes(d)) {
     const FloatMask near = NearBox(leaves, i, box, squared_reach);
-    const size_t count = hn::CountTrue(d, near);
-    if (count == 0) continue;
-    const auto ids = hn::LoadU(di, reinterpret_cast<const int32_t*>(leaves.leaves() + i));
-    hn::StoreU(hn::Compress(ids, hn::RebindMask(di, near)), di,
-               reinterpret_cast<int32_t*>(narrowed.mutable_leaves() + size));
-    for (int axis = 0; axis < 3; ++axis) {
-      hn::StoreU(hn::Compress(hn::Load(d, leaves.lo(axis) + i), near), d, narrowed.mutable_bound(axis) + size);
-      hn::StoreU(hn::Compress(hn::Load(d, leaves.hi(axis) + i), near), d, narrowed.mutable_bound(3 + axis) + size);
-    }
-    size += count;
+    if (hn::AllFalse(d, near)) continue;
+    const float* const lo[3] = {leaves.lo(0) + i, leaves.lo(1) + i, leaves.lo(2) + i};
+    const float* const hi[3] = {leaves.hi(0) + i, leaves.hi(1) + i, leaves.hi(2) + i};
+    AppendLeaves(lo, hi, hn::LoadU(IntTag(), reinterpret_cast<const int32_t*>(leaves.leaves() + i)), near, narrowed);
   }
-  narrowed.set_size(size);
   narrowed.Pad();
 }
 
