@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/unit_normals.h"
 
 namespace curvd {
 namespace {
@@ -16,6 +17,7 @@ static_assert(std::endian::native == std::endian::little, "packed input is littl
 
 constexpr size_t kOriginSample = 1024;   // float64 points that decide the origin
 constexpr double kUnitTolerance = 0.01;  // a normal within 1 % of unit length does not count as rescaled
+constexpr size_t kTripleBytes = 3 * sizeof(float);
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 template <typename Scalar>
@@ -140,15 +142,30 @@ absl::Status Cloud::RefusalOf(const Triple<Scalar>& position, const Triple<Scala
 }
 
 absl::Status Cloud::AppendFloats(const char* positions, const char* normals, size_t count) {
-  for (size_t i = 0; i < count;) {
+  for (size_t first = 0; first < count;) {
     if (absl::Status status = MakeRoom(); !status.ok()) return status;
     const size_t offset = stored_ % kBlockPoints;
+    const size_t run = std::min({count - first, kBlockPoints - offset, UnitNormals::kMaxPoints});
+    UnitNormals unit;
+    MakeUnitNormals(positions + first * kTripleBytes, normals + first * kTripleBytes, run, kUnitTolerance, unit);
+    const bool all_usable = static_cast<size_t>(std::popcount(unit.usable)) == run;
     OrientedPoint* out = blocks_.back() + offset;
-    for (const size_t last = std::min(count, i + kBlockPoints - offset); i < last; ++i, ++out, ++stored_) {
-      out->position = LoadTriple<float>(positions, i);
-      const Triple<float> normal = LoadTriple<float>(normals, i);
-      if (!Take(out->position, normal, out->normal)) return RefusalOf(out->position, normal);
+    for (size_t i = 0; i < run; ++i) {
+      out[i].position = LoadTriple<float>(positions, first + i);
+      if (all_usable) {
+        std::copy_n(unit.normals[i], 3, out[i].normal.begin());
+        continue;
+      }
+      const Triple<float> normal = LoadTriple<float>(normals, first + i);
+      if (!Take(out[i].position, normal, out[i].normal)) return RefusalOf(out[i].position, normal);
+      ++stored_;
     }
+    if (all_usable) {
+      rescaled_count_ += static_cast<size_t>(std::popcount(unit.rescaled));
+      size_ += run;
+      stored_ += run;
+    }
+    first += run;
   }
   return absl::OkStatus();
 }
