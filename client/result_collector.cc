@@ -1,6 +1,7 @@
 #include "client/result_collector.h"
 
-#include <cstring>
+#include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,9 +20,9 @@ absl::Status Broken(const std::string& what) {
 // Appends `bytes` to `values`; false if they are not count * width floats.
 bool Append(const std::string& bytes, uint64_t count, size_t width, std::vector<float>& values) {
   if (bytes.size() != count * width * sizeof(float)) return false;
-  const size_t end = values.size();
-  values.resize(end + count * width);
-  std::memcpy(values.data() + end, bytes.data(), bytes.size());
+  // A string's bytes are aligned for floats. Inserted, and not resized and copied over, they are written once.
+  const auto* floats = reinterpret_cast<const float*>(bytes.data());
+  values.insert(values.end(), floats, floats + count * width);
   return true;
 }
 
@@ -102,7 +103,12 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
                        counts.inconsistent_normals(),
                        counts.singular_fit()};
   std::array<uint64_t, kStatusWords.size()> counted{};
-  for (const uint8_t status : result_.status) ++counted[status < counted.size() ? status : 0];
+  uint64_t rest = points_;  // mostly none after the first
+  for (uint8_t status = 1; rest > 0 && status < counted.size(); ++status) {
+    counted[status] = std::count(result_.status.begin(), result_.status.end(), status);
+    rest -= counted[status];
+  }
+  counted[0] = rest;
   if (counted != out.status_counts) return Broken("the summary's status counts are not those of the results");
   out.points = points_;
   out.normals_rescaled = summary.normals_rescaled();
