@@ -1,4 +1,4 @@
-// The least server around the same core: gRPC's synchronous API, the same messages, the same encoder; no admission, no
+// The least server around the same core: gRPC's synchronous API and messages as protobuf fills them; no admission, no
 // limits but the core's, no fairness, no metrics, no log, no access control, no keepalive, no drain. What curvd costs
 // beyond it is the price of being trusted.
 //
@@ -10,6 +10,7 @@
 #include <cstdlib>
 
 #include "core/estimation_job.h"
+#include "core/field_arrays.h"
 #include "core/worker_pool.h"
 #include "curvature/v1/curvature.grpc.pb.h"
 #include "server/call_options.h"
@@ -27,6 +28,28 @@ constexpr CallLimits kLimits{.max_points = 1u << 30,
                              .max_neighbor_count = 10'000,
                              .memory_bytes = uint64_t{1} << 40,
                              .max_streams = 1'000};
+
+// Room for `size` bytes if the array is wanted.
+char* MakeRoom(bool wanted, size_t size, std::string* bytes) {
+  bytes->resize(wanted ? size : 0);
+  return wanted ? bytes->data() : nullptr;
+}
+
+void FillResults(const PageArray<PointCurvature>& points, size_t first, size_t count, const QuantitySet& quantities,
+                 v1::ResultChunk* chunk) {
+  const size_t scalars = count * sizeof(float), vectors = 3 * scalars;
+  chunk->set_first_index(first);
+  chunk->set_point_count(static_cast<uint32_t>(count));
+  SplitField(points.span().subspan(first, count),
+             {.mean = MakeRoom(quantities.mean, scalars, chunk->mutable_mean_curvature()),
+              .gaussian = MakeRoom(quantities.gaussian, scalars, chunk->mutable_gaussian_curvature()),
+              .k1 = MakeRoom(quantities.principal_curvatures, scalars, chunk->mutable_k1()),
+              .k2 = MakeRoom(quantities.principal_curvatures, scalars, chunk->mutable_k2()),
+              .d1 = MakeRoom(quantities.principal_directions, vectors, chunk->mutable_d1()),
+              .d2 = MakeRoom(quantities.principal_directions, vectors, chunk->mutable_d2()),
+              .radius = MakeRoom(quantities.radius, scalars, chunk->mutable_radius()),
+              .status = MakeRoom(true, count, chunk->mutable_status())});
+}
 
 grpc::Status Failure(const absl::Status& status) {
   return {static_cast<grpc::StatusCode>(status.code()), std::string(status.message())};
@@ -57,7 +80,7 @@ class BareService final : public v1::CurvatureService::Service {
     const auto& points = result->field.points;
     for (size_t first = 0; first < points.size(); first += kResultChunkPoints) {
       const size_t count = std::min(kResultChunkPoints, points.size() - first);
-      EncodeResults(points, first, count, options->quantities, response.mutable_result());
+      FillResults(points, first, count, options->quantities, response.mutable_result());
       if (!stream->Write(response)) return grpc::Status::CANCELLED;
     }
     CallRecord record;

@@ -19,7 +19,7 @@ constexpr uint64_t kSmallCallShare = 4;
 constexpr uint64_t kFixedCallBytes = 64 << 10;
 // A chunk exists as slices of the wire, as parsed message and as points that were appended.
 constexpr uint64_t kChunkCopies = 3;
-// A result message exists as arrays and as slices of the wire.
+// A result message may still be on its way while the next one is packed.
 constexpr uint64_t kResultCopies = 2;
 
 uint64_t ResultMessageBytes(uint64_t points) {

@@ -81,10 +81,10 @@ class EstimateStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, gr
   void Pump();
   Write PickWrite() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void FillResponse(Write write);
-  void SendResponse();
   void FillProgress();
-  void FillResults();
   void FillSummary();
+  void PackNextResults();
+  void SendPackedResponse();
 
   // Ending.
   // The status of a call whose caller has gone.
@@ -114,7 +114,7 @@ class EstimateStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, gr
 
   // Of the writing chain.
   grpc::ByteBuffer packed_response_;
-  curvature::v1::EstimateCurvatureResponse response_;
+  curvature::v1::EstimateCurvatureResponse response_;  // but results, which are packed as they are
   CurvatureField field_;
   uint64_t next_point_ = 0;
   Clock::time_point send_started_;

@@ -51,15 +51,19 @@ void EstimateStream::Pump() {
     service_.gate.FreePlace(this);
     Finish(ToGrpcStatus(outcome, record_.request_id));
   } else {
-    FillResponse(write);
-    SendResponse();
+    if (write == Write::kResults) {
+      PackNextResults();
+    } else {
+      FillResponse(write);
+      packed_response_.Clear();
+      bool own_buffer = false;
+      GPR_ASSERT(grpc::SerializationTraits<Response>::Serialize(response_, &packed_response_, &own_buffer).ok());
+    }
+    SendPackedResponse();
   }
 }
 
-void EstimateStream::SendResponse() {
-  packed_response_.Clear();
-  bool own_buffer = false;
-  GPR_ASSERT(grpc::SerializationTraits<Response>::Serialize(response_, &packed_response_, &own_buffer).ok());
+void EstimateStream::SendPackedResponse() {
   const uint64_t bytes = packed_response_.Length();
   ++record_.messages_sent;
   record_.bytes_sent += bytes;
@@ -90,10 +94,9 @@ void EstimateStream::FillResponse(Write write) {
       return FillAccepted(session_.options(), limits_, record_.request_id, response_.mutable_accepted());
     case Write::kProgress:
       return FillProgress();
-    case Write::kResults:
-      return FillResults();
     case Write::kSummary:
       return FillSummary();
+    case Write::kResults:
     case Write::kNone:
     case Write::kFinish:
       return;
@@ -113,9 +116,11 @@ void EstimateStream::FillProgress() {
   progress->set_points_estimated(state.points_estimated);
 }
 
-void EstimateStream::FillResults() {
+void EstimateStream::PackNextResults() {
   const uint64_t count = std::min<uint64_t>(kResultChunkPoints, field_.points.size() - next_point_);
-  EncodeResults(field_.points, next_point_, count, session_.options().quantities, response_.mutable_result());
+  const grpc::Slice message = PackResults(field_.points, next_point_, count, session_.options().quantities);
+  grpc::ByteBuffer packed(&message, 1);
+  packed_response_.Swap(&packed);
   next_point_ += count;
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <string>
 
+#include "curvature/v1/curvature.pb.h"
 #include "tests/core/numbered_points.h"
 
 namespace curvd {
@@ -22,10 +23,20 @@ PageArray<PointCurvature> Points(size_t count) {
   return points;
 }
 
-TEST(EncodeResultsTest, PacksEachQuantityOfThePart) {
-  const PageArray<PointCurvature> points = Points(5);
-  curvature::v1::ResultChunk chunk;
-  EncodeResults(points, 1, 3, QuantitySet(), &chunk);
+std::string Packed(const PageArray<PointCurvature>& points, size_t first, size_t count, const QuantitySet& quantities) {
+  const grpc::Slice message = PackResults(points, first, count, quantities);
+  return {reinterpret_cast<const char*>(message.begin()), message.size()};
+}
+
+curvature::v1::ResultChunk Parsed(const std::string& message) {
+  curvature::v1::EstimateCurvatureResponse response;
+  EXPECT_TRUE(response.ParseFromString(message));
+  EXPECT_TRUE(response.has_result());
+  return response.result();
+}
+
+TEST(PackResultsTest, PacksEachQuantityOfThePart) {
+  const curvature::v1::ResultChunk chunk = Parsed(Packed(Points(5), 1, 3, QuantitySet()));
   EXPECT_EQ(chunk.first_index(), 1u);
   EXPECT_EQ(chunk.point_count(), 3u);
   EXPECT_EQ(chunk.status(), std::string("\x02\x03\x04"));
@@ -40,23 +51,34 @@ TEST(EncodeResultsTest, PacksEachQuantityOfThePart) {
   EXPECT_EQ(FloatAt(chunk.radius(), 2), 311.0f);
 }
 
-TEST(EncodeResultsTest, LeavesOutWhatWasNotAskedFor) {
-  const PageArray<PointCurvature> points = Points(2);
-  curvature::v1::ResultChunk chunk;
-  EncodeResults(points, 0, 2, QuantitySet(), &chunk);
-  EncodeResults(points, 0, 2, {false, true, false, false, false}, &chunk);
+TEST(PackResultsTest, LeavesOutWhatWasNotAskedFor) {
+  const curvature::v1::ResultChunk chunk = Parsed(Packed(Points(2), 0, 2, {false, true, false, false, false}));
   EXPECT_EQ(chunk.status().size(), 2u);
   EXPECT_EQ(chunk.gaussian_curvature().size(), 8u);
   EXPECT_TRUE(chunk.mean_curvature().empty() && chunk.k1().empty() && chunk.k2().empty() && chunk.d1().empty() &&
               chunk.d2().empty() && chunk.radius().empty());
 }
 
-TEST(EncodeResultsTest, FillsTheSizeThatIsPromised) {
-  const PageArray<PointCurvature> points = Points(kResultChunkPoints);
-  curvature::v1::ResultChunk chunk;
-  EncodeResults(points, 0, kResultChunkPoints, QuantitySet(), &chunk);
-  EXPECT_GE(chunk.ByteSizeLong(), kResultChunkPoints * kResultBytesPerPoint);
-  EXPECT_LE(chunk.ByteSizeLong(), kResultChunkPoints * kResultBytesPerPoint + 100);
+TEST(PackResultsTest, TheBytesAreThoseOfProtobuf) {
+  const PageArray<PointCurvature> points = Points(40'000);
+  for (const size_t first : {0, 1, 127, 128, 16'384, 20'000}) {
+    for (const size_t count : {1, 4, 31, 32, 127, 128, 5'000, 16'384}) {
+      for (const QuantitySet& quantities : {QuantitySet(), QuantitySet{false, false, false, true, false}}) {
+        const std::string packed = Packed(points, first, count, quantities);
+        curvature::v1::EstimateCurvatureResponse response;
+        ASSERT_TRUE(response.ParseFromString(packed));
+        EXPECT_EQ(response.result().first_index(), first);
+        EXPECT_EQ(response.result().point_count(), count);
+        EXPECT_EQ(response.SerializeAsString(), packed) << first << " + " << count;
+      }
+    }
+  }
+}
+
+TEST(PackResultsTest, HasTheSizeThatIsPromised) {
+  const size_t size = Packed(Points(kResultChunkPoints), 0, kResultChunkPoints, QuantitySet()).size();
+  EXPECT_GE(size, kResultChunkPoints * kResultBytesPerPoint);
+  EXPECT_LE(size, kResultChunkPoints * kResultBytesPerPoint + 100);
 }
 
 }  // namespace
