@@ -76,14 +76,15 @@ void Main(const Flags& flags) {
     const BenchCloud cloud = SurfaceCloud(surface, flags.quick ? 50'000 : 500'000, flags.clouds);
     for (uint32_t k : {15u, 50u, 100u, 300u}) {
       std::map<uint32_t, double> ratios;
-      CompareEstimators(cloud, k, flags.RoundsOr(5), pool, table, ratios);
-      if (k != 50) continue;
+      const bool has_targets = k == 50;
+      CompareEstimators(cloud, k, flags.RoundsOr(has_targets ? 15 : 5), pool, table, ratios);
+      if (!has_targets) continue;
       const std::string what = absl::StrCat(surface, " K=50: hexagram over avg-hexagram");
       targets.AtMost(absl::StrCat(what, " (1 rotation)"), 1.0, ratios[1], "x");
       targets.AtMost(absl::StrCat(what, " (default)"), 1.0, ratios[2], "x");
     }
     targets.AtMost(absl::StrCat(surface, ": hexagram's dearest K over its cheapest; 50 to 1000"), 1.1,
-                   CompareHexagrams(cloud, flags.RoundsOr(5), pool, hexagrams), "x");
+                   CompareHexagrams(cloud, flags.RoundsOr(21), pool, hexagrams), "x");
   }
   table.Finish(flags.out);
   hexagrams.Finish(flags.out);

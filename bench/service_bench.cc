@@ -79,7 +79,7 @@ void CompareWithInProcess(const Flags& flags, const BenchCloud& cloud, int threa
   });
   comparison.Add("service", [&] { return MeasureCall(*client, server, cloud); });
   comparison.Add("bare service", [&] { return MeasureCall(*bare_client, bare, cloud); });
-  auto medians = comparison.Run(flags.RoundsOr(9));
+  auto medians = comparison.Run(flags.RoundsOr(25));
   const auto micros = [&](const char* way, const char* figure = "total") {
     return 1e6 * medians[way][figure] / static_cast<double>(cloud.size());
   };
@@ -140,7 +140,7 @@ void MeasureWaits(const Flags& flags, const BenchCloud& cloud, Table& table, Tar
   comparison.Add("2", [&] { return measure(two); });
   comparison.Add("control 1", [] { return Spin(1); });
   comparison.Add("control 2", [] { return Spin(2); });
-  auto medians = comparison.Run(flags.RoundsOr(15));
+  auto medians = comparison.Run(flags.RoundsOr(25));
   for (const char* threads : {"1", "2"}) {
     for (const char* event : {"first result", "summary"}) {
       table.AddRow(
