@@ -89,7 +89,7 @@ struct GroupScratch::Buffers {
   std::vector<NeighborRank> heap;
   std::vector<int32_t> tied_ids;
   float reach_hint = 0.0f;  // largest neighborhood radius of the last group
-  // Of each corner's last targets the largest squared distance to a point, in units of squared spacing. In the plane,
+  // Within how much of each corner's last targets there was a point: squared, in units of squared spacing. In the plane,
   // one hole in 150 of a random cloud is larger than 5.
   float target_reach[6] = {5, 5, 5, 5, 5, 5};
 

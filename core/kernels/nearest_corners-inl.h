@@ -261,7 +261,7 @@ class CornerSearch {
  private:
   size_t patch_count() const { return (b_.size + TargetPatch::kSize - 1) / TargetPatch::kSize; }
 
-  // How far around the targets of corner s to look: as far as the last ones had to.
+  // How far around the targets of corner s to look: as far as nearly all of the last ones had to.
   float SquaredGuess(int s) const { return squared_spacing_ * b_.target_reach[s]; }
 
   // How far around the targets of corners [first, last) to list leaves: farther than any patch is expected to look.
@@ -292,23 +292,24 @@ class CornerSearch {
   }
 
   HWY_INLINE void FindCorners(int s, const TargetLeaves& leaves) {
-    float farthest = 0.0f;
+    // Steps that settle where one guess in 33 is too low: a second search costs more than some leaves that hold
+    // nothing, and beyond the rim of a surface, where targets are far from every point, no guess is worth keeping.
+    constexpr float kAfterHit = 0.997f, kAfterMiss = 1.1f, kLeast = 0.5f, kMost = 1e6f;
     for (size_t p = 0; p < patch_count(); ++p) {
-      if (patches_[s][p].used != 0) farthest = std::max(farthest, FindPatchCorners(s, p, leaves));
+      if (patches_[s][p].used == 0) continue;
+      const float step = FindPatchCorners(s, p, leaves) ? kAfterHit : kAfterMiss;
+      b_.target_reach[s] = std::clamp(b_.target_reach[s] * step, kLeast, kMost);
     }
-    if (farthest == 0.0f) return;
-    // Forgotten slowly, since a second search costs more than some leaves that hold nothing.
-    constexpr float kKept = 0.985f;
-    b_.target_reach[s] = std::max(b_.target_reach[s] * kKept, farthest / squared_spacing_);
   }
 
-  // Sets the corners to the points nearest to the targets of a patch. Returns the largest of the squared distances.
-  HWY_INLINE float FindPatchCorners(int s, size_t p, const TargetLeaves& listed) {
+  // Sets the corners to the points nearest to the targets of a patch. Returns whether all were as near as guessed.
+  HWY_INLINE bool FindPatchCorners(int s, size_t p, const TargetLeaves& listed) {
     TargetPatch& patch = patches_[s][p];
-    float squared_reach = std::min(SquaredGuess(s), listed.squared_reach);
+    const float squared_reach = std::min(SquaredGuess(s), listed.squared_reach);
     size_t near_count = squared_reach < 0.0f ? 0 : CullLeavesAround(*listed.leaves, patch, squared_reach, b_.near);
     float farthest = SearchPatch(index_, b_.near.data(), near_count, patch);
-    if (HWY_UNLIKELY(farthest > squared_reach)) {
+    const bool guessed = farthest <= squared_reach;
+    if (HWY_UNLIKELY(!guessed)) {
       // Any point bounds the distance of the nearest one.
       const auto own_leaf = static_cast<uint32_t>(first_leaf_ + p);
       if (farthest == std::numeric_limits<float>::infinity()) farthest = SearchPatch(index_, &own_leaf, 1, patch);
@@ -318,7 +319,7 @@ class CornerSearch {
         leaves = &b_.own_leaves;
       }
       near_count = CullLeavesAround(*leaves, patch, farthest, b_.near);
-      farthest = SearchPatch(index_, b_.near.data(), near_count, patch);
+      SearchPatch(index_, b_.near.data(), near_count, patch);
     }
     for (uint32_t used = patch.used; used != 0; used &= used - 1) {
       const int lane = std::countr_zero(used);
@@ -328,7 +329,7 @@ class CornerSearch {
                                       : IndexedPoint{leaf, NearestPoint(index_.positions(leaf), patch, lane)};
       SetCorner(index_, corner, p * TargetPatch::kSize + lane, s, b_);
     }
-    return farthest;
+    return guessed;
   }
 
   const SpatialIndex& index_;
