@@ -20,7 +20,8 @@ absl::Status Broken(const std::string& what) {
 // Appends `bytes` to `values`; false if they are not count * width floats.
 bool Append(const std::string& bytes, uint64_t count, size_t width, std::vector<float>& values) {
   if (bytes.size() != count * width * sizeof(float)) return false;
-  // A string's bytes are aligned for floats. Inserted, and not resized and copied over, they are written once.
+  // The standard library of Debian aligns a string's bytes for floats. Inserted, and not resized and copied over, they
+  // are written once.
   const auto* floats = reinterpret_cast<const float*>(bytes.data());
   values.insert(values.end(), floats, floats + count * width);
   return true;
