@@ -1,7 +1,6 @@
 #include "client/channels.h"
 
-#include <random>
-
+#include "absl/random/random.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
@@ -67,7 +66,8 @@ absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Chan
     channels.push_back(MakeChannel(server, options));
   }
   // Many short processes together spread over the replicas as well.
-  const size_t start = channels.size() == 1 ? 0 : std::random_device()();
+  absl::BitGen bits;
+  const size_t start = absl::Uniform<size_t>(bits, 0, channels.size());
   auto created = std::make_unique<Channels>(std::move(channels), start);
   created->tls_ = options.tls;
   created->has_certificate_ = !options.certificate.empty();

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
-#include <random>
 #include <utility>
 
+#include "absl/random/random.h"
 #include "absl/strings/str_cat.h"
 #include "client/channels.h"
 #include "client/estimate_attempt.h"
@@ -34,8 +34,8 @@ absl::Status CheckArrays(const CloudView& cloud) {
 // cloud at once, else doubling from 0.25 s, up to a quarter less so that clients do not come in step.
 absl::Duration PauseAfter(int attempt, absl::Duration asked, bool another) {
   if (attempt == 1 && another) return asked;
-  std::random_device random;
-  const double jitter = std::uniform_real_distribution<double>(0.75, 1.0)(random);
+  absl::BitGen bits;
+  const double jitter = absl::Uniform(bits, 0.75, 1.0);
   return std::max(asked, jitter * absl::Milliseconds(250) * static_cast<double>(1 << std::min(attempt - 1, 5)));
 }
 

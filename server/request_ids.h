@@ -15,7 +15,7 @@ class RequestIds {
   std::string Next();
 
  private:
-  const std::string prefix_;
+  std::string prefix_;
   std::atomic<uint64_t> count_{0};
 };
 
