@@ -96,7 +96,7 @@ class BareService final : public v1::CurvatureService::Service {
 };
 
 int Serve(int threads) {
-  KeepFreedBuffers(uint64_t{1} << 40);
+  KeepFreedMemory(uint64_t{1} << 40);
   BareService service(threads);
   grpc::ServerBuilder builder;
   int port = 0;

@@ -93,7 +93,9 @@ Cloud::Cloud(ScalarType scalar_type, InvalidPointPolicy policy) : scalar_type_(s
 }
 
 size_t Cloud::bytes() const {
-  return blocks_.size() * kBlockPoints * sizeof(OrientedPoint) + pending_.capacity() * sizeof(ExactPoint);
+  size_t points = blocks_.size() * kBlockPoints;
+  if (expected_ > 0) points = std::min(points, expected_);
+  return points * sizeof(OrientedPoint) + pending_.capacity() * sizeof(ExactPoint);
 }
 
 absl::Status Cloud::Append(std::string_view positions, std::string_view normals) {
@@ -111,6 +113,10 @@ absl::Status Cloud::Append(std::string_view positions, std::string_view normals)
   if (size_ + count > std::numeric_limits<int32_t>::max()) {
     return absl::ResourceExhaustedError(
         absl::StrCat("cloud has more than ", std::numeric_limits<int32_t>::max(), " points"));
+  }
+  if (expected_ > 0 && size_ + count > expected_) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("positions brings the cloud to ", size_ + count, " points; ", expected_, " were expected"));
   }
   return scalar_type_ == ScalarType::kFloat32 ? AppendFloats(positions.data(), normals.data(), count)
                                               : AppendDoubles(positions.data(), normals.data(), count);
@@ -184,18 +190,28 @@ absl::Status Cloud::AppendDoubles(const char* positions, const char* normals, si
 
 absl::Status Cloud::MakeRoom() {
   if (stored_ % kBlockPoints != 0) return absl::OkStatus();
-  // A small cloud is content with one block; a large one takes as many at a time as get huge pages.
-  constexpr size_t kSlabBlocks = 8;
   if (free_blocks_ == 0) {
-    const size_t count = blocks_.empty() ? 1 : kSlabBlocks;
-    auto slab = PageArray<OrientedPoint>::Create(count * kBlockPoints);
-    if (!slab.ok()) return slab.status();
-    slabs_.push_back(*std::move(slab));
-    free_blocks_ = count;
+    if (absl::Status status = AddSlab(); !status.ok()) return status;
   }
-  PageArray<OrientedPoint>& slab = slabs_.back();
-  blocks_.push_back(slab.data() + slab.size() - free_blocks_ * kBlockPoints);
+  blocks_.push_back(next_block_);
+  next_block_ += kBlockPoints;
   --free_blocks_;
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::AddSlab() {
+  // If nobody knows how many points will come, a small cloud is content with one block; a large one takes as many at a
+  // time as get huge pages.
+  constexpr size_t kSlabBlocks = 8;
+  free_blocks_ = expected_ > 0 ? (expected_ + kBlockPoints - 1) / kBlockPoints : blocks_.empty() ? 1 : kSlabBlocks;
+  auto slab = expected_ > 0 ? PageArray<OrientedPoint>::Create(expected_)
+                            : PageArray<OrientedPoint>::Create(free_blocks_ * kBlockPoints, PageUse::kSparse);
+  if (!slab.ok()) {
+    free_blocks_ = 0;
+    return slab.status();
+  }
+  slabs_.push_back(*std::move(slab));
+  next_block_ = slabs_.back().data();
   return absl::OkStatus();
 }
 

@@ -49,10 +49,13 @@ class Cloud {
   Cloud(Cloud&&) noexcept = default;
   Cloud& operator=(Cloud&&) noexcept = default;
 
+  // Says how many points will come, so that one array of their size is made for them. REQUIRES: called before Append.
+  void Expect(size_t points) { expected_ = points; }
+
   // Appends points from packed little-endian arrays, 3 scalars a point in each. Errors leave the cloud as it was up to
   // the point that is named:
-  // - INVALID_ARGUMENT: lengths are not multiples of a point, or differ, or (kReject) a point is invalid; the message
-  //   names the field, the point's index in the cloud and the value.
+  // - INVALID_ARGUMENT: lengths are not multiples of a point, or differ, more points come than were expected, or
+  //   (kReject) a point is invalid; the message names the field, the point's index in the cloud and the value.
   // - RESOURCE_EXHAUSTED: no memory.
   absl::Status Append(std::string_view positions, std::string_view normals);
 
@@ -84,6 +87,7 @@ class Cloud {
   absl::Status RefusalOf(const std::array<Scalar, 3>& position, const std::array<Scalar, 3>& normal) const;
   // Makes sure that the last block has a free slot.
   absl::Status MakeRoom();
+  absl::Status AddSlab();
   absl::Status Store(const OrientedPoint& point);
   absl::Status StorePending();
 
@@ -97,7 +101,9 @@ class Cloud {
   std::vector<ExactPoint> pending_;              // float64 points that wait for the origin
   std::vector<PageArray<OrientedPoint>> slabs_;  // hold the blocks
   std::vector<OrientedPoint*> blocks_;
-  size_t free_blocks_ = 0;  // at the end of the last slab
+  OrientedPoint* next_block_ = nullptr;  // in the last slab
+  size_t free_blocks_ = 0;               // from next_block_ on
+  size_t expected_ = 0;                  // 0: nobody knows
 };
 
 }  // namespace curvd

@@ -1,23 +1,24 @@
 // A fixed-size array of trivial values in its own memory pages.
 //
-// Arrays of many million points come and go with every call; pages that are mapped for one array alone go back to the
-// system when it dies, and large ones ask for huge pages.
+// Arrays of many million points come and go with every call; pages that are mapped for one array alone can go back to
+// the system when it dies, or to the next array (core/page_pool.h), and large ones ask for huge pages.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <type_traits>
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "core/page_pool.h"
 
 namespace curvd {
 
-namespace internal {
-// Zero-filled pages, or nullptr if the system refuses. Unmap with the same size.
-void* MapPages(size_t bytes);
-void UnmapPages(void* pages, size_t bytes);
-}  // namespace internal
+enum class PageUse : uint8_t {
+  kWhole,   // every element will be written
+  kSparse,  // maybe a few: pages come from the system, which gives memory to those that are written
+};
 
 // Movable, not copyable. Thread-compatible: const methods may run concurrently, distinct elements may be written
 // concurrently.
@@ -27,25 +28,29 @@ class PageArray {
 
  public:
   PageArray() = default;
-  // Returns `size` zero-filled elements, or RESOURCE_EXHAUSTED if the system has no memory for them.
-  static absl::StatusOr<PageArray> Create(size_t size) {
+  // Returns `size` elements with any values, or RESOURCE_EXHAUSTED if the system has no memory for them.
+  static absl::StatusOr<PageArray> Create(size_t size, PageUse use = PageUse::kWhole) {
     PageArray array;
     if (size == 0) return array;
-    void* pages = internal::MapPages(size * sizeof(T));
+    array.use_ = use;
+    const size_t bytes = size * sizeof(T);
+    void* pages = use == PageUse::kWhole ? ProcessPages().Map(bytes) : ProcessPages().MapFresh(bytes);
     if (pages == nullptr) return absl::ResourceExhaustedError("out of memory: no pages for an array of points");
     array.elements_ = static_cast<T*>(pages);
     array.size_ = size;
     return array;
   }
   PageArray(PageArray&& other) noexcept
-      : elements_(std::exchange(other.elements_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+      : elements_(std::exchange(other.elements_, nullptr)), size_(std::exchange(other.size_, 0)), use_(other.use_) {}
   PageArray& operator=(PageArray&& other) noexcept {
     std::swap(elements_, other.elements_);
     std::swap(size_, other.size_);
+    std::swap(use_, other.use_);
     return *this;
   }
   ~PageArray() {
-    if (elements_ != nullptr) internal::UnmapPages(elements_, bytes());
+    if (elements_ == nullptr) return;
+    use_ == PageUse::kWhole ? ProcessPages().Unmap(elements_, bytes()) : ProcessPages().UnmapFresh(elements_, bytes());
   }
 
   T* data() { return elements_; }
@@ -59,6 +64,7 @@ class PageArray {
  private:
   T* elements_ = nullptr;
   size_t size_ = 0;
+  PageUse use_ = PageUse::kWhole;
 };
 
 }  // namespace curvd

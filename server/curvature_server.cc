@@ -18,6 +18,7 @@
 #include "server/credential_files.h"
 #include "server/curvature_service.h"
 #include "server/descriptor_limit.h"
+#include "server/freed_memory.h"
 #include "server/grpc_log.h"
 #include "server/health_port.h"
 #include "server/keepalive.h"
@@ -195,6 +196,7 @@ CurvatureServer::Running::~Running() {
 
 void CurvatureServer::Running::Tick(Ticker::Clock::time_point now) {
   for (const auto& stream : context_.gate.open_streams()) stream->Tick(now);
+  ReleaseFreedPages();
 }
 
 void CurvatureServer::Running::Drain(absl::Duration timeout) {

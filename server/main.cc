@@ -105,7 +105,7 @@ int Main(int argc, char** argv) {
     std::fputs(line->answer.c_str(), stdout);
     return kOk;
   }
-  KeepFreedBuffers(line->options.Resolved().memory_limit_bytes);
+  KeepFreedMemory(line->options.Resolved().memory_limit_bytes);
   return Serve(line->options);
 }
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/page_pool.h"
+
 namespace curvd {
 namespace {
 
@@ -28,6 +30,51 @@ TEST(CloudTest, KeepsFloatPositionsAsTheyAre) {
   ASSERT_TRUE(cloud.Append(Bytes<float>({1e6f, 0.1f, -3e-20f}), Bytes(UpNormals<float>(1))).ok());
   ASSERT_TRUE(cloud.Finish().ok());
   EXPECT_EQ(cloud.point(0).position, (std::array<float, 3>{1e6f, 0.1f, -3e-20f}));
+}
+
+TEST(CloudTest, AnExpectedCloudHoldsTheSamePoints) {
+  for (const size_t count : {size_t{1}, Cloud::kBlockPoints, Cloud::kBlockPoints + 1, 3 * Cloud::kBlockPoints - 5}) {
+    std::vector<float> positions(3 * count);
+    for (size_t i = 0; i < positions.size(); ++i) positions[i] = static_cast<float>(i);
+    const std::vector<float> normals = UpNormals<float>(count);
+    Cloud cloud;
+    cloud.Expect(count);
+    constexpr size_t kChunk = 50'000;
+    for (size_t first = 0; first < count; first += kChunk) {
+      const size_t bytes = 12 * std::min(kChunk, count - first);
+      ASSERT_TRUE(cloud.Append(Bytes(positions).substr(12 * first, bytes), Bytes(normals).substr(0, bytes)).ok());
+    }
+    ASSERT_TRUE(cloud.Finish().ok());
+    ASSERT_EQ(cloud.size(), count);
+    EXPECT_EQ(cloud.bytes(), 24 * count);
+    for (size_t i = 0; i < count; ++i) ASSERT_EQ(cloud.point(i).position[2], static_cast<float>(3 * i + 2));
+  }
+}
+
+// Room for many points, of which nobody knows whether they come, must not take the memory of those that did.
+TEST(CloudTest, ACloudOfUnknownSizeTakesNoKeptPages) {
+  ProcessPages().SetLimits({.kept = 64 << 20, .together = 64 << 20});
+  const std::vector<float> normals = UpNormals<float>(1);
+  for (const size_t expected : {Cloud::kBlockPoints, size_t{0}}) {
+    const size_t kept = ProcessPages().kept_bytes();
+    Cloud cloud;
+    if (expected > 0) cloud.Expect(expected);
+    ASSERT_TRUE(cloud.Append(Bytes(normals), Bytes(normals)).ok());
+    EXPECT_EQ(ProcessPages().kept_bytes(), kept);
+  }
+  EXPECT_GT(ProcessPages().kept_bytes(), 0u);
+  ProcessPages().SetLimits({});
+}
+
+TEST(CloudTest, RefusesMorePointsThanExpected) {
+  Cloud cloud;
+  cloud.Expect(2);
+  const std::vector<float> normals = UpNormals<float>(2);
+  ASSERT_TRUE(cloud.Append(Bytes(normals), Bytes(normals)).ok());
+  const absl::Status status = cloud.Append(Bytes(normals), Bytes(normals));
+  EXPECT_TRUE(absl::IsInvalidArgument(status));
+  EXPECT_NE(status.message().find("4 points; 2 were expected"), std::string::npos) << status;
+  EXPECT_EQ(cloud.size(), 2u);
 }
 
 TEST(CloudTest, ShiftsDoublesToALocalOriginThatChunkingDoesNotChange) {

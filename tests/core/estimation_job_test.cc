@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 
+#include "core/page_pool.h"
 #include "tests/core/test_clouds.h"
 
 namespace curvd::testing {
@@ -58,6 +59,43 @@ TEST(EstimationJobTest, ThreadsDoNotChangeAByte) {
     const EstimationResult one = MustEstimate(points.ToCloud(), WithEstimator(estimator), 1);
     for (int threads : {2, 8}) {
       EXPECT_TRUE(SameBytes(one.field, MustEstimate(points.ToCloud(), WithEstimator(estimator), threads).field));
+    }
+  }
+}
+
+// Leaves every page that arrays of `points` points may get with `byte` in each place.
+void SoilPages(size_t points, int byte) {
+  std::vector<std::pair<void*, size_t>> ranges;
+  for (const size_t bytes : {4u, 12u, 16u, 24u, 28u, 32u, 48u, 64u}) {
+    for (size_t size = points * bytes / 16; size <= points * bytes + 8192; size += std::max<size_t>(4096, size / 64)) {
+      ranges.emplace_back(ProcessPages().Map(size), size);
+      std::memset(ranges.back().first, byte, size);
+    }
+  }
+  for (const auto& [pages, size] : ranges) ProcessPages().Unmap(pages, size);
+}
+
+// Arrays get the pages of those that died, with what is written there.
+TEST(EstimationJobTest, WhatPagesHeldBeforeDoesNotChangeAByte) {
+  for (EstimatorKind estimator : kEstimators) {
+    for (const bool by_radius : {false, true}) {
+      EstimatorOptions options = WithEstimator(estimator);
+      if (by_radius) options.neighborhood = NeighborRadius{0.05};
+      for (const size_t count : {10, 1'000, 5'001}) {
+        TestPoints points = RandomPoints(Layout::kClustered, count, 5);
+        points.normals[3] = {0.0f, 0.0f, 0.0f};
+        const EstimationResult fresh = MustEstimate(points.ToCloud(), options, 2);
+        for (const int byte : {0xff, 0x7f, 0x01}) {
+          ProcessPages().SetLimits({.kept = 256 << 20, .together = 1 << 30});
+          SoilPages(count, byte);
+          const size_t kept = ProcessPages().kept_bytes();
+          const EstimationResult reused = MustEstimate(points.ToCloud(), options, 2);
+          EXPECT_LT(ProcessPages().kept_bytes(), kept);  // the field has some
+          ProcessPages().SetLimits({});
+          EXPECT_TRUE(SameBytes(fresh.field, reused.field))
+              << static_cast<int>(estimator) << ", " << count << " points";
+        }
+      }
     }
   }
 }
