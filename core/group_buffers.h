@@ -89,8 +89,8 @@ struct GroupScratch::Buffers {
   std::vector<NeighborRank> heap;
   std::vector<int32_t> tied_ids;
   float reach_hint = 0.0f;  // largest neighborhood radius of the last group
-  // Within how much of each corner's last targets there was a point: squared, in units of squared spacing. In the plane,
-  // one hole in 150 of a random cloud is larger than 5.
+  // Within how much of each corner's last targets there was a point: squared, in units of squared spacing. In the
+  // plane, one hole in 150 of a random cloud is larger than 5.
   float target_reach[6] = {5, 5, 5, 5, 5, 5};
 
   std::array<uint64_t, kPointStatusEnd> status_counts{};  // of all points written

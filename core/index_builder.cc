@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/record_extent.h"
+
 namespace curvd {
 namespace {
 
@@ -36,13 +38,6 @@ int WidestAxis(const Box& box) {
     if (box.hi[axis] - box.lo[axis] > box.hi[widest] - box.lo[widest]) widest = axis;
   }
   return widest;
-}
-
-void Measure(const PointRecord* first, const PointRecord* last, TreeNode& node) {
-  for (const PointRecord* it = first; it != last; ++it) {
-    Extend(node.box, it->position);
-    node.min_id = std::min(node.min_id, it->id);
-  }
 }
 
 // Copies up to a leaf's records in the order of their ids, so that the tree's order depends on the points alone, not on
@@ -198,7 +193,7 @@ TreeNode IndexBuilder::MeasureNode(const Range& range) {
   const PointRecord* end = RangeEnd(range);
   for (const PointRecord* slice = record(range.first_leaf); slice != end && !IsCancelled();) {
     const PointRecord* next = slice + std::min(kSliceRecords, end - slice);
-    Measure(slice, next, node);
+    ExtendNode(slice, next, node);
     slice = next;
   }
   return node;
