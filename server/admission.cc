@@ -17,7 +17,7 @@ constexpr uint64_t kSmallLaneShare = 8;
 constexpr uint64_t kSmallCallShare = 4;
 // What gRPC and the call's own objects hold beside the arrays.
 constexpr uint64_t kFixedCallBytes = 64 << 10;
-// A chunk exists as slices of the wire, as parsed message and as points that were appended.
+// A chunk exists as slices of the wire, as points that were appended, and parsed where protobuf has to read it.
 constexpr uint64_t kChunkCopies = 3;
 // A result message may still be on its way while the next one is packed.
 constexpr uint64_t kResultCopies = 2;

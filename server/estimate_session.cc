@@ -5,6 +5,8 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "grpcpp/impl/codegen/proto_utils.h"
+#include "server/append_pieces.h"
 #include "server/error_detail.h"
 #include "server/reasons.h"
 
@@ -12,6 +14,10 @@ namespace curvd {
 namespace {
 
 namespace v1 = curvature::v1;
+namespace wire = curvature::wire;
+
+constexpr wire::BulkLayout kPointChunk({v1::PointChunk::kFirstIndexFieldNumber},
+                                       {v1::PointChunk::kPositionsFieldNumber, v1::PointChunk::kNormalsFieldNumber});
 
 absl::Status Invalid(const char* reason, std::string field, std::string value, std::string limit) {
   return MakeError(absl::StatusCode::kInvalidArgument,
@@ -39,23 +45,33 @@ absl::Status EstimateSession::Keep(absl::Status status) {
   return status;
 }
 
-absl::Status EstimateSession::Receive(const v1::EstimateCurvatureRequest& message) {
+absl::Status EstimateSession::Receive(grpc::ByteBuffer& message) {
   if (!failure_.ok()) return failure_;
-  switch (message.message_case()) {
+  wire::BulkMessage chunk;
+  if (wire::ReadBulkMessage(message, v1::EstimateCurvatureRequest::kChunkFieldNumber, kPointChunk, chunk)) {
+    return Keep(ReceiveChunk(chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber],
+                             chunk.arrays[v1::PointChunk::kPositionsFieldNumber],
+                             chunk.arrays[v1::PointChunk::kNormalsFieldNumber]));
+  }
+  const size_t bytes = message.Length();
+  v1::EstimateCurvatureRequest request;
+  if (grpc::SerializationTraits<v1::EstimateCurvatureRequest>::Deserialize(&message, &request).ok()) {
+    return Keep(ReceiveRequest(request));
+  }
+  return Keep(Invalid(kReasonMessageMalformed, "message", absl::StrCat(bytes, " bytes that cannot be parsed"),
+                      "a curvature.v1.EstimateCurvatureRequest in protobuf's wire format"));
+}
+
+absl::Status EstimateSession::ReceiveRequest(const v1::EstimateCurvatureRequest& request) {
+  switch (request.message_case()) {
     case v1::EstimateCurvatureRequest::kHeader:
-      return Keep(ReceiveHeader(message.header()));
+      return ReceiveHeader(request.header());
     case v1::EstimateCurvatureRequest::kChunk:
-      return Keep(ReceiveChunk(message.chunk()));
+      return ReceiveChunk(request.chunk().first_index(), {request.chunk().positions()}, {request.chunk().normals()});
     case v1::EstimateCurvatureRequest::MESSAGE_NOT_SET:
       break;
   }
-  return Keep(Invalid(kReasonMessageEmpty, "message", "empty", "a header or a chunk"));
-}
-
-absl::Status EstimateSession::ReceiveMalformed(uint64_t bytes) {
-  if (!failure_.ok()) return failure_;
-  return Keep(Invalid(kReasonMessageMalformed, "message", absl::StrCat(bytes, " bytes that cannot be parsed"),
-                      "a curvature.v1.EstimateCurvatureRequest in protobuf's wire format"));
+  return Invalid(kReasonMessageEmpty, "message", "empty", "a header or a chunk");
 }
 
 absl::Status EstimateSession::ReceiveHeader(const v1::CloudHeader& header) {
@@ -66,43 +82,44 @@ absl::Status EstimateSession::ReceiveHeader(const v1::CloudHeader& header) {
   if (!options.ok()) return options.status();
   options_ = *std::move(options);
   cloud_ = Cloud(options_->scalar_type, options_->invalid_point_policy);
+  cloud_.Expect(options_->point_count);
   return absl::OkStatus();
 }
 
-absl::Status EstimateSession::ReceiveChunk(const v1::PointChunk& chunk) {
+absl::Status EstimateSession::ReceiveChunk(uint64_t first_index, const wire::Pieces& positions,
+                                           const wire::Pieces& normals) {
   if (!has_header()) return Invalid(kReasonHeaderMissing, "first message", "a chunk", "a header");
-  if (chunk.first_index() != points_received_) {
-    return Invalid(kReasonChunkOutOfOrder, "chunk.first_index", absl::StrCat(chunk.first_index()),
+  if (first_index != points_received_) {
+    return Invalid(kReasonChunkOutOfOrder, "chunk.first_index", absl::StrCat(first_index),
                    absl::StrCat(points_received_, ", the number of points sent before"));
   }
-  const absl::StatusOr<uint64_t> count = CheckLengths(chunk);
+  const absl::StatusOr<uint64_t> count = CheckLengths(wire::SizeOf(positions), wire::SizeOf(normals));
   if (!count.ok()) return count.status();
   if (absl::Status status = CheckTotal(points_received_ + *count); !status.ok()) return status;
-  if (*count == 0) return absl::OkStatus();
-  absl::Status status = cloud_.Append(chunk.positions(), chunk.normals());
-  if (!status.ok()) return ExplainAppend(std::move(status));
+  if (absl::Status status = AppendPieces(positions, normals, options_->scalar_type, cloud_); !status.ok()) {
+    return ExplainAppend(std::move(status));
+  }
   points_received_ += *count;
-  return status;
+  return absl::OkStatus();
 }
 
-absl::StatusOr<uint64_t> EstimateSession::CheckLengths(const v1::PointChunk& chunk) const {
-  const uint64_t bytes = chunk.positions().size() + chunk.normals().size();
+absl::StatusOr<uint64_t> EstimateSession::CheckLengths(size_t positions, size_t normals) const {
+  const uint64_t bytes = uint64_t{positions} + normals;
   if (bytes > limits_.max_chunk_bytes) {
     return OverLimit(kReasonChunkTooLarge, "chunk.positions and chunk.normals together", absl::StrCat(bytes, " bytes"),
                      absl::StrCat("at most ", limits_.max_chunk_bytes, " bytes (max_chunk_bytes)"));
   }
-  const bool is_float = options_->scalar_type == ScalarType::kFloat32;
-  const uint64_t point_bytes = 3 * ScalarBytes(options_->scalar_type);
-  if (chunk.positions().size() % point_bytes != 0) {
+  if (positions % point_bytes() != 0) {
+    const bool is_float = options_->scalar_type == ScalarType::kFloat32;
     return Invalid(
-        kReasonChunkLength, "chunk.positions", absl::StrCat(chunk.positions().size(), " bytes"),
-        absl::StrCat("a multiple of ", point_bytes, " bytes (3 ", is_float ? "float32" : "float64", " a point)"));
+        kReasonChunkLength, "chunk.positions", absl::StrCat(positions, " bytes"),
+        absl::StrCat("a multiple of ", point_bytes(), " bytes (3 ", is_float ? "float32" : "float64", " a point)"));
   }
-  if (chunk.normals().size() != chunk.positions().size()) {
-    return Invalid(kReasonChunkLength, "chunk.normals", absl::StrCat(chunk.normals().size(), " bytes"),
-                   absl::StrCat(chunk.positions().size(), " bytes, as chunk.positions: every point needs a normal"));
+  if (normals != positions) {
+    return Invalid(kReasonChunkLength, "chunk.normals", absl::StrCat(normals, " bytes"),
+                   absl::StrCat(positions, " bytes, as chunk.positions: every point needs a normal"));
   }
-  return chunk.positions().size() / point_bytes;
+  return positions / point_bytes();
 }
 
 absl::Status EstimateSession::CheckTotal(uint64_t total) const {

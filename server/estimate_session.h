@@ -7,6 +7,8 @@
 #include "absl/status/status.h"
 #include "core/cloud.h"
 #include "curvature/v1/curvature.pb.h"
+#include "grpcpp/support/byte_buffer.h"
+#include "proto/bulk_message.h"
 #include "server/call_limits.h"
 #include "server/call_options.h"
 
@@ -18,14 +20,13 @@ class EstimateSession {
  public:
   explicit EstimateSession(const CallLimits& limits) : limits_(limits) {}
 
-  // Takes the next message. A chunk's points are in the cloud when this returns. Errors:
-  // - INVALID_ARGUMENT: a wrong message, field, order or length, more points than header.point_count, or an invalid
-  //   point that was not to be skipped.
+  // Takes the next message; what remains in `message` is undefined. A chunk's points are in the cloud when this
+  // returns, copied from where gRPC received them. Errors:
+  // - INVALID_ARGUMENT: bytes that are no EstimateCurvatureRequest, a wrong message, field, order or length, more
+  // points
+  //   than header.point_count, or an invalid point that was not to be skipped.
   // - RESOURCE_EXHAUSTED: over max_points or max_chunk_bytes, or no memory.
-  absl::Status Receive(const curvature::v1::EstimateCurvatureRequest& message);
-
-  // The next message was `bytes` bytes that are no message. INVALID_ARGUMENT, always.
-  absl::Status ReceiveMalformed(uint64_t bytes);
+  absl::Status Receive(grpc::ByteBuffer& message);
 
   // The client is done. INVALID_ARGUMENT if there was no header, or not header.point_count points.
   absl::Status HalfClose();
@@ -42,11 +43,15 @@ class EstimateSession {
 
  private:
   absl::Status ReceiveHeader(const curvature::v1::CloudHeader& header);
-  absl::Status ReceiveChunk(const curvature::v1::PointChunk& chunk);
-  // The number of points in `chunk`, if its lengths are right.
-  absl::StatusOr<uint64_t> CheckLengths(const curvature::v1::PointChunk& chunk) const;
+  absl::Status ReceiveRequest(const curvature::v1::EstimateCurvatureRequest& request);
+  absl::Status ReceiveChunk(uint64_t first_index, const curvature::wire::Pieces& positions,
+                            const curvature::wire::Pieces& normals);
+  // The number of points in a chunk with arrays of so many bytes, if those are right.
+  absl::StatusOr<uint64_t> CheckLengths(size_t positions, size_t normals) const;
   absl::Status CheckTotal(uint64_t total) const;
   absl::Status Keep(absl::Status status);
+  // Bytes of one position. REQUIRES: has_header().
+  size_t point_bytes() const { return 3 * ScalarBytes(options_->scalar_type); }
 
   const CallLimits limits_;
   absl::Status failure_;

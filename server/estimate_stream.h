@@ -107,7 +107,6 @@ class EstimateStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, gr
 
   // Of the reading chain.
   grpc::ByteBuffer packed_request_;
-  curvature::v1::EstimateCurvatureRequest request_;
   EstimateSession session_;
   Clock::time_point receive_started_;
   std::atomic<uint64_t> points_received_{0};  // may be read by anybody

@@ -1,6 +1,4 @@
 // The reading chain of EstimateStream: from the header to the job.
-#include <grpcpp/impl/codegen/proto_utils.h>
-
 #include <utility>
 
 #include "server/call_errors.h"
@@ -8,8 +6,6 @@
 
 namespace curvd {
 namespace {
-
-using Request = curvature::v1::EstimateCurvatureRequest;
 
 // Clouds up to this size go before larger ones, block by block, unless the caller says otherwise.
 constexpr uint64_t kInteractivePoints = 100'000;
@@ -52,10 +48,8 @@ void EstimateStream::Receive() {
   record_.bytes_received += bytes;
   service_.metrics.CountReceived(RpcMethod::kEstimateCurvature, bytes);
   const bool is_header = !session_.has_header();
-  const bool is_message = grpc::SerializationTraits<Request>::Deserialize(&packed_request_, &request_).ok();
-  absl::Status status = is_message ? session_.Receive(request_) : session_.ReceiveMalformed(bytes);
-  if (!status.ok()) return End(std::move(status));
-  request_.Clear();
+  if (absl::Status status = session_.Receive(packed_request_); !status.ok()) return End(std::move(status));
+  packed_request_.Clear();
   record_.points_received = session_.points_received();
   points_received_.store(session_.points_received(), std::memory_order_relaxed);
   if (is_header) {

@@ -8,6 +8,7 @@
 
 #include "curvature/v1/curvature.pb.h"
 #include "server/estimate_session.h"
+#include "tests/byte_buffers.h"
 #include "tests/fuzz/error_properties.h"
 #include "tests/fuzz/input.h"
 #include "tests/fuzz/require.h"
@@ -33,25 +34,35 @@ v1::PointChunk NextChunk(const EstimateSession& session, fuzz::Input& input) {
   return chunk;
 }
 
-// Gives the session its next message; nothing at the half-close.
-std::optional<absl::Status> NextStep(EstimateSession& session, fuzz::Input& input) {
+// The next message as it comes over the wire; nothing at the half-close.
+std::optional<std::string> NextMessage(const EstimateSession& session, fuzz::Input& input) {
   v1::EstimateCurvatureRequest message;
-  google::protobuf::MessageLite* packed = &message;
   switch (input.Byte() % 4) {
     case 0:
-      break;
-    case 1:
-      packed = message.mutable_header();
-      break;
+      return std::string(input.Block());
+    case 1: {
+      const std::string_view bytes = input.Block();
+      // Without a header that can be parsed, bytes that cannot are the message.
+      if (!message.mutable_header()->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+        return std::string(bytes);
+      }
+      return message.SerializeAsString();
+    }
     case 2:
       *message.mutable_chunk() = NextChunk(session, input);
-      return session.Receive(message);
+      return message.SerializeAsString();
     default:
       return std::nullopt;
   }
-  const std::string_view bytes = input.Block();
-  if (packed->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return session.Receive(message);
-  return session.ReceiveMalformed(bytes.size());
+}
+
+// Gives the session its next message, in pieces; nothing at the half-close.
+std::optional<absl::Status> NextStep(EstimateSession& session, fuzz::Input& input) {
+  const std::optional<std::string> bytes = NextMessage(session, input);
+  if (!bytes) return std::nullopt;
+  constexpr size_t kPieceBytes = 37;
+  grpc::ByteBuffer message = curvd::ToByteBuffer(*bytes, kPieceBytes);
+  return session.Receive(message);
 }
 
 void CheckPoint(const OrientedPoint& point, size_t& invalid) {

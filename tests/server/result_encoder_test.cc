@@ -63,7 +63,8 @@ TEST(PackResultsTest, TheBytesAreThoseOfProtobuf) {
   const PageArray<PointCurvature> points = Points(40'000);
   for (const size_t first : {0, 1, 127, 128, 16'384, 20'000}) {
     for (const size_t count : {1, 4, 31, 32, 127, 128, 5'000, 16'384}) {
-      for (const QuantitySet& quantities : {QuantitySet(), QuantitySet{false, false, false, true, false}}) {
+      for (const QuantitySet& quantities : {QuantitySet(), QuantitySet{false, false, false, true, false},
+                                            QuantitySet{false, false, false, false, true}}) {
         const std::string packed = Packed(points, first, count, quantities);
         curvature::v1::EstimateCurvatureResponse response;
         ASSERT_TRUE(response.ParseFromString(packed));
