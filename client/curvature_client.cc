@@ -82,8 +82,7 @@ absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud
   for (int attempt = 1;; ++attempt) {
     const std::shared_ptr<grpc::Channel> channel = channels_->Next();
     if (attempt > 1) AwaitConnection(channel, callbacks.stop);
-    const auto stub = curvature::v1::CurvatureService::NewStub(channel);
-    AttemptOutcome outcome = RunAttempt(*stub, cloud, options, time_left(), attempt, callbacks);
+    AttemptOutcome outcome = RunAttempt(channel, cloud, options, time_left(), attempt, callbacks);
     if (outcome.result) {
       outcome.result->summary.attempts = attempt;
       return *std::move(outcome.result);

@@ -120,7 +120,7 @@ struct EstimateProgress {
 };
 
 struct EstimateCallbacks {
-  // Told about progress, from any thread but never from two at a time; must not block.
+  // Told about progress on the calling thread; must not block. What it throws ends the call and reaches the caller.
   std::function<void(const EstimateProgress&)> on_progress;
   // Ends the call with CANCELLED.
   std::stop_token stop;

@@ -1,14 +1,14 @@
 // One try of an estimate on one server.
 #pragma once
 
-#include <functional>
+#include <memory>
 #include <optional>
 #include <stop_token>
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "client/curvature_client.h"
-#include "curvature/v1/curvature.grpc.pb.h"
+#include "grpcpp/channel.h"
 
 namespace curv {
 
@@ -23,10 +23,10 @@ struct AttemptOutcome {
   AttemptFailure failure;  // if there is no result
 };
 
-// Sends the cloud and collects the results. The calling thread writes while another reads: neither side can block the
-// other, and an early refusal stops the sending.
+// Sends the cloud and collects the results, reading while it writes: neither side can block the other, and an early
+// refusal stops the sending. All of it on the calling thread: a hand-over between threads costs more than its message.
 // REQUIRES: the arrays of `cloud` hold whole points, as many normals as positions.
-AttemptOutcome RunAttempt(curvature::v1::CurvatureService::Stub& stub, const CloudView& cloud,
+AttemptOutcome RunAttempt(const std::shared_ptr<grpc::Channel>& channel, const CloudView& cloud,
                           const EstimateOptions& options, absl::Duration timeout, int attempt,
                           const EstimateCallbacks& callbacks);
 

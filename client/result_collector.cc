@@ -3,41 +3,81 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "grpcpp/impl/codegen/proto_utils.h"
 
 namespace curv {
 namespace {
 
 namespace v1 = curvature::v1;
+namespace wire = curvature::wire;
+using v1::ResultChunk;
 
 absl::Status Broken(const std::string& what) {
   return absl::InternalError(absl::StrCat("the server broke the protocol: ", what));
 }
 
-// Appends `bytes` to `values`; false if they are not count * width floats.
-bool Append(const std::string& bytes, uint64_t count, size_t width, std::vector<float>& values) {
-  if (bytes.size() != count * width * sizeof(float)) return false;
-  // The standard library of Debian aligns a string's bytes for floats. Inserted, and not resized and copied over, they
-  // are written once.
-  const auto* floats = reinterpret_cast<const float*>(bytes.data());
-  values.insert(values.end(), floats, floats + count * width);
+constexpr wire::BulkLayout kResultChunk({ResultChunk::kFirstIndexFieldNumber, ResultChunk::kPointCountFieldNumber},
+                                        {ResultChunk::kStatusFieldNumber, ResultChunk::kMeanCurvatureFieldNumber,
+                                         ResultChunk::kGaussianCurvatureFieldNumber, ResultChunk::kK1FieldNumber,
+                                         ResultChunk::kK2FieldNumber, ResultChunk::kD1FieldNumber,
+                                         ResultChunk::kD2FieldNumber, ResultChunk::kRadiusFieldNumber});
+
+// `chunk` as it would have been read in place.
+wire::BulkMessage InPlace(const ResultChunk& chunk) {
+  wire::BulkMessage read;
+  read.numbers[ResultChunk::kFirstIndexFieldNumber] = chunk.first_index();
+  read.numbers[ResultChunk::kPointCountFieldNumber] = chunk.point_count();
+  read.arrays[ResultChunk::kStatusFieldNumber] = {chunk.status()};
+  read.arrays[ResultChunk::kMeanCurvatureFieldNumber] = {chunk.mean_curvature()};
+  read.arrays[ResultChunk::kGaussianCurvatureFieldNumber] = {chunk.gaussian_curvature()};
+  read.arrays[ResultChunk::kK1FieldNumber] = {chunk.k1()};
+  read.arrays[ResultChunk::kK2FieldNumber] = {chunk.k2()};
+  read.arrays[ResultChunk::kD1FieldNumber] = {chunk.d1()};
+  read.arrays[ResultChunk::kD2FieldNumber] = {chunk.d2()};
+  read.arrays[ResultChunk::kRadiusFieldNumber] = {chunk.radius()};
+  return read;
+}
+
+// Appends the values in `pieces`; false if they are not `count`.
+template <typename Value>
+bool Append(const wire::Pieces& pieces, size_t count, std::vector<Value>& values) {
+  if (wire::SizeOf(pieces) != count * sizeof(Value)) return false;
+  const size_t old_size = values.size();
+  values.resize(old_size + count);
+  char* out = reinterpret_cast<char*>(values.data() + old_size);
+  for (const std::string_view piece : pieces) out = std::copy(piece.begin(), piece.end(), out);
   return true;
 }
 
 }  // namespace
 
-absl::Status ResultCollector::Take(const v1::EstimateCurvatureResponse& response) {
+absl::Status ResultCollector::Take(grpc::ByteBuffer& message) {
   if (summarized_) return Broken("a message follows the summary");
+  wire::BulkMessage chunk;
+  if (accepted_ &&
+      wire::ReadBulkMessage(message, v1::EstimateCurvatureResponse::kResultFieldNumber, kResultChunk, chunk)) {
+    return TakeResult(chunk);
+  }
+  v1::EstimateCurvatureResponse response;
+  if (!grpc::SerializationTraits<v1::EstimateCurvatureResponse>::Deserialize(&message, &response).ok()) {
+    return Broken("a message cannot be parsed");
+  }
+  return TakeResponse(response);
+}
+
+absl::Status ResultCollector::TakeResponse(const v1::EstimateCurvatureResponse& response) {
   if (response.has_accepted()) return TakeAccepted(response.accepted());
   if (!accepted_) return Broken("the first message is not Accepted");
   if (response.has_progress()) {
     progress_ = response.progress();
     return absl::OkStatus();
   }
-  if (response.has_result()) return TakeResult(response.result());
+  if (response.has_result()) return TakeResult(InPlace(response.result()));
   if (response.has_summary()) return TakeSummary(response.summary());
   return absl::OkStatus();  // of a newer server; what must not be missed is counted
 }
@@ -69,22 +109,26 @@ void ResultCollector::MakeRoom() {
   result_.status.reserve(points_);
 }
 
-absl::Status ResultCollector::TakeResult(const v1::ResultChunk& chunk) {
-  const uint64_t first = chunk.first_index(), count = chunk.point_count();
+absl::Status ResultCollector::TakeResult(const wire::BulkMessage& chunk) {
+  const uint64_t first = chunk.numbers[ResultChunk::kFirstIndexFieldNumber];
+  const uint64_t count = chunk.numbers[ResultChunk::kPointCountFieldNumber];
   if (first != received_ || count == 0 || count > points_ - received_) {
     return Broken(absl::StrCat("a result chunk holds ", count, " points from index ", first, ", but ", received_,
                                " of ", points_, " are here"));
   }
   if (received_ == 0) MakeRoom();
-  const bool fits = chunk.status().size() == count && Append(chunk.mean_curvature(), count, 1, result_.mean) &&
-                    Append(chunk.gaussian_curvature(), count, 1, result_.gaussian) &&
-                    Append(chunk.k1(), count, 1, result_.k1) && Append(chunk.k2(), count, 1, result_.k2) &&
-                    Append(chunk.d1(), count, 3, result_.d1) && Append(chunk.d2(), count, 3, result_.d2) &&
-                    Append(chunk.radius(), count, 1, result_.radius);
+  const auto& arrays = chunk.arrays;
+  const bool fits = Append(arrays[ResultChunk::kStatusFieldNumber], count, result_.status) &&
+                    Append(arrays[ResultChunk::kMeanCurvatureFieldNumber], count, result_.mean) &&
+                    Append(arrays[ResultChunk::kGaussianCurvatureFieldNumber], count, result_.gaussian) &&
+                    Append(arrays[ResultChunk::kK1FieldNumber], count, result_.k1) &&
+                    Append(arrays[ResultChunk::kK2FieldNumber], count, result_.k2) &&
+                    Append(arrays[ResultChunk::kD1FieldNumber], 3 * count, result_.d1) &&
+                    Append(arrays[ResultChunk::kD2FieldNumber], 3 * count, result_.d2) &&
+                    Append(arrays[ResultChunk::kRadiusFieldNumber], count, result_.radius);
   if (!fits) {
     return Broken(absl::StrCat("an array of the result chunk from index ", first, " does not hold ", count, " points"));
   }
-  result_.status.insert(result_.status.end(), chunk.status().begin(), chunk.status().end());
   received_ += count;
   return absl::OkStatus();
 }

@@ -6,6 +6,8 @@
 #include "absl/status/status.h"
 #include "client/curvature_client.h"
 #include "curvature/v1/curvature.pb.h"
+#include "grpcpp/support/byte_buffer.h"
+#include "proto/bulk_message.h"
 
 namespace curv {
 
@@ -15,10 +17,11 @@ class ResultCollector {
   // For a cloud of `points` points.
   explicit ResultCollector(uint64_t points) : points_(points) {}
 
-  // Takes the next message. INTERNAL, naming what was found and expected, if the protocol does not allow it here: a
-  // result before Accepted or with a gap, an array of the wrong length, anything after the Summary, a Summary that
-  // contradicts the results.
-  absl::Status Take(const curvature::v1::EstimateCurvatureResponse& response);
+  // Takes the next message; what remains in `message` is undefined. INTERNAL, naming what was found and expected, if
+  // the protocol does not allow it here: bytes that are no EstimateCurvatureResponse, a result before Accepted or with
+  // a gap, an array of the wrong length, anything after the Summary, a Summary that contradicts the results. Nothing
+  // may follow an error.
+  absl::Status Take(grpc::ByteBuffer& message);
 
   // Ends the stream. INTERNAL if it is not complete: no Summary.
   absl::Status Finish() const;
@@ -32,8 +35,9 @@ class ResultCollector {
   CurvatureResult Release() { return std::move(result_); }
 
  private:
+  absl::Status TakeResponse(const curvature::v1::EstimateCurvatureResponse& response);
   absl::Status TakeAccepted(const curvature::v1::Accepted& accepted);
-  absl::Status TakeResult(const curvature::v1::ResultChunk& chunk);
+  absl::Status TakeResult(const curvature::wire::BulkMessage& chunk);
   absl::Status TakeSummary(const curvature::v1::Summary& summary);
   void MakeRoom();
 

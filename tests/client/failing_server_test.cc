@@ -7,6 +7,8 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <stdexcept>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <utility>
@@ -215,6 +217,44 @@ TEST(CurvatureClientProtocolTest, AnEarlyRefusalStopsTheSending) {
   const absl::Status status =
       (*CurvatureClient::Connect(service.address()))->Estimate(CloudView(zeros, zeros), {}).status();
   EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
+}
+
+// Accepts a cloud, and reads none of it.
+grpc::Status AcceptAndWait(ScriptedService::Stream& stream, grpc::ServerContext& context) {
+  Accept(stream);
+  while (!context.IsCancelled()) absl::SleepFor(absl::Milliseconds(5));
+  return grpc::Status::CANCELLED;
+}
+
+TEST(CurvatureClientProtocolTest, StopsWhileTheServerTakesNothing) {
+  ScriptedService service([](int, ScriptedService::Stream& stream, grpc::ServerContext& context) {
+    return AcceptAndWait(stream, context);
+  });
+  const std::vector<float> zeros(30'000'000);
+  std::stop_source stop;
+  std::jthread stopper([&] {
+    absl::SleepFor(absl::Milliseconds(300));
+    stop.request_stop();
+  });
+  const absl::Status status = (*CurvatureClient::Connect(service.address()))
+                                  ->Estimate(CloudView(zeros, zeros), {}, {.on_progress = {}, .stop = stop.get_token()})
+                                  .status();
+  EXPECT_TRUE(absl::IsCancelled(status)) << status;
+}
+
+TEST(CurvatureClientProtocolTest, AnExceptionOfTheCallbackEndsTheCall) {
+  for (const uint64_t points_sent : {0, 1}) {  // before the call, and with chunks under way
+    ScriptedService service([](int, ScriptedService::Stream& stream, grpc::ServerContext& context) {
+      return AcceptAndWait(stream, context);
+    });
+    const std::vector<float> zeros(30'000'000);
+    EstimateCallbacks callbacks;
+    callbacks.on_progress = [points_sent](const EstimateProgress& progress) {
+      if (progress.points_sent >= points_sent) throw std::runtime_error("enough");
+    };
+    const auto client = *CurvatureClient::Connect(service.address());
+    EXPECT_THROW((void)client->Estimate(CloudView(zeros, zeros), {}, callbacks), std::runtime_error);
+  }
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 
 #include <functional>
 
+#include "tests/byte_buffers.h"
+
 namespace curv {
 namespace {
 
@@ -42,10 +44,13 @@ v1::EstimateCurvatureResponse Summary(uint64_t points, uint64_t ok) {
   return response;
 }
 
+constexpr size_t kPieceBytes = 7;  // no float lies in a piece of its own
+
 // Feeds messages until one is refused.
 absl::Status Feed(ResultCollector& collector, const std::vector<v1::EstimateCurvatureResponse>& responses) {
   for (const auto& response : responses) {
-    if (absl::Status status = collector.Take(response); !status.ok()) return status;
+    grpc::ByteBuffer message = curvd::ToByteBuffer(response.SerializeAsString(), kPieceBytes);
+    if (absl::Status status = collector.Take(message); !status.ok()) return status;
   }
   return collector.Finish();
 }
@@ -68,6 +73,33 @@ TEST(ResultCollectorTest, CollectsChunks) {
   EXPECT_EQ(result.d1.size(), 15u);
   EXPECT_EQ(result.summary.request_id, "r-7");
   EXPECT_EQ(result.summary.status_counts[3], 3u);
+}
+
+TEST(ResultCollectorTest, TakesResultsAsNobodyWritesThem) {
+  ResultCollector collector(3);
+  grpc::ByteBuffer accepted = curvd::ToByteBuffer(Accepted().SerializeAsString());
+  ASSERT_TRUE(collector.Take(accepted).ok());
+  // The same field twice: protobuf takes the last.
+  v1::EstimateCurvatureResponse first_only;
+  first_only.mutable_result()->set_point_count(7);
+  grpc::ByteBuffer twice = curvd::ToByteBuffer(first_only.SerializeAsString() + Result(0, 3).SerializeAsString());
+  const absl::Status status = collector.Take(twice);
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_EQ(collector.points_received(), 3u);
+}
+
+TEST(ResultCollectorTest, RefusesBytesThatAreNoMessage) {
+  for (const bool is_accepted : {false, true}) {
+    ResultCollector collector(1);
+    if (is_accepted) {
+      grpc::ByteBuffer accepted = curvd::ToByteBuffer(Accepted().SerializeAsString());
+      EXPECT_TRUE(collector.Take(accepted).ok());
+    }
+    grpc::ByteBuffer message = curvd::ToByteBuffer("\x0f\xff");
+    const absl::Status status = collector.Take(message);
+    EXPECT_TRUE(absl::IsInternal(status));
+    EXPECT_THAT(std::string(status.message()), HasSubstr("cannot be parsed"));
+  }
 }
 
 TEST(ResultCollectorTest, TakesAnEmptyCloud) {

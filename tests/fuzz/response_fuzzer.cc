@@ -8,6 +8,7 @@
 #include "client/result_collector.h"
 #include "client/rpc_error.h"
 #include "curvature/v1/curvature.pb.h"
+#include "tests/byte_buffers.h"
 #include "tests/fuzz/input.h"
 #include "tests/fuzz/require.h"
 
@@ -66,20 +67,22 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   fuzz::Input input(bytes, size);
   const uint8_t points = input.Byte();
   curv::ResultCollector collector(points);
-  v1::EstimateCurvatureResponse message;
   while (!input.empty()) {
-    message.Clear();
     const int opcode = input.Byte() % 3;
     if (opcode == 2) {
       CheckStatus(input);
       return 0;
     }
+    std::string bytes;
     if (opcode == 1) {
-      *message.mutable_result() = NextResults(collector.points_received(), input);
+      v1::EstimateCurvatureResponse response;
+      *response.mutable_result() = NextResults(collector.points_received(), input);
+      bytes = response.SerializeAsString();
     } else {
-      const std::string_view block = input.Block();
-      if (!message.ParseFromArray(block.data(), static_cast<int>(block.size()))) return 0;
+      bytes = input.Block();
     }
+    constexpr size_t kPieceBytes = 37;
+    grpc::ByteBuffer message = curvd::ToByteBuffer(bytes, kPieceBytes);
     if (const absl::Status status = collector.Take(message); !status.ok()) {
       fuzz::Require(absl::IsInternal(status), "a broken protocol is INTERNAL");
       return 0;

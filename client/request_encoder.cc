@@ -1,0 +1,88 @@
+#include "client/request_encoder.h"
+
+#include <cstring>
+
+#include "curvature/v1/curvature.pb.h"
+#include "proto/bulk_message.h"
+
+namespace curv {
+namespace {
+
+namespace v1 = curvature::v1;
+
+v1::Estimator ToProto(Estimator estimator) {
+  switch (estimator) {
+    case Estimator::kAvgHexagram:
+      return v1::ESTIMATOR_AVG_HEXAGRAM;
+    case Estimator::kHexagram:
+      return v1::ESTIMATOR_HEXAGRAM;
+    case Estimator::kUniform:
+      return v1::ESTIMATOR_UNIFORM;
+    case Estimator::kIndependent:
+      return v1::ESTIMATOR_INDEPENDENT;
+    case Estimator::kDelaunay:
+      return v1::ESTIMATOR_DELAUNAY;
+    case Estimator::kJetFitting:
+      return v1::ESTIMATOR_JET_FITTING;
+    case Estimator::kAlgebraicShapeOperator:
+      return v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR;
+  }
+  return v1::ESTIMATOR_UNSPECIFIED;
+}
+
+v1::Priority ToProto(Priority priority) {
+  switch (priority) {
+    case Priority::kBySize:
+      return v1::PRIORITY_UNSPECIFIED;
+    case Priority::kInteractive:
+      return v1::PRIORITY_INTERACTIVE;
+    case Priority::kBatch:
+      return v1::PRIORITY_BATCH;
+  }
+  return v1::PRIORITY_UNSPECIFIED;
+}
+
+}  // namespace
+
+grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
+  v1::EstimateCurvatureRequest request;
+  v1::CloudHeader& header = *request.mutable_header();
+  header.set_point_count(cloud.size());
+  header.set_scalar_type(cloud.is_double() ? v1::SCALAR_TYPE_FLOAT64 : v1::SCALAR_TYPE_FLOAT32);
+  header.mutable_origin()->set_x(options.origin[0]);
+  header.mutable_origin()->set_y(options.origin[1]);
+  header.mutable_origin()->set_z(options.origin[2]);
+  v1::EstimatorOptions& estimator = *header.mutable_options();
+  estimator.set_estimator(ToProto(options.estimator));
+  if (options.radius) {
+    estimator.set_radius(*options.radius);
+  } else {
+    estimator.set_neighbor_count(options.neighbor_count);
+  }
+  estimator.set_triangle_count(options.triangle_count);
+  estimator.set_rotation_count(options.rotation_count);
+  estimator.set_jet_degree(options.jet_degree);
+  estimator.set_even_weights(options.even_weights);
+  estimator.set_seed(options.seed);
+  if (options.average_normal_weight) estimator.set_average_normal_weight(*options.average_normal_weight);
+  header.set_invalid_point_policy(options.skip_invalid ? v1::INVALID_POINT_POLICY_SKIP
+                                                       : v1::INVALID_POINT_POLICY_REJECT);
+  header.set_request_tag(options.request_tag);
+  header.set_priority(ToProto(options.priority));
+  return grpc::Slice(request.SerializeAsString());
+}
+
+grpc::Slice PackChunk(const CloudView& cloud, size_t first, size_t count) {
+  const size_t offset = first * cloud.point_bytes(), bytes = count * cloud.point_bytes();
+  char *positions = nullptr, *normals = nullptr;
+  curvature::wire::BulkWriter writer(v1::EstimateCurvatureRequest::kChunkFieldNumber);
+  writer.AddNumber(v1::PointChunk::kFirstIndexFieldNumber, first);
+  writer.AddArray(v1::PointChunk::kPositionsFieldNumber, bytes, &positions);
+  writer.AddArray(v1::PointChunk::kNormalsFieldNumber, bytes, &normals);
+  return writer.Finish([&] {
+    std::memcpy(positions, cloud.positions().data() + offset, bytes);
+    std::memcpy(normals, cloud.normals().data() + offset, bytes);
+  });
+}
+
+}  // namespace curv

@@ -1,0 +1,17 @@
+// The messages of the request stream, as they go over the wire.
+#pragma once
+
+#include <cstddef>
+
+#include "client/curvature_client.h"
+#include "grpcpp/support/slice.h"
+
+namespace curv {
+
+// The first message: the options of the call.
+grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options);
+
+// Points [first, first + count). REQUIRES: count > 0, first + count <= cloud.size().
+grpc::Slice PackChunk(const CloudView& cloud, size_t first, size_t count);
+
+}  // namespace curv
