@@ -28,8 +28,8 @@ install = @missing=$$(for p in $(1); do \
 # Runs the tests of preset $(1); the log is what .ci/run sums up.
 ctest = ctest --preset $(1) --parallel $(JOBS) --timeout 300 --no-tests=error $(2) | tee build/$(1)/ctest.log
 BUF := build/tools/buf/node_modules/.bin/buf
-SOURCES = $(shell find core server client tests bench -name '*.cc' -o -name '*.h')
-TIDY_SOURCES = $(shell find core server client -name '*.cc')
+SOURCES = $(wildcard proto/*.cc proto/*.h) $(shell find core server client tests bench -name '*.cc' -o -name '*.h')
+TIDY_SOURCES = $(wildcard proto/*.cc) $(shell find core server client -name '*.cc')
 
 .PHONY: help
 help: ## List what can be made
