@@ -107,6 +107,7 @@ Cloud ToCloud(const BenchCloud& cloud) {
     return std::string_view(reinterpret_cast<const char*>(array.data()), array.size() * sizeof(float));
   };
   Cloud result;
+  result.Expect(cloud.size());
   DieUnless(result.Append(bytes(cloud.positions), bytes(cloud.normals)));
   DieUnless(result.Finish());
   return result;

@@ -39,6 +39,8 @@ HWY_AFTER_NAMESPACE();
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <utility>
+#include <vector>
 
 #include "bench/core_search.h"
 #include "core/index_builder.h"
@@ -49,14 +51,21 @@ HWY_EXPORT(SearchGroupsKernel);
 
 namespace bench {
 
-SpatialIndex BuildIndex(const Cloud& cloud) {
-  IndexBuilder builder(cloud);
-  while (builder.block_count() > 0) {
-    for (size_t block = 0; block < builder.block_count(); ++block) builder.RunBlock(block);
-    const absl::Status status = builder.EndPhase();
-    if (status.ok()) continue;
+SpatialIndex BuildIndex(Cloud cloud) {
+  IndexBuilder builder(std::move(cloud));
+  if (const absl::Status status = builder.Start(); !status.ok()) {
     std::fprintf(stderr, "%s\n", status.ToString().c_str());
     std::exit(1);
+  }
+  while (builder.block_count() > 0) {
+    for (size_t block = 0; block < builder.block_count(); ++block) builder.RunBlock(block);
+    builder.EndPhase();
+  }
+  std::vector<IndexBuilder::Part> open = {builder.root()};
+  while (!open.empty()) {
+    const IndexBuilder::Part part = open.back();
+    open.pop_back();
+    builder.Build(part, [&](const IndexBuilder::Part& half) { open.push_back(half); });
   }
   return builder.Take();
 }

@@ -9,7 +9,7 @@
 namespace curvd::bench {
 
 // Builds the index on the calling thread. Ends the program on failure.
-SpatialIndex BuildIndex(const Cloud& cloud);
+SpatialIndex BuildIndex(Cloud cloud);
 
 // The search that estimates with `estimator` run: neighborhoods of one group of points after another, each collected
 // into arrays (hexagram: the sum of its normals alone, and of fewer points where K is large). radii[id] gets the

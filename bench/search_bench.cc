@@ -25,11 +25,11 @@ template <typename Search>
 void AddOurs(const BenchCloud& cloud, const char* way, uint32_t k, Search search, Radii& radii,
              SideBySide& comparison) {
   comparison.Add(way, [=, &cloud, &radii] {
-    const Cloud input = ToCloud(cloud);
+    Cloud input = ToCloud(cloud);
     std::vector<float>& out = radii[way];
     out.assign(cloud.size(), 0.0f);
     const double start = CpuSeconds();
-    const SpatialIndex index = BuildIndex(input);
+    const SpatialIndex index = BuildIndex(std::move(input));
     const double built = CpuSeconds();
     search(index, k, out.data());
     const double end = CpuSeconds();

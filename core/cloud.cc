@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -80,6 +81,10 @@ absl::Status InvalidPointError(size_t index, const char* field, const Triple<Sca
       index, value[0], value[1], value[2], demand));
 }
 
+PointRecord MakeRecord(const Triple<float>& position, size_t id) {
+  return {{position[0], position[1], position[2]}, static_cast<int32_t>(id)};
+}
+
 double Median(std::vector<double>& values) {
   const auto middle = values.begin() + values.size() / 2;
   std::nth_element(values.begin(), middle, values.end());
@@ -95,7 +100,9 @@ Cloud::Cloud(ScalarType scalar_type, InvalidPointPolicy policy) : scalar_type_(s
 size_t Cloud::bytes() const {
   size_t points = blocks_.size() * kBlockPoints;
   if (expected_ > 0) points = std::min(points, expected_);
-  return points * sizeof(OrientedPoint) + pending_.capacity() * sizeof(ExactPoint);
+  const bool has_records = !slabs_.empty() && slabs_.front().records.size() > 0;
+  return points * (has_records ? kCloudBytesPerPoint : kCloudBytesPerPoint - sizeof(PointRecord)) +
+         pending_.capacity() * sizeof(ExactPoint);
 }
 
 absl::Status Cloud::Append(std::string_view positions, std::string_view normals) {
@@ -155,21 +162,23 @@ absl::Status Cloud::AppendFloats(const char* positions, const char* normals, siz
     UnitNormals unit;
     MakeUnitNormals(positions + first * kTripleBytes, normals + first * kTripleBytes, run, kUnitTolerance, unit);
     const bool all_usable = static_cast<size_t>(std::popcount(unit.usable)) == run;
-    OrientedPoint* out = blocks_.back() + offset;
-    for (size_t i = 0; i < run; ++i) {
-      out[i].position = LoadTriple<float>(positions, first + i);
-      if (all_usable) {
-        std::copy_n(unit.normals[i], 3, out[i].normal.begin());
-        continue;
-      }
-      const Triple<float> normal = LoadTriple<float>(normals, first + i);
-      if (!Take(out[i].position, normal, out[i].normal)) return RefusalOf(out[i].position, normal);
-      ++stored_;
-    }
+    const Block out = {blocks_.back().records + offset, blocks_.back().normals + offset};
     if (all_usable) {
+      for (size_t i = 0; i < run; ++i) {
+        out.records[i] = MakeRecord(LoadTriple<float>(positions, first + i), stored_ + i);
+      }
+      std::memcpy(out.normals, unit.normals, run * kTripleBytes);
       rescaled_count_ += static_cast<size_t>(std::popcount(unit.rescaled));
       size_ += run;
       stored_ += run;
+    } else {
+      for (size_t i = 0; i < run; ++i) {
+        Triple<float> position = LoadTriple<float>(positions, first + i);
+        const Triple<float> normal = LoadTriple<float>(normals, first + i);
+        if (!Take(position, normal, out.normals[i])) return RefusalOf(position, normal);
+        out.records[i] = MakeRecord(position, stored_);
+        ++stored_;
+      }
     }
     first += run;
   }
@@ -194,7 +203,7 @@ absl::Status Cloud::MakeRoom() {
     if (absl::Status status = AddSlab(); !status.ok()) return status;
   }
   blocks_.push_back(next_block_);
-  next_block_ += kBlockPoints;
+  next_block_ = {next_block_.records + kBlockPoints, next_block_.normals + kBlockPoints};
   --free_blocks_;
   return absl::OkStatus();
 }
@@ -203,21 +212,25 @@ absl::Status Cloud::AddSlab() {
   // If nobody knows how many points will come, a small cloud is content with one block; a large one takes as many at a
   // time as get huge pages.
   constexpr size_t kSlabBlocks = 8;
-  free_blocks_ = expected_ > 0 ? (expected_ + kBlockPoints - 1) / kBlockPoints : blocks_.empty() ? 1 : kSlabBlocks;
-  auto slab = expected_ > 0 ? PageArray<OrientedPoint>::Create(expected_)
-                            : PageArray<OrientedPoint>::Create(free_blocks_ * kBlockPoints, PageUse::kSparse);
-  if (!slab.ok()) {
-    free_blocks_ = 0;
-    return slab.status();
-  }
-  slabs_.push_back(*std::move(slab));
-  next_block_ = slabs_.back().data();
+  const size_t blocks = expected_ > 0     ? (expected_ + kBlockPoints - 1) / kBlockPoints
+                        : blocks_.empty() ? 1
+                                          : kSlabBlocks;
+  const PageUse use = expected_ > 0 ? PageUse::kWhole : PageUse::kSparse;
+  const size_t points = expected_ > 0 ? expected_ : blocks * kBlockPoints;
+  auto records = PageArray<PointRecord>::Create((points + kLeafRecords - 1) / kLeafRecords * kLeafRecords, use);
+  if (!records.ok()) return records.status();
+  auto normals = PageArray<Triple<float>>::Create(points, use);
+  if (!normals.ok()) return normals.status();
+  next_block_ = {records->data(), normals->data()};
+  free_blocks_ = blocks;
+  slabs_.push_back({*std::move(records), *std::move(normals)});
   return absl::OkStatus();
 }
 
-absl::Status Cloud::Store(const OrientedPoint& point) {
+absl::Status Cloud::Store(const Triple<float>& position, const Triple<float>& normal) {
   if (absl::Status status = MakeRoom(); !status.ok()) return status;
-  blocks_.back()[stored_ % kBlockPoints] = point;
+  blocks_.back().records[stored_ % kBlockPoints] = MakeRecord(position, stored_);
+  blocks_.back().normals[stored_ % kBlockPoints] = normal;
   ++stored_;
   return absl::OkStatus();
 }
@@ -234,18 +247,18 @@ absl::Status Cloud::StorePending() {
     }
   }
   for (const ExactPoint& point : pending_) {
-    OrientedPoint stored{{}, point.normal};
+    Triple<float> position, normal = point.normal;
     for (int axis = 0; axis < 3; ++axis) {
-      stored.position[axis] = static_cast<float>(point.position[axis] - (*origin_)[axis]);
+      position[axis] = static_cast<float>(point.position[axis] - (*origin_)[axis]);
     }
-    if (!std::isnan(point.position[0]) && !AllFinite(stored.position)) {
+    if (!std::isnan(point.position[0]) && !AllFinite(position)) {
       if (policy_ == InvalidPointPolicy::kReject) {
         return InvalidPointError(stored_, "position", point.position, "within 3e38 of the other points");
       }
       ++invalid_count_;
-      stored = {{kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}};
+      position = normal = {kNaN, kNaN, kNaN};
     }
-    if (absl::Status status = Store(stored); !status.ok()) return status;
+    if (absl::Status status = Store(position, normal); !status.ok()) return status;
   }
   pending_.clear();
   return absl::OkStatus();
@@ -255,6 +268,13 @@ absl::Status Cloud::Finish() {
   absl::Status status = StorePending();
   pending_ = {};
   return status;
+}
+
+PageArray<PointRecord> Cloud::TakeRecords() {
+  if (slabs_.size() != 1 || invalid_count_ > 0) return {};
+  PageArray<PointRecord>& records = slabs_.front().records;
+  const bool fits = records.size() == (size_ + kLeafRecords - 1) / kLeafRecords * kLeafRecords;
+  return fits ? std::exchange(records, {}) : PageArray<PointRecord>();
 }
 
 }  // namespace curvd

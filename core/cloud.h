@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "core/page_array.h"
+#include "core/point_record.h"
 
 namespace curvd {
 
@@ -22,14 +23,8 @@ enum class InvalidPointPolicy : uint8_t {
   kSkip,    // the point is nobody's neighbor and ends with PointStatus::kInvalidInput
 };
 
-// Position relative to the cloud's local origin, and unit normal.
-struct OrientedPoint {
-  std::array<float, 3> position;
-  std::array<float, 3> normal;
-};
-
-// Bytes that a cloud holds for each of its points.
-inline constexpr size_t kCloudBytesPerPoint = sizeof(OrientedPoint);
+// Bytes that a cloud holds for each of its points: a record and a normal.
+inline constexpr size_t kCloudBytesPerPoint = sizeof(PointRecord) + 3 * sizeof(float);
 
 // float32 positions are stored as they are; float64 positions relative to a local origin: the component-wise median of
 // the first 1024 valid positions (of all, if fewer), so that one outlier cannot spoil it. The origin depends on the
@@ -70,10 +65,30 @@ class Cloud {
   // Bytes held.
   size_t bytes() const;
 
-  // Point i in input order; an invalid point has NaN coordinates. REQUIRES: Finish was called, i < size().
-  const OrientedPoint& point(size_t i) const { return blocks_[i / kBlockPoints][i % kBlockPoints]; }
+  // The position of point i in input order, relative to the local origin, with id i; NaN if the point is invalid.
+  // REQUIRES: Finish was called, TakeRecords was not, i < size().
+  const PointRecord& record(size_t i) const { return blocks_[i / kBlockPoints].records[i % kBlockPoints]; }
+  std::array<float, 3> position(size_t i) const {
+    const PointRecord& point = record(i);
+    return {point.position[0], point.position[1], point.position[2]};
+  }
+  // The unit normal of point i; NaN if the point is invalid. REQUIRES: Finish was called, i < size().
+  const std::array<float, 3>& normal(size_t i) const { return blocks_[i / kBlockPoints].normals[i % kBlockPoints]; }
+
+  // Gives away the records of all points, in one array of whole leaves, if they lie so (the cloud came as expected) and
+  // all are valid; else nothing, and the cloud keeps them. REQUIRES: Finish was called.
+  PageArray<PointRecord> TakeRecords();
 
  private:
+  struct Slab {
+    PageArray<PointRecord> records;
+    PageArray<std::array<float, 3>> normals;
+  };
+  // kBlockPoints points of a slab.
+  struct Block {
+    PointRecord* records;
+    std::array<float, 3>* normals;
+  };
   struct ExactPoint {
     std::array<double, 3> position;
     std::array<float, 3> normal;
@@ -88,7 +103,7 @@ class Cloud {
   // Makes sure that the last block has a free slot.
   absl::Status MakeRoom();
   absl::Status AddSlab();
-  absl::Status Store(const OrientedPoint& point);
+  absl::Status Store(const std::array<float, 3>& position, const std::array<float, 3>& normal);
   absl::Status StorePending();
 
   ScalarType scalar_type_;
@@ -99,11 +114,11 @@ class Cloud {
   size_t rescaled_count_ = 0;
   std::optional<std::array<double, 3>> origin_;  // set once float64 input can be shifted
   std::vector<ExactPoint> pending_;              // float64 points that wait for the origin
-  std::vector<PageArray<OrientedPoint>> slabs_;  // hold the blocks
-  std::vector<OrientedPoint*> blocks_;
-  OrientedPoint* next_block_ = nullptr;  // in the last slab
-  size_t free_blocks_ = 0;               // from next_block_ on
-  size_t expected_ = 0;                  // 0: nobody knows
+  std::vector<Slab> slabs_;                      // hold the blocks
+  std::vector<Block> blocks_;
+  Block next_block_{};      // in the last slab
+  size_t free_blocks_ = 0;  // from next_block_ on
+  size_t expected_ = 0;     // 0: nobody knows
 };
 
 }  // namespace curvd

@@ -34,15 +34,11 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
 
   void Start() {
     if (absl::Status status = options_.Validate(); !status.ok()) return callback_(status);
-    builder_.emplace(cloud_, &cancelled_);
-    // The first block also ends the wait in the queue; a cloud without points has no block of its own.
-    pool_.Submit(
-        priority_, std::max<size_t>(builder_->block_count(), 1),
-        [self = shared_from_this()](size_t block, int) {
-          self->MarkStarted();
-          if (!self->cancelled_ && block < self->builder_->block_count()) self->builder_->RunBlock(block);
-        },
-        [self = shared_from_this()] { self->EndIndexPhase(); }, &cancelled_);
+    point_count_ = cloud_.size();
+    invalid_count_ = cloud_.invalid_count();
+    builder_.emplace(std::move(cloud_), &cancelled_);
+    if (absl::Status status = builder_->Start(); !status.ok()) return callback_(status);
+    RunIndexPhase();
   }
 
   void Cancel() override { cancelled_ = true; }
@@ -67,25 +63,46 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     if (phase_.compare_exchange_strong(queued, JobPhase::kIndexing)) indexing_since_ = SecondsSinceStart();
   }
 
-  void EndIndexPhase() {
-    if (cancelled_) return Finish(absl::CancelledError("cancelled while the index was built"));
-    if (absl::Status status = builder_->EndPhase(); !status.ok()) return Finish(status);
-    if (builder_->block_count() == 0) return StartEstimation();
+  void RunIndexPhase() {
+    if (builder_->block_count() == 0) return SubmitPart(builder_->root());
     pool_.Submit(
         priority_, builder_->block_count(),
         [self = shared_from_this()](size_t block, int) {
+          self->MarkStarted();
           if (!self->cancelled_) self->builder_->RunBlock(block);
         },
         [self = shared_from_this()] { self->EndIndexPhase(); }, &cancelled_);
   }
 
+  void EndIndexPhase() {
+    if (cancelled_) return Finish(IndexCancelled());
+    builder_->EndPhase();
+    RunIndexPhase();
+  }
+
+  // No part waits for another: whoever splits one submits its halves.
+  void SubmitPart(const IndexBuilder::Part& part) {
+    ++open_parts_;
+    pool_.Submit(
+        priority_, 1,
+        [self = shared_from_this(), part](size_t, int) {
+          self->MarkStarted();
+          self->builder_->Build(part, [&](const IndexBuilder::Part& half) { self->SubmitPart(half); });
+        },
+        [self = shared_from_this()] {
+          if (--self->open_parts_ == 0) self->EndTree();
+        },
+        &cancelled_);
+  }
+
+  void EndTree() { cancelled_ ? Finish(IndexCancelled()) : StartEstimation(); }
+
+  static absl::Status IndexCancelled() { return absl::CancelledError("cancelled while the index was built"); }
+
   void StartEstimation() {
     index_ = builder_->Take();
-    builder_.reset();
-    const size_t cloud_bytes = cloud_.bytes();
-    point_count_ = cloud_.size();
-    const size_t invalid_count = cloud_.invalid_count();
-    cloud_ = Cloud();  // the index holds all that is needed
+    const size_t cloud_bytes = builder_->cloud_bytes();
+    builder_.reset();  // the index holds all that is needed
     auto points = PageArray<PointCurvature>::Create(point_count_);
     if (!points.ok()) return Finish(points.status());
     field_.points = *std::move(points);
@@ -93,9 +110,9 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     plan_ = EstimationPlan::Make(options_, index_);
     estimating_since_ = SecondsSinceStart();
     phase_ = JobPhase::kEstimating;
-    field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count;
+    field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_;
     // Points that the index holds are written again.
-    invalid_count > 0 ? FillInvalid() : EstimateField();
+    invalid_count_ > 0 ? FillInvalid() : EstimateField();
   }
 
   void FillInvalid() {
@@ -230,7 +247,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
 
   double SecondsSinceStart() const { return std::chrono::duration<double>(Clock::now() - started_).count(); }
 
-  Cloud cloud_;
+  Cloud cloud_;  // until the builder takes it
   const EstimatorOptions options_;
   WorkerPool& pool_;
   const JobPriority priority_;
@@ -245,6 +262,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   std::atomic<double> ended_after_ = kNotYet;
   std::atomic<int32_t> oversized_point_ = -1;
   std::optional<IndexBuilder> builder_;
+  std::atomic<size_t> open_parts_ = 0;  // of the tree: submitted, and not done
   SpatialIndex index_;
   EstimationPlan plan_{};
   EstimationPlan umbrella_plan_{};
@@ -253,6 +271,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   CurvatureField field_;
   JobCost cost_;
   size_t point_count_ = 0;
+  size_t invalid_count_ = 0;
 };
 
 }  // namespace

@@ -50,7 +50,7 @@ constexpr size_t EstimationBytesPerPoint(EstimatorKind estimator) {
 // Thread-safe.
 class EstimationJob {
  public:
-  // Called once on a worker thread (or before Start returns, if options are invalid). Errors:
+  // Called once on a worker thread (or before Start returns, if options are invalid or there is no memory). Errors:
   // - INVALID_ARGUMENT: options.Validate() failed.
   // - RESOURCE_EXHAUSTED: a radius neighborhood exceeds max_neighbor_count, or no memory.
   // - CANCELLED: Cancel was called.

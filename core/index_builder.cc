@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/record_extent.h"
 
@@ -10,8 +11,8 @@ namespace curvd {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// Ranges up to this many leaves are built by one work block, in a few milliseconds.
-constexpr size_t kSubtreeLeaves = 2048;
+// Parts up to this many leaves are built in one go, in a millisecond or two.
+constexpr size_t kSubtreeLeaves = 1024;
 
 constexpr size_t kPrefetchLeaves = SpatialIndex::kGroupLeaves;
 
@@ -19,18 +20,6 @@ static_assert(sizeof(PointRecord) * SpatialIndex::kLeafSize == sizeof(SpatialInd
               "a leaf is transposed in place");
 
 constexpr Box kEmptyBox = {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-
-void Extend(Box& box, const float* position) {
-  for (int axis = 0; axis < 3; ++axis) {
-    box.lo[axis] = std::min(box.lo[axis], position[axis]);
-    box.hi[axis] = std::max(box.hi[axis], position[axis]);
-  }
-}
-
-void Extend(Box& box, const Box& other) {
-  Extend(box, other.lo.data());
-  Extend(box, other.hi.data());
-}
 
 int WidestAxis(const Box& box) {
   int widest = 0;
@@ -50,7 +39,7 @@ void SortById(const PointRecord* records, int count, PointRecord* sorted) {
   }
 }
 
-bool IsValid(const OrientedPoint& point) { return !std::isnan(point.position[0]); }
+bool IsValid(const PointRecord& record) { return !std::isnan(record.position[0]); }
 
 // The exponent of the power of two that brings the largest extent of `box` into [0.5, 1); coordinates may stay larger
 // where the cloud is far from zero.
@@ -67,165 +56,156 @@ int ScaleExponent(const Box& box) {
 
 }  // namespace
 
-IndexBuilder::IndexBuilder(const Cloud& cloud, const std::atomic<bool>* cancelled)
-    : cloud_(cloud), cancelled_(cancelled) {
-  block_count_ = (cloud.size() + Cloud::kBlockPoints - 1) / Cloud::kBlockPoints;
-  extents_.resize(block_count_);
-  if (block_count_ == 0) phase_ = Phase::kDone;
+IndexBuilder::IndexBuilder(Cloud cloud, const std::atomic<bool>* cancelled)
+    : cloud_(std::move(cloud)), cancelled_(cancelled) {}
+
+absl::Status IndexBuilder::Start() {
+  index_.point_count_ = cloud_.size() - cloud_.invalid_count();
+  if (index_.point_count_ == 0) return absl::OkStatus();
+  PageArray<PointRecord> records = cloud_.TakeRecords();
+  if (records.size() == 0) {
+    phase_ = Phase::kCount;
+    block_count_ = (cloud_.size() + Cloud::kBlockPoints - 1) / Cloud::kBlockPoints;
+    block_offsets_.resize(block_count_);
+  }
+  return MakeArrays(std::move(records));
 }
 
 void IndexBuilder::RunBlock(size_t block) {
   switch (phase_) {
-    case Phase::kMeasure:
-      return MeasureBlock(block);
+    case Phase::kCount:
+      return CountBlock(block);
     case Phase::kCollect:
       return CollectBlock(block);
-    case Phase::kSplit:
-      return SplitRange(ranges_[block], &children_[2 * block], &children_[2 * block + 1]);
-    case Phase::kSubtrees:
-      return BuildSubtree(ranges_[block]);
     case Phase::kDone:
       return;
   }
 }
 
-absl::Status IndexBuilder::EndPhase() {
+void IndexBuilder::EndPhase() {
   switch (phase_) {
-    case Phase::kMeasure:
-      return StartCollect();
+    case Phase::kCount:
+      StartCollect();
+      break;
     case Phase::kCollect:
-      ranges_ = {{0, 0, index_.leaf_count()}};
-      StartSplit();
-      break;
-    case Phase::kSplit:
-      ranges_ = std::move(children_);
-      StartSplit();
-      break;
-    case Phase::kSubtrees:
       phase_ = Phase::kDone;
       block_count_ = 0;
       break;
     case Phase::kDone:
       break;
   }
-  return absl::OkStatus();
 }
 
-absl::Status IndexBuilder::StartCollect() {
-  Box box = kEmptyBox;
-  for (const BlockExtent& extent : extents_) {
-    block_offsets_.push_back(index_.point_count_);
-    index_.point_count_ += extent.valid;
-    if (extent.valid > 0) Extend(box, extent.box);
-  }
-  if (index_.point_count_ == 0) {
-    phase_ = Phase::kDone;
-    block_count_ = 0;
-    return absl::OkStatus();
-  }
-  index_.scale_exponent_ = ScaleExponent(box);
+absl::Status IndexBuilder::MakeArrays(PageArray<PointRecord> records) {
   const size_t leaves = SpatialIndex::LeafCount(index_.point_count_);
-  auto positions = PageArray<SpatialIndex::LeafPositions>::Create(leaves);
-  if (!positions.ok()) return positions.status();
+  index_.positions_ = std::move(records).Recast<SpatialIndex::LeafPositions>();
+  if (index_.positions_.size() == 0) {
+    auto positions = PageArray<SpatialIndex::LeafPositions>::Create(leaves);
+    if (!positions.ok()) return positions.status();
+    index_.positions_ = *std::move(positions);
+  }
   auto normals = PageArray<SpatialIndex::LeafNormals>::Create(leaves);
   if (!normals.ok()) return normals.status();
   auto bounds = PageArray<float>::Create(6 * (leaves + SpatialIndex::kLeafSize));
   if (!bounds.ok()) return bounds.status();
   auto nodes = PageArray<TreeNode>::Create(2 * leaves - 1);
   if (!nodes.ok()) return nodes.status();
-  index_.positions_ = *std::move(positions);
   index_.normals_ = *std::move(normals);
   index_.leaf_bounds_ = *std::move(bounds);
   index_.nodes_ = *std::move(nodes);
   records_ = reinterpret_cast<PointRecord*>(index_.positions_.data());
-  phase_ = Phase::kCollect;
   return absl::OkStatus();
 }
 
-void IndexBuilder::StartSplit() {
-  const size_t leaves = ranges_.front().leaves;  // the largest: splits differ by one leaf
-  if (leaves > kSubtreeLeaves) {
-    phase_ = Phase::kSplit;
-    children_.assign(2 * ranges_.size(), {});
-  } else {
-    phase_ = Phase::kSubtrees;
-  }
-  block_count_ = ranges_.size();
+void IndexBuilder::StartCollect() {
+  size_t offset = 0;
+  for (size_t& block : block_offsets_) offset += std::exchange(block, offset);
+  phase_ = Phase::kCollect;
 }
 
-void IndexBuilder::MeasureBlock(size_t block) {
-  BlockExtent extent{kEmptyBox, 0};
+void IndexBuilder::CountBlock(size_t block) {
   const size_t first = block * Cloud::kBlockPoints;
   const size_t last = std::min(first + Cloud::kBlockPoints, cloud_.size());
-  for (size_t i = first; i < last; ++i) {
-    const OrientedPoint& point = cloud_.point(i);
-    if (!IsValid(point)) continue;
-    Extend(extent.box, point.position.data());
-    ++extent.valid;
-  }
-  extents_[block] = extent;
+  size_t valid = 0;
+  for (size_t i = first; i < last; ++i) valid += IsValid(cloud_.record(i)) ? 1 : 0;
+  block_offsets_[block] = valid;
 }
 
 void IndexBuilder::CollectBlock(size_t block) {
   PointRecord* out = records_ + block_offsets_[block];
   const size_t first = block * Cloud::kBlockPoints;
   const size_t last = std::min(first + Cloud::kBlockPoints, cloud_.size());
-  // Two factors, each a float: their product may not be one.
-  const float half_scale = std::ldexp(1.0f, index_.scale_exponent_ / 2);
-  const float other_scale = std::ldexp(1.0f, index_.scale_exponent_ - index_.scale_exponent_ / 2);
   for (size_t i = first; i < last; ++i) {
-    const OrientedPoint& point = cloud_.point(i);
-    if (!IsValid(point)) continue;
-    for (int axis = 0; axis < 3; ++axis) out->position[axis] = point.position[axis] * half_scale * other_scale;
-    out->id = static_cast<int32_t>(i);
-    ++out;
+    if (IsValid(cloud_.record(i))) *out++ = cloud_.record(i);
   }
 }
 
-PointRecord* IndexBuilder::RangeEnd(const Range& range) {
-  const size_t end = (range.first_leaf + range.leaves) * SpatialIndex::kLeafSize;
+void IndexBuilder::SetScale(const Box& box) {
+  index_.scale_exponent_ = ScaleExponent(box);
+  const int half = index_.scale_exponent_ / 2;
+  scale_ = {std::ldexp(1.0f, half), std::ldexp(1.0f, index_.scale_exponent_ - half)};
+}
+
+std::array<float, 3> IndexBuilder::Scaled(const std::array<float, 3>& position) const {
+  return {position[0] * scale_[0] * scale_[1], position[1] * scale_[0] * scale_[1],
+          position[2] * scale_[0] * scale_[1]};
+}
+
+PointRecord* IndexBuilder::PartEnd(const Part& part) {
+  const size_t end = (part.first_leaf + part.leaves) * SpatialIndex::kLeafSize;
   return records_ + std::min(end, index_.point_count_);
 }
 
-TreeNode IndexBuilder::MeasureNode(const Range& range) {
+TreeNode IndexBuilder::MeasureNode(const Part& part) {
   constexpr ptrdiff_t kSliceRecords = ptrdiff_t{4} << 20;  // 10 milliseconds
   TreeNode node{kEmptyBox, SpatialIndex::kPaddingId, 0};
-  const PointRecord* end = RangeEnd(range);
-  for (const PointRecord* slice = record(range.first_leaf); slice != end && !IsCancelled();) {
+  const PointRecord* end = PartEnd(part);
+  for (const PointRecord* slice = record(part.first_leaf); slice != end && !IsCancelled();) {
     const PointRecord* next = slice + std::min(kSliceRecords, end - slice);
     ExtendNode(slice, next, node);
     slice = next;
   }
+  // The root comes first.
+  if (part.node == 0) SetScale(node.box);
+  node.box = {Scaled(node.box.lo), Scaled(node.box.hi)};
   return node;
 }
 
-void IndexBuilder::SplitRange(const Range& range, Range* left, Range* right) {
-  TreeNode& node = index_.nodes_[range.node];
-  node = MeasureNode(range);
-  const size_t left_leaves = SpatialIndex::LeftLeaves(range.leaves);
-  *left = {range.node + 1, range.first_leaf, left_leaves};
-  *right = {SpatialIndex::RightChild(range.node, range.leaves), range.first_leaf + left_leaves,
-            range.leaves - left_leaves};
-  SelectNth(record(range.first_leaf), record(right->first_leaf), RangeEnd(range), WidestAxis(node.box), cancelled_);
+void IndexBuilder::Split(const Part& part, Part* left, Part* right) {
+  TreeNode& node = index_.nodes_[part.node];
+  node = MeasureNode(part);
+  const size_t left_leaves = SpatialIndex::LeftLeaves(part.leaves);
+  *left = {part.node + 1, part.first_leaf, left_leaves};
+  *right = {SpatialIndex::RightChild(part.node, part.leaves), part.first_leaf + left_leaves, part.leaves - left_leaves};
+  SelectNth(record(part.first_leaf), record(right->first_leaf), PartEnd(part), WidestAxis(node.box), cancelled_);
 }
 
-void IndexBuilder::BuildSubtree(const Range& range) {
-  if (range.leaves == 1) {
-    const TreeNode& node = index_.nodes_[range.node] = MeasureNode(range);
+void IndexBuilder::Build(const Part& part, absl::FunctionRef<void(const Part& half)> leave) {
+  if (part.leaves == 0) return;
+  if (part.leaves <= kSubtreeLeaves) return BuildSubtree(part);
+  Part left, right;
+  Split(part, &left, &right);
+  leave(left);
+  leave(right);
+}
+
+void IndexBuilder::BuildSubtree(const Part& part) {
+  if (part.leaves == 1) {
+    const TreeNode& node = index_.nodes_[part.node] = MeasureNode(part);
     for (int axis = 0; axis < 3; ++axis) {
-      index_.leaf_bounds_[axis * index_.bounds_stride() + range.first_leaf] = node.box.lo[axis];
-      index_.leaf_bounds_[(3 + axis) * index_.bounds_stride() + range.first_leaf] = node.box.hi[axis];
+      index_.leaf_bounds_[axis * index_.bounds_stride() + part.first_leaf] = node.box.lo[axis];
+      index_.leaf_bounds_[(3 + axis) * index_.bounds_stride() + part.first_leaf] = node.box.hi[axis];
     }
-    FinishLeaf(range.first_leaf);
+    FinishLeaf(part.first_leaf);
     return;
   }
-  if (range.leaves == kPrefetchLeaves) {
+  if (part.leaves == kPrefetchLeaves) {
     // Normals lie in input order; fetch them while the last splits are made.
-    const PointRecord* end = RangeEnd(range);
-    for (const PointRecord* it = record(range.first_leaf); it != end; ++it) __builtin_prefetch(&cloud_.point(it->id));
+    const PointRecord* end = PartEnd(part);
+    for (const PointRecord* it = record(part.first_leaf); it != end; ++it) __builtin_prefetch(&cloud_.normal(it->id));
   }
-  Range left, right;
-  SplitRange(range, &left, &right);
+  Part left, right;
+  Split(part, &left, &right);
   BuildSubtree(left);
   BuildSubtree(right);
 }
@@ -239,12 +219,12 @@ void IndexBuilder::FinishLeaf(size_t leaf) {
   SpatialIndex::LeafPositions positions;
   SpatialIndex::LeafNormals normals{};
   for (int i = 0; i < kSize; ++i) {
-    positions.x[i] = records[i].position[0];
-    positions.y[i] = records[i].position[1];
-    positions.z[i] = records[i].position[2];
+    positions.x[i] = records[i].position[0] * scale_[0] * scale_[1];
+    positions.y[i] = records[i].position[1] * scale_[0] * scale_[1];
+    positions.z[i] = records[i].position[2] * scale_[0] * scale_[1];
     positions.id[i] = records[i].id;
     if (i >= count) continue;
-    const std::array<float, 3>& normal = cloud_.point(records[i].id).normal;
+    const std::array<float, 3>& normal = cloud_.normal(records[i].id);
     normals.x[i] = normal[0];
     normals.y[i] = normal[1];
     normals.z[i] = normal[2];

@@ -53,6 +53,18 @@ class PageArray {
     use_ == PageUse::kWhole ? ProcessPages().Unmap(elements_, bytes()) : ProcessPages().UnmapFresh(elements_, bytes());
   }
 
+  // The same bytes as elements of another type; this array is then empty. REQUIRES: they make whole elements, aligned
+  // to a page at most.
+  template <typename U>
+  PageArray<U> Recast() && {
+    PageArray<U> array;
+    array.size_ = bytes() / sizeof(U);
+    array.elements_ = reinterpret_cast<U*>(std::exchange(elements_, nullptr));
+    array.use_ = use_;
+    size_ = 0;
+    return array;
+  }
+
   T* data() { return elements_; }
   const T* data() const { return elements_; }
   size_t size() const { return size_; }
@@ -62,6 +74,9 @@ class PageArray {
   std::span<const T> span() const { return {elements_, size_}; }
 
  private:
+  template <typename U>
+  friend class PageArray;
+
   T* elements_ = nullptr;
   size_t size_ = 0;
   PageUse use_ = PageUse::kWhole;

@@ -5,13 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace curvd {
+#include "core/point_record.h"
 
-// A point on its way into the tree.
-struct PointRecord {
-  float position[3];
-  int32_t id;
-};
+namespace curvd {
 
 // Ranges up to this size are sorted by ranking.
 inline constexpr size_t kRankedRecords = 64;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/page_array.h"
+#include "core/point_record.h"
 
 namespace curvd {
 
@@ -33,7 +34,7 @@ struct TreeNode {
 // Immutable once built (core/index_builder.h); const methods are thread-safe.
 class SpatialIndex {
  public:
-  static constexpr int kLeafSize = 16;  // one AVX-512 vector, two of AVX2
+  static constexpr int kLeafSize = kLeafRecords;
   // Leaves whose points are estimated together; group g holds leaves [g * kGroupLeaves, (g + 1) * kGroupLeaves), which
   // lie below one node.
   static constexpr size_t kGroupLeaves = 4;

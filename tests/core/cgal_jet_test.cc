@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "CGAL/Monge_via_jet_fitting.h"
 #include "CGAL/Simple_cartesian.h"
@@ -45,11 +47,18 @@ CgalJet FitWithCgal(const TestPoints& points, size_t i, size_t k, size_t degree,
           fitting.condition_number()};
 }
 
-SpatialIndex BuildIndex(const Cloud& cloud) {
-  IndexBuilder builder(cloud);
+SpatialIndex BuildIndex(Cloud cloud) {
+  IndexBuilder builder(std::move(cloud));
+  EXPECT_TRUE(builder.Start().ok());
   while (builder.block_count() > 0) {
     for (size_t block = 0; block < builder.block_count(); ++block) builder.RunBlock(block);
-    EXPECT_TRUE(builder.EndPhase().ok());
+    builder.EndPhase();
+  }
+  std::vector<IndexBuilder::Part> open = {builder.root()};
+  while (!open.empty()) {
+    const IndexBuilder::Part part = open.back();
+    open.pop_back();
+    builder.Build(part, [&](const IndexBuilder::Part& half) { open.push_back(half); });
   }
   return builder.Take();
 }
@@ -60,8 +69,7 @@ void ExpectNearCgal(const TestPoints& points, uint32_t k, uint32_t degree) {
   options.estimator = EstimatorKind::kJetFitting;
   options.jet_degree = degree;
   options.neighborhood = NeighborCount{k};
-  const Cloud cloud = points.ToCloud();
-  const SpatialIndex index = BuildIndex(cloud);
+  const SpatialIndex index = BuildIndex(points.ToCloud());
   const EstimationPlan plan = EstimationPlan::Make(options, index);
   GroupScratch scratch;
   std::vector<PointCurvature> field(points.size());

@@ -29,7 +29,7 @@ TEST(CloudTest, KeepsFloatPositionsAsTheyAre) {
   Cloud cloud;
   ASSERT_TRUE(cloud.Append(Bytes<float>({1e6f, 0.1f, -3e-20f}), Bytes(UpNormals<float>(1))).ok());
   ASSERT_TRUE(cloud.Finish().ok());
-  EXPECT_EQ(cloud.point(0).position, (std::array<float, 3>{1e6f, 0.1f, -3e-20f}));
+  EXPECT_EQ(cloud.position(0), (std::array<float, 3>{1e6f, 0.1f, -3e-20f}));
 }
 
 TEST(CloudTest, AnExpectedCloudHoldsTheSamePoints) {
@@ -46,8 +46,8 @@ TEST(CloudTest, AnExpectedCloudHoldsTheSamePoints) {
     }
     ASSERT_TRUE(cloud.Finish().ok());
     ASSERT_EQ(cloud.size(), count);
-    EXPECT_EQ(cloud.bytes(), 24 * count);
-    for (size_t i = 0; i < count; ++i) ASSERT_EQ(cloud.point(i).position[2], static_cast<float>(3 * i + 2));
+    EXPECT_EQ(cloud.bytes(), kCloudBytesPerPoint * count);
+    for (size_t i = 0; i < count; ++i) ASSERT_EQ(cloud.position(i)[2], static_cast<float>(3 * i + 2));
   }
 }
 
@@ -94,11 +94,11 @@ TEST(CloudTest, ShiftsDoublesToALocalOriginThatChunkingDoesNotChange) {
   }
   const auto& first = clouds[0];
   for (size_t i = 0; i < kPoints; ++i) {
-    EXPECT_EQ(first.point(i).position, clouds[1].point(i).position);
-    EXPECT_EQ(first.point(i).position, clouds[2].point(i).position);
+    EXPECT_EQ(first.position(i), clouds[1].position(i));
+    EXPECT_EQ(first.position(i), clouds[2].position(i));
     const double exact = positions[3 * i] - positions[0];
     // Rounded once, to 2^-24 of at most one unit's distance.
-    EXPECT_NEAR(first.point(i).position[0] - first.point(0).position[0], exact, 0x1p-23);
+    EXPECT_NEAR(first.position(i)[0] - first.position(0)[0], exact, 0x1p-23);
   }
 }
 
@@ -107,7 +107,7 @@ TEST(CloudTest, OneOutlierInFrontDoesNotMoveTheOrigin) {
   const std::vector<double> positions = {1e15, 1e15, 1e15, 5e6, 5e6, 5e6, 5e6 + 1e-3, 5e6, 5e6};
   ASSERT_TRUE(cloud.Append(Bytes(positions), Bytes(UpNormals<double>(3))).ok());
   ASSERT_TRUE(cloud.Finish().ok());
-  EXPECT_NEAR(cloud.point(2).position[0] - cloud.point(1).position[0], 1e-3, 1e-9);
+  EXPECT_NEAR(cloud.position(2)[0] - cloud.position(1)[0], 1e-3, 1e-9);
 }
 
 TEST(CloudTest, NormalizesNormalsOfAnyLengthAndCountsThem) {
@@ -116,9 +116,9 @@ TEST(CloudTest, NormalizesNormalsOfAnyLengthAndCountsThem) {
   ASSERT_TRUE(cloud.Append(Bytes(std::vector<float>(12, 0.0f)), Bytes(normals)).ok());
   ASSERT_TRUE(cloud.Finish().ok());
   EXPECT_EQ(cloud.rescaled_count(), 3u);
-  EXPECT_EQ(cloud.point(0).normal[2], 1.0f);
-  EXPECT_EQ(cloud.point(1).normal[1], 1.0f);
-  EXPECT_EQ(cloud.point(2).normal[1], 1.0f);
+  EXPECT_EQ(cloud.normal(0)[2], 1.0f);
+  EXPECT_EQ(cloud.normal(1)[1], 1.0f);
+  EXPECT_EQ(cloud.normal(2)[1], 1.0f);
 }
 
 TEST(CloudTest, NormalizesDoublesWhoseLengthOrItsInverseIsNone) {
@@ -127,11 +127,11 @@ TEST(CloudTest, NormalizesDoublesWhoseLengthOrItsInverseIsNone) {
   ASSERT_TRUE(cloud.Append(Bytes(std::vector<double>(12, 0.0)), Bytes(normals)).ok());
   ASSERT_TRUE(cloud.Finish().ok());
   const float diagonal = std::sqrt(0.5f);
-  EXPECT_FLOAT_EQ(cloud.point(0).normal[0], diagonal);
-  EXPECT_FLOAT_EQ(cloud.point(0).normal[1], diagonal);
-  EXPECT_FLOAT_EQ(cloud.point(1).normal[1], -1.0f);
-  EXPECT_FLOAT_EQ(cloud.point(2).normal[2], diagonal);
-  EXPECT_FLOAT_EQ(cloud.point(3).normal[0], diagonal);
+  EXPECT_FLOAT_EQ(cloud.normal(0)[0], diagonal);
+  EXPECT_FLOAT_EQ(cloud.normal(0)[1], diagonal);
+  EXPECT_FLOAT_EQ(cloud.normal(1)[1], -1.0f);
+  EXPECT_FLOAT_EQ(cloud.normal(2)[2], diagonal);
+  EXPECT_FLOAT_EQ(cloud.normal(3)[0], diagonal);
 }
 
 TEST(CloudTest, RejectsInvalidPointsByIndexAndField) {
@@ -155,7 +155,7 @@ TEST(CloudTest, SkipsInvalidPointsOnRequest) {
     ASSERT_TRUE(cloud.Append(Bytes(positions), Bytes(UpNormals<double>(3))).ok());
     ASSERT_TRUE(cloud.Finish().ok());
     EXPECT_EQ(cloud.invalid_count(), 1u);
-    EXPECT_TRUE(std::isnan(cloud.point(1).position[0]));
+    EXPECT_TRUE(std::isnan(cloud.position(1)[0]));
     EXPECT_EQ(cloud.size(), 3u);
   }
 }

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <string_view>
 
 #include "core/kth_neighbor.h"
 #include "tests/core/reference_estimator.h"
@@ -44,31 +46,69 @@ TreeNode CheckSubtree(const SpatialIndex& index, size_t node, size_t first_leaf,
   return expected;
 }
 
+// Checks the tree and that it holds each of `points` once, with its position and normal.
+void CheckIndex(const SpatialIndex& index, const TestPoints& points) {
+  ASSERT_EQ(index.point_count(), points.size());
+  CheckSubtree(index, 0, 0, index.leaf_count());
+  const double unit = std::ldexp(1.0, -index.scale_exponent());
+  std::set<int> ids;
+  for (size_t leaf = 0; leaf < index.leaf_count(); ++leaf) {
+    for (int i = 0; i < index.LeafPoints(leaf); ++i) {
+      const int id = index.positions(leaf).id[i];
+      ids.insert(id);
+      ASSERT_EQ(index.positions(leaf).y[i] * unit, points.positions[id][1]);
+      ASSERT_NEAR(index.normals(leaf).z[i], points.normals[id][2], 1e-6);
+    }
+  }
+  EXPECT_EQ(ids.size(), points.size());
+}
+
 TEST(IndexBuilderTest, HoldsEveryPointOnceUnderTightBoxes) {
   for (Layout layout : kLayouts) {
     for (size_t n : {1, 15, 16, 17, 64, 65, 1000, 3001}) {
+      SCOPED_TRACE(LayoutName(layout));
       const TestPoints points = RandomPoints(layout, n, n);
-      const Cloud cloud = points.ToCloud();
-      const SpatialIndex index = BuildIndex(cloud);
-      ASSERT_EQ(index.point_count(), n);
-      CheckSubtree(index, 0, 0, index.leaf_count());
-      std::set<int> ids;
-      for (size_t leaf = 0; leaf < index.leaf_count(); ++leaf) {
-        for (int i = 0; i < index.LeafPoints(leaf); ++i) {
-          const int id = index.positions(leaf).id[i];
-          ids.insert(id);
-          EXPECT_EQ(index.normals(leaf).z[i], cloud.point(id).normal[2]);
-        }
-      }
-      EXPECT_EQ(ids.size(), n) << LayoutName(layout);
+      CheckIndex(BuildIndex(points.ToCloud()), points);
+      CheckIndex(BuildIndex(points.ToCloud(TestPoints::Size::kUnknown)), points);
     }
   }
+}
+
+template <typename T>
+std::string_view BytesOf(const T& object) {
+  return {reinterpret_cast<const char*>(&object), sizeof(T)};
+}
+
+// The cloud's own array becomes the tree's, or is copied block by block: nobody can tell from the tree.
+TEST(IndexBuilderTest, IsTheSameForACloudOfUnknownSize) {
+  const TestPoints points = RandomPoints(Layout::kClustered, 3 * Cloud::kBlockPoints - 7, 1);
+  const SpatialIndex expected = BuildIndex(points.ToCloud());
+  const SpatialIndex unknown = BuildIndex(points.ToCloud(TestPoints::Size::kUnknown));
+  CheckIndex(expected, points);
+  ASSERT_EQ(unknown.leaf_count(), expected.leaf_count());
+  for (size_t leaf = 0; leaf < expected.leaf_count(); ++leaf) {
+    ASSERT_EQ(BytesOf(unknown.positions(leaf)), BytesOf(expected.positions(leaf)));
+    ASSERT_EQ(BytesOf(unknown.normals(leaf)), BytesOf(expected.normals(leaf)));
+  }
+}
+
+TEST(IndexBuilderTest, TakesTheRecordsOfAnExpectedCloud) {
+  const TestPoints points = RandomPoints(Layout::kUniform, 1000, 1);
+  Cloud cloud = points.ToCloud();
+  const size_t bytes = cloud.bytes();
+  IndexBuilder builder(std::move(cloud));
+  ASSERT_TRUE(builder.Start().ok());
+  EXPECT_EQ(builder.cloud_bytes(), bytes - 1000 * sizeof(PointRecord));
 }
 
 TEST(IndexBuilderTest, LeavesOutInvalidPoints) {
   TestPoints points = RandomPoints(Layout::kUniform, 1000, 1);
   for (size_t i = 0; i < 1000; i += 3) points.normals[i] = {0, 0, 0};
-  EXPECT_EQ(BuildIndex(points.ToCloud()).point_count(), 666u);
+  for (const auto size : {TestPoints::Size::kExpected, TestPoints::Size::kUnknown}) {
+    const SpatialIndex index = BuildIndex(points.ToCloud(size));
+    EXPECT_EQ(index.point_count(), 666u);
+    CheckSubtree(index, 0, 0, index.leaf_count());
+  }
 }
 
 TEST(IndexBuilderTest, ScalesByAPowerOfTwoThatBringsTheExtentNearOne) {

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "core/index_builder.h"
 #include "core/random_stream.h"
@@ -46,8 +48,9 @@ void TestPoints::Add(double x, double y, double z, double nx, double ny, double 
   normals.push_back({static_cast<float>(nx), static_cast<float>(ny), static_cast<float>(nz)});
 }
 
-Cloud TestPoints::ToCloud() const {
+Cloud TestPoints::ToCloud(Size size) const {
   Cloud cloud(ScalarType::kFloat32, InvalidPointPolicy::kSkip);
+  if (size == Size::kExpected) cloud.Expect(positions.size());
   const size_t bytes = positions.size() * sizeof(positions[0]);
   const absl::Status appended = cloud.Append({reinterpret_cast<const char*>(positions.data()), bytes},
                                              {reinterpret_cast<const char*>(normals.data()), bytes});
@@ -102,12 +105,19 @@ TestPoints RandomPoints(Layout layout, size_t points, uint64_t seed) {
   return result;
 }
 
-SpatialIndex BuildIndex(const Cloud& cloud) {
-  IndexBuilder builder(cloud);
+SpatialIndex BuildIndex(Cloud cloud) {
+  IndexBuilder builder(std::move(cloud));
+  EXPECT_TRUE(builder.Start().ok());
   while (builder.block_count() > 0) {
     // Backwards: the order of blocks must not matter.
     for (size_t block = builder.block_count(); block-- > 0;) builder.RunBlock(block);
-    EXPECT_TRUE(builder.EndPhase().ok());
+    builder.EndPhase();
+  }
+  std::vector<IndexBuilder::Part> open = {builder.root()};
+  while (!open.empty()) {
+    const IndexBuilder::Part part = open.back();
+    open.pop_back();
+    builder.Build(part, [&](const IndexBuilder::Part& half) { open.push_back(half); });
   }
   return builder.Take();
 }

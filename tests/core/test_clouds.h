@@ -18,8 +18,9 @@ struct TestPoints {
 
   void Add(double x, double y, double z, double nx, double ny, double nz);
   size_t size() const { return positions.size(); }
-  // In float32, invalid points kept (kSkip).
-  Cloud ToCloud() const;
+  // In float32, invalid points kept (kSkip). One that expected its points has them in one array.
+  enum class Size { kExpected, kUnknown };
+  Cloud ToCloud(Size size = Size::kExpected) const;
 };
 
 // A sphere of the given radius around the origin, evenly spread, outward normals.
@@ -39,7 +40,7 @@ std::string LayoutName(Layout layout);
 TestPoints RandomPoints(Layout layout, size_t points, uint64_t seed);
 
 // The index of a cloud.
-SpatialIndex BuildIndex(const Cloud& cloud);
+SpatialIndex BuildIndex(Cloud cloud);
 
 // Estimates with `threads` threads; fails the test on error.
 EstimationResult MustEstimate(Cloud cloud, const EstimatorOptions& options, int threads = 2);

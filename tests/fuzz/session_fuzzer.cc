@@ -18,7 +18,6 @@ namespace {
 namespace v1 = curvature::v1;
 using curvd::Cloud;
 using curvd::EstimateSession;
-using curvd::OrientedPoint;
 
 constexpr curvd::CallLimits kLimits = {500, 4096, 100, 1 << 30, 10};
 constexpr size_t kMaxChunkPoints = 32;
@@ -65,15 +64,15 @@ std::optional<absl::Status> NextStep(EstimateSession& session, fuzz::Input& inpu
   return session.Receive(message);
 }
 
-void CheckPoint(const OrientedPoint& point, size_t& invalid) {
-  if (std::isnan(point.position[0])) {
+void CheckPoint(const Cloud& cloud, size_t i, size_t& invalid) {
+  if (std::isnan(cloud.position(i)[0])) {
     ++invalid;
     return;
   }
   double length2 = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    fuzz::Require(std::isfinite(point.position[axis]), "the positions of valid points are finite");
-    length2 += static_cast<double>(point.normal[axis]) * point.normal[axis];
+    fuzz::Require(std::isfinite(cloud.position(i)[axis]), "the positions of valid points are finite");
+    length2 += static_cast<double>(cloud.normal(i)[axis]) * cloud.normal(i)[axis];
   }
   fuzz::Require(std::abs(length2 - 1.0) < 1e-6, "the normals of valid points have unit length, to float rounding");
 }
@@ -83,7 +82,7 @@ void CheckCloud(const EstimateSession& session, const Cloud& cloud) {
   const uint64_t declared = session.options().point_count;
   fuzz::Require(declared == 0 || cloud.size() == declared, "the cloud holds the points that were declared");
   size_t invalid = 0;
-  for (size_t i = 0; i < cloud.size(); ++i) CheckPoint(cloud.point(i), invalid);
+  for (size_t i = 0; i < cloud.size(); ++i) CheckPoint(cloud, i, invalid);
   fuzz::Require(invalid == cloud.invalid_count(), "invalid points are counted");
   fuzz::Require(invalid == 0 || session.options().invalid_point_policy == curvd::InvalidPointPolicy::kSkip,
                 "a cloud holds invalid points only if they were to be skipped");

@@ -44,8 +44,8 @@ void CheckAllCuts(ScalarType type) {
       ASSERT_TRUE(cut.Finish().ok());
       ASSERT_EQ(cut.size(), whole.size());
       for (size_t i = 0; i < whole.size(); ++i) {
-        ASSERT_EQ(cut.point(i).position, whole.point(i).position) << i << " of pieces of " << piece_bytes;
-        ASSERT_EQ(cut.point(i).normal, whole.point(i).normal) << i << " of pieces of " << piece_bytes;
+        ASSERT_EQ(cut.position(i), whole.position(i)) << i << " of pieces of " << piece_bytes;
+        ASSERT_EQ(cut.normal(i), whole.normal(i)) << i << " of pieces of " << piece_bytes;
       }
     }
   }

@@ -56,7 +56,7 @@ TEST(EstimateSessionTest, CollectsChunksInOrder) {
   ASSERT_TRUE(session.HalfClose().ok());
   const Cloud cloud = session.TakeCloud();
   ASSERT_EQ(cloud.size(), 5u);
-  EXPECT_EQ(cloud.point(4).position[0], 4.0f);
+  EXPECT_EQ(cloud.position(4)[0], 4.0f);
 }
 
 TEST(EstimateSessionTest, AcceptsACloudWithoutPoints) {
