@@ -1,15 +1,20 @@
 // EstimateCurvature message by message, for what the client library does not tell: when the first result came, and
-// what receiving alone costs.
+// what sending alone costs.
 #pragma once
+
+#include <grpcpp/completion_queue.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/grpcpp.h>
 
 #include <memory>
 #include <string>
 
 #include "bench/clouds.h"
-#include "curvature/v1/curvature.grpc.pb.h"
+#include "client/curvature_client.h"
 
 namespace curvd::bench {
 
+// Reads results away without looking into them, so that a server on the same machine is disturbed as little as may be.
 // Ends the program if the server answers with an error. Not thread-safe.
 class RawCall {
  public:
@@ -28,12 +33,20 @@ class RawCall {
   Waits FinishAndRead();
 
  private:
-  const BenchCloud& cloud_;
-  std::unique_ptr<curvature::v1::CurvatureService::Stub> stub_;
+  // Each waits until it is done. False: the stream has ended.
+  bool Wait();
+  bool Write(const grpc::Slice& message);
+  bool Read();
+  grpc::Status Finish();
+  // The field that the response is.
+  int ResponseField() const;
+  [[noreturn]] void Die();
+
+  const curv::CloudView cloud_;
+  grpc::CompletionQueue events_;
   grpc::ClientContext context_;
-  std::unique_ptr<grpc::ClientReaderWriterInterface<curvature::v1::EstimateCurvatureRequest,
-                                                    curvature::v1::EstimateCurvatureResponse>>
-      stream_;
+  std::unique_ptr<grpc::GenericClientAsyncReaderWriter> stream_;
+  grpc::ByteBuffer response_;
   bool finished_ = false;
 };
 
