@@ -19,15 +19,19 @@ size_t RangeBytes(size_t bytes) {
   return (bytes + step - 1) / step * step;
 }
 
+void UnmapRange(void* pages, size_t bytes) { (void)munmap(pages, bytes); }
+
 void* MapRange(size_t bytes) {
-  void* pages = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (pages == MAP_FAILED) return nullptr;
+  // What shall be left is asked for as well, and given back at once.
+  constexpr size_t kSpare = PagePool::kLeftToOthers;
+  void* spare = mmap(nullptr, kSpare + bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (spare == MAP_FAILED) return nullptr;
+  UnmapRange(spare, kSpare);
+  void* pages = static_cast<char*>(spare) + kSpare;
   // Random access to points misses the TLB on small pages; a refusal costs speed alone.
   if (bytes >= kHugePageBytes) (void)madvise(pages, bytes, MADV_HUGEPAGE);
   return pages;
 }
-
-void UnmapRange(void* pages, size_t bytes) { (void)munmap(pages, bytes); }
 
 }  // namespace
 

@@ -20,13 +20,17 @@ class PagePool {
  public:
   using Clock = std::chrono::steady_clock;
 
+  // Bytes that arrays never take where the system limits a process's memory: an array that cannot be had fails its
+  // call, but libraries end the process when they get nothing.
+  static constexpr size_t kLeftToOthers = size_t{32} << 20;
+
   PagePool() = default;
   ~PagePool();
   PagePool(const PagePool&) = delete;
   PagePool& operator=(const PagePool&) = delete;
 
-  // Pages for `bytes` bytes, and up to 3 % or a page more, with any content; nullptr if the system has none. REQUIRES:
-  // bytes > 0.
+  // Pages for `bytes` bytes, and up to 3 % or a page more, with any content; nullptr if the system has less than
+  // that and kLeftToOthers. REQUIRES: bytes > 0.
   void* Map(size_t bytes) ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Takes back what Map(bytes) returned.

@@ -1,8 +1,10 @@
 #include "core/page_pool.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cstring>
+#include <fstream>
 #include <thread>
 #include <vector>
 
@@ -104,6 +106,30 @@ TEST(PagePoolTest, WhatIsInUseComesBeforeWhatIsKept) {
   pool.Unmap(pages, 7 * kMiB);
   pool.Unmap(more, 6 * kMiB);
   EXPECT_EQ(pool.kept_bytes(), 6 * kMiB);
+}
+
+// Bytes that this process has mapped.
+size_t MappedBytes() {
+  size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * 4096;
+}
+
+TEST(PagePoolTest, LeavesMemoryToOthers) {
+  PagePool pool;
+  rlimit unlimited{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &unlimited), 0);
+  const rlimit limit{.rlim_cur = MappedBytes() + PagePool::kLeftToOthers + 4 * kMiB, .rlim_max = unlimited.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &limit), 0);
+  void* one = pool.Map(2 * kMiB);
+  void* another = pool.Map(8 * kMiB);
+  void* fresh = pool.MapFresh(8 * kMiB);
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &unlimited), 0);
+  EXPECT_NE(one, nullptr);
+  EXPECT_EQ(another, nullptr);
+  EXPECT_EQ(fresh, nullptr);
+  pool.Unmap(one, 2 * kMiB);
+  Use(pool, 8 * kMiB);
 }
 
 TEST(PagePoolTest, ReleasesWhatNobodyUsed) {
