@@ -84,7 +84,7 @@ void Main(const Flags& flags) {
       targets.AtMost(absl::StrCat(what, " (default)"), 1.0, ratios[2], "x");
     }
     targets.AtMost(absl::StrCat(surface, ": hexagram's dearest K over its cheapest; 50 to 1000"), 1.1,
-                   CompareHexagrams(cloud, flags.RoundsOr(21), pool, hexagrams), "x");
+                   CompareHexagrams(cloud, flags.RoundsOr(31), pool, hexagrams), "x");
   }
   table.Finish(flags.out);
   hexagrams.Finish(flags.out);

@@ -71,10 +71,19 @@ struct Hexagram {
   }
 };
 
+// The points of one leaf relative to a center, and their squared distances from it.
+struct alignas(64) CenteredLeaf {
+  float x[SpatialIndex::kLeafSize];
+  float y[SpatialIndex::kLeafSize];
+  float z[SpatialIndex::kLeafSize];
+  float squared_norm[SpatialIndex::kLeafSize];
+};
+
 struct GroupScratch::Buffers {
   LeafList leaves;                        // near the group
   LeafList own_leaves;                    // near one query, or near the targets of one corner of a leaf's points
   LeafList corner_leaves;                 // of `leaves`, those near the targets of one corner
+  ScratchArray<CenteredLeaf> centered;    // the leaves that were listed for the targets of one corner
   ScratchArray<uint32_t> near;            // leaves that meet one query's ball
   ScratchArray<float> squared_distances;  // of all points of `near`
   ScratchArray<float> inner_distances;    // those within the search radius, padded with infinity

@@ -173,14 +173,14 @@ HWY_INLINE OversizedNeighborhood EstimateEach(const SpatialIndex& index, const E
 }
 
 // The hexagram of nearest points: all neighborhoods first, then all corners.
-HWY_INLINE OversizedNeighborhood FindHexagrams(const SpatialIndex& index, const EstimationPlan& plan, size_t group,
-                                               const Box& box, GroupScratch::Buffers& b) {
+HWY_INLINE OversizedNeighborhood FindHexagrams(const SpatialIndex& index, const EstimationPlan& plan, const Box& box,
+                                               GroupScratch::Buffers& b) {
   const FloatTag d;
   const OversizedNeighborhood oversized =
       ForEachNeighborhood<Wanted::kNormalSum>(index, plan, box, b, [](size_t, const LeafList&) {});
   if (oversized.point_id >= 0) return oversized;
   for (size_t i = 0; i < b.size; i += hn::Lanes(d)) PreparePoints(d, plan, b, i);
-  CornerSearch(index, group, b).SetCorners();
+  CornerSearch(index, b).SetCorners();
   return {};
 }
 
@@ -213,7 +213,7 @@ inline OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, cons
   if (FitsSurface(plan.estimator) && b.fits == nullptr) b.fits = std::make_unique<FitBuffers>();
   OversizedNeighborhood oversized;
   if (plan.estimator == EstimatorKind::kHexagram) {
-    oversized = FindHexagrams(index, plan, group, box, b);
+    oversized = FindHexagrams(index, plan, box, b);
   } else if (plan.estimator == EstimatorKind::kDelaunay) {
     oversized = EstimateEach<Wanted::kNormalSum>(
         index, plan, box, b, [&](size_t i, const LeafList& leaves) { MeasureUmbrellas(index, plan, leaves, b, i); });

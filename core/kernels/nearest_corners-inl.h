@@ -4,6 +4,9 @@
 // lane, and each point of the leaves around goes to all lanes at once. Nothing is reduced and no branch depends on a
 // distance. How far around is a guess that decides on the time alone: what is found within it is exact, and what is not
 // bounds a second search.
+//
+// That scan compares |p|^2 - 2 p t, which takes three multiply-adds. It rounds unlike the squared distance that
+// decides; so it only bounds that, and the few points within the bound are compared by it.
 
 #if defined(CURVD_CORE_KERNELS_NEAREST_CORNERS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef CURVD_CORE_KERNELS_NEAREST_CORNERS_INL_H_
@@ -25,17 +28,17 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// The targets of one corner for the points of one leaf, and what is nearest to them so far.
+// The targets of one corner for the points of one leaf, and what was found nearest to them.
 struct TargetPatch {
   static constexpr size_t kSize = SpatialIndex::kLeafSize;
   alignas(64) float x[kSize];
   alignas(64) float y[kSize];
   alignas(64) float z[kSize];
-  alignas(64) float squared_distance[kSize];
-  alignas(64) int32_t leaf[kSize];  // where that point is
-  uint32_t used;                    // lanes of points that are estimated, as bits
-  uint32_t tied;                    // lanes where two leaves were equally near at some time
-  Box box;                          // of the used targets
+  alignas(64) float bound[kSize];       // squared distance within which the nearest point is, and hardly another
+  alignas(64) int32_t position[kSize];  // in the list, of the leaf that holds that point, unless
+  uint32_t tied;                        // has the lane's bit: then another leaf may hold it
+  uint32_t used;                        // lanes of points that are estimated, as bits
+  Box box;                              // of the used targets
 };
 
 // Sets the targets of corner s, at s * 60 degrees and distance rho, for points first, first + 1, ... of the group.
@@ -100,6 +103,44 @@ HWY_INLINE void NarrowLeaves(const LeafList& leaves, const Box& box, float squar
   narrowed.Pad();
 }
 
+// Leaves around the targets of several patches.
+struct TargetLeaves {
+  const LeafList* leaves;
+  float squared_reach;           // all leaves within this of any target are listed; negative: none are
+  const CenteredLeaf* centered;  // by position in the list; nullptr where that does not pay
+  float center[3];
+};
+
+// Copies the points of the listed leaves relative to the center of a box, unless the leaves are many. Padding keeps a
+// squared norm of infinity.
+HWY_INLINE void CenterLeaves(const SpatialIndex& index, const Box& box, ScratchArray<CenteredLeaf>& centered,
+                             TargetLeaves& listed) {
+  constexpr size_t kMany = 64;
+  const LeafList& leaves = *listed.leaves;
+  listed.centered = nullptr;
+  if (leaves.size() > kMany) return;
+  const FloatTag d;
+  const FloatVec finite = hn::Set(d, 1e18f);
+  for (int axis = 0; axis < 3; ++axis) listed.center[axis] = 0.5f * (box.lo[axis] + box.hi[axis]);
+  const FloatVec cx = hn::Set(d, listed.center[0]), cy = hn::Set(d, listed.center[1]),
+                 cz = hn::Set(d, listed.center[2]);
+  centered.Reserve(kMany);
+  for (size_t j = 0; j < leaves.size(); ++j) {
+    const SpatialIndex::LeafPositions& points = index.positions(leaves.leaf(j));
+    CenteredLeaf& leaf = centered[j];
+    for (size_t i = 0; i < SpatialIndex::kLeafSize; i += hn::Lanes(d)) {
+      const FloatVec x = hn::Sub(hn::Load(d, points.x + i), cx);
+      const FloatVec y = hn::Sub(hn::Load(d, points.y + i), cy);
+      const FloatVec z = hn::Sub(hn::Load(d, points.z + i), cz);
+      hn::Store(hn::Min(x, finite), d, leaf.x + i);
+      hn::Store(hn::Min(y, finite), d, leaf.y + i);
+      hn::Store(hn::Min(z, finite), d, leaf.z + i);
+      hn::Store(SquaredNorm(x, y, z), d, leaf.squared_norm + i);
+    }
+  }
+  listed.centered = centered.data();
+}
+
 // Whether a leaf lies within the squared reach of any target that is used.
 HWY_INLINE bool NearTargets(const LeafList& leaves, size_t i, const TargetPatch& patch, float squared_reach) {
   const FloatTag d;
@@ -116,80 +157,154 @@ HWY_INLINE bool NearTargets(const LeafList& leaves, size_t i, const TargetPatch&
   return (near & patch.used) != 0;
 }
 
-// Lists the leaves within the squared reach of a target; returns their number.
+// Lists the positions of the leaves within the squared reach of a target; returns their number.
 HWY_INLINE size_t CullLeavesAround(const LeafList& leaves, const TargetPatch& patch, float squared_reach,
                                    ScratchArray<uint32_t>& near) {
-  near.Reserve(leaves.padded_size());
-  size_t count = 0;
-  for (size_t i = 0; i < leaves.size(); i += hn::Lanes(FloatTag())) {
-    uint64_t meets = BitsFromMask(NearBox(leaves, i, patch.box, squared_reach));
-    for (; meets != 0; meets &= meets - 1) {
-      const size_t position = i + std::countr_zero(meets);
-      near[count] = leaves.leaf(position);
-      count += NearTargets(leaves, position, patch, squared_reach) ? 1 : 0;
-    }
-  }
-  return count;
-}
-
-// Smallest of the squared distances from the points of a leaf to each of the targets (tx, ty, tz).
-HWY_INLINE FloatVec NearestInLeaf(const SpatialIndex::LeafPositions& points, FloatVec tx, FloatVec ty, FloatVec tz) {
-  const FloatTag d;
-  FloatVec nearest = hn::Set(d, std::numeric_limits<float>::infinity());
-  for (int i = 0; i < SpatialIndex::kLeafSize; ++i) {
-    const FloatVec squared = SquaredNorm(hn::Sub(hn::Set(d, points.x[i]), tx), hn::Sub(hn::Set(d, points.y[i]), ty),
-                                         hn::Sub(hn::Set(d, points.z[i]), tz));
-    nearest = hn::Min(nearest, squared);
-  }
-  return nearest;
-}
-
-// Searches the leaves for the one that holds the point nearest to each target of the patch. Returns the largest of the
-// squared distances of the used targets; infinity if the leaves hold no point.
-HWY_INLINE float SearchPatch(const SpatialIndex& index, const uint32_t* near, size_t near_count, TargetPatch& patch) {
   const FloatTag d;
   const IntTag di;
-  FloatVec farthest = hn::Zero(d);
-  uint64_t tied_lanes = 0;
-  for (size_t lane = 0; lane < TargetPatch::kSize; lane += hn::Lanes(d)) {
-    const FloatVec tx = hn::Load(d, patch.x + lane), ty = hn::Load(d, patch.y + lane), tz = hn::Load(d, patch.z + lane);
-    FloatVec best = hn::Set(d, std::numeric_limits<float>::infinity());
-    auto best_leaf = hn::Zero(di);
-    FloatMask tied = hn::FirstN(d, 0);
-    for (size_t j = 0; j < near_count; ++j) {
-      const FloatVec nearest = NearestInLeaf(index.positions(near[j]), tx, ty, tz);
-      const auto leaf = hn::Set(di, static_cast<int32_t>(near[j]));
-      tied = hn::Or(tied, hn::Eq(nearest, best));
-      best_leaf = hn::IfThenElse(hn::RebindMask(di, hn::Lt(nearest, best)), leaf, best_leaf);
-      best = hn::Min(best, nearest);
-    }
-    hn::Store(best, d, patch.squared_distance + lane);
-    hn::Store(best_leaf, di, patch.leaf + lane);
-    tied_lanes |= BitsFromMask(tied) << lane;
-    farthest = hn::Max(farthest, hn::IfThenElseZero(MaskFromBits(patch.used >> lane), best));
+  near.Reserve(leaves.padded_size() + LeafList::kPad);
+  auto* positions = reinterpret_cast<int32_t*>(near.data());
+  size_t count = 0;
+  for (size_t i = 0; i < leaves.size(); i += hn::Lanes(d)) {
+    const auto meets = hn::RebindMask(di, NearBox(leaves, i, patch.box, squared_reach));
+    hn::StoreU(hn::Compress(hn::Iota(di, static_cast<int32_t>(i)), meets), di, positions + count);
+    count += hn::CountTrue(di, meets);
   }
-  patch.tied = static_cast<uint32_t>(tied_lanes);
-  return hn::GetLane(hn::MaxOfLanes(d, farthest));
+  // Few leaves near the box of the targets are near none of them, unless the targets are far apart.
+  constexpr size_t kFew = 12;
+  if (HWY_LIKELY(count <= kFew)) return count;
+  size_t kept = 0;
+  for (size_t j = 0; j < count; ++j) {
+    near[kept] = near[j];
+    kept += NearTargets(leaves, near[j], patch, squared_reach) ? 1 : 0;
+  }
+  return kept;
 }
 
-// Of the points of a leaf that are as near to the target of a lane as the nearest, the one with the lowest id; a
-// negative number if there is none.
-HWY_INLINE int NearestPoint(const SpatialIndex::LeafPositions& points, const TargetPatch& patch, size_t lane) {
+// |p|^2 - 2 p t of point i of a leaf for the targets of a vector's lanes, given -2 t.
+HWY_INLINE FloatVec SquaredDistanceLessNorm(const CenteredLeaf& points, int i, const Triple& doubled) {
+  const FloatTag d;
+  const FloatVec z = hn::MulAdd(hn::Set(d, points.z[i]), doubled.z, hn::Set(d, points.squared_norm[i]));
+  const FloatVec yz = hn::MulAdd(hn::Set(d, points.y[i]), doubled.y, z);
+  return hn::MulAdd(hn::Set(d, points.x[i]), doubled.x, yz);
+}
+
+// |p - t|^2, as it decides.
+HWY_INLINE FloatVec SquaredDistance(const SpatialIndex::LeafPositions& points, int i, const Triple& targets) {
+  const FloatTag d;
+  return SquaredNorm(hn::Sub(hn::Set(d, points.x[i]), targets.x), hn::Sub(hn::Set(d, points.y[i]), targets.y),
+                     hn::Sub(hn::Set(d, points.z[i]), targets.z));
+}
+
+// Smallest of a function of the points of a leaf, by their places in it.
+template <typename Function>
+HWY_INLINE FloatVec LeastInLeaf(Function f) {
+  // Four chains, since each step waits for the one before it.
+  FloatVec a = f(0), b = f(1), c = f(2), e = f(3);
+  for (int i = 4; i < SpatialIndex::kLeafSize; i += 4) {
+    a = hn::Min(a, f(i));
+    b = hn::Min(b, f(i + 1));
+    c = hn::Min(c, f(i + 2));
+    e = hn::Min(e, f(i + 3));
+  }
+  return hn::Min(hn::Min(a, b), hn::Min(c, e));
+}
+
+// What is least for each lane's target among leaves.
+struct LeastOfLeaves {
+  FloatVec least;
+  FloatVec second;           // of the other leaves' least
+  hn::Vec<IntTag> position;  // of the leaf
+};
+
+// Finds it by `least_in_leaf(position)`.
+template <typename LeastIn>
+HWY_INLINE LeastOfLeaves FindLeast(const uint32_t* near, size_t near_count, LeastIn least_in_leaf) {
+  const IntTag di;
+  const FloatVec infinity = hn::Set(FloatTag(), std::numeric_limits<float>::infinity());
+  LeastOfLeaves found{infinity, infinity, hn::Zero(di)};
+  for (size_t j = 0; j < near_count; ++j) {
+    const FloatVec in_leaf = least_in_leaf(near[j]);
+    const auto position = hn::Set(di, static_cast<int32_t>(near[j]));
+    found.position = hn::IfThenElse(hn::RebindMask(di, hn::Lt(in_leaf, found.least)), position, found.position);
+    found.second = hn::Min(found.second, hn::Max(in_leaf, found.least));
+    found.least = hn::Min(found.least, in_leaf);
+  }
+  return found;
+}
+
+// Records what was found for targets lane, lane + 1, ... of the patch: the bound, and that the leaf may be another one
+// where the second is at most `tie`. Returns the largest bound of a used target.
+HWY_INLINE float Record(const LeastOfLeaves& found, FloatVec bound, FloatVec tie, size_t lane, TargetPatch& patch) {
+  const FloatTag d;
+  hn::Store(bound, d, patch.bound + lane);
+  hn::Store(found.position, IntTag(), patch.position + lane);
+  patch.tied |= static_cast<uint32_t>(BitsFromMask(hn::Le(found.second, tie)) << lane);
+  return hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(MaskFromBits(patch.used >> lane), bound)));
+}
+
+HWY_INLINE Triple LoadTargets(const TargetPatch& patch, size_t lane) {
+  const FloatTag d;
+  return {hn::Load(d, patch.x + lane), hn::Load(d, patch.y + lane), hn::Load(d, patch.z + lane)};
+}
+
+// Searches the listed leaves at the `near` positions, which are centered, for the one that holds the point nearest to
+// each target. Returns a squared distance within which every used target has a point; infinity if there are no leaves.
+HWY_INLINE float SearchCentered(const TargetLeaves& leaves, const uint32_t* near, size_t near_count,
+                                TargetPatch& patch) {
+  // Either way to compute a squared distance, some 60 operations err by at most 2^-24 of the larger squared norm each.
+  // That is at most 4 |t|^2, or else at most four times the squared distance. Where numbers are tiny, errors are below
+  // the smallest normal one.
+  constexpr float kRelativeError = 0x1p-15f, kLeastError = std::numeric_limits<float>::min();
+  const FloatTag d;
+  const Triple center{hn::Set(d, leaves.center[0]), hn::Set(d, leaves.center[1]), hn::Set(d, leaves.center[2])};
+  float farthest = 0.0f;
+  patch.tied = 0;
+  for (size_t lane = 0; lane < TargetPatch::kSize; lane += hn::Lanes(d)) {
+    const Triple targets = Sub(LoadTargets(patch, lane), center);
+    const Triple doubled = Scale(targets, hn::Set(d, -2.0f));
+    const LeastOfLeaves found = FindLeast(near, near_count, [&](uint32_t position) {
+      const CenteredLeaf& points = leaves.centered[position];
+      return LeastInLeaf([&](int i) { return SquaredDistanceLessNorm(points, i, doubled); });
+    });
+    const FloatVec norm = Dot(targets, targets);
+    const FloatVec distance = hn::Add(found.least, norm);
+    const FloatVec error = hn::MulAdd(hn::Add(distance, norm), hn::Set(d, kRelativeError), hn::Set(d, kLeastError));
+    const FloatVec tie = hn::Add(found.least, hn::Add(error, error));
+    farthest = std::max(farthest, Record(found, hn::Add(distance, error), tie, lane, patch));
+  }
+  return farthest;
+}
+
+// The same for leaves that are not centered, by the distances that decide: bounds hold the nearest point and its
+// equals.
+HWY_INLINE float SearchExactly(const SpatialIndex& index, const LeafList& leaves, const uint32_t* near,
+                               size_t near_count, TargetPatch& patch) {
+  float farthest = 0.0f;
+  patch.tied = 0;
+  for (size_t lane = 0; lane < TargetPatch::kSize; lane += hn::Lanes(FloatTag())) {
+    const Triple targets = LoadTargets(patch, lane);
+    const LeastOfLeaves found = FindLeast(near, near_count, [&](uint32_t position) {
+      const SpatialIndex::LeafPositions& points = index.positions(leaves.leaf(position));
+      return LeastInLeaf([&](int i) { return SquaredDistance(points, i, targets); });
+    });
+    farthest = std::max(farthest, Record(found, found.least, found.least, lane, patch));
+  }
+  return farthest;
+}
+
+// The points of a leaf within the bound of a lane's target, as bits.
+HWY_INLINE uint64_t PointsInBound(const SpatialIndex::LeafPositions& points, const TargetPatch& patch, size_t lane) {
   const FloatTag d;
   const FloatVec tx = hn::Set(d, patch.x[lane]), ty = hn::Set(d, patch.y[lane]), tz = hn::Set(d, patch.z[lane]);
-  const FloatVec nearest = hn::Set(d, patch.squared_distance[lane]);
+  const FloatVec bound = hn::Set(d, patch.bound[lane]);
   uint64_t bits = 0;
   for (size_t i = 0; i < SpatialIndex::kLeafSize; i += hn::Lanes(d)) {
     const FloatVec squared = SquaredNorm(hn::Sub(hn::Load(d, points.x + i), tx), hn::Sub(hn::Load(d, points.y + i), ty),
                                          hn::Sub(hn::Load(d, points.z + i), tz));
-    bits |= BitsFromMask(hn::Eq(squared, nearest)) << i;
+    bits |= BitsFromMask(hn::Le(squared, bound)) << i;
   }
-  int lowest = bits == 0 ? -1 : std::countr_zero(bits);
-  for (bits &= bits - 1; HWY_UNLIKELY(bits != 0); bits &= bits - 1) {
-    const int i = std::countr_zero(bits);
-    if (points.id[i] < points.id[lowest]) lowest = i;
-  }
-  return lowest;
+  return bits;
 }
 
 // A point by its place in the index.
@@ -198,26 +313,27 @@ struct IndexedPoint {
   int place;
 };
 
-// Of the points of the leaves that are as near to the target of a lane as the nearest, the one with the lowest id.
-HWY_NOINLINE inline IndexedPoint LowestOfTied(const SpatialIndex& index, const uint32_t* near, size_t near_count,
-                                              const TargetPatch& patch, size_t lane) {
-  int32_t lowest_id = SpatialIndex::kPaddingId;
-  IndexedPoint lowest{};
+// Of the points within the bound of a lane's target, the nearest, and of equally near ones that with the lowest id.
+// `near`: positions of the leaves that may hold it.
+HWY_NOINLINE inline IndexedPoint NearestInBound(const SpatialIndex& index, const LeafList& leaves, const uint32_t* near,
+                                                size_t near_count, const TargetPatch& patch, size_t lane) {
+  NeighborRank lowest{std::numeric_limits<float>::infinity(), SpatialIndex::kPaddingId};
+  IndexedPoint nearest{};
   for (size_t j = 0; j < near_count; ++j) {
-    const SpatialIndex::LeafPositions& points = index.positions(near[j]);
-    const int place = NearestPoint(points, patch, lane);
-    if (place < 0 || points.id[place] >= lowest_id) continue;
-    lowest_id = points.id[place];
-    lowest = {near[j], place};
+    const uint32_t leaf = leaves.leaf(near[j]);
+    const SpatialIndex::LeafPositions& points = index.positions(leaf);
+    for (uint64_t bits = PointsInBound(points, patch, lane); bits != 0; bits &= bits - 1) {
+      const int place = std::countr_zero(bits);
+      const float x = points.x[place] - patch.x[lane], y = points.y[place] - patch.y[lane],
+                  z = points.z[place] - patch.z[lane];
+      const NeighborRank rank{x * x + y * y + z * z, points.id[place]};
+      if (!(rank < lowest)) continue;
+      lowest = rank;
+      nearest = {leaf, place};
+    }
   }
-  return lowest;
+  return nearest;
 }
-
-// Leaves around the targets of several patches.
-struct TargetLeaves {
-  const LeafList* leaves;
-  float squared_reach;  // all within this of any target are listed; negative: none are
-};
 
 HWY_INLINE void SetCorner(const SpatialIndex& index, IndexedPoint point, size_t i, int s, GroupScratch::Buffers& b) {
   const SpatialIndex::LeafPositions& points = index.positions(point.leaf);
@@ -234,8 +350,7 @@ HWY_INLINE void SetCorner(const SpatialIndex& index, IndexedPoint point, size_t 
 // Sets each point's corners to the points of the cloud nearest to its six targets.
 class CornerSearch {
  public:
-  CornerSearch(const SpatialIndex& index, size_t group, GroupScratch::Buffers& b)
-      : index_(index), b_(b), first_leaf_(group * SpatialIndex::kGroupLeaves) {}
+  CornerSearch(const SpatialIndex& index, GroupScratch::Buffers& b) : index_(index), b_(b) {}
 
   HWY_NOINLINE void SetCorners() {
     for (size_t i = 0; i < b_.size; ++i) {
@@ -248,13 +363,16 @@ class CornerSearch {
     constexpr size_t kMaxShared = 256, kMaxSingle = 512;
     const bool shared = Gather(0, 6, kMaxShared);
     for (int s = 0; s < 6; ++s) {
+      const Box box = PatchesBox(s, s + 1);
+      TargetLeaves listed{shared ? &b_.corner_leaves : &b_.leaves, SquaredReach(s, s + 1), nullptr, {}};
       if (shared) {
-        NarrowLeaves(b_.leaves, PatchesBox(s, s + 1), SquaredReach(s, s + 1), b_.corner_leaves);
-        FindCorners(s, {&b_.corner_leaves, SquaredReach(s, s + 1)});
-      } else {
-        const bool listed = Gather(s, s + 1, kMaxSingle);
-        FindCorners(s, {&b_.leaves, listed ? SquaredReach(s, s + 1) : -1.0f});
+        NarrowLeaves(b_.leaves, box, listed.squared_reach, b_.corner_leaves);
+      } else if (!Gather(s, s + 1, kMaxSingle)) {
+        b_.leaves.Clear();
+        listed.squared_reach = -1.0f;
       }
+      CenterLeaves(index_, box, b_.centered, listed);
+      FindCorners(s, listed);
     }
   }
 
@@ -306,36 +424,72 @@ class CornerSearch {
   HWY_INLINE bool FindPatchCorners(int s, size_t p, const TargetLeaves& listed) {
     TargetPatch& patch = patches_[s][p];
     const float squared_reach = std::min(SquaredGuess(s), listed.squared_reach);
-    size_t near_count = squared_reach < 0.0f ? 0 : CullLeavesAround(*listed.leaves, patch, squared_reach, b_.near);
-    float farthest = SearchPatch(index_, b_.near.data(), near_count, patch);
-    const bool guessed = farthest <= squared_reach;
-    if (HWY_UNLIKELY(!guessed)) {
-      // Any point bounds the distance of the nearest one.
-      const auto own_leaf = static_cast<uint32_t>(first_leaf_ + p);
-      if (farthest == std::numeric_limits<float>::infinity()) farthest = SearchPatch(index_, &own_leaf, 1, patch);
-      const LeafList* leaves = listed.leaves;
-      if (farthest > listed.squared_reach) {
-        GatherLeaves(index_, patch.box, farthest, index_.leaf_count(), b_.own_leaves);
-        leaves = &b_.own_leaves;
-      }
-      near_count = CullLeavesAround(*leaves, patch, farthest, b_.near);
-      SearchPatch(index_, b_.near.data(), near_count, patch);
-    }
-    for (uint32_t used = patch.used; used != 0; used &= used - 1) {
-      const int lane = std::countr_zero(used);
-      const auto leaf = static_cast<uint32_t>(patch.leaf[lane]);
-      const IndexedPoint corner = HWY_UNLIKELY((patch.tied >> lane & 1) != 0)
-                                      ? LowestOfTied(index_, b_.near.data(), near_count, patch, lane)
-                                      : IndexedPoint{leaf, NearestPoint(index_.positions(leaf), patch, lane)};
-      SetCorner(index_, corner, p * TargetPatch::kSize + lane, s, b_);
+    const float bound = Search(listed, squared_reach, patch);
+    // The bounds of targets far from the center may hold many points.
+    constexpr int kManyTied = 4;
+    const bool guessed = bound <= squared_reach;
+    if (HWY_LIKELY(guessed && std::popcount(patch.tied & patch.used) < kManyTied)) {
+      TakeNearest(s, p, *listed.leaves);
+    } else {
+      SearchAgain(s, p, listed, std::min(bound, OwnBound(p, patch)));
     }
     return guessed;
   }
 
+  // Searches the listed leaves within the squared reach of a target.
+  HWY_INLINE float Search(const TargetLeaves& listed, float squared_reach, TargetPatch& patch) {
+    near_count_ = CullLeavesAround(*listed.leaves, patch, squared_reach, b_.near);
+    if (listed.centered != nullptr) return SearchCentered(listed, b_.near.data(), near_count_, patch);
+    return SearchExactly(index_, *listed.leaves, b_.near.data(), near_count_, patch);
+  }
+
+  // The same where every target is known to have a point within the squared reach.
+  HWY_NOINLINE void SearchAgain(int s, size_t p, const TargetLeaves& listed, float squared_reach) {
+    TargetPatch& patch = patches_[s][p];
+    const LeafList* leaves = listed.leaves;
+    if (squared_reach > listed.squared_reach) {
+      GatherLeaves(index_, patch.box, squared_reach, index_.leaf_count(), b_.own_leaves);
+      leaves = &b_.own_leaves;
+    }
+    Search({leaves, squared_reach, nullptr, {}}, squared_reach, patch);
+    TakeNearest(s, p, *leaves);
+  }
+
+  // A squared distance within which every used target has a point: the one that it belongs to.
+  float OwnBound(size_t p, const TargetPatch& patch) const {
+    const FloatTag d;
+    float farthest = 0.0f;
+    for (size_t lane = 0; lane < TargetPatch::kSize; lane += hn::Lanes(d)) {
+      const Triple offset = Sub(LoadTriple(b_.query, p * TargetPatch::kSize + lane), LoadTargets(patch, lane));
+      const FloatVec squared = SquaredNorm(offset.x, offset.y, offset.z);
+      farthest = std::max(
+          farthest, hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(MaskFromBits(patch.used >> lane), squared))));
+    }
+    return farthest;
+  }
+
+  // Sets the corners to what the search of these leaves has found.
+  HWY_INLINE void TakeNearest(int s, size_t p, const LeafList& leaves) {
+    const TargetPatch& patch = patches_[s][p];
+    for (uint32_t used = patch.used; used != 0; used &= used - 1) {
+      const int lane = std::countr_zero(used);
+      const auto position = static_cast<uint32_t>(patch.position[lane]);
+      const uint32_t leaf = leaves.leaf(position);
+      const uint64_t bits = PointsInBound(index_.positions(leaf), patch, lane);
+      IndexedPoint nearest{leaf, std::countr_zero(bits)};
+      if (HWY_UNLIKELY((patch.tied >> lane & 1) != 0)) {
+        nearest = NearestInBound(index_, leaves, b_.near.data(), near_count_, patch, lane);
+      } else if (HWY_UNLIKELY((bits & (bits - 1)) != 0)) {
+        nearest = NearestInBound(index_, leaves, &position, 1, patch, lane);
+      }
+      SetCorner(index_, nearest, p * TargetPatch::kSize + lane, s, b_);
+    }
+  }
+
   const SpatialIndex& index_;
   GroupScratch::Buffers& b_;
-  const size_t first_leaf_;
   float squared_spacing_ = 0.0f;  // the largest of the group
+  size_t near_count_ = 0;         // leaves that were searched last: positions `b_.near` of their list
   TargetPatch patches_[6][SpatialIndex::kGroupLeaves];
 };
 
