@@ -84,7 +84,7 @@ struct GroupScratch::Buffers {
   LeafList own_leaves;                    // near one query, or near the targets of one corner of a leaf's points
   LeafList corner_leaves;                 // of `leaves`, those near the targets of one corner
   ScratchArray<CenteredLeaf> centered;    // the leaves that were listed for the targets of one corner
-  ScratchArray<uint32_t> near;            // leaves that meet one query's ball
+  ScratchArray<uint32_t> near;            // leaves that meet one query's ball; for corners, their places in a list
   ScratchArray<float> squared_distances;  // of all points of `near`
   ScratchArray<float> inner_distances;    // those within the search radius, padded with infinity
   ScratchArray<uint32_t> near_positions;  // in the list that was searched, of each of `near`
