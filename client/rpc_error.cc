@@ -29,7 +29,7 @@ std::optional<Detail> FindDetail(const grpc::Status& status) {
 // With '?' for what a terminal obeys or a log takes for the end of a line.
 std::string WithoutControls(std::string text) {
   std::replace_if(
-      text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; }, '?');
+      text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
   return text;
 }
 
