@@ -33,7 +33,7 @@ TIDY_SOURCES = $(wildcard proto/*.cc) $(shell find core server client -name '*.c
 
 .PHONY: help
 help: ## List what can be made
-	@sed -nE 's/^([a-z-]+):.*## (.*)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 22
+	@sed -nE 's/^([a-z0-9-]+):.*## (.*)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 22
 
 .PHONY: deps build-deps
 deps: build-deps ## Install the Debian packages that building, testing and checking need
