@@ -123,7 +123,7 @@ arm64: deps ## Compile the core for arm64
 	$(call install,g++-aarch64-linux-gnu)
 	@mkdir -p build/arm64/include
 	@ln -sfn /usr/include/absl /usr/include/hwy build/arm64/include/
-	@printf '%s\n' core/*.cc | xargs -P $(JOBS) -I{} sh -c '$(ARM64_CXX) -c {} -o build/arm64/$$(basename {}).o'
+	@find core -name '*.cc' | xargs -P $(JOBS) -I{} sh -c '$(ARM64_CXX) -c {} -o build/arm64/$$(basename {}).o'
 
 .PHONY: proto-check proto-baseline
 proto-check: $(BUF) ## Lint the contract and compare it with the one that clients rely on

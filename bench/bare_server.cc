@@ -9,14 +9,14 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "core/estimation_job.h"
-#include "core/field_arrays.h"
-#include "core/worker_pool.h"
+#include "core/job/estimation_job.h"
+#include "core/job/field_arrays.h"
+#include "core/job/worker_pool.h"
 #include "curvature/v1/curvature.grpc.pb.h"
-#include "server/call_options.h"
-#include "server/call_summary.h"
-#include "server/freed_memory.h"
-#include "server/result_encoder.h"
+#include "server/call/call_options.h"
+#include "server/call/call_summary.h"
+#include "server/call/result_encoder.h"
+#include "server/host/freed_memory.h"
 
 namespace curvd::bench {
 namespace {

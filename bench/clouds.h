@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/cloud.h"
+#include "core/cloud/cloud.h"
 
 namespace curvd::bench {
 

@@ -4,7 +4,7 @@
 #include <cstdlib>
 
 #include "bench/stopwatch.h"
-#include "core/estimation_job.h"
+#include "core/job/estimation_job.h"
 
 namespace curvd::bench {
 

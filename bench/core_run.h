@@ -3,9 +3,9 @@
 
 #include "bench/clouds.h"
 #include "bench/side_by_side.h"
-#include "core/curvature_field.h"
-#include "core/options.h"
-#include "core/worker_pool.h"
+#include "core/estimators/curvature_field.h"
+#include "core/estimators/options.h"
+#include "core/job/worker_pool.h"
 
 namespace curvd::bench {
 

@@ -2,7 +2,7 @@
 #define HWY_TARGET_INCLUDE "bench/core_search.cc"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
-#include "core/kernels/group-inl.h"
+#include "core/estimators/group-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -43,8 +43,8 @@ HWY_AFTER_NAMESPACE();
 #include <vector>
 
 #include "bench/core_search.h"
-#include "core/index_builder.h"
-#include "core/kth_neighbor.h"
+#include "core/index/index_builder.h"
+#include "core/search/kth_neighbor.h"
 
 namespace curvd {
 HWY_EXPORT(SearchGroupsKernel);

@@ -3,8 +3,8 @@
 
 #include "bench/clouds.h"
 #include "bench/side_by_side.h"
-#include "core/options.h"
-#include "core/spatial_index.h"
+#include "core/estimators/options.h"
+#include "core/index/spatial_index.h"
 
 namespace curvd::bench {
 

@@ -16,8 +16,8 @@
 #include "bench/table.h"
 #include "bench/threads.h"
 #include "client/curvature_client.h"
-#include "core/estimation_job.h"
-#include "core/page_pool.h"
+#include "core/base/page_pool.h"
+#include "core/job/estimation_job.h"
 
 namespace curvd::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/version.h"
+#include "server/host/version.h"
 
 namespace curvd {
 namespace {

@@ -10,13 +10,13 @@
 #include "absl/strings/str_cat.h"
 #include "google/protobuf/stubs/logging.h"
 #include "server/curvature_server.h"
-#include "server/descriptor_limit.h"
 #include "server/flags.h"
-#include "server/freed_memory.h"
-#include "server/json_line.h"
-#include "server/listen_address.h"
-#include "server/server_log.h"
-#include "server/version.h"
+#include "server/host/descriptor_limit.h"
+#include "server/host/freed_memory.h"
+#include "server/host/version.h"
+#include "server/net/listen_address.h"
+#include "server/observe/json_line.h"
+#include "server/observe/server_log.h"
 
 namespace curvd {
 namespace {

@@ -3,11 +3,11 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "server/error_detail.h"
-#include "server/listen_address.h"
-#include "server/memory_limit.h"
-#include "server/processor_limit.h"
-#include "server/reasons.h"
+#include "server/call/error_detail.h"
+#include "server/call/reasons.h"
+#include "server/host/memory_limit.h"
+#include "server/host/processor_limit.h"
+#include "server/net/listen_address.h"
 
 namespace curvd {
 namespace {

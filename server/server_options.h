@@ -24,13 +24,13 @@ struct ServerOptions {
   std::string tls_key;
   // PEM file: authorities of client certificates; "": clients need none.
   std::string tls_client_ca;
-  // File of names (server/access_list.h) of which a client certificate must have one; "": any name is let in.
+  // File of names (proto/access_list.h) of which a client certificate must have one; "": any name is let in.
   std::string tls_client_names;
-  // File of tokens (server/access_list.h) of which a call must carry one; "": calls need none.
+  // File of tokens (proto/access_list.h) of which a call must carry one; "": calls need none.
   std::string token_file;
 
   // Worker threads that all calls share; 0: one for each core that this process may use, and no more than the quotas
-  // of its control groups are worth (server/processor_limit.h).
+  // of its control groups are worth (server/host/processor_limit.h).
   int threads = 0;
 
   // Points in one cloud. In [1, 2^31).

@@ -2,17 +2,17 @@
 #pragma once
 
 #include "absl/time/time.h"
-#include "core/worker_pool.h"
-#include "server/access_control.h"
-#include "server/admission.h"
-#include "server/call_limits.h"
-#include "server/request_ids.h"
-#include "server/security_metrics.h"
-#include "server/server_log.h"
-#include "server/server_metrics.h"
+#include "core/job/worker_pool.h"
+#include "server/access/access_control.h"
+#include "server/admission/admission.h"
+#include "server/admission/stream_gate.h"
+#include "server/call/call_limits.h"
+#include "server/call/request_ids.h"
+#include "server/observe/security_metrics.h"
+#include "server/observe/server_log.h"
+#include "server/observe/server_metrics.h"
+#include "server/observe/stranger_log.h"
 #include "server/server_options.h"
-#include "server/stranger_log.h"
-#include "server/stream_gate.h"
 
 namespace curvd {
 

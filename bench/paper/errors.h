@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "client/surfaces/surface.h"
-#include "core/curvature_field.h"
+#include "core/estimators/curvature_field.h"
 
 namespace curvd::bench {
 

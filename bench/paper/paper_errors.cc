@@ -17,7 +17,7 @@
 #include "bench/paper/errors.h"
 #include "bench/paper/grid.h"
 #include "bench/paper/methods.h"
-#include "core/estimation_job.h"
+#include "core/job/estimation_job.h"
 
 namespace curvd::bench {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client/surfaces/surface.h"
-#include "core/cloud.h"
+#include "core/cloud/cloud.h"
 
 namespace curvd::bench {
 

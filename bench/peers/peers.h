@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "core/curvature_field.h"
+#include "core/estimators/curvature_field.h"
 
 namespace curvd::bench {
 

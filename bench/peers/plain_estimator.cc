@@ -35,7 +35,8 @@ Frame TangentFrame(Vector n) {
 
 constexpr double kHalfSqrt3 = 0.86602540378443864676;
 
-// curvd does not bring averages of normals shorter than this back to unit length (core/kernels/hexagram-inl.h).
+// curvd does not bring averages of normals shorter than this back to unit length
+// (core/estimators/hexagram/hexagram-inl.h).
 constexpr double kShortNormal = 0.1;
 
 struct Targets {

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "bench/peers/peers.h"
-#include "core/curvature_field.h"
+#include "core/estimators/curvature_field.h"
 
 namespace curvd::bench {
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "core/curvature_field.h"
+#include "core/estimators/curvature_field.h"
 
 namespace curvd::bench {
 

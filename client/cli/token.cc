@@ -13,7 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/flags.h"
-#include "server/access_list.h"
+#include "proto/access_list.h"
 
 namespace curv {
 namespace {

@@ -10,7 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/connect_options.h"
 #include "client/curvature_client.h"
-#include "server/access_list.h"
+#include "proto/access_list.h"
 #include "server/curvature_server.h"
 #include "tests/certificates.h"
 #include "tests/client/temp_dir.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client/surfaces/surface.h"
-#include "core/estimation_job.h"
+#include "core/job/estimation_job.h"
 
 namespace {
 

@@ -24,7 +24,7 @@
 #include "client/io/table_file.h"
 #include "client/surfaces/noise.h"
 #include "client/surfaces/surface.h"
-#include "core/estimation_job.h"
+#include "core/job/estimation_job.h"
 
 namespace {
 

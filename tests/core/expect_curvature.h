@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/curvature_field.h"
+#include "core/estimators/curvature_field.h"
 #include "tests/core/reference_measures.h"
 
 namespace curvd::testing {

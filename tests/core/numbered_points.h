@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "core/curvature_field.h"
+#include "core/estimators/curvature_field.h"
 
 namespace curvd {
 

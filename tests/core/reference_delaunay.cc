@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "core/umbrella.h"
+#include "core/estimators/delaunay/umbrella.h"
 #include "tests/core/reference_estimator.h"
 
 namespace curvd::testing {

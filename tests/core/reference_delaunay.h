@@ -1,12 +1,13 @@
-// Umbrellas and CNC-Delaunay by brute force in doubles: the oracle for core/umbrella.h and its kernels. Written from
-// the definition (a triangle is Delaunay if its circle is empty); shares nothing with core/kernels.
+// Umbrellas and CNC-Delaunay by brute force in doubles: the oracle for core/estimators/delaunay/umbrella.h and its
+// kernels. Written from the definition (a triangle is Delaunay if its circle is empty); shares nothing with
+// core/kernels.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <vector>
 
-#include "core/options.h"
+#include "core/estimators/options.h"
 #include "tests/core/reference_measures.h"
 #include "tests/core/test_clouds.h"
 

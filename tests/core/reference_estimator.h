@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/options.h"
+#include "core/estimators/options.h"
 #include "tests/core/reference_measures.h"
 #include "tests/core/test_clouds.h"
 

@@ -1,5 +1,5 @@
-// Surfaces fitted to one neighborhood in plain doubles with Eigen: the oracle for core/kernels/jet-inl.h and
-// core/kernels/algebraic_sphere-inl.h.
+// Surfaces fitted to one neighborhood in plain doubles with Eigen: the oracle for core/estimators/fits/jet-inl.h and
+// core/estimators/fits/algebraic_sphere-inl.h.
 #pragma once
 
 #include <Eigen/Core>

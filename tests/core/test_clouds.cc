@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/index_builder.h"
-#include "core/random_stream.h"
+#include "core/estimators/random_stream.h"
+#include "core/index/index_builder.h"
 
 namespace curvd::testing {
 namespace {

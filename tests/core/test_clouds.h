@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "core/cloud.h"
-#include "core/estimation_job.h"
-#include "core/spatial_index.h"
+#include "core/cloud/cloud.h"
+#include "core/index/spatial_index.h"
+#include "core/job/estimation_job.h"
 
 namespace curvd::testing {
 

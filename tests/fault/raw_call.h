@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "core/cloud.h"
-#include "core/curvature_field.h"
+#include "core/cloud/cloud.h"
+#include "core/estimators/curvature_field.h"
 #include "curvature/v1/curvature.grpc.pb.h"
 
 namespace curvd {

@@ -11,7 +11,7 @@ from fault import Fault
 
 _CONTAINER_BYTES = 256 << 20
 _CLIENTS = 8
-_LEFT_TO_LIBRARIES = 32 << 20  # core/page_pool.h
+_LEFT_TO_LIBRARIES = 32 << 20  # core/base/page_pool.h
 _TRIES = 50
 _OUT_OF_MEMORY = 'curvd_failures_total{reason="OUT_OF_MEMORY"}'
 

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/estimation_job.h"
-#include "server/wire_estimators.h"
+#include "core/job/estimation_job.h"
+#include "server/call/wire_estimators.h"
 #include "tests/fault/curvd_child.h"
 
 namespace curvd {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/access_list.h"
+#include "proto/access_list.h"
 #include "tests/fuzz/require.h"
 
 namespace {

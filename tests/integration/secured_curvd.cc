@@ -1,7 +1,7 @@
 #include "tests/integration/secured_curvd.h"
 
 #include "absl/strings/str_cat.h"
-#include "server/access_list.h"
+#include "proto/access_list.h"
 #include "tests/integration/test_server.h"
 
 namespace curvd {

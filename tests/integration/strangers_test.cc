@@ -7,8 +7,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
-#include "server/access_list.h"
-#include "server/reasons.h"
+#include "proto/access_list.h"
+#include "server/call/reasons.h"
 #include "tests/integration/clouds.h"
 #include "tests/integration/raw_connections.h"
 #include "tests/integration/raw_messages.h"

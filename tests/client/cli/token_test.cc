@@ -10,7 +10,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "server/access_list.h"
+#include "proto/access_list.h"
 #include "server/curvature_server.h"
 #include "tests/certificates.h"
 #include "tests/client/cli/run_curv.h"

@@ -1,0 +1,26 @@
+// Why the core could not do what it was asked: errors that callers tell apart by kind, never by the words of a message.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "absl/status/status.h"
+
+namespace curvd {
+
+enum class ErrorKind : uint8_t {
+  kInvalid,               // an option or a point is out of its range; INVALID_ARGUMENT
+  kOutOfMemory,           // the system gave no memory; RESOURCE_EXHAUSTED
+  kNeighborhoodTooLarge,  // a radius gives a point more neighbors than max_neighbor_count; RESOURCE_EXHAUSTED
+  kCancelled,             // somebody cancelled the work; CANCELLED
+  kOther,                 // a status that the core did not make, or a defect
+};
+
+// Returns a status of the code that stands beside `kind` above, with `message`; INTERNAL for kOther.
+absl::Status MakeCoreError(ErrorKind kind, std::string_view message);
+
+// Returns the kind that MakeCoreError gave to `status`; kOther for every other status.
+// REQUIRES: !status.ok().
+ErrorKind KindOf(const absl::Status& status);
+
+}  // namespace curvd

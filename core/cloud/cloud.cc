@@ -1,0 +1,280 @@
+#include "core/cloud/cloud.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/cloud/unit_normals.h"
+
+namespace curvd {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "packed input is little-endian and is copied as it is");
+
+constexpr size_t kOriginSample = 1024;   // float64 points that decide the origin
+constexpr double kUnitTolerance = 0.01;  // a normal within 1 % of unit length does not count as rescaled
+constexpr size_t kTripleBytes = 3 * sizeof(float);
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+template <typename Scalar>
+using Triple = std::array<Scalar, 3>;
+
+template <typename Scalar>
+Triple<Scalar> LoadTriple(const char* packed, size_t i) {
+  Triple<Scalar> triple;
+  std::memcpy(triple.data(), packed + i * sizeof(triple), sizeof(triple));
+  return triple;
+}
+
+template <typename Scalar>
+bool AllFinite(const Triple<Scalar>& v) {
+  // One multiply turns any infinity into NaN, and a NaN survives the sum.
+  return v[0] * Scalar{0} + v[1] * Scalar{0} + v[2] * Scalar{0} == Scalar{0};
+}
+
+template <typename Scalar>
+double Length(const Triple<Scalar>& v) {
+  if constexpr (std::is_same_v<Scalar, float>) {
+    const double x = v[0], y = v[1], z = v[2];
+    return std::sqrt(x * x + y * y + z * z);  // no float's square leaves the doubles
+  } else {
+    return std::hypot(v[0], v[1], v[2]);
+  }
+}
+
+// Length of a usable normal, else 0.
+template <typename Scalar>
+double UsableLength(const Triple<Scalar>& normal) {
+  if (!AllFinite(normal)) return 0.0;
+  return std::min(Length(normal), std::numeric_limits<double>::max());
+}
+
+// Lengths whose inverse, and whose own digits, doubles hold in full.
+constexpr double kShortestLength = 1e-290;
+constexpr double kLongestLength = 1e290;
+
+// REQUIRES: length is UsableLength(v), not 0.
+template <typename Scalar>
+Triple<float> Normalized(const Triple<Scalar>& v, double length) {
+  if constexpr (std::is_same_v<Scalar, double>) {
+    if (length < kShortestLength || length > kLongestLength) {
+      const int exponent = std::ilogb(std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}));
+      const Triple<double> scaled = {std::scalbn(v[0], -exponent), std::scalbn(v[1], -exponent),
+                                     std::scalbn(v[2], -exponent)};
+      return Normalized(scaled, Length(scaled));
+    }
+  }
+  const double per_length = 1.0 / length;
+  return {static_cast<float>(v[0] * per_length), static_cast<float>(v[1] * per_length),
+          static_cast<float>(v[2] * per_length)};
+}
+
+template <typename Scalar>
+absl::Status InvalidPointError(size_t index, const char* field, const Triple<Scalar>& value, const char* demand) {
+  return absl::InvalidArgumentError(absl::StrFormat(
+      "%s of point %u is (%g, %g, %g); it must be %s; mend the point, or set invalid_point_policy to SKIP", field,
+      index, value[0], value[1], value[2], demand));
+}
+
+PointRecord MakeRecord(const Triple<float>& position, size_t id) {
+  return {{position[0], position[1], position[2]}, static_cast<int32_t>(id)};
+}
+
+double Median(std::vector<double>& values) {
+  const auto middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+Cloud::Cloud(ScalarType scalar_type, InvalidPointPolicy policy) : scalar_type_(scalar_type), policy_(policy) {
+  if (scalar_type == ScalarType::kFloat32) origin_ = {0.0, 0.0, 0.0};
+}
+
+size_t Cloud::bytes() const {
+  size_t points = blocks_.size() * kBlockPoints;
+  if (expected_ > 0) points = std::min(points, expected_);
+  const bool has_records = !slabs_.empty() && slabs_.front().records.size() > 0;
+  return points * (has_records ? kCloudBytesPerPoint : kCloudBytesPerPoint - sizeof(PointRecord)) +
+         pending_.capacity() * sizeof(ExactPoint);
+}
+
+absl::Status Cloud::Append(std::string_view positions, std::string_view normals) {
+  const size_t point_bytes = 3 * ScalarBytes(scalar_type_);
+  if (positions.size() % point_bytes != 0) {
+    return absl::InvalidArgumentError(absl::StrCat("positions has ", positions.size(),
+                                                   " bytes; it must be a multiple of ", point_bytes, " (3 scalars of ",
+                                                   ScalarBytes(scalar_type_), " bytes a point)"));
+  }
+  if (normals.size() != positions.size()) {
+    return absl::InvalidArgumentError(absl::StrCat("normals has ", normals.size(), " bytes and positions has ",
+                                                   positions.size(), "; both must hold the same number of points"));
+  }
+  const size_t count = positions.size() / point_bytes;
+  if (size_ + count > std::numeric_limits<int32_t>::max()) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("cloud has more than ", std::numeric_limits<int32_t>::max(), " points"));
+  }
+  if (expected_ > 0 && size_ + count > expected_) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("positions brings the cloud to ", size_ + count, " points; ", expected_, " were expected"));
+  }
+  return scalar_type_ == ScalarType::kFloat32 ? AppendFloats(positions.data(), normals.data(), count)
+                                              : AppendDoubles(positions.data(), normals.data(), count);
+}
+
+// Takes a point into the counts, with its normal brought to unit length, and NaN for an invalid one. Returns false,
+// and takes nothing, if the point is refused.
+template <typename Scalar>
+bool Cloud::Take(Triple<Scalar>& position, const Triple<Scalar>& normal, Triple<float>& unit) {
+  const double length = AllFinite(position) ? UsableLength(normal) : 0.0;
+  if (length > 0.0) {
+    unit = Normalized(normal, length);
+    rescaled_count_ += std::abs(length - 1.0) > kUnitTolerance ? 1 : 0;
+  } else {
+    if (policy_ == InvalidPointPolicy::kReject) return false;
+    constexpr auto kNotANumber = std::numeric_limits<Scalar>::quiet_NaN();
+    position = {kNotANumber, kNotANumber, kNotANumber};
+    unit = {kNaN, kNaN, kNaN};
+    ++invalid_count_;
+  }
+  ++size_;
+  return true;
+}
+
+template <typename Scalar>
+absl::Status Cloud::RefusalOf(const Triple<Scalar>& position, const Triple<Scalar>& normal) const {
+  return AllFinite(position) ? InvalidPointError(size_, "normal", normal, "finite and not zero")
+                             : InvalidPointError(size_, "position", position, "finite");
+}
+
+absl::Status Cloud::AppendFloats(const char* positions, const char* normals, size_t count) {
+  for (size_t first = 0; first < count;) {
+    if (absl::Status status = MakeRoom(); !status.ok()) return status;
+    const size_t offset = stored_ % kBlockPoints;
+    const size_t run = std::min({count - first, kBlockPoints - offset, UnitNormals::kMaxPoints});
+    UnitNormals unit;
+    MakeUnitNormals(positions + first * kTripleBytes, normals + first * kTripleBytes, run, kUnitTolerance, unit);
+    const bool all_usable = static_cast<size_t>(std::popcount(unit.usable)) == run;
+    const Block out = {blocks_.back().records + offset, blocks_.back().normals + offset};
+    if (all_usable) {
+      for (size_t i = 0; i < run; ++i) {
+        out.records[i] = MakeRecord(LoadTriple<float>(positions, first + i), stored_ + i);
+      }
+      std::memcpy(out.normals, unit.normals, run * kTripleBytes);
+      rescaled_count_ += static_cast<size_t>(std::popcount(unit.rescaled));
+      size_ += run;
+      stored_ += run;
+    } else {
+      for (size_t i = 0; i < run; ++i) {
+        Triple<float> position = LoadTriple<float>(positions, first + i);
+        const Triple<float> normal = LoadTriple<float>(normals, first + i);
+        if (!Take(position, normal, out.normals[i])) return RefusalOf(position, normal);
+        out.records[i] = MakeRecord(position, stored_);
+        ++stored_;
+      }
+    }
+    first += run;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::AppendDoubles(const char* positions, const char* normals, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    ExactPoint point{LoadTriple<double>(positions, i), {}};
+    const Triple<double> normal = LoadTriple<double>(normals, i);
+    if (!Take(point.position, normal, point.normal)) return RefusalOf(point.position, normal);
+    pending_.push_back(point);
+    if (!origin_.has_value() && pending_.size() < kOriginSample) continue;
+    if (absl::Status status = StorePending(); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::MakeRoom() {
+  if (stored_ % kBlockPoints != 0) return absl::OkStatus();
+  if (free_blocks_ == 0) {
+    if (absl::Status status = AddSlab(); !status.ok()) return status;
+  }
+  blocks_.push_back(next_block_);
+  next_block_ = {next_block_.records + kBlockPoints, next_block_.normals + kBlockPoints};
+  --free_blocks_;
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::AddSlab() {
+  // If nobody knows how many points will come, a small cloud is content with one block; a large one takes as many at a
+  // time as get huge pages.
+  constexpr size_t kSlabBlocks = 8;
+  const size_t blocks = expected_ > 0     ? (expected_ + kBlockPoints - 1) / kBlockPoints
+                        : blocks_.empty() ? 1
+                                          : kSlabBlocks;
+  const PageUse use = expected_ > 0 ? PageUse::kWhole : PageUse::kSparse;
+  const size_t points = expected_ > 0 ? expected_ : blocks * kBlockPoints;
+  auto records = PageArray<PointRecord>::Create((points + kLeafRecords - 1) / kLeafRecords * kLeafRecords, use);
+  if (!records.ok()) return records.status();
+  auto normals = PageArray<Triple<float>>::Create(points, use);
+  if (!normals.ok()) return normals.status();
+  next_block_ = {records->data(), normals->data()};
+  free_blocks_ = blocks;
+  slabs_.push_back({*std::move(records), *std::move(normals)});
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::Store(const Triple<float>& position, const Triple<float>& normal) {
+  if (absl::Status status = MakeRoom(); !status.ok()) return status;
+  blocks_.back().records[stored_ % kBlockPoints] = MakeRecord(position, stored_);
+  blocks_.back().normals[stored_ % kBlockPoints] = normal;
+  ++stored_;
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::StorePending() {
+  if (!origin_.has_value()) {
+    origin_ = {0.0, 0.0, 0.0};
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> values;
+      for (const ExactPoint& point : pending_) {
+        if (!std::isnan(point.position[0])) values.push_back(point.position[axis]);
+      }
+      if (!values.empty()) (*origin_)[axis] = Median(values);
+    }
+  }
+  for (const ExactPoint& point : pending_) {
+    Triple<float> position, normal = point.normal;
+    for (int axis = 0; axis < 3; ++axis) {
+      position[axis] = static_cast<float>(point.position[axis] - (*origin_)[axis]);
+    }
+    if (!std::isnan(point.position[0]) && !AllFinite(position)) {
+      if (policy_ == InvalidPointPolicy::kReject) {
+        return InvalidPointError(stored_, "position", point.position, "within 3e38 of the other points");
+      }
+      ++invalid_count_;
+      position = normal = {kNaN, kNaN, kNaN};
+    }
+    if (absl::Status status = Store(position, normal); !status.ok()) return status;
+  }
+  pending_.clear();
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::Finish() {
+  absl::Status status = StorePending();
+  pending_ = {};
+  return status;
+}
+
+PageArray<PointRecord> Cloud::TakeRecords() {
+  if (slabs_.size() != 1 || invalid_count_ > 0) return {};
+  PageArray<PointRecord>& records = slabs_.front().records;
+  const bool fits = records.size() == (size_ + kLeafRecords - 1) / kLeafRecords * kLeafRecords;
+  return fits ? std::exchange(records, {}) : PageArray<PointRecord>();
+}
+
+}  // namespace curvd

@@ -1,0 +1,124 @@
+// An oriented point cloud, collected from packed arrays and kept as floats relative to a local origin.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/base/page_array.h"
+#include "core/cloud/point_record.h"
+
+namespace curvd {
+
+// Scalar type of packed input.
+enum class ScalarType : uint8_t { kFloat32, kFloat64 };
+constexpr size_t ScalarBytes(ScalarType type) { return type == ScalarType::kFloat32 ? 4 : 8; }
+
+enum class InvalidPointPolicy : uint8_t {
+  kReject,  // Append fails at the first such point
+  kSkip,    // the point is nobody's neighbor and ends with PointStatus::kInvalidInput
+};
+
+// Bytes that a cloud holds for each of its points: a record and a normal.
+inline constexpr size_t kCloudBytesPerPoint = sizeof(PointRecord) + 3 * sizeof(float);
+
+// float32 positions are stored as they are; float64 positions relative to a local origin: the component-wise median of
+// the first 1024 valid positions (of all, if fewer), so that one outlier cannot spoil it. The origin depends on the
+// points alone, never on the chunking. Stored coordinates then differ from the exact ones by at most 2^-24 of the
+// distance from the origin.
+//
+// A point is invalid if a coordinate of its position or normal is not finite (or its position not finite in float32
+// after the shift), or if its normal is zero. Normals of any other length are normalized.
+//
+// Not thread-safe; const methods are.
+class Cloud {
+ public:
+  static constexpr size_t kBlockPoints = 65'536;
+
+  explicit Cloud(ScalarType scalar_type = ScalarType::kFloat32,
+                 InvalidPointPolicy policy = InvalidPointPolicy::kReject);
+  Cloud(Cloud&&) noexcept = default;
+  Cloud& operator=(Cloud&&) noexcept = default;
+
+  // Says how many points will come, so that one array of their size is made for them. REQUIRES: called before Append.
+  void Expect(size_t points) { expected_ = points; }
+
+  // Appends points from packed little-endian arrays, 3 scalars a point in each. Errors leave the cloud as it was up to
+  // the point that is named:
+  // - INVALID_ARGUMENT: lengths are not multiples of a point, or differ, more points come than were expected, or
+  //   (kReject) a point is invalid; the message names the field, the point's index in the cloud and the value.
+  // - RESOURCE_EXHAUSTED: no memory.
+  absl::Status Append(std::string_view positions, std::string_view normals);
+
+  // Ends the cloud: no Append may follow. REQUIRES: called once before the cloud is estimated.
+  absl::Status Finish();
+
+  // Points appended, invalid ones included.
+  size_t size() const { return size_; }
+  size_t invalid_count() const { return invalid_count_; }
+  // Points whose normal differed from unit length by more than 1 %.
+  size_t rescaled_count() const { return rescaled_count_; }
+  // Bytes held.
+  size_t bytes() const;
+
+  // The position of point i in input order, relative to the local origin, with id i; NaN if the point is invalid.
+  // REQUIRES: Finish was called, TakeRecords was not, i < size().
+  const PointRecord& record(size_t i) const { return blocks_[i / kBlockPoints].records[i % kBlockPoints]; }
+  std::array<float, 3> position(size_t i) const {
+    const PointRecord& point = record(i);
+    return {point.position[0], point.position[1], point.position[2]};
+  }
+  // The unit normal of point i; NaN if the point is invalid. REQUIRES: Finish was called, i < size().
+  const std::array<float, 3>& normal(size_t i) const { return blocks_[i / kBlockPoints].normals[i % kBlockPoints]; }
+
+  // Gives away the records of all points, in one array of whole leaves, if they lie so (the cloud came as expected) and
+  // all are valid; else nothing, and the cloud keeps them. REQUIRES: Finish was called.
+  PageArray<PointRecord> TakeRecords();
+
+ private:
+  struct Slab {
+    PageArray<PointRecord> records;
+    PageArray<std::array<float, 3>> normals;
+  };
+  // kBlockPoints points of a slab.
+  struct Block {
+    PointRecord* records;
+    std::array<float, 3>* normals;
+  };
+  struct ExactPoint {
+    std::array<double, 3> position;
+    std::array<float, 3> normal;
+  };
+
+  absl::Status AppendFloats(const char* positions, const char* normals, size_t count);
+  absl::Status AppendDoubles(const char* positions, const char* normals, size_t count);
+  template <typename Scalar>
+  bool Take(std::array<Scalar, 3>& position, const std::array<Scalar, 3>& normal, std::array<float, 3>& unit);
+  template <typename Scalar>
+  absl::Status RefusalOf(const std::array<Scalar, 3>& position, const std::array<Scalar, 3>& normal) const;
+  // Makes sure that the last block has a free slot.
+  absl::Status MakeRoom();
+  absl::Status AddSlab();
+  absl::Status Store(const std::array<float, 3>& position, const std::array<float, 3>& normal);
+  absl::Status StorePending();
+
+  ScalarType scalar_type_;
+  InvalidPointPolicy policy_;
+  size_t size_ = 0;
+  size_t stored_ = 0;
+  size_t invalid_count_ = 0;
+  size_t rescaled_count_ = 0;
+  std::optional<std::array<double, 3>> origin_;  // set once float64 input can be shifted
+  std::vector<ExactPoint> pending_;              // float64 points that wait for the origin
+  std::vector<Slab> slabs_;                      // hold the blocks
+  std::vector<Block> blocks_;
+  Block next_block_{};      // in the last slab
+  size_t free_blocks_ = 0;  // from next_block_ on
+  size_t expected_ = 0;     // 0: nobody knows
+};
+
+}  // namespace curvd

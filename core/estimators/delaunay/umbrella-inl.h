@@ -1,0 +1,158 @@
+// Umbrellas of the points of a group: nearest neighbors, projected to each point's tangent plane, to their Delaunay
+// star.
+
+#if defined(CURVD_CORE_ESTIMATORS_DELAUNAY_UMBRELLA_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_DELAUNAY_UMBRELLA_INL_H_
+#undef CURVD_CORE_ESTIMATORS_DELAUNAY_UMBRELLA_INL_H_
+#else
+#define CURVD_CORE_ESTIMATORS_DELAUNAY_UMBRELLA_INL_H_
+#endif
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/estimators/delaunay/delaunay_star-inl.h"
+#include "core/estimators/delaunay/umbrella.h"
+#include "core/estimators/group-inl.h"
+#include "core/estimators/group_buffers.h"
+#include "core/search/neighborhood-inl.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// A neighbor whose projection is nearer than this part of its distance lies along the normal: float offsets say nothing
+// about its direction in the plane.
+inline constexpr double kMinProjection = 1e-6;
+
+// The neighbors that the last search found, in tree order. Room for a vector more than there may be.
+struct UmbrellaCandidates {
+  static constexpr int kRoom = DelaunayStar::kCapacity + SpatialIndex::kLeafSize;
+  alignas(64) float dx[kRoom], dy[kRoom], dz[kRoom];  // from the point; padded with zeros
+  int32_t slot[kRoom];
+  int32_t id[kRoom];
+  int count;
+};
+
+HWY_INLINE void CollectCandidates(const SpatialIndex& index, const GroupScratch::Buffers& b, size_t i,
+                                  UmbrellaCandidates& out) {
+  const FloatTag d;
+  const IntTag di;
+  constexpr int32_t kLeaf = SpatialIndex::kLeafSize;
+  const FloatVec qx = hn::Set(d, b.query.x[i]), qy = hn::Set(d, b.query.y[i]), qz = hn::Set(d, b.query.z[i]);
+  const FloatVec limit = hn::Set(d, b.last_rank.squared_distance);
+  const auto last_id = hn::Set(di, b.last_rank.id);
+  out.count = 0;
+  for (size_t j = 0; j < b.near_count; ++j) {
+    const SpatialIndex::LeafPositions& points = index.positions(b.near[j]);
+    const int32_t first = static_cast<int32_t>(b.near[j]) * kLeaf;
+    for (int32_t lane = 0; lane < kLeaf; lane += static_cast<int32_t>(hn::Lanes(d))) {
+      const FloatVec squared = hn::Load(d, b.squared_distances.data() + j * kLeaf + lane);
+      const auto id = hn::Load(di, points.id + lane);
+      const FloatMask tied = hn::AndNot(hn::RebindMask(d, hn::Gt(id, last_id)), hn::Eq(squared, limit));
+      const FloatMask inside = hn::Or(hn::Lt(squared, limit), tied);
+      const size_t kept = hn::CountTrue(d, inside);
+      if (kept == 0) continue;
+      hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + lane), qx), inside), d, out.dx + out.count);
+      hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.y + lane), qy), inside), d, out.dy + out.count);
+      hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.z + lane), qz), inside), d, out.dz + out.count);
+      const auto inside_ids = hn::RebindMask(di, inside);
+      hn::StoreU(hn::Compress(hn::Iota(di, first + lane), inside_ids), di, out.slot + out.count);
+      hn::StoreU(hn::Compress(id, inside_ids), di, out.id + out.count);
+      out.count += static_cast<int>(kept);
+    }
+  }
+  for (float* offsets : {out.dx, out.dy, out.dz}) hn::StoreU(hn::Zero(d), d, offsets + out.count);
+}
+
+// Two axes of the tangent plane that with the normal make a right-handed frame.
+struct PlaneAxes {
+  double u[3], v[3];
+};
+
+inline PlaneAxes AxesOf(const float* normal) {
+  double n[3] = {normal[0], normal[1], normal[2]};
+  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  for (double& component : n) component /= length;
+  int least = std::abs(n[1]) < std::abs(n[0]) ? 1 : 0;
+  if (std::abs(n[2]) < std::abs(n[least])) least = 2;
+  // The axis along the least component, less its part along the normal.
+  PlaneAxes axes;
+  const double part = std::sqrt(1.0 - n[least] * n[least]);
+  for (int c = 0; c < 3; ++c) axes.u[c] = ((c == least ? 1.0 : 0.0) - n[least] * n[c]) / part;
+  for (int c = 0; c < 3; ++c) {
+    const int next = (c + 1) % 3, last = (c + 2) % 3;
+    axes.v[c] = n[next] * axes.u[last] - n[last] * axes.u[next];
+  }
+  return axes;
+}
+
+// Projects the neighbors into the plane; those that say nothing about a direction become no candidates. Returns whether
+// one with a lower id coincides with the point.
+HWY_INLINE bool Project(const UmbrellaCandidates& neighbors, const PlaneAxes& axes, DelaunayStar& star) {
+  const DoubleTag d;
+  const hn::Rebind<float, DoubleTag> df;
+  const DoubleVec ux = hn::Set(d, axes.u[0]), uy = hn::Set(d, axes.u[1]), uz = hn::Set(d, axes.u[2]);
+  const DoubleVec vx = hn::Set(d, axes.v[0]), vy = hn::Set(d, axes.v[1]), vz = hn::Set(d, axes.v[2]);
+  const DoubleVec steep = hn::Set(d, kMinProjection * kMinProjection);
+  const auto sum = [](DoubleVec a, DoubleVec b, DoubleVec c) HWY_ATTR { return hn::Add(hn::Add(a, b), c); };
+  uint32_t coincident = 0;
+  for (int i = 0; i < star.count; i += static_cast<int>(hn::Lanes(d))) {
+    const DoubleVec dx = hn::PromoteTo(d, hn::Load(df, neighbors.dx + i));
+    const DoubleVec dy = hn::PromoteTo(d, hn::Load(df, neighbors.dy + i));
+    const DoubleVec dz = hn::PromoteTo(d, hn::Load(df, neighbors.dz + i));
+    const DoubleVec x = sum(hn::Mul(dx, ux), hn::Mul(dy, uy), hn::Mul(dz, uz));
+    const DoubleVec y = sum(hn::Mul(dx, vx), hn::Mul(dy, vy), hn::Mul(dz, vz));
+    const DoubleVec squared = hn::Add(hn::Mul(x, x), hn::Mul(y, y));
+    const DoubleVec squared_distance = sum(hn::Mul(dx, dx), hn::Mul(dy, dy), hn::Mul(dz, dz));
+    const DoubleMask candidate = hn::Gt(squared, hn::Mul(steep, squared_distance));
+    hn::Store(hn::IfThenElseZero(candidate, x), d, star.x + i);
+    hn::Store(hn::IfThenElseZero(candidate, y), d, star.y + i);
+    hn::Store(hn::IfThenElseZero(candidate, hn::Sqrt(squared)), d, star.length + i);
+    uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, hn::Eq(squared_distance, hn::Zero(d)), bits);
+    coincident |= static_cast<uint32_t>(bits[0]) << i;
+  }
+  coincident &= (uint32_t{1} << star.count) - 1;
+  bool lower = false;
+  for (; coincident != 0; coincident &= coincident - 1) lower |= star.id[std::countr_zero(coincident)] < star.own_id;
+  return lower;
+}
+
+// The umbrella of point i, whose neighbors were just found. Of points that coincide only the one with the lowest id has
+// one; the others' triangles would cover the same surface again.
+HWY_NOINLINE inline void SetUmbrella(const SpatialIndex& index, const GroupScratch::Buffers& b, size_t i,
+                                     Umbrella& umbrella) {
+  std::fill(std::begin(umbrella.rim), std::end(umbrella.rim), Umbrella::kNone);
+  UmbrellaCandidates neighbors;
+  CollectCandidates(index, b, i, neighbors);
+  DelaunayStar star;
+  star.count = neighbors.count;
+  star.id = neighbors.id;
+  star.own_id = b.id[i];
+  const float normal[3] = {b.normal.x[i], b.normal.y[i], b.normal.z[i]};
+  if (Project(neighbors, AxesOf(normal), star)) return;
+  int rim[Umbrella::kMaxRim];
+  const int size = star.Walk(rim);
+  for (int corner = 0; corner < size; ++corner) umbrella.rim[corner] = neighbors.slot[rim[corner]];
+}
+
+void BuildUmbrellasKernel(const SpatialIndex& index, const EstimationPlan& plan, size_t group, GroupScratch& scratch,
+                          Umbrella* umbrellas) {
+  GroupScratch::Buffers& b = scratch.buffers();
+  const Box box = LoadGroup(index, group, b);
+  GroupSearch<Wanted::kNormalSum> search(index, plan, box, b);
+  for (size_t i = 0; i < b.size; ++i) {
+    search.Find(i);
+    SetUmbrella(index, b, i, umbrellas[group * SpatialIndex::kGroupPoints + i]);
+  }
+  b.reach_hint = search.largest_squared_radius();
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#endif  // CURVD_CORE_ESTIMATORS_DELAUNAY_UMBRELLA_INL_H_

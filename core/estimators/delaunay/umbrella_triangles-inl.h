@@ -1,0 +1,219 @@
+// Corrected measures of the umbrella triangles in a neighborhood (Lachaud et al. 2023, section 4: CNC-Delaunay).
+//
+// A triangle's measures depend on no query: those near a group are measured once, and each query sums eight floats for
+// each triangle around it.
+
+#if defined(CURVD_CORE_ESTIMATORS_DELAUNAY_UMBRELLA_TRIANGLES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_DELAUNAY_UMBRELLA_TRIANGLES_INL_H_
+#undef CURVD_CORE_ESTIMATORS_DELAUNAY_UMBRELLA_TRIANGLES_INL_H_
+#else
+#define CURVD_CORE_ESTIMATORS_DELAUNAY_UMBRELLA_TRIANGLES_INL_H_
+#endif
+
+#include <algorithm>
+#include <limits>
+
+#include "core/estimators/delaunay/umbrella_triangles.h"
+#include "core/estimators/group_buffers.h"
+#include "core/estimators/measures-inl.h"
+#include "core/search/neighborhood-inl.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// All of a triangle's measures, a vector or parts of it.
+using MeasuresTag = hn::CappedTag<float, sizeof(TriangleMeasures) / sizeof(float)>;
+
+// A vector of triangles, component by component.
+struct TriangleBatch {
+  alignas(64) float corner[3][6][SpatialIndex::kLeafSize];  // position, normal
+  alignas(64) float weight[SpatialIndex::kLeafSize];
+  alignas(64) float measure[8][SpatialIndex::kLeafSize];  // in the order of TriangleMeasures
+
+  Triple Position(int c) const { return LoadAt(c, 0); }
+  Triple Normal(int c) const { return LoadAt(c, 3); }
+
+ private:
+  Triple LoadAt(int c, int first) const {
+    const FloatTag d;
+    return {hn::Load(d, corner[c][first]), hn::Load(d, corner[c][first + 1]), hn::Load(d, corner[c][first + 2])};
+  }
+};
+
+// Measures a vector of triangles. As in measures-inl.h, with the whole tensor: half the symmetric part of
+// (e2 x w) (x) n1 - (e1 x w) (x) n2.
+HWY_INLINE void MeasureBatch(TriangleBatch& batch) {
+  const FloatTag d;
+  const Triple u0 = batch.Normal(0), u1 = batch.Normal(1), u2 = batch.Normal(2);
+  const Triple e1 = Sub(batch.Position(1), batch.Position(0)), e2 = Sub(batch.Position(2), batch.Position(0));
+  const Triple n1 = Sub(u1, u0), n2 = Sub(u2, u0);
+  const Triple w = Scale(Add(Add(u0, u1), u2), hn::Set(d, 1.0f / 3.0f));
+  const Triple e1_w = Cross(e1, w), e2_w = Cross(e2, w);
+  const FloatVec twice_area = Dot(e1, e2_w);
+  const FloatVec half = hn::CopySign(hn::Mul(hn::Load(d, batch.weight), hn::Set(d, 0.5f)), twice_area);
+  const FloatVec quarter = hn::Mul(half, hn::Set(d, 0.5f));
+  const auto diagonal = [&](FloatVec p, FloatVec q, FloatVec m1, FloatVec m2)
+                            HWY_ATTR { return hn::Mul(half, hn::NegMulAdd(q, m2, hn::Mul(p, m1))); };
+  const auto mixed = [&](FloatVec pa, FloatVec pb, FloatVec qa, FloatVec qb, FloatVec m1a, FloatVec m1b, FloatVec m2a,
+                         FloatVec m2b) HWY_ATTR {
+    const FloatVec ab = hn::NegMulAdd(qa, m2b, hn::Mul(pa, m1b));
+    const FloatVec ba = hn::NegMulAdd(qb, m2a, hn::Mul(pb, m1a));
+    return hn::Mul(quarter, hn::Add(ab, ba));
+  };
+  const Triple &p = e2_w, &q = e1_w;
+  hn::Store(diagonal(p.x, q.x, n1.x, n2.x), d, batch.measure[0]);
+  hn::Store(diagonal(p.y, q.y, n1.y, n2.y), d, batch.measure[1]);
+  hn::Store(diagonal(p.z, q.z, n1.z, n2.z), d, batch.measure[2]);
+  hn::Store(mixed(p.x, p.y, q.x, q.y, n1.x, n1.y, n2.x, n2.y), d, batch.measure[3]);
+  hn::Store(mixed(p.y, p.z, q.y, q.z, n1.y, n1.z, n2.y, n2.z), d, batch.measure[4]);
+  hn::Store(mixed(p.z, p.x, q.z, q.x, n1.z, n1.x, n2.z, n2.x), d, batch.measure[5]);
+  hn::Store(hn::Mul(half, twice_area), d, batch.measure[6]);
+  hn::Store(hn::Mul(half, Dot(u0, Cross(n1, n2))), d, batch.measure[7]);
+}
+
+// Measures all gathered triangles. Corners are copied one by one: from the first-level cache that is faster than vector
+// gathers.
+HWY_INLINE void MeasureGathered(UmbrellaTriangles& triangles) {
+  const FloatTag d;
+  const size_t size = triangles.size();
+  TriangleBatch batch{};
+  for (size_t t = 0; t < size; t += hn::Lanes(d)) {
+    const size_t lanes = std::min(hn::Lanes(d), size - t);
+    for (size_t lane = 0; lane < lanes; ++lane) {
+      const UmbrellaTriangles::Triangle& triangle = triangles.triangle(t + lane);
+      batch.weight[lane] = triangle.occurrences * (1.0f / 3.0f);
+      for (int c = 0; c < 3; ++c) {
+        const float* values = triangles.corners[triangle.place[c]].values;
+        for (int component = 0; component < 6; ++component) batch.corner[c][component][lane] = values[component];
+      }
+    }
+    MeasureBatch(batch);
+    for (size_t lane = 0; lane < lanes; ++lane) {
+      float* out = triangles.measures[t + lane].values;
+      for (int m = 0; m < 8; ++m) out[m] = batch.measure[m][lane];
+    }
+  }
+}
+
+HWY_INLINE void LoadCorners(const SpatialIndex& index, const LeafList& leaves, UmbrellaTriangles& triangles) {
+  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
+  for (size_t i = 0; i < leaves.size(); ++i) {
+    const SpatialIndex::LeafPositions& points = index.positions(leaves.leaf(i));
+    const SpatialIndex::LeafNormals& normals = index.normals(leaves.leaf(i));
+    for (size_t lane = 0; lane < kLeaf; ++lane) {
+      triangles.corners[i * kLeaf + lane] = {
+          {points.x[lane], points.y[lane], points.z[lane], normals.x[lane], normals.y[lane], normals.z[lane]}};
+    }
+  }
+}
+
+// Sets the weight of each neighbor as a corner: 1/3 at the point, less by `falloff` of it at the squared radius. Keeps
+// the positions of the leaves with neighbors; returns their number.
+HWY_INLINE size_t WeighNeighbors(const SpatialIndex& index, float squared_radius, float falloff,
+                                 GroupScratch::Buffers& b) {
+  const FloatTag d;
+  const IntTag di;
+  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
+  const FloatVec limit = hn::Set(d, b.last_rank.squared_distance);
+  const auto last_id = hn::Set(di, b.last_rank.id);
+  const FloatVec third = hn::Set(d, 1.0f / 3.0f), loss = hn::Set(d, falloff / 3.0f);
+  const FloatVec rim = hn::Set(d, squared_radius);
+  const FloatVec none = hn::Set(d, -std::numeric_limits<float>::infinity());
+  size_t count = 0;
+  for (size_t j = 0; j < b.near_count; ++j) {
+    const uint32_t leaf = b.near[j], position = b.near_positions[j];
+    size_t members = 0;
+    for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
+      const FloatVec squared = hn::Load(d, b.squared_distances.data() + j * kLeaf + i);
+      const auto late = hn::RebindMask(d, hn::Gt(hn::Load(di, index.positions(leaf).id + i), last_id));
+      const FloatMask inside = hn::Or(hn::Lt(squared, limit), hn::AndNot(late, hn::Eq(squared, limit)));
+      hn::Store(hn::IfThenElse(inside, hn::NegMulAdd(hn::Div(squared, rim), loss, third), none), d,
+                b.triangles.weights.data() + position * kLeaf + i);
+      members += hn::CountTrue(d, inside);
+    }
+    if (members > 0) b.near_positions[count++] = position;
+  }
+  return count;
+}
+
+// Sums the weighted measures of all triangles whose corners are neighbors. Leaf by leaf, so that no long sum loses
+// digits.
+HWY_INLINE TriangleMeasures SumNeighborTriangles(const UmbrellaTriangles& triangles, const uint32_t* positions,
+                                                 size_t count) {
+  const MeasuresTag d;
+  constexpr size_t kParts = sizeof(TriangleMeasures) / sizeof(float) / hn::MaxLanes(MeasuresTag());
+  const float* weights = triangles.weights.data();
+  hn::Vec<MeasuresTag> total[kParts];
+  for (auto& part : total) part = hn::Zero(d);
+  for (size_t j = 0; j < count; ++j) {
+    hn::Vec<MeasuresTag> sum[kParts];
+    for (auto& part : sum) part = hn::Zero(d);
+    const uint32_t last = triangles.first(positions[j] + 1);
+    for (uint32_t t = triangles.first(positions[j]); t < last; ++t) {
+      const uint32_t* place = triangles.triangle(t).place;
+      // The mean of the corners' weights over the triangle; nothing where one is no neighbor.
+      const float mean = weights[place[0]] + weights[place[1]] + weights[place[2]];
+      const auto weight = hn::Set(d, std::max(mean, 0.0f));
+      const float* measures = triangles.measures[t].values;
+      for (size_t part = 0; part < kParts; ++part) {
+        sum[part] = hn::MulAdd(weight, hn::Load(d, measures + part * hn::MaxLanes(d)), sum[part]);
+      }
+    }
+    for (size_t part = 0; part < kParts; ++part) total[part] = hn::Add(total[part], sum[part]);
+  }
+  TriangleMeasures measures;
+  for (size_t part = 0; part < kParts; ++part) hn::Store(total[part], d, measures.values + part * hn::MaxLanes(d));
+  return measures;
+}
+
+// By how much to stretch the tensor in the tangent plane of a point: triangles tilt against it, by which their tensors
+// lose the part k^3 s^2 of each principal curvature k, s^2 = `spread` being the mean square of the triangles' distance
+// along either axis (docs/numerics.md). All in units of rho.
+HWY_INLINE float TiltFactor(float spread, float mean, float half_difference_squared) {
+  constexpr float kMost = 0.25f;  // where normals turn farther than this, the next terms matter as much
+  return 1.0f + std::min(spread * (3.0f * mean * mean + half_difference_squared), kMost);
+}
+
+// The measures of point i, of lengths in units of rho, with the tensor in its tangent frame.
+HWY_INLINE void StoreMeasures(const TriangleMeasures& m, float spread, size_t i, GroupScratch::Buffers& b) {
+  const float u[3] = {b.u.x[i], b.u.y[i], b.u.z[i]}, v[3] = {b.v.x[i], b.v.y[i], b.v.z[i]};
+  const auto tensor = [&m](const float* a, const float* c) {
+    return m.xx() * a[0] * c[0] + m.yy() * a[1] * c[1] + m.zz() * a[2] * c[2] + m.xy() * (a[0] * c[1] + a[1] * c[0]) +
+           m.yz() * (a[1] * c[2] + a[2] * c[1]) + m.zx() * (a[2] * c[0] + a[0] * c[2]);
+  };
+  const float per_rho = 1.0f / b.rho[i];
+  const float area = m.area() * per_rho * per_rho, mean = 0.5f * (m.xx() + m.yy() + m.zz()) * per_rho;
+  const float uu = tensor(u, u) * per_rho, uv = tensor(u, v) * per_rho, vv = tensor(v, v) * per_rho;
+  const float difference = 0.5f * (uu - vv);
+  const float tilt = TiltFactor(spread, mean / area, (difference * difference + uv * uv) / (area * area));
+  b.measures.area[i] = area;
+  b.measures.mean[i] = mean;
+  b.measures.gaussian[i] = m.gaussian();
+  b.measures.tensor_uu[i] = uu * tilt;
+  b.measures.tensor_uv[i] = uv * tilt;
+  b.measures.tensor_vv[i] = vv * tilt;
+}
+
+// Measures the umbrella triangles around point i, whose neighbors were just found in `leaves`.
+HWY_NOINLINE inline void MeasureUmbrellas(const SpatialIndex& index, const EstimationPlan& plan, const LeafList& leaves,
+                                          GroupScratch::Buffers& b, size_t i) {
+  if (b.triangles.Gather(index, plan.umbrellas, leaves)) {
+    LoadCorners(index, leaves, b.triangles);
+    MeasureGathered(b.triangles);
+  }
+  const size_t count = WeighNeighbors(index, b.rho[i] * b.rho[i], plan.falloff, b);
+  StoreMeasures(SumNeighborTriangles(b.triangles, b.near_positions.data(), count), plan.spread, i, b);
+  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
+  for (size_t j = 0; j < count; ++j) {
+    std::fill_n(b.triangles.weights.data() + b.near_positions[j] * kLeaf, kLeaf,
+                -std::numeric_limits<float>::infinity());
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#endif  // CURVD_CORE_ESTIMATORS_DELAUNAY_UMBRELLA_TRIANGLES_INL_H_

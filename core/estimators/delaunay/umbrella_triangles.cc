@@ -1,0 +1,68 @@
+#include "core/estimators/delaunay/umbrella_triangles.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+namespace curvd {
+
+bool UmbrellaTriangles::Gather(const SpatialIndex& index, const Umbrella* umbrellas, const LeafList& leaves) {
+  if (source_ == &leaves && generation_ == leaves.generation()) return false;
+  source_ = &leaves;
+  generation_ = leaves.generation();
+  leaf_count_ = leaves.size();
+  SetPositions(leaves);
+  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
+  const size_t places = leaf_count_ * kLeaf;
+  weights.Reserve(places);
+  std::fill_n(weights.data(), places, -std::numeric_limits<float>::infinity());
+  corners.Reserve(places);
+  first_.Reserve(leaf_count_ + 1);
+  size_ = 0;
+  for (size_t i = 0; i < leaf_count_; ++i) {
+    first_[i] = static_cast<uint32_t>(size_);
+    triangles_.Reserve(size_ + kLeaf * Umbrella::kMaxTriangles);
+    const size_t leaf = leaves.leaf(i);
+    const int count = index.LeafPoints(leaf);
+    for (int lane = 0; lane < count; ++lane) {
+      Add(umbrellas[leaf * kLeaf + lane], static_cast<uint32_t>(i * kLeaf + lane));
+    }
+  }
+  first_[leaf_count_] = static_cast<uint32_t>(size_);
+  measures.Reserve(size_);
+  return true;
+}
+
+void UmbrellaTriangles::SetPositions(const LeafList& leaves) {
+  const size_t capacity = std::bit_ceil(2 * leaves.size() + 1);
+  position_mask_ = static_cast<uint32_t>(capacity - 1);
+  positions_.Reserve(capacity);
+  std::fill_n(positions_.data(), capacity, Position{0, kNowhere});
+  for (size_t i = 0; i < leaves.size(); ++i) {
+    uint32_t at = leaves.leaf(i) & position_mask_;
+    while (positions_[at].position != kNowhere) at = (at + 1) & position_mask_;
+    positions_[at] = {leaves.leaf(i), static_cast<uint32_t>(i)};
+  }
+}
+
+uint32_t UmbrellaTriangles::PlaceOf(int32_t slot) const {
+  constexpr uint32_t kLeaf = SpatialIndex::kLeafSize;
+  const uint32_t leaf = static_cast<uint32_t>(slot) / kLeaf;
+  for (uint32_t at = leaf & position_mask_;; at = (at + 1) & position_mask_) {
+    const Position& position = positions_[at];
+    if (position.position == kNowhere) return kNowhere;
+    if (position.leaf == leaf) return position.position * kLeaf + static_cast<uint32_t>(slot) % kLeaf;
+  }
+}
+
+void UmbrellaTriangles::Add(const Umbrella& umbrella, uint32_t place) {
+  for (uint32_t rest = umbrella.occurrences; rest != 0;) {
+    const int triangle = std::countr_zero(rest) / 2;
+    rest &= ~(uint32_t{3} << (2 * triangle));
+    const uint32_t a = PlaceOf(umbrella.rim[triangle]), b = PlaceOf(umbrella.rim[triangle + 1]);
+    if (a == kNowhere || b == kNowhere) continue;
+    triangles_[size_++] = {{place, a, b}, static_cast<float>(umbrella.Occurrences(triangle))};
+  }
+}
+
+}  // namespace curvd

@@ -1,0 +1,83 @@
+// The umbrella triangles near a group of query points, with their measures: made once, summed by every query.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/scratch_array.h"
+#include "core/estimators/delaunay/umbrella.h"
+#include "core/index/spatial_index.h"
+#include "core/search/leaf_list.h"
+
+namespace curvd {
+
+// Corrected measures of a triangle, turned so that its area is not negative, times a third of the umbrellas that it
+// occurs in. The symmetric tensor is that of docs/numerics.md for all of space; the mean measure is half its trace.
+struct alignas(32) TriangleMeasures {
+  float values[8];
+
+  float xx() const { return values[0]; }
+  float yy() const { return values[1]; }
+  float zz() const { return values[2]; }
+  float xy() const { return values[3]; }
+  float yz() const { return values[4]; }
+  float zx() const { return values[5]; }
+  float area() const { return values[6]; }
+  float gaussian() const { return values[7]; }
+};
+
+// Position and normal.
+struct TriangleCorner {
+  float values[6];
+};
+
+// All distinct triangles whose corners lie in the leaves of a list. Points go by their place: position of the leaf in
+// the list * SpatialIndex::kLeafSize + place in the leaf.
+// Not thread-safe.
+class UmbrellaTriangles {
+ public:
+  struct Triangle {
+    uint32_t place[3];
+    float occurrences;
+  };
+
+  // Replaces the triangles by those of another list, unless it is the last one. Measures are for the caller to set.
+  // Returns whether it did.
+  bool Gather(const SpatialIndex& index, const Umbrella* umbrellas, const LeafList& leaves);
+
+  size_t leaf_count() const { return leaf_count_; }
+  size_t size() const { return size_; }
+  // The triangles whose lowest slot lies in leaf i of the list: [first(i), first(i + 1)).
+  uint32_t first(size_t i) const { return first_[i]; }
+  const Triangle& triangle(size_t t) const { return triangles_[t]; }
+
+  ScratchArray<TriangleMeasures> measures;  // of each triangle
+  ScratchArray<TriangleCorner> corners;     // by place
+  // How much a point as corner of a triangle counts in the sums of a query, by place; minus infinity where it is no
+  // neighbor, which is the value between queries.
+  ScratchArray<float> weights;
+
+ private:
+  // Where each listed leaf is in the list, by open addressing.
+  void SetPositions(const LeafList& leaves);
+  // The place of a slot; kNowhere if its leaf is not listed.
+  uint32_t PlaceOf(int32_t slot) const;
+  void Add(const Umbrella& umbrella, uint32_t place);
+
+  static constexpr uint32_t kNowhere = ~uint32_t{0};
+  struct Position {
+    uint32_t leaf;
+    uint32_t position;
+  };
+
+  const LeafList* source_ = nullptr;
+  uint64_t generation_ = 0;
+  size_t leaf_count_ = 0;
+  size_t size_ = 0;
+  uint32_t position_mask_ = 0;
+  ScratchArray<Position> positions_;
+  ScratchArray<uint32_t> first_;
+  ScratchArray<Triangle> triangles_;
+};
+
+}  // namespace curvd

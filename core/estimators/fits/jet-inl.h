@@ -1,0 +1,229 @@
+// Jets (Cazals, Pouget, "Estimating differential quantities using polynomial fitting of osculating jets", 2005): a
+// polynomial as height over the plane in which the neighbors lie best, by least squares. Normal equations, whose matrix
+// holds few different moments, solve nearly every point to full precision; where they would lose digits, the point is
+// left to core/estimators/fits/jet_least_squares.h.
+
+#if defined(CURVD_CORE_ESTIMATORS_FITS_JET_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_FITS_JET_INL_H_
+#undef CURVD_CORE_ESTIMATORS_FITS_JET_INL_H_
+#else
+#define CURVD_CORE_ESTIMATORS_FITS_JET_INL_H_
+#endif
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/estimators/fits/double_sums-inl.h"
+#include "core/estimators/fits/jet_least_squares.h"
+#include "core/estimators/fits/least_axis.h"
+#include "core/estimators/fits/shape_operator-inl.h"
+#include "core/estimators/group_buffers.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// A pivot of the normal equations relative to the number of neighbors, with offsets in units of rho, is the mean square
+// of what one monomial adds to those before it. Above this one, coefficients are good to 1e-9 (docs/numerics.md).
+inline constexpr double kMinJetPivot = 1e-6;
+
+// Sets the fitting frame of point i: `axis` is the direction in which the neighbors spread least.
+HWY_INLINE void SetJetFrame(const NeighborArrays& n, double unit, size_t i, JetSystems& jets) {
+  const DoubleTag d;
+  const DoubleVec scale = hn::Set(d, unit);
+  DoubleVec sx = hn::Zero(d), sy = sx, sz = sx, xx = sx, xy = sx, xz = sx, yy = sx, yz = sx, zz = sx;
+  for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
+    const DoubleVec x = hn::Mul(Widen(n.dx.data() + j), scale);
+    const DoubleVec y = hn::Mul(Widen(n.dy.data() + j), scale);
+    const DoubleVec z = hn::Mul(Widen(n.dz.data() + j), scale);
+    sx = hn::Add(sx, x), sy = hn::Add(sy, y), sz = hn::Add(sz, z);
+    xx = hn::MulAdd(x, x, xx), xy = hn::MulAdd(x, y, xy), xz = hn::MulAdd(x, z, xz);
+    yy = hn::MulAdd(y, y, yy), yz = hn::MulAdd(y, z, yz), zz = hn::MulAdd(z, z, zz);
+  }
+  double sums[12];
+  StoreFourSums(sx, sy, sz, xx, sums);
+  StoreFourSums(xy, xz, yy, yz, sums + 4);
+  StoreFourSums(zz, zz, zz, zz, sums + 8);
+  const double per_count = 1.0 / static_cast<double>(n.count);
+  const double mean[3] = {sums[0] * per_count, sums[1] * per_count, sums[2] * per_count};
+  const double covariance[6] = {sums[3] * per_count - mean[0] * mean[0], sums[4] * per_count - mean[0] * mean[1],
+                                sums[5] * per_count - mean[0] * mean[2], sums[6] * per_count - mean[1] * mean[1],
+                                sums[7] * per_count - mean[1] * mean[2], sums[8] * per_count - mean[2] * mean[2]};
+  double axis[3];
+  LeastAxis(covariance, axis);
+  // The fit is the same for any two axes of the plane (Duff et al., "Building an orthonormal basis, revisited", 2017).
+  const double sign = std::copysign(1.0, axis[2]);
+  const double a = -1.0 / (sign + axis[2]), b = axis[0] * axis[1] * a;
+  const double u[3] = {1.0 + sign * axis[0] * axis[0] * a, sign * b, -sign * axis[0]};
+  const double v[3] = {b, sign + axis[1] * axis[1] * a, -axis[1]};
+  jets.u.Set(i, u);
+  jets.v.Set(i, v);
+  jets.axis.Set(i, axis);
+}
+
+// The columns of one jet: 1, x .. x^2d, y .. y^2d, z, z x .. z x^d for degree d.
+struct JetColumns {
+  int degree;
+  const double* one;
+  double* x[2 * kMaxJetDegree + 1];  // by power
+  double* y[2 * kMaxJetDegree + 1];
+  double* zx[kMaxJetDegree + 1];
+
+  JetColumns(int jet_degree, size_t size, FitBuffers& fits) : degree(jet_degree) {
+    const size_t powers = 2 * static_cast<size_t>(degree);
+    fits.ReserveColumns(2 * powers + static_cast<size_t>(degree) + 2, size);
+    size_t next = 0;
+    one = x[0] = y[0] = fits.column(next++);
+    for (size_t p = 1; p <= powers; ++p) x[p] = fits.column(next++);
+    for (size_t p = 1; p <= powers; ++p) y[p] = fits.column(next++);
+    for (int p = 0; p <= degree; ++p) zx[p] = fits.column(next++);
+  }
+};
+
+// Fills the columns with the neighbors of point i in its fitting frame.
+HWY_INLINE void FillJetColumns(const NeighborArrays& n, double unit, size_t i, const JetSystems& jets,
+                               const JetColumns& columns) {
+  const DoubleTag d;
+  const auto axis = [&](const GroupDoubleVectors& v) {
+    return DoubleTriple{hn::Set(d, v.x[i] * unit), hn::Set(d, v.y[i] * unit), hn::Set(d, v.z[i] * unit)};
+  };
+  const DoubleTriple u = axis(jets.u), v = axis(jets.v), w = axis(jets.axis);
+  for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
+    const DoubleTriple offset{Widen(n.dx.data() + j), Widen(n.dy.data() + j), Widen(n.dz.data() + j)};
+    const DoubleVec x = Dot(offset, u), y = Dot(offset, v), z = Dot(offset, w);
+    DoubleVec xp = x, yp = y, zxp = z;
+    hn::Store(hn::Set(d, 1.0), d, columns.x[0] + j);
+    for (int p = 1; p <= 2 * columns.degree; ++p) {
+      hn::Store(xp, d, columns.x[p] + j);
+      hn::Store(yp, d, columns.y[p] + j);
+      xp = hn::Mul(xp, x);
+      yp = hn::Mul(yp, y);
+    }
+    for (int p = 0; p <= columns.degree; ++p) {
+      hn::Store(zxp, d, columns.zx[p] + j);
+      zxp = hn::Mul(zxp, x);
+    }
+  }
+}
+
+// Sums left[a] y^b over the neighbors for all a + b <= degree to out[JetIndex(a, b)][i].
+HWY_INLINE void SumProducts(double* const* left, int degree, const JetColumns& columns, size_t count, size_t i,
+                            GroupDoubles* out) {
+  for (int a = 0; a <= degree; ++a) {
+    for (int b = 0; b <= degree - a; b += 4) {
+      FourColumns right;
+      for (int k = 0; k < 4; ++k) right.column[k] = b + k <= degree - a ? columns.y[b + k] : columns.one;
+      double sums[4];
+      DotFour(left[a], right, count, sums);
+      for (int k = 0; k < std::min(4, degree - a - b + 1); ++k) out[JetIndex(a, b + k)][i] = sums[k];
+    }
+  }
+}
+
+// Sets up the least squares problem of point i from its neighbors.
+HWY_NOINLINE inline void SumJet(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
+  const NeighborArrays& n = b.neighbors;
+  JetSystems& jets = b.fits->jets;
+  const double unit = 1.0 / b.rho[i];
+  SetJetFrame(n, unit, i, jets);
+  const JetColumns columns(plan.jet_degree, n.count, *b.fits);
+  FillJetColumns(n, unit, i, jets, columns);
+  SumProducts(columns.x, 2 * plan.jet_degree, columns, n.count, i, jets.moments);
+  SumProducts(columns.zx, plan.jet_degree, columns, n.count, i, jets.heights);
+  jets.moments[0][i] = static_cast<double>(n.count);  // the sum of ones counts the padding
+}
+
+// Solves the normal equations of points i, i + 1, ... by Cholesky's method.
+HWY_INLINE void SolveNormalEquations(int degree, size_t i, JetSystems& jets) {
+  const DoubleTag d;
+  constexpr size_t kLanes = SpatialIndex::kLeafSize / 2;
+  // The lower triangle, diagonals inverted, and the right side as one more row.
+  alignas(64) double rows[kMaxJetSize + 1][kMaxJetSize][kLanes];
+  const int size = JetSize(degree);
+  const DoubleVec least = hn::Mul(hn::Load(d, jets.moments[0] + i), hn::Set(d, kMinJetPivot));
+  DoubleVec least_pivot = hn::Load(d, jets.moments[0] + i);
+  struct Powers {
+    int a, b;
+  } powers[kMaxJetSize];
+  for (int k = 0; k <= degree; ++k) {
+    for (int b = 0; b <= k; ++b) powers[JetIndex(k - b, b)] = {k - b, b};
+  }
+  for (int c = 0; c < size; ++c) {
+    DoubleVec inverse = hn::Zero(d);
+    for (int r = c; r <= size; ++r) {
+      const double* entry =
+          r == size ? jets.heights[c] : jets.moments[JetIndex(powers[r].a + powers[c].a, powers[r].b + powers[c].b)];
+      DoubleVec rest = hn::Load(d, entry + i);
+      for (int k = 0; k < c; ++k) rest = hn::NegMulAdd(hn::Load(d, rows[r][k]), hn::Load(d, rows[c][k]), rest);
+      if (r == c) {
+        least_pivot = hn::Min(least_pivot, rest);
+        inverse = hn::Div(hn::Set(d, 1.0), hn::Sqrt(hn::Max(rest, least)));
+        hn::Store(inverse, d, rows[c][c]);
+      } else {
+        hn::Store(hn::Mul(rest, inverse), d, rows[r][c]);
+      }
+    }
+  }
+  for (int c = size - 1; c >= 0; --c) {
+    DoubleVec rest = hn::Load(d, rows[size][c]);
+    for (int r = c + 1; r < size; ++r) {
+      rest = hn::NegMulAdd(hn::Load(d, rows[r][c]), hn::Load(d, jets.coefficients[r] + i), rest);
+    }
+    hn::Store(hn::Mul(rest, hn::Load(d, rows[c][c])), d, jets.coefficients[c] + i);
+  }
+  hn::Store(least_pivot, d, jets.least_pivot + i);
+}
+
+// Shape operators of the surfaces of points i, i + 1, ..., above each point, with the point's normal outward.
+HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetSystems& jets, GroupShapes& out) {
+  const DoubleTag d;
+  const auto coefficient = [&](int a, int b) { return hn::Load(d, jets.coefficients[JetIndex(a, b)] + i); };
+  const DoubleVec one = hn::Set(d, 1.0);
+  const DoubleTriple u = LoadTriple(jets.u, i), v = LoadTriple(jets.v, i), axis = LoadTriple(jets.axis, i);
+  // Slopes a, b; first fundamental form E, F, G; second l, m, n over the length of the normal (-a, -b, 1).
+  const DoubleVec a = coefficient(1, 0), b = coefficient(0, 1);
+  const DoubleVec E = hn::MulAdd(a, a, one), F = hn::Mul(a, b), G = hn::MulAdd(b, b, one);
+  const DoubleVec l = hn::Add(coefficient(2, 0), coefficient(2, 0)), m = coefficient(1, 1);
+  const DoubleVec n = hn::Add(coefficient(0, 2), coefficient(0, 2));
+  const DoubleVec squared = hn::NegMulAdd(F, F, hn::Mul(E, G)), length = hn::Sqrt(squared);
+  const DoubleTriple normal = AddScaled(AddScaled(axis, hn::Neg(a), u), hn::Neg(b), v);
+  const DoubleTriple own{Widen(normals.x + i), Widen(normals.y + i), Widen(normals.z + i)};
+  // A surface that bends toward the axis has l, m, n > 0, and negative curvature if the axis is outward.
+  const DoubleVec outward = hn::CopySign(one, Dot(normal, own));
+  const DoubleVec side = hn::Neg(outward);
+  // Gram-Schmidt on the tangents u + a axis and v + b axis.
+  const DoubleVec root = hn::Sqrt(E);
+  const DoubleTriple y = Scale(AddScaled(u, a, axis), hn::Div(one, root));
+  const DoubleTriple z = Scale(AddScaled(Scale(AddScaled(v, b, axis), E), hn::Neg(F), AddScaled(u, a, axis)),
+                               hn::Div(outward, hn::Mul(root, length)));
+  ShapeOperator s;
+  s.y = y;
+  s.z = z;
+  s.yy = hn::Div(hn::Mul(side, l), hn::Mul(length, E));
+  s.yz = hn::Div(hn::NegMulAdd(F, l, hn::Mul(E, m)), hn::Neg(hn::Mul(squared, E)));
+  const DoubleVec zz = hn::MulAdd(F, hn::NegMulAdd(hn::Add(m, m), E, hn::Mul(F, l)), hn::Mul(hn::Mul(E, E), n));
+  s.zz = hn::Div(hn::Mul(side, zz), hn::Mul(hn::Mul(squared, length), E));
+  StoreShapes(s, i, out);
+}
+
+// Shapes of all points of the group. `find(i)` collects the neighbors of point i once more, where that is needed.
+template <typename FindNeighbors>
+HWY_NOINLINE void SolveJets(const EstimationPlan& plan, GroupScratch::Buffers& b, FindNeighbors find) {
+  JetSystems& jets = b.fits->jets;
+  const size_t lanes = hn::Lanes(DoubleTag());
+  for (size_t i = 0; i < b.size; i += lanes) SolveNormalEquations(plan.jet_degree, i, jets);
+  for (size_t i = 0; i < b.size; ++i) {
+    if (b.status[i] != PointStatus::kOk) continue;
+    if (jets.least_pivot[i] > kMinJetPivot * jets.moments[0][i]) continue;
+    find(i);
+    if (!SolveJetByQr(b.neighbors, i, 1.0 / b.rho[i], plan.jet_degree, jets)) b.status[i] = PointStatus::kSingularFit;
+  }
+  for (size_t i = 0; i < b.size; i += lanes) StoreJetShapes(b.normal, i, jets, b.fits->shapes);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#endif  // CURVD_CORE_ESTIMATORS_FITS_JET_INL_H_

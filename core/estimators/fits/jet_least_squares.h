@@ -1,0 +1,16 @@
+// Jets whose least squares problem is nearly singular.
+#pragma once
+
+#include <cstddef>
+
+#include "core/estimators/group_buffers.h"
+
+namespace curvd {
+
+// Solves the least squares problem of point i of a group, whose frame is in `jets`, by a QR factorization with column
+// pivoting; writes jets.coefficients[...][i]. `unit` takes the neighbors' offsets to units of rho. Returns false, and
+// writes nothing, if the problem is singular to the rounding of the offsets: a monomial is a combination of others on
+// the neighbors to 1e-6 of the largest. REQUIRES: at least JetSize(degree) neighbors.
+bool SolveJetByQr(const NeighborArrays& neighbors, size_t i, double unit, int degree, JetSystems& jets);
+
+}  // namespace curvd

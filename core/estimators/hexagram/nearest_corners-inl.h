@@ -1,0 +1,225 @@
+// The hexagram's corners as the points of the cloud nearest to six targets in the tangent plane.
+//
+// The targets of one corner for the points of one leaf lie near each other, so they are searched together
+// (core/estimators/hexagram/target_patch-inl.h). How far around is a guess that decides on the time alone: what is
+// found within it is exact, and what is not bounds a second search.
+
+#if defined(CURVD_CORE_ESTIMATORS_HEXAGRAM_NEAREST_CORNERS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_HEXAGRAM_NEAREST_CORNERS_INL_H_
+#undef CURVD_CORE_ESTIMATORS_HEXAGRAM_NEAREST_CORNERS_INL_H_
+#else
+#define CURVD_CORE_ESTIMATORS_HEXAGRAM_NEAREST_CORNERS_INL_H_
+#endif
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+#include "core/estimators/group_buffers.h"
+#include "core/estimators/hexagram/target_patch-inl.h"
+#include "core/estimators/measures-inl.h"
+#include "core/search/neighborhood-inl.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// Sets the targets of corner s, at s * 60 degrees and distance rho, for points first, first + 1, ... of the group.
+HWY_INLINE void SetTargets(const GroupScratch::Buffers& b, size_t first, int s, TargetPatch& patch) {
+  constexpr float kCos[6] = {1.0f, 0.5f, -0.5f, -1.0f, -0.5f, 0.5f};
+  constexpr float kSin[6] = {0.0f, kSqrt3 / 2, kSqrt3 / 2, 0.0f, -kSqrt3 / 2, -kSqrt3 / 2};
+  const FloatTag d;
+  const FloatVec infinity = hn::Set(d, std::numeric_limits<float>::infinity());
+  FloatVec lo[3] = {infinity, infinity, infinity};
+  FloatVec hi[3] = {hn::Neg(infinity), hn::Neg(infinity), hn::Neg(infinity)};
+  patch.used = 0;
+  const size_t size = std::min(TargetPatch::kSize, b.size - first);
+  for (size_t lane = 0; lane < size; ++lane) {
+    if (b.status[first + lane] == PointStatus::kOk) patch.used |= 1u << lane;
+  }
+  for (size_t lane = 0; lane < TargetPatch::kSize; lane += hn::Lanes(d)) {
+    const size_t i = first + lane;
+    const FloatVec rho = hn::Load(d, b.rho + i);
+    const FloatVec along_u = hn::Mul(rho, hn::Set(d, kCos[s])), along_v = hn::Mul(rho, hn::Set(d, kSin[s]));
+    const Triple offset = Add(Scale(LoadTriple(b.u, i), along_u), Scale(LoadTriple(b.v, i), along_v));
+    const Triple target = Add(LoadTriple(b.query, i), offset);
+    hn::Store(target.x, d, patch.x + lane);
+    hn::Store(target.y, d, patch.y + lane);
+    hn::Store(target.z, d, patch.z + lane);
+    const FloatMask used = MaskFromBits(patch.used >> lane);
+    const FloatVec coordinates[3] = {target.x, target.y, target.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      lo[axis] = hn::Min(lo[axis], hn::IfThenElse(used, coordinates[axis], infinity));
+      hi[axis] = hn::Max(hi[axis], hn::IfThenElse(used, coordinates[axis], hn::Neg(infinity)));
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    patch.box.lo[axis] = hn::GetLane(hn::MinOfLanes(d, lo[axis]));
+    patch.box.hi[axis] = hn::GetLane(hn::MaxOfLanes(d, hi[axis]));
+  }
+}
+
+HWY_INLINE void SetCorner(const SpatialIndex& index, IndexedPoint point, size_t i, int s, GroupScratch::Buffers& b) {
+  const SpatialIndex::LeafPositions& points = index.positions(point.leaf);
+  const SpatialIndex::LeafNormals& normals = index.normals(point.leaf);
+  const int k = point.place;
+  Hexagram& hexagram = b.hexagrams[0];
+  const float offset[4] = {points.x[k] - b.query.x[i], points.y[k] - b.query.y[i], points.z[k] - b.query.z[i], 1.0f};
+  const float normal[4] = {normals.x[k] - b.normal.x[i], normals.y[k] - b.normal.y[i], normals.z[k] - b.normal.z[i],
+                           0.0f};
+  std::copy(offset, offset + 4, hexagram.offset[s][i]);
+  std::copy(normal, normal + 4, hexagram.normal[s][i]);
+}
+
+// Sets each point's corners to the points of the cloud nearest to its six targets.
+class CornerSearch {
+ public:
+  CornerSearch(const SpatialIndex& index, GroupScratch::Buffers& b) : index_(index), b_(b) {}
+
+  HWY_NOINLINE void SetCorners() {
+    for (size_t i = 0; i < b_.size; ++i) {
+      if (b_.status[i] == PointStatus::kOk) squared_spacing_ = std::max(squared_spacing_, b_.squared_spacing[i]);
+    }
+    for (int s = 0; s < 6; ++s) {
+      for (size_t p = 0; p < patch_count(); ++p) SetTargets(b_, p * TargetPatch::kSize, s, patches_[s][p]);
+    }
+    // One descent of the tree serves all corners, or where the figure is large against the group, one each.
+    constexpr size_t kMaxShared = 256, kMaxSingle = 512;
+    const bool shared = Gather(0, 6, kMaxShared);
+    for (int s = 0; s < 6; ++s) {
+      const Box box = PatchesBox(s, s + 1);
+      TargetLeaves listed{shared ? &b_.corner_leaves : &b_.leaves, SquaredReach(s, s + 1), nullptr, {}};
+      if (shared) {
+        NarrowLeaves(b_.leaves, box, listed.squared_reach, b_.corner_leaves);
+      } else if (!Gather(s, s + 1, kMaxSingle)) {
+        b_.leaves.Clear();
+        listed.squared_reach = -1.0f;
+      }
+      CenterLeaves(index_, box, b_.centered, listed);
+      FindCorners(s, listed);
+    }
+  }
+
+ private:
+  size_t patch_count() const { return (b_.size + TargetPatch::kSize - 1) / TargetPatch::kSize; }
+
+  // How far around the targets of corner s to look: as far as nearly all of the last ones had to.
+  float SquaredGuess(int s) const { return squared_spacing_ * b_.target_reach[s]; }
+
+  // How far around the targets of corners [first, last) to list leaves: farther than any patch is expected to look.
+  float SquaredReach(int first, int last) const {
+    constexpr float kSpare = 2.0f;
+    float squared = 0.0f;
+    for (int s = first; s < last; ++s) squared = std::max(squared, SquaredGuess(s) * kSpare);
+    return squared;
+  }
+
+  Box PatchesBox(int first, int last) const {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+    for (int s = first; s < last; ++s) {
+      for (size_t p = 0; p < patch_count(); ++p) {
+        for (int axis = 0; axis < 3; ++axis) {
+          box.lo[axis] = std::min(box.lo[axis], patches_[s][p].box.lo[axis]);
+          box.hi[axis] = std::max(box.hi[axis], patches_[s][p].box.hi[axis]);
+        }
+      }
+    }
+    return box;
+  }
+
+  // Lists the leaves around the targets of corners [first, last). Returns false if they are too many.
+  bool Gather(int first, int last, size_t max_leaves) {
+    return GatherLeaves(index_, PatchesBox(first, last), SquaredReach(first, last), max_leaves, b_.leaves);
+  }
+
+  HWY_INLINE void FindCorners(int s, const TargetLeaves& leaves) {
+    // Steps that settle where one guess in 33 is too low: a second search costs more than some leaves that hold
+    // nothing, and beyond the rim of a surface, where targets are far from every point, no guess is worth keeping.
+    constexpr float kAfterHit = 0.997f, kAfterMiss = 1.1f, kLeast = 0.5f, kMost = 1e6f;
+    for (size_t p = 0; p < patch_count(); ++p) {
+      if (patches_[s][p].used == 0) continue;
+      const float step = FindPatchCorners(s, p, leaves) ? kAfterHit : kAfterMiss;
+      b_.target_reach[s] = std::clamp(b_.target_reach[s] * step, kLeast, kMost);
+    }
+  }
+
+  // Sets the corners to the points nearest to the targets of a patch. Returns whether all were as near as guessed.
+  HWY_INLINE bool FindPatchCorners(int s, size_t p, const TargetLeaves& listed) {
+    TargetPatch& patch = patches_[s][p];
+    const float squared_reach = std::min(SquaredGuess(s), listed.squared_reach);
+    const float bound = Search(listed, squared_reach, patch);
+    // The bounds of targets far from the center may hold many points.
+    constexpr int kManyTied = 4;
+    const bool guessed = bound <= squared_reach;
+    if (HWY_LIKELY(guessed && std::popcount(patch.tied & patch.used) < kManyTied)) {
+      TakeNearest(s, p, *listed.leaves);
+    } else {
+      SearchAgain(s, p, listed, std::min(bound, OwnBound(p, patch)));
+    }
+    return guessed;
+  }
+
+  // Searches the listed leaves within the squared reach of a target.
+  HWY_INLINE float Search(const TargetLeaves& listed, float squared_reach, TargetPatch& patch) {
+    near_count_ = CullLeavesAround(*listed.leaves, patch, squared_reach, b_.near);
+    if (listed.centered != nullptr) return SearchCentered(listed, b_.near.data(), near_count_, patch);
+    return SearchExactly(index_, *listed.leaves, b_.near.data(), near_count_, patch);
+  }
+
+  // The same where every target is known to have a point within the squared reach.
+  HWY_NOINLINE void SearchAgain(int s, size_t p, const TargetLeaves& listed, float squared_reach) {
+    TargetPatch& patch = patches_[s][p];
+    const LeafList* leaves = listed.leaves;
+    if (squared_reach > listed.squared_reach) {
+      GatherLeaves(index_, patch.box, squared_reach, index_.leaf_count(), b_.own_leaves);
+      leaves = &b_.own_leaves;
+    }
+    Search({leaves, squared_reach, nullptr, {}}, squared_reach, patch);
+    TakeNearest(s, p, *leaves);
+  }
+
+  // A squared distance within which every used target has a point: the one that it belongs to.
+  float OwnBound(size_t p, const TargetPatch& patch) const {
+    const FloatTag d;
+    float farthest = 0.0f;
+    for (size_t lane = 0; lane < TargetPatch::kSize; lane += hn::Lanes(d)) {
+      const Triple offset = Sub(LoadTriple(b_.query, p * TargetPatch::kSize + lane), LoadTargets(patch, lane));
+      const FloatVec squared = SquaredNorm(offset.x, offset.y, offset.z);
+      farthest = std::max(
+          farthest, hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(MaskFromBits(patch.used >> lane), squared))));
+    }
+    return farthest;
+  }
+
+  // Sets the corners to what the search of these leaves has found.
+  HWY_INLINE void TakeNearest(int s, size_t p, const LeafList& leaves) {
+    const TargetPatch& patch = patches_[s][p];
+    for (uint32_t used = patch.used; used != 0; used &= used - 1) {
+      const int lane = std::countr_zero(used);
+      const auto position = static_cast<uint32_t>(patch.position[lane]);
+      const uint32_t leaf = leaves.leaf(position);
+      const uint64_t bits = PointsInBound(index_.positions(leaf), patch, lane);
+      IndexedPoint nearest{leaf, std::countr_zero(bits)};
+      if (HWY_UNLIKELY((patch.tied >> lane & 1) != 0)) {
+        nearest = NearestInBound(index_, leaves, b_.near.data(), near_count_, patch, lane);
+      } else if (HWY_UNLIKELY((bits & (bits - 1)) != 0)) {
+        nearest = NearestInBound(index_, leaves, &position, 1, patch, lane);
+      }
+      SetCorner(index_, nearest, p * TargetPatch::kSize + lane, s, b_);
+    }
+  }
+
+  const SpatialIndex& index_;
+  GroupScratch::Buffers& b_;
+  float squared_spacing_ = 0.0f;  // the largest of the group
+  size_t near_count_ = 0;         // leaves that were searched last: positions `b_.near` of their list
+  TargetPatch patches_[6][SpatialIndex::kGroupLeaves];
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#endif  // CURVD_CORE_ESTIMATORS_HEXAGRAM_NEAREST_CORNERS_INL_H_

@@ -1,0 +1,81 @@
+// Builds a SpatialIndex in phases of independent work blocks.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "core/cloud/cloud.h"
+#include "core/cloud/point_record.h"
+#include "core/index/spatial_index.h"
+
+namespace curvd {
+
+// Usage: Start(); while (block_count() > 0) { run RunBlock(i) for each i < block_count(), in any order and on any
+// threads; then EndPhase(). } Then Build(root()), and Build() each part that a Build() leaves, in any order and on any
+// threads. Then Take(). The index depends on the cloud alone.
+//
+// RunBlock and Build are thread-safe; all else is not.
+class IndexBuilder {
+ public:
+  // A node whose points are still to be split.
+  struct Part {
+    size_t node;
+    size_t first_leaf;
+    size_t leaves;
+  };
+
+  // Takes the cloud, whose records become the index's if they can. REQUIRES: cloud.Finish() was called; `cancelled`, if
+  // there is one, outlives the builder.
+  explicit IndexBuilder(Cloud cloud, const std::atomic<bool>* cancelled = nullptr);
+
+  // RESOURCE_EXHAUSTED if there is no memory for the index. Called once, before all else.
+  absl::Status Start();
+
+  // Blocks of the current phase; 0 once the tree can be built, which may be at once.
+  size_t block_count() const { return block_count_; }
+  void RunBlock(size_t block);
+  void EndPhase();
+
+  Part root() const { return {0, 0, index_.leaf_count()}; }
+  // Builds the tree below `part`, or splits it and calls leave(half) for each half. Once `cancelled` is true, returns
+  // within tens of milliseconds, and there will be no index.
+  void Build(const Part& part, absl::FunctionRef<void(const Part& half)> leave);
+
+  // Bytes of the cloud that are still held beside the index.
+  size_t cloud_bytes() const { return cloud_.bytes(); }
+  SpatialIndex Take() { return std::move(index_); }
+
+ private:
+  // Of records that the cloud could not give away.
+  enum class Phase { kCount, kCollect, kDone };
+
+  absl::Status MakeArrays(PageArray<PointRecord> records);
+  void StartCollect();
+  void CountBlock(size_t block);
+  void CollectBlock(size_t block);
+  void SetScale(const Box& box);
+  std::array<float, 3> Scaled(const std::array<float, 3>& position) const;
+  TreeNode MeasureNode(const Part& part);
+  void Split(const Part& part, Part* left, Part* right);
+  void BuildSubtree(const Part& part);
+  void FinishLeaf(size_t leaf);
+  PointRecord* record(size_t leaf) { return records_ + leaf * SpatialIndex::kLeafSize; }
+  PointRecord* PartEnd(const Part& part);
+
+  bool IsCancelled() const { return cancelled_ != nullptr && cancelled_->load(std::memory_order_relaxed); }
+
+  Cloud cloud_;
+  const std::atomic<bool>* cancelled_;
+  SpatialIndex index_;
+  PointRecord* records_ = nullptr;  // in the memory that becomes the index's positions
+  std::array<float, 2> scale_{};    // 2^scale_exponent in two factors, each a float: their product may not be one
+  Phase phase_ = Phase::kDone;
+  size_t block_count_ = 0;
+  std::vector<size_t> block_offsets_;  // valid points in each block of the cloud; then, in all blocks before it
+};
+
+}  // namespace curvd

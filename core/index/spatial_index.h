@@ -1,0 +1,112 @@
+// A balanced kd-tree over a cloud whose leaves are blocks that a SIMD kernel scans whole.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "core/base/page_array.h"
+#include "core/cloud/point_record.h"
+
+namespace curvd {
+
+// Axis-aligned box, closed.
+struct Box {
+  std::array<float, 3> lo;
+  std::array<float, 3> hi;
+};
+
+// A node's tight box, and the lowest point id below it, which breaks ties in distance.
+struct TreeNode {
+  Box box;
+  int32_t min_id;
+  int32_t reserved;
+};
+
+// Points in tree order, in units of 2^-scale_exponent of the cloud's own, which brings the cloud's extent near 1: a
+// change that rounds nothing and lets no later product overflow.
+//
+// Leaf i holds points [i * kLeafSize, (i + 1) * kLeafSize) of the tree order; the last leaf is padded with points at
+// infinity with id kPaddingId. The tree has no links: a node over n leaves has its left child, over LeftLeaves(n)
+// leaves, right after it, and its right child after all of those.
+//
+// Immutable once built (core/index/index_builder.h); const methods are thread-safe.
+class SpatialIndex {
+ public:
+  static constexpr int kLeafSize = kLeafRecords;
+  // Leaves whose points are estimated together; group g holds leaves [g * kGroupLeaves, (g + 1) * kGroupLeaves), which
+  // lie below one node.
+  static constexpr size_t kGroupLeaves = 4;
+  static constexpr size_t kGroupPoints = kGroupLeaves * kLeafSize;
+  static constexpr int32_t kPaddingId = std::numeric_limits<int32_t>::max();
+
+  // One leaf's points, coordinate by coordinate.
+  struct alignas(64) LeafPositions {
+    float x[kLeafSize];
+    float y[kLeafSize];
+    float z[kLeafSize];
+    int32_t id[kLeafSize];  // index of the point in the cloud
+  };
+  struct alignas(64) LeafNormals {
+    float x[kLeafSize];
+    float y[kLeafSize];
+    float z[kLeafSize];
+  };
+
+  static constexpr size_t LeafCount(size_t points) { return (points + kLeafSize - 1) / kLeafSize; }
+  // At least half, and whole groups where there is more than one group.
+  static constexpr size_t LeftLeaves(size_t leaves) {
+    const size_t half = (leaves + 1) / 2;
+    return leaves <= kGroupLeaves ? half : (half + kGroupLeaves - 1) / kGroupLeaves * kGroupLeaves;
+  }
+  static constexpr size_t RightChild(size_t node, size_t leaves) { return node + 2 * LeftLeaves(leaves); }
+
+  // Valid points in the index.
+  size_t point_count() const { return point_count_; }
+  size_t leaf_count() const { return positions_.size(); }
+  size_t group_count() const { return (leaf_count() + kGroupLeaves - 1) / kGroupLeaves; }
+  // Points in leaf i that are not padding.
+  int LeafPoints(size_t leaf) const {
+    const size_t rest = point_count_ - leaf * kLeafSize;
+    return rest < kLeafSize ? static_cast<int>(rest) : kLeafSize;
+  }
+  const LeafPositions& positions(size_t leaf) const { return positions_[leaf]; }
+  const LeafNormals& normals(size_t leaf) const { return normals_[leaf]; }
+  // Node 0 is the root, over all leaves.
+  const TreeNode& node(size_t i) const { return nodes_[i]; }
+  // The bounds of all leaves' boxes on an axis, for whole vectors: kLeafSize values follow the last one.
+  const float* leaf_lo(int axis) const { return &leaf_bounds_[axis * bounds_stride()]; }
+  const float* leaf_hi(int axis) const { return &leaf_bounds_[(3 + axis) * bounds_stride()]; }
+  // Multiplies a coordinate of the cloud into the index; its inverse takes lengths back.
+  int scale_exponent() const { return scale_exponent_; }
+  size_t bytes() const { return positions_.bytes() + normals_.bytes() + leaf_bounds_.bytes() + nodes_.bytes(); }
+
+ private:
+  friend class IndexBuilder;
+
+  size_t bounds_stride() const { return leaf_count() + kLeafSize; }
+
+  size_t point_count_ = 0;
+  int scale_exponent_ = 0;
+  PageArray<LeafPositions> positions_;
+  PageArray<LeafNormals> normals_;
+  PageArray<float> leaf_bounds_;  // lo of each axis, then hi
+  PageArray<TreeNode> nodes_;
+};
+
+// Squared distance from a point to a box; 0 inside. Rounded like the kernels' distances, hence never larger than the
+// computed squared distance to any point of the box.
+inline float SquaredDistance(const float* point, const Box& box) {
+  float squared[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float below = box.lo[axis] - point[axis];
+    const float above = point[axis] - box.hi[axis];
+    const float outside = below > above ? below : above;
+    const float distance = outside > 0.0f ? outside : 0.0f;
+    squared[axis] = distance * distance;
+  }
+  return (squared[0] + squared[1]) + squared[2];
+}
+
+}  // namespace curvd

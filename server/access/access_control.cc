@@ -1,0 +1,114 @@
+#include "server/access/access_control.h"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/strip.h"
+#include "server/call/error_detail.h"
+#include "server/call/reasons.h"
+#include "server/net/listen_address.h"
+
+namespace curvd {
+namespace {
+
+constexpr char kSendToken[] = "metadata \"authorization: Bearer TOKEN\" (curv: --token-file)";
+
+absl::Status TokenMissing(const char* what) {
+  return WithDetail(absl::UnauthenticatedError(absl::StrCat(what, "; this server asks for ", kSendToken)),
+                    {kReasonTokenMissing, "authorization", "", "Bearer TOKEN", {}});
+}
+
+absl::Status TokenInvalid() {
+  return WithDetail(absl::UnauthenticatedError("the bearer token is not one that this server knows, or no longer"),
+                    {kReasonTokenInvalid, "authorization", "", "a token that the server knows", {}});
+}
+
+absl::Status ClientNotAllowed(const std::string& names) {
+  return WithDetail(
+      absl::PermissionDeniedError(absl::StrCat("the client certificate names ", names.empty() ? "nobody" : names,
+                                               "; this server lets in other names only")),
+      {kReasonClientNotAllowed, "client certificate", names, "a name that the server lets in", {}});
+}
+
+absl::StatusOr<std::string_view> TokenIn(const std::optional<std::string>& authorization) {
+  if (!authorization.has_value()) return TokenMissing("the call carries no token");
+  absl::string_view token = *authorization;
+  // RFC 7235: the scheme's case does not matter.
+  if (!absl::StartsWithIgnoreCase(token, "Bearer ")) return TokenMissing("authorization is no bearer token");
+  token.remove_prefix(7);
+  token = absl::StripAsciiWhitespace(token);
+  return std::string_view(token.data(), token.size());
+}
+
+void Tighten(const AccessEntry& entry, Caller& caller) {
+  if (entry.max_streams != 0) {
+    caller.max_streams = caller.max_streams == 0 ? entry.max_streams : std::min(caller.max_streams, entry.max_streams);
+  }
+  if (entry.max_points != 0) {
+    caller.max_points = caller.max_points == 0 ? entry.max_points : std::min(caller.max_points, entry.max_points);
+  }
+}
+
+const AccessEntry* FindName(const std::vector<AccessEntry>& entries, const std::vector<std::string>& names) {
+  for (const AccessEntry& entry : entries) {
+    if (std::find(names.begin(), names.end(), entry.name) != names.end()) return &entry;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+void AccessControl::SetTokens(Entries tokens) {
+  MutexLock lock(mutex_);
+  tokens_ = std::move(tokens);
+}
+
+void AccessControl::SetCertificateNames(Entries names) {
+  MutexLock lock(mutex_);
+  names_ = std::move(names);
+}
+
+absl::StatusOr<Caller> AccessControl::Identify(const PresentedCredentials& presented) const {
+  Entries tokens, names;
+  {
+    MutexLock lock(mutex_);
+    tokens = tokens_;
+    names = names_;
+  }
+  Caller caller;
+  caller.name = presented.certificate_names.empty() ? PeerAddress(presented.peer) : presented.certificate_names.front();
+  if (names != nullptr) {
+    const AccessEntry* entry = FindName(*names, presented.certificate_names);
+    if (entry == nullptr) return ClientNotAllowed(absl::StrJoin(presented.certificate_names, ", "));
+    caller.name = caller.certificate_name = entry->name;
+    Tighten(*entry, caller);
+  }
+  if (tokens != nullptr) {
+    const absl::StatusOr<std::string_view> token = TokenIn(presented.authorization);
+    if (!token.ok()) return token.status();
+    const AccessEntry* entry = FindToken(*tokens, *token);
+    if (entry == nullptr) return TokenInvalid();
+    caller.name = entry->name;
+    caller.token_hash = FormatHash(entry->token_hash);
+    Tighten(*entry, caller);
+  }
+  return caller;
+}
+
+absl::Status AccessControl::Recheck(const Caller& caller) const {
+  MutexLock lock(mutex_);
+  if (names_ != nullptr && FindName(*names_, {caller.certificate_name}) == nullptr) {
+    return ClientNotAllowed(caller.certificate_name);
+  }
+  if (tokens_ == nullptr) return absl::OkStatus();
+  const bool known = std::any_of(tokens_->begin(), tokens_->end(), [&caller](const AccessEntry& entry) {
+    return FormatHash(entry.token_hash) == caller.token_hash;
+  });
+  return known ? absl::OkStatus() : TokenInvalid();
+}
+
+}  // namespace curvd

@@ -1,0 +1,14 @@
+// What a call shows of who makes it, read from gRPC.
+#pragma once
+
+#include "server/access/access_control.h"
+
+namespace grpc {
+class ServerContextBase;
+}  // namespace grpc
+
+namespace curvd {
+
+PresentedCredentials CredentialsOf(const grpc::ServerContextBase& call);
+
+}  // namespace curvd

@@ -1,0 +1,62 @@
+#include "server/admission/admission.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "core/estimators/curvature_field.h"
+#include "core/job/estimation_job.h"
+#include "server/call/error_detail.h"
+#include "server/call/reasons.h"
+#include "server/call/result_encoder.h"
+
+namespace curvd {
+namespace {
+
+constexpr uint64_t kSmallLaneShare = 8;
+// A small call may take this part of its lane at most, so that several fit.
+constexpr uint64_t kSmallCallShare = 4;
+// What gRPC and the call's own objects hold beside the arrays.
+constexpr uint64_t kFixedCallBytes = 64 << 10;
+// A chunk exists as slices of the wire, as points that were appended, and parsed where protobuf has to read it.
+constexpr uint64_t kChunkCopies = 3;
+// A result message may still be on its way while the next one is packed.
+constexpr uint64_t kResultCopies = 2;
+
+uint64_t ResultMessageBytes(uint64_t points) {
+  return kResultCopies * kResultBytesPerPoint * std::min<uint64_t>(points, kResultChunkPoints);
+}
+
+}  // namespace
+
+Admission::Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max_waiting)
+    : max_chunk_bytes_(max_chunk_bytes),
+      small_(memory_bytes / kSmallLaneShare, max_waiting),
+      large_(memory_bytes - memory_bytes / kSmallLaneShare, max_waiting) {}
+
+uint64_t Admission::CallBytes(uint64_t points, ScalarType type, EstimatorKind estimator, bool more_may_follow) const {
+  const uint64_t point_bytes = 6 * ScalarBytes(type);
+  const uint64_t chunk = more_may_follow ? max_chunk_bytes_ : std::min(max_chunk_bytes_, points * point_bytes);
+  return kFixedCallBytes + points * EstimationBytesPerPoint(estimator) + kChunkCopies * chunk +
+         ResultMessageBytes(points);
+}
+
+uint64_t Admission::SendingBytes(uint64_t points) const {
+  return kFixedCallBytes + points * sizeof(PointCurvature) + ResultMessageBytes(points);
+}
+
+absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Admission::Enter(uint64_t point_count, ScalarType type,
+                                                                            EstimatorKind estimator) {
+  const uint64_t bytes = CallBytes(point_count, type, estimator, point_count == 0);
+  if (bytes > large_.limit()) {
+    return MakeError(absl::StatusCode::kResourceExhausted,
+                     {kReasonMemoryLimit,
+                      "header.point_count",
+                      absl::StrCat(point_count, ", which takes ", bytes, " bytes of memory"),
+                      absl::StrCat("so small that it takes at most ", large_.limit(), " bytes (7/8 of memory_limit)"),
+                      {}});
+  }
+  const bool is_small = point_count != 0 && bytes <= small_.limit() / kSmallCallShare;
+  return std::make_unique<MemoryBudget::Reservation>(is_small ? small_ : large_);
+}
+
+}  // namespace curvd

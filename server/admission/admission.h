@@ -1,0 +1,45 @@
+// How much memory a call may take, and whose turn it is to take it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "core/cloud/cloud.h"
+#include "core/estimators/options.h"
+#include "server/admission/memory_budget.h"
+
+namespace curvd {
+
+// Splits the server's memory into two lanes, each first come, first served: an eighth serves small calls alone, so that
+// they never wait behind large ones. A call whose size is unknown is large. Thread-safe.
+class Admission {
+ public:
+  static constexpr size_t kLanes = 2;
+
+  // At most `max_waiting` calls wait for memory in each lane.
+  Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max_waiting);
+
+  // Bytes that a call with `points` points holds at its peak: cloud, index, results and messages in flight.
+  // `more_may_follow`: another chunk may be on its way, and be larger than what was sent so far.
+  uint64_t CallBytes(uint64_t points, ScalarType type, EstimatorKind estimator, bool more_may_follow) const;
+  // Bytes that it holds while it sends its results.
+  uint64_t SendingBytes(uint64_t points) const;
+
+  // An empty reservation in the lane for a call with `point_count` points (0: unknown). RESOURCE_EXHAUSTED if it could
+  // never be granted. The reservation must not outlive this object.
+  absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Enter(uint64_t point_count, ScalarType type,
+                                                                   EstimatorKind estimator);
+
+  uint64_t limit() const { return small_.limit() + large_.limit(); }
+  uint64_t reserved() const { return small_.reserved() + large_.reserved(); }
+  size_t waiting() const { return small_.waiting() + large_.waiting(); }
+
+ private:
+  const uint64_t max_chunk_bytes_;
+  MemoryBudget small_;
+  MemoryBudget large_;
+};
+
+}  // namespace curvd

@@ -1,0 +1,52 @@
+#include "server/call/call_errors.h"
+
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "server/call/error_detail.h"
+#include "server/call/reasons.h"
+
+namespace curvd {
+
+absl::Status ExplainJobError(absl::Status status) {
+  if (absl::IsResourceExhausted(status)) {
+    if (absl::StartsWith(status.message(), "out of memory")) {
+      return WithDetail(std::move(status), {kReasonOutOfMemory, "memory", "", "", absl::Seconds(1)});
+    }
+    return WithDetail(std::move(status), {kReasonNeighborhoodTooLarge, "header.options.radius", "", "", {}});
+  }
+  if (absl::IsInvalidArgument(status)) {
+    return WithDetail(std::move(status), {kReasonInvalidOption, "header.options", "", "", {}});
+  }
+  return WithDetail(absl::InternalError(absl::StrCat("the estimate failed: ", status.ToString())),
+                    {kReasonInternal, "", "", "", {}});
+}
+
+absl::Status CallerGone(bool deadline_has_passed) {
+  if (deadline_has_passed) {
+    return WithDetail(absl::DeadlineExceededError("the caller's deadline has passed"),
+                      {kReasonDeadlineExceeded, "deadline", "", "", {}});
+  }
+  return WithDetail(absl::CancelledError("the caller cancelled the call or went away"),
+                    {kReasonCancelled, "", "", "", {}});
+}
+
+absl::Status CallerStalls(bool for_room_to_send, absl::Duration limit) {
+  const std::string seconds = absl::FormatDuration(limit);
+  return MakeError(absl::StatusCode::kDeadlineExceeded,
+                   {kReasonStalled,
+                    for_room_to_send ? "time without room to send results" : "time without a message",
+                    absl::StrCat("over ", seconds),
+                    absl::StrCat("at most ", seconds, " (stall_timeout)"),
+                    {}});
+}
+
+absl::Status DrainTimedOut(absl::Duration timeout) {
+  const std::string seconds = absl::FormatDuration(timeout);
+  return WithDetail(absl::UnavailableError(absl::StrCat("the server is draining and the call did not finish within ",
+                                                        seconds, " (drain_timeout); send it to another replica")),
+                    {kReasonDrainTimeout, "drain", "", seconds, {}});
+}
+
+}  // namespace curvd

@@ -1,0 +1,50 @@
+// What a CloudHeader asks for, checked and with every default resolved.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/cloud/cloud.h"
+#include "core/estimators/options.h"
+#include "core/job/worker_pool.h"
+#include "curvature/v1/curvature.pb.h"
+#include "server/call/call_limits.h"
+
+namespace curvd {
+
+// Quantities that the results carry, beside the status.
+struct QuantitySet {
+  bool mean = true;
+  bool gaussian = true;
+  bool principal_curvatures = true;
+  bool principal_directions = true;
+  bool radius = true;
+};
+
+struct CallOptions {
+  uint64_t point_count = 0;  // 0: unknown
+  ScalarType scalar_type = ScalarType::kFloat32;
+  EstimatorOptions estimator;
+  QuantitySet quantities;
+  InvalidPointPolicy invalid_point_policy = InvalidPointPolicy::kReject;
+  std::string request_tag;
+  std::optional<JobPriority> priority;  // none: by the cloud's size
+};
+
+// The options that `header` asks for. Errors, each with its ErrorDetail:
+// - INVALID_ARGUMENT: a field is out of its range.
+// - RESOURCE_EXHAUSTED: point_count or neighbor_count is over the limit of this server.
+absl::StatusOr<CallOptions> ResolveHeader(const curvature::v1::CloudHeader& header, const CallLimits& limits);
+
+// The answer to a header that was resolved.
+void FillAccepted(const CallOptions& options, const CallLimits& limits, const std::string& request_id,
+                  curvature::v1::Accepted* accepted);
+
+void FillLimits(const CallLimits& limits, curvature::v1::ServerLimits* proto);
+
+// Every strategy that this server knows, in the order of the proto.
+void FillEstimators(curvature::v1::GetServerInfoResponse* info);
+
+}  // namespace curvd

@@ -1,0 +1,42 @@
+// What is known about a call when it is over: for its log line and the metrics.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "core/estimators/curvature_field.h"
+
+namespace curvd {
+
+// Wall-clock seconds of each phase that the call came to; of the one in which it ended, until then.
+struct PhaseTimes {
+  std::optional<double> receive;  // header to half-close, without `admit`
+  std::optional<double> admit;    // waiting for memory, which may be between two chunks
+  std::optional<double> queue;    // waiting for a worker
+  std::optional<double> index;
+  std::optional<double> estimate;
+  std::optional<double> send;  // first result to summary
+};
+
+struct CallRecord {
+  std::string request_id;
+  std::string peer;
+  std::string caller;  // who was let in; empty if nobody was
+  std::string request_tag;
+  absl::Status status;
+  uint64_t points_received = 0;
+  std::array<uint64_t, kPointStatusEnd> status_counts{};  // of a call that was estimated
+  uint64_t normals_rescaled = 0;
+  uint64_t messages_received = 0;
+  uint64_t bytes_received = 0;
+  uint64_t messages_sent = 0;
+  uint64_t bytes_sent = 0;
+  uint64_t peak_bytes = 0;
+  double total_seconds = 0.0;
+  PhaseTimes seconds;
+};
+
+}  // namespace curvd

@@ -1,0 +1,12 @@
+// The last message of a call that succeeded.
+#pragma once
+
+#include "curvature/v1/curvature.pb.h"
+#include "server/call/call_record.h"
+
+namespace curvd {
+
+// Everything in the summary comes from the record.
+void FillSummary(const CallRecord& record, curvature::v1::Summary* summary);
+
+}  // namespace curvd

@@ -1,0 +1,148 @@
+#include "server/call/estimate_session.h"
+
+#include <string>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "grpcpp/impl/codegen/proto_utils.h"
+#include "server/call/append_pieces.h"
+#include "server/call/error_detail.h"
+#include "server/call/reasons.h"
+
+namespace curvd {
+namespace {
+
+namespace v1 = curvature::v1;
+namespace wire = curvature::wire;
+
+constexpr wire::BulkLayout kPointChunk({v1::PointChunk::kFirstIndexFieldNumber},
+                                       {v1::PointChunk::kPositionsFieldNumber, v1::PointChunk::kNormalsFieldNumber});
+
+absl::Status Invalid(const char* reason, std::string field, std::string value, std::string limit) {
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   {reason, std::move(field), std::move(value), std::move(limit), {}});
+}
+
+absl::Status OverLimit(const char* reason, std::string field, std::string value, std::string limit) {
+  return MakeError(absl::StatusCode::kResourceExhausted,
+                   {reason, std::move(field), std::move(value), std::move(limit), {}});
+}
+
+// Core's errors about points already name point and value.
+absl::Status ExplainAppend(absl::Status status) {
+  if (absl::IsInvalidArgument(status)) return WithDetail(std::move(status), {kReasonInvalidPoint, "chunk", "", "", {}});
+  if (absl::IsResourceExhausted(status)) {
+    return WithDetail(std::move(status), {kReasonOutOfMemory, "memory", "", "", absl::Seconds(1)});
+  }
+  return status;
+}
+
+}  // namespace
+
+absl::Status EstimateSession::Keep(absl::Status status) {
+  failure_ = status;
+  return status;
+}
+
+absl::Status EstimateSession::Receive(grpc::ByteBuffer& message) {
+  if (!failure_.ok()) return failure_;
+  wire::BulkMessage chunk;
+  if (wire::ReadBulkMessage(message, v1::EstimateCurvatureRequest::kChunkFieldNumber, kPointChunk, chunk)) {
+    return Keep(ReceiveChunk(chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber],
+                             chunk.arrays[v1::PointChunk::kPositionsFieldNumber],
+                             chunk.arrays[v1::PointChunk::kNormalsFieldNumber]));
+  }
+  const size_t bytes = message.Length();
+  v1::EstimateCurvatureRequest request;
+  if (grpc::SerializationTraits<v1::EstimateCurvatureRequest>::Deserialize(&message, &request).ok()) {
+    return Keep(ReceiveRequest(request));
+  }
+  return Keep(Invalid(kReasonMessageMalformed, "message", absl::StrCat(bytes, " bytes that cannot be parsed"),
+                      "a curvature.v1.EstimateCurvatureRequest in protobuf's wire format"));
+}
+
+absl::Status EstimateSession::ReceiveRequest(const v1::EstimateCurvatureRequest& request) {
+  switch (request.message_case()) {
+    case v1::EstimateCurvatureRequest::kHeader:
+      return ReceiveHeader(request.header());
+    case v1::EstimateCurvatureRequest::kChunk:
+      return ReceiveChunk(request.chunk().first_index(), {request.chunk().positions()}, {request.chunk().normals()});
+    case v1::EstimateCurvatureRequest::MESSAGE_NOT_SET:
+      break;
+  }
+  return Invalid(kReasonMessageEmpty, "message", "empty", "a header or a chunk");
+}
+
+absl::Status EstimateSession::ReceiveHeader(const v1::CloudHeader& header) {
+  if (has_header()) {
+    return Invalid(kReasonHeaderRepeated, "message", "a second header", "a chunk: only the first message is a header");
+  }
+  absl::StatusOr<CallOptions> options = ResolveHeader(header, limits_);
+  if (!options.ok()) return options.status();
+  options_ = *std::move(options);
+  cloud_ = Cloud(options_->scalar_type, options_->invalid_point_policy);
+  cloud_.Expect(options_->point_count);
+  return absl::OkStatus();
+}
+
+absl::Status EstimateSession::ReceiveChunk(uint64_t first_index, const wire::Pieces& positions,
+                                           const wire::Pieces& normals) {
+  if (!has_header()) return Invalid(kReasonHeaderMissing, "first message", "a chunk", "a header");
+  if (first_index != points_received_) {
+    return Invalid(kReasonChunkOutOfOrder, "chunk.first_index", absl::StrCat(first_index),
+                   absl::StrCat(points_received_, ", the number of points sent before"));
+  }
+  const absl::StatusOr<uint64_t> count = CheckLengths(wire::SizeOf(positions), wire::SizeOf(normals));
+  if (!count.ok()) return count.status();
+  if (absl::Status status = CheckTotal(points_received_ + *count); !status.ok()) return status;
+  if (absl::Status status = AppendPieces(positions, normals, options_->scalar_type, cloud_); !status.ok()) {
+    return ExplainAppend(std::move(status));
+  }
+  points_received_ += *count;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<uint64_t> EstimateSession::CheckLengths(size_t positions, size_t normals) const {
+  const uint64_t bytes = uint64_t{positions} + normals;
+  if (bytes > limits_.max_chunk_bytes) {
+    return OverLimit(kReasonChunkTooLarge, "chunk.positions and chunk.normals together", absl::StrCat(bytes, " bytes"),
+                     absl::StrCat("at most ", limits_.max_chunk_bytes, " bytes (max_chunk_bytes)"));
+  }
+  if (positions % point_bytes() != 0) {
+    const bool is_float = options_->scalar_type == ScalarType::kFloat32;
+    return Invalid(
+        kReasonChunkLength, "chunk.positions", absl::StrCat(positions, " bytes"),
+        absl::StrCat("a multiple of ", point_bytes(), " bytes (3 ", is_float ? "float32" : "float64", " a point)"));
+  }
+  if (normals != positions) {
+    return Invalid(kReasonChunkLength, "chunk.normals", absl::StrCat(normals, " bytes"),
+                   absl::StrCat(positions, " bytes, as chunk.positions: every point needs a normal"));
+  }
+  return positions / point_bytes();
+}
+
+absl::Status EstimateSession::CheckTotal(uint64_t total) const {
+  if (options_->point_count != 0 && total > options_->point_count) {
+    return Invalid(kReasonPointCountMismatch, "number of points sent", absl::StrCat(total, " with this chunk"),
+                   absl::StrCat(options_->point_count, " (header.point_count)"));
+  }
+  if (total > limits_.max_points) {
+    return OverLimit(kReasonTooManyPoints, "number of points sent", absl::StrCat(total, " with this chunk"),
+                     absl::StrCat("at most ", limits_.max_points, " (max_points)"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status EstimateSession::HalfClose() {
+  if (!failure_.ok()) return failure_;
+  if (!has_header()) return Keep(Invalid(kReasonHeaderMissing, "stream", "without a message", "a header, then chunks"));
+  if (options_->point_count != 0 && points_received_ != options_->point_count) {
+    return Keep(Invalid(kReasonPointCountMismatch, "number of points sent",
+                        absl::StrCat(points_received_, " at the half-close"),
+                        absl::StrCat(options_->point_count, " (header.point_count)")));
+  }
+  return Keep(ExplainAppend(cloud_.Finish()));
+}
+
+}  // namespace curvd

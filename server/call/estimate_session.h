@@ -1,0 +1,63 @@
+// The protocol of EstimateCurvature's request stream, as a state machine that knows no socket.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "absl/status/status.h"
+#include "core/cloud/cloud.h"
+#include "curvature/v1/curvature.pb.h"
+#include "grpcpp/support/byte_buffer.h"
+#include "proto/bulk_message.h"
+#include "server/call/call_limits.h"
+#include "server/call/call_options.h"
+
+namespace curvd {
+
+// One header, then chunks in order, then half-close. Every error carries an ErrorDetail and is final: later calls
+// return it again. Not thread-safe.
+class EstimateSession {
+ public:
+  explicit EstimateSession(const CallLimits& limits) : limits_(limits) {}
+
+  // Takes the next message; what remains in `message` is undefined. A chunk's points are in the cloud when this
+  // returns, copied from where gRPC received them. Errors:
+  // - INVALID_ARGUMENT: bytes that are no EstimateCurvatureRequest, a wrong message, field, order or length, more
+  // points
+  //   than header.point_count, or an invalid point that was not to be skipped.
+  // - RESOURCE_EXHAUSTED: over max_points or max_chunk_bytes, or no memory.
+  absl::Status Receive(grpc::ByteBuffer& message);
+
+  // The client is done. INVALID_ARGUMENT if there was no header, or not header.point_count points.
+  absl::Status HalfClose();
+
+  bool has_header() const { return options_.has_value(); }
+  // REQUIRES: has_header().
+  const CallOptions& options() const { return *options_; }
+  uint64_t points_received() const { return points_received_; }
+  // Points whose normal was not of unit length. REQUIRES: TakeCloud was not called.
+  uint64_t normals_rescaled() const { return cloud_.rescaled_count(); }
+
+  // The cloud, complete. REQUIRES: HalfClose returned OK; called once.
+  Cloud TakeCloud() { return std::move(cloud_); }
+
+ private:
+  absl::Status ReceiveHeader(const curvature::v1::CloudHeader& header);
+  absl::Status ReceiveRequest(const curvature::v1::EstimateCurvatureRequest& request);
+  absl::Status ReceiveChunk(uint64_t first_index, const curvature::wire::Pieces& positions,
+                            const curvature::wire::Pieces& normals);
+  // The number of points in a chunk with arrays of so many bytes, if those are right.
+  absl::StatusOr<uint64_t> CheckLengths(size_t positions, size_t normals) const;
+  absl::Status CheckTotal(uint64_t total) const;
+  absl::Status Keep(absl::Status status);
+  // Bytes of one position. REQUIRES: has_header().
+  size_t point_bytes() const { return 3 * ScalarBytes(options_->scalar_type); }
+
+  const CallLimits limits_;
+  absl::Status failure_;
+  std::optional<CallOptions> options_;
+  uint64_t points_received_ = 0;
+  Cloud cloud_;
+};
+
+}  // namespace curvd

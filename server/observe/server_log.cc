@@ -1,0 +1,96 @@
+#include "server/observe/server_log.h"
+
+#include <spdlog/async.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <optional>
+#include <utility>
+
+#include "server/call/error_detail.h"
+#include "server/call/rpc_status.h"
+
+namespace curvd {
+namespace {
+
+constexpr size_t kQueuedLines = 8192;
+
+spdlog::level::level_enum SpdlogLevel(ServerLog::Level level) {
+  switch (level) {
+    case ServerLog::Level::kInfo:
+      return spdlog::level::info;
+    case ServerLog::Level::kWarning:
+      return spdlog::level::warn;
+    case ServerLog::Level::kError:
+      return spdlog::level::err;
+  }
+  return spdlog::level::err;
+}
+
+ServerLog::Level LevelOf(const absl::Status& status) {
+  if (status.ok()) return ServerLog::Level::kInfo;
+  return absl::IsInternal(status) ? ServerLog::Level::kError : ServerLog::Level::kWarning;
+}
+
+}  // namespace
+
+struct ServerLog::Writer {
+  Writer() {
+    logger.set_pattern(R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v)", spdlog::pattern_time_type::utc);
+    logger.flush_on(spdlog::level::info);
+  }
+  std::shared_ptr<spdlog::details::thread_pool> thread =
+      std::make_shared<spdlog::details::thread_pool>(kQueuedLines, 1);
+  // Its lines go to the thread by shared_from_this.
+  std::shared_ptr<spdlog::async_logger> shared =
+      std::make_shared<spdlog::async_logger>("curvd", std::make_shared<spdlog::sinks::stderr_sink_mt>(), thread,
+                                             spdlog::async_overflow_policy::overrun_oldest);
+  spdlog::async_logger& logger = *shared;
+};
+
+ServerLog::ServerLog(bool calls) : calls_(calls), writer_(std::make_unique<Writer>()) {}
+
+ServerLog::~ServerLog() = default;
+
+void ServerLog::Log(Level level, const char* event, const JsonLine& line) {
+  std::string text = JsonLine().Add("event", event).str();
+  const std::string rest = line.str();
+  text.pop_back();
+  if (rest.size() > 2) text += ',';
+  text.append(rest, 1);
+  writer_->logger.log(SpdlogLevel(level), spdlog::string_view_t(text.data() + 1, text.size() - 1));
+}
+
+void ServerLog::LogCall(const CallRecord& record) {
+  if (calls_) Log(LevelOf(record.status), "call", CallLine(record));
+}
+
+uint64_t ServerLog::lines_lost() const { return writer_->thread->overrun_counter(); }
+
+JsonLine CallLine(const CallRecord& record) {
+  JsonLine line;
+  line.Add("request_id", record.request_id)
+      .Add("tag", record.request_tag)
+      .Add("peer", record.peer)
+      .Add("caller", record.caller)
+      .Add("code", CodeName(record.status.code()));
+  if (!record.status.ok()) {
+    line.Add("reason", ReasonOf(record.status)).Add("message", std::string(record.status.message()));
+  }
+  const PhaseTimes& seconds = record.seconds;
+  line.Add("points", record.points_received)
+      .Add("points_ok", record.status_counts[static_cast<size_t>(PointStatus::kOk)])
+      .Add("received_bytes", record.bytes_received)
+      .Add("sent_bytes", record.bytes_sent)
+      .Add("peak_bytes", record.peak_bytes)
+      .Add("seconds", record.total_seconds);
+  const std::pair<const char*, std::optional<double>> phases[] = {
+      {"receive_seconds", seconds.receive}, {"admit_seconds", seconds.admit},       {"queue_seconds", seconds.queue},
+      {"index_seconds", seconds.index},     {"estimate_seconds", seconds.estimate}, {"send_seconds", seconds.send}};
+  for (const auto& [name, time] : phases) {
+    if (time.has_value()) line.Add(name, *time);
+  }
+  return line;
+}
+
+}  // namespace curvd

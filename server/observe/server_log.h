@@ -1,0 +1,43 @@
+// The structured log: one JSON object a line, on stderr.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "server/call/call_record.h"
+#include "server/observe/json_line.h"
+
+namespace curvd {
+
+// Writing happens on a thread of the log's own: a stderr that nobody reads costs the oldest lines, never a call's time.
+// Thread-safe.
+class ServerLog {
+ public:
+  enum class Level { kInfo, kWarning, kError };
+
+  // `calls`: whether LogCall writes anything.
+  explicit ServerLog(bool calls);
+  // Writes what is left.
+  ~ServerLog();
+  ServerLog(const ServerLog&) = delete;
+  ServerLog& operator=(const ServerLog&) = delete;
+
+  // Writes `line` with time, level and `event` put before it.
+  void Log(Level level, const char* event, const JsonLine& line);
+  // The line of a call that is over. Its level is error for a defect of ours, warning for other failures.
+  void LogCall(const CallRecord& record);
+
+  // Lines that were dropped so far because stderr was not read.
+  uint64_t lines_lost() const;
+
+ private:
+  struct Writer;
+  const bool calls_;
+  std::unique_ptr<Writer> writer_;
+};
+
+// What a call's line says, without time, level and event.
+JsonLine CallLine(const CallRecord& record);
+
+}  // namespace curvd

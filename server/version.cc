@@ -1,7 +1,0 @@
-#include "server/version.h"
-
-namespace curvd {
-
-const char* Version() { return CURVD_VERSION; }
-
-}  // namespace curvd

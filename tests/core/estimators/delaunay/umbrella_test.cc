@@ -1,0 +1,178 @@
+// Umbrellas and what is estimated from them against brute force, on each instruction set that this machine has.
+#include "core/estimators/delaunay/umbrella.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <vector>
+
+#include "core/estimators/group_estimator.h"
+#include "tests/core/expect_curvature.h"
+#include "tests/core/instruction_sets.h"
+#include "tests/core/reference_delaunay.h"
+#include "tests/core/test_clouds.h"
+#include "tests/core/umbrella_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+using UmbrellaTest = InstructionSetTest;
+
+INSTANTIATE_TEST_SUITE_P(EachInstructionSet, UmbrellaTest, InstructionSets(), InstructionSetName);
+
+using Triangle = std::array<int, 3>;
+
+// The umbrellas of a cloud, and the ids of points by slot.
+struct BuiltUmbrellas {
+  explicit BuiltUmbrellas(const TestPoints& points) : index(BuildIndex(points.ToCloud())) {
+    umbrellas.resize(index.leaf_count() * SpatialIndex::kLeafSize);
+    GroupScratch scratch;
+    const EstimationPlan plan = EstimationPlan::ForUmbrellas(index);
+    for (size_t group = 0; group < index.group_count(); ++group) {
+      BuildUmbrellas(index, plan, group, scratch, umbrellas.data());
+    }
+    CountOccurrences(umbrellas.data(), 0, points.size());
+  }
+
+  int Id(int32_t slot) const {
+    return index.positions(slot / SpatialIndex::kLeafSize).id[slot % SpatialIndex::kLeafSize];
+  }
+  // (point, corner, corner) of each triangle, by id.
+  std::vector<Triangle> Triangles(size_t slot) const {
+    std::vector<Triangle> triangles;
+    const int32_t* rim = umbrellas[slot].rim;
+    for (int i = 0; i < Umbrella::kMaxTriangles && rim[i + 1] != Umbrella::kNone; ++i) {
+      triangles.push_back({Id(static_cast<int32_t>(slot)), Id(rim[i]), Id(rim[i + 1])});
+    }
+    return triangles;
+  }
+
+  SpatialIndex index;
+  std::vector<Umbrella> umbrellas;
+};
+
+TEST_P(UmbrellaTest, HoldsTheTrianglesThatBruteForceFinds) {
+  for (uint64_t seed = 0; seed < 6; ++seed) {
+    for (const auto& [name, points] : UmbrellaClouds(seed)) {
+      const BuiltUmbrellas built(points);
+      size_t certain = 0;
+      for (size_t slot = 0; slot < points.size(); ++slot) {
+        const int id = built.Id(static_cast<int32_t>(slot));
+        const ReferenceUmbrella reference = BruteForceUmbrella(points, id);
+        if (!reference.certain) continue;
+        std::vector<Triangle> expected, actual = built.Triangles(slot);
+        for (const auto& [a, b] : reference.triangles) expected.push_back({id, a, b});
+        std::sort(expected.begin(), expected.end());
+        std::sort(actual.begin(), actual.end());
+        ASSERT_EQ(actual, expected) << name << " seed " << seed << " point " << id;
+        ++certain;
+      }
+      // The collinear layout is off its line by float rounding, which leaves many angles near the doubles' own.
+      const size_t least = name == LayoutName(Layout::kCollinear) ? points.size() / 4 : points.size() * 9 / 10;
+      EXPECT_GE(certain, least) << name << " seed " << seed;
+    }
+  }
+}
+
+TEST_P(UmbrellaTest, CountsEachTriangleOnceWithItsOccurrences) {
+  for (const auto& [name, points] : UmbrellaClouds(7)) {
+    const BuiltUmbrellas built(points);
+    std::map<Triangle, int> expected, actual;
+    for (size_t slot = 0; slot < points.size(); ++slot) {
+      const std::vector<Triangle> triangles = built.Triangles(slot);
+      for (size_t i = 0; i < triangles.size(); ++i) {
+        Triangle triangle = triangles[i];
+        std::sort(triangle.begin(), triangle.end());
+        ++expected[triangle];
+        actual[triangle] += built.umbrellas[slot].Occurrences(static_cast<int>(i));
+      }
+    }
+    EXPECT_EQ(actual, expected) << name;
+  }
+}
+
+TEST_P(UmbrellaTest, LatticeIsTriangulatedTheSameByAllItsPoints) {
+  for (uint64_t seed = 0; seed < 6; ++seed) {
+    const TestPoints points = UmbrellaClouds(seed)[1].points;
+    const BuiltUmbrellas built(points);
+    std::map<int, size_t> umbrellas_with;  // triangles by occurrences
+    for (size_t slot = 0; slot < points.size(); ++slot) {
+      for (int i = 0; i < Umbrella::kMaxTriangles; ++i) ++umbrellas_with[built.umbrellas[slot].Occurrences(i)];
+    }
+    EXPECT_EQ(umbrellas_with[1], 0u);
+    EXPECT_EQ(umbrellas_with[2], 0u);
+    EXPECT_EQ(umbrellas_with[3], 2u * 19 * 19);  // two a cell
+  }
+}
+
+std::vector<ReferenceUmbrella> BruteForceUmbrellas(const TestPoints& points) {
+  std::vector<ReferenceUmbrella> umbrellas;
+  for (size_t i = 0; i < points.size(); ++i) umbrellas.push_back(BruteForceUmbrella(points, i));
+  return umbrellas;
+}
+
+void ExpectEstimatesNearReference(const TestPoints& points, const std::vector<ReferenceUmbrella>& umbrellas,
+                                  const EstimatorOptions& options, size_t least_compared) {
+  const EstimationResult result = MustEstimate(points.ToCloud(), options);
+  size_t compared = 0;
+  for (size_t i = 0; i < points.size(); i += 7) {
+    const PointCurvature& point = result.field.points[i];
+    if (point.status != PointStatus::kOk) continue;
+    const ReferenceCurvature reference = ReferenceDelaunay(points, umbrellas, i, options);
+    if (!reference.estimated || reference.margin == 0.0) continue;
+    SCOPED_TRACE(i);
+    ExpectNear(point, reference);
+    ++compared;
+  }
+  EXPECT_GE(compared, least_compared);
+}
+
+EstimatorOptions Delaunay(uint32_t k, bool even_weights = false) {
+  EstimatorOptions options;
+  options.estimator = EstimatorKind::kDelaunay;
+  options.neighborhood = NeighborCount{k};
+  options.even_weights = even_weights;
+  return options;
+}
+
+TEST_P(UmbrellaTest, EstimatesMatchTheDoubleOracle) {
+  for (uint64_t seed = 0; seed < 2; ++seed) {
+    for (const auto& [name, points] : UmbrellaClouds(seed)) {
+      SCOPED_TRACE(name);
+      const std::vector<ReferenceUmbrella> umbrellas = BruteForceUmbrellas(points);
+      const bool surface = name == "patch" || name == "tilted lattice" || name == "sphere";
+      for (uint32_t k : {4u, 15u, 50u, 200u}) {
+        if (k > points.size()) continue;
+        for (bool even : {false, true})
+          ExpectEstimatesNearReference(points, umbrellas, Delaunay(k, even), surface ? 40 : 0);
+      }
+    }
+  }
+}
+
+TEST_P(UmbrellaTest, RadiusNeighborhoodsMatchTheDoubleOracle) {
+  EstimatorOptions options = Delaunay(50);
+  options.neighborhood = NeighborRadius{0.7};
+  const TestPoints sphere = Sphere(900, 2.0);
+  ExpectEstimatesNearReference(sphere, BruteForceUmbrellas(sphere), options, 100);
+}
+
+TEST(UmbrellaEstimateTest, PointsBesideADenseClusterAreEstimated) {
+  // A group that holds points of both would have to list thousands of leaves; its queries go down the tree one by one.
+  TestPoints points;
+  for (int i = 0; i < 40'010; ++i) points.Add(1e-3 * std::cos(0.001 * i), 1e-3 * std::sin(0.001 * i), 0, 0, 0, 1);
+  const size_t first = points.size();
+  for (int row = 0; row < 8; ++row) {
+    for (int column = 0; column < 8; ++column) points.Add(20 + row, column, 0, 0, 0, 1);
+  }
+  const EstimationResult result = MustEstimate(points.ToCloud(), Delaunay(9));
+  for (size_t i = first; i < points.size(); ++i) {
+    ASSERT_EQ(result.field.points[i].status, PointStatus::kOk) << i;
+    ASSERT_EQ(result.field.points[i].mean, 0.0f);
+  }
+}
+
+}  // namespace
+}  // namespace curvd::testing

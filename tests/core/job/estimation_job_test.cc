@@ -1,0 +1,335 @@
+#include "core/job/estimation_job.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <latch>
+#include <limits>
+#include <memory>
+
+#include "core/base/page_pool.h"
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+bool SameBytes(const CurvatureField& a, const CurvatureField& b) {
+  if (a.points.size() != b.points.size()) return false;
+  for (size_t i = 0; i < a.points.size(); ++i) {
+    const PointCurvature &p = a.points[i], &q = b.points[i];
+    // The last member's padding is not a value.
+    if (std::memcmp(&p, &q, offsetof(PointCurvature, status)) != 0 || p.status != q.status) return false;
+  }
+  return true;
+}
+
+EstimatorOptions WithEstimator(EstimatorKind estimator) {
+  EstimatorOptions options;
+  options.estimator = estimator;
+  return options;
+}
+
+constexpr EstimatorKind kEstimators[] = {
+    EstimatorKind::kAvgHexagram,           EstimatorKind::kHexagram, EstimatorKind::kUniform,
+    EstimatorKind::kIndependent,           EstimatorKind::kDelaunay, EstimatorKind::kJetFitting,
+    EstimatorKind::kAlgebraicShapeOperator};
+
+uint64_t CountOf(const EstimationResult& result, PointStatus status) {
+  return result.field.status_counts[static_cast<size_t>(status)];
+}
+
+TEST(EstimationJobTest, SphereHasTheCurvatureOfItsRadius) {
+  for (EstimatorKind estimator : kEstimators) {
+    const EstimationResult result = MustEstimate(Sphere(20'000, 2.0).ToCloud(), WithEstimator(estimator));
+    for (size_t i = 0; i < result.field.points.size(); ++i) {
+      const PointCurvature& point = result.field.points[i];
+      ASSERT_EQ(point.status, PointStatus::kOk);
+      // Independent triangles are few and thin: their error is the largest.
+      ASSERT_NEAR(point.mean, 0.5f, 0.01f);
+      ASSERT_NEAR(point.gaussian, 0.25f, 0.01f);
+      ASSERT_LE(point.k1, point.k2);
+    }
+  }
+}
+
+TEST(EstimationJobTest, ThreadsDoNotChangeAByte) {
+  for (EstimatorKind estimator : kEstimators) {
+    const TestPoints points = RandomPoints(Layout::kClustered, 50'000, 3);
+    const EstimationResult one = MustEstimate(points.ToCloud(), WithEstimator(estimator), 1);
+    for (int threads : {2, 8}) {
+      EXPECT_TRUE(SameBytes(one.field, MustEstimate(points.ToCloud(), WithEstimator(estimator), threads).field));
+    }
+  }
+}
+
+// Leaves every page that arrays of `points` points may get with `byte` in each place.
+void SoilPages(size_t points, int byte) {
+  std::vector<std::pair<void*, size_t>> ranges;
+  for (const size_t bytes : {4u, 12u, 16u, 24u, 28u, 32u, 48u, 64u}) {
+    for (size_t size = points * bytes / 16; size <= points * bytes + 8192; size += std::max<size_t>(4096, size / 64)) {
+      ranges.emplace_back(ProcessPages().Map(size), size);
+      std::memset(ranges.back().first, byte, size);
+    }
+  }
+  for (const auto& [pages, size] : ranges) ProcessPages().Unmap(pages, size);
+}
+
+// Arrays get the pages of those that died, with what is written there.
+TEST(EstimationJobTest, WhatPagesHeldBeforeDoesNotChangeAByte) {
+  for (EstimatorKind estimator : kEstimators) {
+    for (const bool by_radius : {false, true}) {
+      EstimatorOptions options = WithEstimator(estimator);
+      if (by_radius) options.neighborhood = NeighborRadius{0.05};
+      for (const size_t count : {10, 1'000, 5'001}) {
+        TestPoints points = RandomPoints(Layout::kClustered, count, 5);
+        points.normals[3] = {0.0f, 0.0f, 0.0f};
+        const EstimationResult fresh = MustEstimate(points.ToCloud(), options, 2);
+        for (const int byte : {0xff, 0x7f, 0x01}) {
+          ProcessPages().SetLimits({.kept = 256 << 20, .together = 1 << 30});
+          SoilPages(count, byte);
+          const size_t kept = ProcessPages().kept_bytes();
+          const EstimationResult reused = MustEstimate(points.ToCloud(), options, 2);
+          EXPECT_LT(ProcessPages().kept_bytes(), kept);  // the field has some
+          ProcessPages().SetLimits({});
+          EXPECT_TRUE(SameBytes(fresh.field, reused.field))
+              << static_cast<int>(estimator) << ", " << count << " points";
+        }
+      }
+    }
+  }
+}
+
+TEST(EstimationJobTest, SeedChangesOnlyRandomStrategies) {
+  for (EstimatorKind estimator : kEstimators) {
+    EstimatorOptions options = WithEstimator(estimator);
+    const TestPoints points = Sphere(2000, 1.0);
+    const EstimationResult first = MustEstimate(points.ToCloud(), options);
+    options.seed = 1;
+    const bool same = SameBytes(first.field, MustEstimate(points.ToCloud(), options).field);
+    EXPECT_EQ(same, estimator != EstimatorKind::kUniform && estimator != EstimatorKind::kIndependent);
+  }
+}
+
+TEST(EstimationJobTest, EmptyCloudGivesEmptyField) {
+  EXPECT_EQ(MustEstimate(TestPoints().ToCloud(), {}).field.points.size(), 0u);
+}
+
+TEST(EstimationJobTest, FewerPointsThanNeighborsIsTooFew) {
+  for (size_t n : {size_t{1}, size_t{3}, size_t{49}}) {
+    const EstimationResult result = MustEstimate(Sphere(n, 1.0).ToCloud(), {});
+    EXPECT_EQ(CountOf(result, PointStatus::kTooFewNeighbors), n);
+    EXPECT_TRUE(std::isnan(result.field.points[0].mean));
+  }
+  EXPECT_EQ(CountOf(MustEstimate(Sphere(50, 1.0).ToCloud(), {}), PointStatus::kTooFewNeighbors), 0u);
+}
+
+TEST(EstimationJobTest, LonelyPointsOfARadiusNeighborhoodAreTooFewAndKeepTheRadius) {
+  EstimatorOptions options;
+  options.neighborhood = NeighborRadius{1e-3};
+  const EstimationResult result = MustEstimate(Sphere(100, 1.0).ToCloud(), options);
+  EXPECT_EQ(CountOf(result, PointStatus::kTooFewNeighbors), 100u);
+  EXPECT_EQ(result.field.points[5].radius, 1e-3f);
+}
+
+TEST(EstimationJobTest, CoincidentAndCollinearPointsAreDegenerate) {
+  for (EstimatorKind estimator : kEstimators) {
+    TestPoints same, line;
+    for (int i = 0; i < 5000; ++i) {
+      same.Add(1, 2, 3, 0, 0, 1);
+      line.Add(0.001 * i, 0, 0, 0, 0, 1);
+    }
+    EXPECT_EQ(CountOf(MustEstimate(same.ToCloud(), WithEstimator(estimator)), PointStatus::kDegenerateArea), 5000u);
+    const PointStatus expected = FitsSurface(estimator) ? PointStatus::kSingularFit : PointStatus::kDegenerateArea;
+    EXPECT_EQ(CountOf(MustEstimate(line.ToCloud(), WithEstimator(estimator)), expected), 5000u);
+  }
+}
+
+TEST(EstimationJobTest, FewerNeighborsThanCoefficientsAreASingularFit) {
+  EstimatorOptions options = WithEstimator(EstimatorKind::kJetFitting);
+  for (const auto& [degree, coefficients] : {std::pair(2u, 6u), std::pair(3u, 10u), std::pair(4u, 15u)}) {
+    options.jet_degree = degree;
+    options.neighborhood = NeighborCount{coefficients - 1};
+    EXPECT_EQ(CountOf(MustEstimate(Sphere(500, 1.0).ToCloud(), options), PointStatus::kSingularFit), 500u);
+    options.neighborhood = NeighborCount{coefficients + 3};
+    EXPECT_EQ(CountOf(MustEstimate(Sphere(500, 1.0).ToCloud(), options), PointStatus::kOk), 500u) << degree;
+  }
+}
+
+TEST(EstimationJobTest, PointsOnTwoParallelLinesFixNoJet) {
+  // y, y^2 and 1 depend on each other where y takes two values: the conic is not unique.
+  TestPoints lines;
+  for (int i = 0; i < 1000; ++i) lines.Add(0.01 * i, i % 2, 0, 0, 0, 1);
+  EstimatorOptions options = WithEstimator(EstimatorKind::kJetFitting);
+  options.neighborhood = NeighborRadius{1.5};
+  EXPECT_EQ(CountOf(MustEstimate(lines.ToCloud(), options), PointStatus::kSingularFit), 1000u);
+}
+
+TEST(EstimationJobTest, JetsNeedNormalsOnlyForTheSign) {
+  TestPoints points = Waves(2000, 0.0, 1);
+  const EstimatorOptions options = WithEstimator(EstimatorKind::kJetFitting);
+  const EstimationResult upward = MustEstimate(points.ToCloud(), options);
+  for (size_t i = 0; i < points.size(); i += 2) {
+    for (float& component : points.normals[i]) component = -component;
+  }
+  const EstimationResult mixed = MustEstimate(points.ToCloud(), options);
+  for (size_t i = 0; i < points.size(); ++i) {
+    const float sign = i % 2 == 0 ? -1.0f : 1.0f;
+    ASSERT_EQ(mixed.field.points[i].status, PointStatus::kOk);
+    ASSERT_EQ(mixed.field.points[i].mean, sign * upward.field.points[i].mean);
+    ASSERT_EQ(mixed.field.points[i].gaussian, upward.field.points[i].gaussian);
+  }
+}
+
+TEST(EstimationJobTest, PlaneIsExactlyFlat) {
+  const EstimationResult result = MustEstimate(RandomPoints(Layout::kLattice, 144, 0).ToCloud(), {});
+  TestPoints plane = RandomPoints(Layout::kCoplanar, 5000, 1);
+  for (auto& normal : plane.normals) normal = {0, 0, 1};
+  for (EstimatorKind estimator : kEstimators) {
+    const EstimationResult flat = MustEstimate(plane.ToCloud(), WithEstimator(estimator));
+    for (size_t i = 0; i < plane.size(); ++i) {
+      ASSERT_EQ(flat.field.points[i].status, PointStatus::kOk);
+      ASSERT_EQ(flat.field.points[i].mean, 0.0f);
+      ASSERT_EQ(flat.field.points[i].gaussian, 0.0f);
+    }
+  }
+}
+
+TEST(EstimationJobTest, CancellingNormalsAreInconsistent) {
+  TestPoints sheet = RandomPoints(Layout::kCoplanar, 2000, 2);
+  for (size_t i = 0; i < sheet.size(); ++i) sheet.normals[i] = {0, 0, i % 2 == 0 ? 1.0f : -1.0f};
+  const EstimationResult result = MustEstimate(sheet.ToCloud(), {});
+  EXPECT_GT(CountOf(result, PointStatus::kInconsistentNormals), 0u);
+  const EstimatorOptions sphere = WithEstimator(EstimatorKind::kAlgebraicShapeOperator);
+  EXPECT_GT(CountOf(MustEstimate(sheet.ToCloud(), sphere), PointStatus::kInconsistentNormals), 0u);
+  for (size_t i = 0; i < sheet.size(); ++i) sheet.normals[i] = {0, 0, i == 77 ? -1.0f : 1.0f};
+  EXPECT_EQ(MustEstimate(sheet.ToCloud(), {}).field.points[77].status, PointStatus::kInconsistentNormals);
+}
+
+TEST(EstimationJobTest, InvalidPointsAreSkippedAndNobodysNeighbors) {
+  TestPoints points = Sphere(3000, 1.0), clean = points;
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  points.Add(nan, 0, 1, 0, 0, 1);
+  points.Add(0, infinity, 1, 0, 0, 1);
+  points.Add(0, 0, 1, 0, 0, 0);
+  points.Add(0, 0, 1, nan, 0, 0);
+  const EstimationResult result = MustEstimate(points.ToCloud(), {});
+  EXPECT_EQ(CountOf(result, PointStatus::kInvalidInput), 4u);
+  EXPECT_TRUE(std::isnan(result.field.points[3001].mean));
+  const EstimationResult expected = MustEstimate(clean.ToCloud(), {});
+  for (size_t i = 0; i < clean.size(); ++i) ASSERT_EQ(result.field.points[i].mean, expected.field.points[i].mean);
+}
+
+TEST(EstimationJobTest, PowerOfTwoScalesGiveTheSameDigits) {
+  for (EstimatorKind estimator : kEstimators) {
+    const EstimatorOptions options = WithEstimator(estimator);
+    const EstimationResult unit = MustEstimate(Sphere(3000, 1.0).ToCloud(), options);
+    for (double scale : {0x1p-100, 0x1p-20, 0x1p20, 0x1p100}) {
+      const EstimationResult scaled = MustEstimate(Sphere(3000, scale).ToCloud(), options);
+      for (size_t i = 0; i < 3000; ++i) {
+        ASSERT_EQ(scaled.field.points[i].status, std::abs(std::log2(scale)) > 63 && scale < 1
+                                                     ? PointStatus::kDegenerateArea  // 1 / scale^2 is no float
+                                                     : PointStatus::kOk);
+        if (scaled.field.points[i].status != PointStatus::kOk) continue;
+        ASSERT_FLOAT_EQ(static_cast<float>(scaled.field.points[i].mean * scale), unit.field.points[i].mean);
+      }
+    }
+  }
+}
+
+TEST(EstimationJobTest, RadiusThatCoversTheCloudIsRefusedByTheLimit) {
+  EstimatorOptions options;
+  options.neighborhood = NeighborRadius{100.0};
+  options.max_neighbor_count = 1000;
+  WorkerPool pool(2);
+  const auto result = EstimateCurvature(Sphere(20'000, 1.0).ToCloud(), options, pool);
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_NE(result.status().message().find("1000"), std::string::npos) << result.status();
+}
+
+TEST(EstimationJobTest, CancelEndsTheJob) {
+  WorkerPool pool(1);
+  std::latch done(1);
+  absl::Status status;
+  EstimatorOptions options = WithEstimator(EstimatorKind::kUniform);
+  options.triangle_count = 10'000;  // minutes of work
+  const auto job = EstimationJob::Start(Sphere(200'000, 1.0).ToCloud(), options, pool, JobPriority::kBatch,
+                                        [&](absl::StatusOr<EstimationResult> result) {
+                                          status = result.status();
+                                          done.count_down();
+                                        });
+  job->Cancel();
+  done.wait();
+  EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
+}
+
+TEST(EstimationJobTest, CancelEndsTheJobWhileUmbrellasAreBuilt) {
+  WorkerPool pool(1);
+  std::latch started(1), done(2);
+  std::shared_ptr<EstimationJob> job;
+  // On the one thread blocks of both jobs take turns: this one comes after the first block of umbrellas.
+  pool.Submit(
+      JobPriority::kBatch, 10'000,
+      [&](size_t, int) {
+        started.wait();
+        if (job->progress().phase == JobPhase::kEstimating) job->Cancel();
+      },
+      [&] { done.count_down(); });
+  absl::Status status;
+  job = EstimationJob::Start(Sphere(50'000, 1.0).ToCloud(), WithEstimator(EstimatorKind::kDelaunay), pool,
+                             JobPriority::kBatch, [&](absl::StatusOr<EstimationResult> result) {
+                               status = result.status();
+                               done.count_down();
+                             });
+  started.count_down();
+  done.wait();
+  EXPECT_EQ(status, absl::CancelledError("cancelled while umbrellas were built"));
+  const JobProgress progress = job->progress();
+  EXPECT_GT(progress.index_seconds, 0.0);
+  EXPECT_GT(progress.estimate_seconds, 0.0);
+  EXPECT_EQ(job->progress().estimate_seconds, progress.estimate_seconds);  // its time has stopped
+}
+
+TEST(EstimationJobTest, AJobThatIsCancelledInTheQueueHasNoOtherPhase) {
+  WorkerPool pool(1);
+  std::latch cancelled(1), done(2);
+  pool.Submit(
+      JobPriority::kBatch, 1, [&](size_t, int) { cancelled.wait(); }, [&] { done.count_down(); });
+  const auto job = EstimationJob::Start(Sphere(100, 1.0).ToCloud(), EstimatorOptions(), pool, JobPriority::kBatch,
+                                        [&](const absl::StatusOr<EstimationResult>& result) {
+                                          EXPECT_TRUE(absl::IsCancelled(result.status()));
+                                          done.count_down();
+                                        });
+  job->Cancel();
+  cancelled.count_down();
+  done.wait();
+  EXPECT_GT(job->progress().queue_seconds, 0.0);
+  EXPECT_FALSE(job->progress().index_seconds.has_value());
+  EXPECT_FALSE(job->progress().estimate_seconds.has_value());
+}
+
+TEST(EstimationJobTest, ReportsTheUmbrellasAsPartOfTheEstimate) {
+  for (EstimatorKind estimator : kEstimators) {
+    const JobCost cost = MustEstimate(Sphere(20'000, 1.0).ToCloud(), WithEstimator(estimator)).cost;
+    EXPECT_EQ(cost.umbrella_seconds > 0.0, estimator == EstimatorKind::kDelaunay);
+    EXPECT_LT(cost.umbrella_seconds, cost.estimate_seconds);
+  }
+}
+
+TEST(EstimationJobTest, RejectsOptionsOutOfRange) {
+  EstimatorOptions options;
+  options.neighborhood = NeighborCount{3};
+  WorkerPool pool(1);
+  const auto result = EstimateCurvature(Sphere(100, 1.0).ToCloud(), options, pool);
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(EstimationJobTest, PeakStaysBelowThePromise) {
+  for (EstimatorKind estimator : {EstimatorKind::kAvgHexagram, EstimatorKind::kDelaunay}) {
+    const EstimationResult result = MustEstimate(Sphere(500'000, 1.0).ToCloud(), WithEstimator(estimator));
+    EXPECT_LE(result.cost.peak_bytes, 500'000 * EstimationBytesPerPoint(estimator));
+  }
+}
+
+}  // namespace
+}  // namespace curvd::testing

@@ -1,0 +1,62 @@
+#include "server/admission/admission.h"
+
+#include <gtest/gtest.h>
+
+#include "core/job/estimation_job.h"
+#include "server/call/reasons.h"
+#include "tests/server/status_matchers.h"
+
+namespace curvd {
+namespace {
+
+constexpr uint64_t kMiB = 1 << 20;
+constexpr EstimatorKind kHexagram = EstimatorKind::kAvgHexagram;
+
+void MustNotAnswer(const absl::Status& status) { FAIL() << "unexpected answer: " << status; }
+
+TEST(AdmissionTest, ReservesForEveryPointAndForMessagesInFlight) {
+  const Admission admission(1024 * kMiB, 4 * kMiB, 10);
+  const uint64_t million = admission.CallBytes(1'000'000, ScalarType::kFloat32, kHexagram, false);
+  EXPECT_GE(million, 1'000'000 * EstimationBytesPerPoint(kHexagram) + 4 * kMiB);
+  EXPECT_LE(million, 1'000'000 * EstimationBytesPerPoint(kHexagram) + 20 * kMiB);
+  EXPECT_LT(admission.SendingBytes(1'000'000), million);
+}
+
+TEST(AdmissionTest, ReservesForTheUmbrellasOfEveryPoint) {
+  const Admission admission(1024 * kMiB, 4 * kMiB, 10);
+  const uint64_t hexagram = admission.CallBytes(1'000'000, ScalarType::kFloat32, kHexagram, false);
+  const uint64_t delaunay = admission.CallBytes(1'000'000, ScalarType::kFloat32, EstimatorKind::kDelaunay, false);
+  EXPECT_EQ(delaunay - hexagram, 1'000'000 * sizeof(Umbrella));
+}
+
+TEST(AdmissionTest, ReservesLittleForLittleClouds) {
+  const Admission admission(1024 * kMiB, 4 * kMiB, 10);
+  EXPECT_LT(admission.CallBytes(1, ScalarType::kFloat64, kHexagram, false), 128u << 10);
+  EXPECT_GT(admission.CallBytes(1, ScalarType::kFloat64, kHexagram, true), 4 * kMiB) << "a large chunk may follow";
+}
+
+TEST(AdmissionTest, RefusesACloudThatCouldNeverFit) {
+  Admission admission(64 * kMiB, 4 * kMiB, 10);
+  EXPECT_TRUE(IsError(admission.Enter(10'000'000, ScalarType::kFloat32, kHexagram).status(),
+                      absl::StatusCode::kResourceExhausted, kReasonMemoryLimit,
+                      {"header.point_count", "10000000", absl::StrCat(56 * kMiB), "memory_limit"}));
+}
+
+TEST(AdmissionTest, SmallCallsDoNotWaitForLargeOnes) {
+  Admission admission(1024 * kMiB, 4 * kMiB, 10);
+  auto large = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram);
+  auto second = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram);
+  auto small = admission.Enter(10'000, ScalarType::kFloat32, kHexagram);
+  ASSERT_TRUE(large.ok() && second.ok() && small.ok());
+  const uint64_t bytes = admission.CallBytes(8'000'000, ScalarType::kFloat32, kHexagram, false);
+  EXPECT_TRUE(*(*large)->GrowTo(bytes, MustNotAnswer));
+  EXPECT_FALSE(*(*second)->GrowTo(bytes, [](const absl::Status&) {}));
+  EXPECT_EQ(admission.waiting(), 1u);
+  const uint64_t small_bytes = admission.CallBytes(10'000, ScalarType::kFloat32, kHexagram, false);
+  EXPECT_TRUE(*(*small)->GrowTo(small_bytes, MustNotAnswer));
+  EXPECT_EQ(admission.reserved(), bytes + small_bytes);
+  EXPECT_EQ(admission.limit(), 1024 * kMiB);
+}
+
+}  // namespace
+}  // namespace curvd

@@ -1,0 +1,219 @@
+#include "server/call/estimate_session.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "server/call/reasons.h"
+#include "tests/byte_buffers.h"
+#include "tests/server/status_matchers.h"
+
+namespace curvd {
+namespace {
+
+namespace v1 = curvature::v1;
+
+absl::Status Receive(EstimateSession& session, const v1::EstimateCurvatureRequest& request) {
+  grpc::ByteBuffer message = ToByteBuffer(request.SerializeAsString(), 7);
+  return session.Receive(message);
+}
+
+constexpr CallLimits kLimits = {100, 2400, 100, 1 << 30, 10};  // 2400 bytes: 100 points of float32
+constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+
+v1::EstimateCurvatureRequest Header(uint64_t point_count = 0) {
+  v1::EstimateCurvatureRequest message;
+  message.mutable_header()->set_point_count(point_count);
+  return message;
+}
+
+std::string Pack(const std::vector<float>& values) {
+  return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+}
+
+// `count` points on the x axis with normals along z.
+v1::EstimateCurvatureRequest Chunk(uint64_t first, size_t count) {
+  std::vector<float> positions, normals;
+  for (size_t i = 0; i < count; ++i) {
+    positions.insert(positions.end(), {static_cast<float>(first + i), 0.0f, 0.0f});
+    normals.insert(normals.end(), {0.0f, 0.0f, 1.0f});
+  }
+  v1::EstimateCurvatureRequest message;
+  message.mutable_chunk()->set_first_index(first);
+  message.mutable_chunk()->set_positions(Pack(positions));
+  message.mutable_chunk()->set_normals(Pack(normals));
+  return message;
+}
+
+TEST(EstimateSessionTest, CollectsChunksInOrder) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header(5)).ok());
+  ASSERT_TRUE(Receive(session, Chunk(0, 2)).ok());
+  ASSERT_TRUE(Receive(session, Chunk(2, 3)).ok());
+  EXPECT_EQ(session.points_received(), 5u);
+  ASSERT_TRUE(session.HalfClose().ok());
+  const Cloud cloud = session.TakeCloud();
+  ASSERT_EQ(cloud.size(), 5u);
+  EXPECT_EQ(cloud.position(4)[0], 4.0f);
+}
+
+TEST(EstimateSessionTest, AcceptsACloudWithoutPoints) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  ASSERT_TRUE(Receive(session, Chunk(0, 0)).ok());
+  ASSERT_TRUE(session.HalfClose().ok());
+  EXPECT_EQ(session.TakeCloud().size(), 0u);
+}
+
+TEST(EstimateSessionTest, RefusesAChunkBeforeTheHeader) {
+  EstimateSession session(kLimits);
+  EXPECT_TRUE(
+      IsError(Receive(session, Chunk(0, 1)), kInvalid, kReasonHeaderMissing, {"first message", "chunk", "header"}));
+}
+
+TEST(EstimateSessionTest, RefusesAStreamWithoutMessages) {
+  EstimateSession session(kLimits);
+  EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonHeaderMissing, {"header"}));
+}
+
+TEST(EstimateSessionTest, RefusesBytesThatAreNoMessage) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  grpc::ByteBuffer message = ToByteBuffer(std::string(77, '\xff'));
+  EXPECT_TRUE(IsError(session.Receive(message), kInvalid, kReasonMessageMalformed, {"message", "77 bytes"}));
+  EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonMessageMalformed, {"77 bytes"}));
+}
+
+TEST(EstimateSessionTest, TakesAChunkAsNobodyWritesIt) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  // Its field twice, with what nobody knows at the end: protobuf merges the one and skips the other.
+  v1::EstimateCurvatureRequest index_only;
+  index_only.mutable_chunk()->set_first_index(9);
+  grpc::ByteBuffer message = ToByteBuffer(index_only.SerializeAsString() + Chunk(0, 3).SerializeAsString() +
+                                          std::string("\x12\x02\x08\x00\x78\x01", 6));
+  const absl::Status status = session.Receive(message);
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_EQ(session.points_received(), 3u);
+}
+
+TEST(EstimateSessionTest, RefusesASecondHeader) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  EXPECT_TRUE(IsError(Receive(session, Header()), kInvalid, kReasonHeaderRepeated, {"second header", "chunk"}));
+}
+
+TEST(EstimateSessionTest, RefusesAnEmptyMessage) {
+  EstimateSession session(kLimits);
+  EXPECT_TRUE(IsError(Receive(session, {}), kInvalid, kReasonMessageEmpty, {"empty", "header or a chunk"}));
+}
+
+TEST(EstimateSessionTest, RefusesGapsRepeatsAndDisorder) {
+  for (const uint64_t first : {0, 1, 3, 1000}) {
+    EstimateSession session(kLimits);
+    ASSERT_TRUE(Receive(session, Header()).ok());
+    ASSERT_TRUE(Receive(session, Chunk(0, 2)).ok());
+    EXPECT_TRUE(IsError(Receive(session, Chunk(first, 1)), kInvalid, kReasonChunkOutOfOrder,
+                        {"chunk.first_index", absl::StrCat(first), "must be 2"}));
+  }
+}
+
+TEST(EstimateSessionTest, RefusesLengthsThatAreNoPoints) {
+  for (const size_t bytes : {1, 11, 13, 23}) {
+    EstimateSession session(kLimits);
+    ASSERT_TRUE(Receive(session, Header()).ok());
+    v1::EstimateCurvatureRequest message = Chunk(0, 2);
+    message.mutable_chunk()->mutable_positions()->resize(bytes);
+    EXPECT_TRUE(IsError(Receive(session, message), kInvalid, kReasonChunkLength,
+                        {"chunk.positions", absl::StrCat(bytes, " bytes"), "multiple of 12"}));
+  }
+}
+
+TEST(EstimateSessionTest, MeasuresFloat64ByItsOwnSize) {
+  EstimateSession session(kLimits);
+  v1::EstimateCurvatureRequest header = Header();
+  header.mutable_header()->set_scalar_type(v1::SCALAR_TYPE_FLOAT64);
+  ASSERT_TRUE(Receive(session, header).ok());
+  EXPECT_TRUE(
+      IsError(Receive(session, Chunk(0, 1)), kInvalid, kReasonChunkLength, {"12 bytes", "multiple of 24", "float64"}));
+}
+
+TEST(EstimateSessionTest, RefusesAPointWithoutNormal) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  v1::EstimateCurvatureRequest message = Chunk(0, 2);
+  message.mutable_chunk()->mutable_normals()->resize(12);
+  EXPECT_TRUE(
+      IsError(Receive(session, message), kInvalid, kReasonChunkLength, {"chunk.normals", "12 bytes", "24 bytes"}));
+}
+
+TEST(EstimateSessionTest, RefusesChunksOverTheByteLimit) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  EXPECT_TRUE(IsError(Receive(session, Chunk(0, 101)), absl::StatusCode::kResourceExhausted, kReasonChunkTooLarge,
+                      {"chunk.positions", "2424 bytes", "2400", "max_chunk_bytes"}));
+}
+
+TEST(EstimateSessionTest, RefusesMorePointsThanDeclared) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header(3)).ok());
+  EXPECT_TRUE(
+      IsError(Receive(session, Chunk(0, 4)), kInvalid, kReasonPointCountMismatch, {"4", "3", "header.point_count"}));
+}
+
+TEST(EstimateSessionTest, RefusesFewerPointsThanDeclared) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header(3)).ok());
+  ASSERT_TRUE(Receive(session, Chunk(0, 2)).ok());
+  EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonPointCountMismatch, {"2", "3", "header.point_count"}));
+}
+
+TEST(EstimateSessionTest, BoundsCloudsOfUnknownSize) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  ASSERT_TRUE(Receive(session, Chunk(0, 100)).ok());
+  EXPECT_TRUE(IsError(Receive(session, Chunk(100, 1)), absl::StatusCode::kResourceExhausted, kReasonTooManyPoints,
+                      {"101", "100", "max_points"}));
+}
+
+TEST(EstimateSessionTest, RefusesAnInvalidPointByItsIndex) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  ASSERT_TRUE(Receive(session, Chunk(0, 7)).ok());
+  v1::EstimateCurvatureRequest message = Chunk(7, 2);
+  message.mutable_chunk()->set_positions(Pack({7, 0, 0, 8, std::nanf(""), 0}));
+  EXPECT_TRUE(IsError(Receive(session, message), kInvalid, kReasonInvalidPoint, {"8", "nan"}));
+}
+
+TEST(EstimateSessionTest, SkipsInvalidPointsOnRequest) {
+  EstimateSession session(kLimits);
+  v1::EstimateCurvatureRequest header = Header();
+  header.mutable_header()->set_invalid_point_policy(v1::INVALID_POINT_POLICY_SKIP);
+  ASSERT_TRUE(Receive(session, header).ok());
+  v1::EstimateCurvatureRequest message = Chunk(0, 2);
+  message.mutable_chunk()->set_normals(Pack({0, 0, 0, 0, 0, 1}));
+  ASSERT_TRUE(Receive(session, message).ok());
+  ASSERT_TRUE(session.HalfClose().ok());
+  EXPECT_EQ(session.TakeCloud().invalid_count(), 1u);
+}
+
+TEST(EstimateSessionTest, CountsNormalsThatWereRescaled) {
+  EstimateSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  v1::EstimateCurvatureRequest message = Chunk(0, 2);
+  message.mutable_chunk()->set_normals(Pack({0, 0, 2, 0, 0, 1}));
+  ASSERT_TRUE(Receive(session, message).ok());
+  EXPECT_EQ(session.normals_rescaled(), 1u);
+}
+
+TEST(EstimateSessionTest, StaysFailed) {
+  EstimateSession session(kLimits);
+  const absl::Status first = Receive(session, Chunk(0, 1));
+  EXPECT_EQ(Receive(session, Header()), first);
+  EXPECT_EQ(session.HalfClose(), first);
+}
+
+}  // namespace
+}  // namespace curvd
