@@ -1,0 +1,76 @@
+#!/usr/bin/python3
+"""Runs the benchmarks of two builds in turns, and tells by how much each figure differs.
+
+  bench/compare_builds.py OLD_BUILD NEW_BUILD [--turns=N] [--programs=estimator,scaling] [-- FLAGS OF THE PROGRAMS]
+
+A build is the folder of `cmake --preset bench`. In each turn each program runs once from either build, the older first
+in every other turn, with one round unless FLAGS say otherwise. A row tells the median over the turns of NEW / OLD for
+one figure of one row of a table, so that what the machine does in the meantime hits both alike. It is marked where it
+is farther from 1 than --within. Exits with 1 if a row of curvd's own is.
+"""
+
+import argparse
+import csv
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+
+def figures(build, program, flags):
+    """Runs a program; returns the numbers in its tables by (table, row, column), in words."""
+    with tempfile.TemporaryDirectory() as out:
+        subprocess.run([build / "bin" / f"{program}_bench", f"--out={out}", *flags], check=True,
+                       stdout=subprocess.DEVNULL)  # fmt: skip
+        found = {}
+        for path in sorted(pathlib.Path(out).glob("*.csv")):
+            if path.stem.startswith("targets"):
+                continue
+            rows = list(csv.reader(path.open(encoding="utf-8")))
+            for row in rows[1:]:
+                words = [cell for name, cell in zip(rows[0], row) if not is_figure(name)]
+                for name, cell in zip(rows[0], row):
+                    if is_figure(name):
+                        found[path.stem, " ".join(words), name] = float(cell.rstrip("x%"))
+        return found
+
+
+def is_figure(column):
+    """Whether a column holds what was measured, and no name or size of what was."""
+    return any(unit in column for unit in ("us/point", "us a point", "ms", "seconds", "MB", "bytes"))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("old", type=pathlib.Path)
+    parser.add_argument("new", type=pathlib.Path)
+    parser.add_argument("--turns", type=int, default=7)
+    parser.add_argument("--programs", default="core,estimator,scaling,service")
+    parser.add_argument("--within", type=float, default=0.02, help="of 1; rows farther away are marked [0.02]")
+    parser.add_argument("flags", nargs="*", help="of the programs, behind --")
+    arguments = parser.parse_args()
+    flags = arguments.flags if any("--rounds" in flag for flag in arguments.flags) else [*arguments.flags, "--rounds=1"]
+    ratios = {}
+    for turn in range(arguments.turns):
+        for program in arguments.programs.split(","):
+            builds = [arguments.old, arguments.new]
+            measured = {build: figures(build, program, flags) for build in (builds if turn % 2 == 0 else builds[::-1])}
+            for key, old in measured[arguments.old].items():
+                new = measured[arguments.new].get(key)
+                if new is not None and old > 0:
+                    ratios.setdefault(key, []).append(new / old)
+        print(f"turn {turn + 1} of {arguments.turns}", file=sys.stderr, flush=True)
+    far = 0
+    for (table, row, column), values in ratios.items():
+        median = statistics.median(values)
+        mark = ""
+        if abs(median - 1) > arguments.within:
+            mark, far = "  <-", far + 1
+        print(f"{median:6.3f}  [{min(values):.3f}, {max(values):.3f}]  {table}: {row}: {column}{mark}")
+    print(f"{len(ratios)} figures, {far} farther than {arguments.within:g} from 1")
+    return 1 if far else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
