@@ -13,9 +13,9 @@
 #include "core/job/field_arrays.h"
 #include "core/job/worker_pool.h"
 #include "curvature/v1/curvature.grpc.pb.h"
-#include "server/call/call_options.h"
-#include "server/call/call_summary.h"
+#include "server/call/header_options.h"
 #include "server/call/result_encoder.h"
+#include "server/call/summary_message.h"
 #include "server/host/freed_memory.h"
 
 namespace curvd::bench {

@@ -3,11 +3,11 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
 #include "server/host/memory_limit.h"
 #include "server/host/processor_limit.h"
 #include "server/net/listen_address.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
 
 namespace curvd {
 namespace {

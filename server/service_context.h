@@ -6,12 +6,12 @@
 #include "server/access/access_control.h"
 #include "server/admission/admission.h"
 #include "server/admission/stream_gate.h"
-#include "server/call/call_limits.h"
-#include "server/call/request_ids.h"
+#include "server/call/request_limits.h"
 #include "server/observe/security_metrics.h"
 #include "server/observe/server_log.h"
 #include "server/observe/server_metrics.h"
 #include "server/observe/stranger_log.h"
+#include "server/rpc/request_ids.h"
 #include "server/server_options.h"
 
 namespace curvd {

@@ -5,9 +5,9 @@
 #include "absl/strings/str_cat.h"
 #include "core/estimators/curvature_field.h"
 #include "core/job/estimation_job.h"
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
 #include "server/call/result_encoder.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
 
 namespace curvd {
 namespace {

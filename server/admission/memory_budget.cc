@@ -5,8 +5,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
 
 namespace curvd {
 namespace {

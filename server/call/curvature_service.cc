@@ -4,10 +4,10 @@
 
 #include "core/base/cpu_kind.h"
 #include "server/access/call_credentials.h"
-#include "server/call/call_options.h"
 #include "server/call/estimate_stream.h"
-#include "server/call/rpc_status.h"
+#include "server/call/header_options.h"
 #include "server/host/version.h"
+#include "server/rpc/grpc_status.h"
 
 namespace curvd {
 

@@ -6,7 +6,7 @@
 
 #include "absl/time/time.h"
 #include "server/access/call_credentials.h"
-#include "server/call/call_errors.h"
+#include "server/call/job_errors.h"
 
 namespace curvd {
 namespace {

@@ -18,8 +18,8 @@
 #include "curvature/v1/curvature.pb.h"
 #include "server/admission/memory_budget.h"
 #include "server/admission/stream_gate.h"
-#include "server/call/call_record.h"
-#include "server/call/estimate_session.h"
+#include "server/call/request_session.h"
+#include "server/rpc/call_record.h"
 #include "server/service_context.h"
 
 namespace curvd {

@@ -1,8 +1,8 @@
 // The reading chain of EstimateStream: from the header to the job.
 #include <utility>
 
-#include "server/call/call_errors.h"
 #include "server/call/estimate_stream.h"
+#include "server/call/job_errors.h"
 
 namespace curvd {
 namespace {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/call/call_summary.h"
 #include "server/call/estimate_stream.h"
 #include "server/call/result_encoder.h"
-#include "server/call/rpc_status.h"
+#include "server/call/summary_message.h"
+#include "server/rpc/grpc_status.h"
 
 namespace curvd {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "core/estimators/curvature_field.h"
 #include "grpcpp/support/slice.h"
-#include "server/call/call_options.h"
+#include "server/call/header_options.h"
 
 namespace curvd {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "server/call/error_detail.h"
-#include "server/call/rpc_status.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/grpc_status.h"
 
 namespace curvd {
 namespace {

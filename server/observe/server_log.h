@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "server/call/call_record.h"
 #include "server/observe/json_line.h"
+#include "server/rpc/call_record.h"
 
 namespace curvd {
 

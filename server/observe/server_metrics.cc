@@ -13,12 +13,12 @@
 #include <utility>
 
 #include "core/base/cpu_kind.h"
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
-#include "server/call/rpc_status.h"
 #include "server/host/version.h"
 #include "server/observe/process_metrics.h"
 #include "server/observe/scraped_families.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
+#include "server/rpc/grpc_status.h"
 
 namespace curvd {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "server/call/call_record.h"
+#include "server/rpc/call_record.h"
 
 namespace prometheus {
 class Collectable;

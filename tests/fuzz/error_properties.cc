@@ -5,9 +5,9 @@
 
 #include "client/curvature_client.h"
 #include "client/rpc_error.h"
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
-#include "server/call/rpc_status.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
+#include "server/rpc/grpc_status.h"
 #include "tests/fuzz/require.h"
 
 namespace fuzz {

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "curvature/v1/curvature.pb.h"
-#include "server/call/call_options.h"
+#include "server/call/header_options.h"
 #include "server/server_options.h"
 #include "tests/fuzz/error_properties.h"
 #include "tests/fuzz/require.h"

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "curvature/v1/curvature.pb.h"
-#include "server/call/estimate_session.h"
+#include "server/call/request_session.h"
 #include "tests/byte_buffers.h"
 #include "tests/fuzz/error_properties.h"
 #include "tests/fuzz/input.h"

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/call/reasons.h"
+#include "server/rpc/error_reasons.h"
 #include "tests/integration/clouds.h"
 #include "tests/integration/test_call.h"
 #include "tests/integration/test_server.h"

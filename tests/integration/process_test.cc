@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "server/call/reasons.h"
+#include "server/rpc/error_reasons.h"
 #include "tests/integration/clouds.h"
 #include "tests/integration/test_call.h"
 #include "tests/integration/test_server.h"

@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "proto/access_list.h"
-#include "server/call/reasons.h"
+#include "server/rpc/error_reasons.h"
 #include "tests/integration/clouds.h"
 #include "tests/integration/raw_connections.h"
 #include "tests/integration/raw_messages.h"

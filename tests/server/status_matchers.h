@@ -8,7 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "server/call/error_detail.h"
+#include "server/rpc/error_detail.h"
 
 namespace curvd {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "server/call/reasons.h"
+#include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
 namespace curvd {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/job/estimation_job.h"
-#include "server/call/reasons.h"
+#include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
 namespace curvd {

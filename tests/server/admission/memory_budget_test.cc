@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/call/reasons.h"
+#include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
 namespace curvd {

@@ -7,7 +7,7 @@
 #include <thread>
 #include <utility>
 
-#include "server/call/reasons.h"
+#include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
 namespace curvd {

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
 
 namespace curvd {
 namespace {

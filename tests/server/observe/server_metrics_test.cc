@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <string>
 
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
 
 namespace curvd {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "curvature/v1/curvature.pb.h"
-#include "server/call/call_record.h"
+#include "server/rpc/call_record.h"
 
 namespace curvd {
 

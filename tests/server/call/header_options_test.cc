@@ -1,4 +1,4 @@
-#include "server/call/call_options.h"
+#include "server/call/header_options.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "server/call/reasons.h"
+#include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
 namespace curvd {

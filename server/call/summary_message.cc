@@ -1,4 +1,4 @@
-#include "server/call/call_summary.h"
+#include "server/call/summary_message.h"
 
 namespace curvd {
 

@@ -1,4 +1,4 @@
-#include "server/call/call_options.h"
+#include "server/call/header_options.h"
 
 #include <array>
 #include <cmath>
@@ -6,9 +6,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
 #include "server/call/wire_estimators.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
 
 namespace curvd {
 namespace {

@@ -9,8 +9,8 @@
 #include "curvature/v1/curvature.pb.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "proto/bulk_message.h"
-#include "server/call/call_limits.h"
-#include "server/call/call_options.h"
+#include "server/call/header_options.h"
+#include "server/call/request_limits.h"
 
 namespace curvd {
 

@@ -10,7 +10,7 @@
 #include "core/estimators/options.h"
 #include "core/job/worker_pool.h"
 #include "curvature/v1/curvature.pb.h"
-#include "server/call/call_limits.h"
+#include "server/call/request_limits.h"
 
 namespace curvd {
 

@@ -1,4 +1,4 @@
-#include "server/call/request_ids.h"
+#include "server/rpc/request_ids.h"
 
 #include <cstdint>
 

@@ -1,9 +1,9 @@
-#include "server/call/rpc_status.h"
+#include "server/rpc/grpc_status.h"
 
 #include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
 #include "google/rpc/status.pb.h"
-#include "server/call/error_detail.h"
+#include "server/rpc/error_detail.h"
 
 namespace curvd {
 

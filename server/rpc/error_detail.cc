@@ -1,4 +1,4 @@
-#include "server/call/error_detail.h"
+#include "server/rpc/error_detail.h"
 
 #include <utility>
 

@@ -1,10 +1,10 @@
-#include "server/call/rpc_status.h"
+#include "server/rpc/grpc_status.h"
 
 #include <gtest/gtest.h>
 
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
-#include "server/call/error_detail.h"
+#include "server/rpc/error_detail.h"
 
 namespace curvd {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/call/append_pieces.h"
+#include "server/call/append_chunk.h"
 
 #include <algorithm>
 #include <array>

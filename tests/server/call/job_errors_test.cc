@@ -1,8 +1,8 @@
-#include "server/call/call_errors.h"
+#include "server/call/job_errors.h"
 
 #include <gtest/gtest.h>
 
-#include "server/call/reasons.h"
+#include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
 namespace curvd {

@@ -1,4 +1,4 @@
-#include "server/call/estimate_session.h"
+#include "server/call/request_session.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/call/reasons.h"
+#include "server/rpc/error_reasons.h"
 #include "tests/byte_buffers.h"
 #include "tests/server/status_matchers.h"
 

@@ -1,11 +1,11 @@
-#include "server/call/call_errors.h"
+#include "server/call/job_errors.h"
 
 #include <utility>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
 
 namespace curvd {
 

@@ -1,4 +1,4 @@
-#include "server/call/estimate_session.h"
+#include "server/call/request_session.h"
 
 #include <string>
 #include <utility>
@@ -6,9 +6,9 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
-#include "server/call/append_pieces.h"
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
+#include "server/call/append_chunk.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
 
 namespace curvd {
 namespace {

@@ -12,7 +12,7 @@ namespace curvd {
 inline constexpr char kErrorDomain[] = "curvd";
 
 struct ErrorDetail {
-  std::string reason;  // one of server/call/reasons.h
+  std::string reason;  // one of server/rpc/error_reasons.h
   std::string field;   // what is wrong, as a path in the request ("header.point_count") or the name of a limit
   std::string value;   // what it is
   std::string limit;   // what it must be, as a phrase after "must be": "at least 4"
