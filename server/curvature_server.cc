@@ -15,7 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/access/credential_files.h"
 #include "server/call/curvature_service.h"
-#include "server/call/job_errors.h"
+#include "server/rpc/ending_errors.h"
 #include "server/host/descriptor_limit.h"
 #include "server/host/freed_memory.h"
 #include "server/host/ticker.h"

@@ -6,11 +6,12 @@
 
 namespace curvd {
 
-// EstimateCurvature takes and gives messages as bytes, see EstimateStream.
+// EstimateCurvature takes and gives messages as bytes, see BidiStream.
 using CurvatureServiceBase = curvature::v1::CurvatureService::WithRawCallbackMethod_EstimateCurvature<
     curvature::v1::CurvatureService::WithCallbackMethod_GetServerInfo<curvature::v1::CurvatureService::Service>>;
 
-// Thread-safe.
+// Each RPC is one function here: GrpcBidiReactor serves a stream, AnswerUnary an RPC of one message each way, and both
+// find out who calls, and count and log the call. Thread-safe.
 class CurvatureService final : public CurvatureServiceBase {
  public:
   // `context` must outlive the service and its calls.
@@ -24,9 +25,7 @@ class CurvatureService final : public CurvatureServiceBase {
                                           curvature::v1::GetServerInfoResponse* response) override;
 
  private:
-  void FillServerInfo(const Caller& caller, curvature::v1::GetServerInfoResponse* response) const;
-  // Logs and counts a call that was not let in. Returns what its caller gets.
-  grpc::Status Refuse(const grpc::CallbackServerContext& call, const absl::Status& status);
+  void FillServerInfo(const Caller& caller, curvature::v1::GetServerInfoResponse& response) const;
 
   ServiceContext& context_;
 };

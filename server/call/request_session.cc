@@ -40,12 +40,12 @@ absl::Status ExplainAppend(absl::Status status) {
 
 }  // namespace
 
-absl::Status EstimateSession::Keep(absl::Status status) {
+absl::Status RequestSession::Keep(absl::Status status) {
   failure_ = status;
   return status;
 }
 
-absl::Status EstimateSession::Receive(grpc::ByteBuffer& message) {
+absl::Status RequestSession::Receive(grpc::ByteBuffer& message) {
   if (!failure_.ok()) return failure_;
   wire::BulkMessage chunk;
   if (wire::ReadBulkMessage(message, v1::EstimateCurvatureRequest::kChunkFieldNumber, kPointChunk, chunk)) {
@@ -62,7 +62,7 @@ absl::Status EstimateSession::Receive(grpc::ByteBuffer& message) {
                       "a curvature.v1.EstimateCurvatureRequest in protobuf's wire format"));
 }
 
-absl::Status EstimateSession::ReceiveRequest(const v1::EstimateCurvatureRequest& request) {
+absl::Status RequestSession::ReceiveRequest(const v1::EstimateCurvatureRequest& request) {
   switch (request.message_case()) {
     case v1::EstimateCurvatureRequest::kHeader:
       return ReceiveHeader(request.header());
@@ -74,7 +74,7 @@ absl::Status EstimateSession::ReceiveRequest(const v1::EstimateCurvatureRequest&
   return Invalid(kReasonMessageEmpty, "message", "empty", "a header or a chunk");
 }
 
-absl::Status EstimateSession::ReceiveHeader(const v1::CloudHeader& header) {
+absl::Status RequestSession::ReceiveHeader(const v1::CloudHeader& header) {
   if (has_header()) {
     return Invalid(kReasonHeaderRepeated, "message", "a second header", "a chunk: only the first message is a header");
   }
@@ -86,8 +86,8 @@ absl::Status EstimateSession::ReceiveHeader(const v1::CloudHeader& header) {
   return absl::OkStatus();
 }
 
-absl::Status EstimateSession::ReceiveChunk(uint64_t first_index, const wire::Pieces& positions,
-                                           const wire::Pieces& normals) {
+absl::Status RequestSession::ReceiveChunk(uint64_t first_index, const wire::Pieces& positions,
+                                          const wire::Pieces& normals) {
   if (!has_header()) return Invalid(kReasonHeaderMissing, "first message", "a chunk", "a header");
   if (first_index != points_received_) {
     return Invalid(kReasonChunkOutOfOrder, "chunk.first_index", absl::StrCat(first_index),
@@ -103,7 +103,7 @@ absl::Status EstimateSession::ReceiveChunk(uint64_t first_index, const wire::Pie
   return absl::OkStatus();
 }
 
-absl::StatusOr<uint64_t> EstimateSession::CheckLengths(size_t positions, size_t normals) const {
+absl::StatusOr<uint64_t> RequestSession::CheckLengths(size_t positions, size_t normals) const {
   const uint64_t bytes = uint64_t{positions} + normals;
   if (bytes > limits_.max_chunk_bytes) {
     return OverLimit(kReasonChunkTooLarge, "chunk.positions and chunk.normals together", absl::StrCat(bytes, " bytes"),
@@ -122,7 +122,7 @@ absl::StatusOr<uint64_t> EstimateSession::CheckLengths(size_t positions, size_t 
   return positions / point_bytes();
 }
 
-absl::Status EstimateSession::CheckTotal(uint64_t total) const {
+absl::Status RequestSession::CheckTotal(uint64_t total) const {
   if (options_->point_count != 0 && total > options_->point_count) {
     return Invalid(kReasonPointCountMismatch, "number of points sent", absl::StrCat(total, " with this chunk"),
                    absl::StrCat(options_->point_count, " (header.point_count)"));
@@ -134,7 +134,7 @@ absl::Status EstimateSession::CheckTotal(uint64_t total) const {
   return absl::OkStatus();
 }
 
-absl::Status EstimateSession::HalfClose() {
+absl::Status RequestSession::HalfClose() {
   if (!failure_.ok()) return failure_;
   if (!has_header()) return Keep(Invalid(kReasonHeaderMissing, "stream", "without a message", "a header, then chunks"));
   if (options_->point_count != 0 && points_received_ != options_->point_count) {

@@ -16,9 +16,9 @@ namespace curvd {
 
 // One header, then chunks in order, then half-close. Every error carries an ErrorDetail and is final: later calls
 // return it again. Not thread-safe.
-class EstimateSession {
+class RequestSession {
  public:
-  explicit EstimateSession(const CallLimits& limits) : limits_(limits) {}
+  explicit RequestSession(const CallLimits& limits) : limits_(limits) {}
 
   // Takes the next message; what remains in `message` is undefined. A chunk's points are in the cloud when this
   // returns, copied from where gRPC received them. Errors:

@@ -70,6 +70,7 @@ uint64_t ServerLog::lines_lost() const { return writer_->thread->overrun_counter
 JsonLine CallLine(const CallRecord& record) {
   JsonLine line;
   line.Add("request_id", record.request_id)
+      .Add("method", NamesOf(record.method).name)
       .Add("tag", record.request_tag)
       .Add("peer", record.peer)
       .Add("caller", record.caller)

@@ -116,6 +116,7 @@ struct ServerMetrics::Families {
   explicit Families(std::function<ServerGauges()> read_gauges)
       : collectables{registry, std::make_shared<StateReader>(std::move(read_gauges)),
                      std::make_shared<ProcessMetrics>()} {
+    for (const RpcMethodNames& names : kRpcMethods) methods.emplace_back(*registry, names.type, names.name);
     auto& points_family = Counters(*registry, "curvd_points_total", "Points estimated, by status.");
     for (int status = 1; status < kPointStatusEnd; ++status) {
       points[status] = &points_family.Add({{"status", PointStatusName(static_cast<PointStatus>(status))}});
@@ -135,8 +136,7 @@ struct ServerMetrics::Families {
 
   std::shared_ptr<Registry> registry = std::make_shared<Registry>(Registry::InsertBehavior::Merge);
   std::vector<std::shared_ptr<prometheus::Collectable>> collectables;
-  std::array<MethodMetrics, 2> methods = {MethodMetrics(*registry, "bidi_stream", "EstimateCurvature"),
-                                          MethodMetrics(*registry, "unary", "GetServerInfo")};
+  std::vector<MethodMetrics> methods;  // by RpcMethod
   Counter& received_bytes =
       Counters(*registry, "curvd_received_bytes_total", "Bytes of messages received, before HTTP/2 framing.").Add({});
   Counter& sent_bytes =
@@ -188,6 +188,7 @@ void ServerMetrics::CountCall(const CallRecord& record) {
     (found == families_->failures.end() ? families_->failures[kReasonInternal] : found->second)->Increment();
     return;
   }
+  if (record.method != RpcMethod::kEstimateCurvature) return;
   families_->cloud_points.Observe(static_cast<double>(record.points_received));
 }
 

@@ -9,14 +9,13 @@
 
 #include "absl/status/status.h"
 #include "server/rpc/call_record.h"
+#include "server/rpc/rpc_method.h"
 
 namespace prometheus {
 class Collectable;
 }  // namespace prometheus
 
 namespace curvd {
-
-enum class RpcMethod { kEstimateCurvature, kGetServerInfo };
 
 // The state of the server at the moment of a scrape.
 struct ServerGauges {
@@ -45,7 +44,7 @@ class ServerMetrics {
   void CountReceived(RpcMethod method, uint64_t bytes);
   void CountSent(RpcMethod method, uint64_t bytes);
   void CountHandled(RpcMethod method, absl::StatusCode code, double seconds);
-  // The rest of what an EstimateCurvature call's record tells: points, phases and the reason of a failure.
+  // The rest of what the record of an RPC tells: the reason of a failure, and of an EstimateCurvature points and phases.
   void CountCall(const CallRecord& record);
 
   // What to register with an exposer.

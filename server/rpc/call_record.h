@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "core/estimators/curvature_field.h"
+#include "server/rpc/rpc_method.h"
 
 namespace curvd {
 
@@ -22,6 +23,7 @@ struct PhaseTimes {
 };
 
 struct CallRecord {
+  RpcMethod method = RpcMethod::kEstimateCurvature;
   std::string request_id;
   std::string peer;
   std::string caller;  // who was let in; empty if nobody was
@@ -30,9 +32,7 @@ struct CallRecord {
   uint64_t points_received = 0;
   std::array<uint64_t, kPointStatusEnd> status_counts{};  // of a call that was estimated
   uint64_t normals_rescaled = 0;
-  uint64_t messages_received = 0;
   uint64_t bytes_received = 0;
-  uint64_t messages_sent = 0;
   uint64_t bytes_sent = 0;
   uint64_t peak_bytes = 0;
   double total_seconds = 0.0;

@@ -17,13 +17,13 @@ namespace {
 
 namespace v1 = curvature::v1;
 using curvd::Cloud;
-using curvd::EstimateSession;
+using curvd::RequestSession;
 
 constexpr curvd::CallLimits kLimits = {500, 4096, 100, 1 << 30, 10};
 constexpr size_t kMaxChunkPoints = 32;
 
 // A chunk whose index is right; its arrays are as long as the input allows.
-v1::PointChunk NextChunk(const EstimateSession& session, fuzz::Input& input) {
+v1::PointChunk NextChunk(const RequestSession& session, fuzz::Input& input) {
   const bool is_double = session.has_header() && session.options().scalar_type == curvd::ScalarType::kFloat64;
   const size_t bytes = input.Byte() % kMaxChunkPoints * (is_double ? 24 : 12);
   v1::PointChunk chunk;
@@ -34,7 +34,7 @@ v1::PointChunk NextChunk(const EstimateSession& session, fuzz::Input& input) {
 }
 
 // The next message as it comes over the wire; nothing at the half-close.
-std::optional<std::string> NextMessage(const EstimateSession& session, fuzz::Input& input) {
+std::optional<std::string> NextMessage(const RequestSession& session, fuzz::Input& input) {
   v1::EstimateCurvatureRequest message;
   switch (input.Byte() % 4) {
     case 0:
@@ -56,7 +56,7 @@ std::optional<std::string> NextMessage(const EstimateSession& session, fuzz::Inp
 }
 
 // Gives the session its next message, in pieces; nothing at the half-close.
-std::optional<absl::Status> NextStep(EstimateSession& session, fuzz::Input& input) {
+std::optional<absl::Status> NextStep(RequestSession& session, fuzz::Input& input) {
   const std::optional<std::string> bytes = NextMessage(session, input);
   if (!bytes) return std::nullopt;
   constexpr size_t kPieceBytes = 37;
@@ -77,7 +77,7 @@ void CheckPoint(const Cloud& cloud, size_t i, size_t& invalid) {
   fuzz::Require(std::abs(length2 - 1.0) < 1e-6, "the normals of valid points have unit length, to float rounding");
 }
 
-void CheckCloud(const EstimateSession& session, const Cloud& cloud) {
+void CheckCloud(const RequestSession& session, const Cloud& cloud) {
   fuzz::Require(cloud.size() == session.points_received(), "the cloud holds the points that were received");
   const uint64_t declared = session.options().point_count;
   fuzz::Require(declared == 0 || cloud.size() == declared, "the cloud holds the points that were declared");
@@ -92,7 +92,7 @@ void CheckCloud(const EstimateSession& session, const Cloud& cloud) {
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   fuzz::Input input(bytes, size);
-  EstimateSession session(kLimits);
+  RequestSession session(kLimits);
   absl::Status status;
   while (!input.empty()) {
     const std::optional<absl::Status> received = NextStep(session, input);

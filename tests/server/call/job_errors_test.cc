@@ -20,22 +20,5 @@ TEST(ExplainJobErrorTest, AnythingElseIsADefect) {
                       kReasonInternal, {"nobody asked"}));
 }
 
-TEST(CallerGoneTest, TellsADeadlineFromACancel) {
-  EXPECT_TRUE(IsError(CallerGone(true), absl::StatusCode::kDeadlineExceeded, kReasonDeadlineExceeded, {"deadline"}));
-  EXPECT_TRUE(IsError(CallerGone(false), absl::StatusCode::kCancelled, kReasonCancelled, {"cancelled"}));
-}
-
-TEST(CallerStallsTest, NamesTheLimit) {
-  EXPECT_TRUE(IsError(CallerStalls(true, absl::Seconds(5)), absl::StatusCode::kDeadlineExceeded, kReasonStalled,
-                      {"room to send", "5s", "stall_timeout"}));
-  EXPECT_TRUE(IsError(CallerStalls(false, absl::Seconds(5)), absl::StatusCode::kDeadlineExceeded, kReasonStalled,
-                      {"message", "5s", "stall_timeout"}));
-}
-
-TEST(DrainTimedOutTest, SaysSo) {
-  EXPECT_TRUE(IsError(DrainTimedOut(absl::Seconds(5)), absl::StatusCode::kUnavailable, kReasonDrainTimeout,
-                      {"draining", "5s", "drain_timeout", "another replica"}));
-}
-
 }  // namespace
 }  // namespace curvd

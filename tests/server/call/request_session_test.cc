@@ -15,7 +15,7 @@ namespace {
 
 namespace v1 = curvature::v1;
 
-absl::Status Receive(EstimateSession& session, const v1::EstimateCurvatureRequest& request) {
+absl::Status Receive(RequestSession& session, const v1::EstimateCurvatureRequest& request) {
   grpc::ByteBuffer message = ToByteBuffer(request.SerializeAsString(), 7);
   return session.Receive(message);
 }
@@ -47,8 +47,8 @@ v1::EstimateCurvatureRequest Chunk(uint64_t first, size_t count) {
   return message;
 }
 
-TEST(EstimateSessionTest, CollectsChunksInOrder) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, CollectsChunksInOrder) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header(5)).ok());
   ASSERT_TRUE(Receive(session, Chunk(0, 2)).ok());
   ASSERT_TRUE(Receive(session, Chunk(2, 3)).ok());
@@ -59,35 +59,35 @@ TEST(EstimateSessionTest, CollectsChunksInOrder) {
   EXPECT_EQ(cloud.position(4)[0], 4.0f);
 }
 
-TEST(EstimateSessionTest, AcceptsACloudWithoutPoints) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, AcceptsACloudWithoutPoints) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());
   ASSERT_TRUE(Receive(session, Chunk(0, 0)).ok());
   ASSERT_TRUE(session.HalfClose().ok());
   EXPECT_EQ(session.TakeCloud().size(), 0u);
 }
 
-TEST(EstimateSessionTest, RefusesAChunkBeforeTheHeader) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, RefusesAChunkBeforeTheHeader) {
+  RequestSession session(kLimits);
   EXPECT_TRUE(
       IsError(Receive(session, Chunk(0, 1)), kInvalid, kReasonHeaderMissing, {"first message", "chunk", "header"}));
 }
 
-TEST(EstimateSessionTest, RefusesAStreamWithoutMessages) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, RefusesAStreamWithoutMessages) {
+  RequestSession session(kLimits);
   EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonHeaderMissing, {"header"}));
 }
 
-TEST(EstimateSessionTest, RefusesBytesThatAreNoMessage) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, RefusesBytesThatAreNoMessage) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());
   grpc::ByteBuffer message = ToByteBuffer(std::string(77, '\xff'));
   EXPECT_TRUE(IsError(session.Receive(message), kInvalid, kReasonMessageMalformed, {"message", "77 bytes"}));
   EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonMessageMalformed, {"77 bytes"}));
 }
 
-TEST(EstimateSessionTest, TakesAChunkAsNobodyWritesIt) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, TakesAChunkAsNobodyWritesIt) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());
   // Its field twice, with what nobody knows at the end: protobuf merges the one and skips the other.
   v1::EstimateCurvatureRequest index_only;
@@ -99,20 +99,20 @@ TEST(EstimateSessionTest, TakesAChunkAsNobodyWritesIt) {
   EXPECT_EQ(session.points_received(), 3u);
 }
 
-TEST(EstimateSessionTest, RefusesASecondHeader) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, RefusesASecondHeader) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());
   EXPECT_TRUE(IsError(Receive(session, Header()), kInvalid, kReasonHeaderRepeated, {"second header", "chunk"}));
 }
 
-TEST(EstimateSessionTest, RefusesAnEmptyMessage) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, RefusesAnEmptyMessage) {
+  RequestSession session(kLimits);
   EXPECT_TRUE(IsError(Receive(session, {}), kInvalid, kReasonMessageEmpty, {"empty", "header or a chunk"}));
 }
 
-TEST(EstimateSessionTest, RefusesGapsRepeatsAndDisorder) {
+TEST(RequestSessionTest, RefusesGapsRepeatsAndDisorder) {
   for (const uint64_t first : {0, 1, 3, 1000}) {
-    EstimateSession session(kLimits);
+    RequestSession session(kLimits);
     ASSERT_TRUE(Receive(session, Header()).ok());
     ASSERT_TRUE(Receive(session, Chunk(0, 2)).ok());
     EXPECT_TRUE(IsError(Receive(session, Chunk(first, 1)), kInvalid, kReasonChunkOutOfOrder,
@@ -120,9 +120,9 @@ TEST(EstimateSessionTest, RefusesGapsRepeatsAndDisorder) {
   }
 }
 
-TEST(EstimateSessionTest, RefusesLengthsThatAreNoPoints) {
+TEST(RequestSessionTest, RefusesLengthsThatAreNoPoints) {
   for (const size_t bytes : {1, 11, 13, 23}) {
-    EstimateSession session(kLimits);
+    RequestSession session(kLimits);
     ASSERT_TRUE(Receive(session, Header()).ok());
     v1::EstimateCurvatureRequest message = Chunk(0, 2);
     message.mutable_chunk()->mutable_positions()->resize(bytes);
@@ -131,8 +131,8 @@ TEST(EstimateSessionTest, RefusesLengthsThatAreNoPoints) {
   }
 }
 
-TEST(EstimateSessionTest, MeasuresFloat64ByItsOwnSize) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, MeasuresFloat64ByItsOwnSize) {
+  RequestSession session(kLimits);
   v1::EstimateCurvatureRequest header = Header();
   header.mutable_header()->set_scalar_type(v1::SCALAR_TYPE_FLOAT64);
   ASSERT_TRUE(Receive(session, header).ok());
@@ -140,8 +140,8 @@ TEST(EstimateSessionTest, MeasuresFloat64ByItsOwnSize) {
       IsError(Receive(session, Chunk(0, 1)), kInvalid, kReasonChunkLength, {"12 bytes", "multiple of 24", "float64"}));
 }
 
-TEST(EstimateSessionTest, RefusesAPointWithoutNormal) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, RefusesAPointWithoutNormal) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());
   v1::EstimateCurvatureRequest message = Chunk(0, 2);
   message.mutable_chunk()->mutable_normals()->resize(12);
@@ -149,37 +149,37 @@ TEST(EstimateSessionTest, RefusesAPointWithoutNormal) {
       IsError(Receive(session, message), kInvalid, kReasonChunkLength, {"chunk.normals", "12 bytes", "24 bytes"}));
 }
 
-TEST(EstimateSessionTest, RefusesChunksOverTheByteLimit) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, RefusesChunksOverTheByteLimit) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());
   EXPECT_TRUE(IsError(Receive(session, Chunk(0, 101)), absl::StatusCode::kResourceExhausted, kReasonChunkTooLarge,
                       {"chunk.positions", "2424 bytes", "2400", "max_chunk_bytes"}));
 }
 
-TEST(EstimateSessionTest, RefusesMorePointsThanDeclared) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, RefusesMorePointsThanDeclared) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header(3)).ok());
   EXPECT_TRUE(
       IsError(Receive(session, Chunk(0, 4)), kInvalid, kReasonPointCountMismatch, {"4", "3", "header.point_count"}));
 }
 
-TEST(EstimateSessionTest, RefusesFewerPointsThanDeclared) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, RefusesFewerPointsThanDeclared) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header(3)).ok());
   ASSERT_TRUE(Receive(session, Chunk(0, 2)).ok());
   EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonPointCountMismatch, {"2", "3", "header.point_count"}));
 }
 
-TEST(EstimateSessionTest, BoundsCloudsOfUnknownSize) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, BoundsCloudsOfUnknownSize) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());
   ASSERT_TRUE(Receive(session, Chunk(0, 100)).ok());
   EXPECT_TRUE(IsError(Receive(session, Chunk(100, 1)), absl::StatusCode::kResourceExhausted, kReasonTooManyPoints,
                       {"101", "100", "max_points"}));
 }
 
-TEST(EstimateSessionTest, RefusesAnInvalidPointByItsIndex) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, RefusesAnInvalidPointByItsIndex) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());
   ASSERT_TRUE(Receive(session, Chunk(0, 7)).ok());
   v1::EstimateCurvatureRequest message = Chunk(7, 2);
@@ -187,8 +187,8 @@ TEST(EstimateSessionTest, RefusesAnInvalidPointByItsIndex) {
   EXPECT_TRUE(IsError(Receive(session, message), kInvalid, kReasonInvalidPoint, {"8", "nan"}));
 }
 
-TEST(EstimateSessionTest, SkipsInvalidPointsOnRequest) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, SkipsInvalidPointsOnRequest) {
+  RequestSession session(kLimits);
   v1::EstimateCurvatureRequest header = Header();
   header.mutable_header()->set_invalid_point_policy(v1::INVALID_POINT_POLICY_SKIP);
   ASSERT_TRUE(Receive(session, header).ok());
@@ -199,8 +199,8 @@ TEST(EstimateSessionTest, SkipsInvalidPointsOnRequest) {
   EXPECT_EQ(session.TakeCloud().invalid_count(), 1u);
 }
 
-TEST(EstimateSessionTest, CountsNormalsThatWereRescaled) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, CountsNormalsThatWereRescaled) {
+  RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());
   v1::EstimateCurvatureRequest message = Chunk(0, 2);
   message.mutable_chunk()->set_normals(Pack({0, 0, 2, 0, 0, 1}));
@@ -208,8 +208,8 @@ TEST(EstimateSessionTest, CountsNormalsThatWereRescaled) {
   EXPECT_EQ(session.normals_rescaled(), 1u);
 }
 
-TEST(EstimateSessionTest, StaysFailed) {
-  EstimateSession session(kLimits);
+TEST(RequestSessionTest, StaysFailed) {
+  RequestSession session(kLimits);
   const absl::Status first = Receive(session, Chunk(0, 1));
   EXPECT_EQ(Receive(session, Header()), first);
   EXPECT_EQ(session.HalfClose(), first);

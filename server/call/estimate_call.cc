@@ -1,0 +1,261 @@
+#include "server/call/estimate_call.h"
+
+#include <grpc/support/log.h>
+#include <grpcpp/impl/codegen/proto_utils.h>
+
+#include <utility>
+
+#include "server/call/job_errors.h"
+#include "server/call/result_encoder.h"
+#include "server/call/summary_message.h"
+
+namespace curvd {
+namespace {
+
+namespace v1 = curvature::v1;
+using Response = v1::EstimateCurvatureResponse;
+
+// Clouds up to this size go before larger ones, block by block, unless the caller says otherwise.
+constexpr uint64_t kInteractivePoints = 100'000;
+
+JobPriority PriorityOf(const CallOptions& options, uint64_t points) {
+  if (options.priority.has_value()) return *options.priority;
+  return points <= kInteractivePoints ? JobPriority::kInteractive : JobPriority::kBatch;
+}
+
+v1::Progress::Phase ProgressPhase(JobPhase phase) {
+  switch (phase) {
+    case JobPhase::kQueued:
+      return v1::Progress::PHASE_QUEUED;
+    case JobPhase::kIndexing:
+      return v1::Progress::PHASE_INDEXING;
+    case JobPhase::kEstimating:
+      return v1::Progress::PHASE_ESTIMATING;
+    case JobPhase::kDone:
+      return v1::Progress::PHASE_SENDING;
+  }
+  return v1::Progress::PHASE_SENDING;
+}
+
+void Pack(const Response& response, grpc::ByteBuffer& message) {
+  message.Clear();
+  bool own_buffer = false;
+  GPR_ASSERT(grpc::SerializationTraits<Response>::Serialize(response, &message, &own_buffer).ok());
+}
+
+}  // namespace
+
+EstimateCall::EstimateCall(ServiceContext& service, const RpcArrival& arrival, BidiTransport& transport)
+    : BidiStream(service, RpcMethod::kEstimateCurvature, arrival, transport),
+      limits_(LimitsFor(account().caller().ok() ? *account().caller() : Caller(), service.limits)),
+      requests_(limits_),
+      responses_(kResultChunkPoints) {}
+
+void EstimateCall::Receive(grpc::ByteBuffer& message) {
+  const bool is_header = !requests_.has_header();
+  if (absl::Status status = requests_.Receive(message); !status.ok()) return End(std::move(status));
+  message.Clear();
+  account().record().points_received = requests_.points_received();
+  points_received_.store(requests_.points_received(), std::memory_order_relaxed);
+  if (is_header) {
+    AcceptHeader();
+  } else {
+    ReserveThenRead();
+  }
+}
+
+void EstimateCall::AcceptHeader() {
+  const CallOptions& options = requests_.options();
+  account().record().request_tag = options.request_tag;
+  auto reservation = service().admission.Enter(options.point_count, options.scalar_type, options.estimator.estimator);
+  if (!reservation.ok()) return End(reservation.status());
+  {
+    MutexLock lock(mutex_);
+    if (has_stopped_) return;
+    phases_.StartReceiving(Clock::now());
+    reservation_ = *std::move(reservation);
+    responses_.Accept();
+  }
+  WriteNext();
+  ReserveThenRead();
+}
+
+// A chunk is in the cloud before its memory is reserved; what is reserved always covers one more chunk.
+void EstimateCall::ReserveThenRead() {
+  const CallOptions& options = requests_.options();
+  const bool size_is_known = options.point_count != 0;
+  const uint64_t points = size_is_known ? options.point_count : requests_.points_received();
+  const uint64_t bytes =
+      service().admission.CallBytes(points, options.scalar_type, options.estimator.estimator, !size_is_known);
+  const Clock::time_point now = Clock::now();
+  std::shared_ptr<MemoryBudget::Reservation> reservation;
+  {
+    MutexLock lock(mutex_);
+    reservation = reservation_;
+    phases_.StartWaiting(now);
+  }
+  auto answer = [self = shared_from_this(), this](absl::Status status) { OnMemoryGranted(std::move(status)); };
+  const absl::StatusOr<bool> granted = reservation->GrowTo(bytes, std::move(answer));
+  if (granted.ok() && !*granted) return;
+  {
+    MutexLock lock(mutex_);
+    granted.ok() ? phases_.EndWaiting(now) : phases_.ForgetWaiting();
+  }
+  if (!granted.ok()) return End(granted.status());
+  ReadNext();
+}
+
+void EstimateCall::OnMemoryGranted(absl::Status status) {
+  if (!status.ok()) return End(std::move(status));
+  {
+    MutexLock lock(mutex_);
+    if (has_stopped_) return;
+    phases_.EndWaiting(Clock::now());
+  }
+  ReadNext();
+}
+
+void EstimateCall::ReceiveEnd() {
+  if (absl::Status status = requests_.HalfClose(); !status.ok()) return End(std::move(status));
+  account().record().normals_rescaled = requests_.normals_rescaled();
+  {
+    MutexLock lock(mutex_);
+    phases_.EndReceiving(Clock::now());
+  }
+  StartJob();
+}
+
+void EstimateCall::StartJob() {
+  const JobPriority priority = PriorityOf(requests_.options(), requests_.points_received());
+  auto done = [self = shared_from_this(), this](absl::StatusOr<EstimationResult> result) {
+    OnJobDone(std::move(result));
+  };
+  std::shared_ptr<EstimationJob> job = EstimationJob::Start(requests_.TakeCloud(), requests_.options().estimator,
+                                                            service().pool, priority, std::move(done));
+  bool cancel = false;
+  {
+    MutexLock lock(mutex_);
+    cancel = has_stopped_;
+    if (cancel) NoteJobSeconds(job->progress());
+    if (!cancel && !job_is_done_) job_ = job;
+  }
+  if (cancel) job->Cancel();
+}
+
+void EstimateCall::OnJobDone(absl::StatusOr<EstimationResult> result) {
+  std::shared_ptr<EstimationJob> job;
+  {
+    MutexLock lock(mutex_);
+    job_is_done_ = true;
+    job = std::move(job_);
+    if (has_stopped_) return;
+    if (!result.ok() && job != nullptr) NoteJobSeconds(job->progress());
+  }
+  if (!result.ok()) return End(ExplainJobError(result.status()));
+  SendResults(*std::move(result));
+}
+
+void EstimateCall::SendResults(EstimationResult result) {
+  std::shared_ptr<MemoryBudget::Reservation> reservation;
+  uint64_t points = 0;
+  {
+    MutexLock lock(mutex_);
+    if (has_stopped_) return;
+    field_ = std::move(result.field);
+    points = field_.points.size();
+    CallRecord& record = account().record();
+    record.status_counts = field_.status_counts;
+    record.peak_bytes = result.cost.peak_bytes;
+    phases_.SetJobSeconds(result.cost.queue_seconds, result.cost.index_seconds, result.cost.estimate_seconds);
+    phases_.StartSending(Clock::now());
+    responses_.Complete(points);
+    reservation = reservation_;
+  }
+  reservation->ShrinkTo(service().admission.SendingBytes(points));
+  WriteNext();
+}
+
+EstimateCall::Made EstimateCall::MakeMessage(grpc::ByteBuffer& message) {
+  ResponseSession::Message next;
+  {
+    MutexLock lock(mutex_);
+    next = responses_.Next();
+  }
+  Response response;
+  switch (next.kind) {
+    case ResponseSession::Kind::kNothing:
+      return Made::kNothing;
+    case ResponseSession::Kind::kEnd:
+      return Made::kLast;
+    case ResponseSession::Kind::kResults: {
+      const grpc::Slice packed = PackResults(field_.points, next.first, next.count, requests_.options().quantities);
+      grpc::ByteBuffer results(&packed, 1);
+      message.Swap(&results);
+      return Made::kMessage;
+    }
+    case ResponseSession::Kind::kAccepted:
+      FillAccepted(requests_.options(), limits_, account().request_id(), response.mutable_accepted());
+      break;
+    case ResponseSession::Kind::kProgress:
+      FillProgress(response.mutable_progress());
+      break;
+    case ResponseSession::Kind::kSummary:
+      FillSummary(response.mutable_summary());
+      break;
+  }
+  Pack(response, message);
+  return Made::kMessage;
+}
+
+void EstimateCall::FillProgress(v1::Progress* progress) {
+  std::shared_ptr<EstimationJob> job;
+  {
+    MutexLock lock(mutex_);
+    job = job_;
+  }
+  const JobProgress state = job == nullptr ? JobProgress() : job->progress();
+  progress->set_phase(job == nullptr ? v1::Progress::PHASE_RECEIVING : ProgressPhase(state.phase));
+  progress->set_points_received(points_received_.load(std::memory_order_relaxed));
+  progress->set_points_estimated(state.points_estimated);
+}
+
+void EstimateCall::FillSummary(v1::Summary* summary) {
+  CallRecord& record = account().record();
+  {
+    MutexLock lock(mutex_);
+    phases_.EndSending(Clock::now());
+    record.seconds = phases_.times();
+  }
+  curvd::FillSummary(record, summary);
+}
+
+void EstimateCall::OnTick(bool is_writing) {
+  MutexLock lock(mutex_);
+  responses_.SetProgressDue(!is_writing);
+}
+
+void EstimateCall::Stop() {
+  std::shared_ptr<EstimationJob> job;
+  std::shared_ptr<MemoryBudget::Reservation> reservation;
+  {
+    MutexLock lock(mutex_);
+    has_stopped_ = true;
+    job = job_;
+    reservation = reservation_;
+    if (job != nullptr) NoteJobSeconds(job->progress());
+  }
+  if (job != nullptr) job->Cancel();
+  if (reservation != nullptr) reservation->Abandon();
+}
+
+void EstimateCall::CompleteRecord(CallRecord& record) {
+  MutexLock lock(mutex_);
+  phases_.End(Clock::now());
+  record.seconds = phases_.times();
+}
+
+void EstimateCall::NoteJobSeconds(const JobProgress& job) {
+  phases_.SetJobSeconds(job.queue_seconds, job.index_seconds, job.estimate_seconds);
+}
+
+}  // namespace curvd

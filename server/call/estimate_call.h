@@ -1,0 +1,74 @@
+// One EstimateCurvature call on the server.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/base/mutex.h"
+#include "core/job/estimation_job.h"
+#include "curvature/v1/curvature.pb.h"
+#include "server/admission/memory_budget.h"
+#include "server/call/phase_clock.h"
+#include "server/call/request_limits.h"
+#include "server/call/request_session.h"
+#include "server/call/response_session.h"
+#include "server/rpc/bidi_stream.h"
+
+namespace curvd {
+
+// Joins the two sessions of a call to its memory and its job:
+// - The reading chain gives each message to the RequestSession, which appends a chunk's points to the cloud right there
+//   (a third of a millisecond for 1 MiB), while the bytes are warm, and reserves memory before it reads on. After the
+//   half-close the job takes the chain's place.
+// - The writing chain asks the ResponseSession what comes next, and packs it (0.2 ms for a chunk of results): the first
+//   chunk on the worker that finished the job, the others on gRPC's threads.
+//
+// Members belong to one chain each, or are guarded by the mutex, which is held in no call to BidiStream, job or memory.
+// Beside gRPC, the job and the memory budget hold the object, until they have called back.
+class EstimateCall final : public BidiStream {
+ public:
+  EstimateCall(ServiceContext& service, const RpcArrival& arrival, BidiTransport& transport);
+
+ private:
+  // The reading chain.
+  void Receive(grpc::ByteBuffer& message) override;
+  void ReceiveEnd() override;
+  void AcceptHeader();
+  void ReserveThenRead();
+  void OnMemoryGranted(absl::Status status);
+  void StartJob();
+  void OnJobDone(absl::StatusOr<EstimationResult> result);
+  void SendResults(EstimationResult result);
+
+  // The writing chain.
+  Made MakeMessage(grpc::ByteBuffer& message) override;
+  void FillProgress(curvature::v1::Progress* progress);
+  void FillSummary(curvature::v1::Summary* summary);
+
+  // The end, and what happens beside the chains.
+  void OnTick(bool is_writing) override;
+  void Stop() override;
+  void CompleteRecord(CallRecord& record) override;
+  void NoteJobSeconds(const JobProgress& job) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const CallLimits limits_;  // the caller's
+
+  RequestSession requests_;                   // of the reading chain
+  std::atomic<uint64_t> points_received_{0};  // written by the reading chain
+
+  CurvatureField field_;  // set before the responses are complete, then of the writing chain
+
+  Mutex mutex_;
+  bool has_stopped_ ABSL_GUARDED_BY(mutex_) = false;
+  ResponseSession responses_ ABSL_GUARDED_BY(mutex_);
+  PhaseClock phases_ ABSL_GUARDED_BY(mutex_);
+  std::shared_ptr<EstimationJob> job_ ABSL_GUARDED_BY(mutex_);  // while it runs
+  bool job_is_done_ ABSL_GUARDED_BY(mutex_) = false;
+  std::shared_ptr<MemoryBudget::Reservation> reservation_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace curvd

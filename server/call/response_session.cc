@@ -1,0 +1,30 @@
+#include "server/call/response_session.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace curvd {
+
+void ResponseSession::Accept() { is_accepted_ = accepted_due_ = true; }
+
+void ResponseSession::SetProgressDue(bool is_due) { progress_due_ = is_due && is_accepted_ && !is_complete_; }
+
+void ResponseSession::Complete(uint64_t points) {
+  is_complete_ = summary_due_ = true;
+  progress_due_ = false;
+  points_ = points;
+}
+
+ResponseSession::Message ResponseSession::Next() {
+  if (std::exchange(accepted_due_, false)) return {Kind::kAccepted};
+  if (std::exchange(progress_due_, false)) return {Kind::kProgress};
+  if (!is_complete_) return {Kind::kNothing};
+  if (next_point_ < points_) {
+    const uint64_t first = next_point_;
+    next_point_ += std::min(chunk_points_, points_ - first);
+    return {Kind::kResults, first, next_point_ - first};
+  }
+  return {std::exchange(summary_due_, false) ? Kind::kSummary : Kind::kEnd};
+}
+
+}  // namespace curvd

@@ -1,0 +1,37 @@
+#include "server/rpc/ending_errors.h"
+
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
+
+namespace curvd {
+
+absl::Status CallerGone(bool deadline_has_passed) {
+  if (deadline_has_passed) {
+    return WithDetail(absl::DeadlineExceededError("the caller's deadline has passed"),
+                      {kReasonDeadlineExceeded, "deadline", "", "", {}});
+  }
+  return WithDetail(absl::CancelledError("the caller cancelled the call or went away"),
+                    {kReasonCancelled, "", "", "", {}});
+}
+
+absl::Status CallerStalls(bool for_room_to_send, absl::Duration limit) {
+  const std::string seconds = absl::FormatDuration(limit);
+  return MakeError(absl::StatusCode::kDeadlineExceeded,
+                   {kReasonStalled,
+                    for_room_to_send ? "time without room to send results" : "time without a message",
+                    absl::StrCat("over ", seconds),
+                    absl::StrCat("at most ", seconds, " (stall_timeout)"),
+                    {}});
+}
+
+absl::Status DrainTimedOut(absl::Duration timeout) {
+  const std::string seconds = absl::FormatDuration(timeout);
+  return WithDetail(absl::UnavailableError(absl::StrCat("the server is draining and the call did not finish within ",
+                                                        seconds, " (drain_timeout); send it to another replica")),
+                    {kReasonDrainTimeout, "drain", "", seconds, {}});
+}
+
+}  // namespace curvd

@@ -1,0 +1,72 @@
+// When a bidirectional stream reads, writes and ends, as a state machine that knows neither gRPC nor any message.
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include "absl/status/status.h"
+
+namespace curvd {
+
+// Whoever drives it reports each event, and it answers what may be done next:
+// - At most one read and at most one write are in flight. A message is made only when it can be written at once, so
+//   that a peer that reads slowly costs the memory of one message.
+// - A stream has one outcome, the first that anybody gives it. From then on it starts no read and makes no message.
+// - It finishes once: when it has an outcome, no write is in flight, and nobody holds it. A hold keeps the stream from
+//   finishing while a call into gRPC has not returned, since gRPC may free its objects when the stream finishes.
+// Not thread-safe.
+class StreamState {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  enum class Step { kNothing, kMakeMessage, kFinish };
+  enum class Stall { kNone, kWithoutMessage, kWithoutRoomToSend };
+
+  // Returns whether a read may start; it is in flight then. REQUIRES: no read is in flight.
+  bool StartRead(Clock::time_point now);
+  // The read is over. Returns whether anybody still wants what it brought.
+  bool EndRead();
+
+  // What the writing side is to do now. After kMakeMessage the driver makes a message and calls StartWrite, or finds
+  // that nothing is due and calls SkipWrite; in between this returns kNothing to all others. kFinish comes once.
+  Step Next();
+  // The message is made and goes out.
+  void StartWrite(Clock::time_point now);
+  // There was nothing to write. Returns whether somebody has called Next meanwhile, who may know of something new: then
+  // Next must be called again.
+  bool SkipWrite();
+  // The write is over.
+  void EndWrite();
+
+  // Sets the outcome. Returns false, and changes nothing, if there is one.
+  bool End(absl::Status outcome);
+  void Hold() { ++holds_; }
+  // Ends one hold. Returns whether the stream may now be able to finish: then Next must be called.
+  bool Release();
+
+  // The caller has cancelled, or went away.
+  void NoteCancel() { is_cancelled_ = true; }
+
+  // Whether the peer has kept a read or a write in flight for longer than `limit`. A write counts also when there is an
+  // outcome, which would wait behind it for ever; a read does not.
+  Stall FindStall(Clock::time_point now, Clock::duration limit) const;
+
+  bool is_cancelled() const { return is_cancelled_; }
+  bool is_writing() const { return writer_ != Writer::kIdle; }
+  const std::optional<absl::Status>& outcome() const { return outcome_; }
+
+ private:
+  enum class Writer { kIdle, kMakesMessage, kInFlight };
+
+  std::optional<absl::Status> outcome_;
+  bool is_cancelled_ = false;
+  bool is_finished_ = false;
+  bool read_in_flight_ = false;
+  Writer writer_ = Writer::kIdle;
+  bool was_asked_again_ = false;  // while a message was being made
+  int holds_ = 0;
+  Clock::time_point read_started_;
+  Clock::time_point write_started_;
+};
+
+}  // namespace curvd
