@@ -207,6 +207,7 @@ absl::StatusOr<CallOptions> ResolveHeader(const v1::CloudHeader& header, const C
                       {}});
   }
   options.point_count = header.point_count();
+  options.marks_last_chunk = header.marks_last_chunk();
   if (absl::Status status = ResolveEnums(header, options); !status.ok()) return status;
   if (absl::Status status = CheckOrigin(header.origin()); !status.ok()) return status;
   if (absl::Status status = ResolveEstimatorOptions(header.options(), limits, options.estimator); !status.ok()) {

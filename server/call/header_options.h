@@ -24,7 +24,8 @@ struct QuantitySet {
 };
 
 struct CallOptions {
-  uint64_t point_count = 0;  // 0: unknown
+  uint64_t point_count = 0;       // 0: unknown
+  bool marks_last_chunk = false;  // a cloud without a marked chunk is incomplete
   ScalarType scalar_type = ScalarType::kFloat32;
   EstimatorOptions estimator;
   QuantitySet quantities;

@@ -16,7 +16,7 @@ namespace {
 namespace v1 = curvature::v1;
 namespace wire = curvature::wire;
 
-constexpr wire::BulkLayout kPointChunk({v1::PointChunk::kFirstIndexFieldNumber},
+constexpr wire::BulkLayout kPointChunk({v1::PointChunk::kFirstIndexFieldNumber, v1::PointChunk::kIsLastFieldNumber},
                                        {v1::PointChunk::kPositionsFieldNumber, v1::PointChunk::kNormalsFieldNumber});
 
 absl::Status Invalid(const char* reason, std::string field, std::string value, std::string limit) {
@@ -49,9 +49,9 @@ absl::Status RequestSession::Receive(grpc::ByteBuffer& message) {
   if (!failure_.ok()) return failure_;
   wire::BulkMessage chunk;
   if (wire::ReadBulkMessage(message, v1::EstimateCurvatureRequest::kChunkFieldNumber, kPointChunk, chunk)) {
-    return Keep(ReceiveChunk(chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber],
-                             chunk.arrays[v1::PointChunk::kPositionsFieldNumber],
-                             chunk.arrays[v1::PointChunk::kNormalsFieldNumber]));
+    return Keep(ReceiveChunk(
+        {chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber], chunk.numbers[v1::PointChunk::kIsLastFieldNumber] != 0,
+         chunk.arrays[v1::PointChunk::kPositionsFieldNumber], chunk.arrays[v1::PointChunk::kNormalsFieldNumber]}));
   }
   const size_t bytes = message.Length();
   v1::EstimateCurvatureRequest request;
@@ -67,7 +67,10 @@ absl::Status RequestSession::ReceiveRequest(const v1::EstimateCurvatureRequest& 
     case v1::EstimateCurvatureRequest::kHeader:
       return ReceiveHeader(request.header());
     case v1::EstimateCurvatureRequest::kChunk:
-      return ReceiveChunk(request.chunk().first_index(), {request.chunk().positions()}, {request.chunk().normals()});
+      return ReceiveChunk({request.chunk().first_index(),
+                           request.chunk().is_last(),
+                           {request.chunk().positions()},
+                           {request.chunk().normals()}});
     case v1::EstimateCurvatureRequest::MESSAGE_NOT_SET:
       break;
   }
@@ -86,13 +89,22 @@ absl::Status RequestSession::ReceiveHeader(const v1::CloudHeader& header) {
   return absl::OkStatus();
 }
 
-absl::Status RequestSession::ReceiveChunk(uint64_t first_index, const wire::Pieces& positions,
-                                          const wire::Pieces& normals) {
+absl::Status RequestSession::CheckOrder(const Chunk& chunk) const {
   if (!has_header()) return Invalid(kReasonHeaderMissing, "first message", "a chunk", "a header");
-  if (first_index != points_received_) {
-    return Invalid(kReasonChunkOutOfOrder, "chunk.first_index", absl::StrCat(first_index),
+  if (has_last_chunk_) {
+    return Invalid(kReasonChunkOutOfOrder, "message", "a chunk after the one with is_last",
+                   "the half-close: no chunk follows the last");
+  }
+  if (chunk.first_index != points_received_) {
+    return Invalid(kReasonChunkOutOfOrder, "chunk.first_index", absl::StrCat(chunk.first_index),
                    absl::StrCat(points_received_, ", the number of points sent before"));
   }
+  return absl::OkStatus();
+}
+
+absl::Status RequestSession::ReceiveChunk(const Chunk& chunk) {
+  if (absl::Status status = CheckOrder(chunk); !status.ok()) return status;
+  const wire::Pieces &positions = chunk.positions, &normals = chunk.normals;
   const absl::StatusOr<uint64_t> count = CheckLengths(wire::SizeOf(positions), wire::SizeOf(normals));
   if (!count.ok()) return count.status();
   if (absl::Status status = CheckTotal(points_received_ + *count); !status.ok()) return status;
@@ -100,6 +112,7 @@ absl::Status RequestSession::ReceiveChunk(uint64_t first_index, const wire::Piec
     return ExplainAppend(std::move(status));
   }
   points_received_ += *count;
+  has_last_chunk_ = chunk.is_last;
   return absl::OkStatus();
 }
 
@@ -141,6 +154,11 @@ absl::Status RequestSession::HalfClose() {
     return Keep(Invalid(kReasonPointCountMismatch, "number of points sent",
                         absl::StrCat(points_received_, " at the half-close"),
                         absl::StrCat(options_->point_count, " (header.point_count)")));
+  }
+  if (options_->marks_last_chunk && !has_last_chunk_) {
+    return Keep(Invalid(kReasonCloudIncomplete, "stream",
+                        absl::StrCat(points_received_, " points without a last chunk at the half-close"),
+                        "whole: header.marks_last_chunk promised a chunk with is_last"));
   }
   return Keep(ExplainAppend(cloud_.Finish()));
 }

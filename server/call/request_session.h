@@ -23,12 +23,12 @@ class RequestSession {
   // Takes the next message; what remains in `message` is undefined. A chunk's points are in the cloud when this
   // returns, copied from where gRPC received them. Errors:
   // - INVALID_ARGUMENT: bytes that are no EstimateCurvatureRequest, a wrong message, field, order or length, more
-  // points
-  //   than header.point_count, or an invalid point that was not to be skipped.
+  //   points than header.point_count, or an invalid point that was not to be skipped.
   // - RESOURCE_EXHAUSTED: over max_points or max_chunk_bytes, or no memory.
   absl::Status Receive(grpc::ByteBuffer& message);
 
-  // The client is done. INVALID_ARGUMENT if there was no header, or not header.point_count points.
+  // The client is done, or its stream was cut off, which gRPC does not tell apart. INVALID_ARGUMENT if there was no
+  // header, not header.point_count points, or no last chunk where header.marks_last_chunk promised one.
   absl::Status HalfClose();
 
   bool has_header() const { return options_.has_value(); }
@@ -44,8 +44,15 @@ class RequestSession {
  private:
   absl::Status ReceiveHeader(const curvature::v1::CloudHeader& header);
   absl::Status ReceiveRequest(const curvature::v1::EstimateCurvatureRequest& request);
-  absl::Status ReceiveChunk(uint64_t first_index, const curvature::wire::Pieces& positions,
-                            const curvature::wire::Pieces& normals);
+  struct Chunk {
+    uint64_t first_index;
+    bool is_last;
+    const curvature::wire::Pieces& positions;
+    const curvature::wire::Pieces& normals;
+  };
+  absl::Status ReceiveChunk(const Chunk& chunk);
+  // The chunk comes where a chunk may come.
+  absl::Status CheckOrder(const Chunk& chunk) const;
   // The number of points in a chunk with arrays of so many bytes, if those are right.
   absl::StatusOr<uint64_t> CheckLengths(size_t positions, size_t normals) const;
   absl::Status CheckTotal(uint64_t total) const;
@@ -57,6 +64,7 @@ class RequestSession {
   absl::Status failure_;
   std::optional<CallOptions> options_;
   uint64_t points_received_ = 0;
+  bool has_last_chunk_ = false;
   Cloud cloud_;
 };
 

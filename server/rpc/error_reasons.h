@@ -12,6 +12,7 @@ inline constexpr char kReasonInvalidOption[] = "INVALID_OPTION";
 inline constexpr char kReasonChunkOutOfOrder[] = "CHUNK_OUT_OF_ORDER";
 inline constexpr char kReasonChunkLength[] = "CHUNK_LENGTH";
 inline constexpr char kReasonPointCountMismatch[] = "POINT_COUNT_MISMATCH";
+inline constexpr char kReasonCloudIncomplete[] = "CLOUD_INCOMPLETE";
 inline constexpr char kReasonInvalidPoint[] = "INVALID_POINT";
 
 // UNAUTHENTICATED, PERMISSION_DENIED: the caller is not let in.
@@ -46,13 +47,34 @@ inline constexpr char kReasonInternal[] = "INTERNAL";
 
 // All of the above.
 inline constexpr const char* kAllReasons[] = {
-    kReasonHeaderMissing,    kReasonHeaderRepeated,  kReasonMessageEmpty,  kReasonMessageMalformed,
-    kReasonInvalidOption,    kReasonChunkOutOfOrder, kReasonChunkLength,   kReasonPointCountMismatch,
-    kReasonInvalidPoint,     kReasonTokenMissing,    kReasonTokenInvalid,  kReasonClientNotAllowed,
-    kReasonPeerStreamLimit,  kReasonTooManyPoints,   kReasonChunkTooLarge, kReasonNeighborhoodTooLarge,
-    kReasonMemoryLimit,      kReasonStreamLimit,     kReasonQueueFull,     kReasonMemoryBusy,
-    kReasonOutOfMemory,      kReasonDraining,        kReasonDrainTimeout,  kReasonCancelled,
-    kReasonDeadlineExceeded, kReasonStalled,         kReasonInternal,
+    kReasonHeaderMissing,
+    kReasonHeaderRepeated,
+    kReasonMessageEmpty,
+    kReasonMessageMalformed,
+    kReasonInvalidOption,
+    kReasonChunkOutOfOrder,
+    kReasonChunkLength,
+    kReasonPointCountMismatch,
+    kReasonCloudIncomplete,
+    kReasonInvalidPoint,
+    kReasonTokenMissing,
+    kReasonTokenInvalid,
+    kReasonClientNotAllowed,
+    kReasonPeerStreamLimit,
+    kReasonTooManyPoints,
+    kReasonChunkTooLarge,
+    kReasonNeighborhoodTooLarge,
+    kReasonMemoryLimit,
+    kReasonStreamLimit,
+    kReasonQueueFull,
+    kReasonMemoryBusy,
+    kReasonOutOfMemory,
+    kReasonDraining,
+    kReasonDrainTimeout,
+    kReasonCancelled,
+    kReasonDeadlineExceeded,
+    kReasonStalled,
+    kReasonInternal,
 };
 
 }  // namespace curvd

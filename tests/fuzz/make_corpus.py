@@ -90,6 +90,14 @@ def block(message):
     return struct.pack("<H", len(data)) + data
 
 
+def answers():
+    """Events of the answering side: 0 accept, 1 progress, 2 N complete, 3 write, 4 written, 5 cancel, 6 hold, 7 release, 8 read."""
+    yield "answers", "whole", bytes([8, 0, 3, 4, 1, 3, 4, 8, 2, 20, 3, 4, 1, 4, 4, 4, 4])
+    yield "answers", "no_points", bytes([0, 2, 0, 3, 4, 4])
+    yield "answers", "cancelled", bytes([8, 0, 3, 6, 5, 4, 7, 3, 8])
+    yield "answers", "stalled", bytes([8, 0, 3, 35, 35, 5, 35, 4])
+
+
 def protocol(proto):
     """Seeds of the protocol's targets; tests/fuzz/*_fuzzer.cc tell how their inputs are read."""
     header = proto.CloudHeader(
@@ -111,6 +119,9 @@ def protocol(proto):
     doubles = struct.pack("<6d", 1e300, 5e6, -1e-300, 0, 0, 1)
     yield "session", "doubles", b"\1" + block(proto.CloudHeader(scalar_type=2)) + b"\2\1" + doubles + b"\3"
     yield "session", "malformed", b"\1" + block(header) + b"\0" + struct.pack("<H", 3) + b"\x12\xff\x01" + b"\3"
+    yield "session", "marked", (b"\1" + block(proto.CloudHeader(marks_last_chunk=True)) + b"\2\1" + positions[:12] + normals[:12]
+                                + b"\2\x80\3")
+    yield "session", "cut_off", b"\1" + block(proto.CloudHeader(marks_last_chunk=True)) + b"\2\1" + positions[:12] + normals[:12]
     yield "session", "empty", b"\1" + block(proto.CloudHeader()) + b"\3"
 
     accepted = proto.EstimateCurvatureResponse(accepted=proto.Accepted(
@@ -143,7 +154,7 @@ def main():
         subprocess.run(["protoc", f"-I{proto_dir}", f"--python_out={generated}", "curvature/v1/curvature.proto"], check=True)
         sys.path.insert(0, generated)
         proto = importlib.import_module("curvature.v1.curvature_pb2")
-    seeds = [*readers(), *access(), *protocol(proto)]
+    seeds = [*readers(), *access(), *answers(), *protocol(proto)]
     for target, name, data in seeds:
         (corpus_dir / target).mkdir(parents=True, exist_ok=True)
         (corpus_dir / target / name).write_bytes(data)

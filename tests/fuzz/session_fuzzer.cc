@@ -25,8 +25,10 @@ constexpr size_t kMaxChunkPoints = 32;
 // A chunk whose index is right; its arrays are as long as the input allows.
 v1::PointChunk NextChunk(const RequestSession& session, fuzz::Input& input) {
   const bool is_double = session.has_header() && session.options().scalar_type == curvd::ScalarType::kFloat64;
-  const size_t bytes = input.Byte() % kMaxChunkPoints * (is_double ? 24 : 12);
+  const uint8_t shape = input.Byte();
+  const size_t bytes = shape % kMaxChunkPoints * (is_double ? 24 : 12);
   v1::PointChunk chunk;
+  chunk.set_is_last(shape >= 128);
   chunk.set_first_index(session.points_received());
   chunk.set_positions(std::string(input.Bytes(bytes)));
   chunk.set_normals(std::string(input.Bytes(bytes)));

@@ -8,6 +8,7 @@
 
 #include "server/rpc/error_reasons.h"
 #include "tests/integration/clouds.h"
+#include "tests/integration/raw_http2_call.h"
 #include "tests/integration/test_call.h"
 #include "tests/integration/test_server.h"
 
@@ -138,6 +139,22 @@ TEST(LifecycleTest, AReaderThatStopsHoldsUpNobodyAndIsEnded) {
   server.WaitForMetric("curvd_failures_total{reason=\"STALLED\"}", 1);
   server.WaitUntilIdle();
   EXPECT_FALSE(stalled.Finish().status.ok());
+}
+
+// The status waits behind Accepted, for which there is no room: such a call held its memory as long as its peer liked.
+TEST(LifecycleTest, ACallThatFailedIsEndedAlsoIfItsReaderTakesNothing) {
+  TestServer server([](ServerOptions& options) { options.stall_timeout = absl::Milliseconds(300); });
+  RawHttp2Call call(server.server().port(), 0);
+  v1::EstimateCurvatureRequest header;
+  header.mutable_header()->set_point_count(1'000'000);
+  call.SendBytes(RawHttp2Call::Framed(header));
+  call.SendBytes(RawHttp2Call::Framed(header));
+  server.WaitForMetric(
+      "grpc_server_msg_received_total{grpc_method=\"EstimateCurvature\","
+      "grpc_service=\"curvature.v1.CurvatureService\",grpc_type=\"bidi_stream\"}",
+      2);
+  EXPECT_EQ(server.Metric("curvd_streams_open"), 1);
+  server.WaitUntilIdle();
 }
 
 TEST(LifecycleTest, ASenderThatStopsIsEnded) {

@@ -89,6 +89,16 @@ class EstimateCallTest : public ::testing::Test {
     return response;
   }
 
+  // gRPC is done with the call; waits until nobody holds it: its job may, until its last block is over.
+  void Close() {
+    call_->OnDone();
+    const std::weak_ptr<EstimateCall> watch = call_;
+    call_.reset();
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (!watch.expired() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    EXPECT_TRUE(watch.expired());
+  }
+
   ServiceContext service_{TestServiceOptions()};
   WaitableTransport transport_;
   std::shared_ptr<EstimateCall> call_;
@@ -111,8 +121,7 @@ TEST_F(EstimateCallTest, AnswersACloudInTheOrderOfTheProtocol) {
   EXPECT_GT(summary.peak_bytes(), 0u);
   transport_.WaitForGrpc();
   EXPECT_TRUE(transport_.finished->ok()) << transport_.finished->error_message();
-  call_->OnDone();
-  call_.reset();
+  Close();
   EXPECT_EQ(service_.admission.reserved(), 0u);
   EXPECT_EQ(MetricOf(service_.metrics, "curvd_points_total{status=\"ok\"}"), static_cast<double>(points));
   EXPECT_EQ(MetricOf(service_.metrics, "curvd_phase_seconds_count{phase=\"send\"}"), 1);
@@ -228,13 +237,7 @@ TEST_F(EstimateCallTest, ACancelWhileItEstimatesEndsTheJobAndFreesItsMemory) {
   transport_.DeliverEnd(*call_);
   call_->OnCancel();
   EXPECT_EQ(transport_.finished->error_code(), grpc::StatusCode::CANCELLED);
-  call_->OnDone();
-  const std::weak_ptr<EstimateCall> watch = call_;
-  call_.reset();
-  // The job holds the call until its last block is over.
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (!watch.expired() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
-  EXPECT_TRUE(watch.expired());
+  Close();
   EXPECT_EQ(service_.admission.reserved(), 0u);
 }
 

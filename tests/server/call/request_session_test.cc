@@ -170,6 +170,57 @@ TEST(RequestSessionTest, RefusesFewerPointsThanDeclared) {
   EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonPointCountMismatch, {"2", "3", "header.point_count"}));
 }
 
+v1::EstimateCurvatureRequest MarkingHeader() {
+  v1::EstimateCurvatureRequest message = Header();
+  message.mutable_header()->set_marks_last_chunk(true);
+  return message;
+}
+
+v1::EstimateCurvatureRequest LastChunk(uint64_t first, size_t count) {
+  v1::EstimateCurvatureRequest message = Chunk(first, count);
+  message.mutable_chunk()->set_is_last(true);
+  return message;
+}
+
+TEST(RequestSessionTest, RefusesAStreamThatWasCutOffBeforeTheLastChunk) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, MarkingHeader()).ok());
+  ASSERT_TRUE(Receive(session, Chunk(0, 2)).ok());
+  EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonCloudIncomplete, {"2 points", "is_last"}));
+}
+
+TEST(RequestSessionTest, RefusesAStreamThatWasCutOffBeforeItsOnlyChunk) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, MarkingHeader()).ok());
+  EXPECT_TRUE(IsError(session.HalfClose(), kInvalid, kReasonCloudIncomplete, {"0 points"}));
+}
+
+TEST(RequestSessionTest, TakesACloudWhoseLastChunkIsMarked) {
+  for (const size_t last : {0, 3}) {
+    RequestSession session(kLimits);
+    ASSERT_TRUE(Receive(session, MarkingHeader()).ok());
+    ASSERT_TRUE(Receive(session, Chunk(0, 2)).ok());
+    ASSERT_TRUE(Receive(session, LastChunk(2, last)).ok());
+    ASSERT_TRUE(session.HalfClose().ok());
+    EXPECT_EQ(session.TakeCloud().size(), 2 + last);
+  }
+}
+
+TEST(RequestSessionTest, RefusesAChunkAfterTheLastOne) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  ASSERT_TRUE(Receive(session, LastChunk(0, 2)).ok());
+  EXPECT_TRUE(IsError(Receive(session, Chunk(2, 1)), kInvalid, kReasonChunkOutOfOrder, {"is_last", "half-close"}));
+}
+
+// A promise that was not made cannot be broken.
+TEST(RequestSessionTest, AMarkIsOptionalWithoutThePromise) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, Header()).ok());
+  ASSERT_TRUE(Receive(session, LastChunk(0, 2)).ok());
+  EXPECT_TRUE(session.HalfClose().ok());
+}
+
 TEST(RequestSessionTest, BoundsCloudsOfUnknownSize) {
   RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());
