@@ -1,4 +1,4 @@
-// What a CloudHeader asks for, checked and with every default resolved.
+// Resolves what a CloudHeader asks for: checks it, and fills in every default.
 #pragma once
 
 #include <cstdint>

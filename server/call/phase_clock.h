@@ -1,4 +1,4 @@
-// How long a call spends in each of its phases.
+// Measures how long a call spends in each of its phases.
 #pragma once
 
 #include <chrono>

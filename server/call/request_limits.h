@@ -1,4 +1,4 @@
-// What one call may ask of this server.
+// Says what one call may ask of this server.
 #pragma once
 
 #include <algorithm>

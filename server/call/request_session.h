@@ -1,4 +1,4 @@
-// The protocol of EstimateCurvature's request stream, as a state machine that knows no socket.
+// Takes the requests of an EstimateCurvature call; a state machine that knows no socket.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The protocol of EstimateCurvature's response stream, as a state machine that knows neither socket nor message.
+// Says which response of an EstimateCurvature call comes next; a state machine that knows neither socket nor message.
 #pragma once
 
 #include <cstdint>

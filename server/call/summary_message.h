@@ -1,4 +1,4 @@
-// The last message of a call that succeeded.
+// Makes the last message of a call that succeeded.
 #pragma once
 
 #include "curvature/v1/curvature.pb.h"

@@ -1,4 +1,4 @@
-// One call with a stream of messages each way: reading, writing, ending and accounting, whatever the messages say.
+// Serves a call with a stream of messages each way: reads, writes, ends and accounts, whatever the messages say.
 #pragma once
 
 #include <grpcpp/support/byte_buffer.h>
@@ -31,8 +31,8 @@ class BidiTransport {
   virtual void TryCancel() = 0;
 };
 
-// A call, as gRPC reports events on threads of its own, some at the same time. Two chains of events, each with one link
-// at a time, belong to the protocol that derives from this class:
+// gRPC reports events on threads of its own, some at the same time. Two chains of events, each with one link at a time,
+// belong to the protocol that derives from this class:
 // - reading: ReadNext, Receive, perhaps a wait, ReadNext ..., ReceiveEnd. A protocol that does not call ReadNext stops
 // its
 //   peer, by gRPC's flow control.

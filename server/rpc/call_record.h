@@ -1,4 +1,4 @@
-// What is known about a call when it is over: for its log line and the metrics.
+// Holds what is known about a call when it is over, for its log line and the metrics.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The errors that end any RPC, whatever it does.
+// Makes the errors that may end any RPC, whatever it does.
 #pragma once
 
 #include "absl/status/status.h"

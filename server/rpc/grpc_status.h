@@ -1,4 +1,4 @@
-// The edge where absl::Status becomes gRPC's.
+// Turns an absl::Status into gRPC's, at the edge of the server.
 #pragma once
 
 #include <string>

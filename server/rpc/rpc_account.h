@@ -1,4 +1,4 @@
-// The account of one RPC from its arrival to its end: who calls, what it moved, how it ended.
+// Keeps the account of one RPC from its arrival to its end: who calls, what it moved, how it ended.
 #pragma once
 
 #include <chrono>
@@ -29,9 +29,9 @@ struct RpcArrival {
 
 RpcArrival ArrivalOf(const grpc::ServerContextBase& call);
 
-// Every RPC of the service has one, from its first line to its last: so every RPC asks who calls, and is counted and
-// logged in the same way. AnswerUnary and BidiStream make it for theirs. Not thread-safe, but for what is const: a
-// stream's reading side calls CountReceived, its writing side CountSent, and whoever ends it Close, once.
+// Every RPC of the service has one, from its arrival to its end, so that every RPC asks who calls, and is counted and
+// logged in the same way. AnswerUnary and BidiStream make it for theirs. const methods are thread-safe. The others are
+// not, save that CountReceived and CountSent may run at the same time, as the two sides of a stream do.
 class RpcAccount {
  public:
   using Clock = std::chrono::steady_clock;

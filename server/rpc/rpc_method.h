@@ -1,4 +1,4 @@
-// The RPCs of curvature.v1.CurvatureService, as metrics and the log name them.
+// Lists the RPCs of curvature.v1.CurvatureService, as metrics and the log name them.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// When a bidirectional stream reads, writes and ends, as a state machine that knows neither gRPC nor any message.
+// Decides when a bidirectional stream reads, writes and ends; a state machine that knows neither gRPC nor any message.
 #pragma once
 
 #include <chrono>

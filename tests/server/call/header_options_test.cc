@@ -55,8 +55,10 @@ TEST(ResolveHeaderTest, TakesEveryFieldAsGiven) {
   header.set_invalid_point_policy(v1::INVALID_POINT_POLICY_SKIP);
   header.set_request_tag("scan 7");
   header.set_priority(v1::PRIORITY_BATCH);
+  header.set_marks_last_chunk(true);
   const auto options = ResolveHeader(header, kLimits);
   ASSERT_TRUE(options.ok()) << options.status();
+  EXPECT_TRUE(options->marks_last_chunk);
   EXPECT_EQ(options->scalar_type, ScalarType::kFloat64);
   EXPECT_EQ(options->estimator.estimator, EstimatorKind::kUniform);
   EXPECT_EQ(std::get<NeighborRadius>(options->estimator.neighborhood).radius, 0.25);

@@ -33,6 +33,13 @@ TEST(CallLineTest, TellsWhatACallWas) {
   EXPECT_THAT(line, Not(HasSubstr("send_seconds")));  // it never came there
 }
 
+TEST(CallLineTest, NamesTheRpc) {
+  CallRecord record = Record();
+  EXPECT_THAT(CallLine(record).str(), HasSubstr(R"("method":"EstimateCurvature")"));
+  record.method = RpcMethod::kGetServerInfo;
+  EXPECT_THAT(CallLine(record).str(), HasSubstr(R"("method":"GetServerInfo")"));
+}
+
 TEST(CallLineTest, TellsWhyACallFailed) {
   CallRecord record = Record();
   record.status = MakeError(absl::StatusCode::kInvalidArgument, {kReasonInvalidOption, "k", "3", "at least 4", {}});
