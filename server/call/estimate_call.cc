@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/call/job_errors.h"
+#include "server/call/progress_message.h"
 #include "server/call/result_encoder.h"
 #include "server/call/summary_message.h"
 
@@ -21,20 +22,6 @@ constexpr uint64_t kInteractivePoints = 100'000;
 JobPriority PriorityOf(const CallOptions& options, uint64_t points) {
   if (options.priority.has_value()) return *options.priority;
   return points <= kInteractivePoints ? JobPriority::kInteractive : JobPriority::kBatch;
-}
-
-v1::Progress::Phase ProgressPhase(JobPhase phase) {
-  switch (phase) {
-    case JobPhase::kQueued:
-      return v1::Progress::PHASE_QUEUED;
-    case JobPhase::kIndexing:
-      return v1::Progress::PHASE_INDEXING;
-    case JobPhase::kEstimating:
-      return v1::Progress::PHASE_ESTIMATING;
-    case JobPhase::kDone:
-      return v1::Progress::PHASE_SENDING;
-  }
-  return v1::Progress::PHASE_SENDING;
 }
 
 void Pack(const Response& response, grpc::ByteBuffer& message) {
@@ -181,42 +168,37 @@ EstimateCall::Made EstimateCall::MakeMessage(grpc::ByteBuffer& message) {
     MutexLock lock(mutex_);
     next = responses_.Next();
   }
-  Response response;
-  switch (next.kind) {
-    case ResponseSession::Kind::kNothing:
-      return Made::kNothing;
-    case ResponseSession::Kind::kEnd:
-      return Made::kLast;
-    case ResponseSession::Kind::kResults: {
-      const grpc::Slice packed = PackResults(field_.points, next.first, next.count, requests_.options().quantities);
-      grpc::ByteBuffer results(&packed, 1);
-      message.Swap(&results);
-      return Made::kMessage;
-    }
-    case ResponseSession::Kind::kAccepted:
-      FillAccepted(requests_.options(), limits_, account().request_id(), response.mutable_accepted());
-      break;
-    case ResponseSession::Kind::kProgress:
-      FillProgress(response.mutable_progress());
-      break;
-    case ResponseSession::Kind::kSummary:
-      FillSummary(response.mutable_summary());
-      break;
+  if (next.kind == ResponseSession::Kind::kNothing) return Made::kNothing;
+  if (next.kind == ResponseSession::Kind::kEnd) return Made::kLast;
+  if (next.kind == ResponseSession::Kind::kResults) {
+    const grpc::Slice packed = PackResults(field_.points, next.first, next.count, requests_.options().quantities);
+    grpc::ByteBuffer results(&packed, 1);
+    message.Swap(&results);
+  } else {
+    Response response;
+    FillResponse(next.kind, response);
+    Pack(response, message);
   }
-  Pack(response, message);
   return Made::kMessage;
 }
 
-void EstimateCall::FillProgress(v1::Progress* progress) {
+void EstimateCall::FillResponse(ResponseSession::Kind kind, Response& response) {
+  if (kind == ResponseSession::Kind::kAccepted) {
+    FillAccepted(requests_.options(), limits_, account().request_id(), response.mutable_accepted());
+  } else if (kind == ResponseSession::Kind::kProgress) {
+    FillProgress(points_received_.load(std::memory_order_relaxed), job_progress(), response.mutable_progress());
+  } else {
+    FillSummary(response.mutable_summary());
+  }
+}
+
+std::optional<JobProgress> EstimateCall::job_progress() {
   std::shared_ptr<EstimationJob> job;
   {
     MutexLock lock(mutex_);
     job = job_;
   }
-  const JobProgress state = job == nullptr ? JobProgress() : job->progress();
-  progress->set_phase(job == nullptr ? v1::Progress::PHASE_RECEIVING : ProgressPhase(state.phase));
-  progress->set_points_received(points_received_.load(std::memory_order_relaxed));
-  progress->set_points_estimated(state.points_estimated);
+  return job == nullptr ? std::nullopt : std::optional<JobProgress>(job->progress());
 }
 
 void EstimateCall::FillSummary(v1::Summary* summary) {

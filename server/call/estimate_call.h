@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
@@ -46,7 +47,10 @@ class EstimateCall final : public BidiStream {
 
   // The writing chain.
   Made MakeMessage(grpc::ByteBuffer& message) override;
-  void FillProgress(curvature::v1::Progress* progress);
+  // All but results, which are packed as they are.
+  void FillResponse(ResponseSession::Kind kind, curvature::v1::EstimateCurvatureResponse& response);
+  // None while there is no job, or no more.
+  std::optional<JobProgress> job_progress();
   void FillSummary(curvature::v1::Summary* summary);
 
   // The end, and what happens beside the chains.
