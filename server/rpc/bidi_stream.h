@@ -75,6 +75,7 @@ class BidiStream : public OpenStream, public std::enable_shared_from_this<BidiSt
   // case a cancel follows.
   virtual void ReceiveEnd() = 0;
   // The writing chain. Makes the next message, if one is due; kLast if all were written and the call ends with OK.
+  // Where a message cannot be made, it calls End with the reason, and returns kNothing.
   virtual Made MakeMessage(grpc::ByteBuffer& message) = 0;
   // Five times a second; `is_writing`: a message is on its way, or being made.
   virtual void OnTick(bool is_writing) = 0;

@@ -131,6 +131,15 @@ TEST_F(BidiStreamTest, WritesWhatBecameDueWhileItFoundNothingToWrite) {
   EXPECT_EQ(transport_.written, std::vector<std::string>{"late"});
 }
 
+TEST_F(BidiStreamTest, AMessageThatCannotBeMadeEndsTheCall) {
+  Start();
+  stream_->while_making = [this] { stream_->End(absl::ResourceExhaustedError("no memory")); };
+  stream_->WriteNext();
+  EXPECT_TRUE(transport_.written.empty());
+  EXPECT_EQ(Finished(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  ExpectHandled("RESOURCE_EXHAUSTED");
+}
+
 TEST_F(BidiStreamTest, EndsWithOkWhenAllIsWritten) {
   Start();
   stream_->due = {"last"};
