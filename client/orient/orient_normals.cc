@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <span>
 
-#include "client/neighbors/kd_tree.h"
+#include "client/neighbors/nearest_neighbors.h"
 #include "client/orient/parity_sets.h"
 
 namespace curv {
@@ -14,26 +16,32 @@ constexpr int kNeighbors = 12;
 // The share of the area that the normals of a closed surface add up to, holes and all, stays below this.
 constexpr double kClosedShare = 0.25;
 
+// Says how sure the normals of two neighbors can be compared, and what the comparison says.
 struct Edge {
   float cost;  // 0: certain
   uint32_t a;
-  uint32_t b;
-  bool opposite;
+  uint32_t b : 31;
+  uint32_t opposite : 1;  // whether the normals point to different sides of the surface
 };
+
+// The order in which edges are trusted. It is total, so that the tree does not depend on how neighbors are found.
+bool CostsLess(const Edge& x, const Edge& y) {
+  return x.cost != y.cost ? x.cost < y.cost : x.a != y.a ? x.a < y.a : x.b < y.b;
+}
 
 bool IsFinite(const Vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 // The points that can be oriented, without the others.
 struct Cloud {
-  std::vector<size_t> indices;
+  std::vector<uint32_t> indices;  // of the points among all that were given
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;  // unit
-  std::vector<double> areas;  // of the surface around each, but for a common factor
+  std::vector<double> areas;  // of the surface around each point, but for a common factor
 };
 
 Cloud UsablePoints(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals) {
   Cloud cloud;
-  for (size_t i = 0; i < positions.size(); ++i) {
+  for (uint32_t i = 0; i < positions.size(); ++i) {
     const double length = Norm(normals[i]);
     if (!IsFinite(positions[i]) || !std::isfinite(length) || length == 0.0) continue;
     cloud.indices.push_back(i);
@@ -44,32 +52,57 @@ Cloud UsablePoints(const std::vector<Vec3>& positions, const std::vector<Vec3>& 
   return cloud;
 }
 
+Edge MakeEdge(double cost, uint32_t a, uint32_t b, double agreement) {
+  // Positions so far apart that their difference overflows say nothing about each other.
+  constexpr float kWorst = 4.0f;
+  return {std::isfinite(cost) ? static_cast<float>(cost) : kWorst, a, b, agreement < 0.0};
+}
+
 // Going around a bend, the normal is mirrored in the plane between the two points: exactly so on a circle, and also
 // around an edge. Ways across the surface cost more than ways along it: in a noisy cloud they say nothing.
 Edge Compare(const Cloud& cloud, uint32_t a, const Neighbor& neighbor) {
   const uint32_t b = neighbor.index;
   if (neighbor.squared_distance == 0.0) {
     const double agreement = Dot(cloud.normals[a], cloud.normals[b]);
-    return {static_cast<float>(1.0 - std::abs(agreement)), a, b, agreement < 0.0};
+    return MakeEdge(1.0 - std::abs(agreement), a, b, agreement);
   }
   const Vec3 way = (1.0 / std::sqrt(neighbor.squared_distance)) * (cloud.positions[b] - cloud.positions[a]);
   const double across_a = Dot(way, cloud.normals[a]), across_b = Dot(way, cloud.normals[b]);
   const double agreement = Dot(cloud.normals[a] - 2.0 * across_a * way, cloud.normals[b]);
-  const double cost = 1.0 - std::abs(agreement) + std::abs(across_a) + std::abs(across_b);
-  return {static_cast<float>(cost), a, b, agreement < 0.0};
+  return MakeEdge(1.0 - std::abs(agreement) + std::abs(across_a) + std::abs(across_b), a, b, agreement);
 }
 
-std::vector<Edge> CompareNeighbors(Cloud& cloud) {
-  std::vector<Edge> edges;
-  edges.reserve(cloud.positions.size() * kNeighbors);
-  KdTree(cloud.positions).ForEach(kNeighbors, [&](uint32_t a, std::span<const Neighbor> neighbors) {
-    for (const Neighbor& neighbor : neighbors) edges.push_back(Compare(cloud, a, neighbor));
-    if (!neighbors.empty()) cloud.areas[a] = neighbors[neighbors.size() / 2].squared_distance;
+// Compares each point with its neighbors, and measures the area around it.
+std::vector<Edge> CompareNeighbors(Cloud& cloud, int threads) {
+  const size_t points = cloud.positions.size();
+  if (points < 2) return {};
+  const size_t count = std::min<size_t>(kNeighbors, points - 1);
+  std::vector<Edge> edges(points * count);  // those of point a from a * count on
+  ForEachNeighborhood(cloud.positions, kNeighbors, threads, [&](uint32_t a, std::span<const Neighbor> neighbors) {
+    for (size_t i = 0; i < count; ++i) edges[a * count + i] = Compare(cloud, a, neighbors[i]);
+    cloud.areas[a] = neighbors[count / 2].squared_distance;
   });
   return edges;
 }
 
-// What decides about the sign of a whole piece.
+// Joins points along the edges in the order of their costs: Kruskal's minimum spanning tree. Edges are sorted a part at
+// a time, because those of the lowest costs join nearly all points, and edges within a set need not be sorted.
+ParitySets JoinPoints(Cloud& cloud, int threads) {
+  std::vector<Edge> edges = CompareNeighbors(cloud, threads);
+  ParitySets sets(cloud.positions.size());
+  const size_t part = std::max<size_t>(1, 2 * cloud.positions.size());
+  for (auto first = edges.begin(), last = edges.end(); first != last;) {
+    const auto end = first + std::min(static_cast<ptrdiff_t>(part), last - first);
+    if (end != last) std::nth_element(first, end, last, CostsLess);
+    std::sort(first, end, CostsLess);
+    for (; first != end; ++first) sets.Join(first->a, first->b, first->opposite);
+    sets.Flatten();
+    last = std::remove_if(first, last, [&sets](const Edge& e) { return sets.Find(e.a).root == sets.Find(e.b).root; });
+  }
+  return sets;
+}
+
+// Sums over a piece of the surface, which decide about the sign of all its normals.
 struct Piece {
   double area = 0.0;
   double kept = 0.0;  // area whose given normals agree with the root's
@@ -87,34 +120,44 @@ bool PointsInward(const Piece& piece) {
   return piece.flux - Dot(center, piece.normal_sum) < 0.0;
 }
 
-}  // namespace
+// The pieces of a cloud, and the piece of each root.
+struct Pieces {
+  std::vector<Piece> pieces;
+  std::vector<uint32_t> at;  // index of a root's piece
+};
 
-Orientation OrientNormals(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals) {
-  Orientation orientation;
-  orientation.flip.resize(positions.size());
-  Cloud cloud = UsablePoints(positions, normals);
-  std::vector<Edge> edges = CompareNeighbors(cloud);
-  std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
-    return x.cost != y.cost ? x.cost < y.cost : x.a != y.a ? x.a < y.a : x.b < y.b;
-  });
-  ParitySets sets(cloud.positions.size());
-  for (const Edge& edge : edges) sets.Join(edge.a, edge.b, edge.opposite);
-
-  std::vector<Piece> pieces(cloud.positions.size());  // at the index of their root
+Pieces SumPieces(const Cloud& cloud, const ParitySets& sets) {
+  Pieces sums{.pieces = {}, .at = std::vector<uint32_t>(cloud.positions.size())};
+  for (uint32_t i = 0; i < cloud.positions.size(); ++i) {
+    if (sets.Find(i).root != i) continue;
+    sums.at[i] = static_cast<uint32_t>(sums.pieces.size());
+    sums.pieces.emplace_back();
+  }
   for (uint32_t i = 0; i < cloud.positions.size(); ++i) {
     const auto [root, opposite] = sets.Find(i);
-    Piece& piece = pieces[root];
+    Piece& piece = sums.pieces[sums.at[root]];
     const Vec3 normal = (opposite ? -cloud.areas[i] : cloud.areas[i]) * cloud.normals[i];
     piece.area += cloud.areas[i];
     piece.kept += opposite ? 0.0 : cloud.areas[i];
     piece.center += cloud.areas[i] * cloud.positions[i];
     piece.normal_sum += normal;
     piece.flux += Dot(normal, cloud.positions[i]);
-    orientation.pieces += root == i ? 1 : 0;
   }
+  return sums;
+}
+
+}  // namespace
+
+Orientation OrientNormals(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals, int threads) {
+  Cloud cloud = UsablePoints(positions, normals);
+  const ParitySets sets = JoinPoints(cloud, threads);
+  const Pieces sums = SumPieces(cloud, sets);
+  Orientation orientation;
+  orientation.flip.resize(positions.size());
+  orientation.pieces = sums.pieces.size();
   for (uint32_t i = 0; i < cloud.positions.size(); ++i) {
     const auto [root, opposite] = sets.Find(i);
-    const bool flip = opposite != PointsInward(pieces[root]);
+    const bool flip = opposite != PointsInward(sums.pieces[sums.at[root]]);
     orientation.flip[cloud.indices[i]] = flip ? 1 : 0;
     orientation.flipped += flip ? 1 : 0;
   }

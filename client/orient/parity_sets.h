@@ -1,4 +1,4 @@
-// Sets of points that agree or disagree with each other.
+// Keeps sets of points that are known to agree or disagree with each other.
 #pragma once
 
 #include <cstddef>
@@ -27,6 +27,15 @@ class ParitySets {
       place.root = parents_[place.root];
     }
     return place;
+  }
+
+  // Makes the way from each element to its root one step. Changes no root and no opposite.
+  void Flatten() {
+    for (uint32_t element = 0; element < parents_.size(); ++element) {
+      const Place place = Find(element);
+      parents_[element] = place.root;
+      opposite_[element] = place.opposite ? 1 : 0;
+    }
   }
 
   // Joins the sets of a and b, which are opposite or equal to each other. No effect within one set.
