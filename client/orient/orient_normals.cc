@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <span>
 
 #include "client/neighbors/nearest_neighbors.h"
+#include "client/neighbors/spatial_order.h"
 #include "client/orient/parity_sets.h"
 
 namespace curv {
@@ -24,15 +26,11 @@ struct Edge {
   uint32_t opposite : 1;  // whether the normals point to different sides of the surface
 };
 
-// The order in which edges are trusted. It is total, so that the tree does not depend on how neighbors are found.
-bool CostsLess(const Edge& x, const Edge& y) {
-  return x.cost != y.cost ? x.cost < y.cost : x.a != y.a ? x.a < y.a : x.b < y.b;
-}
-
 bool IsFinite(const Vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-// The points that can be oriented, without the others.
+// The points that can be oriented, without the others, in an order in which neighbors are close in memory.
 struct Cloud {
+  std::vector<uint32_t> places;   // of the points in the order in which they were given
   std::vector<uint32_t> indices;  // of the points among all that were given
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;  // unit
@@ -40,15 +38,24 @@ struct Cloud {
 };
 
 Cloud UsablePoints(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals) {
-  Cloud cloud;
+  std::vector<uint32_t> usable;
+  std::vector<Vec3> usable_positions;
   for (uint32_t i = 0; i < positions.size(); ++i) {
     const double length = Norm(normals[i]);
     if (!IsFinite(positions[i]) || !std::isfinite(length) || length == 0.0) continue;
-    cloud.indices.push_back(i);
-    cloud.positions.push_back(positions[i]);
-    cloud.normals.push_back((1.0 / length) * normals[i]);
+    usable.push_back(i);
+    usable_positions.push_back(positions[i]);
   }
-  cloud.areas.resize(cloud.positions.size());
+  const std::vector<uint32_t> order = SpatialOrder(usable_positions);
+  Cloud cloud;
+  cloud.places.resize(order.size());
+  cloud.areas.resize(order.size());
+  for (const uint32_t i : order) {
+    cloud.places[i] = static_cast<uint32_t>(cloud.indices.size());
+    cloud.indices.push_back(usable[i]);
+    cloud.positions.push_back(usable_positions[i]);
+    cloud.normals.push_back((1.0 / Norm(normals[usable[i]])) * normals[usable[i]]);
+  }
   return cloud;
 }
 
@@ -85,19 +92,36 @@ std::vector<Edge> CompareNeighbors(Cloud& cloud, int threads) {
   return edges;
 }
 
+// Moves the cheaper edges out, about `count` of them and at least one. The others keep their order.
+std::vector<Edge> TakeCheapest(size_t count, std::vector<Edge>& edges) {
+  constexpr size_t kSamples = 1000;
+  std::vector<float> costs;
+  for (size_t i = 0; i < edges.size(); i += edges.size() / kSamples + 1) costs.push_back(edges[i].cost);
+  std::sort(costs.begin(), costs.end());
+  const size_t rank = costs.size() * std::min(count, edges.size()) / edges.size();
+  const float limit = costs[std::min(rank, costs.size() - 1)];
+  std::vector<Edge> cheapest;
+  std::copy_if(edges.begin(), edges.end(), std::back_inserter(cheapest),
+               [&](const Edge& e) { return e.cost <= limit; });
+  std::erase_if(edges, [&](const Edge& e) { return e.cost <= limit; });
+  return cheapest;
+}
+
 // Joins points along the edges in the order of their costs: Kruskal's minimum spanning tree. Edges are sorted a part at
 // a time, because those of the lowest costs join nearly all points, and edges within a set need not be sorted.
 ParitySets JoinPoints(Cloud& cloud, int threads) {
+  // Total, so that the tree does not depend on the order of the points in memory.
+  const auto costs_less = [&indices = cloud.indices](const Edge& x, const Edge& y) {
+    return x.cost != y.cost ? x.cost < y.cost : x.a != y.a ? indices[x.a] < indices[y.a] : indices[x.b] < indices[y.b];
+  };
   std::vector<Edge> edges = CompareNeighbors(cloud, threads);
   ParitySets sets(cloud.positions.size());
-  const size_t part = std::max<size_t>(1, 2 * cloud.positions.size());
-  for (auto first = edges.begin(), last = edges.end(); first != last;) {
-    const auto end = first + std::min(static_cast<ptrdiff_t>(part), last - first);
-    if (end != last) std::nth_element(first, end, last, CostsLess);
-    std::sort(first, end, CostsLess);
-    for (; first != end; ++first) sets.Join(first->a, first->b, first->opposite);
+  while (!edges.empty()) {
+    std::vector<Edge> cheapest = TakeCheapest(cloud.positions.size(), edges);
+    std::sort(cheapest.begin(), cheapest.end(), costs_less);
+    for (const Edge& edge : cheapest) sets.Join(edge.a, edge.b, edge.opposite);
     sets.Flatten();
-    last = std::remove_if(first, last, [&sets](const Edge& e) { return sets.Find(e.a).root == sets.Find(e.b).root; });
+    std::erase_if(edges, [&sets](const Edge& e) { return sets.Find(e.a).root == sets.Find(e.b).root; });
   }
   return sets;
 }
@@ -133,7 +157,8 @@ Pieces SumPieces(const Cloud& cloud, const ParitySets& sets) {
     sums.at[i] = static_cast<uint32_t>(sums.pieces.size());
     sums.pieces.emplace_back();
   }
-  for (uint32_t i = 0; i < cloud.positions.size(); ++i) {
+  // In the given order, which rounding depends on.
+  for (const uint32_t i : cloud.places) {
     const auto [root, opposite] = sets.Find(i);
     Piece& piece = sums.pieces[sums.at[root]];
     const Vec3 normal = (opposite ? -cloud.areas[i] : cloud.areas[i]) * cloud.normals[i];
