@@ -93,7 +93,7 @@ ExitCode Run(const EstimateFlags& flags) {
   absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table);
   if (!cloud.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", cloud.status().message()));
   if (flags.orient) {
-    PrintNote(absl::StrCat("negated ", WithCommas(OrientTable(*table)), " normals (--orient)"));
+    PrintNote(absl::StrCat("negated ", WithCommas(OrientTable(*table, flags.threads)), " normals (--orient)"));
     cloud = ExtractCloud(*table);
   }
   report.read_seconds = SecondsSince(start);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
@@ -79,30 +80,38 @@ std::string SummaryText(const EstimateReport& report, const PointTable& result) 
 }
 
 std::string SummaryJson(const EstimateReport& report, const PointTable& result) {
-  JsonObject statuses, ranges, seconds, json;
+  nlohmann::ordered_json statuses, ranges, seconds;
   for (size_t status = 1; status < kStatusWords.size(); ++status) {
-    statuses.Add(kStatusWords[status], report.summary.status_counts[status]);
+    statuses[kStatusWords[status]] = report.summary.status_counts[status];
   }
   for (const NamedQuantity& quantity : kQuantities) {
     const Spread spread = SpreadOf(result, quantity.column);
-    ranges.Add(quantity.column,
-               JsonObject().Add("least", spread.low).Add("median", spread.median).Add("largest", spread.high));
+    ranges[quantity.column] = {{"least", spread.low}, {"median", spread.median}, {"largest", spread.high}};
   }
-  for (const auto& [phase, value] : PhaseSeconds(report)) seconds.Add(phase, value);
-  json.Add("input", report.input).Add("output", report.output).Add("server", report.server);
-  json.Add("request_id", report.summary.request_id).Add("attempts", static_cast<uint64_t>(report.summary.attempts));
-  json.Add("estimator", EstimatorName(report.options.estimator));
+  for (const auto& [phase, value] : PhaseSeconds(report)) seconds[phase] = value;
+  nlohmann::ordered_json json = {{"input", report.input},
+                                 {"output", report.output},
+                                 {"server", report.server},
+                                 {"request_id", report.summary.request_id},
+                                 {"attempts", report.summary.attempts},
+                                 {"estimator", EstimatorName(report.options.estimator)}};
   if (report.options.radius) {
-    json.Add("radius", *report.options.radius);
+    json["radius"] = *report.options.radius;
   } else {
-    json.Add("neighbor_count", uint64_t{report.options.neighbor_count});
+    json["neighbor_count"] = report.options.neighbor_count;
   }
-  json.Add("triangle_count", uint64_t{report.options.triangle_count}).Add("seed", report.options.seed);
-  json.Add("rotation_count", uint64_t{report.options.rotation_count});
-  json.Add("jet_degree", uint64_t{report.options.jet_degree}).Add("even_weights", report.options.even_weights);
-  json.Add("points", report.summary.points).Add("status", statuses).Add("ranges", ranges).Add("seconds", seconds);
-  json.Add("normals_rescaled", report.summary.normals_rescaled).Add("server_peak_bytes", report.summary.peak_bytes);
-  return json.ToString() + "\n";
+  json["triangle_count"] = report.options.triangle_count;
+  json["seed"] = report.options.seed;
+  json["rotation_count"] = report.options.rotation_count;
+  json["jet_degree"] = report.options.jet_degree;
+  json["even_weights"] = report.options.even_weights;
+  json["points"] = report.summary.points;
+  json["status"] = std::move(statuses);
+  json["ranges"] = std::move(ranges);
+  json["seconds"] = std::move(seconds);
+  json["normals_rescaled"] = report.summary.normals_rescaled;
+  json["server_peak_bytes"] = report.summary.peak_bytes;
+  return ToJsonLine(json);
 }
 
 }  // namespace curv

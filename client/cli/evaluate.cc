@@ -1,8 +1,9 @@
-#include <cmath>
 #include <cstdio>
-#include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -44,15 +45,18 @@ std::string Text(const std::string& input, const Accuracy& accuracy) {
 }
 
 std::string Json(const std::string& input, const Accuracy& accuracy) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  JsonObject errors, angles, json;
+  nlohmann::ordered_json errors = nlohmann::ordered_json::object();
   for (const QuantityError& error : accuracy.errors) {
-    errors.Add(error.quantity, JsonObject().Add("mean", error.mean).Add("rms", error.rms).Add("max", error.largest));
+    errors[error.quantity] = {{"mean", error.mean}, {"rms", error.rms}, {"max", error.largest}};
   }
-  angles.Add("d1", accuracy.d1_angle.value_or(kNaN)).Add("d2", accuracy.d2_angle.value_or(kNaN));
-  json.Add("input", input).Add("points", uint64_t{accuracy.points}).Add("compared", uint64_t{accuracy.compared});
-  json.Add("errors", errors).Add("median_angle_degrees", angles);
-  return json.ToString() + "\n";
+  const auto angle = [](const std::optional<double>& degrees) {
+    return degrees ? nlohmann::ordered_json(*degrees) : nlohmann::ordered_json(nullptr);
+  };
+  return ToJsonLine({{"input", input},
+                     {"points", accuracy.points},
+                     {"compared", accuracy.compared},
+                     {"errors", std::move(errors)},
+                     {"median_angle_degrees", {{"d1", angle(accuracy.d1_angle)}, {"d2", angle(accuracy.d2_angle)}}}});
 }
 
 ExitCode Run(const EvaluateFlags& flags) {

@@ -1,5 +1,6 @@
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -40,13 +41,17 @@ std::string Text(const ServerInfo& info) {
 }
 
 std::string Json(const ServerInfo& info) {
-  JsonObject limits, json;
-  limits.Add("max_points", info.max_points).Add("max_neighbor_count", uint64_t{info.max_neighbor_count});
-  limits.Add("max_chunk_bytes", info.max_chunk_bytes).Add("memory_bytes", info.memory_bytes);
-  limits.Add("max_streams", uint64_t{info.max_streams});
-  json.Add("version", info.version).Add("health", info.health).Add("estimators", absl::StrJoin(info.estimators, " "));
-  json.Add("worker_threads", uint64_t{info.worker_threads}).Add("cpu_kind", info.cpu_kind).Add("limits", limits);
-  return json.ToString() + "\n";
+  return ToJsonLine({{"version", info.version},
+                     {"health", info.health},
+                     {"estimators", absl::StrJoin(info.estimators, " ")},
+                     {"worker_threads", info.worker_threads},
+                     {"cpu_kind", info.cpu_kind},
+                     {"limits",
+                      {{"max_points", info.max_points},
+                       {"max_neighbor_count", info.max_neighbor_count},
+                       {"max_chunk_bytes", info.max_chunk_bytes},
+                       {"memory_bytes", info.memory_bytes},
+                       {"max_streams", info.max_streams}}}});
 }
 
 ExitCode RunHealth(const CurvatureClient& client, absl::Duration timeout) {

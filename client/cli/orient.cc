@@ -33,7 +33,7 @@ ExitCode Run(const OrientFlags& flags) {
   if (absl::Status status = ExtractCloud(*table).status(); !status.ok()) {
     return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", status.message()));
   }
-  const size_t flipped = OrientTable(*table);
+  const size_t flipped = OrientTable(*table, /*threads=*/0);
   if (absl::Status status = SaveTable(*table, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
   std::printf("%s: negated %s of %s normals\n", flags.output.c_str(), WithCommas(flipped).c_str(),
               WithCommas(table->size()).c_str());

@@ -32,8 +32,8 @@ std::vector<Vec3> VectorsOf(const PointTable& table, const std::string& prefix) 
   return vectors;
 }
 
-size_t OrientTable(PointTable& table) {
-  const Orientation orientation = OrientNormals(VectorsOf(table, ""), VectorsOf(table, "n"));
+size_t OrientTable(PointTable& table, int threads) {
+  const Orientation orientation = OrientNormals(VectorsOf(table, ""), VectorsOf(table, "n"), threads);
   for (const char* name : {"nx", "ny", "nz"}) {
     Column column = *table.Find(name);
     Negate(orientation.flip, column);

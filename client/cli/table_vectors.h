@@ -13,8 +13,8 @@ namespace curv {
 // The columns prefix + x, y and z as vectors. REQUIRES: the table has them.
 std::vector<Vec3> VectorsOf(const PointTable& table, const std::string& prefix);
 
-// Orients the normals of the table, see OrientNormals, and returns how many were negated.
-// REQUIRES: ExtractCloud succeeds on the table.
-size_t OrientTable(PointTable& table);
+// Orients the normals of the table on `threads` threads, see OrientNormals, and returns how many were negated.
+// REQUIRES: ExtractCloud succeeds on the table; threads >= 0.
+size_t OrientTable(PointTable& table, int threads);
 
 }  // namespace curv

@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <string_view>
 
 #include "absl/strings/ascii.h"
@@ -32,15 +33,20 @@ absl::Status UnknownExtension(const std::string& path, const char* known) {
 using Reader = absl::StatusOr<PointTable> (*)(std::string_view);
 using Writer = absl::Status (*)(const PointTable&, AtomicFile&);
 
-Reader ReaderFor(const std::string& extension) {
-  if (extension == ".ply") return ReadPly;
-  if (extension == ".pcd") return ReadPcd;
-  if (extension == ".obj") return ReadObj;
-  if (extension == ".csv") return ReadCsv;
+struct Format {
+  Reader read;
+  const char* points;  // what a file with points has, for the message about one without
+};
+
+std::optional<Format> FormatOf(const std::string& extension) {
+  if (extension == ".ply") return Format{ReadPly, "rows of the element vertex"};
+  if (extension == ".pcd") return Format{ReadPcd, "POINTS of 1 or more, and as many rows"};
+  if (extension == ".obj") return Format{ReadObj, "v lines"};
+  if (extension == ".csv") return Format{ReadCsv, "lines of values after the line with the columns' names"};
   for (const char* text : {".xyz", ".pts", ".xyzn", ".txt", ".asc"}) {
-    if (extension == text) return ReadXyz;
+    if (extension == text) return Format{ReadXyz, "lines of x y z nx ny nz"};
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 Writer WriterFor(const std::string& extension) {
@@ -90,12 +96,16 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
 }  // namespace
 
 absl::StatusOr<PointTable> LoadTable(const std::string& path) {
-  const Reader reader = ReaderFor(ExtensionOf(path));
-  if (reader == nullptr) return UnknownExtension(path, kReadableExtensions);
+  const std::optional<Format> format = FormatOf(ExtensionOf(path));
+  if (!format) return UnknownExtension(path, kReadableExtensions);
   absl::StatusOr<std::string> bytes = ReadBytes(path);
   if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<PointTable> table = reader(*bytes);
+  absl::StatusOr<PointTable> table = format->read(*bytes);
   if (!table.ok()) return absl::InvalidArgumentError(absl::StrCat(path, ": ", table.status().message()));
+  if (table->size() == 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        path, ": the file holds no points", bytes->empty() ? ", it is empty" : "", ": expected ", format->points));
+  }
   return table;
 }
 

@@ -1,4 +1,4 @@
-// Tables from files and into files, by the extension of the name.
+// Reads tables from files and writes them into files, in the format that the extension of the name tells.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ inline constexpr char kReadableExtensions[] = ".ply .pcd .xyz .pts .xyzn .txt .a
 inline constexpr char kWritableExtensions[] = ".ply .csv";
 
 // Reads a file; upper and lower case extensions are the same. INVALID_ARGUMENT naming the file if it cannot be read,
-// has no known extension, or is not what its extension says.
+// has no known extension, is not what its extension says, or holds no points.
 absl::StatusOr<PointTable> LoadTable(const std::string& path);
 
 // INVALID_ARGUMENT if SaveTable could not write such a file: unknown extension, or no file can be created there.

@@ -1,4 +1,4 @@
-// One JSON object on one line, for logs.
+// Writes one JSON object on one line, for logs.
 #pragma once
 
 #include <concepts>
@@ -8,13 +8,15 @@
 
 namespace curvd {
 
-// Keys come out in the order in which they were added. Not thread-safe.
+// Keys come out in the order in which they were added. Put together by hand, because nlohmann's writer
+// cannot be told how many digits a number shall have; the texts are quoted by it. Not thread-safe.
 class JsonLine {
  public:
+  // Text comes out as it is if it is UTF-8; bytes that are not become U+FFFD, control characters are escaped.
   JsonLine& Add(const char* key, const std::string& value);
   JsonLine& Add(const char* key, const char* value) { return Add(key, std::string(value)); }
   JsonLine& Add(const char* key, bool value) { return AddRaw(key, value ? "true" : "false"); }
-  // Not finite becomes null.
+  // Writes six significant digits; null if the number is not finite.
   JsonLine& Add(const char* key, double value);
   JsonLine& Add(const char* key, std::integral auto value) { return AddRaw(key, absl::StrCat(value)); }
 

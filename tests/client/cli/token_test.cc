@@ -52,7 +52,7 @@ TEST_F(TokenTest, AServerTakesTheTokenWhoseLineWasPrinted) {
   const std::string address = absl::StrCat("--server=localhost:", server->port());
   const CurvRun info = RunCurv({"info", address, ca, "--token-file=" + file, "--json"});
   EXPECT_EQ(info.exit_code, 0) << info.err;
-  EXPECT_THAT(info.out, HasSubstr("\"max_points\": 1000,"));
+  EXPECT_THAT(info.out, HasSubstr("\"max_points\":1000,"));
   EXPECT_THAT(RunCurv({"info", address, ca}).err, HasSubstr("TOKEN_MISSING"));
   EXPECT_EQ(RunCurv({"info", address, ca, "--health"}).out, "SERVING\n");
 }

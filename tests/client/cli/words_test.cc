@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "client/cli/flags.h"
 #include "client/cli/json.h"
@@ -39,12 +40,21 @@ TEST(NumbersTest, TellsTime) {
   EXPECT_EQ(Clock(INFINITY), "8333:20:00");
 }
 
-TEST(JsonTest, EscapesAndNests) {
-  JsonObject inner;
-  inner.Add("nan", NAN).Add("half", 0.5).Add("big", uint64_t{18446744073709551615u});
-  EXPECT_EQ(JsonObject().Add("a\"\\\n", "b").Add("in", inner).ToString(),
-            "{\"a\\\"\\\\\\u000a\": \"b\", \"in\": {\"nan\": null, \"half\": 0.5, \"big\": 18446744073709551615}}");
-  EXPECT_EQ(JsonObject().ToString(), "{}");
+TEST(JsonLineTest, KeepsOrderAndEscapes) {
+  EXPECT_EQ(ToJsonLine({{"z\"\\\n", "b"}, {"a", {{"nan", NAN}, {"half", 0.5}, {"big", 18446744073709551615u}}}}),
+            "{\"z\\\"\\\\\\n\":\"b\",\"a\":{\"nan\":null,\"half\":0.5,\"big\":18446744073709551615}}\n");
+}
+
+TEST(JsonLineTest, KeepsTextInAnyLanguage) {
+  EXPECT_EQ(ToJsonLine({{"input", "Gesch\u00fctz \u6811.ply"}}), "{\"input\":\"Gesch\u00fctz \u6811.ply\"}\n");
+}
+
+TEST(JsonLineTest, ReplacesBytesThatAreNoText) {
+  EXPECT_EQ(ToJsonLine({{"input",
+                         "a\xff"
+                         "b\xc3"}}),
+            "{\"input\":\"a\uFFFD"
+            "b\uFFFD\"}\n");
 }
 
 TEST(ProgressLineTest, ShowsShareRateAndTimeLeft) {

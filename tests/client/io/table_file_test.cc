@@ -102,7 +102,36 @@ TEST(TableFileTest, ReadsEveryExtension) {
     EXPECT_THAT(Values(*table, "y"), ElementsAre(2)) << name;
   }
   EXPECT_TRUE(LoadTable(dir.Write("a.obj", "v 1 2 3\n")).ok());
-  EXPECT_TRUE(LoadTable(dir.Write("a.pcd", "FIELDS x\nPOINTS 0\nDATA ascii\n")).ok());
+  EXPECT_TRUE(LoadTable(dir.Write("a.pcd", "FIELDS x\nSIZE 4\nTYPE F\nPOINTS 1\nDATA ascii\n7\n")).ok());
+}
+
+// A reader may take such a file, whose header can be right. Nobody who names it as an input wants an empty result.
+TEST(TableFileTest, RefusesFilesWithoutPoints) {
+  const TempDir dir;
+  const auto message = [&dir](const char* name, const char* bytes) {
+    return std::string(LoadTable(dir.Write(name, bytes)).status().message());
+  };
+  for (const char* name : {"a.xyz", "a.pts", "a.xyzn", "a.txt", "a.asc"}) {
+    EXPECT_THAT(message(name, ""), HasSubstr(std::string(name) + ": the file holds no points, it is empty: expected "
+                                                                 "lines of x y z nx ny nz"));
+    EXPECT_THAT(message(name, "# x y z\n\n"), HasSubstr("the file holds no points: expected lines")) << name;
+    EXPECT_THAT(message(name, "0\n"), HasSubstr("the file holds no points: expected lines")) << name;
+  }
+  EXPECT_THAT(message("a.obj", ""), HasSubstr("a.obj: the file holds no points, it is empty: expected v lines"));
+  EXPECT_THAT(message("a.obj", "# v 1 2 3\n"), HasSubstr("the file holds no points: expected v lines"));
+  EXPECT_THAT(message("a.csv", ""), HasSubstr("a.csv: line 1: the file is empty"));
+  EXPECT_THAT(message("a.csv", "x,y,z,nx,ny,nz\n"), HasSubstr("holds no points: expected lines of values after the"));
+  EXPECT_THAT(message("a.ply", ""), HasSubstr("a.ply: line 1: expected the word ply"));
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    const std::string ply =
+        std::string("ply\nformat ") + format + " 1.0\nelement vertex 0\nproperty float x\nelement face 0\nend_header\n";
+    EXPECT_THAT(message("a.ply", ply.c_str()), HasSubstr("holds no points: expected rows of the element vertex"));
+  }
+  EXPECT_THAT(message("a.pcd", ""), HasSubstr("a.pcd: line 1: the header of a PCD file does not end"));
+  for (const char* encoding : {"ascii", "binary"}) {
+    const std::string pcd = std::string("FIELDS x\nSIZE 4\nTYPE F\nPOINTS 0\nDATA ") + encoding + "\n";
+    EXPECT_THAT(message("a.pcd", pcd.c_str()), HasSubstr("holds no points: expected POINTS of 1 or more"));
+  }
 }
 
 // A limit on the size of files fails in the middle of writing, as a full disk does.

@@ -13,8 +13,22 @@ TEST(JsonLineTest, WritesEachTypeInOrder) {
 }
 
 TEST(JsonLineTest, EscapesWhatJsonCannotHold) {
-  EXPECT_EQ(JsonLine().Add("a", "q\" b\\ n\n t\x01").str(), R"({"a":"q\" b\\ n\u000a t\u0001"})");
-  EXPECT_EQ(JsonLine().Add("a", "\x7f \x9b \xff").str(), R"({"a":"\u007f \u009b \u00ff"})");
+  EXPECT_EQ(JsonLine().Add("a", "q\" b\\ n\n t\x01").str(), R"({"a":"q\" b\\ n\n t\u0001"})");
+}
+
+TEST(JsonLineTest, KeepsTextInAnyLanguage) {
+  EXPECT_EQ(JsonLine().Add("a", "Gesch\u00fctz \u6811 \U0001F409").str(),
+            "{\"a\":\"Gesch\u00fctz \u6811 \U0001F409\"}");
+}
+
+TEST(JsonLineTest, ReplacesBytesThatAreNoText) {
+  EXPECT_EQ(JsonLine().Add("a", "\x9b \xff \xc2").str(), "{\"a\":\"\uFFFD \uFFFD \uFFFD\"}");
+}
+
+// As bytes, and as UTF-8, in which 0x9b is a command to a terminal too.
+TEST(JsonLineTest, EscapesWhatCommandsTerminals) {
+  EXPECT_EQ(JsonLine().Add("a", "\x1b[2J \x7f \u0080 \u009b \u00a0").str(),
+            "{\"a\":\"\\u001b[2J \\u007f \\u0080 \\u009b \u00a0\"}");
 }
 
 TEST(JsonLineTest, HasNoNumberForWhatIsNotFinite) {
