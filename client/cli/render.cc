@@ -7,6 +7,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "client/cli/command.h"
 #include "client/cli/flags.h"
 #include "client/cli/result_columns.h"
@@ -33,6 +34,7 @@ struct RenderFlags {
   std::string view = "three-quarter";
   std::string up = "z";
   std::string size = "1200x900";
+  std::string unit = "length unit";
 };
 
 struct Drawing {
@@ -40,22 +42,17 @@ struct Drawing {
   PictureOptions options;
 };
 
-// Breaks a title where it would be wider than the scale bar's place.
-std::vector<std::string> TitleLines(const std::string& title) {
-  const size_t blank = title.find(' ');
-  if (blank == std::string::npos) return {title};
-  return {title.substr(0, blank), title.substr(blank + 1)};
-}
-
 // The column that holds the quantity: the estimate, or the truth of a file that was only generated, or the column of
 // that very name.
-absl::StatusOr<Drawing> ChooseColumn(const PointTable& table, const std::string& quantity) {
+absl::StatusOr<Drawing> ChooseColumn(const PointTable& table, const std::string& quantity,
+                                     const std::string& length_unit) {
   const NamedQuantity* const named = FindQuantity(quantity);
   if (named == nullptr) {
-    if (table.Find(quantity) != nullptr) return Drawing{quantity, {.title = {quantity}}};
+    if (table.Find(quantity) != nullptr) return Drawing{quantity, {.title = quantity}};
     return absl::InvalidArgumentError(absl::StrCat("there is no column ", quantity, " (--quantity)"));
   }
-  Drawing drawing{named->column, {.title = TitleLines(named->title)}};
+  Drawing drawing{named->column,
+                  {.title = named->title, .unit = absl::StrReplaceAll(named->unit, {{"%", length_unit}})}};
   if (table.Find(named->column) != nullptr) return drawing;
   if (table.Find(named->truth_column) == nullptr) {
     return absl::InvalidArgumentError(absl::StrCat("there is no column ", named->column,
@@ -63,7 +60,7 @@ absl::StatusOr<Drawing> ChooseColumn(const PointTable& table, const std::string&
                                                    "with --quantity"));
   }
   drawing.column = named->truth_column;
-  drawing.options.title.push_back("(exact)");
+  drawing.options.title += " (exact)";
   return drawing;
 }
 
@@ -105,11 +102,13 @@ ExitCode Run(const RenderFlags& flags) {
     return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", status.message()));
   };
   if (absl::Status status = ExtractCloud(*table).status(); !status.ok()) return bad_input(status);
-  absl::StatusOr<Drawing> drawing = ChooseColumn(*table, flags.quantity);
+  absl::StatusOr<Drawing> drawing = ChooseColumn(*table, flags.quantity, flags.unit);
   if (!drawing.ok()) return bad_input(drawing.status());
   parsed.title = drawing->options.title;
+  parsed.unit = drawing->options.unit;
   absl::StatusOr<Image> image =
       DrawPicture(VectorsOf(*table, ""), VectorsOf(*table, "n"), ValuesOf(*table, drawing->column), parsed);
+  if (absl::IsFailedPrecondition(image.status())) return Fail(ExitCode::kOutput, image.status());
   if (!image.ok()) return bad_input(image.status());
   if (absl::Status status = SavePng(*image, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
   std::printf("%s: %s of %s\n", flags.output.c_str(), drawing->column.c_str(), flags.input.c_str());
@@ -135,6 +134,8 @@ void AddRender(CLI::App& app, Action& action) {
       ->check(CLI::IsMember({"y", "z"}).description(""))
       ->option_text("AXIS");
   command->add_option("--size", flags->size, "of the picture in pixels [1200x900]")->option_text("WIDTHxHEIGHT");
+  command->add_option("--unit", flags->unit, "the cloud's length unit, for the scale bar: mm makes it say 1/mm")
+      ->option_text("NAME");
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }
 

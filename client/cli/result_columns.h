@@ -16,13 +16,14 @@ struct NamedQuantity {
   const char* word;          // "mean"
   const char* column;        // "mean_curvature"
   const char* truth_column;  // "true_mean"
-  const char* title;         // "mean curvature"
+  const char* title;         // "Mean curvature"
+  const char* unit;          // "1/%", where % stands for the cloud's length unit
 };
 inline constexpr NamedQuantity kQuantities[] = {
-    {"mean", "mean_curvature", "true_mean", "mean curvature"},
-    {"gaussian", "gaussian_curvature", "true_gaussian", "Gaussian curvature"},
-    {"k1", "k1", "true_k1", "principal curvature k1"},
-    {"k2", "k2", "true_k2", "principal curvature k2"},
+    {"mean", "mean_curvature", "true_mean", "Mean curvature", "1/%"},
+    {"gaussian", "gaussian_curvature", "true_gaussian", "Gaussian curvature", "1/%\u00b2"},
+    {"k1", "k1", "true_k1", "Principal curvature k\u2081", "1/%"},
+    {"k2", "k2", "true_k2", "Principal curvature k\u2082", "1/%"},
 };
 inline constexpr char kQuantityWords[] = "mean, gaussian, k1, k2";
 

@@ -1,105 +1,231 @@
 #include "client/render/legend.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdio>
+#include <numbers>
+#include <utility>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "client/render/canvas.h"
 #include "client/render/lettering.h"
+#include "client/render/ticks.h"
 
 namespace curv {
 namespace {
 
 constexpr Color kInk{0.15f, 0.15f, 0.15f};
+constexpr Color kFaintInk{0.40f, 0.40f, 0.40f};
 
-// 1, 2 or 5 times a power of ten, so that about five steps fit.
-double RoundStep(double span) {
-  const double rough = span / 5.0;
-  const double power = std::pow(10.0, std::floor(std::log10(rough)));
-  const double leading = rough / power;
-  return power * (leading < 1.5 ? 1.0 : leading < 3.5 ? 2.0 : leading < 7.5 ? 5.0 : 10.0);
+// Size of the letters, which all lengths are multiples of.
+double LetterSize(int image_width, int image_height) {
+  return std::max(11.0, 0.0215 * std::min<double>(image_height, 0.85 * image_width));
 }
+constexpr double kWidth = 11.5, kBarWidth = 1.5, kMargin = 1.0, kLine = 1.35;
+constexpr double kAxesHeight = 6.5, kMinBarHeight = 8.0;
+constexpr size_t kMaxTitleLines = 4;
 
-std::string Label(double value, double step, double largest) {
-  char text[40];
-  if (largest >= 1e5 || step < 1e-5) {
-    const int digits = std::max(0, static_cast<int>(std::floor(std::log10(largest)) - std::floor(std::log10(step))));
-    std::snprintf(text, sizeof(text), "%.*e", value == 0.0 ? 0 : digits, value);
-    return value == 0.0 ? "0" : text;
-  }
-  const int digits = std::max(0, static_cast<int>(-std::floor(std::log10(step * (1.0 + 1e-9)))));
-  std::snprintf(text, sizeof(text), "%.*f", digits, value);
-  return text;
-}
-
-// Lengths of the legend's parts, all in proportion to the picture.
-struct Measures {
-  explicit Measures(int image_height)
-      : size(std::max(7.0, 0.0165 * image_height)), bar_width(1.9 * size), width(13.0 * size) {}
-  double size;  // of capital letters
-  double bar_width;
-  double width;
+struct Box {
+  double left;
+  double right;
+  double top;
+  double bottom;
 };
 
-void FillRows(double left, double right, double top, double bottom, const ColorScale& scale, Image& image) {
-  for (int y = static_cast<int>(top); y < static_cast<int>(bottom); ++y) {
-    const double t = (bottom - (y + 0.5)) / (bottom - top);
-    const Color color = scale.ColorOf(scale.low() + t * (scale.high() - scale.low()));
-    for (int x = static_cast<int>(left); x < static_cast<int>(right); ++x) image.at(x, y) = color;
-  }
-}
+// Draws the legend from top to bottom.
+class LegendPainter {
+ public:
+  LegendPainter(double size, double height, Canvas& canvas) : size_(size), height_(height), cairo_(canvas.cairo()) {}
 
-void Frame(double left, double right, double top, double bottom, Image& image) {
-  DrawLine(left, top, right, top, 1.0, kInk, image);
-  DrawLine(left, bottom, right, bottom, 1.0, kInk, image);
-  DrawLine(left, top, left, bottom, 1.0, kInk, image);
-  DrawLine(right, top, right, bottom, 1.0, kInk, image);
-}
+  void Draw(const ColorScale& scale, const LegendText& text, const View& view) {
+    const Ticks ticks = RoundTicks(scale.low(), scale.high());
+    double top = DrawHeading(text, ticks.exponent) + (text.has_above ? kBarWidth : 0.4) * size_;
+    double bottom = height_ - (kMargin + (text.has_missing ? 1.6 * kLine : 0.0)) * size_;
+    bottom -= (text.has_below ? kBarWidth : 0.4) * size_;
+    const bool has_axes = bottom - top > (kMinBarHeight + kAxesHeight) * size_;
+    if (has_axes) bottom -= kAxesHeight * size_;
+    if (bottom - top < size_) return;
+    const Box bar{Left(), Left() + kBarWidth * size_, std::floor(top) + 0.5, std::floor(bottom) + 0.5};
+    FillBar(bar, scale);
+    FrameBar(bar, text, scale);
+    DrawTicks(bar, ticks.ticks, scale);
+    double y = bar.bottom + (text.has_below ? kBarWidth : 0.0) * size_;
+    if (text.has_missing) DrawMissing(y += 1.6 * kLine * size_);
+    if (has_axes) DrawAxes(view, {Left() + 2.2 * size_, 0.5 * (y + height_)});
+  }
+
+ private:
+  double Left() const { return std::floor(kMargin * size_) + 0.5; }
+
+  // Returns where the heading ends.
+  double DrawHeading(const LegendText& text, int exponent) {
+    double y = (0.06 * height_ > 2.0 * size_ ? 0.06 * height_ : kMargin * size_) + 0.8 * size_;
+    SetColor(kInk, cairo_);
+    SelectFont(text.title, size_, cairo_);
+    for (const std::string& line : BreakLines(text.title, (kWidth - 1.5 * kMargin) * size_, kMaxTitleLines, cairo_)) {
+      DrawText(line, Left(), y, cairo_);
+      y += kLine * size_;
+    }
+    const std::string power = exponent == 0 ? "" : absl::StrCat("\u00d7 10", Superscript(exponent));
+    const std::string below = absl::StrCat(power, power.empty() || text.unit.empty() ? "" : "  ", text.unit);
+    if (!below.empty()) {
+      SetColor(kFaintInk, cairo_);
+      SelectFont(below, 0.85 * size_, cairo_);
+      DrawText(below, Left(), y, cairo_);
+      y += kLine * size_;
+    }
+    return y - 0.6 * size_;
+  }
+
+  void FillBar(const Box& bar, const ColorScale& scale) {
+    cairo_set_antialias(cairo_, CAIRO_ANTIALIAS_NONE);
+    for (double y = std::floor(bar.top); y < bar.bottom; ++y) {
+      const double t = std::clamp((bar.bottom - y) / (bar.bottom - bar.top), 0.0, 1.0);
+      SetColor(scale.ColorOf(scale.low() + t * (scale.high() - scale.low())), cairo_);
+      cairo_rectangle(cairo_, std::floor(bar.left), y, std::ceil(bar.right) - std::floor(bar.left), 1.0);
+      cairo_fill(cairo_);
+    }
+    cairo_set_antialias(cairo_, CAIRO_ANTIALIAS_DEFAULT);
+  }
+
+  // A point at an end says that values go on beyond it.
+  void FrameBar(const Box& bar, const LegendText& text, const ColorScale& scale) {
+    const auto point = [&](double end, double tip, double value) {
+      cairo_move_to(cairo_, bar.left, end);
+      cairo_line_to(cairo_, 0.5 * (bar.left + bar.right), tip);
+      cairo_line_to(cairo_, bar.right, end);
+      SetColor(scale.ColorOf(value), cairo_);
+      cairo_fill(cairo_);
+    };
+    const double top_tip = bar.top - (text.has_above ? 0.8 * kBarWidth * size_ : 0.0);
+    const double bottom_tip = bar.bottom + (text.has_below ? 0.8 * kBarWidth * size_ : 0.0);
+    if (text.has_above) point(bar.top, top_tip, scale.high());
+    if (text.has_below) point(bar.bottom, bottom_tip, scale.low());
+    const double middle = 0.5 * (bar.left + bar.right);
+    const std::array<std::pair<double, double>, 6> corners = {{{bar.left, bar.top},
+                                                               {middle, top_tip},
+                                                               {bar.right, bar.top},
+                                                               {bar.right, bar.bottom},
+                                                               {middle, bottom_tip},
+                                                               {bar.left, bar.bottom}}};
+    for (const auto& [x, y] : corners) cairo_line_to(cairo_, x, y);
+    cairo_close_path(cairo_);
+    Stroke(1.0, kInk);
+  }
+
+  void DrawTicks(const Box& bar, const std::vector<Tick>& ticks, const ColorScale& scale) {
+    SelectFont("0", size_, cairo_);
+    double widest = 0.0;
+    for (const Tick& tick : ticks) widest = std::max(widest, TextWidth(tick.label, cairo_));
+    for (const Tick& tick : ticks) {
+      const double t = std::clamp((tick.value - scale.low()) / (scale.high() - scale.low()), 0.0, 1.0);
+      const double y = std::round(bar.bottom - t * (bar.bottom - bar.top)) + 0.5;
+      cairo_move_to(cairo_, bar.right, std::clamp(y, bar.top, bar.bottom));
+      cairo_rel_line_to(cairo_, 0.35 * size_, 0.0);
+      Stroke(1.0, kInk);
+      // Numbers line up at their last digits. Half the height of a digit is 0.36.
+      DrawText(tick.label, bar.right + 0.7 * size_ + widest - TextWidth(tick.label, cairo_), y + 0.36 * size_, cairo_);
+    }
+  }
+
+  void DrawMissing(double y) {
+    cairo_rectangle(cairo_, Left(), y - 0.85 * size_, kBarWidth * size_, size_);
+    SetColor(kNoValueColor, cairo_);
+    cairo_fill(cairo_);
+    SetColor(kInk, cairo_);
+    SelectFont("no value", 0.85 * size_, cairo_);
+    DrawText("no value", Left() + (kBarWidth + 0.7) * size_, y - 0.05 * size_, cairo_);
+  }
+
+  // Draws the directions of the axes from `origin`, those that point away from the viewer first.
+  void DrawAxes(const View& view, std::pair<double, double> origin) {
+    struct Axis {
+      const char* name;
+      Vec3 direction;
+    };
+    std::array<Axis, 3> axes = {
+        {{"x", view.Turn({1, 0, 0})}, {"y", view.Turn({0, 1, 0})}, {"z", view.Turn({0, 0, 1})}}};
+    std::sort(axes.begin(), axes.end(), [](const Axis& a, const Axis& b) { return a.direction.z < b.direction.z; });
+    SelectFont("xyz", 0.85 * size_, cairo_);
+    for (const auto& [name, direction] : axes) {
+      const Color ink = direction.z < -1e-9 ? Color{0.62f, 0.62f, 0.62f} : kInk;
+      const double length = std::hypot(direction.x, direction.y);
+      if (length < 0.1) {
+        DrawAxisOnEnd(origin, direction.z > 0.0, ink);
+      } else {
+        DrawArrow(origin, direction, ink);
+      }
+      // The name stands beyond the tip, or beside an axis that is seen from its end.
+      const double reach = length < 0.1 ? 0.0 : 1.7 * size_;
+      const double aside = length < 0.1 ? -0.75 * size_ : 0.55 * size_ / length;
+      SetColor(ink, cairo_);
+      const double dx = length < 0.1 ? aside : direction.x * (reach + aside);
+      const double dy = length < 0.1 ? -aside : -direction.y * (reach + aside);
+      DrawText(name, origin.first + dx - 0.5 * TextWidth(name, cairo_), origin.second + dy + 0.23 * size_, cairo_);
+    }
+  }
+
+  void DrawArrow(std::pair<double, double> origin, const Vec3& direction, const Color& ink) {
+    const double angle = std::atan2(-direction.y, direction.x);
+    const double length = 1.7 * size_ * std::hypot(direction.x, direction.y), head = 0.45 * size_;
+    cairo_save(cairo_);
+    cairo_translate(cairo_, origin.first, origin.second);
+    cairo_rotate(cairo_, angle);
+    cairo_move_to(cairo_, 0.0, 0.0);
+    cairo_line_to(cairo_, std::max(0.0, length - 0.8 * head), 0.0);
+    Stroke(std::max(1.0, 0.09 * size_), ink);
+    cairo_move_to(cairo_, length, 0.0);
+    cairo_line_to(cairo_, length - head, 0.38 * head);
+    cairo_line_to(cairo_, length - head, -0.38 * head);
+    SetColor(ink, cairo_);
+    cairo_fill(cairo_);
+    cairo_restore(cairo_);
+  }
+
+  // A ring with a dot toward the viewer, with a cross away from the viewer.
+  void DrawAxisOnEnd(std::pair<double, double> origin, bool toward, const Color& ink) {
+    const auto [x, y] = origin;
+    const double radius = 0.32 * size_;
+    cairo_new_sub_path(cairo_);
+    cairo_arc(cairo_, x, y, radius, 0.0, 2.0 * std::numbers::pi);
+    if (!toward) {
+      const double reach = radius * std::numbers::sqrt2 / 2.0;
+      cairo_move_to(cairo_, x - reach, y - reach);
+      cairo_line_to(cairo_, x + reach, y + reach);
+      cairo_move_to(cairo_, x - reach, y + reach);
+      cairo_line_to(cairo_, x + reach, y - reach);
+    }
+    Stroke(std::max(1.0, 0.09 * size_), ink);
+    if (!toward) return;
+    cairo_arc(cairo_, x, y, 0.3 * radius, 0.0, 2.0 * std::numbers::pi);
+    cairo_fill(cairo_);
+  }
+
+  void Stroke(double width, const Color& color) {
+    cairo_set_line_width(cairo_, width);
+    SetColor(color, cairo_);
+    cairo_stroke(cairo_);
+  }
+
+  double size_;
+  double height_;
+  cairo_t* cairo_;
+};
 
 }  // namespace
 
-std::vector<Tick> RoundTicks(double low, double high) {
-  const double step = RoundStep(high - low);
-  const double largest = std::max(std::abs(low), std::abs(high));
-  std::vector<Tick> ticks;
-  // The margin lets ends that are round but for rounding take part.
-  const double margin = 1e-9 * (high - low);
-  for (double i = std::ceil((low - margin) / step); i * step <= high + margin && ticks.size() < 20; ++i) {
-    const double value = i == 0.0 ? 0.0 : i * step;
-    ticks.push_back({value, Label(value, step, largest)});
-  }
-  return ticks;
+int LegendWidth(int image_width, int image_height) {
+  const double size = LetterSize(image_width, image_height);
+  const double width = std::ceil(kWidth * size);
+  return width > 0.45 * image_width || image_height < 1.2 * kMinBarHeight * size ? 0 : static_cast<int>(width);
 }
 
-int LegendWidth(int image_height) { return static_cast<int>(std::ceil(Measures(image_height).width)); }
-
-void DrawLegend(const ColorScale& scale, const LegendText& text, Image& image) {
-  const Measures m(image.height);
-  const double left = std::floor(image.width - m.width + m.size);
-  const double line = 1.9 * m.size;
-  double y = std::floor(0.13 * image.height);
-  for (const std::string& title : text.title) {
-    DrawText(title, left, y, m.size, kInk, image);
-    y += line;
-  }
-  const double right = std::floor(left + m.bar_width);
-  const double top = std::floor(y);
-  const double bottom = std::floor(0.87 * image.height);
-  if (bottom <= top || left < 0) return;  // no room in so small a picture
-  FillRows(left, right, top, bottom, scale, image);
-  Frame(left, right, top, bottom, image);
-  for (const Tick& tick : RoundTicks(scale.low(), scale.high())) {
-    const double t = std::clamp((tick.value - scale.low()) / (scale.high() - scale.low()), 0.0, 1.0);
-    const double at = bottom - t * (bottom - top);
-    DrawLine(right, at, right + 0.5 * m.size, at, 1.0, kInk, image);
-    // Numbers line up at their digits, whatever their sign.
-    const double indent = tick.label[0] == '-' ? 0.0 : TextWidth("-0", m.size) - TextWidth("0", m.size);
-    DrawText(tick.label, right + m.size + indent, at + 0.5 * m.size, m.size, kInk, image);
-  }
-  if (!text.has_missing) return;
-  const double swatch = bottom + line;
-  for (double dy = 0; dy < m.size; ++dy)
-    DrawLine(left, swatch + dy, left + m.size, swatch + dy, 1.0, kNoValueColor, image);
-  DrawText("no value", left + m.bar_width, swatch + m.size, m.size, kInk, image);
+void DrawLegend(const ColorScale& scale, const LegendText& text, const View& view, Image& image) {
+  const int width = LegendWidth(image.width, image.height);
+  if (width == 0) return;
+  Canvas canvas(image.width - width, image);
+  LegendPainter(LetterSize(image.width, image.height), image.height, canvas).Draw(scale, text, view);
 }
 
 }  // namespace curv

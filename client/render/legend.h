@@ -1,31 +1,27 @@
-// The scale bar beside a picture: what the colors mean.
+// Draws what a picture's colors and directions mean, beside the picture.
 #pragma once
 
 #include <string>
-#include <vector>
 
+#include "client/render/camera.h"
 #include "client/render/color_scale.h"
 #include "client/render/image.h"
 
 namespace curv {
 
-struct Tick {
-  double value;
-  std::string label;
-};
-
-// Round values in [low, high], 3 to 9 of them, with just the digits that tell them apart. REQUIRES: low < high, finite.
-std::vector<Tick> RoundTicks(double low, double high);
-
 struct LegendText {
-  std::vector<std::string> title;  // a line each
-  bool has_missing = false;        // also explain kNoValueColor
+  std::string title{};       // what the colors show
+  std::string unit{};        // of the values; DEFAULT: none is named
+  bool has_missing = false;  // some points have no value: explains kNoValueColor
+  bool has_below = false;    // some values are below the scale: its lower end is pointed
+  bool has_above = false;    // some values are above the scale: its upper end is pointed
 };
 
-// Width in pixels that DrawLegend takes at the right side of a picture of that height.
-int LegendWidth(int image_height);
+// Width in pixels that DrawLegend takes at the right side of a picture of that size; 0 if there is no room for one.
+int LegendWidth(int image_width, int image_height);
 
-// Draws title, bar and ticks into the right side of `image`.
-void DrawLegend(const ColorScale& scale, const LegendText& text, Image& image);
+// Draws title, unit, color bar and ticks into the right side of `image`, and below them where the axes point, if there
+// is room. REQUIRES: CheckFonts() is OK, or LegendWidth is 0.
+void DrawLegend(const ColorScale& scale, const LegendText& text, const View& view, Image& image);
 
 }  // namespace curv

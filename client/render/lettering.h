@@ -1,19 +1,33 @@
-// Small text in pictures, drawn with strokes of even width.
+// Writes text into pictures, in any language that an installed font has the characters of.
 #pragma once
 
-#include <string_view>
+#include <cairo.h>
 
-#include "client/render/image.h"
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
 
 namespace curv {
 
-// Width in pixels of `text` whose capital letters are `size` pixels high. Characters without a glyph are blank.
-double TextWidth(std::string_view text, double size);
+// OK if a font is installed; FAILED_PRECONDITION saying how to get one if not.
+absl::Status CheckFonts();
 
-// Draws `text` from `x` to the right, its baseline at `y` (pixels, y downward).
-void DrawText(std::string_view text, double x, double y, double size, const Color& color, Image& image);
+// Makes the sans-serif font that has most of the characters of `text` the one that is written with, `size` pixels high
+// from line to line. Outlines are not fitted to the pixels, so that widths do not depend on the size.
+// REQUIRES: CheckFonts() is OK.
+void SelectFont(const std::string& text, double size, cairo_t* cairo);
 
-// Draws a line of `width` pixels with round ends, anti-aliased.
-void DrawLine(double x0, double y0, double x1, double y1, double width, const Color& color, Image& image);
+// Width in pixels of `text` in the font that is selected.
+double TextWidth(const std::string& text, cairo_t* cairo);
+
+// Writes `text` from `x` to the right, its baseline at `y` (pixels, y downward). Bytes that are not UTF-8 and control
+// characters become U+FFFD.
+void DrawText(const std::string& text, double x, double y, cairo_t* cairo);
+
+// Breaks `text` into lines of at most `width` pixels in the font that is selected: at blanks, or within a word that has
+// no room in a line. No more than `max_lines`; the last one ends with an ellipsis if there is more.
+// REQUIRES: max_lines >= 1.
+std::vector<std::string> BreakLines(const std::string& text, double width, size_t max_lines, cairo_t* cairo);
 
 }  // namespace curv

@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "client/render/legend.h"
+#include "client/render/lettering.h"
 #include "client/render/local_spacing.h"
 #include "client/render/splats.h"
 
@@ -48,16 +49,20 @@ absl::StatusOr<Image> DrawPicture(const std::vector<Vec3>& positions, const std:
   if (shown.empty()) return absl::InvalidArgumentError("there is no point with a finite position to draw");
 
   const ColorScale scale = options.scale ? *options.scale : ColorScale::ForValues(values);
-  const double picture_width = std::max(1, options.width - LegendWidth(options.height));
+  const int legend_width = LegendWidth(options.width, options.height);
+  if (absl::Status status = legend_width > 0 ? CheckFonts() : absl::OkStatus(); !status.ok()) return status;
+  const double picture_width = options.width - legend_width;
   const Framing framing = FitFrame(turned, picture_width, options.height, 0.05 * options.height);
   std::vector<double> spacing = LocalSpacing(turned, kSpacingRank);
   const double largest = kLargestDisc * std::max(Median(spacing), 1.0 / framing.scale);
 
   std::vector<Splat> splats(shown.size());
-  LegendText legend{.title = options.title, .has_missing = false};
+  LegendText legend{.title = options.title, .unit = options.unit};
   for (size_t s = 0; s < shown.size(); ++s) {
     const double value = values[shown[s]];
     legend.has_missing |= std::isnan(value);
+    legend.has_below |= value < scale.low();
+    legend.has_above |= value > scale.high();
     splats[s] = {.center = {0.5 * picture_width + framing.scale * (turned[s].x - framing.center_x),
                             0.5 * options.height - framing.scale * (turned[s].y - framing.center_y),
                             framing.scale * turned[s].z},
@@ -67,7 +72,7 @@ absl::StatusOr<Image> DrawPicture(const std::vector<Vec3>& positions, const std:
   }
   Image image(options.width, options.height, kPaper);
   DrawSplats(splats, kOversampling, image);
-  DrawLegend(scale, legend, image);
+  DrawLegend(scale, legend, options.view, image);
   return image;
 }
 

@@ -7,13 +7,11 @@
 #include <cmath>
 
 #include "client/render/legend.h"
-#include "client/render/lettering.h"
 #include "client/surfaces/surface.h"
 
 namespace curv {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 bool IsWhite(const Color& color) { return color.red == 1.0f && color.green == 1.0f && color.blue == 1.0f; }
@@ -28,7 +26,7 @@ Image Draw(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
 }
 
 // The place of the cloud, beside the scale bar, and its size are as DrawPicture's framing makes them.
-const int kCloudWidth = 400 - LegendWidth(300);
+const int kCloudWidth = 400 - LegendWidth(400, 300);
 
 TEST(PictureTest, ASphereLooksClosed) {
   const auto sphere = *MakeSurface("sphere");
@@ -102,6 +100,15 @@ TEST(PictureTest, SurvivesOddClouds) {
   EXPECT_FALSE(DrawPicture({}, {}, {}, options).ok());
 }
 
+TEST(PictureTest, SmallPicturesAreOfTheCloudAlone) {
+  const auto sphere = *MakeSurface("sphere");
+  const std::vector<Vec3> points = *SampleEvenly(*sphere, 500, 0);
+  PictureOptions options{.width = 64, .height = 64, .view = *MakeView("front", 'z')};
+  const absl::StatusOr<Image> image = DrawPicture(points, points, std::vector<double>(500, 1.0), options);
+  ASSERT_TRUE(image.ok()) << image.status();
+  for (int x = 8; x < 56; ++x) EXPECT_FALSE(IsWhite(image->at(x, 32))) << x;
+}
+
 TEST(CameraTest, ViewsAreRightHanded) {
   for (const char* name : {"three-quarter", "front", "back", "left", "right", "top", "bottom", "12.5:-30"}) {
     for (const char up : {'y', 'z'}) {
@@ -119,46 +126,6 @@ TEST(CameraTest, RefusesOtherViews) {
   for (const char* name : {"", "side", "10", "10:", ":10", "10:91", "nan:0", "1:2:3"}) {
     EXPECT_THAT(MakeView(name, 'z').status().message(), HasSubstr("AZIMUTH:ELEVATION")) << name;
   }
-}
-
-std::vector<std::string> Labels(double low, double high) {
-  std::vector<std::string> labels;
-  for (const Tick& tick : RoundTicks(low, high)) labels.push_back(tick.label);
-  return labels;
-}
-
-TEST(LegendTest, TicksAreRound) {
-  EXPECT_THAT(Labels(-0.107, 0.345), ElementsAre("-0.1", "0.0", "0.1", "0.2", "0.3"));
-  EXPECT_THAT(Labels(-1, 1), ElementsAre("-1.0", "-0.5", "0.0", "0.5", "1.0"));
-  EXPECT_THAT(Labels(0, 100), ElementsAre("0", "20", "40", "60", "80", "100"));
-  EXPECT_THAT(Labels(-3e-6, 3e-6), ElementsAre("-3e-06", "-2e-06", "-1e-06", "0", "1e-06", "2e-06", "3e-06"));
-  EXPECT_THAT(Labels(-2e6, 2e6), ElementsAre("-2e+06", "-1e+06", "0", "1e+06", "2e+06"));
-}
-
-TEST(LegendTest, TicksStayFewForAnyRange) {
-  for (double size = 1e-12; size < 1e12; size *= 1.7) {
-    for (const double low : {-size, -0.1 * size, 0.0, 5.0 * size}) {
-      const size_t ticks = RoundTicks(low, low + 1.3 * size).size();
-      EXPECT_GE(ticks, 3u);
-      EXPECT_LE(ticks, 9u);
-    }
-  }
-}
-
-TEST(LetteringTest, DrawsWithinItsWidth) {
-  Image image(200, 40, {1, 1, 1});
-  DrawText("0.25", 10, 30, 12, {0, 0, 0}, image);
-  const double right = 10 + TextWidth("0.25", 12) + 2;
-  bool drawn = false;
-  for (int y = 0; y < 40; ++y) {
-    for (int x = 0; x < 200; ++x) {
-      if (IsWhite(image.at(x, y))) continue;
-      drawn = true;
-      EXPECT_TRUE(x >= 8 && x <= right && y >= 16 && y <= 32) << x << " " << y;
-    }
-  }
-  EXPECT_TRUE(drawn);
-  DrawText("beyond the edge", 190, -5, 12, {0, 0, 0}, image);
 }
 
 TEST(ImageTest, PngComesBack) {
