@@ -10,7 +10,8 @@ FROM debian:bookworm-slim
 RUN apt-get update -qq \
     && apt-get install -qq --no-install-recommends \
       libgrpc++1.51 libprotobuf32 libabsl20220623 libhwy1 libprometheus-cpp-pull1.0 libprometheus-cpp-core1.0 \
-      libspdlog1.10 libfmt9 libpng16-16 liblzf1 libssl3 ca-certificates >/dev/null \
+      libspdlog1.10 libfmt9 libpng16-16 libcairo2 libfontconfig1 fonts-dejavu-core liblzf1 libssl3 ca-certificates \
+      >/dev/null \
     && rm -rf /var/lib/apt/lists/*
 COPY --from=build /curvd/build/release/bin/curvd /curvd/build/release/bin/curv /usr/local/bin/
 USER 65532:65532

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
@@ -182,6 +183,19 @@ TEST_F(CurvTest, BadInputSaysWhatToDo) {
   EXPECT_THAT(RunCurv({"evaluate", dir_.Write("n.csv", "x\n1\n")}).err, HasSubstr("true_mean"));
   EXPECT_THAT(RunCurv({"render", Cloud(), "-o", dir_.File("p.png"), "--quantity=density"}).err,
               HasSubstr("no column density"));
+}
+
+TEST_F(CurvTest, PicturesNeedAFont) {
+  const std::string cloud = Cloud();
+  const std::string fonts = dir_.Write("none.conf", "<?xml version=\"1.0\"?><fontconfig></fontconfig>");
+  setenv("FONTCONFIG_FILE", fonts.c_str(), 1);
+  const CurvRun large = RunCurv({"render", cloud, "-o", dir_.File("large.png")});
+  const CurvRun small = RunCurv({"render", cloud, "-o", dir_.File("small.png"), "--size=64x64"});
+  unsetenv("FONTCONFIG_FILE");
+  EXPECT_EQ(large.exit_code, 4);
+  EXPECT_THAT(large.err, AllOf(HasSubstr("no font is installed"), HasSubstr("fonts-dejavu-core")));
+  EXPECT_FALSE(dir_.Has("large.png"));
+  EXPECT_EQ(small.exit_code, 0) << small.err;
 }
 
 TEST_F(CurvTest, BadOutputFailsBeforeTheWorkAndChangesNothing) {
