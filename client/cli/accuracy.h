@@ -1,4 +1,4 @@
-// How far estimates are from the truth that a file carries.
+// Measures how far estimates are from the exact values that a file carries.
 #pragma once
 
 #include <optional>
@@ -18,11 +18,11 @@ struct QuantityError {
 };
 
 struct Accuracy {
-  size_t points = 0;    // all
-  size_t compared = 0;  // with status ok and finite values
+  size_t points = 0;    // in the file
+  size_t compared = 0;  // of these, with status ok and finite values
   std::vector<QuantityError> errors{};
-  // Median angles in degrees between a direction and the true one, signs ignored; over points whose true principal
-  // curvatures differ. None if the file has no true directions or no such point.
+  // Median angles in degrees between a principal direction and the true one. Signs are ignored, and so are points whose
+  // true principal curvatures are equal. There is none if the file has no true directions or no such point.
   std::optional<double> d1_angle{};
   std::optional<double> d2_angle{};
 };

@@ -1,4 +1,4 @@
-// What the subcommands of curv share: how they register, and how they end.
+// Declares what the subcommands of curv share: how they register, and how they end.
 #pragma once
 
 #include <functional>
@@ -30,10 +30,10 @@ inline constexpr char kExitCodesHelp[] =
     "be read or lacks what is needed; 4 the output file cannot be written (files are written whole or not at all);\n"
     "5 no server can be reached; 6 --timeout was over; 130 interrupted.";
 
-// What is run once the command line is parsed.
+// Runs a subcommand once the command line is parsed.
 using Action = std::function<ExitCode()>;
 
-// Add a subcommand each. Parsing a command line that names it sets `action`, which must outlive `app`.
+// Each of these adds a subcommand. Parsing a command line that names it sets `action`, which must outlive `app`.
 void AddEstimate(CLI::App& app, Action& action);
 void AddGenerate(CLI::App& app, Action& action);
 void AddOrient(CLI::App& app, Action& action);
@@ -45,7 +45,7 @@ void AddToken(CLI::App& app, Action& action);
 // Prints "curv: MESSAGE" on stderr and returns `code`.
 ExitCode Fail(ExitCode code, const std::string& message);
 ExitCode Fail(ExitCode code, const absl::Status& status);
-// The same for an error that a server, or the way to it, gave: the code follows from the status.
+// Prints an error that a server gave, or the way to it, and returns the code that follows from its status.
 ExitCode FailCall(const absl::Status& status);
 // Prints "curv: note: MESSAGE" on stderr.
 void PrintNote(const std::string& message);

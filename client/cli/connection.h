@@ -1,4 +1,4 @@
-// Where a command's calls go: a server on the network, or one in this process.
+// Connects a command to the server that its calls go to, on the network or in this process.
 #pragma once
 
 #include <memory>
@@ -11,9 +11,10 @@ namespace curv {
 
 class Connection {
  public:
-  // To flags.server (see CurvatureClient::Connect), or, if that is empty, to a server of its own with `threads` workers
-  // (0: one a core) that is reached through the same gRPC service, without a socket. INVALID_ARGUMENT: the flags name
-  // no list of servers, or do not fit together. Other errors: no server could be started.
+  // Connects to flags.server (see CurvatureClient::Connect). If that is empty, starts a server in this process with
+  // `threads` workers (0: one a core), which is reached through the same gRPC service without a socket.
+  // INVALID_ARGUMENT if the flags name no list of servers or do not fit together; other errors if no server could be
+  // started.
   static absl::StatusOr<std::unique_ptr<Connection>> Create(const ConnectionFlags& flags, int threads);
   virtual ~Connection() = default;
 

@@ -1,4 +1,4 @@
-// The flags that say where a command's calls go, and what they show of who makes them.
+// The flags that say to which server a command's calls go, and how the caller proves who it is.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ class App;
 namespace curv {
 
 struct ConnectionFlags {
-  std::string server;  // "": in this process
+  std::string server;  // "HOST:PORT,..."; empty: a server in this process
   bool tls = false;
   std::string ca_file;
   std::string cert_file;
@@ -23,12 +23,13 @@ struct ConnectionFlags {
   bool send_token_in_plain_text = false;
 };
 
-// Each flag but --server may come from the environment too, as CURV_TLS or CURV_TOKEN_FILE. `flags` must outlive
-// `command`.
+// Adds the flags to a command. Each of them but --server may come from the environment too, as CURV_TLS or
+// CURV_TOKEN_FILE. `flags` must outlive `command`.
 void AddConnectionFlags(CLI::App& command, ConnectionFlags& flags);
 
-// What the flags ask for, files read. The token comes from --token-file, else from the environment variable CURV_TOKEN,
-// without blanks around it. INVALID_ARGUMENT, naming the flag, if a file cannot be read or the token is empty.
+// Reads the files that the flags name, and returns the options that they ask for. The token comes from --token-file,
+// else from the environment variable CURV_TOKEN, without blanks around it. INVALID_ARGUMENT, naming the flag, if a file
+// cannot be read or the token is empty.
 absl::StatusOr<ConnectOptions> ReadConnectOptions(const ConnectionFlags& flags);
 
 }  // namespace curv

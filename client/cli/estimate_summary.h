@@ -1,4 +1,4 @@
-// What `curv estimate` says when it is done.
+// Writes the summary that `curv estimate` prints when it is done.
 #pragma once
 
 #include <string>
@@ -8,23 +8,23 @@
 
 namespace curv {
 
-// Everything about a finished estimate that its summary tells.
+// Holds everything about a finished estimate that its summary tells.
 struct EstimateReport {
   std::string input;
   std::string output;
   std::string server{};  // "embedded" if there is none
   EstimateOptions options{};
   EstimateSummary summary{};
-  // Wall-clock seconds of the client's parts.
+  // Wall-clock seconds that reading the input, the call, and writing the result took.
   double read_seconds = 0.0;
   double call_seconds = 0.0;
   double write_seconds = 0.0;
 };
 
-// Several lines for people. `result` is what MakeResultTable returned.
+// Returns several lines for people. `result` is what MakeResultTable returned.
 std::string SummaryText(const EstimateReport& report, const PointTable& result);
 
-// The same in one line of JSON.
+// Returns the same as one line of JSON, for programs.
 std::string SummaryJson(const EstimateReport& report, const PointTable& result);
 
 }  // namespace curv

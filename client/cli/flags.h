@@ -1,4 +1,4 @@
-// Kinds of flag values that several commands share. Errors name flag, value and limit.
+// Checks and parses the values of flags that several commands share. Errors name flag, value and limit.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,18 @@
 
 namespace curv {
 
-// Checks of a value that CLI11 runs while it parses.
+// These are checks that CLI11 runs while it parses. FinitePositive accepts a finite number above 0, FiniteNotNegative
+// one of 0 or more, Whole a whole number in [low, high].
 CLI::Validator FinitePositive();
 CLI::Validator FiniteNotNegative();
-// A whole number in [low, high].
 CLI::Validator Whole(uint64_t low, uint64_t high);
 
-// A text with something in it: an empty one comes from a variable that is not set.
+// Refuses an empty text, which comes from a shell variable that is not set.
 CLI::Validator NotEmpty();
 
-// "LO:HI" with finite LO < HI. False if `text` is not that.
+// Parses "LO:HI" with finite LO < HI. Returns false if `text` is anything else.
 bool ParseRange(const std::string& text, double& low, double& high);
-// "WIDTHxHEIGHT", whole numbers in [low, high]. False if `text` is not that.
+// Parses "WIDTHxHEIGHT", whole numbers in [low, high]. Returns false if `text` is anything else.
 bool ParseSize(const std::string& text, int low, int high, int& width, int& height);
 
 }  // namespace curv

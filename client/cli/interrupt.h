@@ -1,4 +1,4 @@
-// Ctrl-C as a stop token, so that an interrupted command tidies up.
+// Turns Ctrl-C into a stop token, so that an interrupted command tidies up.
 #pragma once
 
 #include <signal.h>

@@ -1,4 +1,4 @@
-// Numbers for people.
+// Writes numbers as people read them.
 #pragma once
 
 #include <cstdint>
@@ -6,11 +6,11 @@
 
 namespace curv {
 
-// "12,345,678".
+// Groups digits: "12,345,678".
 std::string WithCommas(uint64_t number);
-// "950", "12.3 k", "4.56 M": three digits.
+// Writes three digits and a prefix: "950", "12.3 k", "4.56 M".
 std::string WithPrefix(double number);
-// "59 s", "1:05", "1:00:00".
+// Writes a time as "59 s", "1:05" or "1:00:00".
 std::string Clock(double seconds);
 
 }  // namespace curv

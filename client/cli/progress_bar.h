@@ -1,4 +1,4 @@
-// How far an estimate is, on one line of a terminal.
+// Shows on one line of a terminal how far an estimate is.
 #pragma once
 
 #include <string>
@@ -27,8 +27,8 @@ class ProgressBar {
   absl::Time phase_start_;
 };
 
-// The line for `progress`, `seconds` after its phase began: what was received and estimated, the rate and the time left
-// of the phase.
+// Returns the line for `progress`, `seconds` after its phase began. It tells what was received and estimated, the rate
+// of the phase, and the time that it still takes.
 std::string ProgressLine(const EstimateProgress& progress, double seconds);
 
 }  // namespace curv

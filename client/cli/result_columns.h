@@ -1,4 +1,4 @@
-// Results as columns of a file.
+// Turns results into columns of a file.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace curv {
 
-// Quantities that can be drawn or colored, by the words of --quantity and --color.
+// The quantities that can be drawn or colored, and the words for them in --quantity and --color.
 struct NamedQuantity {
   const char* word;          // "mean"
   const char* column;        // "mean_curvature"
@@ -27,7 +27,7 @@ inline constexpr NamedQuantity kQuantities[] = {
 };
 inline constexpr char kQuantityWords[] = "mean, gaussian, k1, k2";
 
-// The quantity of that word, or nothing.
+// Returns the quantity of that word, or nullptr.
 const NamedQuantity* FindQuantity(const std::string& word);
 
 // Returns the columns x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius status,
@@ -35,11 +35,11 @@ const NamedQuantity* FindQuantity(const std::string& word);
 // as many points as `result`.
 PointTable MakeResultTable(PointTable input, CurvatureResult result);
 
-// Adds red, green and blue for the values of a column; the range of colors is returned.
+// Adds the columns red, green and blue for the values of a column, and returns the scale of the colors.
 // REQUIRES: the table has the column.
 ColorScale AddColors(const std::string& column, PointTable& table);
 
-// A column as doubles. REQUIRES: the table has it.
+// Returns a column as doubles. REQUIRES: the table has it.
 std::vector<double> ValuesOf(const PointTable& table, const std::string& column);
 
 }  // namespace curv

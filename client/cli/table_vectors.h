@@ -1,4 +1,4 @@
-// Columns of a table as vectors, and back.
+// Reads vectors from three columns of a table, and orients its normals.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace curv {
 
-// The columns prefix + x, y and z as vectors. REQUIRES: the table has them.
+// Returns the columns prefix + x, y and z as vectors. REQUIRES: the table has them.
 std::vector<Vec3> VectorsOf(const PointTable& table, const std::string& prefix);
 
 // Orients the normals of the table on `threads` threads, see OrientNormals, and returns how many were negated.

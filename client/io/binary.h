@@ -1,4 +1,4 @@
-// Rows of packed scalars in binary files.
+// Reads rows of packed scalars from binary files.
 #pragma once
 
 #include <bit>
@@ -10,10 +10,10 @@
 
 namespace curv {
 
-// Files' little-endian bytes are this machine's.
+// Little-endian files hold scalars as this machine does.
 static_assert(std::endian::native == std::endian::little);
 
-// A column of a row: where it starts, and whose values it holds.
+// Says where in a row a column's scalar lies.
 struct RowField {
   size_t offset;   // bytes from the start of the row
   Column* column;  // not null

@@ -1,8 +1,8 @@
-// One reader for each file format that holds point clouds. Table files (table_file.h) picks among them.
+// Declares one reader for each file format that holds point clouds; LoadTable (table_file.h) picks among them.
 //
-// Each takes the whole file and returns its points. Memory stays within a constant factor of the file's size (LZF: of
-// what it can decompress to). INVALID_ARGUMENT for a file that is not what it should be; the message names the line or
-// byte, what was found and what was expected.
+// Each takes the bytes of a whole file and returns its points, which may be none. Memory stays within a constant factor
+// of the file's size (LZF: of what it can decompress to). INVALID_ARGUMENT for a file that is not what it should be;
+// the message names the line or byte, what was found and what was expected.
 #pragma once
 
 #include <string_view>
@@ -12,26 +12,28 @@
 
 namespace curv {
 
-// PLY 1.0, ascii, binary_little_endian or binary_big_endian: the properties of the element `vertex`, in its types.
-// Other elements are read over. List properties of vertices have no place in a table: they are left out with a note.
+// Reads PLY 1.0, ascii, binary_little_endian or binary_big_endian: the properties of the element `vertex`, in their
+// types. Other elements are skipped. List properties of vertices have no place in a table: they are left out with a
+// note.
 absl::StatusOr<PointTable> ReadPly(std::string_view bytes);
 
-// PCD 0.5 to 0.7, ascii, binary or binary_compressed. normal_x normal_y normal_z become nx ny nz. Fields with a COUNT
-// other than 1 and padding ("_") are left out, with a note; 64-bit integers become doubles.
+// Reads PCD 0.5 to 0.7, ascii, binary or binary_compressed. normal_x normal_y normal_z become nx ny nz. Fields with a
+// COUNT other than 1 and padding ("_") are left out, with a note; 64-bit integers become doubles.
 absl::StatusOr<PointTable> ReadPcd(std::string_view bytes);
 
-// Text with one point a line: x y z, then nx ny nz, then any further columns, which are named column7, column8 and so
-// on. Fields are separated by blanks, commas or semicolons. Lines that start with # or // are comments; a first line of
-// one integer is the number of points. Six columns whose last three are integers from 0 to 255, some above 1, hold
-// colors: they become red green blue.
+// Reads text with one point a line: x y z, then nx ny nz, then any further columns, which are named column7, column8
+// and so on. Fields are separated by blanks, commas or semicolons. Lines that start with # or // are comments; a first
+// line of one integer is the number of points. Six columns whose last three are integers from 0 to 255, some above 1,
+// hold colors: they become red green blue.
 absl::StatusOr<PointTable> ReadXyz(std::string_view bytes);
 
-// OBJ: v and vn. Where faces pair vertices with normals (f v//vn or v/vt/vn), a vertex gets the sum of its corners'
-// normals; otherwise vertices and normals correspond in order, if there are as many. Everything else is left out.
+// Reads the v and vn lines of OBJ. Where faces pair vertices with normals (f v//vn or v/vt/vn), a vertex gets the sum
+// of its corners' normals; otherwise vertices and normals correspond in order, if there are as many. Everything else is
+// left out.
 absl::StatusOr<PointTable> ReadObj(std::string_view bytes);
 
-// Comma-separated values under a line with the columns' names, as WriteCsv makes them: doubles, save `status`, which is
-// a word.
+// Reads comma-separated values under a line with the columns' names, as WriteCsv makes them: doubles, save `status`,
+// which is a word.
 absl::StatusOr<PointTable> ReadCsv(std::string_view bytes);
 
 }  // namespace curv

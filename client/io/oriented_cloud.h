@@ -1,4 +1,4 @@
-// What an estimate needs of a table: packed positions and normals.
+// Takes from a table what an estimate needs: packed positions and normals.
 #pragma once
 
 #include <cstddef>
@@ -10,18 +10,18 @@
 
 namespace curv {
 
-// x y z of each point and, as many, nx ny nz of each point.
+// Holds x y z of each point, and nx ny nz of each point.
 template <typename Scalar>
 struct PackedCloud {
   std::vector<Scalar> positions;
   std::vector<Scalar> normals;
 };
 
-// In floats if the table has x, y and z as floats (or integers that fit into floats), else in doubles.
+// A cloud is in floats if the table has x, y and z as floats or as integers that fit into floats, else in doubles.
 using OrientedCloud = std::variant<PackedCloud<float>, PackedCloud<double>>;
 
-// INVALID_ARGUMENT if the table lacks a coordinate of the positions or normals; the message says what is missing, what
-// is there, and how normals can be made.
+// Copies positions and normals out of the table. INVALID_ARGUMENT if it lacks a coordinate of either; the message says
+// what is missing, what is there, and how normals can be made.
 absl::StatusOr<OrientedCloud> ExtractCloud(const PointTable& table);
 
 }  // namespace curv

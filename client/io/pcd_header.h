@@ -1,4 +1,4 @@
-// The header of a PCD file.
+// Reads the header of a PCD file.
 #pragma once
 
 #include <cstddef>
@@ -18,16 +18,16 @@ struct PcdField {
   uint32_t count = 1;
 
   size_t row_bytes() const { return size_t{bytes} * count; }
-  // Whether a table has a place for it.
+  // Returns whether a table has a place for the field.
   bool kept() const { return count == 1 && name != "_"; }
 };
 
 struct PcdHeader {
-  std::vector<PcdField> fields;  // of 1, 2, 4 or 8 bytes; few enough values in a row
+  std::vector<PcdField> fields;  // of 1, 2, 4 or 8 bytes; at most 65,536 values in a row
   uint64_t points;
-  std::string encoding;  // what DATA says
+  std::string encoding;  // the word after DATA, which may be none that is known
   size_t lines;
-  std::string_view body;  // what follows the header
+  std::string_view body;  // the bytes after the header
 };
 
 // Reads the header of the file that `bytes` holds. INVALID_ARGUMENT naming the line if it is not one of PCD 0.5 to 0.7.

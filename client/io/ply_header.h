@@ -1,4 +1,4 @@
-// The header of a PLY file.
+// Reads the header of a PLY file.
 #pragma once
 
 #include <cstddef>
@@ -27,21 +27,21 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
 
   bool has_lists() const;
-  // Bytes of one binary row, or the least that it takes if there are lists.
+  // Returns the bytes of one binary row; where there are lists, the fewest that a row can take.
   size_t min_row_bytes() const;
 };
 
 struct PlyHeader {
   PlyFormat format;
   std::vector<PlyElement> elements;
-  size_t bytes;  // of the header, the line end after end_header included
+  size_t bytes;  // of the header, with the line end after end_header
   size_t lines;
 };
 
-// INVALID_ARGUMENT naming the line if the header is not one of PLY 1.0.
+// Reads the header at the beginning of `bytes`. INVALID_ARGUMENT naming the line if it is not one of PLY 1.0.
 absl::StatusOr<PlyHeader> ReadPlyHeader(std::string_view bytes);
 
-// The name of a scalar type in headers that are written.
+// Returns the name that a scalar type has in the headers that we write.
 std::string_view PlyTypeName(ScalarKind kind);
 
 }  // namespace curv

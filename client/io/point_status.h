@@ -1,4 +1,4 @@
-// What became of a point, and the word for it in files.
+// Names what became of a point, in files and on the screen.
 #pragma once
 
 #include <array>
@@ -18,17 +18,17 @@ enum class PointStatus : uint8_t {
   kSingularFit = 6,
 };
 
-// Words by value; value 0 is never used.
+// The word for each value. Value 0 is never used.
 inline constexpr std::array<std::string_view, 7> kStatusWords = {
     "unspecified",          "ok",          "too_few_neighbors", "degenerate_area", "invalid_input",
     "inconsistent_normals", "singular_fit"};
 
-// The word for a value, "unknown" if it has none.
+// Returns the word for a value, or "unknown" if it has none.
 constexpr std::string_view StatusWord(uint8_t value) {
   return value < kStatusWords.size() ? kStatusWords[value] : std::string_view("unknown");
 }
 
-// The value of a word, or nothing.
+// Returns the value that has this word, if one has.
 constexpr std::optional<uint8_t> StatusOfWord(std::string_view word) {
   for (size_t value = 0; value < kStatusWords.size(); ++value) {
     if (kStatusWords[value] == word) return static_cast<uint8_t>(value);

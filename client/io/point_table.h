@@ -1,4 +1,4 @@
-// A file's points in memory: named columns of equal length, in the types that the file had.
+// Holds a file's points in memory: named columns of equal length, in the types that the file had.
 #pragma once
 
 #include <cstddef>
@@ -17,13 +17,13 @@ using ColumnValues =
     std::variant<std::vector<int8_t>, std::vector<uint8_t>, std::vector<int16_t>, std::vector<uint16_t>,
                  std::vector<int32_t>, std::vector<uint32_t>, std::vector<float>, std::vector<double>>;
 
-// Bytes of one scalar.
+// Returns the bytes that one scalar takes.
 size_t BytesOf(ScalarKind kind);
-// An empty column's values.
+// Returns values of that kind, none of them so far.
 ColumnValues MakeValues(ScalarKind kind);
 
-// Columns that the readers take. Columns are found by name one after the other: a file that names a million would make
-// a program busy for hours.
+// The most columns that the readers take. Finding a column by its name looks at one after the other: a file that names
+// a million would keep a program busy for hours.
 inline constexpr size_t kMaxColumns = 4096;
 
 struct Column {
@@ -32,18 +32,18 @@ struct Column {
 
   ScalarKind kind() const { return static_cast<ScalarKind>(values.index()); }
   size_t size() const;
-  // Value i as a double; every kind converts exactly. REQUIRES: i < size().
+  // Returns value i as a double, to which every kind converts exactly. REQUIRES: i < size().
   double At(size_t i) const;
 };
 
-// Not thread-safe; const methods are.
+// Const methods are thread-safe, others are not.
 class PointTable {
  public:
-  // Number of points.
+  // Returns the number of points.
   size_t size() const { return columns_.empty() ? 0 : columns_.front().size(); }
   const std::vector<Column>& columns() const { return columns_; }
 
-  // The column of that name, or nullptr.
+  // Returns the column of that name, or nullptr.
   const Column* Find(std::string_view name) const;
 
   // Appends a column, or replaces the one of its name in its place.
@@ -53,7 +53,7 @@ class PointTable {
   // Takes the columns out; the table is empty then.
   std::vector<Column> Release();
 
-  // What a reader left out of the table, one sentence each, for the user.
+  // Tells the user what a reader left out of the table, in one sentence for each thing.
   std::vector<std::string> notes;
 
  private:

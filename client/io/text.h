@@ -1,4 +1,4 @@
-// Lines, fields and numbers of text files; nothing depends on the locale.
+// Reads lines, fields and numbers of text files. Nothing depends on the locale.
 #pragma once
 
 #include <charconv>
@@ -19,11 +19,11 @@ class LineReader {
  public:
   explicit LineReader(std::string_view text, size_t first_line = 1) : rest_(text), number_(first_line - 1) {}
 
-  // Moves to the next line; false at the end.
+  // Moves to the next line. Returns false at the end of the text.
   bool Next(std::string_view& line);
-  // Number of the line that Next gave, counted from 1 as editors do.
+  // Returns the number of the line that Next gave, counted from 1 as editors do.
   size_t number() const { return number_; }
-  // What is left after that line.
+  // Returns what is left after that line.
   std::string_view rest() const { return rest_; }
 
  private:
@@ -31,14 +31,14 @@ class LineReader {
   size_t number_;
 };
 
-// Separators of fields: runs of blanks, or each comma or semicolon with the blanks around it.
+// Returns whether a character separates fields: a space, tab, carriage return, vertical tab or form feed.
 bool IsBlank(char c);
 
-// Cuts the first blank-separated field off `line`; empty at the end of the line.
+// Cuts the first field off `line` and returns it; blanks separate fields. Returns an empty one at the end of the line.
 std::string_view NextField(std::string_view& line);
 
-// Parses all of `field`. Takes a leading '+', "nan" and "inf". Values too small for T become 0 or subnormal. False if
-// the field is no number, is not an integer where T is one, or does not fit into T.
+// Parses all of `field`, which may have a leading '+' or be "nan" or "inf". Values too small for T become 0 or
+// subnormal. Returns false if the field is no number, is not an integer where T is one, or does not fit into T.
 template <typename T>
 bool ParseNumber(std::string_view field, T& value);
 
@@ -46,7 +46,7 @@ bool ParseNumber(std::string_view field, T& value);
 // column and field if there are more or fewer fields than columns, or one is not a number that fits its column.
 absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Column* const> columns);
 
-// What a file says, as messages may show it: shortened, and with '?' for bytes that a terminal could obey.
+// Returns text from a file as messages may show it: shortened, and with '?' for bytes that a terminal could obey.
 std::string Printable(std::string_view text);
 // The same in quotes.
 std::string Quoted(std::string_view field);

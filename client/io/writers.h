@@ -1,4 +1,4 @@
-// One writer for each file format that SaveTable offers.
+// Declares one writer for each file format that SaveTable offers.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@
 
 namespace curv {
 
-// Append the table to `file`; see SaveTable for the formats. Errors are those of AtomicFile::Append.
+// These append the table to `file`; see SaveTable for the formats. Errors are those of AtomicFile::Append.
 absl::Status WritePly(const PointTable& table, AtomicFile& file);
 absl::Status WriteCsv(const PointTable& table, AtomicFile& file);
 
-// `name` without what would break a header.
+// Returns `name` with underscores in place of characters that would break a header.
 std::string HeaderName(std::string_view name);
 
 }  // namespace curv

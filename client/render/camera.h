@@ -1,4 +1,4 @@
-// Where a picture is taken from.
+// Chooses where a picture is taken from.
 #pragma once
 
 #include <string>
@@ -16,26 +16,28 @@ struct View {
   Vec3 up;
   Vec3 toward;
 
-  // Coordinates of a direction along right, up, toward.
+  // Returns the coordinates of a position or direction along right, up and toward.
   Vec3 Turn(const Vec3& v) const { return {Dot(v, right), Dot(v, up), Dot(v, toward)}; }
 };
 
-// Names of views, for help texts.
+// The names of views, for help texts.
 inline constexpr char kViewNames[] = "three-quarter, front, back, left, right, top, bottom or AZIMUTH:ELEVATION";
 
-// The view of that name, or of "AZIMUTH:ELEVATION" in degrees: azimuth counterclockwise from the front as seen from the
-// top, elevation above the horizon. `up_axis` is 'y' or 'z'; the front is then seen from +z or -y.
-// INVALID_ARGUMENT for anything else.
+// Returns the view of that name, or of "AZIMUTH:ELEVATION" in degrees. The azimuth goes counterclockwise from the front
+// as seen from the top, the elevation from the horizon upward. `up_axis` is 'y' or 'z'; the front is then seen from +z
+// or -y. INVALID_ARGUMENT for anything else.
 absl::StatusOr<View> MakeView(std::string_view name, char up_axis);
 
-// From positions to pixels: pixel = center + scale * turned position, y downward.
+// Takes turned positions to pixels: those at the center come to the middle of the picture, others `scale` times their
+// distance away from it, y downward.
 struct Framing {
   double scale;     // pixels per length unit
   double center_x;  // of turned positions
   double center_y;
 };
 
-// Fits the positions, in coordinates of the view, into width times height pixels with a margin all around.
+// Fits the positions, in coordinates of the view, into width times height pixels with a margin of `margin` pixels all
+// around.
 // REQUIRES: there is a position, all are finite.
 Framing FitFrame(const std::vector<Vec3>& turned, double width, double height, double margin);
 

@@ -1,4 +1,4 @@
-// A picture in memory.
+// Holds a picture in memory, and makes a PNG file of it.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace curv {
 
-// Channels from 0 to 1, as on the screen (sRGB).
+// A color of the screen (sRGB), with channels from 0 to 1.
 struct Color {
   float red = 0.0f;
   float green = 0.0f;
@@ -18,7 +18,7 @@ struct Color {
   friend Color operator*(float s, const Color& a) { return {s * a.red, s * a.green, s * a.blue}; }
 };
 
-// Rows from the top, pixels from the left.
+// Pixels by rows from the top, in each row from the left.
 struct Image {
   Image(int width, int height, const Color& background)
       : width(width), height(height), pixels(static_cast<size_t>(width) * static_cast<size_t>(height), background) {}
@@ -34,10 +34,10 @@ struct Image {
   std::vector<Color> pixels;
 };
 
-// The nearest of 256 levels of a channel.
+// Returns the nearest of the 256 levels of a channel.
 uint8_t ToByte(float channel);
 
-// The bytes of a PNG file.
+// Returns the bytes of a PNG file.
 std::string EncodePng(const Image& image);
 
 }  // namespace curv

@@ -1,4 +1,4 @@
-// How far apart points are, each from its neighbors.
+// Measures how far each point is from its neighbors.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace curv {
 
-// Distance from each position to its `rank`-th nearest other position; less than that many others: to the farthest; 0
-// if there is no other. REQUIRES: positions are finite, rank in [1, 32].
+// Returns the distance from each position to its `rank`-th nearest other position; to the farthest if there are fewer
+// others, and 0 if there is none. Uses a thread for each core. REQUIRES: positions are finite, rank in [1, 32].
 std::vector<double> LocalSpacing(const std::vector<Vec3>& positions, int rank);
 
 }  // namespace curv

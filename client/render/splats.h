@@ -1,4 +1,4 @@
-// Points drawn as discs that blend into a closed surface.
+// Draws points as discs that blend into a closed surface.
 #pragma once
 
 #include <vector>
