@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "client/render/axes.h"
 #include "client/render/canvas.h"
 #include "client/render/lettering.h"
 #include "client/render/ticks.h"
@@ -52,7 +52,7 @@ class LegendPainter {
     DrawTicks(bar, ticks.ticks, scale);
     double y = bar.bottom + (text.has_below ? kBarWidth : 0.0) * size_;
     if (text.has_missing) DrawMissing(y += 1.6 * kLine * size_);
-    if (has_axes) DrawAxes(view, {Left() + 2.2 * size_, 0.5 * (y + height_)});
+    if (has_axes) DrawAxes(view, Left() + 2.2 * size_, 0.5 * (y + height_), size_, cairo_);
   }
 
  private:
@@ -136,70 +136,6 @@ class LegendPainter {
     SetColor(kInk, cairo_);
     SelectFont("no value", 0.85 * size_, cairo_);
     DrawText("no value", Left() + (kBarWidth + 0.7) * size_, y - 0.05 * size_, cairo_);
-  }
-
-  // Draws the directions of the axes from `origin`, those that point away from the viewer first.
-  void DrawAxes(const View& view, std::pair<double, double> origin) {
-    struct Axis {
-      const char* name;
-      Vec3 direction;
-    };
-    std::array<Axis, 3> axes = {
-        {{"x", view.Turn({1, 0, 0})}, {"y", view.Turn({0, 1, 0})}, {"z", view.Turn({0, 0, 1})}}};
-    std::sort(axes.begin(), axes.end(), [](const Axis& a, const Axis& b) { return a.direction.z < b.direction.z; });
-    SelectFont("xyz", 0.85 * size_, cairo_);
-    for (const auto& [name, direction] : axes) {
-      const Color ink = direction.z < -1e-9 ? Color{0.62f, 0.62f, 0.62f} : kInk;
-      const double length = std::hypot(direction.x, direction.y);
-      if (length < 0.1) {
-        DrawAxisOnEnd(origin, direction.z > 0.0, ink);
-      } else {
-        DrawArrow(origin, direction, ink);
-      }
-      // The name stands beyond the tip, or beside an axis that is seen from its end.
-      const double reach = length < 0.1 ? 0.0 : 1.7 * size_;
-      const double aside = length < 0.1 ? -0.75 * size_ : 0.55 * size_ / length;
-      SetColor(ink, cairo_);
-      const double dx = length < 0.1 ? aside : direction.x * (reach + aside);
-      const double dy = length < 0.1 ? -aside : -direction.y * (reach + aside);
-      DrawText(name, origin.first + dx - 0.5 * TextWidth(name, cairo_), origin.second + dy + 0.23 * size_, cairo_);
-    }
-  }
-
-  void DrawArrow(std::pair<double, double> origin, const Vec3& direction, const Color& ink) {
-    const double angle = std::atan2(-direction.y, direction.x);
-    const double length = 1.7 * size_ * std::hypot(direction.x, direction.y), head = 0.45 * size_;
-    cairo_save(cairo_);
-    cairo_translate(cairo_, origin.first, origin.second);
-    cairo_rotate(cairo_, angle);
-    cairo_move_to(cairo_, 0.0, 0.0);
-    cairo_line_to(cairo_, std::max(0.0, length - 0.8 * head), 0.0);
-    Stroke(std::max(1.0, 0.09 * size_), ink);
-    cairo_move_to(cairo_, length, 0.0);
-    cairo_line_to(cairo_, length - head, 0.38 * head);
-    cairo_line_to(cairo_, length - head, -0.38 * head);
-    SetColor(ink, cairo_);
-    cairo_fill(cairo_);
-    cairo_restore(cairo_);
-  }
-
-  // A ring with a dot toward the viewer, with a cross away from the viewer.
-  void DrawAxisOnEnd(std::pair<double, double> origin, bool toward, const Color& ink) {
-    const auto [x, y] = origin;
-    const double radius = 0.32 * size_;
-    cairo_new_sub_path(cairo_);
-    cairo_arc(cairo_, x, y, radius, 0.0, 2.0 * std::numbers::pi);
-    if (!toward) {
-      const double reach = radius * std::numbers::sqrt2 / 2.0;
-      cairo_move_to(cairo_, x - reach, y - reach);
-      cairo_line_to(cairo_, x + reach, y + reach);
-      cairo_move_to(cairo_, x - reach, y + reach);
-      cairo_line_to(cairo_, x + reach, y - reach);
-    }
-    Stroke(std::max(1.0, 0.09 * size_), ink);
-    if (!toward) return;
-    cairo_arc(cairo_, x, y, 0.3 * radius, 0.0, 2.0 * std::numbers::pi);
-    cairo_fill(cairo_);
   }
 
   void Stroke(double width, const Color& color) {
