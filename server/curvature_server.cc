@@ -23,8 +23,9 @@
 #include "server/net/health_port.h"
 #include "server/net/keepalive.h"
 #include "server/net/metrics_port.h"
+#include "server/net/open_calls.h"
 #include "server/net/reflection.h"
-#include "server/observe/grpc_log.h"
+#include "server/net/strangers.h"
 #include "server/service_context.h"
 
 namespace curvd {
@@ -102,6 +103,7 @@ class CurvatureServer::Running {
 
  private:
   absl::Status Listen(const ServerOptions& options);
+  ConnectionAcceptor::Events WatchConnections(const ServerOptions& options);
   absl::Status ListenBeside(const ServerOptions& options);
   void Tick(Ticker::Clock::time_point now);
   void RefreshFiles();
@@ -110,7 +112,6 @@ class CurvatureServer::Running {
   CredentialFiles files_;
   CurvatureService service_;
   Ticker ticker_;
-  std::optional<GrpcLogTap> grpc_log_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<ConnectionAcceptor> acceptor_;
   std::unique_ptr<HealthPort> health_port_;
@@ -133,9 +134,6 @@ absl::Status CurvatureServer::Running::Listen(const ServerOptions& options) {
     absl::StatusOr<ListeningSockets> bound = ListeningSockets::Bind("--listen", options.listen);
     if (!bound.ok()) return bound.status();
     sockets.emplace(*std::move(bound));
-    grpc_log_.emplace([this](const std::string& file, const std::string& message, bool is_shown) {
-      context_.strangers.NoteGrpcLine(file, message, is_shown);
-    });
   }
   grpc::ServerBuilder builder;
   ConfigureConnections(options, builder);
@@ -143,26 +141,46 @@ absl::Status CurvatureServer::Running::Listen(const ServerOptions& options) {
   // It could not ask for a token.
   if (!options.token_file.empty()) LeaveOutReflection(builder);
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> target;
-  if (sockets.has_value()) target = AddAcceptor(files_.tls(), builder);
+  if (sockets.has_value()) {
+    target = AddAcceptor(files_.tls(), builder);
+    std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> noters;
+    noters.push_back(NoteCallsBeside(curvature::v1::CurvatureService::service_full_name(), context_.connections));
+    builder.experimental().SetInterceptorCreators(std::move(noters));
+  }
   server_ = builder.BuildAndStart();
   if (server_ == nullptr) return absl::InternalError("gRPC could not start the server");
-  server_->GetHealthCheckService()->SetServingStatus("curvature.v1.CurvatureService", true);
+  server_->GetHealthCheckService()->SetServingStatus(curvature::v1::CurvatureService::service_full_name(), true);
   if (!sockets.has_value()) return absl::OkStatus();
   acceptor_ = std::make_unique<ConnectionAcceptor>(
       *std::move(sockets),
       ConnectionLimits{ConnectionsWithin(options.max_connections), options.max_connections_per_peer},
-      [this](StrangerReason reason, const std::string& peer) { context_.strangers.NoteRefused(reason, peer); });
-  context_.security_metrics.ReadConnectionsFrom([this] { return acceptor_->OpenCount(); });
-  context_.strangers.FindPeersWith([this] { return acceptor_->PeerBeingClosed(); });
+      context_.connections, WatchConnections(options));
+  context_.security_metrics.ReadConnectionsFrom([this] { return context_.connections.size(); });
   acceptor_->Start(std::move(target));
   return absl::OkStatus();
 }
 
+ConnectionAcceptor::Events CurvatureServer::Running::WatchConnections(const ServerOptions& options) {
+  const auto handshake_timeout = absl::ToChronoNanoseconds(options.handshake_timeout);
+  ConnectionAcceptor::Events events;
+  events.refused = [this](StrangerReason reason, const std::string& peer) {
+    context_.strangers.Note({reason, peer, {}, {}});
+  };
+  events.ended = [this, handshake_timeout](const ConnectionRecord& connection, Ticker::Clock::duration age) {
+    const std::optional<StrangerReason> reason = WhyStranger(connection, age, handshake_timeout);
+    if (!reason.has_value()) return;
+    context_.strangers.Note(
+        {*reason, connection.peer, std::chrono::duration<double>(age).count(), connection.received_bytes});
+  };
+  return events;
+}
+
 absl::Status CurvatureServer::Running::ListenBeside(const ServerOptions& options) {
   if (!options.health_listen.empty()) {
-    absl::StatusOr<std::unique_ptr<HealthPort>> health = HealthPort::Create(
-        options.health_listen,
-        [this](StrangerReason reason, const std::string& peer) { context_.strangers.NoteRefused(reason, peer); });
+    absl::StatusOr<std::unique_ptr<HealthPort>> health =
+        HealthPort::Create(options.health_listen, [this](StrangerReason reason, const std::string& peer) {
+          context_.strangers.Note({reason, peer, {}, {}});
+        });
     if (!health.ok()) return health.status();
     health_port_ = *std::move(health);
   }
@@ -186,7 +204,6 @@ CurvatureServer::Running::~Running() {
   refresh_files_.reset();
   health_port_.reset();
   metrics_port_.reset();
-  context_.strangers.FindPeersWith(nullptr);
   if (acceptor_ != nullptr) acceptor_->Stop();
   if (server_ == nullptr) return;
   context_.gate.StartDraining();

@@ -15,6 +15,7 @@
 #include "server/host/freed_memory.h"
 #include "server/host/version.h"
 #include "server/net/listen_address.h"
+#include "server/observe/grpc_log.h"
 #include "server/observe/json_line.h"
 #include "server/observe/server_log.h"
 
@@ -56,6 +57,7 @@ std::string WithPort(const std::string& listen, int port) {
 
 int Serve(const ServerOptions& options) {
   ServerLog log(options.log);
+  const GrpcLogRoute grpc_log(log);
   absl::StatusOr<std::unique_ptr<CurvatureServer>> server = CurvatureServer::Create(options);
   if (!server.ok()) {
     std::fprintf(stderr, "curvd: %s\n", std::string(server.status().message()).c_str());

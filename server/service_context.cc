@@ -13,6 +13,13 @@ ServiceContext::ServiceContext(const ServerOptions& options)
       metrics([this] { return gauges(); }),
       pool(options.threads) {}
 
+absl::StatusOr<Caller> ServiceContext::LetIn(const PresentedCredentials& presented) {
+  absl::StatusOr<Caller> caller = access.Identify(presented);
+  connections.NoteCall(presented.peer,
+                       caller.ok() ? ConnectionRegistry::Call::kLetIn : ConnectionRegistry::Call::kRefused);
+  return caller;
+}
+
 ServerGauges ServiceContext::gauges() const {
   ServerGauges gauges;
   gauges.jobs_waiting_for_memory = admission.waiting();

@@ -1,12 +1,14 @@
-// What all calls of one server share.
+// Holds what all calls of one server share.
 #pragma once
 
+#include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "core/job/worker_pool.h"
 #include "server/access/access_control.h"
 #include "server/admission/admission.h"
 #include "server/admission/stream_gate.h"
 #include "server/call/request_limits.h"
+#include "server/net/connection_registry.h"
 #include "server/observe/security_metrics.h"
 #include "server/observe/server_log.h"
 #include "server/observe/server_metrics.h"
@@ -24,6 +26,9 @@ struct ServiceContext {
   ServiceContext& operator=(const ServiceContext&) = delete;
 
   ServerGauges gauges() const;
+  // Who makes a call with these credentials, or the error of AccessControl::Identify; its connection is told either
+  // way.
+  absl::StatusOr<Caller> LetIn(const PresentedCredentials& presented);
 
   const CallLimits limits;
   const absl::Duration stall_timeout;
@@ -33,6 +38,7 @@ struct ServiceContext {
   StrangerLog strangers{security_metrics, log};
   RequestIds request_ids;
   AccessControl access;
+  ConnectionRegistry connections;  // to the port that takes calls
   StreamGate gate;
   Admission admission;
   ServerMetrics metrics;

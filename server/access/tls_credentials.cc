@@ -36,11 +36,6 @@ void TlsCredentials::Replace(TlsIdentity identity) {
   fresh_ = true;
 }
 
-absl::Time TlsCredentials::expires() const {
-  MutexLock lock(mutex_);
-  return identity_.expires;
-}
-
 grpc_ssl_certificate_config_reload_status TlsCredentials::Fetch(void* self,
                                                                 grpc_ssl_server_certificate_config** config) {
   return static_cast<TlsCredentials*>(self)->FetchFresh(config);

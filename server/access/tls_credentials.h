@@ -22,7 +22,6 @@ class TlsCredentials {
 
   // Handshakes that begin from now on use `identity`. Whether clients need a certificate stays as it was.
   void Replace(TlsIdentity identity);
-  absl::Time expires() const;
 
   // Credentials for one listening port. REQUIRES: called once, and this outlives the server that uses them.
   std::shared_ptr<grpc::ServerCredentials> ForServer();
@@ -32,7 +31,7 @@ class TlsCredentials {
   grpc_ssl_certificate_config_reload_status FetchFresh(grpc_ssl_server_certificate_config** config);
 
   const bool ask_clients_;
-  mutable Mutex mutex_;
+  Mutex mutex_;
   TlsIdentity identity_ ABSL_GUARDED_BY(mutex_);
   bool fresh_ ABSL_GUARDED_BY(mutex_) = true;  // gRPC has not seen identity_
 };

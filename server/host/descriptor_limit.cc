@@ -16,7 +16,8 @@ void RaiseDescriptorLimit() {
 size_t ConnectionsWithin(size_t wanted) {
   rlimit limit = {};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return wanted;
-  return std::min<size_t>(wanted, std::max<size_t>(1, limit.rlim_cur - limit.rlim_cur / 10));
+  constexpr rlim_t kPerConnection = 2;
+  return std::min<size_t>(wanted, std::max<size_t>(1, (limit.rlim_cur - limit.rlim_cur / 10) / kPerConnection));
 }
 
 }  // namespace curvd

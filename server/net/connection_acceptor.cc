@@ -4,14 +4,15 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
-#include <chrono>
 #include <utility>
-#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "server/net/keepalive.h"
@@ -20,12 +21,13 @@
 namespace curvd {
 namespace {
 
-// Sweeping ten thousand connections takes some milliseconds: under attack, at most so often.
-constexpr auto kSweepInterval = std::chrono::milliseconds(100);
+// How many connections are taken before those that ended have their turn.
+constexpr int kAcceptedInTurn = 64;
+constexpr int kEventsAtOnce = 64;
 // How long to wait for descriptors when the system has none left.
 constexpr int kNoDescriptorPauseMs = 100;
 
-// The peer as gRPC writes it.
+// The peer as gRPC 1.51 writes it in ServerContext::peer().
 std::string PeerOf(const sockaddr_storage& address) {
   char text[INET6_ADDRSTRLEN] = "";
   if (address.ss_family == AF_INET) {
@@ -33,12 +35,15 @@ std::string PeerOf(const sockaddr_storage& address) {
     inet_ntop(AF_INET, &v4.sin_addr, text, sizeof(text));
     return absl::StrCat("ipv4:", text, ":", ntohs(v4.sin_port));
   }
-  if (address.ss_family == AF_INET6) {
-    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(address);
-    inet_ntop(AF_INET6, &v6.sin6_addr, text, sizeof(text));
-    return absl::StrCat("ipv6:[", text, "]:", ntohs(v6.sin6_port));
+  if (address.ss_family != AF_INET6) return "unix:";
+  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(address);
+  if (IN6_IS_ADDR_V4MAPPED(&v6.sin6_addr)) {
+    inet_ntop(AF_INET, &v6.sin6_addr.s6_addr[12], text, sizeof(text));
+    return absl::StrCat("ipv4:", text, ":", ntohs(v6.sin6_port));
   }
-  return "unix:";
+  inet_ntop(AF_INET6, &v6.sin6_addr, text, sizeof(text));
+  const std::string zone = v6.sin6_scope_id == 0 ? "" : absl::StrCat("%25", v6.sin6_scope_id);
+  return absl::StrCat("ipv6:%5B", text, zone, "%5D:", ntohs(v6.sin6_port));
 }
 
 void ConfigureSocket(int fd) {
@@ -50,17 +55,32 @@ void ConfigureSocket(int fd) {
   setsockopt(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, &patience, sizeof(patience));
 }
 
+// Has `epoll_fd` tell of `events` at `fd`, and of its end in any case.
+void Poll(int epoll_fd, int fd, uint32_t events) {
+  epoll_event event = {};
+  event.events = events;
+  event.data.fd = fd;
+  epoll_ctl(epoll_fd, EPOLL_CTL_ADD, fd, &event);
+}
+
 }  // namespace
 
-ConnectionAcceptor::ConnectionAcceptor(ListeningSockets sockets, const ConnectionLimits& limits, OnRefused on_refused)
+ConnectionAcceptor::ConnectionAcceptor(ListeningSockets sockets, const ConnectionLimits& limits,
+                                       ConnectionRegistry& connections, Events events)
     : sockets_(std::move(sockets)),
       limits_(limits),
-      on_refused_(std::move(on_refused)),
-      wake_fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+      connections_(connections),
+      events_(std::move(events)),
+      epoll_fd_(epoll_create1(EPOLL_CLOEXEC)),
+      wake_fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  Poll(epoll_fd_, wake_fd_, EPOLLIN);
+  for (const int fd : sockets_.descriptors()) Poll(epoll_fd_, fd, EPOLLIN);
+}
 
 ConnectionAcceptor::~ConnectionAcceptor() {
   Stop();
   close(wake_fd_);
+  close(epoll_fd_);
 }
 
 void ConnectionAcceptor::Start(std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> target) {
@@ -73,79 +93,83 @@ void ConnectionAcceptor::Stop() {
   stopping_ = true;
   eventfd_write(wake_fd_, 1);
   thread_.join();
-}
-
-size_t ConnectionAcceptor::OpenCount() {
-  MutexLock lock(mutex_);
-  table_.Sweep();
-  return table_.size();
-}
-
-std::string ConnectionAcceptor::PeerBeingClosed() {
-  MutexLock lock(mutex_);
-  return table_.PeerBeingClosed();
+  connections_.Clear();
 }
 
 void ConnectionAcceptor::Run() {
-  std::vector<pollfd> waiting = {{wake_fd_, POLLIN, 0}};
-  for (const int fd : sockets_.descriptors()) waiting.push_back({fd, POLLIN, 0});
+  std::array<epoll_event, kEventsAtOnce> events;
   while (!stopping_) {
-    if (poll(waiting.data(), waiting.size(), -1) < 0) continue;  // a signal
-    for (size_t i = 1; i < waiting.size(); ++i) {
-      if (waiting[i].revents != 0) AcceptAll(waiting[i].fd);
+    const int count = epoll_wait(epoll_fd_, events.data(), kEventsAtOnce, -1);
+    // Connections that ended make room for those that wait.
+    for (int i = 0; i < count; ++i) {
+      const int fd = events[i].data.fd;
+      if (fd != wake_fd_ && !IsListener(fd)) RemoveEnded(fd);
+    }
+    for (int i = 0; i < count; ++i) {
+      if (IsListener(events[i].data.fd)) AcceptSome(events[i].data.fd);
     }
   }
 }
 
-void ConnectionAcceptor::AcceptAll(int listener) {
-  while (!stopping_) {
+bool ConnectionAcceptor::IsListener(int fd) const {
+  const std::vector<int>& listeners = sockets_.descriptors();
+  return std::find(listeners.begin(), listeners.end(), fd) != listeners.end();
+}
+
+void ConnectionAcceptor::RemoveEnded(int watch) {
+  // gRPC may still have the socket open: closing the watch alone would leave it polled.
+  epoll_ctl(epoll_fd_, EPOLL_CTL_DEL, watch, nullptr);
+  const ConnectionRecord connection = connections_.Remove(watch);
+  if (events_.ended) events_.ended(connection, std::chrono::steady_clock::now() - connection.accepted);
+}
+
+void ConnectionAcceptor::AcceptSome(int listener) {
+  for (int taken = 0; taken < kAcceptedInTurn && !stopping_; ++taken) {
     sockaddr_storage address = {};
     socklen_t length = sizeof(address);
     const int fd = accept4(listener, reinterpret_cast<sockaddr*>(&address), &length, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    if (fd < 0) {
-      if (errno == EINTR || errno == ECONNABORTED) continue;
-      if (errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM) return;
-      on_refused_(StrangerReason::kNoDescriptor, "");
-      pollfd wake = {wake_fd_, POLLIN, 0};
-      poll(&wake, 1, kNoDescriptorPauseMs);
-      return;
-    }
-    const std::string peer = PeerOf(address);
-    StrangerReason reason;
-    if (!MayStay(fd, peer, reason)) {
-      close(fd);
-      on_refused_(reason, peer);
+    if (fd >= 0) {
+      Receive(listener, fd, PeerOf(address));
       continue;
     }
-    ConfigureSocket(fd);
-    grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
-    connection.listener_fd = listener;
-    connection.fd = fd;
-    target_->HandleNewConnection(&connection);
+    if (errno == EINTR || errno == ECONNABORTED) continue;
+    if (errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM) return;
+    Refuse(StrangerReason::kNoDescriptor, "");
+    pollfd wake = {wake_fd_, POLLIN, 0};
+    poll(&wake, 1, kNoDescriptorPauseMs);
+    return;
   }
 }
 
-bool ConnectionAcceptor::MayStay(int fd, const std::string& peer, StrangerReason& reason) {
-  MutexLock lock(mutex_);
-  const std::string address = PeerAddress(peer);
-  const bool is_full = table_.size() >= limits_.max_connections;
-  if (is_full || table_.CountOf(address) >= limits_.max_per_peer) {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - swept_ >= kSweepInterval) {
-      table_.Sweep();
-      swept_ = now;
-    }
+void ConnectionAcceptor::Receive(int listener, int fd, const std::string& peer) {
+  StrangerReason reason = StrangerReason::kNoDescriptor;
+  const int watch = MayStay(peer, reason) ? connections_.Add(fd, peer) : -1;
+  if (watch < 0) {
+    close(fd);
+    return Refuse(reason, peer);
   }
-  if (table_.size() >= limits_.max_connections) {
+  ConfigureSocket(fd);
+  Poll(epoll_fd_, watch, 0);
+  grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+  connection.listener_fd = listener;
+  connection.fd = fd;
+  target_->HandleNewConnection(&connection);
+}
+
+bool ConnectionAcceptor::MayStay(const std::string& peer, StrangerReason& reason) const {
+  if (connections_.size() >= limits_.max_connections) {
     reason = StrangerReason::kConnectionLimit;
     return false;
   }
-  if (table_.CountOf(address) >= limits_.max_per_peer) {
+  if (connections_.CountFrom(PeerAddress(peer)) >= limits_.max_per_peer) {
     reason = StrangerReason::kPeerConnectionLimit;
     return false;
   }
-  table_.Add(fd, peer);
   return true;
+}
+
+void ConnectionAcceptor::Refuse(StrangerReason reason, const std::string& peer) const {
+  if (events_.refused) events_.refused(reason, peer);
 }
 
 }  // namespace curvd

@@ -1,4 +1,4 @@
-// Takes connections and hands them to gRPC, up to a limit.
+// Takes connections, hands them to gRPC up to a limit, and notices when each of them ends.
 #pragma once
 
 #include <grpcpp/server_builder.h>
@@ -10,9 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "absl/base/thread_annotations.h"
-#include "core/base/mutex.h"
-#include "server/net/connection_table.h"
+#include "server/net/connection_registry.h"
 #include "server/net/listening_socket.h"
 #include "server/observe/security_metrics.h"
 
@@ -24,13 +22,21 @@ struct ConnectionLimits {
 };
 
 // gRPC 1.51 takes any number of connections, and stops listening for good once the process has no descriptor left. So a
-// thread of ours accepts, closes what is over a limit right away, and gives the rest to gRPC. Thread-safe.
+// thread of ours accepts, closes what is over a limit right away, and gives the rest to gRPC. The same thread polls the
+// watches of the registry, so that the end of a connection is noticed at once. Thread-safe.
 class ConnectionAcceptor {
  public:
-  // Told of each connection that was closed at once. Called on the acceptor's thread; must not block.
-  using OnRefused = std::function<void(StrangerReason reason, const std::string& peer)>;
+  // What the acceptor tells of, on its thread. Neither function may block; either may be null.
+  struct Events {
+    // A connection from `peer` was closed at once, for `reason`; `peer` is empty if it could not even be taken.
+    std::function<void(StrangerReason reason, const std::string& peer)> refused;
+    // A connection ended after `age`, whoever ended it. Connections that are open when the acceptor stops are not told.
+    std::function<void(const ConnectionRecord& connection, std::chrono::steady_clock::duration age)> ended;
+  };
 
-  ConnectionAcceptor(ListeningSockets sockets, const ConnectionLimits& limits, OnRefused on_refused);
+  // `connections` gets the connections that are open; it must outlive this, and nobody else may add to it.
+  ConnectionAcceptor(ListeningSockets sockets, const ConnectionLimits& limits, ConnectionRegistry& connections,
+                     Events events);
   // Stops first.
   ~ConnectionAcceptor();
   ConnectionAcceptor(const ConnectionAcceptor&) = delete;
@@ -41,30 +47,30 @@ class ConnectionAcceptor {
   // Connections go to `target` from now on; those that came before have waited. REQUIRES: the server of `target` runs
   // until Stop. Called once.
   void Start(std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> target);
-  // Accepts nothing more. Connections that are open stay so.
+  // Accepts nothing more. Connections that are open stay so, but the registry forgets them.
   void Stop();
-
-  // Connections that are open now.
-  size_t OpenCount();
-  // See ConnectionTable.
-  std::string PeerBeingClosed();
 
  private:
   void Run();
-  void AcceptAll(int listener);
-  // Whether a connection from `peer` is within the limits; it is in the table then, else `reason` says why not.
-  bool MayStay(int fd, const std::string& peer, StrangerReason& reason);
+  // Takes what waits at `listener`, up to a number that lets ended connections have their turn.
+  void AcceptSome(int listener);
+  // Hands the connection over, or closes it.
+  void Receive(int listener, int fd, const std::string& peer);
+  void RemoveEnded(int watch);
+  bool IsListener(int fd) const;
+  // Whether one more connection from `peer` is within the limits; else `reason` says why not.
+  bool MayStay(const std::string& peer, StrangerReason& reason) const;
+  void Refuse(StrangerReason reason, const std::string& peer) const;
 
   const ListeningSockets sockets_;
   const ConnectionLimits limits_;
-  const OnRefused on_refused_;
+  ConnectionRegistry& connections_;
+  const Events events_;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> target_;
+  int epoll_fd_;
   int wake_fd_;
   std::atomic<bool> stopping_{false};
   std::thread thread_;
-  Mutex mutex_;
-  ConnectionTable table_ ABSL_GUARDED_BY(mutex_);
-  std::chrono::steady_clock::time_point swept_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace curvd

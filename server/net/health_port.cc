@@ -23,8 +23,9 @@ constexpr int kMaxStreams = 16;
 
 }  // namespace
 
-HealthPort::HealthPort(ListeningSockets sockets, ConnectionAcceptor::OnRefused on_refused)
-    : acceptor_(std::move(sockets), kLimits, std::move(on_refused)) {
+HealthPort::HealthPort(ListeningSockets sockets, OnRefused on_refused)
+    // Whoever connects here may, so that no end of a connection is a stranger's.
+    : acceptor_(std::move(sockets), kLimits, connections_, {std::move(on_refused), nullptr}) {
   grpc::ServerBuilder builder;
   builder.RegisterCallbackGenericService(&nothing_else_);
   LeaveOutReflection(builder);
@@ -39,8 +40,7 @@ HealthPort::HealthPort(ListeningSockets sockets, ConnectionAcceptor::OnRefused o
   acceptor_.Start(std::move(target));
 }
 
-absl::StatusOr<std::unique_ptr<HealthPort>> HealthPort::Create(const std::string& listen,
-                                                               ConnectionAcceptor::OnRefused on_refused) {
+absl::StatusOr<std::unique_ptr<HealthPort>> HealthPort::Create(const std::string& listen, OnRefused on_refused) {
   absl::StatusOr<ListeningSockets> sockets = ListeningSockets::Bind("--health-listen", listen);
   if (!sockets.ok()) return sockets.status();
   return absl::WrapUnique(new HealthPort(*std::move(sockets), std::move(on_refused)));

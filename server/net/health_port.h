@@ -1,14 +1,16 @@
-// The port where probes ask whether the server serves, and nothing else.
+// Serves the port where probes ask whether the server serves, and nothing else.
 #pragma once
 
 #include <grpcpp/generic/async_generic_service.h>
 #include <grpcpp/server.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "server/net/connection_acceptor.h"
+#include "server/net/connection_registry.h"
 
 namespace curvd {
 
@@ -16,9 +18,11 @@ namespace curvd {
 // is called is UNIMPLEMENTED. Serves until destroyed. Thread-safe.
 class HealthPort {
  public:
+  // Tells of each connection that is closed at once because of a limit.
+  using OnRefused = std::function<void(StrangerReason reason, const std::string& peer)>;
+
   // UNAVAILABLE, naming the address, if it cannot be bound.
-  static absl::StatusOr<std::unique_ptr<HealthPort>> Create(const std::string& listen,
-                                                            ConnectionAcceptor::OnRefused on_refused);
+  static absl::StatusOr<std::unique_ptr<HealthPort>> Create(const std::string& listen, OnRefused on_refused);
   ~HealthPort();
 
   int port() const { return acceptor_.port(); }
@@ -26,10 +30,11 @@ class HealthPort {
   void SetNotServing();
 
  private:
-  HealthPort(ListeningSockets sockets, ConnectionAcceptor::OnRefused on_refused);
+  HealthPort(ListeningSockets sockets, OnRefused on_refused);
 
   grpc::CallbackGenericService nothing_else_;
   std::unique_ptr<grpc::Server> server_;
+  ConnectionRegistry connections_;
   ConnectionAcceptor acceptor_;
 };
 

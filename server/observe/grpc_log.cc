@@ -2,54 +2,58 @@
 
 #include <grpc/support/log.h>
 
-#include <utility>
-#include <vector>
+#include <string>
 
 #include "absl/base/thread_annotations.h"
 #include "core/base/mutex.h"
+#include "server/observe/log_rate_limit.h"
 
 namespace curvd {
+namespace {
 
-// The taps of this process: gRPC's log is one for all servers in it.
-struct GrpcLogTaps {
-  static GrpcLogTaps& Get() {
-    static auto* taps = new GrpcLogTaps;  // never destroyed: gRPC may write until the process ends
-    return *taps;
-  }
-
-  static void OnLine(gpr_log_func_args* line) {
-    std::string file = line->file;
-    file.erase(0, file.rfind('/') + 1);
-    GrpcLogTaps& taps = Get();
-    MutexLock lock(taps.mutex);
-    for (const GrpcLogTap* tap : taps.open) tap->listener_(file, line->message, line->severity >= taps.shown);
-  }
-
+// Where gRPC's lines go: its log is one for the whole process.
+struct Destination {
   Mutex mutex;
-  std::vector<const GrpcLogTap*> open ABSL_GUARDED_BY(mutex);
-  gpr_log_severity shown ABSL_GUARDED_BY(mutex) = GPR_LOG_SEVERITY_ERROR;  // what gRPC would have printed
+  ServerLog* log ABSL_GUARDED_BY(mutex) = nullptr;
+  LogRateLimit limit;
 };
 
-GrpcLogTap::GrpcLogTap(Listener listener) : listener_(std::move(listener)) {
-  GrpcLogTaps& taps = GrpcLogTaps::Get();
-  MutexLock lock(taps.mutex);
-  if (taps.open.empty()) {
-    taps.shown = gpr_should_log(GPR_LOG_SEVERITY_DEBUG)  ? GPR_LOG_SEVERITY_DEBUG
-                 : gpr_should_log(GPR_LOG_SEVERITY_INFO) ? GPR_LOG_SEVERITY_INFO
-                                                         : GPR_LOG_SEVERITY_ERROR;
-    gpr_set_log_function(GrpcLogTaps::OnLine);
-    gpr_set_log_verbosity(GPR_LOG_SEVERITY_DEBUG);
-  }
-  taps.open.push_back(this);
+Destination& TheDestination() {
+  static auto* destination = new Destination;  // never destroyed: gRPC may write until the process ends
+  return *destination;
 }
 
-GrpcLogTap::~GrpcLogTap() {
-  GrpcLogTaps& taps = GrpcLogTaps::Get();
-  MutexLock lock(taps.mutex);
-  std::erase(taps.open, this);
-  if (!taps.open.empty()) return;
-  gpr_set_log_verbosity(taps.shown);
+ServerLog::Level LevelOf(gpr_log_severity severity) {
+  return severity == GPR_LOG_SEVERITY_ERROR ? ServerLog::Level::kWarning : ServerLog::Level::kInfo;
+}
+
+void Write(gpr_log_func_args* line) {
+  Destination& destination = TheDestination();
+  uint64_t left_out = 0;
+  if (!destination.limit.MayWrite(LogRateLimit::Clock::now(), left_out)) return;
+  const std::string file = line->file;
+  JsonLine json;
+  json.Add("source", file.substr(file.rfind('/') + 1)).Add("message", line->message);
+  if (left_out > 0) json.Add("lines_left_out", left_out);
+  MutexLock lock(destination.mutex);
+  if (destination.log != nullptr) destination.log->Log(LevelOf(line->severity), "grpc", json);
+}
+
+void SetLog(ServerLog* log) {
+  MutexLock lock(TheDestination().mutex);
+  TheDestination().log = log;
+}
+
+}  // namespace
+
+GrpcLogRoute::GrpcLogRoute(ServerLog& log) {
+  SetLog(&log);
+  gpr_set_log_function(Write);
+}
+
+GrpcLogRoute::~GrpcLogRoute() {
   gpr_set_log_function(nullptr);
+  SetLog(nullptr);
 }
 
 }  // namespace curvd

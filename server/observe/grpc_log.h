@@ -1,27 +1,19 @@
-// What gRPC writes to its own log, which is the only place where it tells of handshakes that failed.
+// Puts what gRPC itself has to say into curvd's log.
 #pragma once
 
-#include <functional>
-#include <string>
+#include "server/observe/server_log.h"
 
 namespace curvd {
 
-// While one of these lives, gRPC's lines go to it, down to those for debugging, instead of stderr; where several live,
-// to each. Thread-safe.
-class GrpcLogTap {
+// While this lives, the lines that gRPC would print on stderr become lines of `log` with the event "grpc", a few a
+// second at most. Which lines gRPC prints stays as it is: errors, unless the environment variable GRPC_VERBOSITY asks
+// for more. A setting of the process: for main. REQUIRES: there is one at a time, and `log` outlives it.
+class GrpcLogRoute {
  public:
-  // `file` is the source file without its folder; `is_shown`: gRPC would have printed the line. Called on any thread,
-  // maybe with locks of gRPC held: it must not block and not call gRPC.
-  using Listener = std::function<void(const std::string& file, const std::string& message, bool is_shown)>;
-
-  explicit GrpcLogTap(Listener listener);
-  ~GrpcLogTap();
-  GrpcLogTap(const GrpcLogTap&) = delete;
-  GrpcLogTap& operator=(const GrpcLogTap&) = delete;
-
- private:
-  friend struct GrpcLogTaps;
-  const Listener listener_;
+  explicit GrpcLogRoute(ServerLog& log);
+  ~GrpcLogRoute();
+  GrpcLogRoute(const GrpcLogRoute&) = delete;
+  GrpcLogRoute& operator=(const GrpcLogRoute&) = delete;
 };
 
 }  // namespace curvd

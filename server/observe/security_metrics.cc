@@ -14,8 +14,8 @@ namespace curvd {
 namespace {
 
 constexpr const char* kReasonNames[kStrangerReasonCount] = {
-    "connection_limit", "peer_connection_limit", "no_descriptor",    "no_certificate",  "bad_certificate",
-    "plain_text",       "handshake_timeout",     "handshake_failed", "header_too_large"};
+    "connection_limit", "peer_connection_limit", "no_descriptor", "handshake_timeout", "nothing_sent", "no_call",
+    "not_let_in"};
 
 // Counted when it is asked for, so that it is never stale.
 class OpenConnections : public prometheus::Collectable {
@@ -50,7 +50,7 @@ struct SecurityMetrics::Families {
     auto& strangers_family =
         prometheus::BuildCounter()
             .Name("curvd_strangers_total")
-            .Help("Connections and requests that were turned away before they became a call, by reason.")
+            .Help("Connections that were closed at once, or ended without a call that was let in, by reason.")
             .Register(*registry);
     for (size_t i = 0; i < kStrangerReasonCount; ++i) {
       strangers[i] = &strangers_family.Add({{"reason", kReasonNames[i]}});

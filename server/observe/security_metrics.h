@@ -1,4 +1,4 @@
-// What Prometheus learns of strangers, connections and credentials.
+// Counts strangers, connections and credentials for Prometheus.
 #pragma once
 
 #include <cstddef>
@@ -14,19 +14,18 @@ class Collectable;
 
 namespace curvd {
 
-// Why a connection or a request never became a call. The names of the values are those of the label `reason`.
+// Why a connection was closed at once, or why it was a stranger's when it ended. The names of the values are those of
+// the label `reason`.
 enum class StrangerReason {
   kConnectionLimit,      // connection_limit: --max-connections are open
   kPeerConnectionLimit,  // peer_connection_limit: --max-connections-per-peer are open from this address
   kNoDescriptor,         // no_descriptor: the system has none left
-  kNoCertificate,        // no_certificate: the client showed none
-  kBadCertificate,       // bad_certificate: expired, or of an authority that is not trusted
-  kPlainText,            // plain_text: no TLS on a TLS port
-  kHandshakeTimeout,     // handshake_timeout: connected and said too little
-  kHandshakeFailed,      // handshake_failed: any other end of a handshake
-  kHeaderTooLarge,       // header_too_large: metadata over --max-header-bytes
+  kHandshakeTimeout,     // handshake_timeout: it ended when --handshake-timeout was over, without a call
+  kNothingSent,          // nothing_sent: it ended before it had sent a byte, as that of a load balancer that looks
+  kNoCall,               // no_call: it sent something, and ended without a call
+  kNotLetIn,             // not_let_in: access control let none of its calls in
 };
-inline constexpr size_t kStrangerReasonCount = static_cast<size_t>(StrangerReason::kHeaderTooLarge) + 1;
+inline constexpr size_t kStrangerReasonCount = static_cast<size_t>(StrangerReason::kNotLetIn) + 1;
 const char* StrangerReasonName(StrangerReason reason);
 
 // All series exist from the start. Thread-safe.

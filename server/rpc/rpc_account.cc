@@ -29,7 +29,7 @@ RpcAccount::RpcAccount(ServiceContext& service, RpcMethod method, const RpcArriv
     : service_(service),
       started_(Clock::now()),
       deadline_(OnSteadyClock(arrival.deadline, started_)),
-      caller_(service.access.Identify(arrival.presented)) {
+      caller_(service.LetIn(arrival.presented)) {
   record_.method = method;
   record_.request_id = service.request_ids.Next();
   record_.peer = arrival.presented.peer;
@@ -40,6 +40,7 @@ RpcAccount::RpcAccount(ServiceContext& service, RpcMethod method, const RpcArriv
 void RpcAccount::CountReceived(uint64_t bytes) {
   record_.bytes_received += bytes;
   service_.metrics.CountReceived(record_.method, bytes);
+  if (caller_.ok()) service_.connections.NoteMessage(record_.peer, bytes);
 }
 
 void RpcAccount::CountSent(uint64_t bytes) {

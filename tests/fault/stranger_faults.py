@@ -147,7 +147,7 @@ def _refuse(fort, words, *flags):
 
 
 def no_certificate(site, times):
-    yield from _refused(site, times, *_stranger("no_certificate"),
+    yield from _refused(site, times, *_stranger("no_call"),
                         lambda fort, _: _refuse(fort, "--cert", *fort.flags()))
 
 
@@ -155,7 +155,7 @@ def expired_certificate(site, times):
     def attack(fort, _):
         _refuse(fort, "UNAVAILABLE", *fort.flags(fort.authority.issue("friend", -1)))
 
-    yield from _refused(site, times, *_stranger("bad_certificate"), attack)
+    yield from _refused(site, times, *_stranger("no_call"), attack)
 
 
 def wrong_name(site, times):
@@ -189,7 +189,7 @@ def revoked_token(site, times):
 
 
 def plain_text(site, times):
-    yield from _refused(site, times, *_stranger("plain_text"), lambda fort, _: _refuse(fort, "--tls"))
+    yield from _refused(site, times, *_stranger("no_call"), lambda fort, _: _refuse(fort, "--tls"))
 
 
 def oversized_header(site, times):
@@ -203,7 +203,7 @@ def oversized_header(site, times):
                 call(b"", metadata=[("filler", "x" * 20_000)], timeout=20)
                 raise AssertionError("a header of 20 kB came in")
 
-    yield from _refused(site, times, *_stranger("header_too_large"), attack)
+    yield from _refused(site, times, *_stranger("no_call"), attack)
 
 
 def idle_connections(site, times):

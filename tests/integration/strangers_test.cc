@@ -39,19 +39,25 @@ std::string TokenLine(const std::string& name, const std::string& token, const s
 TEST(StrangersTest, WithoutACertificateNobodyComesIn) {
   SecuredCurvd curvd;
   EXPECT_EQ(CallWith(curvd.NewChannel({}), kFriendsToken).status.error_code(), kUnavailable);
-  curvd.WaitForStrangers("no_certificate");
+  curvd.WaitForStrangers("no_call");
   EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""),
-              AllOf(HasSubstr("no_certificate"), HasSubstr("\"peer\":\"ipv4:127.0.0.1:")));
+              AllOf(HasSubstr("no_call"), HasSubstr("\"peer\":\"ipv4:127.0.0.1:"), HasSubstr("\"received_bytes\":")));
   EXPECT_TRUE(curvd.ServesTheFriend());
+}
+
+// What OpenSSL has to say of a handshake comes by itself, without the address of who made it.
+TEST(StrangersTest, WhatGrpcSaysOfAHandshakeIsInTheLog) {
+  SecuredCurvd curvd;
+  EXPECT_EQ(CallWith(curvd.NewChannel({}), kFriendsToken).status.error_code(), kUnavailable);
+  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"grpc\""), HasSubstr("peer did not return a certificate"));
 }
 
 TEST(StrangersTest, AnExpiredCertificateIsRefused) {
   SecuredCurvd curvd;
   const PemPair expired = curvd.certificates().Issue("friend", -1);
   EXPECT_EQ(CallWith(curvd.NewChannel(expired), kFriendsToken).status.error_code(), kUnavailable);
-  curvd.WaitForStrangers("bad_certificate");
-  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""),
-              AllOf(HasSubstr("expired"), HasSubstr("\"peer\":\"ipv4:127.0.0.1:")));
+  curvd.WaitForStrangers("no_call");
+  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""), HasSubstr("\"peer\":\"ipv4:127.0.0.1:"));
   EXPECT_TRUE(curvd.ServesTheFriend());
 }
 
@@ -59,8 +65,29 @@ TEST(StrangersTest, ACertificateOfAnotherAuthorityIsRefused) {
   SecuredCurvd curvd;
   const TestCertificates others;
   EXPECT_EQ(CallWith(curvd.NewChannel(others.Issue("friend")), kFriendsToken).status.error_code(), kUnavailable);
-  curvd.WaitForStrangers("bad_certificate");
+  curvd.WaitForStrangers("no_call");
   EXPECT_TRUE(curvd.ServesTheFriend());
+}
+
+TEST(StrangersTest, WhoseCallsAreAllRefusedIsAStranger) {
+  SecuredCurvd curvd;
+  EXPECT_EQ(CallWith(curvd.FriendsChannel(), "a-guessed-token").status.error_code(), kUnauthenticated);
+  curvd.WaitForStrangers("not_let_in");
+  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""), HasSubstr("not_let_in"));
+}
+
+TEST(StrangersTest, NeitherFriendsNorProbesAreStrangers) {
+  SecuredCurvd curvd;
+  std::string answer;
+  EXPECT_TRUE(CheckHealth(curvd.FriendsChannel(), "curvature.v1.CurvatureService", &answer).ok());
+  EXPECT_EQ(answer, kServing);
+  EXPECT_TRUE(curvd.ServesTheFriend());
+  { const RawConnections load_balancer("127.0.0.1", curvd.port(), 3); }
+  curvd.WaitForStrangers("nothing_sent", 3);
+  WaitForMetricOf(curvd.metrics_port(), "curvd_connections_open", [](double open) { return open == 0; });
+  for (const char* reason : {"no_call", "not_let_in", "handshake_timeout"}) EXPECT_EQ(curvd.Strangers(reason), 0);
+  curvd.process().Signal(SIGTERM);
+  EXPECT_THAT(curvd.process().ReadAll(), Not(HasSubstr("\"event\":\"stranger\"")));
 }
 
 TEST(StrangersTest, ACertificateWithAnotherNameIsRefused) {
@@ -159,12 +186,12 @@ TEST(StrangersTest, PlainTextToTheTlsPortIsRefused) {
   SecuredCurvd curvd;
   const RawConnections stranger("127.0.0.9", curvd.port(), 1);
   stranger.SendAndWaitForClose("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n");
-  curvd.WaitForStrangers("plain_text");
+  curvd.WaitForStrangers("no_call");
   EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""),
-              AllOf(HasSubstr("plain_text"), HasSubstr("\"peer\":\"ipv4:127.0.0.9:")));
+              AllOf(HasSubstr("no_call"), HasSubstr("\"peer\":\"ipv4:127.0.0.9:")));
   const RawConnections browser("127.0.0.1", curvd.port(), 1);
   browser.SendAndWaitForClose("GET / HTTP/1.1\r\nHost: curvd\r\n\r\n");
-  curvd.WaitForStrangers("plain_text", 2);
+  curvd.WaitForStrangers("no_call", 2);
   EXPECT_TRUE(curvd.ServesTheFriend());
 }
 
@@ -173,8 +200,7 @@ TEST(StrangersTest, AnOversizedHeaderIsRefused) {
   const CallResult result = CallWith(curvd.FriendsChannel(), kFriendsToken, 10'000);
   // RESOURCE_EXHAUSTED, unless what the client still writes breaks first.
   EXPECT_FALSE(result.status.ok());
-  curvd.WaitForStrangers("header_too_large");
-  EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"stranger\""), HasSubstr("--max-header-bytes"));
+  curvd.WaitForStrangers("no_call");  // gRPC refuses the call before anybody sees it
   EXPECT_TRUE(Succeeded(CallWith(curvd.FriendsChannel(), kFriendsToken, 4'000), 1'000));
 }
 

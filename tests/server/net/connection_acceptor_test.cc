@@ -10,6 +10,7 @@
 #include <future>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "server/net/keepalive.h"
 
 namespace curvd {
@@ -25,28 +26,75 @@ class Target final : public grpc::experimental::ExternalConnectionAcceptor {
   std::promise<int>& taken_;
 };
 
-// A peer that froze with results on their way cannot be asked whether it lives: the system has to give up on it.
-TEST(ConnectionAcceptorTest, TheSystemGivesUpOnPeersThatTakeNothing) {
-  auto sockets = ListeningSockets::Bind("listen", "127.0.0.1:0");
-  ASSERT_TRUE(sockets.ok()) << sockets.status();
-  ConnectionAcceptor acceptor(*std::move(sockets), {1, 1}, nullptr);
-  std::promise<int> taken;
-  acceptor.Start(std::make_unique<Target>(taken));
-
+int ConnectTo(int port) {
   sockaddr_in address = {};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<uint16_t>(acceptor.port()));
+  address.sin_port = htons(static_cast<uint16_t>(port));
   const int client = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  ASSERT_EQ(connect(client, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
-  const int server = taken.get_future().get();
+  EXPECT_EQ(connect(client, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+  return client;
+}
 
+// An acceptor for one connection at a time, that was given one.
+class ConnectionAcceptorTest : public ::testing::Test {
+ protected:
+  ConnectionAcceptorTest() {
+    acceptor_.Start(std::make_unique<Target>(taken_));
+    client_ = ConnectTo(acceptor_.port());
+    server_ = taken_.get_future().get();
+  }
+  ~ConnectionAcceptorTest() override {
+    close(client_);
+    if (server_ >= 0) close(server_);
+  }
+
+  std::promise<int> taken_;
+  std::promise<std::string> refused_;
+  std::promise<ConnectionRecord> ended_;
+  ConnectionRegistry connections_;
+  ConnectionAcceptor acceptor_{*ListeningSockets::Bind("listen", "127.0.0.1:0"),
+                               {1, 1},
+                               connections_,
+                               {[this](StrangerReason reason, const std::string& peer) {
+                                  refused_.set_value(StrangerReasonName(reason) + (" " + peer));
+                                },
+                                [this](const ConnectionRecord& connection, std::chrono::steady_clock::duration) {
+                                  ended_.set_value(connection);
+                                }}};
+  int client_ = -1;
+  int server_ = -1;
+};
+
+// A peer that froze with results on their way cannot be asked whether it lives: the system has to give up on it.
+TEST_F(ConnectionAcceptorTest, TheSystemGivesUpOnPeersThatTakeNothing) {
   int patience_ms = 0;
   socklen_t length = sizeof(patience_ms);
-  EXPECT_EQ(getsockopt(server, IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, &length), 0);
+  EXPECT_EQ(getsockopt(server_, IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, &length), 0);
   EXPECT_EQ(patience_ms, kKeepaliveTimeMs + kKeepaliveTimeoutMs);
-  close(client);
-  close(server);
+}
+
+TEST_F(ConnectionAcceptorTest, RefusesConnectionsOverALimit) {
+  const int second = ConnectTo(acceptor_.port());
+  EXPECT_TRUE(absl::StartsWith(refused_.get_future().get(), "connection_limit ipv4:127.0.0.1:"));
+  EXPECT_EQ(connections_.size(), 1u);
+  close(second);
+}
+
+TEST_F(ConnectionAcceptorTest, TellsWhenGrpcHasClosedAConnection) {
+  ASSERT_EQ(send(client_, "four", 4, 0), 4);
+  shutdown(server_, SHUT_RDWR);
+  close(std::exchange(server_, -1));
+  const ConnectionRecord connection = ended_.get_future().get();
+  EXPECT_TRUE(absl::StartsWith(connection.peer, "ipv4:127.0.0.1:"));
+  EXPECT_EQ(connection.received_bytes, 4u);
+  EXPECT_EQ(connections_.size(), 0u);
+}
+
+TEST_F(ConnectionAcceptorTest, ForgetsConnectionsWhenItStops) {
+  acceptor_.Stop();
+  EXPECT_EQ(connections_.size(), 0u);
+  EXPECT_EQ(send(server_, "x", 1, 0), 1);  // it is open all the same
 }
 
 }  // namespace
