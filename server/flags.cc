@@ -2,10 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <cctype>
+#include <cstdlib>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "server/host/version.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
 
 namespace curvd {
 namespace {
@@ -56,6 +59,25 @@ void AddBytes(CLI::App& app, const char* flag, uint64_t& value, const std::strin
   CLI::AsSizeValue with_unit(false);
   with_unit.description("");
   AddFlag(app, flag, value, help)->transform(with_unit)->type_name("BYTES");
+}
+
+// The flags of the files that say who may call, and their variables. An empty value must not mean that anybody may.
+constexpr const char* kAccessFlags[] = {"--tls-cert", "--tls-key", "--tls-client-ca", "--tls-client-names",
+                                        "--token-file"};
+
+absl::Status CheckAccessFlags(CLI::App& app) {
+  for (const char* flag : kAccessFlags) {
+    const CLI::Option& option = *app.get_option(flag);
+    const std::string variable = EnvironmentName(flag);
+    // CLI11 leaves an empty variable out.
+    const bool is_empty_variable = option.count() == 0 && std::getenv(variable.c_str()) != nullptr;
+    const bool is_empty_flag = option.count() > 0 && option.as<std::string>().empty();
+    if (!is_empty_variable && !is_empty_flag) continue;
+    return MakeError(
+        absl::StatusCode::kInvalidArgument,
+        {kReasonInvalidOption, is_empty_flag ? flag : variable, "\"\"", "the path of a file, or not given", {}});
+  }
+  return absl::OkStatus();
 }
 
 void AddAddresses(CLI::App& app, ServerOptions& options) {
@@ -137,6 +159,7 @@ absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) 
   } catch (const CLI::ParseError& error) {
     return absl::InvalidArgumentError(absl::StrCat(error.what(), " (curvd --help lists all flags)"));
   }
+  if (absl::Status status = CheckAccessFlags(app); !status.ok()) return status;
   if (line.options.metrics_listen == kNoAddress) line.options.metrics_listen.clear();
   if (absl::Status status = line.options.Validate(); !status.ok()) return status;
   return line;

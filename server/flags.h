@@ -1,4 +1,4 @@
-// curvd's command line, with the environment as fallback.
+// Reads curvd's command line, with the environment as fallback.
 #pragma once
 
 #include <string>
@@ -15,8 +15,9 @@ struct CommandLine {
   std::string answer;
 };
 
-// Every flag --some-name may also be given as the environment variable CURVD_SOME_NAME; the command line wins.
-// INVALID_ARGUMENT, naming flag, value and limit, if it cannot be understood or is out of range.
+// Every flag --some-name may also be given as the environment variable CURVD_SOME_NAME; the command line wins. A flag
+// or variable of a file that says who may call must not be empty. INVALID_ARGUMENT, naming flag, value and limit, if it
+// cannot be understood or is out of range.
 absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv);
 
 }  // namespace curvd

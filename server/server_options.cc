@@ -1,7 +1,11 @@
 #include "server/server_options.h"
 
+#include <algorithm>
 #include <string>
 
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "server/host/memory_limit.h"
 #include "server/host/processor_limit.h"
@@ -11,6 +15,8 @@
 
 namespace curvd {
 namespace {
+
+constexpr uint32_t kMaxPort = 65535;
 
 absl::Status CheckRange(const char* flag, uint64_t value, uint64_t low, uint64_t high) {
   if (value >= low && value <= high) return absl::OkStatus();
@@ -30,6 +36,18 @@ absl::Status CheckGoesWith(const char* flag, const std::string& value, const cha
   if (value.empty() || !other_value.empty()) return absl::OkStatus();
   return MakeError(absl::StatusCode::kInvalidArgument,
                    {kReasonInvalidOption, flag, value, absl::StrCat("given together with ", other), {}});
+}
+
+// Looks at the port alone: whether the rest is an address of this machine shows when it is bound.
+absl::Status CheckPort(const char* flag, const std::string& address) {
+  if (absl::StartsWith(address, "unix:") || !absl::StrContains(address, ':')) return absl::OkStatus();
+  const std::string port = SplitHostPort(address).port;
+  const bool is_number = !port.empty() && std::all_of(port.begin(), port.end(), absl::ascii_isdigit);
+  uint32_t number = 0;
+  if (is_number && absl::SimpleAtoi(port, &number) && number <= kMaxPort) return absl::OkStatus();
+  return MakeError(
+      absl::StatusCode::kInvalidArgument,
+      {kReasonInvalidOption, flag, address, absl::StrCat("HOST:PORT with a port in [0, ", kMaxPort, "]"), {}});
 }
 
 absl::Status CheckReach(const ServerOptions& options) {
@@ -70,6 +88,9 @@ absl::Status ServerOptions::Validate() const {
       CheckGoesWith("--tls-key", tls_key, "--tls-cert", tls_cert),
       CheckGoesWith("--tls-client-ca", tls_client_ca, "--tls-cert", tls_cert),
       CheckGoesWith("--tls-client-names", tls_client_names, "--tls-client-ca", tls_client_ca),
+      CheckPort("--listen", listen),
+      CheckPort("--health-listen", health_listen),
+      CheckPort("--metrics-listen", metrics_listen),
       CheckReach(*this),
   };
   for (const absl::Status& check : checks) {

@@ -1,4 +1,4 @@
-// What an operator may set: plain values with defaults, checked by Validate.
+// Holds what an operator may set: plain values with defaults, checked by Validate.
 #pragma once
 
 #include <cstdint>
@@ -66,8 +66,8 @@ struct ServerOptions {
   // One structured line on stderr for each call.
   bool log = true;
 
-  // INVALID_ARGUMENT naming the flag, its value and its limit if a value is out of its range, or if `listen` could be
-  // reached from other machines with neither TLS nor `insecure`.
+  // INVALID_ARGUMENT naming the flag, its value and its limit if a value is out of its range (ports too), or if
+  // `listen` could be reached from other machines with neither TLS nor `insecure`.
   absl::Status Validate() const;
   // The same with numbers for `threads` and `memory_limit_bytes`, whatever this machine has where they are 0.
   ServerOptions Resolved() const;

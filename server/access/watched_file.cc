@@ -1,11 +1,11 @@
 #include "server/access/watched_file.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 
 #include "absl/strings/str_cat.h"
 
@@ -13,6 +13,33 @@ namespace curvd {
 namespace {
 
 int64_t Nanoseconds(const timespec& time) { return int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec; }
+
+// All bytes of the regular file of `size` bytes that `fd` leads to.
+absl::StatusOr<std::string> ReadAll(int fd, size_t size) {
+  std::string bytes(size, '\0');
+  size_t length = 0;
+  while (length < size) {
+    const ssize_t count = read(fd, bytes.data() + length, size - length);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return absl::UnavailableError(std::strerror(errno));
+    if (count == 0) break;  // somebody has just made it shorter
+    length += static_cast<size_t>(count);
+  }
+  bytes.resize(length);
+  return bytes;
+}
+
+absl::StatusOr<std::string> ReadRegularFile(int fd) {
+  struct stat info = {};
+  if (fstat(fd, &info) != 0) return absl::UnavailableError(std::strerror(errno));
+  if (!S_ISREG(info.st_mode)) return absl::UnavailableError("it is no regular file");
+  const auto size = static_cast<uint64_t>(info.st_size);
+  if (size > kMaxWatchedFileBytes) {
+    return absl::UnavailableError(
+        absl::StrCat("it has ", size, " bytes, and must have at most ", kMaxWatchedFileBytes));
+  }
+  return ReadAll(fd, size);
+}
 
 }  // namespace
 
@@ -29,21 +56,12 @@ bool WatchedFile::Changed() {
 }
 
 absl::StatusOr<std::string> WatchedFile::Read() const {
-  errno = 0;
-  std::ifstream file(path_, std::ios::binary | std::ios::ate);
-  const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : -1;
-  if (size < 0) {
-    return absl::UnavailableError(absl::StrCat("cannot read ", path_, ": ", std::strerror(errno == 0 ? EIO : errno)));
-  }
-  if (static_cast<uint64_t>(size) > kMaxWatchedFileBytes) {
-    return absl::UnavailableError(
-        absl::StrCat(path_, " has ", size, " bytes; it must have at most ", kMaxWatchedFileBytes));
-  }
-  std::string bytes(static_cast<size_t>(size), '\0');
-  file.seekg(0);
-  file.read(bytes.data(), size);
-  bytes.resize(static_cast<size_t>(file.gcount()));
-  return bytes;
+  // Without O_NONBLOCK the opening of a pipe would wait until somebody writes to it.
+  const int fd = open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  absl::StatusOr<std::string> bytes = fd < 0 ? absl::UnavailableError(std::strerror(errno)) : ReadRegularFile(fd);
+  if (fd >= 0) close(fd);
+  if (bytes.ok()) return bytes;
+  return absl::UnavailableError(absl::StrCat("cannot read ", path_, ": ", bytes.status().message()));
 }
 
 }  // namespace curvd

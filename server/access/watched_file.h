@@ -23,7 +23,8 @@ class WatchedFile {
   // Whether the file is not as it was when this was called last, or has never been looked at. A file that cannot be
   // found counts as changed once.
   bool Changed();
-  // All bytes of the file. UNAVAILABLE, naming the path, if it cannot be read or is larger than kMaxWatchedFileBytes.
+  // All bytes of the file. UNAVAILABLE, naming the path, if it cannot be read, is no regular file (a pipe
+  // could keep the caller waiting for ever), or is larger than kMaxWatchedFileBytes.
   absl::StatusOr<std::string> Read() const;
 
  private:

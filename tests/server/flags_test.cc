@@ -4,11 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <string>
 #include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 
 namespace curvd {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 absl::StatusOr<CommandLine> Parse(std::vector<const char*> arguments) {
@@ -98,6 +105,24 @@ TEST(ParseCommandLineTest, FallsBackToTheEnvironment) {
   EXPECT_EQ(from_environment->options.memory_limit_bytes, 64u << 20);
   ASSERT_TRUE(from_flag.ok());
   EXPECT_EQ(from_flag->options.max_streams, 18u);
+}
+
+TEST(ParseCommandLineTest, AnEmptyFileOfAccessIsAnErrorAndNotNoFile) {
+  for (const char* flag : {"--tls-cert", "--tls-key", "--tls-client-ca", "--tls-client-names", "--token-file"}) {
+    std::string variable = absl::StrCat("CURVD_", absl::AsciiStrToUpper(absl::StrReplaceAll(flag + 2, {{"-", "_"}})));
+    setenv(variable.c_str(), "", 1);
+    const auto from_environment = Parse({});
+    const auto from_flag = Parse({absl::StrContains(flag, "token") ? "--token-file=tokens" : "--threads=1"});
+    unsetenv(variable.c_str());
+    EXPECT_EQ(from_environment.status().code(), absl::StatusCode::kInvalidArgument) << variable;
+    EXPECT_THAT(std::string(from_environment.status().message()), AllOf(HasSubstr(variable), HasSubstr("a file")));
+    // The command line wins.
+    EXPECT_EQ(from_flag.ok(), absl::StrContains(flag, "token")) << from_flag.status();
+    const auto empty_flag = Parse({flag, ""});
+    EXPECT_EQ(empty_flag.status().code(), absl::StatusCode::kInvalidArgument) << flag;
+    EXPECT_THAT(std::string(empty_flag.status().message()), HasSubstr(flag));
+    EXPECT_FALSE(Parse({absl::StrCat(flag, "=").c_str()}).ok()) << flag;
+  }
 }
 
 TEST(ParseCommandLineTest, HelpNamesEveryFlagItsVariableAndItsDefault) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <utility>
+
 #include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
@@ -11,6 +14,26 @@ namespace {
 constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
 
 TEST(ServerOptionsTest, DefaultsAreValid) { EXPECT_TRUE(ServerOptions().Validate().ok()); }
+
+TEST(ServerOptionsTest, RefusesPortsThatThereAreNot) {
+  const std::pair<const char*, std::string ServerOptions::*> addresses[] = {
+      {"--listen", &ServerOptions::listen},
+      {"--health-listen", &ServerOptions::health_listen},
+      {"--metrics-listen", &ServerOptions::metrics_listen}};
+  for (const auto& [flag, member] : addresses) {
+    for (const char* address : {"127.0.0.1:120540", "127.0.0.1:65536", "127.0.0.1:-1", "127.0.0.1:", "127.0.0.1:http",
+                                "[::1]:99999999999999999999", "127.0.0.1:+1", "127.0.0.1: 1", "127.0.0.1:0x10"}) {
+      ServerOptions options;
+      options.*member = address;
+      EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {flag, address, "[0, 65535]"}));
+    }
+    for (const char* address : {"127.0.0.1:0", "[::1]:65535", "localhost:00080", ""}) {
+      ServerOptions options;
+      options.*member = address;
+      EXPECT_TRUE(options.Validate().ok()) << flag << ' ' << options.Validate();
+    }
+  }
+}
 
 TEST(ServerOptionsTest, NamesFlagValueAndLimitOfWhatIsOutOfRange) {
   ServerOptions options;

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -11,6 +12,7 @@
 namespace curvd {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 TEST(WatchedFileTest, ChangesWhenItIsWrittenReplacedOrRemoved) {
@@ -28,6 +30,17 @@ TEST(WatchedFileTest, ChangesWhenItIsWrittenReplacedOrRemoved) {
   std::filesystem::remove(dir.File("tokens"));
   EXPECT_TRUE(file.Changed());
   EXPECT_FALSE(file.Changed());
+}
+
+TEST(WatchedFileTest, RefusesPipesAndFoldersInsteadOfWaitingForThem) {
+  const curv::TempDir dir;
+  ASSERT_EQ(mkfifo(dir.File("pipe").c_str(), 0600), 0);
+  std::filesystem::create_directory(dir.File("folder"));
+  for (const char* name : {"pipe", "folder"}) {
+    const auto bytes = WatchedFile(dir.File(name)).Read();
+    EXPECT_EQ(bytes.status().code(), absl::StatusCode::kUnavailable);
+    EXPECT_THAT(std::string(bytes.status().message()), AllOf(HasSubstr(name), HasSubstr("no regular file")));
+  }
 }
 
 TEST(WatchedFileTest, FollowsTheLinksThatKubernetesTurns) {

@@ -36,6 +36,13 @@ int ConnectTo(int port) {
   return client;
 }
 
+int OptionOf(int fd, int level, int option) {
+  int value = -1;
+  socklen_t length = sizeof(value);
+  EXPECT_EQ(getsockopt(fd, level, option, &value, &length), 0);
+  return value;
+}
+
 // An acceptor for one connection at a time, that was given one.
 class ConnectionAcceptorTest : public ::testing::Test {
  protected:
@@ -68,10 +75,13 @@ class ConnectionAcceptorTest : public ::testing::Test {
 
 // A peer that froze with results on their way cannot be asked whether it lives: the system has to give up on it.
 TEST_F(ConnectionAcceptorTest, TheSystemGivesUpOnPeersThatTakeNothing) {
-  int patience_ms = 0;
-  socklen_t length = sizeof(patience_ms);
-  EXPECT_EQ(getsockopt(server_, IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, &length), 0);
-  EXPECT_EQ(patience_ms, kKeepaliveTimeMs + kKeepaliveTimeoutMs);
+  EXPECT_EQ(OptionOf(server_, IPPROTO_TCP, TCP_USER_TIMEOUT), kKeepaliveTimeMs + kKeepaliveTimeoutMs);
+}
+
+TEST_F(ConnectionAcceptorTest, TheSystemAsksWhetherIdlePeersAreThere) {
+  EXPECT_EQ(OptionOf(server_, SOL_SOCKET, SO_KEEPALIVE), 1);
+  EXPECT_EQ(OptionOf(server_, IPPROTO_TCP, TCP_KEEPIDLE), kKeepaliveTimeMs / 1000);
+  EXPECT_EQ(OptionOf(server_, IPPROTO_TCP, TCP_KEEPINTVL), kKeepaliveTimeoutMs / 1000);
 }
 
 TEST_F(ConnectionAcceptorTest, RefusesConnectionsOverALimit) {
