@@ -1,6 +1,5 @@
 #include "proto/access_list.h"
 
-#include <openssl/crypto.h>
 #include <openssl/sha.h>
 
 #include <algorithm>
@@ -95,14 +94,5 @@ std::string FormatHash(const Sha256& hash) {
 
 absl::StatusOr<std::vector<AccessEntry>> ParseTokenFile(std::string_view text) { return Parse(text, true); }
 absl::StatusOr<std::vector<AccessEntry>> ParseNameFile(std::string_view text) { return Parse(text, false); }
-
-const AccessEntry* FindToken(const std::vector<AccessEntry>& entries, std::string_view token) {
-  const Sha256 hash = HashToken(token);
-  const AccessEntry* found = nullptr;
-  for (const AccessEntry& entry : entries) {
-    if (CRYPTO_memcmp(entry.token_hash.data(), hash.data(), hash.size()) == 0) found = &entry;
-  }
-  return found;
-}
 
 }  // namespace curvd

@@ -1,4 +1,4 @@
-// Files that say who may call: names, hashes of tokens, and limits of each.
+// Reads the files that say who may call: names, hashes of tokens, and limits of each.
 #pragma once
 
 #include <array>
@@ -32,8 +32,5 @@ struct AccessEntry {
 // have put the token itself there), if a line is none of these. A file without an entry lets nobody in.
 absl::StatusOr<std::vector<AccessEntry>> ParseTokenFile(std::string_view text);
 absl::StatusOr<std::vector<AccessEntry>> ParseNameFile(std::string_view text);
-
-// The entry of `token`, or null. Takes as long for any token of the same length: every entry is compared, to its end.
-const AccessEntry* FindToken(const std::vector<AccessEntry>& entries, std::string_view token);
 
 }  // namespace curvd

@@ -53,36 +53,33 @@ void Tighten(const AccessEntry& entry, Caller& caller) {
   }
 }
 
-const AccessEntry* FindName(const std::vector<AccessEntry>& entries, const std::vector<std::string>& names) {
-  for (const AccessEntry& entry : entries) {
-    if (std::find(names.begin(), names.end(), entry.name) != names.end()) return &entry;
-  }
-  return nullptr;
-}
-
 }  // namespace
 
-void AccessControl::SetTokens(Entries tokens) {
-  MutexLock lock(mutex_);
-  tokens_ = std::move(tokens);
+void AccessControl::SetTokens(std::vector<AccessEntry> tokens) {
+  Replace(tokens_, std::make_shared<const AccessTable>(std::move(tokens)));
 }
 
-void AccessControl::SetCertificateNames(Entries names) {
+void AccessControl::SetCertificateNames(std::vector<AccessEntry> names) {
+  Replace(names_, std::make_shared<const AccessTable>(std::move(names)));
+}
+
+// A long table is neither made nor destroyed while calls wait for the lock.
+void AccessControl::Replace(Table& table, Table fresh) {
   MutexLock lock(mutex_);
-  names_ = std::move(names);
+  table.swap(fresh);
+}
+
+AccessControl::Tables AccessControl::CurrentTables() const {
+  MutexLock lock(mutex_);
+  return {tokens_, names_};
 }
 
 absl::StatusOr<Caller> AccessControl::Identify(const PresentedCredentials& presented) const {
-  Entries tokens, names;
-  {
-    MutexLock lock(mutex_);
-    tokens = tokens_;
-    names = names_;
-  }
+  const auto [tokens, names] = CurrentTables();
   Caller caller;
   caller.name = presented.certificate_names.empty() ? PeerAddress(presented.peer) : presented.certificate_names.front();
   if (names != nullptr) {
-    const AccessEntry* entry = FindName(*names, presented.certificate_names);
+    const AccessEntry* entry = names->FindName(presented.certificate_names);
     if (entry == nullptr) return ClientNotAllowed(absl::StrJoin(presented.certificate_names, ", "));
     caller.name = caller.certificate_name = entry->name;
     Tighten(*entry, caller);
@@ -90,24 +87,22 @@ absl::StatusOr<Caller> AccessControl::Identify(const PresentedCredentials& prese
   if (tokens != nullptr) {
     const absl::StatusOr<std::string_view> token = TokenIn(presented.authorization);
     if (!token.ok()) return token.status();
-    const AccessEntry* entry = FindToken(*tokens, *token);
+    const AccessEntry* entry = tokens->FindHash(HashToken(*token));
     if (entry == nullptr) return TokenInvalid();
     caller.name = entry->name;
-    caller.token_hash = FormatHash(entry->token_hash);
+    caller.token_hash = entry->token_hash;
     Tighten(*entry, caller);
   }
   return caller;
 }
 
 absl::Status AccessControl::Recheck(const Caller& caller) const {
-  MutexLock lock(mutex_);
-  if (names_ != nullptr && FindName(*names_, {caller.certificate_name}) == nullptr) {
+  const auto [tokens, names] = CurrentTables();
+  if (names != nullptr && names->FindName({caller.certificate_name}) == nullptr) {
     return ClientNotAllowed(caller.certificate_name);
   }
-  if (tokens_ == nullptr) return absl::OkStatus();
-  const bool known = std::any_of(tokens_->begin(), tokens_->end(), [&caller](const AccessEntry& entry) {
-    return FormatHash(entry.token_hash) == caller.token_hash;
-  });
+  if (tokens == nullptr) return absl::OkStatus();
+  const bool known = caller.token_hash.has_value() && tokens->FindHash(*caller.token_hash) != nullptr;
   return known ? absl::OkStatus() : TokenInvalid();
 }
 

@@ -1,4 +1,4 @@
-// Who may call: bearer tokens and names of client certificates, from files that may change while the server runs.
+// Decides who may call, by bearer tokens and names of client certificates, which may change while the server runs.
 #pragma once
 
 #include <memory>
@@ -11,11 +11,12 @@
 #include "absl/status/statusor.h"
 #include "core/base/mutex.h"
 #include "proto/access_list.h"
+#include "server/access/access_table.h"
 #include "server/access/caller.h"
 
 namespace curvd {
 
-// What a call shows of who makes it.
+// Holds what a call shows of who makes it.
 struct PresentedCredentials {
   std::optional<std::string> authorization;    // the metadata of that name
   std::vector<std::string> certificate_names;  // of a certificate that was verified: common name, alternative names
@@ -25,11 +26,10 @@ struct PresentedCredentials {
 // Without lists, anybody may call; with both, a call needs a token and a certificate with a name. Thread-safe.
 class AccessControl {
  public:
-  // Null: no token, no name is asked for.
-  using Entries = std::shared_ptr<const std::vector<AccessEntry>>;
-
-  void SetTokens(Entries tokens);
-  void SetCertificateNames(Entries names);
+  // From now on a call must carry one of these tokens, or a certificate with one of these names. Calls are let in and
+  // checked meanwhile, by what was set before.
+  void SetTokens(std::vector<AccessEntry> tokens);
+  void SetCertificateNames(std::vector<AccessEntry> names);
 
   // Who the caller is. Errors, which never repeat what the caller sent as a token:
   // - UNAUTHENTICATED, TOKEN_MISSING: no "authorization: Bearer TOKEN".
@@ -41,9 +41,16 @@ class AccessControl {
   absl::Status Recheck(const Caller& caller) const;
 
  private:
+  using Table = std::shared_ptr<const AccessTable>;  // null: none is asked for
+  struct Tables {
+    Table tokens, names;
+  };
+  void Replace(Table& table, Table fresh);
+  Tables CurrentTables() const;
+
   mutable Mutex mutex_;
-  Entries tokens_ ABSL_GUARDED_BY(mutex_);
-  Entries names_ ABSL_GUARDED_BY(mutex_);
+  Table tokens_ ABSL_GUARDED_BY(mutex_);
+  Table names_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace curvd

@@ -1,8 +1,11 @@
-// Who makes a call, as far as the server knows.
+// Names who makes a call, as far as the server knows.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+
+#include "proto/access_list.h"
 
 namespace curvd {
 
@@ -11,8 +14,8 @@ struct Caller {
   std::string name;
   uint32_t max_streams = 0;  // calls that it may have open; 0: as many as any peer
   uint64_t max_points = 0;   // points in one of its clouds; 0: as many as any call
-  // What let it in: the hash of its token, the name of its certificate; empty where anybody may call.
-  std::string token_hash;
+  // What let it in: the hash of its token, the name of its certificate; none and empty where anybody may call.
+  std::optional<Sha256> token_hash;
   std::string certificate_name;
 };
 

@@ -71,8 +71,11 @@ absl::Status CredentialFiles::Load(const Group& group) {
   if (!text.ok()) return Explain(text.status(), what);
   auto entries = group.kind == Kind::kTokens ? ParseTokenFile(*text) : ParseNameFile(*text);
   if (!entries.ok()) return Explain(entries.status(), what);
-  auto shared = std::make_shared<const std::vector<AccessEntry>>(*std::move(entries));
-  group.kind == Kind::kTokens ? access_.SetTokens(std::move(shared)) : access_.SetCertificateNames(std::move(shared));
+  if (group.kind == Kind::kTokens) {
+    access_.SetTokens(*std::move(entries));
+  } else {
+    access_.SetCertificateNames(*std::move(entries));
+  }
   return absl::OkStatus();
 }
 

@@ -35,8 +35,8 @@ void Connect(const std::string& listen, int port) {
 absl::StatusOr<std::unique_ptr<MetricsPort>> MetricsPort::Create(
     const std::string& listen, std::vector<std::shared_ptr<prometheus::Collectable>> collectables) {
   // A scraper that connects and says nothing must not hold a thread for ever.
-  const std::vector<std::string> settings = {"listening_ports",    listen, "num_threads", "4",
-                                             "request_timeout_ms", "5000"};
+  const std::vector<std::string> settings = {"listening_ports",    listen, "num_threads", "32",
+                                             "request_timeout_ms", "1000"};
   try {
     auto exposer = std::make_unique<prometheus::Exposer>(settings);
     for (const auto& collectable : collectables) exposer->RegisterCollectable(collectable);

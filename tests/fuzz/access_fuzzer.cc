@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proto/access_list.h"
+#include "server/access/access_table.h"
 #include "tests/fuzz/require.h"
 
 namespace {
@@ -48,7 +49,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   Check(tokens, text);
   if (!tokens.ok()) return 0;
   const std::string token(text.substr(0, 64));
-  const AccessEntry* entry = curvd::FindToken(*tokens, token);
+  const curvd::AccessTable table(*tokens);
+  const AccessEntry* entry = table.FindHash(curvd::HashToken(token));
   fuzz::Require(entry == nullptr || entry->token_hash == curvd::HashToken(token), "only its own hash admits a token");
   return 0;
 }

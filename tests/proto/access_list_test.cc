@@ -35,7 +35,7 @@ TEST(ParseTokenFileTest, ReadsNamesHashesAndLimits) {
 TEST(ParseTokenFileTest, AFileWithoutAnEntryLetsNobodyIn) {
   const auto entries = ParseTokenFile("# all revoked\n");
   ASSERT_TRUE(entries.ok());
-  EXPECT_EQ(FindToken(*entries, ""), nullptr);
+  EXPECT_TRUE(entries->empty());
 }
 
 TEST(ParseTokenFileTest, NamesTheLineButNeverQuotesIt) {
@@ -71,16 +71,6 @@ TEST(ParseNameFileTest, ReadsNamesAndLimits) {
   ASSERT_EQ(entries->size(), 2u);
   EXPECT_EQ((*entries)[1].name, "spiffe://example.com/lab");
   EXPECT_EQ((*entries)[1].max_streams, 1u);
-}
-
-TEST(FindTokenTest, FindsTheTokenThatWasHashed) {
-  const auto entries = ParseTokenFile(absl::StrCat("old ", FormatHash(HashToken("other")), "\nalice ", kSecretHash));
-  ASSERT_TRUE(entries.ok());
-  ASSERT_NE(FindToken(*entries, "secret"), nullptr);
-  EXPECT_EQ(FindToken(*entries, "secret")->name, "alice");
-  for (const char* wrong : {"", "Secret", "secret ", "secre", kSecretHash}) {
-    EXPECT_EQ(FindToken(*entries, wrong), nullptr) << wrong;
-  }
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "server/rpc/error_reasons.h"
@@ -12,14 +12,11 @@
 namespace curvd {
 namespace {
 
-AccessControl::Entries Tokens(const std::string& limits = "") {
-  return std::make_shared<const std::vector<AccessEntry>>(
-      *ParseTokenFile(absl::StrCat("alice ", FormatHash(HashToken("secret")), " ", limits)));
+std::vector<AccessEntry> Tokens(const std::string& limits = "") {
+  return *ParseTokenFile(absl::StrCat("alice ", FormatHash(HashToken("secret")), " ", limits));
 }
 
-AccessControl::Entries Names(const std::string& text) {
-  return std::make_shared<const std::vector<AccessEntry>>(*ParseNameFile(text));
-}
+std::vector<AccessEntry> Names(const std::string& text) { return *ParseNameFile(text); }
 
 PresentedCredentials Bearer(const std::string& authorization) {
   PresentedCredentials presented;
@@ -99,7 +96,7 @@ TEST(AccessControlTest, RecheckFindsWhoWasTakenOffAList) {
   access.SetTokens(Tokens());
   const Caller alice = *access.Identify(Bearer("Bearer secret"));
   EXPECT_TRUE(access.Recheck(alice).ok());
-  access.SetTokens(Names(""));
+  access.SetTokens({});
   EXPECT_TRUE(IsError(access.Recheck(alice), absl::StatusCode::kUnauthenticated, kReasonTokenInvalid, {}));
 
   AccessControl by_name;
