@@ -68,8 +68,8 @@ void ConfigureConnections(const ServerOptions& options, grpc::ServerBuilder& bui
   // was megabytes for each of hundreds of calls; a call that reads gets room for the message that it reads either way.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   // Notices within 15 s that the peer of an open call vanished, and lets clients do the same.
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTimeMs);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, Milliseconds(options.keepalive_time));
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, Milliseconds(options.keepalive_timeout));
   // A process with many idle connections on gRPC's C++ core (C++, Python) reads from one of them every 5 s: it could
   // not answer in time. Whether the machine behind an idle connection is there, the system asks (ConnectionAcceptor).
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 0);

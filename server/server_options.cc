@@ -84,6 +84,8 @@ absl::Status ServerOptions::Validate() const {
       CheckAbove0("--stall-timeout", stall_timeout),
       CheckAbove0("--idle-timeout", idle_timeout),
       CheckAbove0("--handshake-timeout", handshake_timeout),
+      CheckAbove0("keepalive_time", keepalive_time),
+      CheckAbove0("keepalive_timeout", keepalive_timeout),
       CheckGoesWith("--tls-cert", tls_cert, "--tls-key", tls_key),
       CheckGoesWith("--tls-key", tls_key, "--tls-cert", tls_cert),
       CheckGoesWith("--tls-client-ca", tls_client_ca, "--tls-cert", tls_cert),

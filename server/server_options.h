@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
+#include "server/net/keepalive.h"
 
 namespace curvd {
 
@@ -49,13 +50,17 @@ struct ServerOptions {
   // Connections that may be open at a time, and how many of them from one address. In [1, 1,000,000]. Fewer where the
   // process may not open as many descriptors.
   uint32_t max_connections = 2'000;
-  uint32_t max_connections_per_peer = 500;
+  uint32_t max_connections_per_peer = 100;
   // Bytes of one call's metadata. In [1 KiB, 1 MiB].
   uint32_t max_header_bytes = 8 << 10;
   // How long a connection may be without a call. > 0.
   absl::Duration idle_timeout = absl::Minutes(10);
   // How long a connection may take until its handshake is done. > 0.
   absl::Duration handshake_timeout = absl::Seconds(10);
+  // While a call is open: for how long a peer may be silent until it is asked whether it is there, and how long it may
+  // take to answer. > 0. No flags: clients and docs rely on 15 seconds together.
+  absl::Duration keepalive_time = absl::Milliseconds(kKeepaliveTimeMs);
+  absl::Duration keepalive_timeout = absl::Milliseconds(kKeepaliveTimeoutMs);
   // Calls that may wait for memory at a time; further ones are refused. In [0, 100,000].
   uint32_t max_waiting = 500;
 

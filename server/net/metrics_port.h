@@ -1,4 +1,4 @@
-// The HTTP port that Prometheus scrapes.
+// Serves the HTTP port that Prometheus scrapes.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ class Exposer;
 
 namespace curvd {
 
-// Serves /metrics until destroyed.
+// Serves /metrics until destroyed. Those who do not finish their request delay others by a second for each 32 of them.
 class MetricsPort {
  public:
   // Listens on HOST:PORT and shows all of `collectables`. UNAVAILABLE, naming the address, if it cannot be bound.

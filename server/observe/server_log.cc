@@ -62,7 +62,13 @@ void ServerLog::Log(Level level, const char* event, const JsonLine& line) {
 }
 
 void ServerLog::LogCall(const CallRecord& record) {
-  if (calls_) Log(LevelOf(record.status), "call", CallLine(record));
+  if (!calls_) return;
+  uint64_t left_out = 0;
+  const bool was_refused = record.caller.empty() && !record.status.ok();
+  if (was_refused && !refused_limit_.MayWrite(LogRateLimit::Clock::now(), left_out)) return;
+  JsonLine line = CallLine(record);
+  if (left_out > 0) line.Add("lines_left_out", left_out);
+  Log(LevelOf(record.status), "call", line);
 }
 
 uint64_t ServerLog::lines_lost() const { return writer_->thread->overrun_counter(); }

@@ -1,4 +1,4 @@
-// The structured log: one JSON object a line, on stderr.
+// Writes the structured log: one JSON object a line, on stderr.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/observe/json_line.h"
+#include "server/observe/log_rate_limit.h"
 #include "server/rpc/call_record.h"
 
 namespace curvd {
@@ -25,7 +26,9 @@ class ServerLog {
 
   // Writes `line` with time, level and `event` put before it.
   void Log(Level level, const char* event, const JsonLine& line);
-  // The line of a call that is over. Its level is error for a defect of ours, warning for other failures.
+  // Writes the line of a call that is over. Its level is error for a defect of ours, warning for other failures. Of
+  // calls that nobody let in there are LogRateLimit::kLinesPerSecond lines a second at most, and the next one tells how
+  // many were left out.
   void LogCall(const CallRecord& record);
 
   // Lines that were dropped so far because stderr was not read.
@@ -34,10 +37,11 @@ class ServerLog {
  private:
   struct Writer;
   const bool calls_;
+  LogRateLimit refused_limit_;  // of calls that nobody let in
   std::unique_ptr<Writer> writer_;
 };
 
-// What a call's line says, without time, level and event.
+// Returns what a call's line says, without time, level and event.
 JsonLine CallLine(const CallRecord& record);
 
 }  // namespace curvd

@@ -6,6 +6,7 @@ import pathlib
 import resource
 import socket
 import subprocess
+import threading
 import time
 
 import grpc
@@ -14,6 +15,9 @@ from fault import Fault
 
 _FRIENDS_TOKEN = "curvd_friend_" + "7" * 52
 _CROWD = 10_000
+_REFUSED_CALLS = 1_000
+_INFO = "/curvature.v1.CurvatureService/GetServerInfo"
+_ESTIMATE = "/curvature.v1.CurvatureService/EstimateCurvature"
 _CROWD_ADDRESS = "127.0.0.2"
 
 
@@ -198,7 +202,7 @@ def oversized_header(site, times):
                                                                fort.friend[0]))
         credentials = grpc.ssl_channel_credentials(ca, key, certificate)
         with grpc.secure_channel(fort.server.address, credentials) as channel:
-            call = channel.unary_unary("/curvature.v1.CurvatureService/GetServerInfo")
+            call = channel.unary_unary(_INFO)
             with contextlib.suppress(grpc.RpcError):
                 call(b"", metadata=[("filler", "x" * 20_000)], timeout=20)
                 raise AssertionError("a header of 20 kB came in")
@@ -208,7 +212,7 @@ def oversized_header(site, times):
 
 def idle_connections(site, times):
     """10,000 connections that say nothing. Few stay, a friend is served meanwhile, and memory comes back."""
-    host, limit = _CROWD_ADDRESS, 500
+    host, limit = _CROWD_ADDRESS, 100
     # All connect within the time that a handshake may take, else the first make room for others: it took 11 s when busy.
     with _fort(site, "--handshake-timeout=10m") as fort:
         fort.serve_friend()
@@ -228,6 +232,79 @@ def idle_connections(site, times):
         wait_for(lambda: any("peer_connection_limit" in line for line in fort.server.lines), 30, "nothing was logged")
 
 
+def refused_calls(site, times):
+    """A flood of calls without a token: the log must not grow with it, and the friend is served."""
+    with _fort(site) as fort:
+        ca, key, certificate = (path.read_bytes() for path in (fort.authority.certificate, fort.friend[1],
+                                                               fort.friend[0]))
+        credentials = grpc.ssl_channel_credentials(ca, key, certificate)
+        with grpc.secure_channel(fort.server.address, credentials) as channel:
+            call = channel.unary_unary(_INFO)
+            for _ in range(times):
+                before, lines, began = fort.count(_failure("TOKEN_MISSING")[0]), len(fort.server.lines), time.monotonic()
+                for _ in range(_REFUSED_CALLS):
+                    with contextlib.suppress(grpc.RpcError):
+                        call(b"", timeout=20)
+                        raise AssertionError("a call without a token came in")
+                seconds = time.monotonic() - began
+                assert fort.count(_failure("TOKEN_MISSING")[0]) - before == _REFUSED_CALLS, "not all were counted"
+                logged = sum("TOKEN_MISSING" in line for line in fort.server.lines[lines:])
+                assert logged <= 20 * (seconds + 2), f"{logged} lines in {seconds} s"
+                fort.serve_friend()
+                yield seconds
+
+
+def half_requests(site, times):
+    """60 requests to the metrics port that never end: a scrape must be answered within Prometheus' 10 s."""
+    with site.server() as server:
+        host, port = server.metrics_address.rsplit(":", 1)
+        for _ in range(times):
+            with contextlib.ExitStack() as opened:
+                for _ in range(60):
+                    half = opened.enter_context(contextlib.closing(socket.create_connection((host, int(port)), 30)))
+                    half.sendall(b"GET /metrics HTTP/1.1\r\nHost:")
+                began = time.monotonic()
+                server.metric("curvd_connections_open")
+                seconds = time.monotonic() - began
+            assert seconds < 10, f"a scrape took {seconds} s"
+            yield seconds
+
+
+def long_token_file(site, times):
+    """100,000 tokens are read again and again while calls are open: new calls must not wait for it."""
+    with _fort(site, "--max-streams-per-peer=1000") as fort, contextlib.ExitStack() as opened:
+        others = {f"caller-{number}": f"curvd_caller_{number}" for number in range(100_000)}
+        fort.write_tokens(**others)
+        ca, key, certificate = (path.read_bytes() for path in (fort.authority.certificate, fort.friend[1],
+                                                               fort.friend[0]))
+        credentials = grpc.ssl_channel_credentials(ca, key, certificate)
+        channel = opened.enter_context(grpc.secure_channel(fort.server.address, credentials))
+        metadata = [("authorization", f"Bearer {_FRIENDS_TOKEN}")]
+        stay = threading.Event()
+        opened.callback(stay.set)
+        calls = [channel.stream_stream(_ESTIMATE)(_until(stay), metadata=metadata, timeout=600) for _ in range(400)]
+        wait_for(lambda: fort.count("curvd_streams_open") == len(calls), 60, "the calls were not let in")
+        ask = channel.unary_unary(_INFO)
+        for trial in range(times):
+            reloads = fort.count('curvd_credential_reloads_total{result="ok"}')
+            fort.write_tokens(**others, **{f"one-more-{trial}": f"curvd_more_{trial}"})
+            longest = 0.0
+            while fort.count('curvd_credential_reloads_total{result="ok"}') == reloads:
+                began = time.monotonic()
+                ask(b"", metadata=metadata, timeout=60)
+                longest = max(longest, time.monotonic() - began)
+            assert longest < 1, f"a call took {longest} s while tokens were read"
+            yield longest
+        for call in calls:
+            call.cancel()
+
+
+def _until(event):
+    """Requests of a call that sends nothing until `event`."""
+    event.wait()
+    yield from ()
+
+
 def _descriptors_missing():
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if hard < _CROWD + 200:
@@ -244,5 +321,8 @@ FAULTS = [
     Fault("revoked token", revoked_token, slow=True),
     Fault("plain text to the TLS port", plain_text),
     Fault("oversized header", oversized_header),
+    Fault("calls without a token", refused_calls),
+    Fault("half requests to the metrics port", half_requests),
+    Fault("100,000 tokens read again", long_token_file, slow=True),
     Fault("10,000 idle connections", idle_connections, slow=True, needs=_descriptors_missing),
 ]

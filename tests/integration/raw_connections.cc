@@ -48,11 +48,28 @@ size_t RawConnections::CountOpen() const {
   return static_cast<size_t>(std::count_if(descriptors_.begin(), descriptors_.end(), IsOpen));
 }
 
+void RawConnections::Send(const std::string& bytes) const {
+  EXPECT_EQ(send(descriptors_.front(), bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
+}
+
+std::string RawConnections::ReadFor(std::chrono::milliseconds time) const {
+  const auto end = std::chrono::steady_clock::now() + time;
+  std::string received;
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+    pollfd readable = {descriptors_.front(), POLLIN, 0};
+    if (left.count() <= 0 || poll(&readable, 1, static_cast<int>(left.count())) <= 0) return received;
+    char bytes[1024];
+    const ssize_t count = recv(descriptors_.front(), bytes, sizeof(bytes), 0);
+    if (count <= 0) return received;
+    received.append(bytes, static_cast<size_t>(count));
+  }
+}
+
 void RawConnections::SendAndWaitForClose(const std::string& bytes) const {
-  const int fd = descriptors_.front();
-  EXPECT_EQ(send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
+  Send(bytes);
   char answer[1024];
-  while (recv(fd, answer, sizeof(answer), 0) > 0) {
+  while (recv(descriptors_.front(), answer, sizeof(answer), 0) > 0) {
   }
 }
 

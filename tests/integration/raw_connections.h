@@ -1,6 +1,7 @@
 // TCP connections of somebody who means no good, or nothing at all.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -18,6 +19,10 @@ class RawConnections {
 
   // How many the server has not closed.
   size_t CountOpen() const;
+  // Sends `bytes` on the first.
+  void Send(const std::string& bytes) const;
+  // What the server sends on the first, until it closes it or `time` is over.
+  std::string ReadFor(std::chrono::milliseconds time) const;
   // Sends `bytes` on the first, and waits until the server closes it.
   void SendAndWaitForClose(const std::string& bytes) const;
 

@@ -1,7 +1,15 @@
 #include "server/net/metrics_port.h"
 
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "server/observe/server_metrics.h"
@@ -14,6 +22,34 @@ TEST(MetricsPortTest, PicksAFreePort) {
   const auto port = MetricsPort::Create("127.0.0.1:0", metrics.collectables());
   ASSERT_TRUE(port.ok()) << port.status();
   EXPECT_GT((*port)->port(), 0);
+}
+
+// Connects to a port of this machine and sends `request`.
+int Send(int port, const std::string& request) {
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<uint16_t>(port));
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  EXPECT_EQ(connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+  EXPECT_EQ(send(fd, request.data(), request.size(), 0), static_cast<ssize_t>(request.size()));
+  return fd;
+}
+
+TEST(MetricsPortTest, AnswersWithinAScrapesTimeBesideRequestsThatNeverEnd) {
+  constexpr int kScrapeTimeoutMs = 10'000;  // Prometheus' default
+  const ServerMetrics metrics([] { return ServerGauges(); });
+  const auto port = MetricsPort::Create("127.0.0.1:0", metrics.collectables());
+  ASSERT_TRUE(port.ok()) << port.status();
+  std::vector<int> connections;
+  for (int i = 0; i < 60; ++i) connections.push_back(Send((*port)->port(), "GET /metrics HTTP/1.1\r\nHost:"));
+  connections.push_back(Send((*port)->port(), "GET /metrics HTTP/1.0\r\n\r\n"));
+  pollfd answered = {connections.back(), POLLIN, 0};
+  EXPECT_EQ(poll(&answered, 1, kScrapeTimeoutMs), 1);
+  char status[13] = "";
+  EXPECT_EQ(recv(connections.back(), status, 12, MSG_WAITALL), 12);
+  EXPECT_STREQ(status + 8, " 200");
+  for (const int fd : connections) close(fd);
 }
 
 TEST(MetricsPortTest, NamesAnAddressThatItCannotBind) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
 
@@ -75,6 +77,30 @@ TEST(ServerLogTest, NobodyForgesALine) {
   EXPECT_EQ(text.find('\n'), text.size() - 1);
   EXPECT_THAT(text, Not(HasSubstr("\"event\":\"forged\"")));
   for (const unsigned char c : text.substr(0, text.size() - 1)) EXPECT_TRUE(c >= ' ' && c != 0x7f) << int{c};
+}
+
+TEST(ServerLogTest, CallsThatNobodyLetInHaveAFewLinesASecond) {
+  CallRecord refused = Record();
+  refused.status = absl::UnauthenticatedError("no token");
+  CallRecord let_in = Record();
+  let_in.caller = "alice";
+  let_in.status = absl::InvalidArgumentError("a call of Alice");
+  ::testing::internal::CaptureStderr();
+  {
+    ServerLog log(true);
+    for (int i = 0; i < 1'000; ++i) log.LogCall(refused);
+    for (int i = 0; i < 1'000; ++i) log.LogCall(let_in);
+  }
+  const std::string text = ::testing::internal::GetCapturedStderr();
+  const auto lines_with = [&text](const std::string& words) {
+    int count = 0;
+    for (size_t at = 0; (at = text.find(words, at)) != std::string::npos; ++at) ++count;
+    return count;
+  };
+  EXPECT_GE(lines_with("no token"), LogRateLimit::kLinesPerSecond);
+  // On a machine that takes less than ten seconds for a thousand.
+  EXPECT_LE(lines_with("no token"), 10 * LogRateLimit::kLinesPerSecond);
+  EXPECT_EQ(lines_with("a call of Alice"), 1'000);
 }
 
 TEST(ServerLogTest, CanBeSilentAboutCalls) {
