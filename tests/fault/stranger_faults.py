@@ -16,6 +16,7 @@ from fault import Fault
 _FRIENDS_TOKEN = "curvd_friend_" + "7" * 52
 _CROWD = 10_000
 _REFUSED_CALLS = 1_000
+_RELOADS = 'curvd_credential_reloads_total{result="ok"}'
 _INFO = "/curvature.v1.CurvatureService/GetServerInfo"
 _ESTIMATE = "/curvature.v1.CurvatureService/EstimateCurvature"
 _CROWD_ADDRESS = "127.0.0.2"
@@ -90,7 +91,7 @@ class Fort:
     def write_tokens(self, **others):
         lines = [f"{name} sha256:{hashlib.sha256(token.encode()).hexdigest()}"
                  for name, token in {"the-friend": _FRIENDS_TOKEN, **others}.items()]
-        self._write(self.tokens, "\n".join(lines))
+        self._write(self.tokens.with_suffix(".new"), "\n".join(lines)).rename(self.tokens)
 
     def flags(self, certificate=None, token_file=None):
         """curv's, for a caller who shows these."""
@@ -275,6 +276,7 @@ def long_token_file(site, times):
     with _fort(site, "--max-streams-per-peer=1000") as fort, contextlib.ExitStack() as opened:
         others = {f"caller-{number}": f"curvd_caller_{number}" for number in range(100_000)}
         fort.write_tokens(**others)
+        wait_for(lambda: fort.count(_RELOADS) == 1, 60, "the tokens were not read")
         ca, key, certificate = (path.read_bytes() for path in (fort.authority.certificate, fort.friend[1],
                                                                fort.friend[0]))
         credentials = grpc.ssl_channel_credentials(ca, key, certificate)
@@ -284,15 +286,18 @@ def long_token_file(site, times):
         opened.callback(stay.set)
         calls = [channel.stream_stream(_ESTIMATE)(_until(stay), metadata=metadata, timeout=600) for _ in range(400)]
         wait_for(lambda: fort.count("curvd_streams_open") == len(calls), 60, "the calls were not let in")
-        ask = channel.unary_unary(_INFO)
         for trial in range(times):
-            reloads = fort.count('curvd_credential_reloads_total{result="ok"}')
+            reloads = fort.count(_RELOADS)
             fort.write_tokens(**others, **{f"one-more-{trial}": f"curvd_more_{trial}"})
-            longest = 0.0
-            while fort.count('curvd_credential_reloads_total{result="ok"}') == reloads:
+            longest, read_at = 0.0, None
+            # The open calls are checked after the file was read.
+            while read_at is None or time.monotonic() - read_at < 1:
                 began = time.monotonic()
-                ask(b"", metadata=metadata, timeout=60)
+                with contextlib.suppress(grpc.RpcError):  # it sends no header
+                    list(channel.stream_stream(_ESTIMATE)(iter(()), metadata=metadata, timeout=60))
                 longest = max(longest, time.monotonic() - began)
+                if read_at is None and fort.count(_RELOADS) > reloads:
+                    read_at = time.monotonic()
             assert longest < 1, f"a call took {longest} s while tokens were read"
             yield longest
         for call in calls:
