@@ -16,7 +16,7 @@
 #include "server/call/header_options.h"
 #include "server/call/result_encoder.h"
 #include "server/call/summary_message.h"
-#include "server/host/freed_memory.h"
+#include "server/host/memory_reuse.h"
 
 namespace curvd::bench {
 namespace {
@@ -96,7 +96,7 @@ class BareService final : public v1::CurvatureService::Service {
 };
 
 int Serve(int threads) {
-  KeepFreedMemory(uint64_t{1} << 40);
+  ReuseFreedMemory(uint64_t{1} << 40);
   BareService service(threads);
   grpc::ServerBuilder builder;
   int port = 0;

@@ -17,7 +17,7 @@
 #include "server/call/curvature_service.h"
 #include "server/rpc/ending_errors.h"
 #include "server/host/descriptor_limit.h"
-#include "server/host/freed_memory.h"
+#include "server/host/memory_reuse.h"
 #include "server/host/ticker.h"
 #include "server/net/connection_acceptor.h"
 #include "server/net/health_port.h"
@@ -223,7 +223,7 @@ CurvatureServer::Running::~Running() {
 
 void CurvatureServer::Running::Tick(Ticker::Clock::time_point now) {
   for (const auto& stream : context_.gate.open_streams()) stream->Tick(now);
-  ReleaseFreedPages();
+  ReturnUnusedPages();
 }
 
 void CurvatureServer::Running::Drain(absl::Duration timeout) {

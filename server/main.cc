@@ -12,7 +12,7 @@
 #include "server/curvature_server.h"
 #include "server/flags.h"
 #include "server/host/descriptor_limit.h"
-#include "server/host/freed_memory.h"
+#include "server/host/memory_reuse.h"
 #include "server/host/version.h"
 #include "server/net/listen_address.h"
 #include "server/observe/grpc_log.h"
@@ -107,7 +107,7 @@ int Main(int argc, char** argv) {
     std::fputs(line->answer.c_str(), stdout);
     return kOk;
   }
-  KeepFreedMemory(line->options.Resolved().memory_limit_bytes);
+  ReuseFreedMemory(line->options.Resolved().memory_limit_bytes);
   return Serve(line->options);
 }
 

@@ -1,5 +1,4 @@
 #include "server/service_context.h"
-
 namespace curvd {
 
 ServiceContext::ServiceContext(const ServerOptions& options)

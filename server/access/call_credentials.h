@@ -1,4 +1,4 @@
-// What a call shows of who makes it, read from gRPC.
+// Reads from gRPC what a call shows of who makes it.
 #pragma once
 
 #include "server/access/access_control.h"

@@ -1,4 +1,4 @@
-// The files that say who the server is and who may call it, followed while it runs.
+// Follows the files that say who the server is and who may call it while it runs.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// TLS for a gRPC server, with a certificate that may change while it runs.
+// Gives a gRPC server TLS, with a certificate that may change while it runs.
 #pragma once
 
 #include <grpc/grpc_security.h>

@@ -1,4 +1,4 @@
-// A certificate with its key, and the authorities that clients are checked against, as PEM texts that fit together.
+// Checks that a certificate, its key, and the authorities of client certificates fit together.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// A file that is read again when it changes.
+// Reads a file, and notices when it has changed.
 #pragma once
 
 #include <sys/types.h>

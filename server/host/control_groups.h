@@ -1,4 +1,4 @@
-// Where the limits of the control groups stand that this process is in.
+// Finds the limits of the control groups that this process is in.
 #pragma once
 
 #include <string>

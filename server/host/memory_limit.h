@@ -1,4 +1,4 @@
-// How much memory this process may use.
+// Finds out how much memory this process may use.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// How many processors this process may use.
+// Finds out how many processors this process may use.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// A thread that does something small again and again.
+// Does something small again and again on a thread of its own.
 #pragma once
 
 #include <chrono>

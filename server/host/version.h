@@ -1,4 +1,4 @@
-// Which curvd this is.
+// Tells which curvd this is.
 #pragma once
 
 namespace curvd {

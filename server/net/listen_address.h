@@ -1,4 +1,4 @@
-// Where a server listens, and who can reach it there.
+// Takes addresses apart: where a server listens, who can reach it there, and whose connection it is.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Sockets that wait for connections.
+// Opens sockets that wait for connections.
 #pragma once
 
 #include <string>

@@ -34,8 +34,8 @@ void Connect(const std::string& listen, int port) {
 
 absl::StatusOr<std::unique_ptr<MetricsPort>> MetricsPort::Create(
     const std::string& listen, std::vector<std::shared_ptr<prometheus::Collectable>> collectables) {
-  // A scraper that connects and says nothing, or half of its request, holds a thread until its time is over; others find
-  // a thread meanwhile, or wait their turn. The threads are cheap: each has a stack of 100 KiB.
+  // Whoever does not finish a request holds a thread for a second. Others find a thread meanwhile, or wait their turn;
+  // a thread is cheap, with a stack of 100 KiB.
   const std::vector<std::string> settings = {"listening_ports",    listen, "num_threads", "32",
                                              "request_timeout_ms", "1000"};
   try {

@@ -1,4 +1,4 @@
-// gRPC's server reflection, which every server of a program has that is linked with it.
+// Leaves out gRPC's server reflection, which every server of a program has that is linked with it.
 #pragma once
 
 namespace grpc {

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "server/observe/scraped_families.h"
+#include "server/observe/scrape_builder.h"
 
 namespace curvd {
 namespace {
@@ -61,33 +61,33 @@ std::optional<double> OpenDescriptors() {
   return count - 3;  // ".", ".." and the folder itself
 }
 
-void AddStat(const ProcessStat& stat, ScrapedFamilies& families) {
+void AddStat(const ProcessStat& stat, ScrapeBuilder& scrape) {
   const auto ticks_per_second = static_cast<double>(sysconf(_SC_CLK_TCK));
   const auto page_bytes = static_cast<double>(sysconf(_SC_PAGESIZE));
-  families.Counter("process_cpu_seconds_total", "CPU time spent, in user and system mode.",
-                   (stat.user_ticks + stat.system_ticks) / ticks_per_second);
-  families.Gauge("process_threads", "Threads of the process.", stat.threads);
-  families.Gauge("process_resident_memory_bytes", "Bytes of memory in use.", stat.resident_pages * page_bytes);
-  families.Gauge("process_virtual_memory_bytes", "Bytes of address space.", stat.virtual_bytes);
+  scrape.AddCounter("process_cpu_seconds_total", "CPU time spent, in user and system mode.",
+                    (stat.user_ticks + stat.system_ticks) / ticks_per_second);
+  scrape.AddGauge("process_threads", "Threads of the process.", stat.threads);
+  scrape.AddGauge("process_resident_memory_bytes", "Bytes of memory in use.", stat.resident_pages * page_bytes);
+  scrape.AddGauge("process_virtual_memory_bytes", "Bytes of address space.", stat.virtual_bytes);
   if (const std::optional<double> boot = BootSeconds()) {
-    families.Gauge("process_start_time_seconds", "Unix time of the process's start.",
-                   *boot + stat.start_ticks / ticks_per_second);
+    scrape.AddGauge("process_start_time_seconds", "Unix time of the process's start.",
+                    *boot + stat.start_ticks / ticks_per_second);
   }
 }
 
 }  // namespace
 
 std::vector<prometheus::MetricFamily> ProcessMetrics::Collect() const {
-  ScrapedFamilies families;
-  if (const std::optional<ProcessStat> stat = ReadStat()) AddStat(*stat, families);
+  ScrapeBuilder scrape;
+  if (const std::optional<ProcessStat> stat = ReadStat()) AddStat(*stat, scrape);
   if (const std::optional<double> open = OpenDescriptors()) {
-    families.Gauge("process_open_fds", "Open file descriptors, sockets included.", *open);
+    scrape.AddGauge("process_open_fds", "Open file descriptors, sockets included.", *open);
   }
   rlimit limit = {};
   if (getrlimit(RLIMIT_NOFILE, &limit) == 0) {
-    families.Gauge("process_max_fds", "File descriptors that may be open.", static_cast<double>(limit.rlim_cur));
+    scrape.AddGauge("process_max_fds", "File descriptors that may be open.", static_cast<double>(limit.rlim_cur));
   }
-  return families.Release();
+  return scrape.TakeFamilies();
 }
 
 }  // namespace curvd

@@ -1,4 +1,4 @@
-// What the system knows of this process, under the names that Prometheus' own client libraries use.
+// Reads what the system knows of this process, under the names that Prometheus' own client libraries use.
 #pragma once
 
 #include <prometheus/collectable.h>

@@ -15,7 +15,7 @@
 #include "core/base/cpu_kind.h"
 #include "server/host/version.h"
 #include "server/observe/process_metrics.h"
-#include "server/observe/scraped_families.h"
+#include "server/observe/scrape_builder.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
 #include "server/rpc/grpc_status.h"
@@ -52,27 +52,27 @@ class StateReader : public prometheus::Collectable {
 
   std::vector<prometheus::MetricFamily> Collect() const override {
     const ServerGauges gauges = read_();
-    ScrapedFamilies families;
+    ScrapeBuilder scrape;
     constexpr char kQueue[] = "curvd_queue_jobs", kQueueHelp[] = "Calls that wait, by what they wait for.";
-    families.Gauge(kQueue, kQueueHelp, static_cast<double>(gauges.jobs_waiting_for_memory), {{"queue", "memory"}});
-    families.Gauge(kQueue, kQueueHelp, static_cast<double>(gauges.jobs_waiting_for_workers), {{"queue", "workers"}});
-    families.Gauge("curvd_queue_limit_jobs", "Calls that may wait for memory before further ones are refused.",
-                   static_cast<double>(gauges.waiting_limit));
-    families.Gauge("curvd_workers", "Worker threads that all calls share.", static_cast<double>(gauges.workers));
-    families.Gauge("curvd_workers_busy", "Worker threads that run a work block now.",
-                   static_cast<double>(gauges.workers_busy));
-    families.Gauge("curvd_memory_reserved_bytes", "Bytes that open calls have reserved.",
-                   static_cast<double>(gauges.memory_reserved_bytes));
-    families.Gauge("curvd_memory_limit_bytes", "Bytes that open calls may reserve together.",
-                   static_cast<double>(gauges.memory_limit_bytes));
-    families.Gauge("curvd_streams_open", "EstimateCurvature calls that are open.",
-                   static_cast<double>(gauges.streams_open));
-    families.Gauge("curvd_streams_limit", "EstimateCurvature calls that may be open before further ones are refused.",
-                   static_cast<double>(gauges.streams_limit));
-    families.Gauge("curvd_draining", "1 once the server has begun to drain.", gauges.draining ? 1.0 : 0.0);
-    families.Counter("curvd_log_lines_lost_total", "Log lines that were dropped because nobody read them in time.",
-                     static_cast<double>(gauges.log_lines_lost));
-    return families.Release();
+    scrape.AddGauge(kQueue, kQueueHelp, static_cast<double>(gauges.jobs_waiting_for_memory), {{"queue", "memory"}});
+    scrape.AddGauge(kQueue, kQueueHelp, static_cast<double>(gauges.jobs_waiting_for_workers), {{"queue", "workers"}});
+    scrape.AddGauge("curvd_queue_limit_jobs", "Calls that may wait for memory before further ones are refused.",
+                    static_cast<double>(gauges.waiting_limit));
+    scrape.AddGauge("curvd_workers", "Worker threads that all calls share.", static_cast<double>(gauges.workers));
+    scrape.AddGauge("curvd_workers_busy", "Worker threads that run a work block now.",
+                    static_cast<double>(gauges.workers_busy));
+    scrape.AddGauge("curvd_memory_reserved_bytes", "Bytes that open calls have reserved.",
+                    static_cast<double>(gauges.memory_reserved_bytes));
+    scrape.AddGauge("curvd_memory_limit_bytes", "Bytes that open calls may reserve together.",
+                    static_cast<double>(gauges.memory_limit_bytes));
+    scrape.AddGauge("curvd_streams_open", "EstimateCurvature calls that are open.",
+                    static_cast<double>(gauges.streams_open));
+    scrape.AddGauge("curvd_streams_limit", "EstimateCurvature calls that may be open before further ones are refused.",
+                    static_cast<double>(gauges.streams_limit));
+    scrape.AddGauge("curvd_draining", "1 once the server has begun to drain.", gauges.draining ? 1.0 : 0.0);
+    scrape.AddCounter("curvd_log_lines_lost_total", "Log lines that were dropped because nobody read them in time.",
+                      static_cast<double>(gauges.log_lines_lost));
+    return scrape.TakeFamilies();
   }
 
  private:

@@ -1,4 +1,4 @@
-// What Prometheus scrapes.
+// Counts what Prometheus scrapes.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-#include "server/host/freed_memory.h"
+#include "server/host/memory_reuse.h"
 
 #include <algorithm>
 #include <chrono>
@@ -11,7 +11,7 @@
 
 namespace curvd {
 
-void KeepFreedMemory(uint64_t memory_limit_bytes) {
+void ReuseFreedMemory(uint64_t memory_limit_bytes) {
   constexpr uint64_t kKeptShare = 8;
   constexpr uint64_t kKeptPageBytes = 128 << 20;
   constexpr uint64_t kKeptPageShare = 16;
@@ -28,7 +28,7 @@ void KeepFreedMemory(uint64_t memory_limit_bytes) {
 #endif
 }
 
-void ReleaseFreedPages() {
+void ReturnUnusedPages() {
   constexpr auto kKeptFor = std::chrono::seconds(10);
   ProcessPages().Release(PagePool::Clock::now() - kKeptFor);
 }
