@@ -281,7 +281,7 @@ def long_token_file(site, times):
                                                                fort.friend[0]))
         credentials = grpc.ssl_channel_credentials(ca, key, certificate)
         channel = opened.enter_context(grpc.secure_channel(fort.server.address, credentials))
-        metadata = [("authorization", f"Bearer {_FRIENDS_TOKEN}")]
+        metadata = [("authorization", "Bearer curvd_caller_99999")]  # the last line of the file
         stay = threading.Event()
         opened.callback(stay.set)
         calls = [channel.stream_stream(_ESTIMATE)(_until(stay), metadata=metadata, timeout=600) for _ in range(400)]
@@ -295,10 +295,10 @@ def long_token_file(site, times):
                 began = time.monotonic()
                 with contextlib.suppress(grpc.RpcError):  # it sends no header
                     list(channel.stream_stream(_ESTIMATE)(iter(()), metadata=metadata, timeout=60))
-                longest = max(longest, time.monotonic() - began)
                 if read_at is None and fort.count(_RELOADS) > reloads:
                     read_at = time.monotonic()
-            assert longest < 1, f"a call took {longest} s while tokens were read"
+                longest = max(longest, time.monotonic() - began)
+            assert longest < 1, f"a call and a scrape took {longest} s while tokens were read"
             yield longest
         for call in calls:
             call.cancel()
