@@ -90,6 +90,24 @@ TEST(StrangersTest, NeitherFriendsNorProbesAreStrangers) {
   EXPECT_THAT(curvd.process().ReadAll(), Not(HasSubstr("\"event\":\"stranger\"")));
 }
 
+// The acceptor must write a peer as gRPC does, whichever way it came.
+TEST(StrangersTest, FriendsAreKnownOverBothKindsOfAddresses) {
+  const TestServer server([](ServerOptions& options) {
+    options.listen = "[::]:0";
+    options.insecure = true;
+  });
+  const std::string port = server.address().substr(server.address().rfind(':'));
+  for (const std::string host : {"ipv6:[::1]", "ipv4:127.0.0.1"}) {
+    const std::shared_ptr<grpc::Channel> channel = OpenChannel(host + port);
+    EXPECT_TRUE(Succeeded(CallWith(channel, ""), 1'000)) << host;
+    server.WaitForMetric("curvd_connections_open", 1);
+  }
+  server.WaitForMetric("curvd_connections_open", 0);
+  for (const char* reason : {"no_call", "not_let_in", "nothing_sent", "handshake_timeout"}) {
+    EXPECT_EQ(server.Metric(absl::StrCat("curvd_strangers_total{reason=\"", reason, "\"}")), 0) << reason;
+  }
+}
+
 TEST(StrangersTest, ACertificateWithAnotherNameIsRefused) {
   SecuredCurvd curvd;
   const CallResult result = CallWith(curvd.NewChannel(curvd.certificates().Issue("mallory")), kFriendsToken);
