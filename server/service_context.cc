@@ -1,4 +1,5 @@
 #include "server/service_context.h"
+
 namespace curvd {
 
 ServiceContext::ServiceContext(const ServerOptions& options)

@@ -34,9 +34,7 @@ inline double MetricOf(const ServerMetrics& metrics, const std::string& series) 
 }
 
 // A list of one token, which is "secret", of `name`.
-inline AccessControl::Entries OneToken(const std::string& name) {
-  return std::make_shared<std::vector<AccessEntry>>(std::vector<AccessEntry>{{name, HashToken("secret"), 0, 0}});
-}
+inline std::vector<AccessEntry> OneToken(const std::string& name) { return {{name, HashToken("secret"), 0, 0}}; }
 
 inline RpcArrival ArrivalFrom(const std::string& peer) {
   RpcArrival arrival;
