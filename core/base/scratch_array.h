@@ -25,6 +25,9 @@ class ScratchArray {
     capacity_ = capacity;
   }
   size_t capacity() const { return capacity_; }
+  size_t bytes() const { return capacity_ * sizeof(T); }
+  // Bytes that an array holds at most for which no more than `size` elements were ever reserved.
+  static constexpr size_t MostBytes(size_t size) { return (size + size / 2) * sizeof(T); }
   T* data() { return elements_.get(); }
   const T* data() const { return elements_.get(); }
   T& operator[](size_t i) { return elements_[i]; }

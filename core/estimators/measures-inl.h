@@ -15,8 +15,8 @@
 #define CURVD_CORE_ESTIMATORS_MEASURES_INL_H_
 #endif
 
-#include "core/estimators/group_buffers.h"
-#include "core/search/neighborhood-inl.h"
+#include "core/estimators/measures.h"
+#include "core/index/vectors-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -33,6 +33,11 @@ struct Triple {
 HWY_INLINE Triple LoadTriple(const GroupVectors& vectors, size_t i) {
   const FloatTag d;
   return {hn::Load(d, vectors.x + i), hn::Load(d, vectors.y + i), hn::Load(d, vectors.z + i)};
+}
+// The vector of point i in all lanes.
+HWY_INLINE Triple Broadcast(const GroupVectors& vectors, size_t i) {
+  const FloatTag d;
+  return {hn::Set(d, vectors.x[i]), hn::Set(d, vectors.y[i]), hn::Set(d, vectors.z[i])};
 }
 HWY_INLINE Triple Add(const Triple& a, const Triple& b) {
   return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};

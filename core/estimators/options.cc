@@ -3,9 +3,17 @@
 #include <cmath>
 
 #include "absl/strings/str_format.h"
+#include "core/estimators/option_specs.h"
+#include "core/estimators/strategies.h"
 
 namespace curvd {
 namespace {
+
+absl::Status ValidateEstimator(std::string_view estimator) {
+  if (FindStrategy(estimator) != nullptr) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("estimator is \"%s\"; it must be one of %s", estimator, StrategyNames()));
+}
 
 absl::Status ValidateCount(uint32_t count, uint32_t max_count) {
   if (count >= kMinNeighborCount && count <= max_count) return absl::OkStatus();
@@ -21,28 +29,18 @@ absl::Status ValidateRadius(double radius) {
 }  // namespace
 
 absl::Status EstimatorOptions::Validate() const {
-  absl::Status status;
+  absl::Status status = ValidateEstimator(estimator);
+  if (!status.ok()) return status;
   if (const auto* count = std::get_if<NeighborCount>(&neighborhood)) {
     status = ValidateCount(count->count, max_neighbor_count);
   } else {
     status = ValidateRadius(std::get<NeighborRadius>(neighborhood).radius);
   }
   if (!status.ok()) return status;
-  if (triangle_count < 1 || triangle_count > kMaxTriangleCount) {
+  for (const OptionSpec& spec : OptionSpecs()) {
+    if (spec.InRange(*this)) continue;
     return absl::InvalidArgumentError(
-        absl::StrFormat("triangle_count is %u; it must be from 1 to %u", triangle_count, kMaxTriangleCount));
-  }
-  if (rotation_count < 1 || rotation_count > kMaxRotations) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("rotation_count is %u; it must be from 1 to %u", rotation_count, kMaxRotations));
-  }
-  if (jet_degree < kMinJetDegree || jet_degree > kMaxJetDegree) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("jet_degree is %u; it must be from %u to %u", jet_degree, kMinJetDegree, kMaxJetDegree));
-  }
-  if (!(average_normal_weight >= 0.0 && average_normal_weight <= 1.0)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("average_normal_weight is %g; it must be from 0 to 1", average_normal_weight));
+        absl::StrFormat("%s is %s; it must be from %g to %g", spec.name, spec.ValueText(*this), spec.least, spec.most));
   }
   return absl::OkStatus();
 }

@@ -1,27 +1,14 @@
-// How curvature is estimated: plain values with defaults, checked by Validate.
+// How curvature is estimated: plain values with defaults, checked by Validate. Ranges stand in
+// core/estimators/option_specs.h.
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 #include <variant>
 
 #include "absl/status/status.h"
 
 namespace curvd {
-
-// How a neighborhood becomes curvature. All but the last two make triangles of it and measure those (Lachaud et al.,
-// SGP 2023, section 4).
-enum class EstimatorKind : uint8_t {
-  kAvgHexagram,  // two triangles over six sector averages
-  kHexagram,     // two triangles over the points nearest to six corners
-  kUniform,      // triangle_count triangles, corners drawn uniformly
-  kIndependent,  // disjoint triangles from one shuffle, at most K / 3
-  kDelaunay,     // the triangles of local Delaunay umbrellas (Sharp, Crane 2020) with all corners in the neighborhood
-  kJetFitting,   // a polynomial height function over the tangent plane (Cazals, Pouget 2005)
-  kAlgebraicShapeOperator,  // an algebraic sphere, differentiated (Lejemble, Coeurjolly, Barthe, Mellado 2021)
-};
-
-// Whether it fits a surface to the neighborhood instead of measuring triangles.
-constexpr bool FitsSurface(EstimatorKind kind) { return kind >= EstimatorKind::kJetFitting; }
 
 // The K nearest points, the point itself included; equal distances go to the lower index.
 struct NeighborCount {
@@ -40,7 +27,8 @@ inline constexpr uint32_t kMinJetDegree = 2;
 inline constexpr uint32_t kMaxJetDegree = 4;
 
 struct EstimatorOptions {
-  EstimatorKind estimator = EstimatorKind::kAvgHexagram;       // DEFAULT: kAvgHexagram
+  // The name of a strategy (core/estimators/strategies.h); outlives the options. DEFAULT: avg-hexagram.
+  std::string_view estimator = "avg-hexagram";
   std::variant<NeighborCount, NeighborRadius> neighborhood{};  // DEFAULT: NeighborCount{50}
   uint32_t triangle_count = 100;                               // DEFAULT: 100; uniform and independent only
   uint64_t seed = 0;                                           // DEFAULT: 0; random strategies only

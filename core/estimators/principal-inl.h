@@ -9,10 +9,11 @@
 
 #include <algorithm>
 #include <cstring>
-#include <utility>
 
-#include "core/estimators/group_buffers.h"
+#include "core/estimators/group_scratch.h"
 #include "core/estimators/measures-inl.h"
+#include "core/estimators/neighborhood_plan.h"
+#include "core/index/point_identity.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -48,11 +49,12 @@ HWY_INLINE void PrincipalDirections(const Frame& frame, FloatVec a, FloatVec b, 
   hn::Store(d2.z, d, out.d2.z + i);
 }
 
-HWY_NOINLINE inline void ComputeCurvature(const GroupScratch::Buffers& b, GroupCurvature& out) {
+// Curvature from measures, for the first `size` points of a group.
+HWY_NOINLINE inline void ComputeCurvature(const GroupMeasures& m, const GroupFrames& frames, size_t size,
+                                          GroupCurvature& out) {
   const FloatTag d;
   const FloatVec half = hn::Set(d, 0.5f);
-  for (size_t i = 0; i < b.size; i += hn::Lanes(d)) {
-    const GroupMeasures& m = b.measures;
+  for (size_t i = 0; i < size; i += hn::Lanes(d)) {
     const FloatVec per_area = hn::Div(hn::Set(d, 1.0f), hn::Load(d, m.area + i));
     const FloatVec uu = hn::Mul(hn::Load(d, m.tensor_uu + i), per_area);
     const FloatVec uv = hn::Mul(hn::Load(d, m.tensor_uv + i), per_area);
@@ -64,23 +66,7 @@ HWY_NOINLINE inline void ComputeCurvature(const GroupScratch::Buffers& b, GroupC
     hn::Store(mean, d, out.mean + i);
     hn::Store(gaussian, d, out.gaussian + i);
     hn::Store(r, d, out.half_difference + i);
-    PrincipalDirections({LoadTriple(b.u, i), LoadTriple(b.v, i)}, a, uv, r, i, out);
-  }
-}
-
-// Takes curvature from the shape operators of fitted surfaces.
-HWY_INLINE void TakeShapes(const GroupScratch::Buffers& b, GroupCurvature& out) {
-  const GroupShapes& shapes = b.fits->shapes;
-  const auto round = [&](const double* from, float* to) {
-    std::transform(from, from + b.size, to, [](double v) { return static_cast<float>(v); });
-  };
-  round(shapes.mean, out.mean);
-  round(shapes.gaussian, out.gaussian);
-  round(shapes.half_difference, out.half_difference);
-  for (const auto& [from, to] : {std::pair(&shapes.d1, &out.d1), std::pair(&shapes.d2, &out.d2)}) {
-    round(from->x, to->x);
-    round(from->y, to->y);
-    round(from->z, to->z);
+    PrincipalDirections({LoadTriple(frames.u, i), LoadTriple(frames.v, i)}, a, uv, r, i, out);
   }
 }
 
@@ -88,21 +74,22 @@ HWY_INLINE void TakeShapes(const GroupScratch::Buffers& b, GroupCurvature& out) 
 // carry an area error near 1e-7 rho^2, which is then 1 % of it.
 inline constexpr float kMinRelativeArea = 1e-5f;
 
-HWY_INLINE void RefuseThinAreas(GroupScratch::Buffers& b) {
-  for (size_t i = 0; i < b.size; ++i) {
-    if (b.status[i] == PointStatus::kOk && !(b.measures.area[i] > kMinRelativeArea)) {
-      b.status[i] = PointStatus::kDegenerateArea;
+HWY_INLINE void RefuseThinAreas(const GroupMeasures& measures, GroupPoints& points) {
+  for (size_t i = 0; i < points.size; ++i) {
+    if (points.status[i] == PointStatus::kOk && !(measures.area[i] > kMinRelativeArea)) {
+      points.status[i] = PointStatus::kDegenerateArea;
     }
   }
 }
 
 // Takes lengths in units of rho to the caller's: divides curvature by rho and multiplies by the index's scale.
-HWY_INLINE void ScaleCurvature(const EstimationPlan& plan, const GroupScratch::Buffers& b, GroupCurvature& c) {
+HWY_INLINE void ScaleCurvature(const NeighborhoodPlan& plan, const GroupScalars& rho_of, size_t size,
+                               GroupCurvature& c) {
   const FloatTag d;
   // Two factors, each a float: the scale itself may not be one.
   const FloatVec scale = hn::Set(d, plan.half_scale), other_scale = hn::Set(d, plan.other_half_scale);
-  for (size_t i = 0; i < b.size; i += hn::Lanes(d)) {
-    const FloatVec rho = hn::Load(d, b.rho + i);
+  for (size_t i = 0; i < size; i += hn::Lanes(d)) {
+    const FloatVec rho = hn::Load(d, rho_of + i);
     const auto to_unit = [&](FloatVec v) { return hn::Mul(hn::Mul(hn::Div(v, rho), scale), other_scale); };
     hn::Store(to_unit(hn::Load(d, c.mean + i)), d, c.mean + i);
     hn::Store(to_unit(hn::Load(d, c.half_difference + i)), d, c.half_difference + i);
@@ -110,12 +97,13 @@ HWY_INLINE void ScaleCurvature(const EstimationPlan& plan, const GroupScratch::B
   }
 }
 
-// Writes the points of the group, whose curvature is in the caller's unit, to the field.
-HWY_INLINE void WriteGroup(const EstimationPlan& plan, const GroupCurvature& c, GroupScratch::Buffers& b,
-                           PointCurvature* field) {
-  for (size_t i = 0; i < b.size; ++i) {
+// Writes the points of the group, whose curvature is in the caller's unit, to their slots, and counts their status.
+HWY_INLINE void WriteGroup(const NeighborhoodPlan& plan, const GroupCurvature& c, GroupScratch& scratch,
+                           PointCurvature* results) {
+  const GroupPoints& points = scratch.points;
+  for (size_t i = 0; i < points.size; ++i) {
     const float k1 = c.mean[i] - c.half_difference[i], k2 = c.mean[i] + c.half_difference[i];
-    PointStatus status = b.status[i];
+    PointStatus status = points.status[i];
     // A curvature that is no float32 comes out as infinity, and here as NaN.
     const bool finite = (k1 + k2 + c.gaussian[i]) * 0.0f == 0.0f;
     if (status == PointStatus::kOk && !finite) status = PointStatus::kDegenerateArea;
@@ -125,13 +113,22 @@ HWY_INLINE void WriteGroup(const EstimationPlan& plan, const GroupCurvature& c, 
                             k2,
                             {c.d1.x[i], c.d1.y[i], c.d1.z[i]},
                             {c.d2.x[i], c.d2.y[i], c.d2.z[i]},
-                            b.radius[i] / plan.half_scale / plan.other_half_scale,
+                            scratch.frames.radius[i] / plan.half_scale / plan.other_half_scale,
                             PointStatus::kOk};
     if (status != PointStatus::kOk) point = UndefinedCurvature(status);
-    if (plan.by_radius) point.radius = static_cast<float>(plan.radius);
-    ++b.status_counts[static_cast<size_t>(status)];
-    std::memcpy(&field[b.id[i]], &point, sizeof(point));
+    if (plan.search.by_radius) point.radius = static_cast<float>(plan.radius);
+    ++scratch.status_counts[static_cast<size_t>(status)];
+    std::memcpy(&results[SlotOf(points.rank[i])], &point, sizeof(point));
   }
+}
+
+// Writes the results of a group whose measures are set.
+HWY_INLINE void WriteMeasured(const NeighborhoodPlan& plan, MeasuringScratch& s, PointCurvature* results) {
+  GroupCurvature curvature;
+  ComputeCurvature(s.measures, s.frames, s.points.size, curvature);
+  RefuseThinAreas(s.measures, s.points);
+  ScaleCurvature(plan, s.frames.rho, s.points.size, curvature);
+  WriteGroup(plan, curvature, s, results);
 }
 
 }  // namespace HWY_NAMESPACE

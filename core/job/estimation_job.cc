@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <latch>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_format.h"
-#include "core/estimators/delaunay/umbrella.h"
-#include "core/estimators/group_estimator.h"
+#include "core/estimators/strategies.h"
 #include "core/index/index_builder.h"
 #include "core/index/spatial_index.h"
 
@@ -107,7 +107,6 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     if (!points.ok()) return Finish(points.status());
     field_.points = *std::move(points);
     cost_.peak_bytes = index_.bytes() + std::max(cloud_bytes, field_.points.bytes());
-    plan_ = EstimationPlan::Make(options_, index_);
     estimating_since_ = SecondsSinceStart();
     phase_ = JobPhase::kEstimating;
     field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_;
@@ -126,82 +125,55 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
 
   void EstimateField() {
     if (cancelled_) return Finish(absl::CancelledError("cancelled before curvature was estimated"));
-    if (!plan_.by_radius && index_.point_count() < plan_.neighbor_count) {
+    const auto* count = std::get_if<NeighborCount>(&options_.neighborhood);
+    if (count != nullptr && index_.point_count() < count->count) {
       FillIndexed(PointStatus::kTooFewNeighbors);
       field_.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)] = index_.point_count();
       return FinishField();
     }
     if (index_.point_count() == 0) return FinishField();
-    scratch_.resize(pool_.thread_count());
-    options_.estimator == EstimatorKind::kDelaunay ? BuildRims() : EstimateBlocks();
-  }
-
-  // Submits `run` for each block of groups, and `done` after them.
-  void SubmitBlocks(void (PhasedJob::*run)(size_t block, int worker), void (PhasedJob::*done)()) {
-    pool_.Submit(
-        priority_, (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock,
-        [self = shared_from_this(), run](size_t block, int worker) { ((*self).*run)(block, worker); },
-        [self = shared_from_this(), done] { ((*self).*done)(); }, &cancelled_);
+    run_ = FindStrategy(options_.estimator)->start(options_, index_, field_.points.data());
+    phases_ = run_->Phases();
+    for (int worker = 0; worker < pool_.thread_count(); ++worker) scratch_.push_back(run_->MakeScratch());
+    StartPhase();
   }
 
   size_t EndGroup(size_t block) const { return std::min((block + 1) * kGroupsPerBlock, index_.group_count()); }
 
-  void BuildRims() {
-    auto umbrellas = PageArray<Umbrella>::Create(index_.leaf_count() * SpatialIndex::kLeafSize);
-    if (!umbrellas.ok()) return Finish(umbrellas.status());
-    umbrellas_ = *std::move(umbrellas);
-    umbrella_plan_ = EstimationPlan::ForUmbrellas(index_);
-    plan_.umbrellas = umbrellas_.data();
-    cost_.peak_bytes += umbrellas_.bytes();
-    SubmitBlocks(&PhasedJob::BuildRimBlock, &PhasedJob::EndRims);
-  }
-
-  void BuildRimBlock(size_t block, int worker) {
-    for (size_t group = block * kGroupsPerBlock; group < EndGroup(block) && !cancelled_; ++group) {
-      BuildUmbrellas(index_, umbrella_plan_, group, scratch_[worker], umbrellas_.data());
+  void StartPhase() {
+    if (phases_[group_phase_].begin != nullptr) {
+      if (absl::Status status = phases_[group_phase_].begin(); !status.ok()) return Finish(status);
     }
+    if (group_phase_ > 0 && OnLastPhase()) cost_.umbrella_seconds = SecondsSinceStart() - estimating_since_;
+    pool_.Submit(
+        priority_, (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock,
+        [self = shared_from_this()](size_t block, int worker) { self->RunBlock(block, worker); },
+        [self = shared_from_this()] { self->EndPhase(); }, &cancelled_);
   }
 
-  void EndRims() {
-    if (cancelled_) return Finish(UmbrellasCancelled());
-    SubmitBlocks(&PhasedJob::CountOccurrenceBlock, &PhasedJob::EndUmbrellas);
-  }
+  bool OnLastPhase() const { return group_phase_ + 1 == phases_.size(); }
 
-  void CountOccurrenceBlock(size_t block, int) {
-    if (cancelled_) return;
-    const size_t last = std::min(EndGroup(block) * SpatialIndex::kGroupPoints, index_.point_count());
-    CountOccurrences(umbrellas_.data(), block * kBlockPoints, last);
-  }
-
-  void EndUmbrellas() {
-    if (cancelled_) return Finish(UmbrellasCancelled());
-    cost_.umbrella_seconds = SecondsSinceStart() - estimating_since_;
-    EstimateBlocks();
-  }
-
-  static absl::Status UmbrellasCancelled() { return absl::CancelledError("cancelled while umbrellas were built"); }
-
-  void EstimateBlocks() { SubmitBlocks(&PhasedJob::EstimateBlock, &PhasedJob::EndEstimation); }
-
-  void EstimateBlock(size_t block, int worker) {
+  void RunBlock(size_t block, int worker) {
     for (size_t group = block * kGroupsPerBlock; group < EndGroup(block); ++group) {
-      if (cancelled_ || oversized_point_ >= 0) return;
-      const OversizedNeighborhood oversized =
-          EstimateGroup(index_, plan_, group, scratch_[worker], field_.points.data());
-      if (oversized.point_id >= 0) oversized_point_ = oversized.point_id;
+      if (cancelled_ || failed_) return;
+      absl::Status status = phases_[group_phase_].run(group, *scratch_[worker]);
+      if (!status.ok()) {
+        if (!failed_.exchange(true)) failure_ = std::move(status);
+        return;
+      }
     }
-    estimated_ += std::min(kBlockPoints, index_.point_count() - block * kBlockPoints);
+    if (OnLastPhase()) estimated_ += std::min(kBlockPoints, index_.point_count() - block * kBlockPoints);
   }
 
-  void EndEstimation() {
-    if (cancelled_) return Finish(absl::CancelledError("cancelled while curvature was estimated"));
-    if (oversized_point_ >= 0) {
-      return Finish(absl::ResourceExhaustedError(absl::StrFormat(
-          "radius %g gives point %d more than %u neighbors, the limit of this server; use a smaller radius, or "
-          "neighbor_count",
-          plan_.radius, oversized_point_.load(), options_.max_neighbor_count)));
+  void EndPhase() {
+    if (cancelled_) {
+      return Finish(
+          absl::CancelledError(absl::StrFormat("cancelled while %s was estimated", phases_[group_phase_].name)));
     }
-    FinishField();
+    if (failed_) return Finish(failure_);
+    if (OnLastPhase()) return FinishField();
+    ++group_phase_;
+    StartPhase();
   }
 
   // Fills kFillPoints points from `first` on, or up to the last.
@@ -219,21 +191,24 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   }
 
   PointCurvature WithRadius(PointCurvature point) const {
-    if (plan_.by_radius) point.radius = static_cast<float>(plan_.radius);
+    const auto* radius = std::get_if<NeighborRadius>(&options_.neighborhood);
+    if (radius != nullptr) point.radius = static_cast<float>(radius->radius);
     return point;
   }
 
   void FinishField() {
-    for (const GroupScratch& scratch : scratch_) {
+    for (const std::unique_ptr<WorkerScratch>& scratch : scratch_) {
       for (int status = 0; status < kPointStatusEnd; ++status) {
-        field_.status_counts[status] += scratch.status_counts()[status];
+        field_.status_counts[status] += scratch->status_counts[status];
       }
     }
     cost_.queue_seconds = indexing_since_;
     cost_.index_seconds = estimating_since_ - indexing_since_;
     cost_.estimate_seconds = SecondsSinceStart() - estimating_since_;
+    if (run_ != nullptr) cost_.peak_bytes += run_->bytes();
+    phases_.clear();
+    run_.reset();
     index_ = SpatialIndex();
-    umbrellas_ = PageArray<Umbrella>();
     Finish(EstimationResult{std::move(field_), cost_});
   }
 
@@ -260,14 +235,15 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   std::atomic<double> indexing_since_ = kNotYet;
   std::atomic<double> estimating_since_ = kNotYet;
   std::atomic<double> ended_after_ = kNotYet;
-  std::atomic<int32_t> oversized_point_ = -1;
+  std::atomic<bool> failed_ = false;
+  absl::Status failure_;  // of the block that failed first
   std::optional<IndexBuilder> builder_;
   std::atomic<size_t> open_parts_ = 0;  // of the tree: submitted, and not done
   SpatialIndex index_;
-  EstimationPlan plan_{};
-  EstimationPlan umbrella_plan_{};
-  PageArray<Umbrella> umbrellas_;      // Delaunay only
-  std::vector<GroupScratch> scratch_;  // one a worker
+  std::unique_ptr<StrategyRun> run_;
+  std::vector<GroupPhase> phases_;
+  size_t group_phase_ = 0;                               // which of them
+  std::vector<std::unique_ptr<WorkerScratch>> scratch_;  // one a worker
   CurvatureField field_;
   JobCost cost_;
   size_t point_count_ = 0;

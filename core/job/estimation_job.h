@@ -6,12 +6,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "absl/status/statusor.h"
 #include "core/cloud/cloud.h"
 #include "core/estimators/curvature_field.h"
-#include "core/estimators/delaunay/umbrella.h"
 #include "core/estimators/options.h"
+#include "core/estimators/strategies.h"
 #include "core/job/worker_pool.h"
 
 namespace curvd {
@@ -43,8 +44,9 @@ struct EstimationResult {
 };
 
 // Bytes that estimating one point needs at the peak, cloud and field included: what admission should reserve.
-constexpr size_t EstimationBytesPerPoint(EstimatorKind estimator) {
-  return 96 + (estimator == EstimatorKind::kDelaunay ? sizeof(Umbrella) : 0);
+// REQUIRES: `estimator` names a strategy.
+inline size_t EstimationBytesPerPoint(std::string_view estimator) {
+  return 96 + FindStrategy(estimator)->bytes_per_point;
 }
 
 // Thread-safe.

@@ -60,6 +60,16 @@ class ReachTest {
     return hn::Le(hn::Add(hn::Add(squared[0], squared[1]), squared[2]), hn::Set(d, squared_reach_));
   }
 
+  // The same for leaves first, first + 1, ... of an index; lanes past the last leaf hold any value.
+  HWY_INLINE FloatMask LeavesFrom(const SpatialIndex& index, uint32_t first) const {
+    const float *lo[3], *hi[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      lo[axis] = index.leaf_lo(axis) + first;
+      hi[axis] = index.leaf_hi(axis) + first;
+    }
+    return Leaves(lo, hi);
+  }
+
  private:
   alignas(16) float lo_[4] = {};
   alignas(16) float hi_[4] = {};
@@ -97,11 +107,10 @@ HWY_INLINE void AppendMeeting(const SpatialIndex& index, const ReachTest& meets,
   }
 }
 
-// Replaces the list by the leaves at squared distance <= `squared_reach` of `box`. Every point whose computed squared
-// distance to a point of `box` is within it lies in one of them. Returns false, with the list undefined, if they are
-// more than `max_leaves`.
-HWY_NOINLINE inline bool GatherLeaves(const SpatialIndex& index, const Box& box, float squared_reach, size_t max_leaves,
-                                      LeafList& leaves) {
+// Calls `visit(first_leaf, count)` in tree order for runs of leaves, of at most LeafList::kMostTested each, that cover
+// every leaf all of whose nodes `enters` tells to enter. Ends when a visit returns false.
+template <typename Enters, typename Visit>
+HWY_INLINE void WalkLeaves(const SpatialIndex& index, const Enters& enters, const Visit& visit) {
   struct Pending {
     uint32_t node;
     uint32_t first_leaf;
@@ -110,29 +119,41 @@ HWY_NOINLINE inline bool GatherLeaves(const SpatialIndex& index, const Box& box,
   constexpr size_t kMaxDepth = 64;  // the tree is balanced over fewer than 2^31 leaves
   // A node over at most two vectors of leaves is not gone down: they are all tested.
   constexpr uint32_t kTested = 2 * hn::MaxLanes(FloatTag());
-  leaves.Clear();
-  if (index.leaf_count() == 0) return true;
-  const ReachTest meets(box, squared_reach);
-  // Nodes that meet the reach. Children are written in any case and kept by the count: whether one meets the reach is
-  // what no branch predictor knows.
+  static_assert(kTested <= LeafList::kMostTested);
+  if (index.leaf_count() == 0) return;
+  // Nodes to enter. Children are written in any case and kept by the count: whether one meets a reach is what no branch
+  // predictor knows.
   Pending stack[kMaxDepth];
   stack[0] = {0, 0, static_cast<uint32_t>(index.leaf_count())};
-  size_t depth = meets(index.node(0)) ? 1 : 0;
+  size_t depth = enters(index.node(0)) ? 1 : 0;
   while (depth > 0) {
     const Pending top = stack[--depth];
     if (top.leaves <= kTested) {
-      AppendMeeting(index, meets, top.first_leaf, top.leaves, leaves);
-      if (leaves.size() > max_leaves) return false;
+      if (!visit(top.first_leaf, top.leaves)) return;
       continue;
     }
     const auto left_leaves = static_cast<uint32_t>(SpatialIndex::LeftLeaves(top.leaves));
     const uint32_t left = top.node + 1;
     const auto right = static_cast<uint32_t>(SpatialIndex::RightChild(top.node, top.leaves));
     stack[depth] = {right, top.first_leaf + left_leaves, top.leaves - left_leaves};
-    depth += meets(index.node(right)) ? 1 : 0;
+    depth += enters(index.node(right)) ? 1 : 0;
     stack[depth] = {left, top.first_leaf, left_leaves};
-    depth += meets(index.node(left)) ? 1 : 0;
+    depth += enters(index.node(left)) ? 1 : 0;
   }
+}
+
+// Replaces the list by the leaves at squared distance <= `squared_reach` of `box`. Every point whose computed squared
+// distance to a point of `box` is within it lies in one of them. Returns false, with the list undefined, if they are
+// more than `max_leaves`; the list then holds memory for LeafList::kMostTested more at most.
+HWY_NOINLINE inline bool GatherLeaves(const SpatialIndex& index, const Box& box, float squared_reach, size_t max_leaves,
+                                      LeafList& leaves) {
+  const ReachTest meets(box, squared_reach);
+  leaves.Clear();
+  WalkLeaves(index, meets, [&](uint32_t first, uint32_t count) HWY_ATTR {
+    AppendMeeting(index, meets, first, count, leaves);
+    return leaves.size() <= max_leaves;
+  });
+  if (leaves.size() > max_leaves) return false;
   leaves.Pad();
   return true;
 }

@@ -11,6 +11,7 @@ class Descent {
   Descent(const SpatialIndex& index, const float* query, size_t k, std::vector<NeighborRank>& heap)
       : index_(index), query_(query), k_(k), heap_(heap) {
     heap_.clear();
+    heap_.reserve(k);
   }
 
   // The best rank that a point below the node may have.

@@ -21,7 +21,8 @@ struct NeighborRank {
 };
 
 // Returns the rank of the K-th nearest point: the K neighbors are the points of at most this rank. Distances are
-// computed in float32 from the stored coordinates. `heap` is scratch.
+// computed in float32 from the stored coordinates. `heap` is scratch,
+// for k ranks.
 // Expected O(log n + K log K), also where points coincide: subtrees that can only tie are skipped by their lowest id.
 // REQUIRES: 1 <= k <= index.point_count().
 NeighborRank KthNeighbor(const SpatialIndex& index, const float query[3], size_t k, std::vector<NeighborRank>& heap);

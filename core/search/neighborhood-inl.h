@@ -1,4 +1,4 @@
-// Exact neighborhoods by vector scans: cull leaves, measure distances, find the K-th by counting, collect.
+// Who is inside a neighborhood: the steps that find it by vector scans, and the one loop that reads it.
 
 // Toggled so that each instruction set compiles its own copy.
 #if defined(CURVD_CORE_SEARCH_NEIGHBORHOOD_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -12,22 +12,14 @@
 #include <bit>
 #include <limits>
 
-#include "core/estimators/group_buffers.h"
 #include "core/index/vectors-inl.h"
 #include "core/search/gather_leaves-inl.h"
+#include "core/search/search_scratch.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
-
-// Which points belong to a neighborhood: those below `limit`, and of those at `limit` the ids up to `last_id`.
-struct Cutoff {
-  float limit;
-  int32_t last_id = std::numeric_limits<int32_t>::max();
-
-  bool splits_ties() const { return last_id != std::numeric_limits<int32_t>::max(); }
-};
 
 // The same operations in the same order on every instruction set and in scalar code: neighbor sets must agree.
 HWY_INLINE FloatVec SquaredNorm(FloatVec x, FloatVec y, FloatVec z) {
@@ -38,50 +30,108 @@ HWY_INLINE FloatVec DistanceOutside(FloatVec q, FloatVec lo, FloatVec hi) {
   return hn::Max(hn::Max(hn::Sub(lo, q), hn::Sub(q, hi)), hn::Zero(FloatTag()));
 }
 
-// Lists the leaves whose box meets the closed ball around `query` as `b.near`, and where they are in `leaves` as
-// `b.near_positions`; returns their number.
-HWY_INLINE size_t CullLeaves(const LeafList& leaves, const float* query, float squared_radius,
-                             GroupScratch::Buffers& b) {
+// A query in all lanes.
+struct QueryVectors {
+  explicit HWY_INLINE QueryVectors(const float* query)
+      : x(hn::Set(FloatTag(), query[0])), y(hn::Set(FloatTag(), query[1])), z(hn::Set(FloatTag(), query[2])) {}
+  FloatVec x, y, z;
+};
+
+// Squared distances from the query to points i, i + 1, ... of a leaf.
+HWY_INLINE FloatVec SquaredDistances(const QueryVectors& query, const SpatialIndex::LeafPositions& points, size_t i) {
+  const FloatTag d;
+  return SquaredNorm(hn::Sub(hn::Load(d, points.x + i), query.x), hn::Sub(hn::Load(d, points.y + i), query.y),
+                     hn::Sub(hn::Load(d, points.z + i), query.z));
+}
+
+// Which of points with these squared distances and ids have at most the rank `last`. Ids decide, at its distance, if
+// kSplitsTies.
+template <bool kSplitsTies>
+HWY_INLINE FloatMask Inside(FloatVec squared, const int32_t* ids, const NeighborRank& last) {
   const FloatTag d;
   const IntTag di;
-  b.near.Reserve(leaves.padded_size() + LeafList::kPad);
-  b.near_positions.Reserve(leaves.padded_size() + LeafList::kPad);
-  auto* near = reinterpret_cast<int32_t*>(b.near.data());
-  auto* positions = reinterpret_cast<int32_t*>(b.near_positions.data());
-  const FloatVec qx = hn::Set(d, query[0]), qy = hn::Set(d, query[1]), qz = hn::Set(d, query[2]);
+  const FloatVec limit = hn::Set(d, last.squared_distance);
+  const FloatMask inside = hn::Le(squared, limit);
+  if constexpr (!kSplitsTies) return inside;
+  const FloatMask late = hn::RebindMask(d, hn::Gt(hn::Load(di, ids), hn::Set(di, last.id)));
+  return hn::AndNot(hn::And(late, hn::Eq(squared, limit)), inside);
+}
+
+// A vector of points of a leaf that may hold neighbors.
+struct NearPoints {
+  uint32_t leaf;     // of the index
+  size_t near;       // which of Neighborhood::leaves it is
+  size_t place;      // of the first of the points in the leaf
+  FloatVec squared;  // distances from the query
+};
+
+template <bool kSplitsTies, typename Visit>
+HWY_INLINE float ForEachInside(const SpatialIndex& index, const Neighborhood& found, Visit& visit) {
+  const FloatTag d;
+  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
+  FloatVec farthest = hn::Zero(d);
+  for (size_t j = 0; j < found.leaf_count; ++j) {
+    const uint32_t leaf = found.leaves[j];
+    for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
+      const FloatVec squared = hn::Load(d, found.squared_distances.data() + j * kLeaf + i);
+      const FloatMask inside = Inside<kSplitsTies>(squared, index.positions(leaf).id + i, found.last);
+      farthest = hn::Max(farthest, hn::IfThenElseZero(inside, squared));
+      visit(NearPoints{leaf, j, i, squared}, inside);
+    }
+  }
+  return hn::GetLane(hn::MaxOfLanes(d, farthest));
+}
+
+// Calls `visit(points, inside)` for each vector of points that may hold neighbors, in tree order, with the mask of
+// those that are; the mask may be empty. Returns the largest squared distance of a neighbor, 0 if there is none. This
+// is the only place that decides who is inside. A visit must be inlined: mark it HWY_INLINE, or a lambda CURVD_INLINED.
+#define CURVD_INLINED HWY_ATTR __attribute__((always_inline))
+template <typename Visit>
+HWY_INLINE float ForEachInside(const SpatialIndex& index, const Neighborhood& found, Visit& visit) {
+  return found.last.id == SpatialIndex::kPaddingId ? ForEachInside<false>(index, found, visit)
+                                                   : ForEachInside<true>(index, found, visit);
+}
+
+// Lists the leaves whose box meets the closed ball around `query`, and where they are in `leaves`.
+HWY_INLINE void CullLeaves(const LeafList& leaves, const float* query, float squared_radius, Neighborhood& found) {
+  const FloatTag d;
+  const IntTag di;
+  found.leaves.Reserve(leaves.padded_size() + LeafList::kPad);
+  found.positions.Reserve(leaves.padded_size() + LeafList::kPad);
+  auto* near = reinterpret_cast<int32_t*>(found.leaves.data());
+  auto* positions = reinterpret_cast<int32_t*>(found.positions.data());
+  const QueryVectors q(query);
   const FloatVec limit = hn::Set(d, squared_radius);
   size_t count = 0;
   for (size_t i = 0; i < leaves.size(); i += hn::Lanes(d)) {
-    const FloatVec x = DistanceOutside(qx, hn::Load(d, leaves.lo(0) + i), hn::Load(d, leaves.hi(0) + i));
-    const FloatVec y = DistanceOutside(qy, hn::Load(d, leaves.lo(1) + i), hn::Load(d, leaves.hi(1) + i));
-    const FloatVec z = DistanceOutside(qz, hn::Load(d, leaves.lo(2) + i), hn::Load(d, leaves.hi(2) + i));
+    const FloatVec x = DistanceOutside(q.x, hn::Load(d, leaves.lo(0) + i), hn::Load(d, leaves.hi(0) + i));
+    const FloatVec y = DistanceOutside(q.y, hn::Load(d, leaves.lo(1) + i), hn::Load(d, leaves.hi(1) + i));
+    const FloatVec z = DistanceOutside(q.z, hn::Load(d, leaves.lo(2) + i), hn::Load(d, leaves.hi(2) + i));
     const auto meets = hn::RebindMask(di, hn::Le(SquaredNorm(x, y, z), limit));
     const auto leaf = hn::Load(di, reinterpret_cast<const int32_t*>(leaves.leaves()) + i);
     hn::StoreU(hn::Compress(leaf, meets), di, near + count);
     hn::StoreU(hn::Compress(hn::Iota(di, static_cast<int32_t>(i)), meets), di, positions + count);
     count += hn::CountTrue(di, meets);
   }
-  return count;
+  found.leaf_count = count;
 }
 
-// Squared distances from `query` to the points of the listed leaves. Those within the ball also go to
+// Measures the distances from `query` to the points of the culled leaves. Those within the ball also go to
 // `inner_distances`, padded with infinity to a whole vector; returns their number.
 HWY_INLINE size_t MeasureDistances(const SpatialIndex& index, const float* query, float squared_radius,
-                                   size_t near_count, GroupScratch::Buffers& b) {
+                                   Neighborhood& found, ScratchArray<float>& inner_distances) {
   const FloatTag d;
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
-  b.squared_distances.Reserve(near_count * kLeaf);
-  b.inner_distances.Reserve(near_count * kLeaf + 2 * kLeaf);
-  const FloatVec qx = hn::Set(d, query[0]), qy = hn::Set(d, query[1]), qz = hn::Set(d, query[2]);
+  found.squared_distances.Reserve(found.leaf_count * kLeaf);
+  inner_distances.Reserve(found.leaf_count * kLeaf + 2 * kLeaf);
+  const QueryVectors q(query);
   const FloatVec limit = hn::Set(d, squared_radius);
-  float* inner = b.inner_distances.data();
-  for (size_t j = 0; j < near_count; ++j) {
-    const SpatialIndex::LeafPositions& points = index.positions(b.near[j]);
-    float* out = b.squared_distances.data() + j * kLeaf;
+  float* inner = inner_distances.data();
+  for (size_t j = 0; j < found.leaf_count; ++j) {
+    const SpatialIndex::LeafPositions& points = index.positions(found.leaves[j]);
+    float* out = found.squared_distances.data() + j * kLeaf;
     for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
-      const FloatVec squared =
-          SquaredNorm(hn::Sub(hn::Load(d, points.x + i), qx), hn::Sub(hn::Load(d, points.y + i), qy),
-                      hn::Sub(hn::Load(d, points.z + i), qz));
+      const FloatVec squared = SquaredDistances(q, points, i);
       hn::Store(squared, d, out + i);
       const FloatMask inside = hn::Le(squared, limit);
       hn::StoreU(hn::Compress(squared, inside), d, inner);
@@ -89,7 +139,7 @@ HWY_INLINE size_t MeasureDistances(const SpatialIndex& index, const float* query
     }
   }
   hn::StoreU(hn::Set(d, std::numeric_limits<float>::infinity()), d, inner);
-  return inner - b.inner_distances.data();
+  return inner - inner_distances.data();
 }
 
 // Number of values <= limit. REQUIRES: padded with infinity to a whole vector.
@@ -101,8 +151,7 @@ HWY_INLINE size_t CountAtMost(const float* values, size_t size, float limit) {
   return count;
 }
 
-// The lowest limit at which at least k of the values lie, unless exactly k lie below a higher one.
-// `at_most_below` is the number of values below the limit, for when more than k lie at most at it.
+// A limit at which at least k of some values lie: exactly k, or the lowest where ties leave no such limit.
 struct CountedLimit {
   float limit;
   size_t count;  // values <= limit
@@ -135,164 +184,91 @@ HWY_INLINE CountedLimit LimitByCounting(const float* values, size_t size, size_t
   return {std::bit_cast<float>(high_bits), high_count, low_count};
 }
 
-// Turns a limit with ties into a cutoff that keeps the lowest ids.
-HWY_NOINLINE inline Cutoff SplitTies(const SpatialIndex& index, const CountedLimit& counted, size_t k,
-                                     size_t near_count, GroupScratch::Buffers& b) {
-  b.tied_ids.clear();
-  for (size_t i = 0; i < near_count * SpatialIndex::kLeafSize; ++i) {
-    if (b.squared_distances[i] != counted.limit) continue;
-    b.tied_ids.push_back(index.positions(b.near[i / SpatialIndex::kLeafSize]).id[i % SpatialIndex::kLeafSize]);
+// Of more than k points at most at a limit, the rank of the k-th: ties go to the lowest ids.
+HWY_NOINLINE inline NeighborRank SplitTies(const SpatialIndex& index, const CountedLimit& counted, size_t k,
+                                           const Neighborhood& found, ScratchArray<int32_t>& tied_ids) {
+  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
+  size_t tied = 0;
+  for (size_t i = 0; i < found.leaf_count * kLeaf; ++i) {
+    if (found.squared_distances[i] != counted.limit) continue;
+    tied_ids.Reserve(tied + 1);
+    tied_ids[tied++] = index.positions(found.leaves[i / kLeaf]).id[i % kLeaf];
   }
-  const auto last = b.tied_ids.begin() + (k - counted.below - 1);
-  std::nth_element(b.tied_ids.begin(), last, b.tied_ids.end());
+  int32_t* last = tied_ids.data() + (k - counted.below - 1);
+  std::nth_element(tied_ids.data(), last, tied_ids.data() + tied);
   return {counted.limit, *last};
 }
 
-// Which of the points i, i + 1, ... of a leaf, at these squared distances, lie inside the cutoff.
-template <bool kSplitsTies>
-HWY_INLINE FloatMask Inside(const SpatialIndex& index, size_t leaf, size_t i, FloatVec squared, const Cutoff& cutoff) {
-  const FloatTag d;
-  const IntTag di;
-  const FloatVec limit = hn::Set(d, cutoff.limit);
-  const FloatMask inside = hn::Le(squared, limit);
-  if constexpr (!kSplitsTies) return inside;
-  const auto id = hn::Load(di, index.positions(leaf).id + i);
-  const FloatMask early = hn::RebindMask(d, hn::Lt(id, hn::Set(di, cutoff.last_id + 1)));
-  return hn::And(inside, hn::Or(early, hn::Lt(squared, limit)));
-}
-
-HWY_INLINE void StoreSums(FloatVec x, FloatVec y, FloatVec z, float sums[3]) {
-  float four[4];
-  StoreFourSums(x, y, z, hn::Zero(FloatTag()), four);
-  std::copy(four, four + 3, sums);
-}
-
-// Sums the neighbors' normals; padding adds nothing.
-HWY_INLINE void SumNormals(NeighborArrays& n) {
-  const FloatTag d;
-  FloatVec x = hn::Zero(d), y = hn::Zero(d), z = hn::Zero(d);
-  for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
-    x = hn::Add(x, hn::Load(d, n.nx.data() + j));
-    y = hn::Add(y, hn::Load(d, n.ny.data() + j));
-    z = hn::Add(z, hn::Load(d, n.nz.data() + j));
-  }
-  StoreSums(x, y, z, n.normal_sum);
-}
-
-// Collects the points inside the cutoff as neighbors of `query`, in tree order, padded with zeros to a whole vector.
-// Returns the largest squared distance.
-template <bool kSplitsTies>
-HWY_INLINE float CollectNeighbors(const SpatialIndex& index, const float* query, const Cutoff& cutoff, size_t count,
-                                  size_t near_count, GroupScratch::Buffers& b) {
-  const FloatTag d;
-  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
-  NeighborArrays& n = b.neighbors;
-  n.Reserve(count);
-  float *dx = n.dx.data(), *dy = n.dy.data(), *dz = n.dz.data();
-  float *nx = n.nx.data(), *ny = n.ny.data(), *nz = n.nz.data();
-  const FloatVec qx = hn::Set(d, query[0]), qy = hn::Set(d, query[1]), qz = hn::Set(d, query[2]);
-  FloatVec farthest = hn::Zero(d);
-  size_t out = 0;
-  for (size_t j = 0; j < near_count; ++j) {
-    const SpatialIndex::LeafPositions& points = index.positions(b.near[j]);
-    const SpatialIndex::LeafNormals& normals = index.normals(b.near[j]);
-    for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
-      const FloatVec squared = hn::Load(d, b.squared_distances.data() + j * kLeaf + i);
-      const FloatMask inside = Inside<kSplitsTies>(index, b.near[j], i, squared, cutoff);
-      const size_t kept = hn::CountTrue(d, inside);
-      if (kept == 0) continue;
-      farthest = hn::Max(farthest, hn::IfThenElseZero(inside, squared));
-      hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + i), qx), inside), d, dx + out);
-      hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.y + i), qy), inside), d, dy + out);
-      hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.z + i), qz), inside), d, dz + out);
-      hn::StoreU(hn::Compress(hn::Load(d, normals.x + i), inside), d, nx + out);
-      hn::StoreU(hn::Compress(hn::Load(d, normals.y + i), inside), d, ny + out);
-      hn::StoreU(hn::Compress(hn::Load(d, normals.z + i), inside), d, nz + out);
-      out += kept;
-    }
-  }
-  for (float* array : {dx, dy, dz, nx, ny, nz}) hn::StoreU(hn::Zero(d), d, array + out);
-  n.count = out;
-  SumNormals(n);
-  return hn::GetLane(hn::MaxOfLanes(d, farthest));
-}
-
-// Sums the normals of the points inside the cutoff; sets their number. Returns the largest squared distance.
-template <bool kSplitsTies>
-HWY_INLINE float SumNeighborNormals(const SpatialIndex& index, const Cutoff& cutoff, size_t near_count,
-                                    GroupScratch::Buffers& b) {
-  const FloatTag d;
-  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
-  FloatVec x = hn::Zero(d), y = hn::Zero(d), z = hn::Zero(d);
-  FloatVec farthest = hn::Zero(d);
-  size_t count = 0;
-  for (size_t j = 0; j < near_count; ++j) {
-    const SpatialIndex::LeafNormals& normals = index.normals(b.near[j]);
-    for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
-      const FloatVec squared = hn::Load(d, b.squared_distances.data() + j * kLeaf + i);
-      const FloatMask inside = Inside<kSplitsTies>(index, b.near[j], i, squared, cutoff);
-      count += hn::CountTrue(d, inside);
-      farthest = hn::Max(farthest, hn::IfThenElseZero(inside, squared));
-      x = AddWhere(inside, x, hn::Load(d, normals.x + i));
-      y = AddWhere(inside, y, hn::Load(d, normals.y + i));
-      z = AddWhere(inside, z, hn::Load(d, normals.z + i));
-    }
-  }
-  b.neighbors.count = count;
-  StoreSums(x, y, z, b.neighbors.normal_sum);
-  return hn::GetLane(hn::MaxOfLanes(d, farthest));
-}
-
-// What is wanted of a neighborhood, besides its size.
-enum class Wanted {
-  kNeighbors,  // the neighbors, and the sum of their normals
-  kNormalSum,  // the latter alone
-};
-
-template <Wanted kWanted, bool kSplitsTies>
-HWY_INLINE float CollectOrSum(const SpatialIndex& index, const float* query, const Cutoff& cutoff, size_t count,
-                              size_t near_count, GroupScratch::Buffers& b) {
-  if constexpr (kWanted == Wanted::kNormalSum) return SumNeighborNormals<kSplitsTies>(index, cutoff, near_count, b);
-  return CollectNeighbors<kSplitsTies>(index, query, cutoff, count, near_count, b);
-}
-
-template <Wanted kWanted>
-HWY_INLINE float Collect(const SpatialIndex& index, const float* query, const Cutoff& cutoff, size_t count,
-                         size_t near_count, GroupScratch::Buffers& b) {
-  b.near_count = near_count;
-  b.last_rank = {cutoff.limit, cutoff.last_id};
-  return cutoff.splits_ties() ? CollectOrSum<kWanted, true>(index, query, cutoff, count, near_count, b)
-                              : CollectOrSum<kWanted, false>(index, query, cutoff, count, near_count, b);
-}
-
-// Collects the K nearest points from the listed leaves, which hold every point within `squared_reach`. Returns the
-// largest squared distance, or a negative value if fewer than K points are that near. `squared_guess` only seeds.
-template <Wanted kWanted>
-HWY_INLINE float NearestInReach(const SpatialIndex& index, const LeafList& leaves, const float* query, size_t k,
-                                float squared_guess, float squared_reach, GroupScratch::Buffers& b) {
+// Finds the K nearest points in the listed leaves, which hold every point within `squared_reach`. Returns false if
+// fewer than K points are that near. `squared_guess` only seeds.
+HWY_INLINE bool NearestInReach(const SpatialIndex& index, const LeafList& leaves, const float* query, size_t k,
+                               float squared_guess, float squared_reach, SearchScratch& s) {
   float squared_radius = std::min(squared_guess, squared_reach);
-  size_t near_count = CullLeaves(leaves, query, squared_radius, b);
-  size_t inner = MeasureDistances(index, query, squared_radius, near_count, b);
+  CullLeaves(leaves, query, squared_radius, s.found);
+  size_t inner = MeasureDistances(index, query, squared_radius, s.found, s.inner_distances);
   if (inner < k && squared_radius < squared_reach) {
     squared_radius = squared_reach;
-    near_count = CullLeaves(leaves, query, squared_radius, b);
-    inner = MeasureDistances(index, query, squared_radius, near_count, b);
+    CullLeaves(leaves, query, squared_radius, s.found);
+    inner = MeasureDistances(index, query, squared_radius, s.found, s.inner_distances);
   }
-  if (inner < k) return -1.0f;
-  const CountedLimit counted = LimitByCounting(b.inner_distances.data(), inner, k, squared_radius);
-  const Cutoff cutoff = counted.count == k ? Cutoff{counted.limit} : SplitTies(index, counted, k, near_count, b);
-  return Collect<kWanted>(index, query, cutoff, k, near_count, b);
+  if (inner < k) return false;
+  const CountedLimit counted = LimitByCounting(s.inner_distances.data(), inner, k, squared_radius);
+  s.found.count = k;
+  s.found.last = {counted.limit, SpatialIndex::kPaddingId};
+  if (counted.count != k) s.found.last = SplitTies(index, counted, k, s.found, s.tied_ids);
+  return true;
 }
 
-// The same by descent of the tree, for any surroundings.
-template <Wanted kWanted>
-HWY_NOINLINE float NearestByDescent(const SpatialIndex& index, const float* query, size_t k, GroupScratch::Buffers& b) {
-  const NeighborRank last = KthNeighbor(index, query, k, b.heap);
-  const Box point{{query[0], query[1], query[2]}, {query[0], query[1], query[2]}};
-  GatherLeaves(index, point, last.squared_distance, index.leaf_count(), b.own_leaves);
-  const size_t near_count = CullLeaves(b.own_leaves, query, last.squared_distance, b);
-  MeasureDistances(index, query, last.squared_distance, near_count, b);
-  return Collect<kWanted>(index, query, {last.squared_distance, last.id}, k, near_count, b);
+// Measures the distances to the points of a leaf, and keeps the leaf if one of them has at most the rank `found.last`.
+HWY_INLINE void KeepIfInside(const SpatialIndex& index, uint32_t leaf, const QueryVectors& query, SearchScratch& s) {
+  const FloatTag d;
+  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
+  Neighborhood& found = s.found;
+  const SpatialIndex::LeafPositions& points = index.positions(leaf);
+  found.squared_distances.Reserve((found.leaf_count + 1) * kLeaf);
+  float* out = found.squared_distances.data() + found.leaf_count * kLeaf;
+  size_t members = 0;
+  for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
+    const FloatVec squared = SquaredDistances(query, points, i);
+    hn::Store(squared, d, out + i);
+    members += hn::CountTrue(d, Inside<true>(squared, points.id + i, found.last));
+  }
+  if (members == 0) return;
+  found.leaves.Reserve(found.leaf_count + 1);
+  found.positions.Reserve(found.leaf_count + 1);
+  found.leaves[found.leaf_count] = leaf;
+  found.positions[found.leaf_count] = static_cast<uint32_t>(found.leaf_count);
+  ++found.leaf_count;
+  found.count += members;
+  s.query_leaves.Add(index, leaf);
+}
+
+// Finds the points of at most the rank `last` by a descent of the tree, for any surroundings, and lists the leaves with
+// such points as `s.query_leaves`. Stops once they are more than `max_count`: returns false, with s.found.count above
+// it.
+HWY_NOINLINE inline bool FindByDescent(const SpatialIndex& index, const float* query, const NeighborRank& last,
+                                       size_t max_count, SearchScratch& s) {
+  const FloatTag d;
+  s.found.last = last;
+  s.found.count = s.found.leaf_count = 0;
+  s.query_leaves.Clear();
+  const QueryVectors q(query);
+  const ReachTest meets({{query[0], query[1], query[2]}, {query[0], query[1], query[2]}}, last.squared_distance);
+  const auto enters = [&](const TreeNode& node) {
+    return !(last < NeighborRank{SquaredDistance(query, node.box), node.min_id});
+  };
+  WalkLeaves(index, enters, [&](uint32_t first, uint32_t count) HWY_ATTR {
+    for (uint32_t i = 0; i < count; i += static_cast<uint32_t>(hn::Lanes(d))) {
+      const FloatMask near = hn::And(meets.LeavesFrom(index, first + i), hn::FirstN(d, count - i));
+      for (uint64_t bits = BitsFromMask(near); bits != 0; bits &= bits - 1) {
+        KeepIfInside(index, first + i + static_cast<uint32_t>(std::countr_zero(bits)), q, s);
+        if (s.found.count > max_count) return false;
+      }
+    }
+    return true;
+  });
+  s.query_leaves.Pad();
+  return s.found.count <= max_count;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -33,7 +33,7 @@ Admission::Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max
       small_(memory_bytes / kSmallLaneShare, max_waiting),
       large_(memory_bytes - memory_bytes / kSmallLaneShare, max_waiting) {}
 
-uint64_t Admission::CallBytes(uint64_t points, ScalarType type, EstimatorKind estimator, bool more_may_follow) const {
+uint64_t Admission::CallBytes(uint64_t points, ScalarType type, std::string_view estimator, bool more_may_follow) const {
   const uint64_t point_bytes = 6 * ScalarBytes(type);
   const uint64_t chunk = more_may_follow ? max_chunk_bytes_ : std::min(max_chunk_bytes_, points * point_bytes);
   return kFixedCallBytes + points * EstimationBytesPerPoint(estimator) + kChunkCopies * chunk +
@@ -45,7 +45,7 @@ uint64_t Admission::SendingBytes(uint64_t points) const {
 }
 
 absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Admission::Enter(uint64_t point_count, ScalarType type,
-                                                                            EstimatorKind estimator) {
+                                                                            std::string_view estimator) {
   const uint64_t bytes = CallBytes(point_count, type, estimator, point_count == 0);
   if (bytes > large_.limit()) {
     return MakeError(absl::StatusCode::kResourceExhausted,

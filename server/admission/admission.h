@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string_view>
 
 #include "absl/status/statusor.h"
 #include "core/cloud/cloud.h"
@@ -23,14 +24,14 @@ class Admission {
 
   // Bytes that a call with `points` points holds at its peak: cloud, index, results and messages in flight.
   // `more_may_follow`: another chunk may be on its way, and be larger than what was sent so far.
-  uint64_t CallBytes(uint64_t points, ScalarType type, EstimatorKind estimator, bool more_may_follow) const;
+  uint64_t CallBytes(uint64_t points, ScalarType type, std::string_view estimator, bool more_may_follow) const;
   // Bytes that it holds while it sends its results.
   uint64_t SendingBytes(uint64_t points) const;
 
   // An empty reservation in the lane for a call with `point_count` points (0: unknown). RESOURCE_EXHAUSTED if it could
   // never be granted. The reservation must not outlive this object.
   absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Enter(uint64_t point_count, ScalarType type,
-                                                                   EstimatorKind estimator);
+                                                                   std::string_view estimator);
 
   uint64_t limit() const { return small_.limit() + large_.limit(); }
   uint64_t reserved() const { return small_.reserved() + large_.reserved(); }

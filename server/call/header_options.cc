@@ -2,11 +2,14 @@
 
 #include <array>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "server/call/wire_estimators.h"
+#include "core/estimators/strategies.h"
+#include "server/call/wire_options.h"
+#include "server/call/wire_strategies.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
 
@@ -22,15 +25,15 @@ absl::Status InvalidOption(std::string field, std::string value, std::string lim
                    {kReasonInvalidOption, std::move(field), std::move(value), std::move(limit), {}});
 }
 
-absl::Status ResolveEstimator(v1::Estimator proto, EstimatorKind& kind) {
+absl::Status ResolveEstimator(v1::Estimator proto, std::string_view& estimator) {
   if (proto == v1::ESTIMATOR_UNSPECIFIED) return absl::OkStatus();
-  for (const WireEstimator& name : kWireEstimators) {
-    if (name.proto != proto) continue;
-    kind = name.kind;
-    return absl::OkStatus();
+  const Strategy* strategy = StrategyOf(proto);
+  if (strategy == nullptr) {
+    return InvalidOption("header.options.estimator", absl::StrCat(static_cast<int>(proto)),
+                         "a value of curvature.v1.Estimator that this server knows");
   }
-  return InvalidOption("header.options.estimator", absl::StrCat(static_cast<int>(proto)),
-                       "a value of curvature.v1.Estimator that this server knows");
+  estimator = strategy->name;
+  return absl::OkStatus();
 }
 
 absl::Status ResolveNeighborhood(const v1::EstimatorOptions& proto, const CallLimits& limits,
@@ -63,32 +66,7 @@ absl::Status ResolveEstimatorOptions(const v1::EstimatorOptions& proto, const Ca
                                      EstimatorOptions& options) {
   if (absl::Status status = ResolveEstimator(proto.estimator(), options.estimator); !status.ok()) return status;
   if (absl::Status status = ResolveNeighborhood(proto, limits, options); !status.ok()) return status;
-  if (proto.triangle_count() > kMaxTriangleCount) {
-    return InvalidOption("header.options.triangle_count", absl::StrCat(proto.triangle_count()),
-                         absl::StrCat("at most ", kMaxTriangleCount));
-  }
-  if (proto.triangle_count() != 0) options.triangle_count = proto.triangle_count();
-  if (proto.rotation_count() > kMaxRotations) {
-    return InvalidOption("header.options.rotation_count", absl::StrCat(proto.rotation_count()),
-                         absl::StrCat("at most ", kMaxRotations));
-  }
-  if (proto.rotation_count() != 0) options.rotation_count = proto.rotation_count();
-  if (proto.jet_degree() != 0) {
-    if (proto.jet_degree() < kMinJetDegree || proto.jet_degree() > kMaxJetDegree) {
-      return InvalidOption("header.options.jet_degree", absl::StrCat(proto.jet_degree()),
-                           absl::StrCat("from ", kMinJetDegree, " to ", kMaxJetDegree));
-    }
-    options.jet_degree = proto.jet_degree();
-  }
-  options.even_weights = proto.even_weights();
-  options.seed = proto.seed();
-  if (proto.has_average_normal_weight()) {
-    const double weight = proto.average_normal_weight();
-    if (!(weight >= 0.0 && weight <= 1.0)) {
-      return InvalidOption("header.options.average_normal_weight", absl::StrCat(weight), "in [0, 1]");
-    }
-    options.average_normal_weight = weight;
-  }
+  if (absl::Status status = ReadOptions(proto, options); !status.ok()) return status;
   absl::Status status = options.Validate();
   if (!status.ok()) return WithDetail(std::move(status), {kReasonInvalidOption, "header.options", "", "", {}});
   return status;
@@ -224,20 +202,13 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
   accepted->set_request_id(request_id);
   FillLimits(limits, accepted->mutable_limits());
   v1::EstimatorOptions* proto = accepted->mutable_options();
-  for (const WireEstimator& name : kWireEstimators) {
-    if (name.kind == options.estimator.estimator) proto->set_estimator(name.proto);
-  }
+  proto->set_estimator(WireEstimator(*FindStrategy(options.estimator.estimator)));
   if (const auto* radius = std::get_if<NeighborRadius>(&options.estimator.neighborhood)) {
     proto->set_radius(radius->radius);
   } else {
     proto->set_neighbor_count(std::get<NeighborCount>(options.estimator.neighborhood).count);
   }
-  proto->set_triangle_count(options.estimator.triangle_count);
-  proto->set_rotation_count(options.estimator.rotation_count);
-  proto->set_jet_degree(options.estimator.jet_degree);
-  proto->set_even_weights(options.estimator.even_weights);
-  proto->set_seed(options.estimator.seed);
-  proto->set_average_normal_weight(options.estimator.average_normal_weight);
+  WriteOptions(options.estimator, *proto);
   QuantitySet set = options.quantities;
   for (int quantity = v1::QUANTITY_MEAN_CURVATURE; quantity <= v1::QUANTITY_RADIUS; ++quantity) {
     if (*QuantityFlag(quantity, set)) accepted->add_quantities(static_cast<v1::Quantity>(quantity));
@@ -253,7 +224,10 @@ void FillLimits(const CallLimits& limits, v1::ServerLimits* proto) {
 }
 
 void FillEstimators(v1::GetServerInfoResponse* info) {
-  for (const WireEstimator& name : kWireEstimators) info->add_estimators(name.proto);
+  for (const Strategy* strategy : Strategies()) {
+    const v1::Estimator estimator = WireEstimator(*strategy);
+    if (estimator != v1::ESTIMATOR_UNSPECIFIED) info->add_estimators(estimator);
+  }
 }
 
 }  // namespace curvd

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/estimators/random_stream.h"
+#include "core/estimators/triangles/random_stream.h"
 #include "core/index/index_builder.h"
 
 namespace curvd::testing {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/estimators/random_stream.h"
+#include "core/estimators/triangles/random_stream.h"
 
 namespace curvd::testing {
 namespace {

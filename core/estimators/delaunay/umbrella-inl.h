@@ -14,9 +14,9 @@
 
 #include "core/estimators/delaunay/delaunay_star-inl.h"
 #include "core/estimators/delaunay/umbrella.h"
-#include "core/estimators/group-inl.h"
-#include "core/estimators/group_buffers.h"
-#include "core/search/neighborhood-inl.h"
+#include "core/estimators/group_points-inl.h"
+#include "core/estimators/group_scratch.h"
+#include "core/search/group_search-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -36,36 +36,42 @@ struct UmbrellaCandidates {
   int count;
 };
 
-HWY_INLINE void CollectCandidates(const SpatialIndex& index, const GroupScratch::Buffers& b, size_t i,
-                                  UmbrellaCandidates& out) {
-  const FloatTag d;
-  const IntTag di;
-  constexpr int32_t kLeaf = SpatialIndex::kLeafSize;
-  const FloatVec qx = hn::Set(d, b.query.x[i]), qy = hn::Set(d, b.query.y[i]), qz = hn::Set(d, b.query.z[i]);
-  const FloatVec limit = hn::Set(d, b.last_rank.squared_distance);
-  const auto last_id = hn::Set(di, b.last_rank.id);
-  out.count = 0;
-  for (size_t j = 0; j < b.near_count; ++j) {
-    const SpatialIndex::LeafPositions& points = index.positions(b.near[j]);
-    const int32_t first = static_cast<int32_t>(b.near[j]) * kLeaf;
-    for (int32_t lane = 0; lane < kLeaf; lane += static_cast<int32_t>(hn::Lanes(d))) {
-      const FloatVec squared = hn::Load(d, b.squared_distances.data() + j * kLeaf + lane);
-      const auto id = hn::Load(di, points.id + lane);
-      const FloatMask tied = hn::AndNot(hn::RebindMask(d, hn::Gt(id, last_id)), hn::Eq(squared, limit));
-      const FloatMask inside = hn::Or(hn::Lt(squared, limit), tied);
-      const size_t kept = hn::CountTrue(d, inside);
-      if (kept == 0) continue;
-      hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + lane), qx), inside), d, out.dx + out.count);
-      hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.y + lane), qy), inside), d, out.dy + out.count);
-      hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.z + lane), qz), inside), d, out.dz + out.count);
-      const auto inside_ids = hn::RebindMask(di, inside);
-      hn::StoreU(hn::Compress(hn::Iota(di, first + lane), inside_ids), di, out.slot + out.count);
-      hn::StoreU(hn::Compress(id, inside_ids), di, out.id + out.count);
-      out.count += static_cast<int>(kept);
-    }
+// A visitor of GroupSearch that collects the neighbors of query[0..2] as candidates.
+class CandidateCollector {
+ public:
+  CandidateCollector(const SpatialIndex& index, const float* query, UmbrellaCandidates& out)
+      : index_(&index), query_(query), out_(&out) {}
+
+  HWY_INLINE void Start(size_t) { count_ = 0; }
+  HWY_INLINE void operator()(const NearPoints& near, FloatMask inside) {
+    const FloatTag d;
+    const IntTag di;
+    const size_t kept = hn::CountTrue(d, inside);
+    if (kept == 0) return;
+    const SpatialIndex::LeafPositions& points = index_->positions(near.leaf);
+    const QueryVectors q(query_);
+    const size_t lane = near.place;
+    hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + lane), q.x), inside), d, out_->dx + count_);
+    hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.y + lane), q.y), inside), d, out_->dy + count_);
+    hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.z + lane), q.z), inside), d, out_->dz + count_);
+    const auto inside_ids = hn::RebindMask(di, inside);
+    const auto first = static_cast<int32_t>(near.leaf * SpatialIndex::kLeafSize + lane);
+    hn::StoreU(hn::Compress(hn::Iota(di, first), inside_ids), di, out_->slot + count_);
+    hn::StoreU(hn::Compress(hn::Load(di, points.id + lane), inside_ids), di, out_->id + count_);
+    count_ += static_cast<int>(kept);
   }
-  for (float* offsets : {out.dx, out.dy, out.dz}) hn::StoreU(hn::Zero(d), d, offsets + out.count);
-}
+  HWY_INLINE void Finish() {
+    const FloatTag d;
+    for (float* offsets : {out_->dx, out_->dy, out_->dz}) hn::StoreU(hn::Zero(d), d, offsets + count_);
+    out_->count = count_;
+  }
+
+ private:
+  const SpatialIndex* index_;
+  const float* query_;
+  UmbrellaCandidates* out_;
+  int count_ = 0;
+};
 
 // Two axes of the tangent plane that with the normal make a right-handed frame.
 struct PlaneAxes {
@@ -121,34 +127,36 @@ HWY_INLINE bool Project(const UmbrellaCandidates& neighbors, const PlaneAxes& ax
   return lower;
 }
 
-// The umbrella of point i, whose neighbors were just found. Of points that coincide only the one with the lowest id has
-// one; the others' triangles would cover the same surface again.
-HWY_NOINLINE inline void SetUmbrella(const SpatialIndex& index, const GroupScratch::Buffers& b, size_t i,
+// The umbrella of a point with this id and normal. Of points that coincide only the one with the lowest id has one; the
+// others' triangles would cover the same surface again.
+HWY_NOINLINE inline void SetUmbrella(const UmbrellaCandidates& neighbors, int32_t own_id, const float* normal,
                                      Umbrella& umbrella) {
   std::fill(std::begin(umbrella.rim), std::end(umbrella.rim), Umbrella::kNone);
-  UmbrellaCandidates neighbors;
-  CollectCandidates(index, b, i, neighbors);
   DelaunayStar star;
   star.count = neighbors.count;
   star.id = neighbors.id;
-  star.own_id = b.id[i];
-  const float normal[3] = {b.normal.x[i], b.normal.y[i], b.normal.z[i]};
+  star.own_id = own_id;
   if (Project(neighbors, AxesOf(normal), star)) return;
   int rim[Umbrella::kMaxRim];
   const int size = star.Walk(rim);
   for (int corner = 0; corner < size; ++corner) umbrella.rim[corner] = neighbors.slot[rim[corner]];
 }
 
-void BuildUmbrellasKernel(const SpatialIndex& index, const EstimationPlan& plan, size_t group, GroupScratch& scratch,
-                          Umbrella* umbrellas) {
-  GroupScratch::Buffers& b = scratch.buffers();
-  const Box box = LoadGroup(index, group, b);
-  GroupSearch<Wanted::kNormalSum> search(index, plan, box, b);
-  for (size_t i = 0; i < b.size; ++i) {
-    search.Find(i);
-    SetUmbrella(index, b, i, umbrellas[group * SpatialIndex::kGroupPoints + i]);
+// Sets the rims of the umbrellas of all points of a group, also of those that get no result. `umbrellas` holds those of
+// the whole cloud, by place in the tree order.
+inline void BuildUmbrellasKernel(const SpatialIndex& index, const SearchPlan& plan, size_t group, GroupScratch& s,
+                                 Umbrella* umbrellas) {
+  LoadGroup<true>(index, group, s.points);
+  GroupSearch search(index, plan, s.points.box, s.search);
+  UmbrellaCandidates candidates;
+  float query[3], normal[3];
+  for (size_t i = 0; i < s.points.size; ++i) {
+    s.points.query.Get(i, query);
+    s.points.normal.Get(i, normal);
+    search.Find(query, CandidateCollector(index, query, candidates));
+    SetUmbrella(candidates, s.points.rank[i], normal, umbrellas[s.points.place[i]]);
   }
-  b.reach_hint = search.largest_squared_radius();
+  search.PassOn();
 }
 
 }  // namespace HWY_NAMESPACE

@@ -5,12 +5,16 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/estimators/group_scratch.h"
+#include "core/index/spatial_index.h"
+#include "core/search/search_plan.h"
+
 namespace curvd {
 
 // Neighbors that an umbrella is made from, the point itself not counted.
 inline constexpr int kUmbrellaNeighbors = 30;
 
-// One cache line. Points are named by their slot: leaf * SpatialIndex::kLeafSize + place in the leaf.
+// One cache line. Points are named by their slot in the tree order: leaf * SpatialIndex::kLeafSize + place in the leaf.
 struct alignas(64) Umbrella {
   static constexpr int kMaxRim = 15;
   static constexpr int kMaxTriangles = kMaxRim - 1;
@@ -27,6 +31,14 @@ struct alignas(64) Umbrella {
   int Occurrences(int triangle) const { return static_cast<int>(occurrences >> (2 * triangle) & 3); }
 };
 static_assert(sizeof(Umbrella) == 64);
+
+// The search for the neighbors that umbrellas are made from.
+SearchPlan UmbrellaSearch(const SpatialIndex& index);
+
+// Sets the rims of the umbrellas of the points of group `group`; `umbrellas` holds those of the whole cloud, by slot.
+// Thread-safe for distinct scratch and groups.
+void BuildUmbrellas(const SpatialIndex& index, const SearchPlan& plan, size_t group, GroupScratch& scratch,
+                    Umbrella* umbrellas);
 
 // Sets the occurrences of the triangles of the umbrellas at slots [first, last). The rims of all must be complete.
 // Thread-safe for distinct slots.

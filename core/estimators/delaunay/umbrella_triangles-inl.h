@@ -11,10 +11,9 @@
 #endif
 
 #include <algorithm>
-#include <limits>
 
+#include "core/estimators/delaunay/delaunay_scratch.h"
 #include "core/estimators/delaunay/umbrella_triangles.h"
-#include "core/estimators/group_buffers.h"
 #include "core/estimators/measures-inl.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
@@ -85,13 +84,13 @@ HWY_INLINE void MeasureGathered(UmbrellaTriangles& triangles) {
       const UmbrellaTriangles::Triangle& triangle = triangles.triangle(t + lane);
       batch.weight[lane] = triangle.occurrences * (1.0f / 3.0f);
       for (int c = 0; c < 3; ++c) {
-        const float* values = triangles.corners[triangle.place[c]].values;
+        const float* values = triangles.corners()[triangle.place[c]].values;
         for (int component = 0; component < 6; ++component) batch.corner[c][component][lane] = values[component];
       }
     }
     MeasureBatch(batch);
     for (size_t lane = 0; lane < lanes; ++lane) {
-      float* out = triangles.measures[t + lane].values;
+      float* out = triangles.measures()[t + lane].values;
       for (int m = 0; m < 8; ++m) out[m] = batch.measure[m][lane];
     }
   }
@@ -103,38 +102,34 @@ HWY_INLINE void LoadCorners(const SpatialIndex& index, const LeafList& leaves, U
     const SpatialIndex::LeafPositions& points = index.positions(leaves.leaf(i));
     const SpatialIndex::LeafNormals& normals = index.normals(leaves.leaf(i));
     for (size_t lane = 0; lane < kLeaf; ++lane) {
-      triangles.corners[i * kLeaf + lane] = {
+      triangles.corners()[i * kLeaf + lane] = {
           {points.x[lane], points.y[lane], points.z[lane], normals.x[lane], normals.y[lane], normals.z[lane]}};
     }
   }
 }
 
-// Sets the weight of each neighbor as a corner: 1/3 at the point, less by `falloff` of it at the squared radius. Keeps
+// Sets the weight of each neighbor as a corner: 1/3 at the point, less by `falloff` of it at the squared radius. Lists
 // the positions of the leaves with neighbors; returns their number.
-HWY_INLINE size_t WeighNeighbors(const SpatialIndex& index, float squared_radius, float falloff,
-                                 GroupScratch::Buffers& b) {
+HWY_INLINE size_t WeighNeighbors(const SpatialIndex& index, const Neighborhood& found, float squared_radius,
+                                 float falloff, UmbrellaTriangles& triangles, ScratchArray<uint32_t>& positions) {
   const FloatTag d;
-  const IntTag di;
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
-  const FloatVec limit = hn::Set(d, b.last_rank.squared_distance);
-  const auto last_id = hn::Set(di, b.last_rank.id);
   const FloatVec third = hn::Set(d, 1.0f / 3.0f), loss = hn::Set(d, falloff / 3.0f);
   const FloatVec rim = hn::Set(d, squared_radius);
-  const FloatVec none = hn::Set(d, -std::numeric_limits<float>::infinity());
+  const FloatVec none = hn::Set(d, UmbrellaTriangles::kNoNeighbor);
+  positions.Reserve(found.leaf_count);
+  float* weights = triangles.weights();
+  uint32_t* listed = positions.data();
   size_t count = 0;
-  for (size_t j = 0; j < b.near_count; ++j) {
-    const uint32_t leaf = b.near[j], position = b.near_positions[j];
-    size_t members = 0;
-    for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
-      const FloatVec squared = hn::Load(d, b.squared_distances.data() + j * kLeaf + i);
-      const auto late = hn::RebindMask(d, hn::Gt(hn::Load(di, index.positions(leaf).id + i), last_id));
-      const FloatMask inside = hn::Or(hn::Lt(squared, limit), hn::AndNot(late, hn::Eq(squared, limit)));
-      hn::Store(hn::IfThenElse(inside, hn::NegMulAdd(hn::Div(squared, rim), loss, third), none), d,
-                b.triangles.weights.data() + position * kLeaf + i);
-      members += hn::CountTrue(d, inside);
-    }
-    if (members > 0) b.near_positions[count++] = position;
-  }
+  const auto weigh = [&](const NearPoints& near, FloatMask inside) CURVD_INLINED {
+    const FloatTag tag;
+    if (hn::AllFalse(tag, inside)) return;
+    const uint32_t position = found.positions[near.near];
+    const FloatVec weight = hn::NegMulAdd(hn::Div(near.squared, rim), loss, third);
+    hn::Store(hn::IfThenElse(inside, weight, none), tag, weights + position * kLeaf + near.place);
+    if (count == 0 || listed[count - 1] != position) listed[count++] = position;
+  };
+  ForEachInside(index, found, weigh);
   return count;
 }
 
@@ -144,7 +139,7 @@ HWY_INLINE TriangleMeasures SumNeighborTriangles(const UmbrellaTriangles& triang
                                                  size_t count) {
   const MeasuresTag d;
   constexpr size_t kParts = sizeof(TriangleMeasures) / sizeof(float) / hn::MaxLanes(MeasuresTag());
-  const float* weights = triangles.weights.data();
+  const float* weights = triangles.weights();
   hn::Vec<MeasuresTag> total[kParts];
   for (auto& part : total) part = hn::Zero(d);
   for (size_t j = 0; j < count; ++j) {
@@ -156,7 +151,7 @@ HWY_INLINE TriangleMeasures SumNeighborTriangles(const UmbrellaTriangles& triang
       // The mean of the corners' weights over the triangle; nothing where one is no neighbor.
       const float mean = weights[place[0]] + weights[place[1]] + weights[place[2]];
       const auto weight = hn::Set(d, std::max(mean, 0.0f));
-      const float* measures = triangles.measures[t].values;
+      const float* measures = triangles.measures()[t].values;
       for (size_t part = 0; part < kParts; ++part) {
         sum[part] = hn::MulAdd(weight, hn::Load(d, measures + part * hn::MaxLanes(d)), sum[part]);
       }
@@ -177,38 +172,41 @@ HWY_INLINE float TiltFactor(float spread, float mean, float half_difference_squa
 }
 
 // The measures of point i, of lengths in units of rho, with the tensor in its tangent frame.
-HWY_INLINE void StoreMeasures(const TriangleMeasures& m, float spread, size_t i, GroupScratch::Buffers& b) {
-  const float u[3] = {b.u.x[i], b.u.y[i], b.u.z[i]}, v[3] = {b.v.x[i], b.v.y[i], b.v.z[i]};
+HWY_INLINE void StoreMeasures(const TriangleMeasures& m, float spread, const GroupFrames& frames, size_t i,
+                              GroupMeasures& out) {
+  float u[3], v[3];
+  frames.u.Get(i, u);
+  frames.v.Get(i, v);
   const auto tensor = [&m](const float* a, const float* c) {
     return m.xx() * a[0] * c[0] + m.yy() * a[1] * c[1] + m.zz() * a[2] * c[2] + m.xy() * (a[0] * c[1] + a[1] * c[0]) +
            m.yz() * (a[1] * c[2] + a[2] * c[1]) + m.zx() * (a[2] * c[0] + a[0] * c[2]);
   };
-  const float per_rho = 1.0f / b.rho[i];
+  const float per_rho = 1.0f / frames.rho[i];
   const float area = m.area() * per_rho * per_rho, mean = 0.5f * (m.xx() + m.yy() + m.zz()) * per_rho;
   const float uu = tensor(u, u) * per_rho, uv = tensor(u, v) * per_rho, vv = tensor(v, v) * per_rho;
   const float difference = 0.5f * (uu - vv);
   const float tilt = TiltFactor(spread, mean / area, (difference * difference + uv * uv) / (area * area));
-  b.measures.area[i] = area;
-  b.measures.mean[i] = mean;
-  b.measures.gaussian[i] = m.gaussian();
-  b.measures.tensor_uu[i] = uu * tilt;
-  b.measures.tensor_uv[i] = uv * tilt;
-  b.measures.tensor_vv[i] = vv * tilt;
+  out.area[i] = area;
+  out.mean[i] = mean;
+  out.gaussian[i] = m.gaussian();
+  out.tensor_uu[i] = uu * tilt;
+  out.tensor_uv[i] = uv * tilt;
+  out.tensor_vv[i] = vv * tilt;
 }
 
 // Measures the umbrella triangles around point i, whose neighbors were just found in `leaves`.
-HWY_NOINLINE inline void MeasureUmbrellas(const SpatialIndex& index, const EstimationPlan& plan, const LeafList& leaves,
-                                          GroupScratch::Buffers& b, size_t i) {
-  if (b.triangles.Gather(index, plan.umbrellas, leaves)) {
-    LoadCorners(index, leaves, b.triangles);
-    MeasureGathered(b.triangles);
+HWY_NOINLINE inline void MeasureUmbrellas(const SpatialIndex& index, const DelaunayPlan& plan, const LeafList& leaves,
+                                          size_t i, DelaunayScratch& s) {
+  if (s.triangles.Gather(index, plan.umbrellas, leaves)) {
+    LoadCorners(index, leaves, s.triangles);
+    MeasureGathered(s.triangles);
   }
-  const size_t count = WeighNeighbors(index, b.rho[i] * b.rho[i], plan.falloff, b);
-  StoreMeasures(SumNeighborTriangles(b.triangles, b.near_positions.data(), count), plan.spread, i, b);
+  const float rho = s.frames.rho[i];
+  const size_t count = WeighNeighbors(index, s.search.found, rho * rho, plan.falloff, s.triangles, s.positions);
+  StoreMeasures(SumNeighborTriangles(s.triangles, s.positions.data(), count), plan.spread, s.frames, i, s.measures);
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
   for (size_t j = 0; j < count; ++j) {
-    std::fill_n(b.triangles.weights.data() + b.near_positions[j] * kLeaf, kLeaf,
-                -std::numeric_limits<float>::infinity());
+    std::fill_n(s.triangles.weights() + s.positions[j] * kLeaf, kLeaf, UmbrellaTriangles::kNoNeighbor);
   }
 }
 

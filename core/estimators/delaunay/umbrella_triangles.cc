@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <limits>
 
 namespace curvd {
 
@@ -14,9 +13,9 @@ bool UmbrellaTriangles::Gather(const SpatialIndex& index, const Umbrella* umbrel
   SetPositions(leaves);
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
   const size_t places = leaf_count_ * kLeaf;
-  weights.Reserve(places);
-  std::fill_n(weights.data(), places, -std::numeric_limits<float>::infinity());
-  corners.Reserve(places);
+  weights_.Reserve(places);
+  std::fill_n(weights_.data(), places, kNoNeighbor);
+  corners_.Reserve(places);
   first_.Reserve(leaf_count_ + 1);
   size_ = 0;
   for (size_t i = 0; i < leaf_count_; ++i) {
@@ -29,8 +28,21 @@ bool UmbrellaTriangles::Gather(const SpatialIndex& index, const Umbrella* umbrel
     }
   }
   first_[leaf_count_] = static_cast<uint32_t>(size_);
-  measures.Reserve(size_);
+  measures_.Reserve(size_);
   return true;
+}
+
+size_t UmbrellaTriangles::bytes() const {
+  return positions_.bytes() + first_.bytes() + triangles_.bytes() + measures_.bytes() + corners_.bytes() +
+         weights_.bytes();
+}
+
+size_t UmbrellaTriangles::MostBytes(size_t leaves) {
+  const size_t places = leaves * SpatialIndex::kLeafSize, triangles = places * Umbrella::kMaxTriangles;
+  return ScratchArray<Position>::MostBytes(std::bit_ceil(2 * leaves + 1)) +
+         ScratchArray<uint32_t>::MostBytes(leaves + 1) + ScratchArray<Triangle>::MostBytes(triangles) +
+         ScratchArray<TriangleMeasures>::MostBytes(triangles) + ScratchArray<TriangleCorner>::MostBytes(places) +
+         ScratchArray<float>::MostBytes(places);
 }
 
 void UmbrellaTriangles::SetPositions(const LeafList& leaves) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "core/base/scratch_array.h"
 #include "core/estimators/delaunay/umbrella.h"
@@ -33,7 +34,9 @@ struct TriangleCorner {
 
 // All distinct triangles whose corners lie in the leaves of a list. Points go by their place: position of the leaf in
 // the list * SpatialIndex::kLeafSize + place in the leaf.
-// Not thread-safe.
+//
+// Gather makes the triangles; the kernel that calls it then sets corners() of all places and measures() of all
+// triangles. From then on they are read only, until Gather makes others. Not thread-safe.
 class UmbrellaTriangles {
  public:
   struct Triangle {
@@ -41,8 +44,8 @@ class UmbrellaTriangles {
     float occurrences;
   };
 
-  // Replaces the triangles by those of another list, unless it is the last one. Measures are for the caller to set.
-  // Returns whether it did.
+  // Makes the triangles of a list, unless they are there already: returns whether it did. All weights are then those of
+  // no neighbor. REQUIRES: `umbrellas`, by place in the tree order, have their occurrences counted.
   bool Gather(const SpatialIndex& index, const Umbrella* umbrellas, const LeafList& leaves);
 
   size_t leaf_count() const { return leaf_count_; }
@@ -51,11 +54,21 @@ class UmbrellaTriangles {
   uint32_t first(size_t i) const { return first_[i]; }
   const Triangle& triangle(size_t t) const { return triangles_[t]; }
 
-  ScratchArray<TriangleMeasures> measures;  // of each triangle
-  ScratchArray<TriangleCorner> corners;     // by place
-  // How much a point as corner of a triangle counts in the sums of a query, by place; minus infinity where it is no
-  // neighbor, which is the value between queries.
-  ScratchArray<float> weights;
+  // Of each triangle, by its number below size().
+  TriangleMeasures* measures() { return measures_.data(); }
+  const TriangleMeasures* measures() const { return measures_.data(); }
+  // By place.
+  TriangleCorner* corners() { return corners_.data(); }
+
+  // How much a point counts as a corner in the sums of a query, by place. Whoever sets the weights of a query's
+  // neighbors puts kNoNeighbor back before the next query.
+  static constexpr float kNoNeighbor = -std::numeric_limits<float>::infinity();
+  float* weights() { return weights_.data(); }
+  const float* weights() const { return weights_.data(); }
+
+  // Bytes held, and held at most for lists of so many leaves, however many triangles meet there.
+  size_t bytes() const;
+  static size_t MostBytes(size_t leaves);
 
  private:
   // Where each listed leaf is in the list, by open addressing.
@@ -78,6 +91,9 @@ class UmbrellaTriangles {
   ScratchArray<Position> positions_;
   ScratchArray<uint32_t> first_;
   ScratchArray<Triangle> triangles_;
+  ScratchArray<TriangleMeasures> measures_;
+  ScratchArray<TriangleCorner> corners_;
+  ScratchArray<float> weights_;
 };
 
 }  // namespace curvd

@@ -18,8 +18,7 @@
 #endif
 
 #include "core/estimators/fits/double_sums-inl.h"
-#include "core/estimators/fits/shape_operator-inl.h"
-#include "core/estimators/group_buffers.h"
+#include "core/estimators/fits/fit_scratch.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -40,9 +39,8 @@ struct SphereColumns {
   double* t;
   double* tq[3];
 
-  SphereColumns(size_t size, FitBuffers& fits) {
-    constexpr size_t kColumns = SphereSums::kMoments + 5;
-    fits.ReserveColumns(kColumns, size);
+  SphereColumns(size_t size, FitColumns& fits) {
+    fits.Reserve(kSphereColumns, size);
     size_t next = 0;
     one = fits.column(next++);
     for (double*& column : q) column = fits.column(next++);
@@ -173,13 +171,13 @@ HWY_INLINE void SumInfluence(const SphereColumns& columns, const Sphere& f, size
   out.influence_hessian[5][i] = scale * sums[6] + identity;
 }
 
-// Sums what the sphere of point i and its derivatives need over the neighbors.
-HWY_NOINLINE inline void SumSphere(GroupScratch::Buffers& b, size_t i) {
+// Sums what the sphere of point i and its derivatives need over its neighbors.
+HWY_NOINLINE inline void SumSphere(const NeighborArrays& neighbors, float rho, size_t i, FitColumns& column_room,
+                                   SphereSums& sums) {
   const DoubleTag d;
-  const size_t count = b.neighbors.count;
-  const SphereColumns columns(count, *b.fits);
-  SphereSums& sums = b.fits->spheres;
-  FillSphereColumns(b.neighbors, 1.0 / b.rho[i], columns);
+  const size_t count = neighbors.count;
+  const SphereColumns columns(count, column_room);
+  FillSphereColumns(neighbors, 1.0 / rho, columns);
   SumMoments(columns, count, i, sums);
   DoubleVec weighted[SphereSums::kMoments];
   for (int m = 0; m < SphereSums::kMoments; ++m) weighted[m] = hn::Set(d, sums.weighted[m][i]);

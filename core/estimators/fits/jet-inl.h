@@ -14,10 +14,10 @@
 #include <cmath>
 
 #include "core/estimators/fits/double_sums-inl.h"
+#include "core/estimators/fits/fit_scratch.h"
 #include "core/estimators/fits/jet_least_squares.h"
 #include "core/estimators/fits/least_axis.h"
 #include "core/estimators/fits/shape_operator-inl.h"
-#include "core/estimators/group_buffers.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -70,9 +70,9 @@ struct JetColumns {
   double* y[2 * kMaxJetDegree + 1];
   double* zx[kMaxJetDegree + 1];
 
-  JetColumns(int jet_degree, size_t size, FitBuffers& fits) : degree(jet_degree) {
+  JetColumns(int jet_degree, size_t size, FitColumns& fits) : degree(jet_degree) {
     const size_t powers = 2 * static_cast<size_t>(degree);
-    fits.ReserveColumns(2 * powers + static_cast<size_t>(degree) + 2, size);
+    fits.Reserve(JetColumnCount(degree), size);
     size_t next = 0;
     one = x[0] = y[0] = fits.column(next++);
     for (size_t p = 1; p <= powers; ++p) x[p] = fits.column(next++);
@@ -122,15 +122,14 @@ HWY_INLINE void SumProducts(double* const* left, int degree, const JetColumns& c
 }
 
 // Sets up the least squares problem of point i from its neighbors.
-HWY_NOINLINE inline void SumJet(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
-  const NeighborArrays& n = b.neighbors;
-  JetSystems& jets = b.fits->jets;
-  const double unit = 1.0 / b.rho[i];
+HWY_NOINLINE inline void SumJet(const NeighborArrays& n, float rho, int degree, size_t i, FitColumns& column_room,
+                                JetSystems& jets) {
+  const double unit = 1.0 / rho;
   SetJetFrame(n, unit, i, jets);
-  const JetColumns columns(plan.jet_degree, n.count, *b.fits);
+  const JetColumns columns(degree, n.count, column_room);
   FillJetColumns(n, unit, i, jets, columns);
-  SumProducts(columns.x, 2 * plan.jet_degree, columns, n.count, i, jets.moments);
-  SumProducts(columns.zx, plan.jet_degree, columns, n.count, i, jets.heights);
+  SumProducts(columns.x, 2 * degree, columns, n.count, i, jets.moments);
+  SumProducts(columns.zx, degree, columns, n.count, i, jets.heights);
   jets.moments[0][i] = static_cast<double>(n.count);  // the sum of ones counts the padding
 }
 
@@ -207,19 +206,20 @@ HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetS
   StoreShapes(s, i, out);
 }
 
-// Shapes of all points of the group. `find(i)` collects the neighbors of point i once more, where that is needed.
+// Shapes of all points of the group, whose problems are set up. `find(i)` collects the neighbors of point i as
+// `neighbors` once more, where that is needed. Lowers the status of points without a jet.
 template <typename FindNeighbors>
-HWY_NOINLINE void SolveJets(const EstimationPlan& plan, GroupScratch::Buffers& b, FindNeighbors find) {
-  JetSystems& jets = b.fits->jets;
+HWY_NOINLINE void SolveJets(int degree, const GroupScalars& rho, const NeighborArrays& neighbors, GroupPoints& points,
+                            JetSystems& jets, GroupShapes& shapes, FindNeighbors find) {
   const size_t lanes = hn::Lanes(DoubleTag());
-  for (size_t i = 0; i < b.size; i += lanes) SolveNormalEquations(plan.jet_degree, i, jets);
-  for (size_t i = 0; i < b.size; ++i) {
-    if (b.status[i] != PointStatus::kOk) continue;
+  for (size_t i = 0; i < points.size; i += lanes) SolveNormalEquations(degree, i, jets);
+  for (size_t i = 0; i < points.size; ++i) {
+    if (points.status[i] != PointStatus::kOk) continue;
     if (jets.least_pivot[i] > kMinJetPivot * jets.moments[0][i]) continue;
     find(i);
-    if (!SolveJetByQr(b.neighbors, i, 1.0 / b.rho[i], plan.jet_degree, jets)) b.status[i] = PointStatus::kSingularFit;
+    if (!SolveJetByQr(neighbors, i, 1.0 / rho[i], degree, jets)) points.status[i] = PointStatus::kSingularFit;
   }
-  for (size_t i = 0; i < b.size; i += lanes) StoreJetShapes(b.normal, i, jets, b.fits->shapes);
+  for (size_t i = 0; i < points.size; i += lanes) StoreJetShapes(points.normal, i, jets, shapes);
 }
 
 }  // namespace HWY_NAMESPACE

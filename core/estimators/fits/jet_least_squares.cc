@@ -92,4 +92,9 @@ bool SolveJetByQr(const NeighborArrays& neighbors, size_t i, double unit, int de
   return true;
 }
 
+size_t JetQrBytes(size_t neighbor_count, int degree) {
+  const auto columns = static_cast<size_t>(JetSize(degree)) + 1;
+  return (neighbor_count * columns + 2 * columns) * sizeof(double);
+}
+
 }  // namespace curvd

@@ -3,7 +3,8 @@
 
 #include <cstddef>
 
-#include "core/estimators/group_buffers.h"
+#include "core/estimators/fits/jet_systems.h"
+#include "core/estimators/neighbors.h"
 
 namespace curvd {
 
@@ -12,5 +13,8 @@ namespace curvd {
 // writes nothing, if the problem is singular to the rounding of the offsets: a monomial is a combination of others on
 // the neighbors to 1e-6 of the largest. REQUIRES: at least JetSize(degree) neighbors.
 bool SolveJetByQr(const NeighborArrays& neighbors, size_t i, double unit, int degree, JetSystems& jets);
+
+// Bytes that SolveJetByQr allocates while it runs, at most.
+size_t JetQrBytes(size_t neighbor_count, int degree);
 
 }  // namespace curvd

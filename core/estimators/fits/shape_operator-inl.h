@@ -7,8 +7,12 @@
 #define CURVD_CORE_ESTIMATORS_FITS_SHAPE_OPERATOR_INL_H_
 #endif
 
+#include <algorithm>
+#include <utility>
+
 #include "core/estimators/fits/double_sums-inl.h"
-#include "core/estimators/fits/fit_buffers.h"
+#include "core/estimators/fits/group_shapes.h"
+#include "core/estimators/principal-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -53,6 +57,30 @@ HWY_INLINE void StoreShapes(const ShapeOperator& s, size_t i, GroupShapes& out) 
   sine = hn::IfThenElseZero(any, hn::Div(sine, length));
   StoreTriple(AddScaled(Scale(s.y, cosine), sine, s.z), i, out.d2);
   StoreTriple(AddScaled(Scale(s.y, sine), hn::Neg(cosine), s.z), i, out.d1);
+}
+
+// Takes curvature from the shape operators of the first `size` points of a group.
+HWY_INLINE void TakeShapes(const GroupShapes& shapes, size_t size, GroupCurvature& out) {
+  const auto round = [&](const double* from, float* to) {
+    std::transform(from, from + size, to, [](double v) { return static_cast<float>(v); });
+  };
+  round(shapes.mean, out.mean);
+  round(shapes.gaussian, out.gaussian);
+  round(shapes.half_difference, out.half_difference);
+  for (const auto& [from, to] : {std::pair(&shapes.d1, &out.d1), std::pair(&shapes.d2, &out.d2)}) {
+    round(from->x, to->x);
+    round(from->y, to->y);
+    round(from->z, to->z);
+  }
+}
+
+// Writes the results of a group whose shape operators are set.
+HWY_INLINE void WriteShapes(const NeighborhoodPlan& plan, const GroupShapes& shapes, GroupScratch& s,
+                            PointCurvature* results) {
+  GroupCurvature curvature;
+  TakeShapes(shapes, s.points.size, curvature);
+  ScaleCurvature(plan, s.frames.rho, s.points.size, curvature);
+  WriteGroup(plan, curvature, s, results);
 }
 
 }  // namespace HWY_NAMESPACE

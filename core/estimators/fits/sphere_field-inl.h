@@ -11,7 +11,6 @@
 #include "core/estimators/fits/algebraic_sphere-inl.h"
 #include "core/estimators/fits/double_sums-inl.h"
 #include "core/estimators/fits/shape_operator-inl.h"
-#include "core/estimators/group_buffers.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -109,9 +108,9 @@ struct alignas(64) SphereChecks {
   GroupDoubles outward;  // gradient times the point's normal
 };
 
-HWY_INLINE void SolveSpheresAt(size_t i, GroupScratch::Buffers& b, SphereChecks& checks) {
+HWY_INLINE void SolveSpheresAt(size_t i, const SphereSums& sums, const GroupVectors& normal, GroupShapes& shapes,
+                               SphereChecks& checks) {
   const DoubleTag d;
-  const SphereSums& sums = b.fits->spheres;
   const DoubleVec one = hn::Set(d, 1.0);
   DoubleVec weighted[SphereSums::kMoments];
   for (int m = 0; m < SphereSums::kMoments; ++m) weighted[m] = hn::Load(d, sums.weighted[m] + i);
@@ -129,7 +128,7 @@ HWY_INLINE void SolveSpheresAt(size_t i, GroupScratch::Buffers& b, SphereChecks&
   s.yy = hn::Mul(Bilinear(s.y, field.hessian, s.y), per_length);
   s.yz = hn::Mul(Bilinear(s.y, field.hessian, s.z), per_length);
   s.zz = hn::Mul(Bilinear(s.z, field.hessian, s.z), per_length);
-  StoreShapes(s, i, b.fits->shapes);
+  StoreShapes(s, i, shapes);
 
   const auto second = [&](int a, int k) { return hn::Load(d, sums.gradient[a][1 + k] + i); };
   const DoubleVec moment[6] = {second(0, 0), second(0, 1), second(0, 2), second(1, 1), second(1, 2), second(2, 2)};
@@ -137,20 +136,22 @@ HWY_INLINE void SolveSpheresAt(size_t i, GroupScratch::Buffers& b, SphereChecks&
   const DoubleVec trace = hn::Add(yy, zz);
   hn::Store(sphere.variance, d, checks.variance + i);
   hn::Store(hn::Div(hn::NegMulAdd(yz, yz, hn::Mul(yy, zz)), hn::Mul(trace, trace)), d, checks.spread + i);
-  const DoubleTriple own{Widen(b.normal.x + i), Widen(b.normal.y + i), Widen(b.normal.z + i)};
+  const DoubleTriple own{Widen(normal.x + i), Widen(normal.y + i), Widen(normal.z + i)};
   hn::Store(Dot(gradient, own), d, checks.outward + i);
 }
 
-// Shapes of all points of the group.
-HWY_NOINLINE inline void SolveSpheres(GroupScratch::Buffers& b) {
+// Shapes of all points of the group, whose sums are set. Lowers the status of points without a sphere.
+HWY_NOINLINE inline void SolveSpheres(const SphereSums& sums, GroupPoints& points, GroupShapes& shapes) {
   SphereChecks checks;
-  for (size_t i = 0; i < b.size; i += hn::Lanes(DoubleTag())) SolveSpheresAt(i, b, checks);
-  for (size_t i = 0; i < b.size; ++i) {
-    if (b.status[i] != PointStatus::kOk) continue;
+  for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) {
+    SolveSpheresAt(i, sums, points.normal, shapes, checks);
+  }
+  for (size_t i = 0; i < points.size; ++i) {
+    if (points.status[i] != PointStatus::kOk) continue;
     if (!(checks.variance[i] > kMinSphereVariance && checks.spread[i] > kMinSphereVariance)) {
-      b.status[i] = PointStatus::kSingularFit;
+      points.status[i] = PointStatus::kSingularFit;
     } else if (!(checks.outward[i] > 0.0)) {
-      b.status[i] = PointStatus::kInconsistentNormals;
+      points.status[i] = PointStatus::kInconsistentNormals;
     }
   }
 }

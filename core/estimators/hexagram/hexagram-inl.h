@@ -9,9 +9,9 @@
 #define CURVD_CORE_ESTIMATORS_HEXAGRAM_HEXAGRAM_INL_H_
 #endif
 
-#include "core/estimators/group_buffers.h"
+#include "core/estimators/group_scratch.h"
+#include "core/estimators/hexagram/hexagram.h"
 #include "core/estimators/measures-inl.h"
-#include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -49,16 +49,16 @@ HWY_INLINE void AddHexagram(const Hexagram& hexagram, const Frame& frame, const 
   }
 }
 
-// Measures of the hexagrams of all points of the group.
-HWY_NOINLINE inline void MeasureHexagrams(int rotations, GroupScratch::Buffers& b) {
+// Measures the first `rotations` hexagrams of all points of the group.
+HWY_NOINLINE inline void MeasureHexagrams(const Hexagram* hexagrams, int rotations, MeasuringScratch& scratch) {
   const FloatTag d;
-  for (size_t i = 0; i < b.size; i += hn::Lanes(d)) {
-    const Frame frame{LoadTriple(b.u, i), LoadTriple(b.v, i)};
-    const Triple own = LoadTriple(b.normal, i);
-    const FloatVec per_rho = hn::Div(hn::Set(d, 1.0f), hn::Load(d, b.rho + i));
+  for (size_t i = 0; i < scratch.points.size; i += hn::Lanes(d)) {
+    const Frame frame{LoadTriple(scratch.frames.u, i), LoadTriple(scratch.frames.v, i)};
+    const Triple own = LoadTriple(scratch.points.normal, i);
+    const FloatVec per_rho = hn::Div(hn::Set(d, 1.0f), hn::Load(d, scratch.frames.rho + i));
     Measures measures = ZeroMeasures();
-    for (int r = 0; r < rotations; ++r) AddHexagram(b.hexagrams[r], frame, own, per_rho, i, measures);
-    StoreMeasures(measures, i, b.measures);
+    for (int r = 0; r < rotations; ++r) AddHexagram(hexagrams[r], frame, own, per_rho, i, measures);
+    StoreMeasures(measures, i, scratch.measures);
   }
 }
 

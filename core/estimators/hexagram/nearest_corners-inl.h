@@ -15,7 +15,7 @@
 #include <bit>
 #include <limits>
 
-#include "core/estimators/group_buffers.h"
+#include "core/estimators/hexagram/hexagram_scratch.h"
 #include "core/estimators/hexagram/target_patch-inl.h"
 #include "core/estimators/measures-inl.h"
 #include "core/search/neighborhood-inl.h"
@@ -26,7 +26,8 @@ namespace curvd {
 namespace HWY_NAMESPACE {
 
 // Sets the targets of corner s, at s * 60 degrees and distance rho, for points first, first + 1, ... of the group.
-HWY_INLINE void SetTargets(const GroupScratch::Buffers& b, size_t first, int s, TargetPatch& patch) {
+HWY_INLINE void SetTargets(const GroupPoints& points, const GroupFrames& frames, size_t first, int s,
+                           TargetPatch& patch) {
   constexpr float kCos[6] = {1.0f, 0.5f, -0.5f, -1.0f, -0.5f, 0.5f};
   constexpr float kSin[6] = {0.0f, kSqrt3 / 2, kSqrt3 / 2, 0.0f, -kSqrt3 / 2, -kSqrt3 / 2};
   const FloatTag d;
@@ -34,16 +35,16 @@ HWY_INLINE void SetTargets(const GroupScratch::Buffers& b, size_t first, int s, 
   FloatVec lo[3] = {infinity, infinity, infinity};
   FloatVec hi[3] = {hn::Neg(infinity), hn::Neg(infinity), hn::Neg(infinity)};
   patch.used = 0;
-  const size_t size = std::min(TargetPatch::kSize, b.size - first);
+  const size_t size = std::min(TargetPatch::kSize, points.size - first);
   for (size_t lane = 0; lane < size; ++lane) {
-    if (b.status[first + lane] == PointStatus::kOk) patch.used |= 1u << lane;
+    if (points.status[first + lane] == PointStatus::kOk) patch.used |= 1u << lane;
   }
   for (size_t lane = 0; lane < TargetPatch::kSize; lane += hn::Lanes(d)) {
     const size_t i = first + lane;
-    const FloatVec rho = hn::Load(d, b.rho + i);
+    const FloatVec rho = hn::Load(d, frames.rho + i);
     const FloatVec along_u = hn::Mul(rho, hn::Set(d, kCos[s])), along_v = hn::Mul(rho, hn::Set(d, kSin[s]));
-    const Triple offset = Add(Scale(LoadTriple(b.u, i), along_u), Scale(LoadTriple(b.v, i), along_v));
-    const Triple target = Add(LoadTriple(b.query, i), offset);
+    const Triple offset = Add(Scale(LoadTriple(frames.u, i), along_u), Scale(LoadTriple(frames.v, i), along_v));
+    const Triple target = Add(LoadTriple(points.query, i), offset);
     hn::Store(target.x, d, patch.x + lane);
     hn::Store(target.y, d, patch.y + lane);
     hn::Store(target.z, d, patch.z + lane);
@@ -60,14 +61,15 @@ HWY_INLINE void SetTargets(const GroupScratch::Buffers& b, size_t first, int s, 
   }
 }
 
-HWY_INLINE void SetCorner(const SpatialIndex& index, IndexedPoint point, size_t i, int s, GroupScratch::Buffers& b) {
+HWY_INLINE void SetCorner(const SpatialIndex& index, const IndexedPoint& point, const GroupPoints& group, size_t i,
+                          int s, Hexagram& hexagram) {
   const SpatialIndex::LeafPositions& points = index.positions(point.leaf);
   const SpatialIndex::LeafNormals& normals = index.normals(point.leaf);
   const int k = point.place;
-  Hexagram& hexagram = b.hexagrams[0];
-  const float offset[4] = {points.x[k] - b.query.x[i], points.y[k] - b.query.y[i], points.z[k] - b.query.z[i], 1.0f};
-  const float normal[4] = {normals.x[k] - b.normal.x[i], normals.y[k] - b.normal.y[i], normals.z[k] - b.normal.z[i],
-                           0.0f};
+  const float offset[4] = {points.x[k] - group.query.x[i], points.y[k] - group.query.y[i],
+                           points.z[k] - group.query.z[i], 1.0f};
+  const float normal[4] = {normals.x[k] - group.normal.x[i], normals.y[k] - group.normal.y[i],
+                           normals.z[k] - group.normal.z[i], 0.0f};
   std::copy(offset, offset + 4, hexagram.offset[s][i]);
   std::copy(normal, normal + 4, hexagram.normal[s][i]);
 }
@@ -75,37 +77,41 @@ HWY_INLINE void SetCorner(const SpatialIndex& index, IndexedPoint point, size_t 
 // Sets each point's corners to the points of the cloud nearest to its six targets.
 class CornerSearch {
  public:
-  CornerSearch(const SpatialIndex& index, GroupScratch::Buffers& b) : index_(index), b_(b) {}
+  // `points` and `frames` are those of a group. Sets `hexagram` for the points whose status is OK.
+  CornerSearch(const SpatialIndex& index, const GroupPoints& points, const GroupFrames& frames, CornerScratch& scratch,
+               Hexagram& hexagram)
+      : index_(index), points_(points), frames_(frames), scratch_(scratch), hexagram_(hexagram) {}
 
   HWY_NOINLINE void SetCorners() {
-    for (size_t i = 0; i < b_.size; ++i) {
-      if (b_.status[i] == PointStatus::kOk) squared_spacing_ = std::max(squared_spacing_, b_.squared_spacing[i]);
+    for (size_t i = 0; i < points_.size; ++i) {
+      if (points_.status[i] == PointStatus::kOk)
+        squared_spacing_ = std::max(squared_spacing_, frames_.squared_spacing[i]);
     }
     for (int s = 0; s < 6; ++s) {
-      for (size_t p = 0; p < patch_count(); ++p) SetTargets(b_, p * TargetPatch::kSize, s, patches_[s][p]);
+      for (size_t p = 0; p < patch_count(); ++p)
+        SetTargets(points_, frames_, p * TargetPatch::kSize, s, patches_[s][p]);
     }
     // One descent of the tree serves all corners, or where the figure is large against the group, one each.
-    constexpr size_t kMaxShared = 256, kMaxSingle = 512;
-    const bool shared = Gather(0, 6, kMaxShared);
+    const bool shared = Gather(0, 6, CornerScratch::kMaxShared);
     for (int s = 0; s < 6; ++s) {
       const Box box = PatchesBox(s, s + 1);
-      TargetLeaves listed{shared ? &b_.corner_leaves : &b_.leaves, SquaredReach(s, s + 1), nullptr, {}};
+      TargetLeaves listed{shared ? &scratch_.corner_leaves : &scratch_.leaves, SquaredReach(s, s + 1), nullptr, {}};
       if (shared) {
-        NarrowLeaves(b_.leaves, box, listed.squared_reach, b_.corner_leaves);
-      } else if (!Gather(s, s + 1, kMaxSingle)) {
-        b_.leaves.Clear();
+        NarrowLeaves(scratch_.leaves, box, listed.squared_reach, scratch_.corner_leaves);
+      } else if (!Gather(s, s + 1, CornerScratch::kMaxSingle)) {
+        scratch_.leaves.Clear();
         listed.squared_reach = -1.0f;
       }
-      CenterLeaves(index_, box, b_.centered, listed);
+      CenterLeaves(index_, box, scratch_.centered, listed);
       FindCorners(s, listed);
     }
   }
 
  private:
-  size_t patch_count() const { return (b_.size + TargetPatch::kSize - 1) / TargetPatch::kSize; }
+  size_t patch_count() const { return (points_.size + TargetPatch::kSize - 1) / TargetPatch::kSize; }
 
   // How far around the targets of corner s to look: as far as nearly all of the last ones had to.
-  float SquaredGuess(int s) const { return squared_spacing_ * b_.target_reach[s]; }
+  float SquaredGuess(int s) const { return squared_spacing_ * scratch_.target_reach[s]; }
 
   // How far around the targets of corners [first, last) to list leaves: farther than any patch is expected to look.
   float SquaredReach(int first, int last) const {
@@ -131,7 +137,7 @@ class CornerSearch {
 
   // Lists the leaves around the targets of corners [first, last). Returns false if they are too many.
   bool Gather(int first, int last, size_t max_leaves) {
-    return GatherLeaves(index_, PatchesBox(first, last), SquaredReach(first, last), max_leaves, b_.leaves);
+    return GatherLeaves(index_, PatchesBox(first, last), SquaredReach(first, last), max_leaves, scratch_.leaves);
   }
 
   HWY_INLINE void FindCorners(int s, const TargetLeaves& leaves) {
@@ -141,7 +147,7 @@ class CornerSearch {
     for (size_t p = 0; p < patch_count(); ++p) {
       if (patches_[s][p].used == 0) continue;
       const float step = FindPatchCorners(s, p, leaves) ? kAfterHit : kAfterMiss;
-      b_.target_reach[s] = std::clamp(b_.target_reach[s] * step, kLeast, kMost);
+      scratch_.target_reach[s] = std::clamp(scratch_.target_reach[s] * step, kLeast, kMost);
     }
   }
 
@@ -163,21 +169,48 @@ class CornerSearch {
 
   // Searches the listed leaves within the squared reach of a target.
   HWY_INLINE float Search(const TargetLeaves& listed, float squared_reach, TargetPatch& patch) {
-    near_count_ = CullLeavesAround(*listed.leaves, patch, squared_reach, b_.near);
-    if (listed.centered != nullptr) return SearchCentered(listed, b_.near.data(), near_count_, patch);
-    return SearchExactly(index_, *listed.leaves, b_.near.data(), near_count_, patch);
+    near_count_ = CullLeavesAround(*listed.leaves, patch, squared_reach, scratch_.near);
+    if (listed.centered != nullptr) return SearchCentered(listed, scratch_.near.data(), near_count_, patch);
+    return SearchExactly(index_, *listed.leaves, scratch_.near.data(), near_count_, patch);
   }
 
   // The same where every target is known to have a point within the squared reach.
   HWY_NOINLINE void SearchAgain(int s, size_t p, const TargetLeaves& listed, float squared_reach) {
+    if (squared_reach > listed.squared_reach) return SearchUnlisted(s, p, squared_reach);
+    Search({listed.leaves, squared_reach, nullptr, {}}, squared_reach, patches_[s][p]);
+    TakeNearest(s, p, *listed.leaves);
+  }
+
+  // The same where not all leaves within the squared reach are listed: they are looked at in batches.
+  HWY_NOINLINE void SearchUnlisted(int s, size_t p, float squared_reach) {
     TargetPatch& patch = patches_[s][p];
-    const LeafList* leaves = listed.leaves;
-    if (squared_reach > listed.squared_reach) {
-      GatherLeaves(index_, patch.box, squared_reach, index_.leaf_count(), b_.own_leaves);
-      leaves = &b_.own_leaves;
+    IndexedPoint nearest[TargetPatch::kSize];
+    const ReachTest meets(patch.box, squared_reach);
+    LeafList& batch = scratch_.batch;
+    batch.Clear();
+    WalkLeaves(index_, meets, [&](uint32_t first, uint32_t count) HWY_ATTR {
+      AppendMeeting(index_, meets, first, count, batch);
+      if (batch.size() + LeafList::kMostTested > CornerScratch::kMaxBatch) SearchBatch(squared_reach, patch, nearest);
+      return true;
+    });
+    SearchBatch(squared_reach, patch, nearest);
+    for (uint32_t used = patch.used; used != 0; used &= used - 1) {
+      const int lane = std::countr_zero(used);
+      SetCorner(index_, nearest[lane], points_, p * TargetPatch::kSize + lane, s, hexagram_);
     }
-    Search({leaves, squared_reach, nullptr, {}}, squared_reach, patch);
-    TakeNearest(s, p, *leaves);
+  }
+
+  // Lets the points of the batch replace what is nearest to each used target if they are nearer; empties the batch.
+  HWY_NOINLINE void SearchBatch(float squared_reach, TargetPatch& patch, IndexedPoint* nearest) {
+    LeafList& batch = scratch_.batch;
+    batch.Pad();
+    Search({&batch, squared_reach, nullptr, {}}, squared_reach, patch);
+    for (uint32_t used = patch.used; used != 0; used &= used - 1) {
+      const auto lane = static_cast<size_t>(std::countr_zero(used));
+      const IndexedPoint in_batch = NearestInBound(index_, batch, scratch_.near.data(), near_count_, patch, lane);
+      if (in_batch.rank < nearest[lane].rank) nearest[lane] = in_batch;
+    }
+    batch.Clear();
   }
 
   // A squared distance within which every used target has a point: the one that it belongs to.
@@ -185,7 +218,7 @@ class CornerSearch {
     const FloatTag d;
     float farthest = 0.0f;
     for (size_t lane = 0; lane < TargetPatch::kSize; lane += hn::Lanes(d)) {
-      const Triple offset = Sub(LoadTriple(b_.query, p * TargetPatch::kSize + lane), LoadTargets(patch, lane));
+      const Triple offset = Sub(LoadTriple(points_.query, p * TargetPatch::kSize + lane), LoadTargets(patch, lane));
       const FloatVec squared = SquaredNorm(offset.x, offset.y, offset.z);
       farthest = std::max(
           farthest, hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(MaskFromBits(patch.used >> lane), squared))));
@@ -201,20 +234,23 @@ class CornerSearch {
       const auto position = static_cast<uint32_t>(patch.position[lane]);
       const uint32_t leaf = leaves.leaf(position);
       const uint64_t bits = PointsInBound(index_.positions(leaf), patch, lane);
-      IndexedPoint nearest{leaf, std::countr_zero(bits)};
+      IndexedPoint nearest{leaf, std::countr_zero(bits), {}};
       if (HWY_UNLIKELY((patch.tied >> lane & 1) != 0)) {
-        nearest = NearestInBound(index_, leaves, b_.near.data(), near_count_, patch, lane);
+        nearest = NearestInBound(index_, leaves, scratch_.near.data(), near_count_, patch, lane);
       } else if (HWY_UNLIKELY((bits & (bits - 1)) != 0)) {
         nearest = NearestInBound(index_, leaves, &position, 1, patch, lane);
       }
-      SetCorner(index_, nearest, p * TargetPatch::kSize + lane, s, b_);
+      SetCorner(index_, nearest, points_, p * TargetPatch::kSize + lane, s, hexagram_);
     }
   }
 
   const SpatialIndex& index_;
-  GroupScratch::Buffers& b_;
+  const GroupPoints& points_;
+  const GroupFrames& frames_;
+  CornerScratch& scratch_;
+  Hexagram& hexagram_;
   float squared_spacing_ = 0.0f;  // the largest of the group
-  size_t near_count_ = 0;         // leaves that were searched last: positions `b_.near` of their list
+  size_t near_count_ = 0;         // leaves that were searched last: positions `scratch_.near` of their list
   TargetPatch patches_[6][SpatialIndex::kGroupLeaves];
 };
 

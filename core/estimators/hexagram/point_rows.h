@@ -38,6 +38,13 @@ class PointRows {
     return first;
   }
 
+  // Bytes held, and held at most for the rows of so many leaves.
+  size_t bytes() const { return first_.bytes() + rows_.bytes(); }
+  static constexpr size_t MostBytes(size_t leaves) {
+    return ScratchArray<uint32_t>::MostBytes(leaves) +
+           ScratchArray<float>::MostBytes(leaves * SpatialIndex::kLeafSize * kRow);
+  }
+
   float* row(size_t i) { return rows_.data() + i * kRow; }
   const float* row(size_t i) const { return rows_.data() + i * kRow; }
 

@@ -14,8 +14,7 @@
 
 #include <algorithm>
 
-#include "core/estimators/group_buffers.h"
-#include "core/estimators/hexagram/point_rows.h"
+#include "core/estimators/hexagram/avg_hexagram.h"
 #include "core/estimators/measures-inl.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
@@ -43,7 +42,7 @@ HWY_INLINE IntVec FindSectors(FloatVec along_u, FloatVec along_v) {
 
 // Which step each of a vector of offsets lies in, counted from the first bound of sector 0 of the first hexagram. Those
 // without a tangential part (the point itself, its doubles) lie in none: they get the step after the last.
-HWY_INLINE IntVec FindSteps(const EstimationPlan& plan, FloatVec along_u, FloatVec along_v) {
+HWY_INLINE IntVec FindSteps(const AvgHexagramPlan& plan, FloatVec along_u, FloatVec along_v) {
   const FloatTag d;
   const IntTag di;
   const IntVec sector = FindSectors(along_u, along_v);
@@ -110,36 +109,30 @@ HWY_INLINE uint32_t FirstRow(const SpatialIndex& index, uint32_t leaf, uint32_t 
 inline constexpr int kStepBits = 5;
 static_assert(6 * kMaxRotations < 1 << kStepBits);
 
-// Lists the neighbors of point i as `b.steps`; returns their number.
-template <bool kSplitsTies>
-HWY_INLINE size_t ListSteps(const SpatialIndex& index, const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
-  const FloatTag d;
+// Lists the neighbors of point i as `s.steps`; returns their number.
+HWY_INLINE size_t ListSteps(const SpatialIndex& index, const AvgHexagramPlan& plan, size_t i, AvgHexagramScratch& s) {
   const IntTag di;
-  constexpr size_t kLeaf = SpatialIndex::kLeafSize;
-  const Cutoff cutoff{b.last_rank.squared_distance, b.last_rank.id};
-  const auto broadcast = [&](const GroupVectors& v) HWY_ATTR {
-    return Triple{hn::Set(d, v.x[i]), hn::Set(d, v.y[i]), hn::Set(d, v.z[i])};
+  const Neighborhood& found = s.search.found;
+  const Triple query = Broadcast(s.points.query, i), u = Broadcast(s.frames.u, i), v = Broadcast(s.frames.v, i);
+  s.steps.Reserve(found.leaf_count * SpatialIndex::kLeafSize + SpatialIndex::kLeafSize);
+  int32_t* out = s.steps.data();
+  const auto list = [&](const NearPoints& near, FloatMask inside_floats) CURVD_INLINED {
+    const FloatTag d;
+    const auto inside = hn::RebindMask(di, inside_floats);
+    const size_t kept = hn::CountTrue(di, inside);
+    if (kept == 0) return;
+    const SpatialIndex::LeafPositions& points = index.positions(near.leaf);
+    const size_t lane = near.place;
+    const Triple position{hn::Load(d, points.x + lane), hn::Load(d, points.y + lane), hn::Load(d, points.z + lane)};
+    const Triple offset = Sub(position, query);
+    const IntVec step = FindSteps(plan, Dot(offset, u), Dot(offset, v));
+    const uint32_t first = FirstRow(index, near.leaf, found.positions[near.near], s.rows);
+    const IntVec row = hn::Iota(di, static_cast<int32_t>(first + lane));
+    hn::StoreU(hn::Compress(hn::Or(hn::ShiftLeft<kStepBits>(row), step), inside), di, out);
+    out += kept;
   };
-  const Triple query = broadcast(b.query), u = broadcast(b.u), v = broadcast(b.v);
-  b.steps.Reserve(b.near_count * kLeaf + kLeaf);
-  int32_t* out = b.steps.data();
-  for (size_t j = 0; j < b.near_count; ++j) {
-    const SpatialIndex::LeafPositions& points = index.positions(b.near[j]);
-    for (size_t lane = 0; lane < kLeaf; lane += hn::Lanes(d)) {
-      const FloatVec squared = hn::Load(d, b.squared_distances.data() + j * kLeaf + lane);
-      const auto inside = hn::RebindMask(di, Inside<kSplitsTies>(index, b.near[j], lane, squared, cutoff));
-      const size_t kept = hn::CountTrue(di, inside);
-      if (kept == 0) continue;
-      const Triple position{hn::Load(d, points.x + lane), hn::Load(d, points.y + lane), hn::Load(d, points.z + lane)};
-      const Triple offset = Sub(position, query);
-      const IntVec step = FindSteps(plan, Dot(offset, u), Dot(offset, v));
-      const uint32_t first = FirstRow(index, b.near[j], b.near_positions[j], b.rows);
-      const IntVec row = hn::Iota(di, static_cast<int32_t>(first + lane));
-      hn::StoreU(hn::Compress(hn::Or(hn::ShiftLeft<kStepBits>(row), step), inside), di, out);
-      out += kept;
-    }
-  }
-  return out - b.steps.data();
+  ForEachInside(index, found, list);
+  return out - s.steps.data();
 }
 
 using RowTag = hn::CappedTag<float, PointRows::kRow>;
@@ -172,7 +165,7 @@ HWY_INLINE void AddSteps(const PointRows& rows, const int32_t* steps, size_t cou
 
 // Sets the hexagrams of point i to the sums of their sectors.
 template <int kRotations>
-HWY_INLINE void FoldSteps(StepSums& sums, size_t i, GroupScratch::Buffers& b) {
+HWY_INLINE void FoldSteps(StepSums& sums, size_t i, Hexagram* hexagrams) {
   const RowTag d;
   constexpr int kSteps = 6 * kRotations;
   for (int step = 0; step < kSteps; ++step) {
@@ -191,8 +184,8 @@ HWY_INLINE void FoldSteps(StepSums& sums, size_t i, GroupScratch::Buffers& b) {
           offset = hn::Add(offset, hn::Load(half, row));
           normal = hn::Add(normal, hn::Load(half, row + 4));
         }
-        hn::Store(offset, half, b.hexagrams[r].offset[s][i] + c);
-        hn::Store(normal, half, b.hexagrams[r].normal[s][i] + c);
+        hn::Store(offset, half, hexagrams[r].offset[s][i] + c);
+        hn::Store(normal, half, hexagrams[r].normal[s][i] + c);
       }
     }
   }
@@ -201,14 +194,14 @@ HWY_INLINE void FoldSteps(StepSums& sums, size_t i, GroupScratch::Buffers& b) {
 // Sets all hexagrams of point i, turned evenly between one sector and the next, to the sums of its neighbors, which
 // were just found in `leaves`. Normals are summed relative to the point's own: their differences are what the measures
 // need to full precision.
-HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const EstimationPlan& plan, const LeafList& leaves,
-                                      GroupScratch::Buffers& b, size_t i) {
+HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const AvgHexagramPlan& plan, const LeafList& leaves,
+                                      size_t i, AvgHexagramScratch& s) {
   const RowTag d;
-  b.rows.Start(leaves);
-  const bool splits_ties = Cutoff{b.last_rank.squared_distance, b.last_rank.id}.splits_ties();
-  const size_t count = splits_ties ? ListSteps<true>(index, plan, b, i) : ListSteps<false>(index, plan, b, i);
-  const float own_row[PointRows::kRow] = {b.query.x[i],  b.query.y[i],  b.query.z[i],  0.0f,
-                                          b.normal.x[i], b.normal.y[i], b.normal.z[i], 0.0f};
+  s.rows.Start(leaves);
+  const size_t count = ListSteps(index, plan, i, s);
+  float own_row[PointRows::kRow] = {};
+  s.points.query.Get(i, own_row);
+  s.points.normal.Get(i, own_row + 4);
   hn::Vec<RowTag> own[kRowParts];
   for (size_t part = 0; part < kRowParts; ++part) own[part] = hn::LoadU(d, own_row + part * hn::Lanes(d));
   StepSums sums;
@@ -217,16 +210,16 @@ HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const Estimatio
       for (size_t c = 0; c < PointRows::kRow; c += hn::Lanes(d)) hn::Store(hn::Zero(d), d, half[step] + c);
     }
   }
-  AddSteps(b.rows, b.steps.data(), count, own, sums);
+  AddSteps(s.rows, s.steps.data(), count, own, sums);
   switch (plan.rotations) {
     case 1:
-      return FoldSteps<1>(sums, i, b);
+      return FoldSteps<1>(sums, i, s.hexagrams);
     case 2:
-      return FoldSteps<2>(sums, i, b);
+      return FoldSteps<2>(sums, i, s.hexagrams);
     case 3:
-      return FoldSteps<3>(sums, i, b);
+      return FoldSteps<3>(sums, i, s.hexagrams);
     default:
-      return FoldSteps<kMaxRotations>(sums, i, b);
+      return FoldSteps<kMaxRotations>(sums, i, s.hexagrams);
   }
 }
 

@@ -18,7 +18,7 @@
 #include <bit>
 #include <limits>
 
-#include "core/estimators/group_buffers.h"
+#include "core/estimators/hexagram/corner_scratch.h"
 #include "core/estimators/measures-inl.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
@@ -79,16 +79,15 @@ struct TargetLeaves {
 // squared norm of infinity.
 HWY_INLINE void CenterLeaves(const SpatialIndex& index, const Box& box, ScratchArray<CenteredLeaf>& centered,
                              TargetLeaves& listed) {
-  constexpr size_t kMany = 64;
   const LeafList& leaves = *listed.leaves;
   listed.centered = nullptr;
-  if (leaves.size() > kMany) return;
+  if (leaves.size() > CornerScratch::kMaxCentered) return;
   const FloatTag d;
   const FloatVec finite = hn::Set(d, 1e18f);
   for (int axis = 0; axis < 3; ++axis) listed.center[axis] = 0.5f * (box.lo[axis] + box.hi[axis]);
   const FloatVec cx = hn::Set(d, listed.center[0]), cy = hn::Set(d, listed.center[1]),
                  cz = hn::Set(d, listed.center[2]);
-  centered.Reserve(kMany);
+  centered.Reserve(CornerScratch::kMaxCentered);
   for (size_t j = 0; j < leaves.size(); ++j) {
     const SpatialIndex::LeafPositions& points = index.positions(leaves.leaf(j));
     CenteredLeaf& leaf = centered[j];
@@ -271,18 +270,18 @@ HWY_INLINE uint64_t PointsInBound(const SpatialIndex::LeafPositions& points, con
   return bits;
 }
 
-// A point by its place in the index.
+// A point by its place in the index, and its rank among those that might be nearest to a target.
 struct IndexedPoint {
-  uint32_t leaf;
-  int place;
+  uint32_t leaf = 0;
+  int place = 0;
+  NeighborRank rank{std::numeric_limits<float>::infinity(), SpatialIndex::kPaddingId};
 };
 
 // Of the points within the bound of a lane's target, the nearest, and of equally near ones that with the lowest id.
 // `near`: positions of the leaves that may hold it.
 HWY_NOINLINE inline IndexedPoint NearestInBound(const SpatialIndex& index, const LeafList& leaves, const uint32_t* near,
                                                 size_t near_count, const TargetPatch& patch, size_t lane) {
-  NeighborRank lowest{std::numeric_limits<float>::infinity(), SpatialIndex::kPaddingId};
-  IndexedPoint nearest{};
+  IndexedPoint nearest;
   for (size_t j = 0; j < near_count; ++j) {
     const uint32_t leaf = leaves.leaf(near[j]);
     const SpatialIndex::LeafPositions& points = index.positions(leaf);
@@ -291,9 +290,7 @@ HWY_NOINLINE inline IndexedPoint NearestInBound(const SpatialIndex& index, const
       const float x = points.x[place] - patch.x[lane], y = points.y[place] - patch.y[lane],
                   z = points.z[place] - patch.z[lane];
       const NeighborRank rank{x * x + y * y + z * z, points.id[place]};
-      if (!(rank < lowest)) continue;
-      lowest = rank;
-      nearest = {leaf, place};
+      if (rank < nearest.rank) nearest = {leaf, place, rank};
     }
   }
   return nearest;

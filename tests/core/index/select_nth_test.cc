@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include "core/estimators/random_stream.h"
+#include "core/estimators/triangles/random_stream.h"
 
 namespace curvd {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "core/estimators/random_stream.h"
+#include "core/estimators/triangles/random_stream.h"
 
 namespace curvd {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "core/estimators/random_stream.h"
+#include "core/estimators/triangles/random_stream.h"
 
 namespace curvd {
 namespace {

@@ -1,19 +1,19 @@
 // Triangles with random corners in a neighborhood (Lachaud et al. 2023, section 4: uniform and independent).
 
-#if defined(CURVD_CORE_ESTIMATORS_RANDOM_TRIANGLES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef CURVD_CORE_ESTIMATORS_RANDOM_TRIANGLES_INL_H_
-#undef CURVD_CORE_ESTIMATORS_RANDOM_TRIANGLES_INL_H_
+#if defined(CURVD_CORE_ESTIMATORS_TRIANGLES_RANDOM_TRIANGLES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_TRIANGLES_RANDOM_TRIANGLES_INL_H_
+#undef CURVD_CORE_ESTIMATORS_TRIANGLES_RANDOM_TRIANGLES_INL_H_
 #else
-#define CURVD_CORE_ESTIMATORS_RANDOM_TRIANGLES_INL_H_
+#define CURVD_CORE_ESTIMATORS_TRIANGLES_RANDOM_TRIANGLES_INL_H_
 #endif
 
 #include <algorithm>
-#include <numeric>
-#include <utility>
 
-#include "core/estimators/group_buffers.h"
+#include "core/estimators/frames.h"
+#include "core/estimators/group_scratch.h"
 #include "core/estimators/measures-inl.h"
-#include "core/estimators/random_stream.h"
+#include "core/estimators/neighbors.h"
+#include "core/estimators/triangles/random_stream.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -59,15 +59,13 @@ HWY_INLINE FloatVec LookUp(const float* array, hn::Vec<IntTag> index) {
 
 // Adds the measures of a vector of triangles over the neighbors of point i, which are within kVectors vectors.
 template <int kVectors>
-HWY_INLINE void AddIndexedTriangles(const GroupScratch::Buffers& b, size_t i, const CornerIndices& indices,
-                                    FloatMask used, Measures& sum) {
+HWY_INLINE void AddIndexedTriangles(const GroupScratch& s, const NeighborArrays& n, size_t i,
+                                    const CornerIndices& indices, FloatMask used, Measures& sum) {
   const FloatTag d;
   const IntTag di;
-  const NeighborArrays& n = b.neighbors;
-  const Frame frame{{hn::Set(d, b.u.x[i]), hn::Set(d, b.u.y[i]), hn::Set(d, b.u.z[i])},
-                    {hn::Set(d, b.v.x[i]), hn::Set(d, b.v.y[i]), hn::Set(d, b.v.z[i])}};
-  const Triple own{hn::Set(d, b.normal.x[i]), hn::Set(d, b.normal.y[i]), hn::Set(d, b.normal.z[i])};
-  const FloatVec unit = hn::Set(d, 1.0f / b.rho[i]);
+  const Frame frame{Broadcast(s.frames.u, i), Broadcast(s.frames.v, i)};
+  const Triple own = Broadcast(s.points.normal, i);
+  const FloatVec unit = hn::Set(d, 1.0f / s.frames.rho[i]);
   Corner corners[3];
   for (int c = 0; c < 3; ++c) {
     const auto index = hn::Load(di, indices.corner[c]);
@@ -102,59 +100,35 @@ HWY_INLINE void StoreMeanMeasures(const Measures& sum, size_t triangles, size_t 
 }
 
 template <int kVectors, typename DrawCorners>
-HWY_INLINE void MeasureTrianglesIn(GroupScratch::Buffers& b, size_t i, size_t triangles, DrawCorners draw) {
+HWY_INLINE void MeasureTrianglesIn(const NeighborArrays& neighbors, size_t i, size_t triangles, DrawCorners draw,
+                                   MeasuringScratch& s) {
   const FloatTag d;
   Measures sum = ZeroMeasures();
   for (size_t t = 0; t < triangles; t += hn::Lanes(d)) {
     CornerIndices indices{};
     const size_t lanes = std::min(hn::Lanes(d), triangles - t);
     for (size_t lane = 0; lane < lanes; ++lane) draw(static_cast<int>(lane), indices);
-    AddIndexedTriangles<kVectors>(b, i, indices, hn::FirstN(d, lanes), sum);
+    AddIndexedTriangles<kVectors>(s, neighbors, i, indices, hn::FirstN(d, lanes), sum);
   }
-  StoreMeanMeasures(sum, triangles, i, b.measures);
+  StoreMeanMeasures(sum, triangles, i, s.measures);
 }
 
-// Measures `triangles` triangles whose corners `draw(lane, indices)` gives.
+// Measures `triangles` triangles over the neighbors of point i, whose corners `draw(lane, indices)` gives.
 template <typename DrawCorners>
-HWY_INLINE void MeasureTriangles(GroupScratch::Buffers& b, size_t i, size_t triangles, DrawCorners draw) {
+HWY_INLINE void MeasureTriangles(const NeighborArrays& neighbors, size_t i, size_t triangles, DrawCorners draw,
+                                 MeasuringScratch& s) {
   const size_t lanes = hn::Lanes(FloatTag());
-  if (b.neighbors.count <= lanes) {
-    MeasureTrianglesIn<1>(b, i, triangles, draw);
-  } else if (b.neighbors.count <= 2 * lanes) {
-    MeasureTrianglesIn<2>(b, i, triangles, draw);
+  if (neighbors.count <= lanes) {
+    MeasureTrianglesIn<1>(neighbors, i, triangles, draw, s);
+  } else if (neighbors.count <= 2 * lanes) {
+    MeasureTrianglesIn<2>(neighbors, i, triangles, draw, s);
   } else {
-    MeasureTrianglesIn<0>(b, i, triangles, draw);
+    MeasureTrianglesIn<0>(neighbors, i, triangles, draw, s);
   }
-}
-
-// `triangle_count` triangles with corners drawn uniformly from the neighbors of point i, the point included.
-HWY_NOINLINE inline void MeasureUniform(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
-  RandomStream random(plan.seed, static_cast<uint64_t>(b.id[i]));
-  const auto count = static_cast<uint32_t>(b.neighbors.count);
-  MeasureTriangles(b, i, plan.triangle_count,
-                   [&](int lane, CornerIndices& indices) { DrawDistinct(random, count, lane, indices); });
-}
-
-// Disjoint triangles over one shuffle of the neighbors: a third as many as there are, at most `triangle_count`.
-HWY_NOINLINE inline void MeasureIndependent(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
-  RandomStream random(plan.seed, static_cast<uint64_t>(b.id[i]));
-  const size_t count = b.neighbors.count;
-  const size_t triangles = std::min<size_t>(plan.triangle_count, count / 3);
-  b.shuffle.Reserve(count);
-  uint32_t* order = b.shuffle.data();
-  std::iota(order, order + count, 0u);
-  size_t next = 0;
-  MeasureTriangles(b, i, triangles, [&](int lane, CornerIndices& indices) {
-    uint64_t bits = random.Next();
-    for (int c = 0; c < 3; ++c, ++next, bits >>= 21) {
-      std::swap(order[next], order[next + Draw21(bits, static_cast<uint32_t>(count - next))]);
-      indices.corner[c][lane] = static_cast<int32_t>(order[next]);
-    }
-  });
 }
 
 }  // namespace HWY_NAMESPACE
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
 
-#endif  // CURVD_CORE_ESTIMATORS_RANDOM_TRIANGLES_INL_H_
+#endif  // CURVD_CORE_ESTIMATORS_TRIANGLES_RANDOM_TRIANGLES_INL_H_

@@ -1,0 +1,44 @@
+// What the strategies that fit surfaces keep for each worker.
+#pragma once
+
+#include <cstddef>
+
+#include "core/estimators/fits/fit_columns.h"
+#include "core/estimators/fits/group_shapes.h"
+#include "core/estimators/fits/jet_systems.h"
+#include "core/estimators/fits/sphere_sums.h"
+#include "core/estimators/group_scratch.h"
+#include "core/estimators/neighborhood_plan.h"
+#include "core/estimators/neighbors.h"
+
+namespace curvd {
+
+// `System` is what a fit sums over the neighbors of each point.
+template <typename System>
+struct FitScratch : GroupScratch {
+  NeighborArrays neighbors;  // of the point of the moment
+  FitColumns columns;        // of the same
+  System system{};           // of each point of the group
+  GroupShapes shapes{};      // of each point of the group, once all are solved
+
+  size_t bytes() const override { return sizeof(*this) + search.bytes() + neighbors.bytes() + columns.bytes(); }
+  // `column_count`: columns that the fit uses at most.
+  static size_t MostBytes(const EstimatorOptions& options, size_t point_count, size_t column_count) {
+    const size_t most = MostNeighbors(options, point_count);
+    return sizeof(FitScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
+           NeighborArrays::MostBytes(most) + FitColumns::MostBytes(column_count, most);
+  }
+};
+
+using JetScratch = FitScratch<JetSystems>;
+using SphereScratch = FitScratch<SphereSums>;
+
+struct JetPlan {
+  JetPlan(const EstimatorOptions& options, const SpatialIndex& index)
+      : neighborhood(NeighborhoodPlan::Make(options, index)), degree(static_cast<int>(options.jet_degree)) {}
+
+  NeighborhoodPlan neighborhood;
+  int degree;
+};
+
+}  // namespace curvd

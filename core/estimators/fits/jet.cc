@@ -1,0 +1,108 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/estimators/fits/jet.cc"
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+// Must come after foreach_target.h.
+#include <optional>
+
+#include "core/estimators/fits/jet-inl.h"
+#include "core/estimators/fits/shape_operator-inl.h"
+#include "core/estimators/group_estimate-inl.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// Collects the neighbors of single points of a group once more.
+class RepeatedSearch {
+ public:
+  RepeatedSearch(const SpatialIndex& index, const SearchPlan& plan, JetScratch& s)
+      : index_(index), plan_(plan), s_(s) {}
+
+  HWY_NOINLINE void operator()(size_t i) {
+    if (!search_.has_value()) search_.emplace(index_, plan_, s_.points.box, s_.search);
+    float query[3], normal_sum[3];
+    s_.points.query.Get(i, query);
+    search_->Find(query, NeighborCollector(index_, query, s_.neighbors, normal_sum));
+  }
+
+ private:
+  const SpatialIndex& index_;
+  const SearchPlan& plan_;
+  JetScratch& s_;
+  std::optional<GroupSearch> search_;
+};
+
+absl::Status EstimateJets(const SpatialIndex& index, const JetPlan& plan, size_t group, JetScratch& s,
+                          PointCurvature* results) {
+  const auto fill = [](size_t) {};
+  StartGroup(index, group, s, results, fill);
+  const auto sum = [&](size_t i, const LeafList&) {
+    PointStatus& status = s.points.status[i];
+    // Jets find frames of their own.
+    PreparePoints<false>(OnePoint(), plan.neighborhood, s.neighborhoods, i, s.points, s.frames, fill);
+    if (status != PointStatus::kOk) return;
+    if (s.neighbors.count < static_cast<size_t>(JetSize(plan.degree))) {
+      status = PointStatus::kSingularFit;
+      return s.frames.Fill(i);
+    }
+    SumJet(s.neighbors, s.frames.rho[i], plan.degree, i, s.columns, s.system);
+  };
+  const absl::Status status = ForEachCollected(index, plan.neighborhood, s.neighbors, s, sum);
+  if (!status.ok()) return status;
+  SolveJets(plan.degree, s.frames.rho, s.neighbors, s.points, s.system, s.shapes,
+            RepeatedSearch(index, plan.neighborhood.search, s));
+  WriteShapes(plan.neighborhood, s.shapes, s, results);
+  return status;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+#include <algorithm>
+#include <array>
+
+#include "core/estimators/fits/fit_scratch.h"
+#include "core/estimators/single_phase_run.h"
+#include "core/estimators/strategy.h"
+
+namespace curvd {
+namespace {
+
+HWY_EXPORT(EstimateJets);
+
+absl::Status EstimateGroup(const SpatialIndex& index, const JetPlan& plan, size_t group, JetScratch& s,
+                           PointCurvature* results) {
+  return HWY_DYNAMIC_DISPATCH(EstimateJets)(index, plan, group, s, results);
+}
+
+constexpr std::array<OptionName, 1> kOptions = {"jet_degree"};
+
+size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
+  const auto degree = static_cast<int>(options.jet_degree);
+  return JetScratch::MostBytes(options, point_count, JetColumnCount(degree)) +
+         JetQrBytes(MostNeighbors(options, point_count), degree);
+}
+
+std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,
+                                   PointCurvature* results) {
+  return std::make_unique<SinglePhaseRun<JetPlan, JetScratch>>(index, JetPlan(options, index), results, EstimateGroup);
+}
+
+}  // namespace
+
+extern const Strategy kJet = {.name = "jet",
+                              .wire_name = "JET_FITTING",
+                              .summary = "a polynomial of degree jet_degree as height over the tangent plane",
+                              .options = kOptions,
+                              .needs_normals = true,
+                              .bytes_per_point = 0,
+                              .scratch_bytes = MostScratchBytes,
+                              .start = Start};
+
+}  // namespace curvd
+
+#endif  // HWY_ONCE

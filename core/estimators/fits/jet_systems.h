@@ -1,0 +1,28 @@
+// The least squares problems of the jets of a group.
+#pragma once
+
+#include "core/estimators/fits/group_shapes.h"
+#include "core/estimators/options.h"
+
+namespace curvd {
+
+// Coefficients of a polynomial of two variables and the given degree; x^i y^j has index JetIndex(i, j).
+constexpr int JetSize(int degree) { return (degree + 1) * (degree + 2) / 2; }
+constexpr int JetIndex(int i, int j) { return (i + j) * (i + j + 1) / 2 + j; }
+
+// Columns that setting up one problem uses: 1, x .. x^2d, y .. y^2d, z, z x .. z x^d for degree d.
+constexpr size_t JetColumnCount(int degree) { return 5 * static_cast<size_t>(degree) + 2; }
+
+inline constexpr int kMaxJetSize = JetSize(kMaxJetDegree);
+inline constexpr int kMaxJetMoments = JetSize(2 * kMaxJetDegree);
+
+// The least squares problem of each point's jet, in units of rho and in the frame (u, v, axis) around the point.
+struct alignas(64) JetSystems {
+  GroupDoubleVectors u, v, axis;
+  GroupDoubles moments[kMaxJetMoments];    // sums of x^i y^j, and
+  GroupDoubles heights[kMaxJetSize];       // of z x^i y^j, by JetIndex
+  GroupDoubles coefficients[kMaxJetSize];  // the solution
+  GroupDoubles least_pivot;                // of the normal equations, relative to the number of neighbors
+};
+
+}  // namespace curvd

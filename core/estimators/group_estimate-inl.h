@@ -1,0 +1,82 @@
+// The steps of an estimate that all strategies share: load a group, find its neighborhoods, prepare its points.
+
+#if defined(CURVD_CORE_ESTIMATORS_GROUP_ESTIMATE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_GROUP_ESTIMATE_INL_H_
+#undef CURVD_CORE_ESTIMATORS_GROUP_ESTIMATE_INL_H_
+#else
+#define CURVD_CORE_ESTIMATORS_GROUP_ESTIMATE_INL_H_
+#endif
+
+#include "absl/status/status.h"
+#include "core/estimators/frames-inl.h"
+#include "core/estimators/group_points-inl.h"
+#include "core/estimators/group_scratch.h"
+#include "core/estimators/neighborhood_plan.h"
+#include "core/estimators/neighbors-inl.h"
+#include "core/index/point_identity.h"
+#include "core/search/group_search-inl.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// Loads the query points of a group. `fill(i)` gives what is no point of the group values that no kernel trips over, as
+// frames.Fill(i) does.
+template <typename Fill>
+HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch& s, PointCurvature* results,
+                           Fill fill) {
+  LoadGroup(index, group, s.points);
+  // Results are in another order; they are written when all are done.
+  for (size_t i = 0; i < s.points.size; ++i) __builtin_prefetch(&results[SlotOf(s.points.rank[i])], 1);
+  for (size_t i = s.points.size; i < SpatialIndex::kGroupPoints; ++i) {
+    s.frames.Fill(i);
+    fill(i);
+  }
+}
+
+// Finds the neighborhood of each point of the group, records its size, and calls `visit(i, leaves)` with the leaves
+// that were searched, to which s.search.found.positions refers. `visitor` sees each neighborhood first; it must sum the
+// normals into normal_sum[0..2]. query[0..2] is the point of the moment, for visitors that refer to it.
+// Returns an error at the first neighborhood that is too large.
+template <typename Visitor, typename Visit>
+HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const NeighborhoodPlan& plan, float* query,
+                                            const float* normal_sum, const Visitor& visitor, GroupScratch& s,
+                                            Visit visit) {
+  GroupSearch search(index, plan.search, s.points.box, s.search);
+  for (size_t i = 0; i < s.points.size; ++i) {
+    s.points.query.Get(i, query);
+    s.neighborhoods.squared_radius[i] = search.Find(query, visitor);
+    if (s.neighborhoods.squared_radius[i] == GroupSearch::kTooLarge) {
+      return NeighborhoodTooLarge(plan, s.points.rank[i]);
+    }
+    s.neighborhoods.count[i] = static_cast<float>(s.search.found.count);
+    s.neighborhoods.normal_sum.Set(i, normal_sum);
+    visit(i, search.leaves());
+  }
+  search.PassOn();
+  return absl::OkStatus();
+}
+
+// The same where only the sums of the neighbors' normals are wanted.
+template <typename Visit>
+HWY_INLINE absl::Status ForEachNormalSum(const SpatialIndex& index, const NeighborhoodPlan& plan, GroupScratch& s,
+                                         Visit visit) {
+  float query[3], normal_sum[3];
+  return ForEachNeighborhood(index, plan, query, normal_sum, NormalSummer(index, normal_sum), s, visit);
+}
+
+// The same where the neighbors are wanted: they are in `neighbors` when `visit` is called.
+template <typename Visit>
+HWY_INLINE absl::Status ForEachCollected(const SpatialIndex& index, const NeighborhoodPlan& plan,
+                                         NeighborArrays& neighbors, GroupScratch& s, Visit visit) {
+  float query[3], normal_sum[3];
+  const NeighborCollector collector(index, query, neighbors, normal_sum);
+  return ForEachNeighborhood(index, plan, query, normal_sum, collector, s, visit);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#endif  // CURVD_CORE_ESTIMATORS_GROUP_ESTIMATE_INL_H_

@@ -1,0 +1,53 @@
+// Loads the points of a group from the index.
+
+#if defined(CURVD_CORE_ESTIMATORS_GROUP_POINTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_GROUP_POINTS_INL_H_
+#undef CURVD_CORE_ESTIMATORS_GROUP_POINTS_INL_H_
+#else
+#define CURVD_CORE_ESTIMATORS_GROUP_POINTS_INL_H_
+#endif
+
+#include <algorithm>
+#include <limits>
+
+#include "core/estimators/group_points.h"
+#include "core/index/point_identity.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// Loads the points of a group that get results; with kAllPoints also those that are neighbors alone.
+template <bool kAllPoints = false>
+HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& out) {
+  out.size = 0;
+  const size_t first = group * SpatialIndex::kGroupLeaves;
+  const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index.leaf_count());
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  out.box = {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+  for (size_t leaf = first; leaf < last; ++leaf) {
+    const SpatialIndex::LeafPositions& points = index.positions(leaf);
+    const SpatialIndex::LeafNormals& normals = index.normals(leaf);
+    const int count = index.LeafPoints(leaf);
+    for (int i = 0; i < count; ++i) {
+      if (!kAllPoints && !IsQuery(points.id[i])) continue;
+      const float position[3] = {points.x[i], points.y[i], points.z[i]};
+      const float normal[3] = {normals.x[i], normals.y[i], normals.z[i]};
+      for (int axis = 0; axis < 3; ++axis) {
+        out.box.lo[axis] = std::min(out.box.lo[axis], position[axis]);
+        out.box.hi[axis] = std::max(out.box.hi[axis], position[axis]);
+      }
+      out.query.Set(out.size, position);
+      out.normal.Set(out.size, normal);
+      out.rank[out.size] = points.id[i];
+      out.place[out.size++] = static_cast<int32_t>(leaf * SpatialIndex::kLeafSize) + i;
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#endif  // CURVD_CORE_ESTIMATORS_GROUP_POINTS_INL_H_

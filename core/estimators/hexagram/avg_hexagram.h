@@ -1,0 +1,37 @@
+// What the averages over sectors derive from their options, and keep for each worker.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/scratch_array.h"
+#include "core/estimators/group_scratch.h"
+#include "core/estimators/hexagram/hexagram.h"
+#include "core/estimators/hexagram/point_rows.h"
+#include "core/estimators/neighborhood_plan.h"
+
+namespace curvd {
+
+struct AvgHexagramPlan {
+  AvgHexagramPlan(const EstimatorOptions& options, const SpatialIndex& index);
+
+  NeighborhoodPlan neighborhood;
+  int rotations;                // hexagrams a point
+  float cosine[kMaxRotations];  // of the angle that each is turned by
+  float sine[kMaxRotations];
+};
+
+struct AvgHexagramScratch : MeasuringScratch {
+  Hexagram hexagrams[kMaxRotations];  // of each point of the group, the first `rotations` of them
+  PointRows rows;                     // of leaves of the list that was searched last
+  ScratchArray<int32_t> steps;        // neighbors of the point of the moment, and where they lie
+
+  void Fill(size_t i) {
+    for (Hexagram& hexagram : hexagrams) hexagram.Fill(i);
+    measures.Fill(i);
+  }
+  size_t bytes() const override { return sizeof(*this) + search.bytes() + rows.bytes() + steps.bytes(); }
+  static size_t MostBytes(const EstimatorOptions& options, size_t point_count);
+};
+
+}  // namespace curvd

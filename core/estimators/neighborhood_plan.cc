@@ -1,0 +1,54 @@
+#include "core/estimators/neighborhood_plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_format.h"
+#include "core/base/error.h"
+
+namespace curvd {
+
+SearchPlan SearchSizes(const EstimatorOptions& options, size_t most_searched) {
+  if (std::holds_alternative<NeighborRadius>(options.neighborhood)) {
+    return SearchPlan::ByRadius(0.0f, options.max_neighbor_count);
+  }
+  return SearchPlan::ByCount(std::min<size_t>(std::get<NeighborCount>(options.neighborhood).count, most_searched));
+}
+
+size_t MostNeighbors(const EstimatorOptions& options, size_t point_count) {
+  const SearchPlan search = SearchSizes(options);
+  return std::min(search.by_radius ? search.max_neighbor_count : search.searched_count, point_count);
+}
+
+NeighborhoodPlan NeighborhoodPlan::Make(const EstimatorOptions& options, const SpatialIndex& index,
+                                        size_t most_searched) {
+  constexpr double kWholeIndex = 4.0;  // above the squared diagonal of any index
+  NeighborhoodPlan plan{};
+  plan.search = SearchSizes(options, most_searched);
+  plan.average_normal_weight = static_cast<float>(options.average_normal_weight);
+  plan.scale = std::ldexp(1.0, index.scale_exponent());
+  plan.half_scale = std::ldexp(1.0f, index.scale_exponent() / 2);
+  plan.other_half_scale = std::ldexp(1.0f, index.scale_exponent() - index.scale_exponent() / 2);
+  plan.radius_factor = 1.0f;
+  if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) {
+    plan.radius = radius->radius;
+    const double scaled = radius->radius * plan.scale;
+    plan.search.squared_radius = static_cast<float>(std::min(scaled * scaled, kWholeIndex));
+    plan.least_count = kMinNeighborCount;
+  } else {
+    const size_t count = std::get<NeighborCount>(options.neighborhood).count;
+    plan.least_count = plan.search.searched_count;
+    plan.radius_factor = static_cast<float>(std::sqrt(static_cast<double>(count) / plan.search.searched_count));
+  }
+  plan.rho_factor = plan.radius_factor;
+  return plan;
+}
+
+absl::Status NeighborhoodTooLarge(const NeighborhoodPlan& plan, int32_t rank) {
+  return MakeCoreError(ErrorKind::kNeighborhoodTooLarge,
+                       absl::StrFormat("radius %g gives point %d more than %u neighbors, the limit of this server; use "
+                                       "a smaller radius, or neighbor_count",
+                                       plan.radius, rank, plan.search.max_neighbor_count));
+}
+
+}  // namespace curvd

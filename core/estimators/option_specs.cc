@@ -1,0 +1,36 @@
+#include "core/estimators/option_specs.h"
+
+#include <array>
+
+#include "absl/strings/str_cat.h"
+
+namespace curvd {
+
+bool OptionSpec::InRange(const EstimatorOptions& options) const {
+  if (const auto* number = std::get_if<uint32_t EstimatorOptions::*>(&member)) {
+    return options.**number >= least && options.**number <= most;
+  }
+  if (const auto* number = std::get_if<double EstimatorOptions::*>(&member)) {
+    return options.**number >= least && options.**number <= most;
+  }
+  return true;
+}
+
+std::string OptionSpec::ValueText(const EstimatorOptions& options) const {
+  return std::visit([&options](auto field) { return absl::StrCat(options.*field); }, member);
+}
+
+std::span<const OptionSpec> OptionSpecs() {
+  using Options = EstimatorOptions;
+  static constexpr std::array<OptionSpec, 6> kSpecs = {{
+      {"triangle_count", &Options::triangle_count, 1, kMaxTriangleCount, "triangles that random strategies draw"},
+      {"rotation_count", &Options::rotation_count, 1, kMaxRotations, "hexagrams that avg-hexagram averages over"},
+      {"jet_degree", &Options::jet_degree, kMinJetDegree, kMaxJetDegree, "degree of the polynomial that a jet is"},
+      {"average_normal_weight", &Options::average_normal_weight, 0, 1, "share of the neighborhood's mean normal"},
+      {"even_weights", &Options::even_weights, 0, 1, "all triangles of delaunay count alike"},
+      {"seed", &Options::seed, 0, 0, "of the random strategies"},
+  }};
+  return kSpecs;
+}
+
+}  // namespace curvd

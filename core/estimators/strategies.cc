@@ -1,0 +1,39 @@
+#include "core/estimators/strategies.h"
+
+#include <algorithm>
+#include <array>
+
+namespace curvd {
+
+// The rows, each beside its kernel.
+extern const Strategy kAvgHexagram;
+extern const Strategy kHexagram;
+extern const Strategy kUniform;
+extern const Strategy kIndependent;
+extern const Strategy kDelaunay;
+extern const Strategy kJet;
+extern const Strategy kAso;
+
+std::span<const Strategy* const> Strategies() {
+  static constexpr std::array<const Strategy*, 7> kStrategies = {&kAvgHexagram, &kHexagram, &kUniform, &kIndependent,
+                                                                 &kDelaunay,    &kJet,      &kAso};
+  return kStrategies;
+}
+
+const Strategy* FindStrategy(std::string_view name) {
+  const auto strategies = Strategies();
+  const auto found = std::find_if(strategies.begin(), strategies.end(),
+                                  [name](const Strategy* strategy) { return strategy->name == name; });
+  return found == strategies.end() ? nullptr : *found;
+}
+
+std::string StrategyNames() {
+  std::string names;
+  for (const Strategy* strategy : Strategies()) {
+    if (!names.empty()) names += ", ";
+    names += strategy->name;
+  }
+  return names;
+}
+
+}  // namespace curvd

@@ -1,0 +1,21 @@
+// The table of strategies: every way in which this library makes curvature of a neighborhood.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/estimators/strategy.h"
+
+namespace curvd {
+
+// All of them, the default first, in an order that does not change.
+std::span<const Strategy* const> Strategies();
+
+// The strategy of that name, or nullptr.
+const Strategy* FindStrategy(std::string_view name);
+
+// All names, for messages: "avg-hexagram, hexagram, ...".
+std::string StrategyNames();
+
+}  // namespace curvd

@@ -1,0 +1,80 @@
+// What an estimator is to the rest of the core: a row in a table, and what it runs.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/estimators/curvature_field.h"
+#include "core/estimators/options.h"
+#include "core/index/spatial_index.h"
+
+namespace curvd {
+
+// What one thread works with while it runs the phases of a strategy. Each strategy derives its own. Not thread-safe.
+struct WorkerScratch {
+  virtual ~WorkerScratch() = default;
+  // Bytes that it holds, itself included.
+  virtual size_t bytes() const = 0;
+
+  // How many points it has written, by PointStatus.
+  std::array<uint64_t, kPointStatusEnd> status_counts{};
+};
+
+// One pass over the groups of an index. Phases run one after the other; the groups of a phase in any order, on any
+// thread.
+struct GroupPhase {
+  // What progress and errors call it; outlives the run.
+  std::string_view name;
+  // Called once, before any group; allocates what the phase needs. May be empty.
+  // Errors: RESOURCE_EXHAUSTED, there is no memory.
+  std::function<absl::Status()> begin;
+  // Thread-safe for distinct groups and distinct scratch, which is of the run's MakeScratch.
+  // Errors: ErrorKind::kNeighborhoodTooLarge; the run is then of no further use. May throw std::bad_alloc.
+  std::function<absl::Status(size_t group, WorkerScratch& scratch)> run;
+};
+
+// One estimate: what all workers share.
+class StrategyRun {
+ public:
+  virtual ~StrategyRun() = default;
+  virtual std::unique_ptr<WorkerScratch> MakeScratch() const = 0;
+  // The phases, in order, which refer to this run. The last one writes every result.
+  virtual std::vector<GroupPhase> Phases() = 0;
+  // Bytes that its phases have allocated for all workers together.
+  virtual size_t bytes() const { return 0; }
+};
+
+// An option that a strategy reads, besides `neighborhood` and `average_normal_weight`, which all take; by its name in
+// core/estimators/option_specs.h.
+using OptionName = std::string_view;
+
+struct Strategy {
+  // What clients, files and command lines call it: "avg-hexagram".
+  std::string_view name;
+  // What curvature.v1.Estimator calls it, without the prefix ESTIMATOR_; empty: `name` in capitals, with _ for -.
+  std::string_view wire_name;
+  // What it makes of a neighborhood, in one line.
+  std::string_view summary;
+  std::span<const OptionName> options;
+  // Whether a cloud without normals can not be estimated by it.
+  bool needs_normals;
+  // Bytes a point beyond cloud, index and results, which its phases allocate.
+  size_t bytes_per_point;
+  // Bytes that the scratch of one worker holds at most for a cloud of so many points.
+  // REQUIRES: options.Validate() is OK.
+  size_t (*scratch_bytes)(const EstimatorOptions& options, size_t point_count);
+  // Prepares the estimate of every query point of `index`, which outlives the run, like `results`:
+  // results[SlotOf(rank)] is written for each. REQUIRES: options.Validate() is OK; by count, the index holds as many
+  // points as are asked for.
+  std::unique_ptr<StrategyRun> (*start)(const EstimatorOptions& options, const SpatialIndex& index,
+                                        PointCurvature* results);
+};
+
+}  // namespace curvd

@@ -1,0 +1,37 @@
+// What the strategies of random triangles derive from their options, and keep for each worker.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/scratch_array.h"
+#include "core/estimators/group_scratch.h"
+#include "core/estimators/neighborhood_plan.h"
+#include "core/estimators/neighbors.h"
+
+namespace curvd {
+
+struct TrianglePlan {
+  TrianglePlan(const EstimatorOptions& options, const SpatialIndex& index)
+      : neighborhood(NeighborhoodPlan::Make(options, index)),
+        triangle_count(options.triangle_count),
+        seed(options.seed) {}
+
+  NeighborhoodPlan neighborhood;
+  uint32_t triangle_count;
+  uint64_t seed;
+};
+
+struct TriangleScratch : MeasuringScratch {
+  NeighborArrays neighbors;        // of the point of the moment
+  ScratchArray<uint32_t> shuffle;  // independent: the order of the neighbors
+
+  size_t bytes() const override { return sizeof(*this) + search.bytes() + neighbors.bytes() + shuffle.bytes(); }
+  static size_t MostBytes(const EstimatorOptions& options, size_t point_count) {
+    const size_t neighbors = MostNeighbors(options, point_count);
+    return sizeof(TriangleScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
+           NeighborArrays::MostBytes(neighbors) + ScratchArray<uint32_t>::MostBytes(neighbors);
+  }
+};
+
+}  // namespace curvd
