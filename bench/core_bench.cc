@@ -94,7 +94,7 @@ void AddOurs(const Case& c, const char* way, uint32_t rotations, WorkerPool& poo
              SideBySide& comparison) {
   comparison.Add(way, [&c, &fields, &pool, way, rotations] {
     CurvatureField field;
-    Figures figures = RunCore(c.cloud, OptionsFor(EstimatorKind::kAvgHexagram, c.k, rotations), pool, &field);
+    Figures figures = RunCore(c.cloud, OptionsFor("avg-hexagram", c.k, rotations), pool, &field);
     const std::span<const PointCurvature> points = field.points.span();
     fields.by_way[way].assign(points.begin(), points.end());
     return figures;

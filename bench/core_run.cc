@@ -24,7 +24,7 @@ Figures RunCore(const BenchCloud& cloud, const EstimatorOptions& options, Worker
   return {{"total", cpu}, {"build", build}, {"query", cpu - build}, {"wall", wall}};
 }
 
-EstimatorOptions OptionsFor(EstimatorKind estimator, uint32_t k, uint32_t rotations) {
+EstimatorOptions OptionsFor(std::string_view estimator, uint32_t k, uint32_t rotations) {
   EstimatorOptions options;
   options.estimator = estimator;
   options.neighborhood = NeighborCount{k};

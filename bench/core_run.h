@@ -16,6 +16,6 @@ Figures RunCore(const BenchCloud& cloud, const EstimatorOptions& options, Worker
                 CurvatureField* field = nullptr);
 
 // Options for `k` neighbors.
-EstimatorOptions OptionsFor(EstimatorKind estimator, uint32_t k, uint32_t rotations = 1);
+EstimatorOptions OptionsFor(std::string_view estimator, uint32_t k, uint32_t rotations = 1);
 
 }  // namespace curvd::bench

@@ -2,31 +2,33 @@
 #define HWY_TARGET_INCLUDE "bench/core_search.cc"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
-#include "core/estimators/group-inl.h"
+#include <cmath>
+
+#include "core/estimators/group_points-inl.h"
+#include "core/estimators/neighbors-inl.h"
+#include "core/search/group_search-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-template <Wanted kWanted>
-HWY_INLINE void SearchGroups(const SpatialIndex& index, const EstimationPlan& plan, float* radii) {
-  GroupScratch scratch;
-  GroupScratch::Buffers& b = scratch.buffers();
-  const auto unit = static_cast<float>(1.0 / plan.scale);
+void SearchGroupsKernel(const SpatialIndex& index, const SearchPlan& plan, bool collect, float* radii) {
+  SearchScratch scratch;
+  GroupPoints points;
+  NeighborArrays neighbors;
+  float query[3], normal_sum[3];
+  const auto unit = static_cast<float>(std::ldexp(1.0, -index.scale_exponent()));
   for (size_t group = 0; group < index.group_count(); ++group) {
-    const Box box = LoadGroup(index, group, b);
-    GroupSearch<kWanted> search(index, plan, box, b);
-    for (size_t i = 0; i < b.size; ++i) radii[b.id[i]] = std::sqrt(search.Find(i)) * unit;
-    b.reach_hint = search.largest_squared_radius();
-  }
-}
-
-void SearchGroupsKernel(const SpatialIndex& index, const EstimationPlan& plan, float* radii) {
-  if (plan.estimator == EstimatorKind::kHexagram) {
-    SearchGroups<Wanted::kNormalSum>(index, plan, radii);
-  } else {
-    SearchGroups<Wanted::kNeighbors>(index, plan, radii);
+    LoadGroup(index, group, points);
+    GroupSearch search(index, plan, points.box, scratch);
+    for (size_t i = 0; i < points.size; ++i) {
+      points.query.Get(i, query);
+      const float squared = collect ? search.Find(query, NeighborCollector(index, query, neighbors, normal_sum))
+                                    : search.Find(query, NormalSummer(index, normal_sum));
+      radii[SlotOf(points.rank[i])] = std::sqrt(squared) * unit;
+    }
+    search.PassOn();
   }
 }
 
@@ -36,7 +38,7 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -70,12 +72,12 @@ SpatialIndex BuildIndex(Cloud cloud) {
   return builder.Take();
 }
 
-void SearchByGroups(const SpatialIndex& index, EstimatorKind estimator, uint32_t k, float* radii) {
-  EstimatorOptions options;
-  options.estimator = estimator;
-  options.neighborhood = NeighborCount{k};
-  const EstimationPlan plan = EstimationPlan::Make(options, index);
-  HWY_DYNAMIC_DISPATCH(SearchGroupsKernel)(index, plan, radii);
+void SearchByGroups(const SpatialIndex& index, std::string_view estimator, uint32_t k, float* radii) {
+  // The hexagram searches for its scale alone (core/estimators/hexagram/hexagram.cc).
+  constexpr uint32_t kHexagramSearch = 48;
+  const bool hexagram = estimator == "hexagram";
+  const SearchPlan plan = SearchPlan::ByCount(hexagram ? std::min(k, kHexagramSearch) : k);
+  HWY_DYNAMIC_DISPATCH(SearchGroupsKernel)(index, plan, !hexagram, radii);
 }
 
 void SearchByDescent(const SpatialIndex& index, uint32_t k, float* radii) {

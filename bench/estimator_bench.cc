@@ -11,17 +11,17 @@ namespace {
 
 struct NamedEstimator {
   const char* name;
-  EstimatorKind kind;
+  std::string_view kind;
   uint32_t rotations;
 };
-constexpr NamedEstimator kEstimators[] = {{"avg-hexagram, 1 rotation", EstimatorKind::kAvgHexagram, 1},
-                                          {"avg-hexagram, 2 rotations (default)", EstimatorKind::kAvgHexagram, 2},
-                                          {"hexagram", EstimatorKind::kHexagram, 1},
-                                          {"uniform, 100 triangles", EstimatorKind::kUniform, 1},
-                                          {"independent, 100 triangles", EstimatorKind::kIndependent, 1},
-                                          {"delaunay", EstimatorKind::kDelaunay, 1},
-                                          {"jet, degree 2", EstimatorKind::kJetFitting, 1},
-                                          {"algebraic shape operator", EstimatorKind::kAlgebraicShapeOperator, 1}};
+constexpr NamedEstimator kEstimators[] = {{"avg-hexagram, 1 rotation", "avg-hexagram", 1},
+                                          {"avg-hexagram, 2 rotations (default)", "avg-hexagram", 2},
+                                          {"hexagram", "hexagram", 1},
+                                          {"uniform, 100 triangles", "uniform", 1},
+                                          {"independent, 100 triangles", "independent", 1},
+                                          {"delaunay", "delaunay", 1},
+                                          {"jet, degree 2", "jet", 1},
+                                          {"algebraic shape operator", "aso", 1}};
 
 double MicrosPerPoint(const BenchCloud& cloud, Figures& figures) {
   return 1e6 * figures["total"] / static_cast<double>(cloud.size());
@@ -53,8 +53,7 @@ double CompareHexagrams(const BenchCloud& cloud, int rounds, WorkerPool& pool, T
   constexpr uint32_t kCounts[] = {50, 100, 200, 500, 1000};
   SideBySide comparison(absl::StrCat(cloud.name, " ", cloud.size(), " hexagram"));
   for (uint32_t k : kCounts) {
-    comparison.Add(absl::StrCat("K=", k),
-                   [&, k] { return RunCore(cloud, OptionsFor(EstimatorKind::kHexagram, k), pool); });
+    comparison.Add(absl::StrCat("K=", k), [&, k] { return RunCore(cloud, OptionsFor("hexagram", k), pool); });
   }
   auto medians = comparison.Run(rounds);
   double least = 1e9, most = 0.0;

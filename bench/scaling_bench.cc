@@ -12,9 +12,7 @@
 namespace curvd::bench {
 namespace {
 
-EstimatorOptions Options(uint32_t k) {
-  return OptionsFor(EstimatorKind::kAvgHexagram, k, EstimatorOptions().rotation_count);
-}
+EstimatorOptions Options(uint32_t k) { return OptionsFor("avg-hexagram", k, EstimatorOptions().rotation_count); }
 
 // Seconds of a median run in one thread.
 double SecondsFor(const BenchCloud& cloud, uint32_t k, int rounds, WorkerPool& pool) {

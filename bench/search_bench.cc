@@ -68,7 +68,7 @@ void Measure(const BenchCloud& cloud, uint32_t k, int rounds, Table& table) {
   Radii radii;
   SideBySide comparison(absl::StrCat(cloud.name, " ", cloud.size(), " K=", k));
   const auto by_groups = [](const SpatialIndex& index, uint32_t count, float* out) {
-    SearchByGroups(index, EstimatorKind::kAvgHexagram, count, out);
+    SearchByGroups(index, "avg-hexagram", count, out);
   };
   AddOurs(cloud, kGroups, k, by_groups, radii, comparison);
   AddOurs(cloud, kDescent, k, SearchByDescent, radii, comparison);

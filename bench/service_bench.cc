@@ -41,9 +41,7 @@ std::unique_ptr<curv::CurvatureClient> ConnectTo(const ServerProcess& server) {
   return *std::move(client);
 }
 
-EstimatorOptions LocalOptions() {
-  return OptionsFor(EstimatorKind::kAvgHexagram, kNeighbors, EstimatorOptions().rotation_count);
-}
+EstimatorOptions LocalOptions() { return OptionsFor("avg-hexagram", kNeighbors, EstimatorOptions().rotation_count); }
 
 // The service must return what the core computes, to the bit; ends the program otherwise.
 void CheckSameResults(const CurvatureField& local, const curv::CurvatureResult& remote) {

@@ -7,19 +7,19 @@
 namespace curvd::bench {
 namespace {
 
-Method Plain(const std::string& name, EstimatorKind kind) {
+Method Plain(const std::string& name, std::string_view kind) {
   Method method{.name = name, .options = {}};
   method.options.estimator = kind;
   return method;
 }
 
 Method AvgHexagram(uint32_t rotations) {
-  Method method = Plain(absl::StrCat("avg-hexagram R=", rotations), EstimatorKind::kAvgHexagram);
+  Method method = Plain(absl::StrCat("avg-hexagram R=", rotations), "avg-hexagram");
   method.options.rotation_count = rotations;
   return method;
 }
 
-Method Triangles(const std::string& name, EstimatorKind kind, uint32_t triangles) {
+Method Triangles(const std::string& name, std::string_view kind, uint32_t triangles) {
   Method method = Plain(absl::StrCat(name, " L=", triangles), kind);
   method.options.triangle_count = triangles;
   return method;
@@ -27,13 +27,13 @@ Method Triangles(const std::string& name, EstimatorKind kind, uint32_t triangles
 
 // The paper's, all triangles alike.
 Method EvenDelaunay() {
-  Method method = Plain("delaunay even", EstimatorKind::kDelaunay);
+  Method method = Plain("delaunay even", "delaunay");
   method.options.even_weights = true;
   return method;
 }
 
 Method Jet(uint32_t degree) {
-  Method method = Plain(absl::StrCat("jet degree ", degree), EstimatorKind::kJetFitting);
+  Method method = Plain(absl::StrCat("jet degree ", degree), "jet");
   method.options.jet_degree = degree;
   return method;
 }
@@ -43,16 +43,16 @@ Method Jet(uint32_t degree) {
 std::vector<Method> PaperMethods() {
   std::vector<Method> methods;
   for (uint32_t rotations = 1; rotations <= kMaxRotations; ++rotations) methods.push_back(AvgHexagram(rotations));
-  methods.push_back(Plain("hexagram", EstimatorKind::kHexagram));
+  methods.push_back(Plain("hexagram", "hexagram"));
   for (uint32_t triangles : {10u, 50u, 100u, 200u}) {
-    methods.push_back(Triangles("uniform", EstimatorKind::kUniform, triangles));
+    methods.push_back(Triangles("uniform", "uniform", triangles));
   }
-  methods.push_back(Triangles("independent", EstimatorKind::kIndependent, 100));
-  methods.push_back(Plain("delaunay", EstimatorKind::kDelaunay));
+  methods.push_back(Triangles("independent", "independent", 100));
+  methods.push_back(Plain("delaunay", "delaunay"));
   methods.push_back(EvenDelaunay());
   methods.push_back(Jet(2));
   methods.push_back(Jet(4));
-  methods.push_back(Plain("aso", EstimatorKind::kAlgebraicShapeOperator));
+  methods.push_back(Plain("aso", "aso"));
   return methods;
 }
 

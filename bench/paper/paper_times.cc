@@ -69,31 +69,32 @@ struct Peer {
 // What `method` is measured against; nothing for several rotations, which no peer has.
 std::optional<Peer> PeerOf(const Method& method) {
   const EstimatorOptions& options = method.options;
-  switch (options.estimator) {
-    case EstimatorKind::kAvgHexagram:
-      if (options.rotation_count > 1) return std::nullopt;
-      return Peer{"plain double", RunPlainAvgHexagram};
-    case EstimatorKind::kHexagram:
-      return Peer{"plain double", RunPlainHexagram};
-    case EstimatorKind::kUniform:
-      return Peer{"plain double", [count = options.triangle_count](const auto& cloud, const auto& near, auto* out) {
-                    RunPlainUniform(cloud, near, count, out);
-                  }};
-    case EstimatorKind::kIndependent:
-      return Peer{"plain double", [count = options.triangle_count](const auto& cloud, const auto& near, auto* out) {
-                    RunPlainIndependent(cloud, near, count, out);
-                  }};
-    case EstimatorKind::kDelaunay:
-      return Peer{"plain double",
-                  [](const auto& cloud, const auto& near, auto* out) { RunPlainUmbrellas(cloud, near, 31, out); },
-                  true};
-    case EstimatorKind::kJetFitting:
-      return Peer{"CGAL", [degree = options.jet_degree](const auto& cloud, const auto& near, auto* out) {
-                    RunCgalJet(cloud, near, degree, out);
-                  }};
-    case EstimatorKind::kAlgebraicShapeOperator:
-      return Peer{"plain double", RunPlainShapeOperator};
+  const std::string_view estimator = options.estimator;
+  if (estimator == "avg-hexagram") {
+    if (options.rotation_count > 1) return std::nullopt;
+    return Peer{"plain double", RunPlainAvgHexagram};
   }
+  if (estimator == "hexagram") return Peer{"plain double", RunPlainHexagram};
+  if (estimator == "uniform") {
+    return Peer{"plain double", [count = options.triangle_count](const auto& cloud, const auto& near, auto* out) {
+                  RunPlainUniform(cloud, near, count, out);
+                }};
+  }
+  if (estimator == "independent") {
+    return Peer{"plain double", [count = options.triangle_count](const auto& cloud, const auto& near, auto* out) {
+                  RunPlainIndependent(cloud, near, count, out);
+                }};
+  }
+  if (estimator == "delaunay") {
+    return Peer{"plain double",
+                [](const auto& cloud, const auto& near, auto* out) { RunPlainUmbrellas(cloud, near, 31, out); }, true};
+  }
+  if (estimator == "jet") {
+    return Peer{"CGAL", [degree = options.jet_degree](const auto& cloud, const auto& near, auto* out) {
+                  RunCgalJet(cloud, near, degree, out);
+                }};
+  }
+  if (estimator == "aso") return Peer{"plain double", RunPlainShapeOperator};
   return std::nullopt;
 }
 
@@ -154,7 +155,7 @@ class Comparison {
   static std::string Theirs(const Method& method) { return "peer: " + method.name; }
   // Hexagram searches in its own way, all others alike.
   static std::string SearchOf(const Method& method) {
-    return method.options.estimator == EstimatorKind::kHexagram ? "search of hexagram" : "search";
+    return method.options.estimator == "hexagram" ? "search of hexagram" : "search";
   }
 
   void AddSearch(const Method& method) {

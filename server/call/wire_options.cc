@@ -6,8 +6,8 @@
 #include "absl/strings/str_cat.h"
 #include "core/estimators/option_specs.h"
 #include "google/protobuf/message.h"
-#include "server/call/error_detail.h"
-#include "server/call/reasons.h"
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
 
 namespace curvd {
 namespace {

@@ -12,14 +12,11 @@
 namespace {
 
 using curv::Vec3;
-using curvd::EstimatorKind;
 using curvd::PointCurvature;
 using curvd::PointStatus;
 
-constexpr EstimatorKind kEstimators[] = {
-    EstimatorKind::kAvgHexagram,           EstimatorKind::kHexagram, EstimatorKind::kUniform,
-    EstimatorKind::kIndependent,           EstimatorKind::kDelaunay, EstimatorKind::kJetFitting,
-    EstimatorKind::kAlgebraicShapeOperator};
+constexpr std::string_view kEstimators[] = {"avg-hexagram", "hexagram", "uniform", "independent",
+                                            "delaunay",     "jet",      "aso"};
 
 struct Samples {
   std::vector<Vec3> positions;
@@ -75,7 +72,7 @@ std::vector<PointCurvature> Estimate(const Samples& samples, const curvd::Estima
   return {points.begin(), points.end()};
 }
 
-curvd::EstimatorOptions With(EstimatorKind estimator, uint32_t k = 50) {
+curvd::EstimatorOptions With(std::string_view estimator, uint32_t k = 50) {
   curvd::EstimatorOptions options;
   options.estimator = estimator;
   options.neighborhood = curvd::NeighborCount{k};
@@ -94,7 +91,7 @@ double MedianOf(std::vector<double> values) {
 TEST(AnalyticTest, SignsAndOrderFollowTheConventions) {
   for (const char* name : {"sphere", "torus", "cylinder", "saddle", "goursat", "ellipsoid", "plane"}) {
     const Samples samples = Sample(name, 20'000);
-    for (EstimatorKind estimator : kEstimators) {
+    for (std::string_view estimator : kEstimators) {
       const std::vector<PointCurvature> points = Estimate(samples, With(estimator));
       for (size_t i = 0; i < points.size(); ++i) {
         const PointCurvature& p = points[i];
@@ -117,9 +114,7 @@ TEST(AnalyticTest, SignsAndOrderFollowTheConventions) {
 TEST(AnalyticTest, DirectionsFollowCylinderAndSaddle) {
   for (const char* name : {"cylinder", "saddle"}) {
     const Samples samples = Sample(name, 20'000);
-    for (EstimatorKind estimator :
-         {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform, EstimatorKind::kDelaunay,
-          EstimatorKind::kJetFitting, EstimatorKind::kAlgebraicShapeOperator}) {
+    for (std::string_view estimator : {"avg-hexagram", "hexagram", "uniform", "delaunay", "jet", "aso"}) {
       const std::vector<PointCurvature> points = Estimate(samples, With(estimator));
       std::vector<double> angles;
       for (size_t i = 0; i < points.size(); ++i) {
@@ -137,7 +132,7 @@ TEST(AnalyticTest, ErrorFallsWithTheSquareOfTheSpacing) {
   // comes from the samples' unevenness and falls more slowly.
   const auto mean_error = [](size_t count) {
     const Samples samples = Sample("torus", count);
-    const std::vector<PointCurvature> points = Estimate(samples, With(EstimatorKind::kAvgHexagram, 100));
+    const std::vector<PointCurvature> points = Estimate(samples, With("avg-hexagram", 100));
     double sum = 0.0;
     for (size_t i = 0; i < points.size(); ++i) sum += std::abs(points[i].mean - samples.truth[i].mean);
     return sum / static_cast<double>(points.size());
@@ -147,8 +142,7 @@ TEST(AnalyticTest, ErrorFallsWithTheSquareOfTheSpacing) {
 
 TEST(AnalyticTest, ScalesRotationsAndShiftsChangeNothingElse) {
   const Samples samples = Sample("goursat", 10'000);
-  for (EstimatorKind estimator : {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kDelaunay,
-                                  EstimatorKind::kJetFitting, EstimatorKind::kAlgebraicShapeOperator}) {
+  for (std::string_view estimator : {"avg-hexagram", "hexagram", "delaunay", "jet", "aso"}) {
     const std::vector<PointCurvature> original = Estimate(samples, With(estimator));
     for (const Transform& transform : {Transform{.scale = 1e-6}, Transform{.scale = 1e6}, Transform{.shift = 5e6},
                                        Transform{.scale = 1e-3, .shift = 5e3}}) {
@@ -172,9 +166,8 @@ TEST(AnalyticTest, ScalesRotationsAndShiftsChangeNothingElse) {
 TEST(AnalyticTest, RotationMovesEstimatesLessThanTheirError) {
   // The hexagram's axes follow the coordinate axes, so a rotation is not exact; it must stay within the error.
   const Samples samples = Sample("goursat", 10'000);
-  const std::vector<PointCurvature> original = Estimate(samples, With(EstimatorKind::kAvgHexagram));
-  const std::vector<PointCurvature> turned =
-      Estimate(samples, With(EstimatorKind::kAvgHexagram), Transform{.angle = 1.0});
+  const std::vector<PointCurvature> original = Estimate(samples, With("avg-hexagram"));
+  const std::vector<PointCurvature> turned = Estimate(samples, With("avg-hexagram"), Transform{.angle = 1.0});
   double moved = 0.0, error = 0.0;
   for (size_t i = 0; i < original.size(); ++i) {
     moved += std::abs(turned[i].mean - original[i].mean);
@@ -186,8 +179,8 @@ TEST(AnalyticTest, RotationMovesEstimatesLessThanTheirError) {
 TEST(AnalyticTest, RotationDoesNotMoveDelaunayEstimates) {
   // They depend on no axes, so what remains is rounding, and the few neighbors that it moves across a bound.
   const Samples samples = Sample("goursat", 10'000);
-  const std::vector<PointCurvature> original = Estimate(samples, With(EstimatorKind::kDelaunay));
-  const std::vector<PointCurvature> turned = Estimate(samples, With(EstimatorKind::kDelaunay), Transform{.angle = 1.0});
+  const std::vector<PointCurvature> original = Estimate(samples, With("delaunay"));
+  const std::vector<PointCurvature> turned = Estimate(samples, With("delaunay"), Transform{.angle = 1.0});
   std::vector<double> moved;
   for (size_t i = 0; i < original.size(); ++i) moved.push_back(std::abs(turned[i].mean - original[i].mean));
   EXPECT_LT(MedianOf(moved), 2e-6);
@@ -211,18 +204,18 @@ SummedErrors ErrorsOf(const Samples& samples, const curvd::EstimatorOptions& opt
 TEST(AnalyticTest, DelaunayIsAtLeastAsAccurateAsAvgHexagramAtSmallCounts) {
   // Lachaud et al. 2023, Figure 4, clean data. Against the paper's hexagram in all, and against ours, which averages
   // two, in the mean curvature.
-  curvd::EstimatorOptions paper = With(EstimatorKind::kAvgHexagram);
+  curvd::EstimatorOptions paper = With("avg-hexagram");
   paper.rotation_count = 1;
   for (const char* name : {"goursat", "torus"}) {
     const Samples samples = Sample(name, 25'000);
     for (uint32_t k : {10u, 15u, 25u}) {
       paper.neighborhood = curvd::NeighborCount{k};
-      const SummedErrors delaunay = ErrorsOf(samples, With(EstimatorKind::kDelaunay, k));
+      const SummedErrors delaunay = ErrorsOf(samples, With("delaunay", k));
       const SummedErrors hexagram = ErrorsOf(samples, paper);
       EXPECT_LE(delaunay.mean, hexagram.mean) << name << " K = " << k;
       EXPECT_LE(delaunay.gaussian, hexagram.gaussian) << name << " K = " << k;
       EXPECT_LE(delaunay.principal, hexagram.principal) << name << " K = " << k;
-      EXPECT_LE(delaunay.mean, ErrorsOf(samples, With(EstimatorKind::kAvgHexagram, k)).mean) << name << " K = " << k;
+      EXPECT_LE(delaunay.mean, ErrorsOf(samples, With("avg-hexagram", k)).mean) << name << " K = " << k;
     }
   }
 }
@@ -231,7 +224,7 @@ TEST(AnalyticTest, FittedSurfacesTurnWithTheCloud) {
   // Fits know no axes but their own: what is left is the rounding of turned coordinates to float, which moves a few
   // neighbors across a bound.
   const Samples samples = Sample("goursat", 10'000);
-  for (EstimatorKind estimator : {EstimatorKind::kJetFitting, EstimatorKind::kAlgebraicShapeOperator}) {
+  for (std::string_view estimator : {"jet", "aso"}) {
     const std::vector<PointCurvature> original = Estimate(samples, With(estimator));
     const Transform transform{.angle = 1.0};
     const std::vector<PointCurvature> turned = Estimate(samples, With(estimator), transform);
@@ -250,8 +243,7 @@ TEST(AnalyticTest, FittedSurfacesTurnWithTheCloud) {
 
 TEST(AnalyticTest, FlippingAllNormalsFlipsTheSigns) {
   Samples samples = Sample("torus", 10'000);
-  for (EstimatorKind estimator :
-       {EstimatorKind::kAvgHexagram, EstimatorKind::kJetFitting, EstimatorKind::kAlgebraicShapeOperator}) {
+  for (std::string_view estimator : {"avg-hexagram", "jet", "aso"}) {
     for (auto& truth : samples.truth) truth.normal = -truth.normal;
     const std::vector<PointCurvature> inward = Estimate(samples, With(estimator));
     for (auto& truth : samples.truth) truth.normal = -truth.normal;

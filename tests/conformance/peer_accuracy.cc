@@ -32,20 +32,20 @@ namespace {
 struct Method {
   const char* peer;
   const char* name;
-  curvd::EstimatorKind estimator;
+  std::string_view estimator;
   uint32_t triangle_count;
   uint32_t jet_degree;
   double bound;
   bool is_fit;
 };
 constexpr Method kMethods[] = {
-    {"RefU10", "uniform L=10", curvd::EstimatorKind::kUniform, 10, 2, 1.03, false},
-    {"RefU100", "uniform L=100", curvd::EstimatorKind::kUniform, 100, 2, 1.03, false},
-    {"RefHex", "hexagram", curvd::EstimatorKind::kHexagram, 100, 2, 1.15, false},
-    {"RefAvgHex", "avg-hexagram", curvd::EstimatorKind::kAvgHexagram, 100, 2, 1.03, false},
-    {"CGALJet4", "jet degree 4", curvd::EstimatorKind::kJetFitting, 100, 4, 1.03, true},
-    {"CGALJet2", "jet degree 2", curvd::EstimatorKind::kJetFitting, 100, 2, 1.03, true},
-    {"PoncaASO", "aso", curvd::EstimatorKind::kAlgebraicShapeOperator, 100, 2, 1.02, true},
+    {"RefU10", "uniform L=10", "uniform", 10, 2, 1.03, false},
+    {"RefU100", "uniform L=100", "uniform", 100, 2, 1.03, false},
+    {"RefHex", "hexagram", "hexagram", 100, 2, 1.15, false},
+    {"RefAvgHex", "avg-hexagram", "avg-hexagram", 100, 2, 1.03, false},
+    {"CGALJet4", "jet degree 4", "jet", 100, 4, 1.03, true},
+    {"CGALJet2", "jet degree 2", "jet", 100, 2, 1.03, true},
+    {"PoncaASO", "aso", "aso", 100, 2, 1.02, true},
 };
 
 struct CloudKey {

@@ -94,7 +94,7 @@ std::vector<int> Ids(const std::vector<Ranked>& ranked, size_t count) {
 // Avg-hexagram or hexagram, from a neighborhood whose radius and margin are already in `result`.
 void EstimateByHexagrams(const TestPoints& points, size_t i, const std::vector<int>& ids,
                          const EstimatorOptions& options, ReferenceCurvature& result) {
-  const bool hexagram = options.estimator == EstimatorKind::kHexagram;
+  const bool hexagram = options.estimator == "hexagram";
   Vector3d mean_normal = Vector3d::Zero();
   for (int id : ids) mean_normal += ToVector(points.normals[id]);
   mean_normal /= static_cast<double>(ids.size());
@@ -121,9 +121,8 @@ void EstimateByFit(const TestPoints& points, size_t i, const std::vector<int>& i
                    ReferenceCurvature& result) {
   const ReferenceNeighborhood neighborhood = NeighborhoodOf(points, i, ids);
   const std::optional<Eigen::Matrix2d> shape =
-      options.estimator == EstimatorKind::kJetFitting
-          ? JetShapeOperator(neighborhood, static_cast<int>(options.jet_degree))
-          : AlgebraicShapeOperator(neighborhood, result.radius);
+      options.estimator == "jet" ? JetShapeOperator(neighborhood, static_cast<int>(options.jet_degree))
+                                 : AlgebraicShapeOperator(neighborhood, result.radius);
   if (!shape.has_value()) return;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(*shape, Eigen::EigenvaluesOnly);
   result.estimated = true;
@@ -145,7 +144,7 @@ std::vector<int> IdsWithin(const TestPoints& points, size_t i, double radius) {
 }
 
 ReferenceCurvature ReferenceEstimate(const TestPoints& points, size_t i, const EstimatorOptions& options) {
-  const bool hexagram = options.estimator == EstimatorKind::kHexagram;
+  const bool hexagram = options.estimator == "hexagram";
   const std::vector<Ranked> ranked = RankAll(points, i);
   const auto* by_count = std::get_if<NeighborCount>(&options.neighborhood);
   size_t searched;
@@ -160,7 +159,7 @@ ReferenceCurvature ReferenceEstimate(const TestPoints& points, size_t i, const E
   const double factor = by_count != nullptr ? std::sqrt(static_cast<double>(by_count->count) / searched) : 1.0;
   result.radius = searched_radius * factor;
   const std::vector<int> ids = Ids(ranked, searched);
-  if (hexagram || options.estimator == EstimatorKind::kAvgHexagram) {
+  if (hexagram || options.estimator == "avg-hexagram") {
     EstimateByHexagrams(points, i, ids, options, result);
   } else {
     EstimateByFit(points, i, ids, options, result);

@@ -82,7 +82,7 @@ TEST_P(KernelTest, HexagramMatchesTheDoubleOracle) {
   // The largest figures reach around the sphere, far from any point.
   for (uint32_t k : {4u, 15u, 50u, 300u, 1900u}) {
     EstimatorOptions options;
-    options.estimator = EstimatorKind::kHexagram;
+    options.estimator = "hexagram";
     options.neighborhood = NeighborCount{k};
     ExpectNearReference(Sphere(2000, 3.0), options, 11);
     ExpectNearReference(RandomPoints(Layout::kCoplanar, 2000, k), options, 11);
@@ -109,7 +109,7 @@ TEST_P(KernelTest, CornersThatTieGoToTheLowerId) {
       points.Add(2.25 * x, y, 0, nx, ny, std::sqrt(1.0 - nx * nx - ny * ny));
     }
     EstimatorOptions options;
-    options.estimator = EstimatorKind::kHexagram;
+    options.estimator = "hexagram";
     options.neighborhood = NeighborRadius{2.3};
     options.average_normal_weight = 0.0;
     const EstimationResult result = MustEstimate(points.ToCloud(), options);
@@ -126,7 +126,7 @@ TEST_P(KernelTest, JetsMatchTheDoubleOracle) {
   for (uint32_t degree : {2u, 3u, 4u}) {
     for (uint32_t k : {25u, 50u, 300u}) {
       EstimatorOptions options;
-      options.estimator = EstimatorKind::kJetFitting;
+      options.estimator = "jet";
       options.jet_degree = degree;
       options.neighborhood = NeighborCount{k};
       ExpectNearReference(Sphere(2000, 3.0), options, 11);
@@ -139,7 +139,7 @@ TEST_P(KernelTest, JetsMatchTheDoubleOracle) {
 TEST_P(KernelTest, AlgebraicShapeOperatorMatchesTheDoubleOracle) {
   for (uint32_t k : {15u, 50u, 300u}) {
     EstimatorOptions options;
-    options.estimator = EstimatorKind::kAlgebraicShapeOperator;
+    options.estimator = "aso";
     options.neighborhood = NeighborCount{k};
     ExpectNearReference(Sphere(2000, 3.0), options, 11);
     ExpectNearReference(Waves(2000, 0.0, k), options, 11);
@@ -148,8 +148,7 @@ TEST_P(KernelTest, AlgebraicShapeOperatorMatchesTheDoubleOracle) {
 }
 
 TEST_P(KernelTest, RadiusNeighborhoodsMatchTheDoubleOracle) {
-  for (EstimatorKind estimator :
-       {EstimatorKind::kAvgHexagram, EstimatorKind::kJetFitting, EstimatorKind::kAlgebraicShapeOperator}) {
+  for (std::string_view estimator : {"avg-hexagram", "jet", "aso"}) {
     EstimatorOptions options;
     options.estimator = estimator;
     options.neighborhood = NeighborRadius{0.61};
@@ -158,9 +157,7 @@ TEST_P(KernelTest, RadiusNeighborhoodsMatchTheDoubleOracle) {
 }
 
 TEST_P(KernelTest, InstructionSetsAgreeToFloatRounding) {
-  for (EstimatorKind estimator :
-       {EstimatorKind::kAvgHexagram, EstimatorKind::kHexagram, EstimatorKind::kUniform, EstimatorKind::kIndependent,
-        EstimatorKind::kDelaunay, EstimatorKind::kJetFitting, EstimatorKind::kAlgebraicShapeOperator}) {
+  for (std::string_view estimator : {"avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso"}) {
     EstimatorOptions options;
     options.estimator = estimator;
     const TestPoints points = Sphere(3000, 2.0);

@@ -18,6 +18,12 @@ void ExpectRejected(const EstimatorOptions& options, const char* field, const ch
 
 TEST(EstimatorOptionsTest, DefaultsAreValid) { EXPECT_TRUE(EstimatorOptions{}.Validate().ok()); }
 
+TEST(EstimatorOptionsTest, RejectsUnknownEstimatorsAndNamesTheKnownOnes) {
+  EstimatorOptions options;
+  options.estimator = "hexagon";
+  ExpectRejected(options, "estimator", "hexagon", "avg-hexagram, hexagram, uniform");
+}
+
 TEST(EstimatorOptionsTest, BoundsOfNeighborCountAreIncluded) {
   EstimatorOptions options;
   for (uint32_t count : {4u, 10'000u}) {

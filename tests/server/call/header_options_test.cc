@@ -24,7 +24,7 @@ TEST(ResolveHeaderTest, GivesAnEmptyHeaderTheDocumentedDefaults) {
   ASSERT_TRUE(options.ok()) << options.status();
   EXPECT_EQ(options->point_count, 0u);
   EXPECT_EQ(options->scalar_type, ScalarType::kFloat32);
-  EXPECT_EQ(options->estimator.estimator, EstimatorKind::kAvgHexagram);
+  EXPECT_EQ(options->estimator.estimator, "avg-hexagram");
   EXPECT_EQ(std::get<NeighborCount>(options->estimator.neighborhood).count, 50u);
   EXPECT_EQ(options->estimator.triangle_count, 100u);
   EXPECT_EQ(options->estimator.seed, 0u);
@@ -60,7 +60,7 @@ TEST(ResolveHeaderTest, TakesEveryFieldAsGiven) {
   ASSERT_TRUE(options.ok()) << options.status();
   EXPECT_TRUE(options->marks_last_chunk);
   EXPECT_EQ(options->scalar_type, ScalarType::kFloat64);
-  EXPECT_EQ(options->estimator.estimator, EstimatorKind::kUniform);
+  EXPECT_EQ(options->estimator.estimator, "uniform");
   EXPECT_EQ(std::get<NeighborRadius>(options->estimator.neighborhood).radius, 0.25);
   EXPECT_EQ(options->estimator.triangle_count, 7u);
   EXPECT_EQ(options->estimator.seed, 9u);

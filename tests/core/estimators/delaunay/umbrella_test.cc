@@ -8,7 +8,7 @@
 #include <map>
 #include <vector>
 
-#include "core/estimators/group_estimator.h"
+#include "core/estimators/group_scratch.h"
 #include "tests/core/expect_curvature.h"
 #include "tests/core/instruction_sets.h"
 #include "tests/core/reference_delaunay.h"
@@ -24,12 +24,16 @@ INSTANTIATE_TEST_SUITE_P(EachInstructionSet, UmbrellaTest, InstructionSets(), In
 
 using Triangle = std::array<int, 3>;
 
+struct UmbrellaScratch : GroupScratch {
+  size_t bytes() const override { return sizeof(*this) + search.bytes(); }
+};
+
 // The umbrellas of a cloud, and the ids of points by slot.
 struct BuiltUmbrellas {
   explicit BuiltUmbrellas(const TestPoints& points) : index(BuildIndex(points.ToCloud())) {
     umbrellas.resize(index.leaf_count() * SpatialIndex::kLeafSize);
-    GroupScratch scratch;
-    const EstimationPlan plan = EstimationPlan::ForUmbrellas(index);
+    UmbrellaScratch scratch;
+    const SearchPlan plan = UmbrellaSearch(index);
     for (size_t group = 0; group < index.group_count(); ++group) {
       BuildUmbrellas(index, plan, group, scratch, umbrellas.data());
     }
@@ -131,7 +135,7 @@ void ExpectEstimatesNearReference(const TestPoints& points, const std::vector<Re
 
 EstimatorOptions Delaunay(uint32_t k, bool even_weights = false) {
   EstimatorOptions options;
-  options.estimator = EstimatorKind::kDelaunay;
+  options.estimator = "delaunay";
   options.neighborhood = NeighborCount{k};
   options.even_weights = even_weights;
   return options;

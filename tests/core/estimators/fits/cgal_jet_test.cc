@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #include "CGAL/Monge_via_jet_fitting.h"
 #include "CGAL/Simple_cartesian.h"
-#include "core/estimators/group_buffers.h"
-#include "core/estimators/group_estimator.h"
+#include "core/estimators/fits/fit_scratch.h"
+#include "core/estimators/strategies.h"
 #include "core/index/index_builder.h"
 #include "tests/core/instruction_sets.h"
 #include "tests/core/reference_estimator.h"
@@ -66,26 +67,27 @@ SpatialIndex BuildIndex(Cloud cloud) {
 // Compares the shapes of every point of every seventh group before they are rounded to float.
 void ExpectNearCgal(const TestPoints& points, uint32_t k, uint32_t degree) {
   EstimatorOptions options;
-  options.estimator = EstimatorKind::kJetFitting;
+  options.estimator = "jet";
   options.jet_degree = degree;
   options.neighborhood = NeighborCount{k};
   const SpatialIndex index = BuildIndex(points.ToCloud());
-  const EstimationPlan plan = EstimationPlan::Make(options, index);
-  GroupScratch scratch;
   std::vector<PointCurvature> field(points.size());
+  const std::unique_ptr<StrategyRun> run = FindStrategy("jet")->start(options, index, field.data());
+  const std::unique_ptr<WorkerScratch> scratch = run->MakeScratch();
+  const auto& jets = dynamic_cast<const JetScratch&>(*scratch);
+  const double scale = std::ldexp(1.0, index.scale_exponent());
   size_t compared = 0, seen = 0;
   for (size_t group = 0; group < index.group_count(); group += 7) {
-    ASSERT_EQ(EstimateGroup(index, plan, group, scratch, field.data()).point_id, -1);
-    const GroupScratch::Buffers& b = scratch.buffers();
-    for (size_t j = 0; j < b.size; ++j, ++seen) {
-      ASSERT_EQ(b.status[j], PointStatus::kOk);
-      const double rho = b.rho[j] / plan.scale;
-      const CgalJet cgal = FitWithCgal(points, static_cast<size_t>(b.id[j]), k, degree, rho);
+    ASSERT_TRUE(run->Phases().back().run(group, *scratch).ok());
+    for (size_t j = 0; j < jets.points.size; ++j, ++seen) {
+      ASSERT_EQ(jets.points.status[j], PointStatus::kOk);
+      const double rho = jets.frames.rho[j] / scale;
+      const CgalJet cgal = FitWithCgal(points, static_cast<size_t>(jets.points.rank[j]), k, degree, rho);
       // Well posed: singular values within four decades, which loses at most eight digits of sixteen.
       if (cgal.condition > 1e4) continue;
       ++compared;
       const double largest = std::max(std::abs(cgal.k1), std::abs(cgal.k2));
-      const GroupShapes& shapes = b.fits->shapes;
+      const GroupShapes& shapes = jets.shapes;
       ASSERT_NEAR(shapes.mean[j] - shapes.half_difference[j], cgal.k1, 1e-8 * largest) << "degree " << degree;
       ASSERT_NEAR(shapes.mean[j] + shapes.half_difference[j], cgal.k2, 1e-8 * largest) << "degree " << degree;
       ASSERT_NEAR(shapes.gaussian[j], cgal.k1 * cgal.k2, 1e-8 * largest * largest) << "degree " << degree;

@@ -1,0 +1,106 @@
+#include "core/estimators/strategies.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/estimators/option_specs.h"
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+// Runs all groups on one scratch, as one worker would; returns the bytes that it holds afterwards.
+absl::StatusOr<size_t> RunOnOneWorker(const Strategy& strategy, const EstimatorOptions& options,
+                                      const SpatialIndex& index) {
+  std::vector<PointCurvature> results(index.point_count());
+  const std::unique_ptr<StrategyRun> run = strategy.start(options, index, results.data());
+  const std::unique_ptr<WorkerScratch> scratch = run->MakeScratch();
+  for (const GroupPhase& phase : run->Phases()) {
+    if (phase.begin != nullptr) {
+      if (absl::Status status = phase.begin(); !status.ok()) return status;
+    }
+    for (size_t group = 0; group < index.group_count(); ++group) {
+      const absl::Status status = phase.run(group, *scratch);
+      EXPECT_LE(scratch->bytes(), strategy.scratch_bytes(options, index.point_count())) << strategy.name;
+      if (!status.ok()) return status;
+    }
+  }
+  return scratch->bytes();
+}
+
+std::vector<EstimatorOptions> ByCountAndByRadius() {
+  std::vector<EstimatorOptions> all;
+  for (const uint32_t count : {4u, 50u, 400u}) all.push_back({.neighborhood = NeighborCount{count}});
+  for (const double radius : {0.02, 0.3, 100.0}) {
+    for (const uint32_t limit : {30u, 10'000u}) {
+      all.push_back({.neighborhood = NeighborRadius{radius}, .max_neighbor_count = limit});
+    }
+  }
+  return all;
+}
+
+TEST(StrategiesTest, ScratchNeverHoldsMoreThanItsBound) {
+  for (const Layout layout : kLayouts) {
+    const SpatialIndex index = BuildIndex(RandomPoints(layout, 3000, 5).ToCloud());
+    for (const Strategy* strategy : Strategies()) {
+      for (EstimatorOptions& options : ByCountAndByRadius()) {
+        SCOPED_TRACE(LayoutName(layout));
+        options.estimator = strategy->name;
+        options.jet_degree = 4;
+        options.rotation_count = 4;
+        (void)RunOnOneWorker(*strategy, options, index);
+      }
+    }
+  }
+}
+
+TEST(StrategiesTest, BallOfTheWholeCloudIsGivenUpAtTheLimit) {
+  const SpatialIndex index = BuildIndex(Sphere(60'000, 1.0).ToCloud());
+  for (const Strategy* strategy : Strategies()) {
+    const EstimatorOptions options = {
+        .estimator = strategy->name, .neighborhood = NeighborRadius{100.0}, .max_neighbor_count = 100};
+    const absl::StatusOr<size_t> bytes = RunOnOneWorker(*strategy, options, index);
+    ASSERT_FALSE(bytes.ok());
+    EXPECT_EQ(KindOf(bytes.status()), ErrorKind::kNeighborhoodTooLarge) << bytes.status();
+    EXPECT_NE(bytes.status().message().find("more than 100 neighbors"), std::string::npos) << bytes.status();
+  }
+}
+
+TEST(StrategiesTest, ScratchOfTheDefaultNeighborhoodIsSmallForAnyCloud) {
+  for (const Strategy* strategy : Strategies()) {
+    // Delaunay's bound counts the most triangles that could meet in the leaves of a group.
+    const size_t most = strategy->name == "delaunay" ? size_t{8} << 20 : size_t{1} << 20;
+    EXPECT_LT(strategy->scratch_bytes({}, 1'000'000'000), most) << strategy->name;
+  }
+}
+
+TEST(StrategiesTest, NamesAreDistinctAndFound) {
+  std::set<std::string_view> names;
+  for (const Strategy* strategy : Strategies()) {
+    EXPECT_TRUE(names.insert(strategy->name).second) << strategy->name;
+    EXPECT_EQ(FindStrategy(strategy->name), strategy);
+    EXPECT_NE(StrategyNames().find(strategy->name), std::string::npos);
+    EXPECT_FALSE(strategy->summary.empty());
+  }
+  EXPECT_EQ(FindStrategy("avg_hexagram"), nullptr);
+  EXPECT_EQ(Strategies()[0]->name, EstimatorOptions{}.estimator);
+}
+
+TEST(StrategiesTest, EveryOptionThatARowNamesExists) {
+  for (const Strategy* strategy : Strategies()) {
+    for (const OptionName name : strategy->options) {
+      EXPECT_TRUE(std::ranges::any_of(OptionSpecs(), [name](const OptionSpec& spec) { return spec.name == name; }))
+          << strategy->name << " " << name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace curvd::testing
