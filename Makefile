@@ -8,8 +8,9 @@ JOBS ?= $(shell nproc)
 # Debian 12 packages, by what they are for.
 BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-dev protobuf-compiler \
   protobuf-compiler-grpc libprotobuf-dev libabsl-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
-  libspdlog-dev liblzf-dev libpng-dev libssl-dev libnanoflann-dev nlohmann-json3-dev libcairo2-dev fonts-dejavu-core
-TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libeigen3-dev libcgal-dev grpc-proto \
+  libspdlog-dev liblzf-dev libpng-dev libssl-dev libeigen3-dev libnanoflann-dev nlohmann-json3-dev libcairo2-dev \
+  fonts-dejavu-core
+TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libcgal-dev grpc-proto \
   python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil python3-yaml curl ca-certificates \
   prometheus procps libfaketime openssl binutils
 CHECK_PACKAGES := clang-format clang-tidy clang libclang-rt-14-dev

@@ -18,9 +18,6 @@ namespace {
 // Does not jump when somebody sets the machine's time.
 using Clock = std::chrono::steady_clock;
 
-constexpr std::string_view kEstimatorNames[] = {"avg-hexagram", "hexagram", "uniform", "independent",
-                                                "delaunay",     "jet",      "aso"};
-
 absl::Status CheckArrays(const CloudView& cloud) {
   const size_t positions = cloud.positions().size(), normals = cloud.normals().size();
   if (positions % cloud.point_bytes() == 0 && normals == positions) return absl::OkStatus();
@@ -51,16 +48,6 @@ void AwaitConnection(const std::shared_ptr<grpc::Channel>& channel, const std::s
 }
 
 }  // namespace
-
-std::span<const std::string_view> EstimatorNames() { return kEstimatorNames; }
-
-std::string_view EstimatorName(Estimator estimator) { return kEstimatorNames[static_cast<size_t>(estimator)]; }
-
-std::optional<Estimator> EstimatorOf(std::string_view name) {
-  const auto* found = std::find(std::begin(kEstimatorNames), std::end(kEstimatorNames), name);
-  if (found == std::end(kEstimatorNames)) return std::nullopt;
-  return static_cast<Estimator>(found - std::begin(kEstimatorNames));
-}
 
 absl::StatusOr<std::unique_ptr<CurvatureClient>> CurvatureClient::Connect(std::string_view servers,
                                                                           const ConnectOptions& options) {

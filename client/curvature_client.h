@@ -53,18 +53,21 @@ class CloudView {
   size_t scalar_bytes_;
 };
 
+// The values are those of curvature.v1.Estimator; EstimatorOf gives also those that the contract has gained since.
 enum class Estimator : uint8_t {
-  kAvgHexagram,
-  kHexagram,
-  kUniform,
-  kIndependent,
-  kDelaunay,
-  kJetFitting,
-  kAlgebraicShapeOperator,
+  kAvgHexagram = 1,
+  kHexagram = 2,
+  kUniform = 3,
+  kIndependent = 4,
+  kDelaunay = 5,
+  kJetFitting = 6,
+  kAlgebraicShapeOperator = 7,
 };
 
-// "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet" and "aso", in the order of Estimator.
+// "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso" and whatever else the contract has, in
+// its order.
 std::span<const std::string_view> EstimatorNames();
+// The name of an estimator; empty if the contract does not have it.
 std::string_view EstimatorName(Estimator estimator);
 // The estimator of that name, or nothing.
 std::optional<Estimator> EstimatorOf(std::string_view name);

@@ -10,26 +10,6 @@ namespace {
 
 namespace v1 = curvature::v1;
 
-v1::Estimator ToProto(Estimator estimator) {
-  switch (estimator) {
-    case Estimator::kAvgHexagram:
-      return v1::ESTIMATOR_AVG_HEXAGRAM;
-    case Estimator::kHexagram:
-      return v1::ESTIMATOR_HEXAGRAM;
-    case Estimator::kUniform:
-      return v1::ESTIMATOR_UNIFORM;
-    case Estimator::kIndependent:
-      return v1::ESTIMATOR_INDEPENDENT;
-    case Estimator::kDelaunay:
-      return v1::ESTIMATOR_DELAUNAY;
-    case Estimator::kJetFitting:
-      return v1::ESTIMATOR_JET_FITTING;
-    case Estimator::kAlgebraicShapeOperator:
-      return v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR;
-  }
-  return v1::ESTIMATOR_UNSPECIFIED;
-}
-
 v1::Priority ToProto(Priority priority) {
   switch (priority) {
     case Priority::kBySize:
@@ -53,7 +33,7 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
   header.mutable_origin()->set_y(options.origin[1]);
   header.mutable_origin()->set_z(options.origin[2]);
   v1::EstimatorOptions& estimator = *header.mutable_options();
-  estimator.set_estimator(ToProto(options.estimator));
+  estimator.set_estimator(static_cast<v1::Estimator>(options.estimator));
   if (options.radius) {
     estimator.set_radius(*options.radius);
   } else {

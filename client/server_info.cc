@@ -18,25 +18,11 @@ namespace {
 
 namespace v1 = curvature::v1;
 
-std::string NameOf(v1::Estimator estimator) {
-  switch (estimator) {
-    case v1::ESTIMATOR_AVG_HEXAGRAM:
-      return std::string(EstimatorName(Estimator::kAvgHexagram));
-    case v1::ESTIMATOR_HEXAGRAM:
-      return std::string(EstimatorName(Estimator::kHexagram));
-    case v1::ESTIMATOR_UNIFORM:
-      return std::string(EstimatorName(Estimator::kUniform));
-    case v1::ESTIMATOR_INDEPENDENT:
-      return std::string(EstimatorName(Estimator::kIndependent));
-    case v1::ESTIMATOR_DELAUNAY:
-      return std::string(EstimatorName(Estimator::kDelaunay));
-    case v1::ESTIMATOR_JET_FITTING:
-      return std::string(EstimatorName(Estimator::kJetFitting));
-    case v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR:
-      return std::string(EstimatorName(Estimator::kAlgebraicShapeOperator));
-    default:
-      return "number " + std::to_string(static_cast<int>(estimator));
-  }
+// Names what this client's contract has; a newer server may know more.
+std::string NameOf(int estimator) {
+  const std::string_view name =
+      v1::Estimator_IsValid(estimator) ? EstimatorName(static_cast<Estimator>(estimator)) : "";
+  return name.empty() ? "number " + std::to_string(estimator) : std::string(name);
 }
 
 ServerInfo ToServerInfo(const v1::GetServerInfoResponse& response) {
@@ -52,7 +38,7 @@ ServerInfo ToServerInfo(const v1::GetServerInfoResponse& response) {
                   .max_streams = limits.max_streams(),
                   .health = "UNKNOWN"};
   for (const int estimator : response.estimators()) {
-    info.estimators.push_back(NameOf(static_cast<v1::Estimator>(estimator)));
+    info.estimators.push_back(NameOf(estimator));
   }
   return info;
 }

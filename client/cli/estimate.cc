@@ -118,11 +118,20 @@ ExitCode Run(const EstimateFlags& flags) {
   return ExitCode::kOk;
 }
 
+// All estimators, the default first: "avg-hexagram [default], hexagram, ... or aso".
+std::string EstimatorWords() {
+  std::string words = absl::StrCat(std::string(EstimatorNames().front()), " [default]");
+  for (const std::string_view name : EstimatorNames().subspan(1)) {
+    absl::StrAppend(&words, name == EstimatorNames().back() ? " or " : ", ", std::string(name));
+  }
+  return words;
+}
+
 void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
   command
       .add_option_function<std::string>(
           "--estimator", [&flags](const std::string& name) { flags.options.estimator = *EstimatorOf(name); },
-          "avg-hexagram [default], hexagram, uniform, independent, delaunay, jet or aso")
+          EstimatorWords())
       ->check(CLI::IsMember(std::vector<std::string>(EstimatorNames().begin(), EstimatorNames().end())).description(""))
       ->option_text("NAME");
   auto* k = command.add_option("--k", flags.options.neighbor_count, "points in a neighborhood, itself included")

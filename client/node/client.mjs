@@ -2,7 +2,7 @@
 import { once } from "node:events";
 import grpc from "@grpc/grpc-js";
 import { CurvdError, fromServiceError } from "./errors.mjs";
-import { CurvatureService } from "./protocol.mjs";
+import { CurvatureService, enumValues } from "./protocol.mjs";
 import { ResultCollector } from "./results.mjs";
 import { callWithRetries } from "./retries.mjs";
 import { callMetadata, connectionTo } from "./security.mjs";
@@ -18,15 +18,18 @@ const CHANNEL_OPTIONS = {
   "grpc.max_receive_message_length": 256 << 20,
 };
 
-const ESTIMATORS = {
-  "avg-hexagram": "ESTIMATOR_AVG_HEXAGRAM",
-  hexagram: "ESTIMATOR_HEXAGRAM",
-  uniform: "ESTIMATOR_UNIFORM",
-  independent: "ESTIMATOR_INDEPENDENT",
-  delaunay: "ESTIMATOR_DELAUNAY",
-  jet: "ESTIMATOR_JET_FITTING",
-  aso: "ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR",
-};
+// Two estimators have shorter names than the contract gives them.
+const SHORT_NAMES = { "jet-fitting": "jet", "algebraic-shape-operator": "aso" };
+
+// Every estimator by the name that people use: that of the contract without prefix, in small letters, - for _.
+const ESTIMATORS = Object.fromEntries(
+  enumValues("curvature.v1.Estimator")
+    .filter((value) => value !== "ESTIMATOR_UNSPECIFIED")
+    .map((value) => {
+      const name = value.slice("ESTIMATOR_".length).toLowerCase().replaceAll("_", "-");
+      return [SHORT_NAMES[name] ?? name, value];
+    }),
+);
 
 const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH" };
 

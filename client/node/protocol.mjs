@@ -22,3 +22,8 @@ export const CurvatureService = grpc.loadPackageDefinition(definition).curvature
 export function decode(name, bytes) {
   return definition[name].deserialize(bytes);
 }
+
+// The names of an enum's values, in the contract's order.
+export function enumValues(name) {
+  return definition[name].type.value.map((value) => value.name);
+}

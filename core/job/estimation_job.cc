@@ -167,8 +167,8 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
 
   void EndPhase() {
     if (cancelled_) {
-      return Finish(
-          absl::CancelledError(absl::StrFormat("cancelled while %s was estimated", phases_[group_phase_].name)));
+      return Finish(absl::CancelledError(OnLastPhase() ? "cancelled while curvature was estimated"
+                                                       : "cancelled while umbrellas were built"));
     }
     if (failed_) return Finish(failure_);
     if (OnLastPhase()) return FinishField();

@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 TEST(CurvatureClientTest, NamesEveryEstimator) {
   const std::span<const std::string_view> names = EstimatorNames();
   for (size_t i = 0; i < names.size(); ++i) {
-    EXPECT_EQ(EstimatorName(static_cast<Estimator>(i)), names[i]);
+    EXPECT_EQ(EstimatorName(static_cast<Estimator>(i + 1)), names[i]);
     EXPECT_EQ(EstimatorOf(names[i]), static_cast<Estimator>(i));
   }
   EXPECT_EQ(EstimatorOf("best"), std::nullopt);

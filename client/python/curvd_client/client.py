@@ -26,15 +26,22 @@ _CHANNEL_OPTIONS = [
 ]
 
 
-_ESTIMATORS = {
-    "avg-hexagram": curvature_pb2.ESTIMATOR_AVG_HEXAGRAM,
-    "hexagram": curvature_pb2.ESTIMATOR_HEXAGRAM,
-    "uniform": curvature_pb2.ESTIMATOR_UNIFORM,
-    "independent": curvature_pb2.ESTIMATOR_INDEPENDENT,
-    "delaunay": curvature_pb2.ESTIMATOR_DELAUNAY,
-    "jet": curvature_pb2.ESTIMATOR_JET_FITTING,
-    "aso": curvature_pb2.ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR,
-}
+# Two estimators have shorter names than the contract gives them.
+_SHORT_NAMES = {"jet-fitting": "jet", "algebraic-shape-operator": "aso"}
+
+
+def _estimators_of_the_contract():
+    """Every estimator by the name that people use: that of the contract without prefix, in small letters, - for _."""
+    estimators = {}
+    for value in curvature_pb2.Estimator.DESCRIPTOR.values:
+        if value.number == curvature_pb2.ESTIMATOR_UNSPECIFIED:
+            continue
+        name = value.name[len("ESTIMATOR_") :].lower().replace("_", "-")
+        estimators[_SHORT_NAMES.get(name, name)] = value.number
+    return estimators
+
+
+_ESTIMATORS = _estimators_of_the_contract()
 
 _PRIORITIES = {
     None: curvature_pb2.PRIORITY_UNSPECIFIED,
