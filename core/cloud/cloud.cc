@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/base/error.h"
 #include "core/cloud/unit_normals.h"
 
 namespace curvd {
@@ -76,9 +77,11 @@ Triple<float> Normalized(const Triple<Scalar>& v, double length) {
 
 template <typename Scalar>
 absl::Status InvalidPointError(size_t index, const char* field, const Triple<Scalar>& value, const char* demand) {
-  return absl::InvalidArgumentError(absl::StrFormat(
-      "%s of point %u is (%g, %g, %g); it must be %s; mend the point, or set invalid_point_policy to SKIP", field,
-      index, value[0], value[1], value[2], demand));
+  return MakeCoreError(
+      ErrorKind::kInvalid,
+      absl::StrFormat(
+          "%s of point %u is (%g, %g, %g); it must be %s; mend the point, or set invalid_point_policy to SKIP", field,
+          index, value[0], value[1], value[2], demand));
 }
 
 PointRecord MakeRecord(const Triple<float>& position, size_t id) {
@@ -108,22 +111,23 @@ size_t Cloud::bytes() const {
 absl::Status Cloud::Append(std::string_view positions, std::string_view normals) {
   const size_t point_bytes = 3 * ScalarBytes(scalar_type_);
   if (positions.size() % point_bytes != 0) {
-    return absl::InvalidArgumentError(absl::StrCat("positions has ", positions.size(),
-                                                   " bytes; it must be a multiple of ", point_bytes, " (3 scalars of ",
-                                                   ScalarBytes(scalar_type_), " bytes a point)"));
+    return MakeCoreError(ErrorKind::kInvalid,
+                         absl::StrCat("positions has ", positions.size(), " bytes; it must be a multiple of ",
+                                      point_bytes, " (3 scalars of ", ScalarBytes(scalar_type_), " bytes a point)"));
   }
   if (normals.size() != positions.size()) {
-    return absl::InvalidArgumentError(absl::StrCat("normals has ", normals.size(), " bytes and positions has ",
-                                                   positions.size(), "; both must hold the same number of points"));
+    return MakeCoreError(ErrorKind::kInvalid,
+                         absl::StrCat("normals has ", normals.size(), " bytes and positions has ", positions.size(),
+                                      "; both must hold the same number of points"));
   }
   const size_t count = positions.size() / point_bytes;
   if (size_ + count > std::numeric_limits<int32_t>::max()) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("cloud has more than ", std::numeric_limits<int32_t>::max(), " points"));
+    return MakeCoreError(ErrorKind::kInvalid,
+                         absl::StrCat("cloud has more than ", std::numeric_limits<int32_t>::max(), " points"));
   }
   if (expected_ > 0 && size_ + count > expected_) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("positions brings the cloud to ", size_ + count, " points; ", expected_, " were expected"));
+    return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("positions brings the cloud to ", size_ + count, " points; ",
+                                                           expected_, " were expected"));
   }
   return scalar_type_ == ScalarType::kFloat32 ? AppendFloats(positions.data(), normals.data(), count)
                                               : AppendDoubles(positions.data(), normals.data(), count);

@@ -48,10 +48,10 @@ class Cloud {
   void Expect(size_t points) { expected_ = points; }
 
   // Appends points from packed little-endian arrays, 3 scalars a point in each. Errors leave the cloud as it was up to
-  // the point that is named:
-  // - INVALID_ARGUMENT: lengths are not multiples of a point, or differ, more points come than were expected, or
+  // the point that is named; KindOf (core/base/error.h) tells them apart:
+  // - kInvalid: lengths are not multiples of a point, or differ, more points come than were expected, or
   //   (kReject) a point is invalid; the message names the field, the point's index in the cloud and the value.
-  // - RESOURCE_EXHAUSTED: no memory.
+  // - kOutOfMemory: the system gave no memory.
   absl::Status Append(std::string_view positions, std::string_view normals);
 
   // Ends the cloud: no Append may follow. REQUIRES: called once before the cloud is estimated.

@@ -180,6 +180,16 @@ void IndexBuilder::Split(const Part& part, Part* left, Part* right) {
   SelectNth(record(part.first_leaf), record(right->first_leaf), PartEnd(part), WidestAxis(node.box), cancelled_);
 }
 
+IndexBuilder::Part IndexBuilder::PartOf(size_t node) const {
+  Part part = root();
+  while (part.node != node) {
+    const size_t left = SpatialIndex::LeftLeaves(part.leaves), right = SpatialIndex::RightChild(part.node, part.leaves);
+    part = node < right ? Part{part.node + 1, part.first_leaf, left}
+                        : Part{right, part.first_leaf + left, part.leaves - left};
+  }
+  return part;
+}
+
 void IndexBuilder::Build(const Part& part, absl::FunctionRef<void(const Part& half)> leave) {
   if (part.leaves == 0) return;
   if (part.leaves <= kSubtreeLeaves) return BuildSubtree(part);

@@ -5,8 +5,11 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/error.h"
+#include "core/base/out_of_memory.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
 #include "server/call/append_pieces.h"
+#include "server/call/call_errors.h"
 #include "server/call/error_detail.h"
 #include "server/call/reasons.h"
 
@@ -29,15 +32,6 @@ absl::Status OverLimit(const char* reason, std::string field, std::string value,
                    {reason, std::move(field), std::move(value), std::move(limit), {}});
 }
 
-// Core's errors about points already name point and value.
-absl::Status ExplainAppend(absl::Status status) {
-  if (absl::IsInvalidArgument(status)) return WithDetail(std::move(status), {kReasonInvalidPoint, "chunk", "", "", {}});
-  if (absl::IsResourceExhausted(status)) {
-    return WithDetail(std::move(status), {kReasonOutOfMemory, "memory", "", "", absl::Seconds(1)});
-  }
-  return status;
-}
-
 }  // namespace
 
 absl::Status EstimateSession::Keep(absl::Status status) {
@@ -47,19 +41,25 @@ absl::Status EstimateSession::Keep(absl::Status status) {
 
 absl::Status EstimateSession::Receive(grpc::ByteBuffer& message) {
   if (!failure_.ok()) return failure_;
+  // How long the arrays are is for the caller to decide.
+  absl::Status status = CatchBadAlloc([&] { return ReceiveMessage(message); });
+  return Keep(KindOf(status) == ErrorKind::kOutOfMemory ? ExplainOutOfMemory(std::move(status)) : std::move(status));
+}
+
+absl::Status EstimateSession::ReceiveMessage(grpc::ByteBuffer& message) {
   wire::BulkMessage chunk;
   if (wire::ReadBulkMessage(message, v1::EstimateCurvatureRequest::kChunkFieldNumber, kPointChunk, chunk)) {
-    return Keep(ReceiveChunk(chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber],
-                             chunk.arrays[v1::PointChunk::kPositionsFieldNumber],
-                             chunk.arrays[v1::PointChunk::kNormalsFieldNumber]));
+    return ReceiveChunk(chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber],
+                        chunk.arrays[v1::PointChunk::kPositionsFieldNumber],
+                        chunk.arrays[v1::PointChunk::kNormalsFieldNumber]);
   }
   const size_t bytes = message.Length();
   v1::EstimateCurvatureRequest request;
   if (grpc::SerializationTraits<v1::EstimateCurvatureRequest>::Deserialize(&message, &request).ok()) {
-    return Keep(ReceiveRequest(request));
+    return ReceiveRequest(request);
   }
-  return Keep(Invalid(kReasonMessageMalformed, "message", absl::StrCat(bytes, " bytes that cannot be parsed"),
-                      "a curvature.v1.EstimateCurvatureRequest in protobuf's wire format"));
+  return Invalid(kReasonMessageMalformed, "message", absl::StrCat(bytes, " bytes that cannot be parsed"),
+                 "a curvature.v1.EstimateCurvatureRequest in protobuf's wire format");
 }
 
 absl::Status EstimateSession::ReceiveRequest(const v1::EstimateCurvatureRequest& request) {
@@ -97,7 +97,7 @@ absl::Status EstimateSession::ReceiveChunk(uint64_t first_index, const wire::Pie
   if (!count.ok()) return count.status();
   if (absl::Status status = CheckTotal(points_received_ + *count); !status.ok()) return status;
   if (absl::Status status = AppendPieces(positions, normals, options_->scalar_type, cloud_); !status.ok()) {
-    return ExplainAppend(std::move(status));
+    return ExplainCloudError(std::move(status));
   }
   points_received_ += *count;
   return absl::OkStatus();
@@ -142,7 +142,8 @@ absl::Status EstimateSession::HalfClose() {
                         absl::StrCat(points_received_, " at the half-close"),
                         absl::StrCat(options_->point_count, " (header.point_count)")));
   }
-  return Keep(ExplainAppend(cloud_.Finish()));
+  absl::Status status = CatchBadAlloc([&] { return cloud_.Finish(); });
+  return Keep(status.ok() ? status : ExplainCloudError(std::move(status)));
 }
 
 }  // namespace curvd

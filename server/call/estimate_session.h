@@ -42,6 +42,7 @@ class EstimateSession {
   Cloud TakeCloud() { return std::move(cloud_); }
 
  private:
+  absl::Status ReceiveMessage(grpc::ByteBuffer& message);
   absl::Status ReceiveHeader(const curvature::v1::CloudHeader& header);
   absl::Status ReceiveRequest(const curvature::v1::EstimateCurvatureRequest& request);
   absl::Status ReceiveChunk(uint64_t first_index, const curvature::wire::Pieces& positions,

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 
+#include "core/base/error.h"
 #include "core/base/page_pool.h"
 #include "tests/core/test_clouds.h"
 
@@ -283,7 +284,8 @@ TEST(EstimationJobTest, CancelEndsTheJobWhileUmbrellasAreBuilt) {
                              });
   started.count_down();
   done.wait();
-  EXPECT_EQ(status, absl::CancelledError("cancelled while umbrellas were built"));
+  EXPECT_EQ(KindOf(status), ErrorKind::kCancelled);
+  EXPECT_EQ(status.message(), "cancelled in the phase \"umbrellas\"");
   const JobProgress progress = job->progress();
   EXPECT_GT(progress.index_seconds, 0.0);
   EXPECT_GT(progress.estimate_seconds, 0.0);
@@ -311,8 +313,9 @@ TEST(EstimationJobTest, AJobThatIsCancelledInTheQueueHasNoOtherPhase) {
 TEST(EstimationJobTest, ReportsTheUmbrellasAsPartOfTheEstimate) {
   for (EstimatorKind estimator : kEstimators) {
     const JobCost cost = MustEstimate(Sphere(20'000, 1.0).ToCloud(), WithEstimator(estimator)).cost;
-    EXPECT_EQ(cost.umbrella_seconds > 0.0, estimator == EstimatorKind::kDelaunay);
-    EXPECT_LT(cost.umbrella_seconds, cost.estimate_seconds);
+    const double umbrella_seconds = SecondsOf(cost.phases, "umbrellas");
+    EXPECT_EQ(umbrella_seconds > 0.0, estimator == EstimatorKind::kDelaunay);
+    EXPECT_LT(umbrella_seconds, cost.estimate_seconds);
   }
 }
 

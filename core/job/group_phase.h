@@ -1,0 +1,46 @@
+// A step of an estimate over the groups of an index, as a phase of a job.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/estimators/group_estimator.h"
+#include "core/index/spatial_index.h"
+#include "core/job/phase.h"
+
+namespace curvd {
+
+// What a strategy does with each group of an index.
+struct GroupPhase {
+  std::string_view name;
+  // Makes what the groups share. May be empty.
+  std::function<absl::Status()> begin;
+  // Handles one group. Called on many threads at once, with scratch that no other thread has.
+  std::function<absl::Status(size_t group, GroupScratch& scratch)> run;
+};
+
+// Scratch of each thread of a pool, made when the thread first needs it.
+class ScratchSet {
+ public:
+  explicit ScratchSet(int thread_count) : scratch_(thread_count) {}
+  // REQUIRES: one thread at a time asks for the same worker. Throws std::bad_alloc.
+  GroupScratch& of(int worker);
+  // How many points ended in each status. REQUIRES: no other thread uses the set.
+  std::array<uint64_t, kPointStatusEnd> status_counts() const;
+
+ private:
+  std::vector<std::unique_ptr<GroupScratch>> scratch_;
+};
+
+// Runs `groups` on all groups of `index`, about 1,000 points a block, which takes under a millisecond at 50 neighbors.
+// Adds the points that are done to *points_done, if it is not null.
+// REQUIRES: index, scratch and points_done outlive the phase.
+std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, ScratchSet& scratch,
+                                      std::atomic<size_t>* points_done);
+
+}  // namespace curvd
