@@ -63,6 +63,7 @@ std::string SummaryText(const EstimateReport& report, const PointTable& result) 
   }
   absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", "", "least", "median", "largest");
   for (const NamedQuantity& quantity : kQuantities) {
+    if (result.Find(quantity.column) == nullptr) continue;
     const Spread spread = SpreadOf(result, quantity.column);
     absl::StrAppendFormat(&text, "  %-22s %14.6g %14.6g %14.6g\n", quantity.column, spread.low, spread.median,
                           spread.high);
@@ -84,6 +85,7 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
     statuses.Add(kStatusWords[status], report.summary.status_counts[status]);
   }
   for (const NamedQuantity& quantity : kQuantities) {
+    if (result.Find(quantity.column) == nullptr) continue;
     const Spread spread = SpreadOf(result, quantity.column);
     ranges.Add(quantity.column,
                JsonObject().Add("least", spread.low).Add("median", spread.median).Add("largest", spread.high));

@@ -46,7 +46,7 @@ struct EstimationResult {
 
 // Bytes that estimating one point needs at the peak, cloud and field included: what admission should reserve.
 constexpr size_t EstimationBytesPerPoint(EstimatorKind estimator) {
-  return 96 + (estimator == EstimatorKind::kDelaunay ? sizeof(Umbrella) : 0);
+  return 48 + sizeof(PointCurvature) + (estimator == EstimatorKind::kDelaunay ? sizeof(Umbrella) : 0);
 }
 
 // Thread-safe.
