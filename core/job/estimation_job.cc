@@ -185,6 +185,16 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 
 }  // namespace
 
+size_t EstimationBytesPerPoint(const EstimatorOptions& options) {
+  constexpr size_t kCloudAndIndex = 48;
+  return kCloudAndIndex + sizeof(PointCurvature) + StrategyBytesPerPoint(options);
+}
+
+size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count) {
+  const size_t blocks = (point_count + kGroupBlockPoints - 1) / kGroupBlockPoints;
+  return std::min<size_t>(thread_count, blocks) * ScratchBytesPerWorker(options, point_count);
+}
+
 std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
                                                     JobPriority priority, Callback callback) {
   auto job = std::make_shared<CurvatureJob>(std::move(cloud), options, pool, priority, std::move(callback));

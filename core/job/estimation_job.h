@@ -45,9 +45,11 @@ struct EstimationResult {
 };
 
 // Bytes that estimating one point needs at the peak, cloud and field included: what admission should reserve.
-constexpr size_t EstimationBytesPerPoint(EstimatorKind estimator) {
-  return 48 + sizeof(PointCurvature) + (estimator == EstimatorKind::kDelaunay ? sizeof(Umbrella) : 0);
-}
+size_t EstimationBytesPerPoint(const EstimatorOptions& options);
+
+// The most bytes of scratch that the threads of a pool hold while they estimate a cloud of `point_count` points: threads
+// that get no block of a small cloud need none.
+size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count);
 
 // Thread-safe.
 class EstimationJob {

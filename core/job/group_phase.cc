@@ -6,8 +6,6 @@
 namespace curvd {
 namespace {
 
-constexpr size_t kGroupsPerBlock = 16;
-
 class GroupBlocks final : public Phase {
  public:
   GroupBlocks(GroupPhase groups, const SpatialIndex& index, ScratchSet& scratch, std::atomic<size_t>* points_done)

@@ -8,6 +8,21 @@
 
 namespace curvd {
 
+size_t StrategyBytesPerPoint(const EstimatorOptions& options) {
+  return options.estimator == EstimatorKind::kDelaunay ? sizeof(Umbrella) : 0;
+}
+
+// Estimated from above: what a thread has for its group, the lists of leaves that a search keeps (half as many as
+// neighbors and kListedLeaves more, core/estimators/group-inl.h), and the neighbors of one point.
+size_t ScratchBytesPerWorker(const EstimatorOptions& options, size_t point_count) {
+  constexpr size_t kGroupBytes = size_t{96} << 10, kListedLeaves = 192, kBytesPerLeaf = 512, kBytesPerNeighbor = 64;
+  const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
+  const size_t neighbors =
+      std::min<size_t>(count != nullptr ? count->count : options.max_neighbor_count, point_count);
+  const size_t leaves = std::min(neighbors / 2 + kListedLeaves, SpatialIndex::LeafCount(point_count));
+  return kGroupBytes + leaves * kBytesPerLeaf + neighbors * kBytesPerNeighbor;
+}
+
 StrategyRun::StrategyRun(const EstimatorOptions& options, const SpatialIndex& index, PointCurvature* points)
     : options_(options), index_(index), points_(points), plan_(EstimationPlan::Make(options, index)) {}
 

@@ -14,6 +14,12 @@ namespace curvd {
 inline constexpr std::string_view kUmbrellaPhase = "umbrellas";
 inline constexpr std::string_view kEstimatePhase = "estimate";
 
+// Bytes of large arrays that a strategy makes for each point, beside cloud, index and field.
+size_t StrategyBytesPerPoint(const EstimatorOptions& options);
+
+// The most bytes of scratch that one thread holds while it estimates a cloud of `point_count` points.
+size_t ScratchBytesPerWorker(const EstimatorOptions& options, size_t point_count);
+
 // A strategy at work on one index: its steps, and what they share.
 class StrategyRun {
  public:

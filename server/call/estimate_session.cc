@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/error.h"
 #include "core/base/out_of_memory.h"
+#include "core/base/page_pool.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
 #include "server/call/append_pieces.h"
 #include "server/call/call_errors.h"
@@ -100,6 +101,8 @@ absl::Status EstimateSession::ReceiveChunk(uint64_t first_index, const wire::Pie
     return ExplainCloudError(std::move(status));
   }
   points_received_ += *count;
+  // gRPC takes memory for the next message, and ends the process when it gets none.
+  if (!ProcessPages().HasRoomFor(limits_.max_chunk_bytes)) return OutOfMemoryError();
   return absl::OkStatus();
 }
 

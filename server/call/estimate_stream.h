@@ -83,7 +83,7 @@ class EstimateStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, gr
   void FillResponse(Write write);
   void FillProgress();
   void FillSummary();
-  void PackNextResults();
+  absl::Status PackNextResults();
   void SendPackedResponse();
 
   // Ending.

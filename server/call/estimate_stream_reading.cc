@@ -63,7 +63,7 @@ void EstimateStream::OnHeaderAccepted() {
   const CallOptions& options = session_.options();
   receive_started_ = Clock::now();
   record_.request_tag = options.request_tag;
-  auto reservation = service_.admission.Enter(options.point_count, options.scalar_type, options.estimator.estimator);
+  auto reservation = service_.admission.Enter(options.point_count, options.scalar_type, options.estimator);
   if (!reservation.ok()) return End(reservation.status());
   {
     MutexLock lock(mutex_);
@@ -81,7 +81,7 @@ void EstimateStream::ReserveThenRead() {
   const bool size_is_known = options.point_count != 0;
   const uint64_t points = size_is_known ? options.point_count : session_.points_received();
   const uint64_t bytes =
-      service_.admission.CallBytes(points, options.scalar_type, options.estimator.estimator, !size_is_known);
+      service_.admission.CallBytes(points, options.scalar_type, options.estimator, !size_is_known);
   std::shared_ptr<MemoryBudget::Reservation> reservation;
   {
     MutexLock lock(mutex_);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/call/call_errors.h"
 #include "server/call/call_summary.h"
 #include "server/call/estimate_stream.h"
 #include "server/call/result_encoder.h"
@@ -52,7 +53,13 @@ void EstimateStream::Pump() {
     Finish(ToGrpcStatus(outcome, record_.request_id));
   } else {
     if (write == Write::kResults) {
-      PackNextResults();
+      if (absl::Status status = PackNextResults(); !status.ok()) {
+        {
+          MutexLock lock(mutex_);
+          write_in_flight_ = false;
+        }
+        return End(ExplainJobError(std::move(status)));
+      }
     } else {
       FillResponse(write);
       packed_response_.Clear();
@@ -116,12 +123,14 @@ void EstimateStream::FillProgress() {
   progress->set_points_estimated(state.points_estimated);
 }
 
-void EstimateStream::PackNextResults() {
+absl::Status EstimateStream::PackNextResults() {
   const uint64_t count = std::min<uint64_t>(kResultChunkPoints, field_.points.size() - next_point_);
-  const grpc::Slice message = PackResults(field_.points, next_point_, count, session_.options().quantities);
-  grpc::ByteBuffer packed(&message, 1);
+  const auto message = PackResults(field_.points, next_point_, count, session_.options().quantities);
+  if (!message.ok()) return message.status();
+  grpc::ByteBuffer packed(&*message, 1);
   packed_response_.Swap(&packed);
   next_point_ += count;
+  return absl::OkStatus();
 }
 
 void EstimateStream::FillSummary() {

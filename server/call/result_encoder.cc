@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "core/base/out_of_memory.h"
+#include "core/base/page_pool.h"
 #include "core/job/field_arrays.h"
 #include "proto/bulk_message.h"
 #include "proto/result_columns.h"
@@ -37,8 +39,10 @@ const std::vector<PackedColumn>& PackedColumns() {
 
 }  // namespace
 
-grpc::Slice PackResults(const PageArray<PointCurvature>& points, size_t first, size_t count,
-                        const QuantitySet& quantities) {
+absl::StatusOr<grpc::Slice> PackResults(const PageArray<PointCurvature>& points, size_t first, size_t count,
+                                        const QuantitySet& quantities) {
+  // The message, and what gRPC makes of it on its way.
+  if (!ProcessPages().HasRoomFor(2 * count * kResultBytesPerPoint)) return OutOfMemoryError();
   ColumnPlaces places{};
   curvature::wire::BulkWriter writer(EstimateCurvatureResponse::kResultFieldNumber);
   writer.AddNumber(ResultChunk::kFirstIndexFieldNumber, first);

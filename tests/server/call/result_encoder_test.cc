@@ -30,7 +30,7 @@ QuantitySet Only(curvature::v1::Quantity quantity) {
 }
 
 std::string Packed(const PageArray<PointCurvature>& points, size_t first, size_t count, const QuantitySet& quantities) {
-  const grpc::Slice message = PackResults(points, first, count, quantities);
+  const grpc::Slice message = *PackResults(points, first, count, quantities);
   return {reinterpret_cast<const char*>(message.begin()), message.size()};
 }
 
