@@ -6,6 +6,7 @@
 #include <memory>
 #include <new>
 #include <type_traits>
+#include <utility>
 
 #include "core/base/page_pool.h"
 
@@ -21,6 +22,14 @@ class ScratchArray {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
+  ScratchArray() = default;
+  ScratchArray(ScratchArray&& other) noexcept
+      : capacity_(std::exchange(other.capacity_, 0)), elements_(std::move(other.elements_)) {}
+  ScratchArray& operator=(ScratchArray&& other) noexcept {
+    capacity_ = std::exchange(other.capacity_, 0);
+    elements_ = std::move(other.elements_);
+    return *this;
+  }
   static constexpr size_t kLargeBytes = size_t{64} << 10;
 
   // Makes room for `size` elements, keeping those there; new ones are uninitialized. Throws std::bad_alloc, and leaves

@@ -30,8 +30,10 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Loads the points of a group; returns their box.
+// Loads the queries of a group, or all of its points; returns their box.
+template <bool kAllPoints = false>
 HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, GroupScratch::Buffers& b) {
+  const PointSet& set = index.point_set();
   b.size = 0;
   const size_t first = group * SpatialIndex::kGroupLeaves;
   const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index.leaf_count());
@@ -42,6 +44,7 @@ HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, GroupScratch::
     const SpatialIndex::LeafNormals& normals = index.normals(leaf);
     const int count = index.LeafPoints(leaf);
     for (int i = 0; i < count; ++i) {
+      if (!kAllPoints && !set.is_query(points.id[i])) continue;
       const float position[3] = {points.x[i], points.y[i], points.z[i]};
       const float normal[3] = {normals.x[i], normals.y[i], normals.z[i]};
       for (int axis = 0; axis < 3; ++axis) {
@@ -50,7 +53,9 @@ HWY_INLINE Box LoadGroup(const SpatialIndex& index, size_t group, GroupScratch::
       }
       b.query.Set(b.size, position);
       b.normal.Set(b.size, normal);
-      b.id[b.size++] = points.id[i];
+      b.id[b.size] = points.id[i];
+      b.seed[b.size] = set.seed_of(points.id[i]);
+      b.slot[b.size++] = set.slot_of(points.id[i]);
     }
   }
   return box;
@@ -208,7 +213,8 @@ inline OversizedNeighborhood EstimateGroupKernel(const SpatialIndex& index, cons
   GroupScratch::Buffers& b = scratch.buffers();
   const Box box = LoadGroup(index, group, b);
   // The field is in another order; it is written when all are done.
-  for (size_t i = 0; i < b.size; ++i) __builtin_prefetch(&out[b.id[i]], 1);
+  for (size_t i = 0; i < b.size; ++i) __builtin_prefetch(&out[b.slot[i]], 1);
+  if (b.size == 0) return {};
   for (size_t i = b.size; i < SpatialIndex::kGroupPoints; ++i) FillPoint(b, i);
   if (FitsSurface(plan.estimator) && b.fits == nullptr) b.fits = std::make_unique<FitBuffers>();
   OversizedNeighborhood oversized;

@@ -107,6 +107,8 @@ struct GroupScratch::Buffers {
   // Of the points of the group.
   size_t size = 0;
   int32_t id[SpatialIndex::kGroupPoints];
+  uint64_t seed[SpatialIndex::kGroupPoints];
+  size_t slot[SpatialIndex::kGroupPoints];
   PointStatus status[SpatialIndex::kGroupPoints];
   GroupVectors query;            // the point
   GroupVectors normal;           // the point's own

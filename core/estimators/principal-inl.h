@@ -130,7 +130,7 @@ HWY_INLINE void WriteGroup(const EstimationPlan& plan, const GroupCurvature& c, 
     if (status != PointStatus::kOk) point = UndefinedCurvature(status);
     if (plan.by_radius) point.radius = static_cast<float>(plan.radius);
     ++b.status_counts[static_cast<size_t>(status)];
-    std::memcpy(&field[b.id[i]], &point, sizeof(point));
+    std::memcpy(&field[b.slot[i]], &point, sizeof(point));
   }
 }
 

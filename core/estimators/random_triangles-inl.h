@@ -129,7 +129,7 @@ HWY_INLINE void MeasureTriangles(GroupScratch::Buffers& b, size_t i, size_t tria
 
 // `triangle_count` triangles with corners drawn uniformly from the neighbors of point i, the point included.
 HWY_NOINLINE inline void MeasureUniform(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
-  RandomStream random(plan.seed, static_cast<uint64_t>(b.id[i]));
+  RandomStream random(plan.seed, b.seed[i]);
   const auto count = static_cast<uint32_t>(b.neighbors.count);
   MeasureTriangles(b, i, plan.triangle_count,
                    [&](int lane, CornerIndices& indices) { DrawDistinct(random, count, lane, indices); });
@@ -137,7 +137,7 @@ HWY_NOINLINE inline void MeasureUniform(const EstimationPlan& plan, GroupScratch
 
 // Disjoint triangles over one shuffle of the neighbors: a third as many as there are, at most `triangle_count`.
 HWY_NOINLINE inline void MeasureIndependent(const EstimationPlan& plan, GroupScratch::Buffers& b, size_t i) {
-  RandomStream random(plan.seed, static_cast<uint64_t>(b.id[i]));
+  RandomStream random(plan.seed, b.seed[i]);
   const size_t count = b.neighbors.count;
   const size_t triangles = std::min<size_t>(plan.triangle_count, count / 3);
   b.shuffle.Reserve(count);

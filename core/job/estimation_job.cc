@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+#include "core/base/error.h"
 #include "core/index/index_builder.h"
 #include "core/index/spatial_index.h"
 #include "core/job/group_phase.h"
@@ -24,8 +26,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       : PhasedJob(pool, priority),
         options_(options),
         callback_(std::move(callback)),
-        point_count_(cloud.size()),
-        invalid_count_(cloud.invalid_count()),
+        query_count_(cloud.point_set().query_count()),
+        invalid_count_(cloud.invalid_query_count()),
         builder_(std::in_place, std::move(cloud), &stopped()),
         scratch_(pool.thread_count()) {}
 
@@ -84,7 +86,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     std::string_view name() const override { return kEstimatePhase; }
     absl::StatusOr<size_t> Begin() override {
       if (absl::Status status = job_.MakeField(); !status.ok()) return status;
-      return job_.invalid_count_ == 0 ? 0 : (job_.point_count_ + kFillPoints - 1) / kFillPoints;
+      return job_.invalid_count_ == 0 ? 0 : (job_.query_count_ + kFillPoints - 1) / kFillPoints;
     }
     // Points that the index holds are written again.
     absl::Status RunBlock(const BlockContext& context) override {
@@ -93,10 +95,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       std::fill(&points[first], points.data() + last, job_.Undefined(PointStatus::kInvalidInput));
       return absl::OkStatus();
     }
-    absl::Status End() override {
-      job_.AddStrategy();
-      return absl::OkStatus();
-    }
+    absl::Status End() override { return job_.AddStrategy(); }
 
    private:
     static constexpr size_t kFillPoints = 100'000;  // a few milliseconds, most of them for the system's fresh pages
@@ -106,7 +105,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   absl::Status MakeField() {
     index_ = builder_->Take();
     builder_.reset();  // the index holds all that is needed
-    auto points = PageArray<PointCurvature>::Create(point_count_);
+    auto points = PageArray<PointCurvature>::Create(query_count_);
     if (!points.ok()) return points.status();
     field_.points = *std::move(points);
     field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_;
@@ -114,26 +113,34 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     return absl::OkStatus();
   }
 
-  void AddStrategy() {
-    if (index_.point_count() == 0) return;
+  absl::Status AddStrategy() {
+    if (index_.point_count() == 0) return absl::OkStatus();
+    if (!index_.has_normals()) {
+      return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("the cloud has no normals, which the estimator ",
+                                                             StrategyName(options_), " needs"));
+    }
     if (const auto* neighbors = std::get_if<NeighborCount>(&options_.neighborhood);
         neighbors != nullptr && index_.point_count() < neighbors->count) {
-      return FillTooFew();
+      FillTooFew();
+      return absl::OkStatus();
     }
     for (GroupPhase& groups : strategy_->phases()) {
       std::atomic<size_t>* done = groups.name == kEstimatePhase ? &points_estimated_ : nullptr;
       AddPhase(MakeGroupPhase(std::move(groups), index_, scratch_, done));
     }
+    return absl::OkStatus();
   }
 
   // For a cloud with fewer points than a neighborhood.
   void FillTooFew() {
+    const PointSet& set = index_.point_set();
     for (size_t leaf = 0; leaf < index_.leaf_count(); ++leaf) {
       for (int i = 0; i < index_.LeafPoints(leaf); ++i) {
-        field_.points[index_.positions(leaf).id[i]] = Undefined(PointStatus::kTooFewNeighbors);
+        const int32_t rank = index_.positions(leaf).id[i];
+        if (set.is_query(rank)) field_.points[set.slot_of(rank)] = Undefined(PointStatus::kTooFewNeighbors);
       }
     }
-    field_.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)] = index_.point_count();
+    field_.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)] = query_count_ - invalid_count_;
   }
 
   PointCurvature Undefined(PointStatus status) const {
@@ -173,7 +180,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 
   const EstimatorOptions options_;
   Callback callback_;
-  const size_t point_count_;
+  const size_t query_count_;
   const size_t invalid_count_;
   std::optional<IndexBuilder> builder_;
   SpatialIndex index_;

@@ -8,6 +8,11 @@
 
 namespace curvd {
 
+const char* StrategyName(const EstimatorOptions& options) {
+  constexpr const char* kNames[] = {"avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso"};
+  return kNames[static_cast<size_t>(options.estimator)];
+}
+
 size_t StrategyBytesPerPoint(const EstimatorOptions& options) {
   return options.estimator == EstimatorKind::kDelaunay ? sizeof(Umbrella) : 0;
 }
@@ -17,8 +22,7 @@ size_t StrategyBytesPerPoint(const EstimatorOptions& options) {
 size_t ScratchBytesPerWorker(const EstimatorOptions& options, size_t point_count) {
   constexpr size_t kGroupBytes = size_t{96} << 10, kListedLeaves = 192, kBytesPerLeaf = 512, kBytesPerNeighbor = 64;
   const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
-  const size_t neighbors =
-      std::min<size_t>(count != nullptr ? count->count : options.max_neighbor_count, point_count);
+  const size_t neighbors = std::min<size_t>(count != nullptr ? count->count : options.max_neighbor_count, point_count);
   const size_t leaves = std::min(neighbors / 2 + kListedLeaves, SpatialIndex::LeafCount(point_count));
   return kGroupBytes + leaves * kBytesPerLeaf + neighbors * kBytesPerNeighbor;
 }

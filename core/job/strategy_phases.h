@@ -14,6 +14,9 @@ namespace curvd {
 inline constexpr std::string_view kUmbrellaPhase = "umbrellas";
 inline constexpr std::string_view kEstimatePhase = "estimate";
 
+// What users call the strategy: "avg-hexagram".
+const char* StrategyName(const EstimatorOptions& options);
+
 // Bytes of large arrays that a strategy makes for each point, beside cloud, index and field.
 size_t StrategyBytesPerPoint(const EstimatorOptions& options);
 

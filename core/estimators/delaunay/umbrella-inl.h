@@ -142,7 +142,7 @@ HWY_NOINLINE inline void SetUmbrella(const SpatialIndex& index, const GroupScrat
 void BuildUmbrellasKernel(const SpatialIndex& index, const EstimationPlan& plan, size_t group, GroupScratch& scratch,
                           Umbrella* umbrellas) {
   GroupScratch::Buffers& b = scratch.buffers();
-  const Box box = LoadGroup(index, group, b);
+  const Box box = LoadGroup<true>(index, group, b);
   GroupSearch<Wanted::kNormalSum> search(index, plan, box, b);
   for (size_t i = 0; i < b.size; ++i) {
     search.Find(i);

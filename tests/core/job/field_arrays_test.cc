@@ -66,7 +66,6 @@ TEST(SplitFieldTest, LeavesOutWhatIsNotWanted) {
 TEST(ColumnsTest, AreFoundByTheirNames) {
   for (size_t i = 0; i < kColumnCount; ++i) EXPECT_EQ(ColumnIndex(kColumns[i].name), i);
   EXPECT_EQ(ColumnIndex("curl"), kColumnCount);
-  EXPECT_EQ(ColumnBytesPerPoint(), 45u);
 }
 
 TEST(ColumnsTest, AnUndefinedPointHasNaNInEveryFloat) {
