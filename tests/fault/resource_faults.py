@@ -110,6 +110,8 @@ def neighborhoods_larger_than_the_memory(site, times):
         for megabytes in range(300, 2001, 50):
             limit = megabytes * 1_000_000
             with site.server(f"--threads={threads}", before_exec=lambda: _limit_memory(limit)) as server:
+                # With many threads the stacks of an idle server fill the least limits: nothing can be served there.
+                serves = site.estimate(server.address, "--max-attempts=1").exit_code == 0
                 began = time.monotonic()
                 process = site.start_estimate(
                     server.address, "--radius=100", "--estimator=uniform", "--max-attempts=1", cloud=large
@@ -119,8 +121,10 @@ def neighborhoods_larger_than_the_memory(site, times):
                 assert server.alive(), f"curvd has ended ({what})"
                 refused = any(reason in answer for reason in _REFUSALS)
                 assert process.returncode == 0 or refused, f"the call failed otherwise ({what}): {answer}"
-                site.check(site.estimate(server.address))
+                run = site.estimate(server.address)
                 assert server.alive(), f"curvd has ended after a small call ({what})"
+                if serves:
+                    site.check(run)
                 yield time.monotonic() - began
 
 
