@@ -8,11 +8,15 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/job/estimation_job.h"
 #include "core/job/field_arrays.h"
 #include "core/job/worker_pool.h"
 #include "curvature/v1/curvature.grpc.pb.h"
+#include "proto/result_columns.h"
 #include "server/call/header_options.h"
 #include "server/call/result_encoder.h"
 #include "server/call/summary_message.h"
@@ -29,26 +33,23 @@ constexpr CallLimits kLimits{.max_points = 1u << 30,
                              .memory_bytes = uint64_t{1} << 40,
                              .max_streams = 1'000};
 
-// Room for `size` bytes if the array is wanted.
-char* MakeRoom(bool wanted, size_t size, std::string* bytes) {
-  bytes->resize(wanted ? size : 0);
-  return wanted ? bytes->data() : nullptr;
-}
-
 void FillResults(const PageArray<PointCurvature>& points, size_t first, size_t count, const QuantitySet& quantities,
                  v1::ResultChunk* chunk) {
-  const size_t scalars = count * sizeof(float), vectors = 3 * scalars;
   chunk->set_first_index(first);
   chunk->set_point_count(static_cast<uint32_t>(count));
-  SplitField(points.span().subspan(first, count),
-             {.mean = MakeRoom(quantities.mean, scalars, chunk->mutable_mean_curvature()),
-              .gaussian = MakeRoom(quantities.gaussian, scalars, chunk->mutable_gaussian_curvature()),
-              .k1 = MakeRoom(quantities.principal_curvatures, scalars, chunk->mutable_k1()),
-              .k2 = MakeRoom(quantities.principal_curvatures, scalars, chunk->mutable_k2()),
-              .d1 = MakeRoom(quantities.principal_directions, vectors, chunk->mutable_d1()),
-              .d2 = MakeRoom(quantities.principal_directions, vectors, chunk->mutable_d2()),
-              .radius = MakeRoom(quantities.radius, scalars, chunk->mutable_radius()),
-              .status = MakeRoom(true, count, chunk->mutable_status())});
+  const auto& columns = curvature::wire::ResultColumns();
+  std::vector<std::string> arrays(columns.size());
+  ColumnPlaces places{};
+  for (size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].quantity != v1::QUANTITY_UNSPECIFIED && !quantities.Has(columns[i].quantity)) continue;
+    arrays[i].resize(count * columns[i].bytes_per_point);
+    places[ColumnIndex(columns[i].name)] = arrays[i].data();
+  }
+  SplitField(points.span().subspan(first, count), places);
+  for (size_t i = 0; i < columns.size(); ++i) {
+    const auto* field = v1::ResultChunk::descriptor()->FindFieldByNumber(columns[i].field);
+    chunk->GetReflection()->SetString(chunk, field, std::move(arrays[i]));
+  }
 }
 
 grpc::Status Failure(const absl::Status& status) {

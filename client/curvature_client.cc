@@ -6,11 +6,13 @@
 
 #include "absl/random/random.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "client/channels.h"
 #include "client/estimate_attempt.h"
 #include "client/pause.h"
 #include "client/server_info.h"
 #include "grpcpp/channel.h"
+#include "proto/result_columns.h"
 
 namespace curv {
 namespace {
@@ -25,6 +27,25 @@ absl::Status CheckArrays(const CloudView& cloud) {
   return absl::InvalidArgumentError(absl::StrCat("positions hold ", positions / scalar_bytes, " scalars and normals ",
                                                  normals / scalar_bytes,
                                                  ": both must hold three for each point, as many"));
+}
+
+std::vector<std::string> ListQuantityNames() {
+  std::vector<std::string> names;
+  for (const auto quantity : curvature::wire::Quantities()) names.push_back(curvature::wire::QuantityName(quantity));
+  return names;
+}
+
+absl::Status CheckQuantities(const std::vector<std::string>& quantities) {
+  for (auto it = quantities.begin(); it != quantities.end(); ++it) {
+    if (!curvature::wire::QuantityOf(*it)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("quantities has \"", *it, "\"; it must be among ", absl::StrJoin(QuantityNames(), ", ")));
+    }
+    if (std::find(quantities.begin(), it, *it) != it) {
+      return absl::InvalidArgumentError(absl::StrCat("quantities has \"", *it, "\" twice; once is enough"));
+    }
+  }
+  return absl::OkStatus();
 }
 
 // What to wait before the next attempt: at least what the server asked for, nothing where `another` server may take the
@@ -49,6 +70,11 @@ void AwaitConnection(const std::shared_ptr<grpc::Channel>& channel, const std::s
 
 }  // namespace
 
+const std::vector<std::string>& QuantityNames() {
+  static const auto& names = *new std::vector<std::string>(ListQuantityNames());
+  return names;
+}
+
 absl::StatusOr<std::unique_ptr<CurvatureClient>> CurvatureClient::Connect(std::string_view servers,
                                                                           const ConnectOptions& options) {
   absl::StatusOr<std::unique_ptr<Channels>> channels = Channels::Create(servers, options);
@@ -64,6 +90,7 @@ CurvatureClient::~CurvatureClient() = default;
 absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud, const EstimateOptions& options,
                                                           const EstimateCallbacks& callbacks) const {
   if (absl::Status status = CheckArrays(cloud); !status.ok()) return status;
+  if (absl::Status status = CheckQuantities(options.quantities); !status.ok()) return status;
   const Clock::time_point start = Clock::now();
   const auto time_left = [&] { return options.timeout - absl::FromChrono(Clock::now() - start); };
   for (int attempt = 1;; ++attempt) {

@@ -72,6 +72,10 @@ std::string_view EstimatorName(Estimator estimator);
 // The estimator of that name, or nothing.
 std::optional<Estimator> EstimatorOf(std::string_view name);
 
+// "mean_curvature", "gaussian_curvature", "principal_curvatures", "principal_directions", "radius", and what the
+// contract has beside them (enum Quantity).
+const std::vector<std::string>& QuantityNames();
+
 // Whose work the server does first. kBySize: kInteractive up to 100,000 points, kBatch above.
 enum class Priority : uint8_t { kBySize, kInteractive, kBatch };
 
@@ -95,6 +99,9 @@ struct EstimateOptions {
   uint64_t seed = 0;
   // In [0, 1]; none: the server's default. DEFAULT: none.
   std::optional<double> average_normal_weight;
+  // Quantities to send, of QuantityNames(), each at most once; of the others the result has empty arrays.
+  // DEFAULT: empty, which asks for all.
+  std::vector<std::string> quantities;
   // What the positions are relative to. Curvature does not depend on it. DEFAULT: zero.
   std::array<double, 3> origin{};
   // Give unusable points a status, instead of refusing the cloud. DEFAULT: refuse.
@@ -145,17 +152,25 @@ struct EstimateSummary {
   int attempts = 1;
 };
 
+// A column of results that CurvatureResult has no member for.
+struct NamedColumn {
+  std::string name;  // as in the contract's ResultChunk
+  size_t width = 1;  // scalars a point
+  std::variant<std::vector<float>, std::vector<uint8_t>> values;
+};
+
 // One entry a point (three for d1 and d2), in the order of the cloud. NaN where status is not kOk, save `radius` with
-// radius neighborhoods.
+// radius neighborhoods. Empty for quantities that were not asked for.
 struct CurvatureResult {
   std::vector<float> mean;  // (k1 + k2) / 2; 1 / r on a ball with outward normals
   std::vector<float> gaussian;
   std::vector<float> k1;  // <= k2
   std::vector<float> k2;
-  std::vector<float> d1;        // x y z of the unit direction of k1
-  std::vector<float> d2;        // x y z of the unit direction of k2; d1 x d2 is along the normal
-  std::vector<float> radius;    // of the neighborhood
-  std::vector<uint8_t> status;  // values of PointStatus
+  std::vector<float> d1;            // x y z of the unit direction of k1
+  std::vector<float> d2;            // x y z of the unit direction of k2; d1 x d2 is along the normal
+  std::vector<float> radius;        // of the neighborhood
+  std::vector<uint8_t> status;      // values of PointStatus
+  std::vector<NamedColumn> others;  // what else was asked for, in the order of the contract
   EstimateSummary summary;
 };
 
@@ -194,7 +209,9 @@ class CurvatureClient {
   // the message ends with the reason and metadata that it gave. Retries while servers are UNAVAILABLE, say that waiting
   // helps, or die behind a proxy (UNKNOWN or INTERNAL without a reason): at once on the next server, then with growing
   // pauses, the cloud sent again each time. Further errors:
-  // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals as positions.
+  // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals as positions; a quantity
+  // is
+  //   unknown or given twice.
   // - DEADLINE_EXCEEDED, CANCELLED: timeout, stop.
   // - INTERNAL: the server's answer has gaps, wrong lengths or no summary.
   absl::StatusOr<CurvatureResult> Estimate(const CloudView& cloud, const EstimateOptions& options,

@@ -48,7 +48,7 @@ Phase PhaseOf(const v1::Progress& progress) {
 class Attempt {
  public:
   Attempt(const CloudView& cloud, const EstimateOptions& options, const EstimateCallbacks& callbacks, int attempt)
-      : cloud_(cloud), options_(options), callbacks_(callbacks), collector_(cloud.size()) {
+      : cloud_(cloud), options_(options), callbacks_(callbacks), collector_(cloud.size(), options.quantities) {
     progress_.points = cloud.size();
     progress_.attempt = attempt;
   }

@@ -1,9 +1,11 @@
 #include "client/request_encoder.h"
 
 #include <cstring>
+#include <string>
 
 #include "curvature/v1/curvature.pb.h"
 #include "proto/bulk_message.h"
+#include "proto/result_columns.h"
 
 namespace curv {
 namespace {
@@ -47,6 +49,7 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
   if (options.average_normal_weight) estimator.set_average_normal_weight(*options.average_normal_weight);
   header.set_invalid_point_policy(options.skip_invalid ? v1::INVALID_POINT_POLICY_SKIP
                                                        : v1::INVALID_POINT_POLICY_REJECT);
+  for (const std::string& name : options.quantities) header.add_quantities(*curvature::wire::QuantityOf(name));
   header.set_request_tag(options.request_tag);
   header.set_priority(ToProto(options.priority));
   return grpc::Slice(request.SerializeAsString());

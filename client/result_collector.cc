@@ -21,25 +21,29 @@ absl::Status Broken(const std::string& what) {
   return absl::InternalError(absl::StrCat("the server broke the protocol: ", what));
 }
 
-constexpr wire::BulkLayout kResultChunk({ResultChunk::kFirstIndexFieldNumber, ResultChunk::kPointCountFieldNumber},
-                                        {ResultChunk::kStatusFieldNumber, ResultChunk::kMeanCurvatureFieldNumber,
-                                         ResultChunk::kGaussianCurvatureFieldNumber, ResultChunk::kK1FieldNumber,
-                                         ResultChunk::kK2FieldNumber, ResultChunk::kD1FieldNumber,
-                                         ResultChunk::kD2FieldNumber, ResultChunk::kRadiusFieldNumber});
+wire::BulkLayout MakeLayout() {
+  wire::BulkLayout layout({ResultChunk::kFirstIndexFieldNumber, ResultChunk::kPointCountFieldNumber}, {});
+  for (const wire::ResultColumn& column : wire::ResultColumns()) {
+    if (column.field < wire::kFieldEnd) layout.AddArray(column.field);  // chunks with others go through protobuf
+  }
+  return layout;
+}
+
+const wire::BulkLayout& ChunkLayout() {
+  static const wire::BulkLayout layout = MakeLayout();
+  return layout;
+}
 
 // `chunk` as it would have been read in place.
 wire::BulkMessage InPlace(const ResultChunk& chunk) {
   wire::BulkMessage read;
   read.numbers[ResultChunk::kFirstIndexFieldNumber] = chunk.first_index();
   read.numbers[ResultChunk::kPointCountFieldNumber] = chunk.point_count();
-  read.arrays[ResultChunk::kStatusFieldNumber] = {chunk.status()};
-  read.arrays[ResultChunk::kMeanCurvatureFieldNumber] = {chunk.mean_curvature()};
-  read.arrays[ResultChunk::kGaussianCurvatureFieldNumber] = {chunk.gaussian_curvature()};
-  read.arrays[ResultChunk::kK1FieldNumber] = {chunk.k1()};
-  read.arrays[ResultChunk::kK2FieldNumber] = {chunk.k2()};
-  read.arrays[ResultChunk::kD1FieldNumber] = {chunk.d1()};
-  read.arrays[ResultChunk::kD2FieldNumber] = {chunk.d2()};
-  read.arrays[ResultChunk::kRadiusFieldNumber] = {chunk.radius()};
+  for (const wire::ResultColumn& column : wire::ResultColumns()) {
+    std::string scratch;  // not used: the field is a string of its own
+    const auto* field = ResultChunk::descriptor()->FindFieldByNumber(column.field);
+    read.arrays[column.field] = {chunk.GetReflection()->GetStringReference(chunk, field, &scratch)};
+  }
   return read;
 }
 
@@ -54,13 +58,40 @@ bool Append(const wire::Pieces& pieces, size_t count, std::vector<Value>& values
   return true;
 }
 
+NamedColumn EmptyColumn(const wire::ResultColumn& column) {
+  NamedColumn empty{column.name, column.width, {}};
+  if (column.type == v1::COLUMN_TYPE_UINT8) empty.values = std::vector<uint8_t>();
+  return empty;
+}
+
+// The members of CurvatureResult that columns of those names go to.
+constexpr std::pair<std::string_view, std::vector<float> CurvatureResult::*> kMembers[] = {
+    {"mean_curvature", &CurvatureResult::mean},
+    {"gaussian_curvature", &CurvatureResult::gaussian},
+    {"k1", &CurvatureResult::k1},
+    {"k2", &CurvatureResult::k2},
+    {"d1", &CurvatureResult::d1},
+    {"d2", &CurvatureResult::d2},
+    {"radius", &CurvatureResult::radius},
+};
+
+void Store(NamedColumn column, CurvatureResult& result) {
+  auto* floats = std::get_if<std::vector<float>>(&column.values);
+  for (const auto& [name, member] : kMembers) {
+    if (name != column.name || floats == nullptr) continue;
+    result.*member = std::move(*floats);
+    return;
+  }
+  result.others.push_back(std::move(column));
+}
+
 }  // namespace
 
 absl::Status ResultCollector::Take(grpc::ByteBuffer& message) {
   if (summarized_) return Broken("a message follows the summary");
   wire::BulkMessage chunk;
   if (accepted_ &&
-      wire::ReadBulkMessage(message, v1::EstimateCurvatureResponse::kResultFieldNumber, kResultChunk, chunk)) {
+      wire::ReadBulkMessage(message, v1::EstimateCurvatureResponse::kResultFieldNumber, ChunkLayout(), chunk)) {
     return TakeResult(chunk);
   }
   v1::EstimateCurvatureResponse response;
@@ -95,18 +126,22 @@ absl::Status ResultCollector::TakeAccepted(const v1::Accepted& accepted) {
   if (accepted_) return Broken("Accepted came twice");
   accepted_ = true;
   limits_ = accepted.limits();
-  result_.summary.request_id = accepted.request_id();
-  return absl::OkStatus();
-}
-
-// Pages are touched chunk by chunk, when their values are there to be written.
-void ResultCollector::MakeRoom() {
-  for (std::vector<float>* scalars : {&result_.mean, &result_.gaussian, &result_.k1, &result_.k2, &result_.radius}) {
-    scalars->reserve(points_);
+  summary_.request_id = accepted.request_id();
+  const auto comes = [&accepted](v1::Quantity quantity) {
+    const auto& told = accepted.quantities();
+    return told.empty() || std::find(told.begin(), told.end(), quantity) != told.end();
+  };
+  for (const std::string& name : quantities_) {
+    if (const auto quantity = wire::QuantityOf(name); !quantity || !comes(*quantity)) {
+      return Broken(absl::StrCat("it accepted the call without the quantity ", name));
+    }
   }
-  result_.d1.reserve(3 * points_);
-  result_.d2.reserve(3 * points_);
-  result_.status.reserve(points_);
+  for (const wire::ResultColumn& column : wire::ResultColumns()) {
+    if (column.quantity == v1::QUANTITY_UNSPECIFIED || comes(column.quantity)) {
+      columns_.push_back({&column, EmptyColumn(column)});
+    }
+  }
+  return absl::OkStatus();
 }
 
 absl::Status ResultCollector::TakeResult(const wire::BulkMessage& chunk) {
@@ -116,21 +151,45 @@ absl::Status ResultCollector::TakeResult(const wire::BulkMessage& chunk) {
     return Broken(absl::StrCat("a result chunk holds ", count, " points from index ", first, ", but ", received_,
                                " of ", points_, " are here"));
   }
-  if (received_ == 0) MakeRoom();
-  const auto& arrays = chunk.arrays;
-  const bool fits = Append(arrays[ResultChunk::kStatusFieldNumber], count, result_.status) &&
-                    Append(arrays[ResultChunk::kMeanCurvatureFieldNumber], count, result_.mean) &&
-                    Append(arrays[ResultChunk::kGaussianCurvatureFieldNumber], count, result_.gaussian) &&
-                    Append(arrays[ResultChunk::kK1FieldNumber], count, result_.k1) &&
-                    Append(arrays[ResultChunk::kK2FieldNumber], count, result_.k2) &&
-                    Append(arrays[ResultChunk::kD1FieldNumber], 3 * count, result_.d1) &&
-                    Append(arrays[ResultChunk::kD2FieldNumber], 3 * count, result_.d2) &&
-                    Append(arrays[ResultChunk::kRadiusFieldNumber], count, result_.radius);
-  if (!fits) {
-    return Broken(absl::StrCat("an array of the result chunk from index ", first, " does not hold ", count, " points"));
+  size_t bytes = 0;
+  for (const wire::Pieces& array : chunk.arrays) bytes += wire::SizeOf(array);
+  for (Collected& collected : columns_) {
+    const wire::Pieces& array = chunk.arrays[collected.column->field];
+    const size_t scalars = count * collected.column->width;
+    const auto append = [&](auto& values) {
+      // Pages are touched chunk by chunk, when their values are there to be written.
+      if (received_ == 0) values.reserve(points_ * collected.column->width);
+      return Append(array, scalars, values);
+    };
+    if (!std::visit(append, collected.values.values)) {
+      return Broken(absl::StrCat("the array ", collected.column->name, " of the result chunk from index ", first,
+                                 " does not hold ", count, " points"));
+    }
+    bytes -= wire::SizeOf(array);
   }
+  if (bytes > 0) return Broken("a result chunk holds an array of a quantity that Accepted does not tell of");
   received_ += count;
   return absl::OkStatus();
+}
+
+const std::vector<uint8_t>& ResultCollector::Statuses() const {
+  const auto found = std::find_if(columns_.begin(), columns_.end(), [](const Collected& collected) {
+    return collected.column->field == ResultChunk::kStatusFieldNumber;
+  });
+  return std::get<std::vector<uint8_t>>(found->values.values);
+}
+
+CurvatureResult ResultCollector::Release() {
+  CurvatureResult result;
+  for (Collected& collected : columns_) {
+    if (collected.column->field == ResultChunk::kStatusFieldNumber) {
+      result.status = std::get<std::vector<uint8_t>>(std::move(collected.values.values));
+    } else {
+      Store(std::move(collected.values), result);
+    }
+  }
+  result.summary = std::move(summary_);
+  return result;
 }
 
 absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
@@ -138,7 +197,7 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
     return Broken(absl::StrCat("the summary counts ", summary.point_count(), " points, ", received_, " of ", points_,
                                " results came"));
   }
-  EstimateSummary& out = result_.summary;
+  EstimateSummary& out = summary_;
   const v1::StatusCounts& counts = summary.status_counts();
   out.status_counts = {0,
                        counts.ok(),
@@ -147,10 +206,11 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
                        counts.invalid_input(),
                        counts.inconsistent_normals(),
                        counts.singular_fit()};
+  const std::vector<uint8_t>& statuses = Statuses();
   std::array<uint64_t, kStatusWords.size()> counted{};
   uint64_t rest = points_;  // mostly none after the first
   for (uint8_t status = 1; rest > 0 && status < counted.size(); ++status) {
-    counted[status] = std::count(result_.status.begin(), result_.status.end(), status);
+    counted[status] = std::count(statuses.begin(), statuses.end(), status);
     rest -= counted[status];
   }
   counted[0] = rest;

@@ -2,25 +2,30 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "client/curvature_client.h"
 #include "curvature/v1/curvature.pb.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "proto/bulk_message.h"
+#include "proto/result_columns.h"
 
 namespace curv {
 
 // Not thread-safe.
 class ResultCollector {
  public:
-  // For a cloud of `points` points.
-  explicit ResultCollector(uint64_t points) : points_(points) {}
+  // For a cloud of `points` points, of which the request asked for the quantities of those names (none: for all).
+  explicit ResultCollector(uint64_t points, std::vector<std::string> quantities = {})
+      : points_(points), quantities_(std::move(quantities)) {}
 
   // Takes the next message; what remains in `message` is undefined. INTERNAL, naming what was found and expected, if
   // the protocol does not allow it here: bytes that are no EstimateCurvatureResponse, a result before Accepted or with
-  // a gap, an array of the wrong length, anything after the Summary, a Summary that contradicts the results. Nothing
-  // may follow an error.
+  // a gap, an array of the wrong length or one that Accepted does not tell of, a quantity that is left out, anything
+  // after the Summary, a Summary that contradicts the results. Nothing may follow an error.
   absl::Status Take(grpc::ByteBuffer& message);
 
   // Ends the stream. INTERNAL if it is not complete: no Summary.
@@ -32,22 +37,29 @@ class ResultCollector {
   const curvature::v1::Progress& progress() const { return progress_; }
   uint64_t points_received() const { return received_; }
   // What was collected. REQUIRES: Finish() is OK.
-  CurvatureResult Release() { return std::move(result_); }
+  CurvatureResult Release();
 
  private:
   absl::Status TakeResponse(const curvature::v1::EstimateCurvatureResponse& response);
   absl::Status TakeAccepted(const curvature::v1::Accepted& accepted);
   absl::Status TakeResult(const curvature::wire::BulkMessage& chunk);
   absl::Status TakeSummary(const curvature::v1::Summary& summary);
-  void MakeRoom();
+  // A column of results as far as it was received.
+  struct Collected {
+    const curvature::wire::ResultColumn* column;
+    NamedColumn values;
+  };
+  const std::vector<uint8_t>& Statuses() const;
 
   uint64_t points_;
+  std::vector<std::string> quantities_;
   uint64_t received_ = 0;
   bool accepted_ = false;
   bool summarized_ = false;
   curvature::v1::ServerLimits limits_;
   curvature::v1::Progress progress_;
-  CurvatureResult result_;
+  std::vector<Collected> columns_;  // those that Accepted tells of
+  EstimateSummary summary_;
 };
 
 }  // namespace curv

@@ -30,6 +30,8 @@ class BulkLayout {
  public:
   constexpr BulkLayout(std::initializer_list<int> numbers, std::initializer_list<int> arrays)
       : numbers_(BitsOf(numbers)), arrays_(BitsOf(arrays)) {}
+  // Allows one more array. REQUIRES: field < kFieldEnd.
+  constexpr void AddArray(int field) { arrays_ |= uint32_t{1} << field; }
   constexpr bool HasNumber(uint32_t field) const { return field < kFieldEnd && (numbers_ >> field & 1) != 0; }
   constexpr bool HasArray(uint32_t field) const { return field < kFieldEnd && (arrays_ >> field & 1) != 0; }
 

@@ -9,7 +9,7 @@ ServiceContext::ServiceContext(const ServerOptions& options)
       waiting_limit(Admission::kLanes * options.max_waiting),
       log(options.log),
       gate(options.max_streams, options.max_streams_per_peer),
-      admission(options.memory_limit_bytes, options.max_chunk_bytes, options.max_waiting),
+      admission(options.memory_limit_bytes, options.max_chunk_bytes, options.max_waiting, options.threads),
       metrics([this] { return gauges(); }),
       pool(options.threads) {}
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -26,9 +27,9 @@ constexpr char kExamples[] =
     "  curv estimate scan.ply -o curvature.ply                             in this process\n"
     "  curv estimate scan.ply -o curvature.ply --server=localhost:50061   on a server\n"
     "  curv estimate scan.xyz -o curvature.csv --radius=0.05 --estimator=uniform --triangles=200\n"
-    "Output columns: x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius status, "
-    "then\n"
-    "the other columns of the input.";
+    "Output columns: x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius status (of "
+    "the\n"
+    "quantities asked for), then the other columns of the input.";
 
 struct EstimateFlags {
   std::string input;
@@ -42,6 +43,20 @@ struct EstimateFlags {
   bool orient = false;
   EstimateOptions options;
 };
+
+// Adds the contract's name for `word`, once.
+void AddQuantity(const std::string& word, std::vector<std::string>& quantities) {
+  const std::string name = ContractName(word);
+  if (std::find(quantities.begin(), quantities.end(), name) == quantities.end()) quantities.push_back(name);
+}
+
+// Colors need their column. Throws CLI::ValidationError.
+void CheckColor(const EstimateFlags& flags) {
+  const std::vector<std::string>& quantities = flags.options.quantities;
+  if (flags.color.empty() || quantities.empty()) return;
+  if (std::find(quantities.begin(), quantities.end(), ContractName(flags.color)) != quantities.end()) return;
+  throw CLI::ValidationError("--color", flags.color + " is not among --quantities");
+}
 
 double SecondsSince(absl::Time start) { return absl::ToDoubleSeconds(absl::Now() - start); }
 
@@ -210,10 +225,22 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");
   command
+      ->add_option_function<std::vector<std::string>>(
+          "--quantities",
+          [flags](const std::vector<std::string>& words) {
+            for (const std::string& word : words) AddQuantity(word, flags->options.quantities);
+          },
+          "what to estimate, with commas between: mean, gaussian, k1, k2, d1, d2, radius or the contract's names; the "
+          "result has no other columns [all]")
+      ->delimiter(',')
+      ->check(CLI::IsMember(QuantityWords()).description(""))
+      ->option_text("LIST");
+  command
       ->add_flag("--color{mean}", flags->color,
                  absl::StrCat("add columns red green blue for ", kQuantityWords, ": --color=gaussian; alone: mean"))
       ->check(CLI::IsMember({"mean", "gaussian", "k1", "k2"}).description(""));
   command->callback([flags, &action] {
+    CheckColor(*flags);
     if (flags->radius > 0.0) flags->options.radius = flags->radius;
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     action = [flags] { return Run(*flags); };

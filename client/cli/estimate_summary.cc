@@ -64,6 +64,7 @@ std::string SummaryText(const EstimateReport& report, const PointTable& result) 
   }
   absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", "", "least", "median", "largest");
   for (const NamedQuantity& quantity : kQuantities) {
+    if (result.Find(quantity.column) == nullptr) continue;
     const Spread spread = SpreadOf(result, quantity.column);
     absl::StrAppendFormat(&text, "  %-22s %14.6g %14.6g %14.6g\n", quantity.column, spread.low, spread.median,
                           spread.high);
@@ -85,6 +86,7 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
     statuses[kStatusWords[status]] = report.summary.status_counts[status];
   }
   for (const NamedQuantity& quantity : kQuantities) {
+    if (result.Find(quantity.column) == nullptr) continue;
     const Spread spread = SpreadOf(result, quantity.column);
     ranges[quantity.column] = {{"least", spread.low}, {"median", spread.median}, {"largest", spread.high}};
   }

@@ -12,11 +12,33 @@ std::vector<float> Component(const std::vector<float>& vectors, size_t axis) {
   return component;
 }
 
+// What was not asked for is empty and is left out.
+void AddScalars(const std::string& name, std::vector<float> scalars, PointTable& table) {
+  if (scalars.size() == table.size()) table.Set({name, std::move(scalars)});
+}
+
 void AddVector(const std::string& name, const std::vector<float>& vectors, PointTable& table) {
+  if (vectors.size() != 3 * table.size()) return;
   table.Set({name + "x", Component(vectors, 0)});
   table.Set({name + "y", Component(vectors, 1)});
   table.Set({name + "z", Component(vectors, 2)});
 }
+
+void AddOther(NamedColumn column, PointTable& table) {
+  auto* floats = std::get_if<std::vector<float>>(&column.values);
+  if (floats == nullptr) {
+    table.Set({column.name, std::get<std::vector<uint8_t>>(std::move(column.values))});
+  } else if (column.width == 3) {
+    AddVector(column.name, *floats, table);
+  } else {
+    AddScalars(column.name, std::move(*floats), table);
+  }
+}
+
+constexpr std::pair<const char*, const char*> kShortWords[] = {
+    {"mean", "mean_curvature"},     {"gaussian", "gaussian_curvature"}, {"k1", "principal_curvatures"},
+    {"k2", "principal_curvatures"}, {"d1", "principal_directions"},     {"d2", "principal_directions"},
+};
 
 void Move(std::vector<Column>& columns, const char* name, PointTable& table) {
   const auto found = std::find_if(columns.begin(), columns.end(), [&](const Column& c) { return c.name == name; });
@@ -32,17 +54,32 @@ const NamedQuantity* FindQuantity(const std::string& word) {
   return found == std::end(kQuantities) ? nullptr : found;
 }
 
+std::vector<std::string> QuantityWords() {
+  std::vector<std::string> words;
+  for (const auto& [word, name] : kShortWords) words.emplace_back(word);
+  words.insert(words.end(), QuantityNames().begin(), QuantityNames().end());
+  return words;
+}
+
+std::string ContractName(const std::string& word) {
+  for (const auto& [short_word, name] : kShortWords) {
+    if (word == short_word) return name;
+  }
+  return word;
+}
+
 PointTable MakeResultTable(PointTable input, CurvatureResult result) {
   std::vector<Column> columns = input.Release();
   PointTable table;
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) Move(columns, name, table);
-  table.Set({"mean_curvature", std::move(result.mean)});
-  table.Set({"gaussian_curvature", std::move(result.gaussian)});
-  table.Set({"k1", std::move(result.k1)});
-  table.Set({"k2", std::move(result.k2)});
+  AddScalars("mean_curvature", std::move(result.mean), table);
+  AddScalars("gaussian_curvature", std::move(result.gaussian), table);
+  AddScalars("k1", std::move(result.k1), table);
+  AddScalars("k2", std::move(result.k2), table);
   AddVector("d1", result.d1, table);
   AddVector("d2", result.d2, table);
-  table.Set({"radius", std::move(result.radius)});
+  AddScalars("radius", std::move(result.radius), table);
+  for (NamedColumn& other : result.others) AddOther(std::move(other), table);
   table.Set({"status", std::move(result.status)});
   for (Column& column : columns) {
     if (table.Find(column.name) == nullptr) table.Set(std::move(column));

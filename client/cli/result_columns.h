@@ -30,9 +30,15 @@ inline constexpr char kQuantityWords[] = "mean, gaussian, k1, k2";
 // Returns the quantity of that word, or nullptr.
 const NamedQuantity* FindQuantity(const std::string& word);
 
-// Returns the columns x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius status,
-// then the other columns of `input`, save those whose names are taken. REQUIRES: `input` has positions and normals, and
-// as many points as `result`.
+// The quantities that `curv estimate --quantities` asks for by a short word, and the contract's name of each; the
+// contract's own names are understood as well.
+std::vector<std::string> QuantityWords();
+// The contract's name for a word of QuantityWords().
+std::string ContractName(const std::string& word);
+
+// Returns the columns x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius, as far as
+// the result has them, then what else it has, then status, then the other columns of `input`, save those whose names
+// are taken. REQUIRES: `input` has positions and normals, and as many points as `result`.
 PointTable MakeResultTable(PointTable input, CurvatureResult result);
 
 // Adds the columns red, green and blue for the values of a column, and returns the scale of the colors.

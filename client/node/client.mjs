@@ -2,7 +2,7 @@
 import { once } from "node:events";
 import grpc from "@grpc/grpc-js";
 import { CurvdError, fromServiceError } from "./errors.mjs";
-import { CurvatureService, enumValues } from "./protocol.mjs";
+import { CurvatureService, enumValues, QUANTITIES } from "./protocol.mjs";
 import { ResultCollector } from "./results.mjs";
 import { callWithRetries } from "./retries.mjs";
 import { callMetadata, connectionTo } from "./security.mjs";
@@ -49,6 +49,8 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //   jetDegree             of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2
 //   evenWeights           count all triangles of delaunay alike, as the paper does. DEFAULT: false
 //   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
+//   quantities            what the result shall have beside status, of "meanCurvature", "gaussianCurvature",
+//                         "principalCurvatures" (k1, k2), "principalDirections" (d1, d2), "radius". DEFAULT: all
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
 //   priority              "interactive" if somebody waits, "batch" if it can wait. DEFAULT: interactive up to 100,000
 //                         points, batch above
@@ -58,7 +60,8 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //                         next replica, then with growing pauses. DEFAULT: 6, over about 8 seconds
 //
 // Resolves to { meanCurvature, gaussianCurvature, k1, k2, d1, d2, radius, status, summary }: Float32Arrays of N scalars
-// (d1, d2: 3 N) and a Uint8Array of PointStatus. Rejects with a CurvdError if the call fails, with a TypeError if the
+// (d1, d2: 3 N) and a Uint8Array of PointStatus; arrays of quantities that were not asked for are missing, and of an
+// empty cloud all but status. Rejects with a CurvdError if the call fails, with a TypeError if the
 // arguments make no request.
 export async function estimateCurvature(positions, normals, options = {}) {
   checkArrays(positions, normals);
@@ -90,6 +93,15 @@ function checkArrays(positions, normals) {
   }
 }
 
+function quantityNames(quantities = []) {
+  const names = quantities.map((name) => QUANTITIES.get(name));
+  if (names.includes(undefined) || new Set(names).size !== names.length) {
+    const known = [...QUANTITIES.keys()].join(", ");
+    throw new TypeError(`quantities is ${JSON.stringify(quantities)}; it must have each of ${known} at most once`);
+  }
+  return names;
+}
+
 function cloudHeader(positions, options) {
   const { estimator = "avg-hexagram", neighborCount, radius } = options;
   if (!Object.hasOwn(ESTIMATORS, estimator)) {
@@ -116,6 +128,7 @@ function cloudHeader(positions, options) {
       seed: options.seed ?? 0,
       ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
     },
+    quantities: quantityNames(options.quantities),
     invalidPointPolicy: options.skipInvalid ? "INVALID_POINT_POLICY_SKIP" : "INVALID_POINT_POLICY_REJECT",
     priority: PRIORITIES[options.priority] ?? "PRIORITY_UNSPECIFIED",
     requestTag: options.requestTag ?? "",

@@ -27,3 +27,19 @@ export function decode(name, bytes) {
 export function enumValues(name) {
   return definition[name].type.value.map((value) => value.name);
 }
+
+// Names of the arrays of a ResultChunk, in the order of the contract.
+export const RESULT_ARRAYS = definition["curvature.v1.ResultChunk"].type.field
+  .filter((field) => field.type === "TYPE_BYTES")
+  .map((field) => field.name);
+
+// The quantities that a call may ask for: by their names here ("meanCurvature"), those of the contract's enum.
+export const QUANTITIES = new Map(
+  definition["curvature.v1.Quantity"].type.value
+    .filter((value) => value.number !== 0)
+    .map((value) => [toCamelCase(value.name.replace(/^QUANTITY_/, "").toLowerCase()), value.name]),
+);
+
+function toCamelCase(name) {
+  return name.replace(/_([a-z])/g, (_, letter) => letter.toUpperCase());
+}

@@ -1,4 +1,5 @@
 // Collects the results of a call into typed arrays and checks that none is missing.
+import { RESULT_ARRAYS } from "./protocol.mjs";
 
 // What became of a point; the values of `status` in the result.
 export const PointStatus = Object.freeze({
@@ -10,21 +11,18 @@ export const PointStatus = Object.freeze({
   SINGULAR_FIT: 6,
 });
 
-// Scalars a point in each array of a ResultChunk.
-const WIDTHS = { meanCurvature: 1, gaussianCurvature: 1, k1: 1, k2: 1, d1: 3, d2: 3, radius: 1, status: 1 };
-
 // Takes ResultChunks in order. Throws, saying what is wrong, if a server breaks the protocol.
+//
+// `arrays` has a Uint8Array for `status` and a Float32Array for each other array that comes. How many scalars a point
+// has in an array follows from the length of the first chunk's, and must not change.
 export class ResultCollector {
   #received = 0;
   #pointCount;
+  #widths = {};
 
   constructor(pointCount) {
     this.#pointCount = pointCount;
-    this.arrays = {};
-    for (const [name, width] of Object.entries(WIDTHS)) {
-      this.arrays[name] =
-        name === "status" ? new Uint8Array(pointCount) : new Float32Array(pointCount * width).fill(NaN);
-    }
+    this.arrays = { status: new Uint8Array(pointCount) };
   }
 
   add(chunk) {
@@ -36,18 +34,28 @@ export class ResultCollector {
     if (end > this.#pointCount) {
       throw new Error(`results up to point ${end} for a cloud of ${this.#pointCount} points`);
     }
-    for (const [name, width] of Object.entries(WIDTHS)) {
-      const packed = chunk[name];
-      if (packed.length > 0 || name === "status") {
-        this.#store(name, packed, begin * width, end * width);
-      }
-    }
+    if (begin === 0) this.#makeArrays(chunk);
+    for (const name of RESULT_ARRAYS) this.#store(name, chunk[name], begin, end);
     this.#received = end;
+  }
+
+  #makeArrays(chunk) {
+    this.#widths.status = 1;
+    for (const name of RESULT_ARRAYS) {
+      if (name === "status" || chunk[name].length === 0) continue;
+      const width = chunk[name].length / (chunk.pointCount * Float32Array.BYTES_PER_ELEMENT);
+      if (!Number.isInteger(width)) {
+        throw new Error(`${name} of ${chunk.pointCount} points has ${chunk[name].length} bytes, which are no floats`);
+      }
+      this.#widths[name] = width;
+      this.arrays[name] = new Float32Array(this.#pointCount * width);
+    }
   }
 
   // Copies bytes, so that their alignment does not matter.
   #store(name, packed, begin, end) {
-    const target = this.arrays[name].subarray(begin, end);
+    const width = this.#widths[name] ?? 0;
+    const target = this.arrays[name]?.subarray(begin * width, end * width) ?? new Uint8Array(0);
     if (packed.length !== target.byteLength) {
       throw new Error(`${name} of points from ${begin} has ${packed.length} bytes, not ${target.byteLength}`);
     }

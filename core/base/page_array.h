@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "core/base/error.h"
 #include "core/base/page_pool.h"
 
 namespace curvd {
@@ -28,14 +29,16 @@ class PageArray {
 
  public:
   PageArray() = default;
-  // Returns `size` elements with any values, or RESOURCE_EXHAUSTED if the system has no memory for them.
+  // Returns `size` elements with any values, or kOutOfMemory (core/base/error.h) if the system has
+  // no memory for them.
   static absl::StatusOr<PageArray> Create(size_t size, PageUse use = PageUse::kWhole) {
     PageArray array;
     if (size == 0) return array;
     array.use_ = use;
     const size_t bytes = size * sizeof(T);
     void* pages = use == PageUse::kWhole ? ProcessPages().Map(bytes) : ProcessPages().MapFresh(bytes);
-    if (pages == nullptr) return absl::ResourceExhaustedError("out of memory: no pages for an array of points");
+    if (pages == nullptr)
+      return MakeCoreError(ErrorKind::kOutOfMemory, "out of memory: no pages for an array of points");
     array.elements_ = static_cast<T*>(pages);
     array.size_ = size;
     return array;

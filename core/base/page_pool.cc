@@ -67,6 +67,18 @@ void* PagePool::MapNew(size_t bytes) {
   return pages;
 }
 
+bool PagePool::HasRoomFor(size_t bytes) {
+  const auto probe = [bytes] {
+    void* pages = mmap(nullptr, kLeftToOthers + bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (pages == MAP_FAILED) return false;
+    UnmapRange(pages, kLeftToOthers + bytes);
+    return true;
+  };
+  if (probe()) return true;
+  Release(Clock::time_point::max());
+  return probe();
+}
+
 void PagePool::UnmapFresh(void* pages, size_t bytes) {
   bytes = RangeBytes(bytes);
   UnmapRange(pages, bytes);

@@ -41,6 +41,10 @@ class PagePool {
   void* MapFresh(size_t bytes) ABSL_LOCKS_EXCLUDED(mutex_);
   void UnmapFresh(void* pages, size_t bytes) ABSL_LOCKS_EXCLUDED(mutex_);
 
+  // Returns whether Map(bytes) would find memory now, without taking it: for those who are about to let a library
+  // allocate as much. Takes a few microseconds. REQUIRES: bytes > 0.
+  bool HasRoomFor(size_t bytes) ABSL_LOCKS_EXCLUDED(mutex_);
+
   struct Limits {
     size_t kept = 0;      // bytes that are kept
     size_t together = 0;  // bytes in use and kept, unless those in use alone are more

@@ -6,20 +6,38 @@
 #include <memory>
 #include <new>
 #include <type_traits>
+#include <utility>
+
+#include "core/base/page_pool.h"
 
 namespace curvd {
 
 // Grows, never shrinks. Aligned for any vector. Not thread-safe.
+//
+// Buffers of kLargeBytes and more take their memory from ProcessPages(), which leaves some to the libraries that end
+// the process when they get none: how large a buffer becomes is often for a caller to decide. Smaller ones come from
+// operator new.
 template <typename T>
 class ScratchArray {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
-  // Makes room for `size` elements, keeping those there; new ones are uninitialized.
+  ScratchArray() = default;
+  ScratchArray(ScratchArray&& other) noexcept
+      : capacity_(std::exchange(other.capacity_, 0)), elements_(std::move(other.elements_)) {}
+  ScratchArray& operator=(ScratchArray&& other) noexcept {
+    capacity_ = std::exchange(other.capacity_, 0);
+    elements_ = std::move(other.elements_);
+    return *this;
+  }
+  static constexpr size_t kLargeBytes = size_t{64} << 10;
+
+  // Makes room for `size` elements, keeping those there; new ones are uninitialized. Throws std::bad_alloc, and leaves
+  // the buffer as it was, if the system gives no memory.
   void Reserve(size_t size) {
     if (size <= capacity_) return;
     const size_t capacity = std::max(size, capacity_ + capacity_ / 2);
-    std::unique_ptr<T[], Free> grown(static_cast<T*>(::operator new(capacity * sizeof(T), kAlignment)));
+    std::unique_ptr<T[], Free> grown(static_cast<T*>(Allocate(capacity * sizeof(T))), Free{capacity * sizeof(T)});
     std::copy(elements_.get(), elements_.get() + capacity_, grown.get());
     elements_ = std::move(grown);
     capacity_ = capacity;
@@ -35,8 +53,19 @@ class ScratchArray {
 
  private:
   static constexpr std::align_val_t kAlignment{64};
+
+  static void* Allocate(size_t bytes) {
+    if (bytes < kLargeBytes) return ::operator new(bytes, kAlignment);
+    void* pages = ProcessPages().Map(bytes);
+    if (pages == nullptr) throw std::bad_alloc();
+    return pages;
+  }
   struct Free {
-    void operator()(T* pointer) const { ::operator delete(pointer, kAlignment); }
+    size_t bytes = 0;
+    void operator()(T* pointer) const {
+      if (bytes < kLargeBytes) return ::operator delete(pointer, kAlignment);
+      ProcessPages().Unmap(pointer, bytes);
+    }
   };
 
   size_t capacity_ = 0;

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/base/error.h"
 #include "core/cloud/unit_normals.h"
 
 namespace curvd {
@@ -76,9 +77,11 @@ Triple<float> Normalized(const Triple<Scalar>& v, double length) {
 
 template <typename Scalar>
 absl::Status InvalidPointError(size_t index, const char* field, const Triple<Scalar>& value, const char* demand) {
-  return absl::InvalidArgumentError(absl::StrFormat(
-      "%s of point %u is (%g, %g, %g); it must be %s; mend the point, or set invalid_point_policy to SKIP", field,
-      index, value[0], value[1], value[2], demand));
+  return MakeCoreError(
+      ErrorKind::kInvalid,
+      absl::StrFormat(
+          "%s of point %u is (%g, %g, %g); it must be %s; mend the point, or set invalid_point_policy to SKIP", field,
+          index, value[0], value[1], value[2], demand));
 }
 
 PointRecord MakeRecord(const Triple<float>& position, size_t id) {
@@ -93,7 +96,8 @@ double Median(std::vector<double>& values) {
 
 }  // namespace
 
-Cloud::Cloud(ScalarType scalar_type, InvalidPointPolicy policy) : scalar_type_(scalar_type), policy_(policy) {
+Cloud::Cloud(ScalarType scalar_type, InvalidPointPolicy policy, NormalsInput normals)
+    : scalar_type_(scalar_type), policy_(policy), normals_(normals) {
   if (scalar_type == ScalarType::kFloat32) origin_ = {0.0, 0.0, 0.0};
 }
 
@@ -101,32 +105,80 @@ size_t Cloud::bytes() const {
   size_t points = blocks_.size() * kBlockPoints;
   if (expected_ > 0) points = std::min(points, expected_);
   const bool has_records = !slabs_.empty() && slabs_.front().records.size() > 0;
-  return points * (has_records ? kCloudBytesPerPoint : kCloudBytesPerPoint - sizeof(PointRecord)) +
-         pending_.capacity() * sizeof(ExactPoint);
+  const size_t point_bytes = (has_records ? sizeof(PointRecord) : 0) + (has_normals() ? sizeof(Triple<float>) : 0);
+  return points * point_bytes + pending_.capacity() * sizeof(ExactPoint) + point_set_.bytes();
+}
+
+size_t Cloud::invalid_query_count() const {
+  if (invalid_count_ == 0 || !point_set_.has_roles()) return invalid_count_;
+  size_t count = 0;
+  for (size_t i = 0; i < size_; ++i) {
+    count += std::isnan(record(i).position[0]) && point_set_.is_query(static_cast<int32_t>(i)) ? 1 : 0;
+  }
+  return count;
 }
 
 absl::Status Cloud::Append(std::string_view positions, std::string_view normals) {
+  if (absl::Status status = CheckLengths(positions, normals); !status.ok()) return status;
+  const size_t before = size_;
+  absl::Status status = AppendPoints(positions, normals, positions.size() / (3 * ScalarBytes(scalar_type_)));
+  point_set_.AddQueries(size_ - before);
+  return status;
+}
+
+absl::Status Cloud::AppendPart(std::string_view positions, std::string_view normals, std::span<const uint64_t> ids,
+                               std::span<const PointRole> roles) {
+  if (absl::Status status = CheckLengths(positions, normals); !status.ok()) return status;
+  const size_t count = positions.size() / (3 * ScalarBytes(scalar_type_)), before = size_;
+  if (ids.size() != count || (!roles.empty() && roles.size() != count)) {
+    return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("ids has ", ids.size(), " entries and roles ", roles.size(),
+                                                           "; positions has ", count, " points"));
+  }
+  for (size_t i = 0; i < count; ++i) {
+    const bool is_first = i == 0 && point_set_.size() == 0;
+    const uint64_t last = i > 0 ? ids[i - 1] : is_first ? 0 : point_set_.last_id();
+    if (!is_first && ids[i] <= last) {
+      return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("id of point ", size_ + i, " is ", ids[i],
+                                                             "; it must be above the one before, ", last));
+    }
+  }
+  absl::Status status = AppendPoints(positions, normals, count);
+  for (size_t i = 0; i < size_ - before; ++i) point_set_.Add(ids[i], roles.empty() ? PointRole::kQuery : roles[i]);
+  return status;
+}
+
+absl::Status Cloud::CheckLengths(std::string_view positions, std::string_view normals) const {
   const size_t point_bytes = 3 * ScalarBytes(scalar_type_);
   if (positions.size() % point_bytes != 0) {
-    return absl::InvalidArgumentError(absl::StrCat("positions has ", positions.size(),
-                                                   " bytes; it must be a multiple of ", point_bytes, " (3 scalars of ",
-                                                   ScalarBytes(scalar_type_), " bytes a point)"));
+    return MakeCoreError(ErrorKind::kInvalid,
+                         absl::StrCat("positions has ", positions.size(), " bytes; it must be a multiple of ",
+                                      point_bytes, " (3 scalars of ", ScalarBytes(scalar_type_), " bytes a point)"));
   }
-  if (normals.size() != positions.size()) {
-    return absl::InvalidArgumentError(absl::StrCat("normals has ", normals.size(), " bytes and positions has ",
-                                                   positions.size(), "; both must hold the same number of points"));
+  if (!has_normals() && !normals.empty()) {
+    return MakeCoreError(ErrorKind::kInvalid,
+                         absl::StrCat("normals has ", normals.size(), " bytes; the cloud has none"));
+  }
+  if (has_normals() && normals.size() != positions.size()) {
+    return MakeCoreError(ErrorKind::kInvalid,
+                         absl::StrCat("normals has ", normals.size(), " bytes and positions has ", positions.size(),
+                                      "; both must hold the same number of points"));
   }
   const size_t count = positions.size() / point_bytes;
   if (size_ + count > std::numeric_limits<int32_t>::max()) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("cloud has more than ", std::numeric_limits<int32_t>::max(), " points"));
+    return MakeCoreError(ErrorKind::kInvalid,
+                         absl::StrCat("cloud has more than ", std::numeric_limits<int32_t>::max(), " points"));
   }
   if (expected_ > 0 && size_ + count > expected_) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("positions brings the cloud to ", size_ + count, " points; ", expected_, " were expected"));
+    return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("positions brings the cloud to ", size_ + count, " points; ",
+                                                           expected_, " were expected"));
   }
-  return scalar_type_ == ScalarType::kFloat32 ? AppendFloats(positions.data(), normals.data(), count)
-                                              : AppendDoubles(positions.data(), normals.data(), count);
+  return absl::OkStatus();
+}
+
+absl::Status Cloud::AppendPoints(std::string_view positions, std::string_view normals, size_t count) {
+  if (scalar_type_ == ScalarType::kFloat64) return AppendDoubles(positions.data(), normals.data(), count);
+  return has_normals() ? AppendFloats(positions.data(), normals.data(), count)
+                       : AppendBareFloats(positions.data(), count);
 }
 
 // Takes a point into the counts, with its normal brought to unit length, and NaN for an invalid one. Returns false,
@@ -185,10 +237,20 @@ absl::Status Cloud::AppendFloats(const char* positions, const char* normals, siz
   return absl::OkStatus();
 }
 
+absl::Status Cloud::AppendBareFloats(const char* positions, size_t count) {
+  constexpr Triple<float> kAnyNormal = {0.0f, 0.0f, 1.0f};
+  for (size_t i = 0; i < count; ++i) {
+    Triple<float> position = LoadTriple<float>(positions, i), unit;
+    if (!Take(position, kAnyNormal, unit)) return RefusalOf(position, kAnyNormal);
+    if (absl::Status status = Store(position, unit); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
 absl::Status Cloud::AppendDoubles(const char* positions, const char* normals, size_t count) {
   for (size_t i = 0; i < count; ++i) {
     ExactPoint point{LoadTriple<double>(positions, i), {}};
-    const Triple<double> normal = LoadTriple<double>(normals, i);
+    const Triple<double> normal = has_normals() ? LoadTriple<double>(normals, i) : Triple<double>{0.0, 0.0, 1.0};
     if (!Take(point.position, normal, point.normal)) return RefusalOf(point.position, normal);
     pending_.push_back(point);
     if (!origin_.has_value() && pending_.size() < kOriginSample) continue;
@@ -203,7 +265,7 @@ absl::Status Cloud::MakeRoom() {
     if (absl::Status status = AddSlab(); !status.ok()) return status;
   }
   blocks_.push_back(next_block_);
-  next_block_ = {next_block_.records + kBlockPoints, next_block_.normals + kBlockPoints};
+  next_block_ = {next_block_.records + kBlockPoints, has_normals() ? next_block_.normals + kBlockPoints : nullptr};
   --free_blocks_;
   return absl::OkStatus();
 }
@@ -219,7 +281,7 @@ absl::Status Cloud::AddSlab() {
   const size_t points = expected_ > 0 ? expected_ : blocks * kBlockPoints;
   auto records = PageArray<PointRecord>::Create((points + kLeafRecords - 1) / kLeafRecords * kLeafRecords, use);
   if (!records.ok()) return records.status();
-  auto normals = PageArray<Triple<float>>::Create(points, use);
+  auto normals = PageArray<Triple<float>>::Create(has_normals() ? points : 0, use);
   if (!normals.ok()) return normals.status();
   next_block_ = {records->data(), normals->data()};
   free_blocks_ = blocks;
@@ -230,7 +292,7 @@ absl::Status Cloud::AddSlab() {
 absl::Status Cloud::Store(const Triple<float>& position, const Triple<float>& normal) {
   if (absl::Status status = MakeRoom(); !status.ok()) return status;
   blocks_.back().records[stored_ % kBlockPoints] = MakeRecord(position, stored_);
-  blocks_.back().normals[stored_ % kBlockPoints] = normal;
+  if (has_normals()) blocks_.back().normals[stored_ % kBlockPoints] = normal;
   ++stored_;
   return absl::OkStatus();
 }

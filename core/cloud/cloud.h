@@ -5,12 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "core/base/page_array.h"
 #include "core/cloud/point_record.h"
+#include "core/cloud/point_set.h"
 
 namespace curvd {
 
@@ -21,6 +23,11 @@ constexpr size_t ScalarBytes(ScalarType type) { return type == ScalarType::kFloa
 enum class InvalidPointPolicy : uint8_t {
   kReject,  // Append fails at the first such point
   kSkip,    // the point is nobody's neighbor and ends with PointStatus::kInvalidInput
+};
+
+enum class NormalsInput : uint8_t {
+  kGiven,   // a normal comes with each point
+  kAbsent,  // none comes, and no memory is taken for any
 };
 
 // Bytes that a cloud holds for each of its points: a record and a normal.
@@ -39,8 +46,8 @@ class Cloud {
  public:
   static constexpr size_t kBlockPoints = 65'536;
 
-  explicit Cloud(ScalarType scalar_type = ScalarType::kFloat32,
-                 InvalidPointPolicy policy = InvalidPointPolicy::kReject);
+  explicit Cloud(ScalarType scalar_type = ScalarType::kFloat32, InvalidPointPolicy policy = InvalidPointPolicy::kReject,
+                 NormalsInput normals = NormalsInput::kGiven);
   Cloud(Cloud&&) noexcept = default;
   Cloud& operator=(Cloud&&) noexcept = default;
 
@@ -48,11 +55,18 @@ class Cloud {
   void Expect(size_t points) { expected_ = points; }
 
   // Appends points from packed little-endian arrays, 3 scalars a point in each. Errors leave the cloud as it was up to
-  // the point that is named:
-  // - INVALID_ARGUMENT: lengths are not multiples of a point, or differ, more points come than were expected, or
+  // the point that is named; KindOf (core/base/error.h) tells them apart:
+  // - kInvalid: lengths are not multiples of a point, or differ, more points come than were expected, or
   //   (kReject) a point is invalid; the message names the field, the point's index in the cloud and the value.
-  // - RESOURCE_EXHAUSTED: no memory.
+  // - kOutOfMemory: the system gave no memory.
+  // A cloud of NormalsInput::kAbsent takes empty `normals` only.
   absl::Status Append(std::string_view positions, std::string_view normals);
+
+  // The same for points of a larger cloud: `ids` are their places in that one, ascending over all points of this one,
+  // and `roles` tells which of them get a result; where it is empty, all do. Further errors of kind kInvalid: there are
+  // not as many ids, or roles, as points; an id is not above the one before.
+  absl::Status AppendPart(std::string_view positions, std::string_view normals, std::span<const uint64_t> ids,
+                          std::span<const PointRole> roles = {});
 
   // Ends the cloud: no Append may follow. REQUIRES: called once before the cloud is estimated.
   absl::Status Finish();
@@ -60,6 +74,12 @@ class Cloud {
   // Points appended, invalid ones included.
   size_t size() const { return size_; }
   size_t invalid_count() const { return invalid_count_; }
+  // Invalid points that get a result, which says so. REQUIRES: Finish was called, TakeRecords was not.
+  size_t invalid_query_count() const;
+  bool has_normals() const { return normals_ == NormalsInput::kGiven; }
+  // Roles, ids and slots of the points.
+  const PointSet& point_set() const { return point_set_; }
+  PointSet TakePointSet() { return std::move(point_set_); }
   // Points whose normal differed from unit length by more than 1 %.
   size_t rescaled_count() const { return rescaled_count_; }
   // Bytes held.
@@ -72,7 +92,7 @@ class Cloud {
     const PointRecord& point = record(i);
     return {point.position[0], point.position[1], point.position[2]};
   }
-  // The unit normal of point i; NaN if the point is invalid. REQUIRES: Finish was called, i < size().
+  // The unit normal of point i; NaN if the point is invalid. REQUIRES: has_normals(), Finish was called, i < size().
   const std::array<float, 3>& normal(size_t i) const { return blocks_[i / kBlockPoints].normals[i % kBlockPoints]; }
 
   // Gives away the records of all points, in one array of whole leaves, if they lie so (the cloud came as expected) and
@@ -94,6 +114,9 @@ class Cloud {
     std::array<float, 3> normal;
   };
 
+  absl::Status CheckLengths(std::string_view positions, std::string_view normals) const;
+  absl::Status AppendPoints(std::string_view positions, std::string_view normals, size_t count);
+  absl::Status AppendBareFloats(const char* positions, size_t count);
   absl::Status AppendFloats(const char* positions, const char* normals, size_t count);
   absl::Status AppendDoubles(const char* positions, const char* normals, size_t count);
   template <typename Scalar>
@@ -108,6 +131,8 @@ class Cloud {
 
   ScalarType scalar_type_;
   InvalidPointPolicy policy_;
+  NormalsInput normals_;
+  PointSet point_set_;
   size_t size_ = 0;
   size_t stored_ = 0;
   size_t invalid_count_ = 0;

@@ -1,5 +1,6 @@
 #include "core/estimators/curvature_field.h"
 
+#include <cstring>
 #include <limits>
 
 namespace curvd {
@@ -24,7 +25,15 @@ const char* PointStatusName(PointStatus status) {
 
 PointCurvature UndefinedCurvature(PointStatus status) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-  return {kNaN, kNaN, kNaN, kNaN, {kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}, kNaN, status};
+  PointCurvature point{};
+  for (const Column& column : kColumns) {
+    if (column.type != ColumnType::kFloat32) continue;
+    for (size_t i = 0; i < column.width; ++i) {
+      std::memcpy(reinterpret_cast<char*>(&point) + column.offset + i * sizeof(float), &kNaN, sizeof(float));
+    }
+  }
+  point.status = status;
+  return point;
 }
 
 }  // namespace curvd

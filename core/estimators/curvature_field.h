@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 #include "core/base/page_array.h"
 
@@ -36,7 +37,47 @@ struct PointCurvature {
   PointStatus status;
 };
 
-// A value whose every quantity is NaN.
+enum class ColumnType : uint8_t { kFloat32, kUint8 };
+
+// A part of PointCurvature that callers can ask for.
+struct Column {
+  std::string_view name;
+  ColumnType type;
+  size_t width;   // scalars
+  size_t offset;  // in PointCurvature, bytes
+
+  constexpr size_t bytes() const { return width * (type == ColumnType::kFloat32 ? sizeof(float) : sizeof(uint8_t)); }
+};
+
+// Every column of a field. What splits, packs, sends or receives fields goes by this table; a new quantity is a row
+// here, a member above, and a field of the same name in curvature.v1.ResultChunk.
+inline constexpr std::array kColumns = {
+    Column{"status", ColumnType::kUint8, 1, offsetof(PointCurvature, status)},
+    Column{"mean_curvature", ColumnType::kFloat32, 1, offsetof(PointCurvature, mean)},
+    Column{"gaussian_curvature", ColumnType::kFloat32, 1, offsetof(PointCurvature, gaussian)},
+    Column{"k1", ColumnType::kFloat32, 1, offsetof(PointCurvature, k1)},
+    Column{"k2", ColumnType::kFloat32, 1, offsetof(PointCurvature, k2)},
+    Column{"d1", ColumnType::kFloat32, 3, offsetof(PointCurvature, d1)},
+    Column{"d2", ColumnType::kFloat32, 3, offsetof(PointCurvature, d2)},
+    Column{"radius", ColumnType::kFloat32, 1, offsetof(PointCurvature, radius)},
+};
+inline constexpr size_t kColumnCount = kColumns.size();
+
+// Returns the place of a column in kColumns, or kColumnCount if there is none of that name.
+constexpr size_t ColumnIndex(std::string_view name) {
+  size_t i = 0;
+  while (i < kColumnCount && kColumns[i].name != name) ++i;
+  return i;
+}
+
+// Bytes of all columns of one point.
+constexpr size_t ColumnBytesPerPoint() {
+  size_t bytes = 0;
+  for (const Column& column : kColumns) bytes += column.bytes();
+  return bytes;
+}
+
+// A value whose every float is NaN.
 PointCurvature UndefinedCurvature(PointStatus status);
 
 // The result of an estimate, in the order of the points in the cloud.

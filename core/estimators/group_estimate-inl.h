@@ -13,7 +13,6 @@
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
 #include "core/estimators/neighbors-inl.h"
-#include "core/index/point_identity.h"
 #include "core/search/group_search-inl.h"
 #include "hwy/highway.h"
 
@@ -28,7 +27,7 @@ HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch
                            Fill fill) {
   LoadGroup(index, group, s.points);
   // Results are in another order; they are written when all are done.
-  for (size_t i = 0; i < s.points.size; ++i) __builtin_prefetch(&results[SlotOf(s.points.rank[i])], 1);
+  for (size_t i = 0; i < s.points.size; ++i) __builtin_prefetch(&results[s.points.slot[i]], 1);
   for (size_t i = s.points.size; i < SpatialIndex::kGroupPoints; ++i) {
     s.frames.Fill(i);
     fill(i);

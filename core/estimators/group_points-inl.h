@@ -11,7 +11,6 @@
 #include <limits>
 
 #include "core/estimators/group_points.h"
-#include "core/index/point_identity.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -21,6 +20,7 @@ namespace HWY_NAMESPACE {
 // Loads the points of a group that get results; with kAllPoints also those that are neighbors alone.
 template <bool kAllPoints = false>
 HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& out) {
+  const PointSet& set = index.point_set();
   out.size = 0;
   const size_t first = group * SpatialIndex::kGroupLeaves;
   const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index.leaf_count());
@@ -31,7 +31,7 @@ HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& 
     const SpatialIndex::LeafNormals& normals = index.normals(leaf);
     const int count = index.LeafPoints(leaf);
     for (int i = 0; i < count; ++i) {
-      if (!kAllPoints && !IsQuery(points.id[i])) continue;
+      if (!kAllPoints && !set.is_query(points.id[i])) continue;
       const float position[3] = {points.x[i], points.y[i], points.z[i]};
       const float normal[3] = {normals.x[i], normals.y[i], normals.z[i]};
       for (int axis = 0; axis < 3; ++axis) {
@@ -41,6 +41,8 @@ HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& 
       out.query.Set(out.size, position);
       out.normal.Set(out.size, normal);
       out.rank[out.size] = points.id[i];
+      out.seed[out.size] = set.seed_of(points.id[i]);
+      out.slot[out.size] = set.slot_of(points.id[i]);
       out.place[out.size++] = static_cast<int32_t>(leaf * SpatialIndex::kLeafSize) + i;
     }
   }

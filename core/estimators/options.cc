@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "absl/strings/str_format.h"
+#include "core/base/error.h"
 #include "core/estimators/option_specs.h"
 #include "core/estimators/strategies.h"
 
@@ -11,19 +12,20 @@ namespace {
 
 absl::Status ValidateEstimator(std::string_view estimator) {
   if (FindStrategy(estimator) != nullptr) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrFormat("estimator is \"%s\"; it must be one of %s", estimator, StrategyNames()));
+  return MakeCoreError(ErrorKind::kInvalid,
+                       absl::StrFormat("estimator is \"%s\"; it must be one of %s", estimator, StrategyNames()));
 }
 
 absl::Status ValidateCount(uint32_t count, uint32_t max_count) {
   if (count >= kMinNeighborCount && count <= max_count) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrFormat("neighbor_count is %u; it must be from %u to %u", count, kMinNeighborCount, max_count));
+  return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("neighbor_count is %u; it must be from %u to %u", count,
+                                                            kMinNeighborCount, max_count));
 }
 
 absl::Status ValidateRadius(double radius) {
   if (std::isfinite(radius) && radius > 0.0) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrFormat("radius is %g; it must be finite and greater than 0", radius));
+  return MakeCoreError(ErrorKind::kInvalid,
+                       absl::StrFormat("radius is %g; it must be finite and greater than 0", radius));
 }
 
 }  // namespace
@@ -39,8 +41,8 @@ absl::Status EstimatorOptions::Validate() const {
   if (!status.ok()) return status;
   for (const OptionSpec& spec : OptionSpecs()) {
     if (spec.InRange(*this)) continue;
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%s is %s; it must be from %g to %g", spec.name, spec.ValueText(*this), spec.least, spec.most));
+    return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("%s is %s; it must be from %g to %g", spec.name,
+                                                              spec.ValueText(*this), spec.least, spec.most));
   }
   return absl::OkStatus();
 }

@@ -13,7 +13,6 @@
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/measures-inl.h"
 #include "core/estimators/neighborhood_plan.h"
-#include "core/index/point_identity.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -118,7 +117,7 @@ HWY_INLINE void WriteGroup(const NeighborhoodPlan& plan, const GroupCurvature& c
     if (status != PointStatus::kOk) point = UndefinedCurvature(status);
     if (plan.search.by_radius) point.radius = static_cast<float>(plan.radius);
     ++scratch.status_counts[static_cast<size_t>(status)];
-    std::memcpy(&results[SlotOf(points.rank[i])], &point, sizeof(point));
+    std::memcpy(&results[points.slot[i]], &point, sizeof(point));
   }
 }
 

@@ -71,8 +71,8 @@ struct Strategy {
   // REQUIRES: options.Validate() is OK.
   size_t (*scratch_bytes)(const EstimatorOptions& options, size_t point_count);
   // Prepares the estimate of every query point of `index`, which outlives the run, like `results`:
-  // results[SlotOf(rank)] is written for each. REQUIRES: options.Validate() is OK; by count, the index holds as many
-  // points as are asked for.
+  // results[slot] is written for each, at its slot (PointSet::slot_of). REQUIRES: options.Validate() is OK; by count,
+  // the index holds as many points as are asked for.
   std::unique_ptr<StrategyRun> (*start)(const EstimatorOptions& options, const SpatialIndex& index,
                                         PointCurvature* results);
 };

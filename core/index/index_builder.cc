@@ -61,6 +61,7 @@ IndexBuilder::IndexBuilder(Cloud cloud, const std::atomic<bool>* cancelled)
 
 absl::Status IndexBuilder::Start() {
   index_.point_count_ = cloud_.size() - cloud_.invalid_count();
+  index_.point_set_ = cloud_.TakePointSet();
   if (index_.point_count_ == 0) return absl::OkStatus();
   PageArray<PointRecord> records = cloud_.TakeRecords();
   if (records.size() == 0) {
@@ -104,7 +105,7 @@ absl::Status IndexBuilder::MakeArrays(PageArray<PointRecord> records) {
     if (!positions.ok()) return positions.status();
     index_.positions_ = *std::move(positions);
   }
-  auto normals = PageArray<SpatialIndex::LeafNormals>::Create(leaves);
+  auto normals = PageArray<SpatialIndex::LeafNormals>::Create(cloud_.has_normals() ? leaves : 0);
   if (!normals.ok()) return normals.status();
   auto bounds = PageArray<float>::Create(6 * (leaves + SpatialIndex::kLeafSize));
   if (!bounds.ok()) return bounds.status();
@@ -180,6 +181,16 @@ void IndexBuilder::Split(const Part& part, Part* left, Part* right) {
   SelectNth(record(part.first_leaf), record(right->first_leaf), PartEnd(part), WidestAxis(node.box), cancelled_);
 }
 
+IndexBuilder::Part IndexBuilder::PartOf(size_t node) const {
+  Part part = root();
+  while (part.node != node) {
+    const size_t left = SpatialIndex::LeftLeaves(part.leaves), right = SpatialIndex::RightChild(part.node, part.leaves);
+    part = node < right ? Part{part.node + 1, part.first_leaf, left}
+                        : Part{right, part.first_leaf + left, part.leaves - left};
+  }
+  return part;
+}
+
 void IndexBuilder::Build(const Part& part, absl::FunctionRef<void(const Part& half)> leave) {
   if (part.leaves == 0) return;
   if (part.leaves <= kSubtreeLeaves) return BuildSubtree(part);
@@ -199,7 +210,7 @@ void IndexBuilder::BuildSubtree(const Part& part) {
     FinishLeaf(part.first_leaf);
     return;
   }
-  if (part.leaves == kPrefetchLeaves) {
+  if (part.leaves == kPrefetchLeaves && cloud_.has_normals()) {
     // Normals lie in input order; fetch them while the last splits are made.
     const PointRecord* end = PartEnd(part);
     for (const PointRecord* it = record(part.first_leaf); it != end; ++it) __builtin_prefetch(&cloud_.normal(it->id));
@@ -223,14 +234,14 @@ void IndexBuilder::FinishLeaf(size_t leaf) {
     positions.y[i] = records[i].position[1] * scale_[0] * scale_[1];
     positions.z[i] = records[i].position[2] * scale_[0] * scale_[1];
     positions.id[i] = records[i].id;
-    if (i >= count) continue;
+    if (i >= count || !cloud_.has_normals()) continue;
     const std::array<float, 3>& normal = cloud_.normal(records[i].id);
     normals.x[i] = normal[0];
     normals.y[i] = normal[1];
     normals.z[i] = normal[2];
   }
   index_.positions_[leaf] = positions;
-  index_.normals_[leaf] = normals;
+  if (cloud_.has_normals()) index_.normals_[leaf] = normals;
 }
 
 }  // namespace curvd

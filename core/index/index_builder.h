@@ -41,12 +41,16 @@ class IndexBuilder {
   void EndPhase();
 
   Part root() const { return {0, 0, index_.leaf_count()}; }
+  // The part that `node` stands for. REQUIRES: the node is of this tree.
+  Part PartOf(size_t node) const;
   // Builds the tree below `part`, or splits it and calls leave(half) for each half. Once `cancelled` is true, returns
   // within tens of milliseconds, and there will be no index.
   void Build(const Part& part, absl::FunctionRef<void(const Part& half)> leave);
 
   // Bytes of the cloud that are still held beside the index.
   size_t cloud_bytes() const { return cloud_.bytes(); }
+  // Bytes of the cloud and of the index together.
+  size_t bytes() const { return cloud_.bytes() + index_.bytes(); }
   SpatialIndex Take() { return std::move(index_); }
 
  private:

@@ -8,6 +8,7 @@
 
 #include "core/base/page_array.h"
 #include "core/cloud/point_record.h"
+#include "core/cloud/point_set.h"
 
 namespace curvd {
 
@@ -46,7 +47,7 @@ class SpatialIndex {
     float x[kLeafSize];
     float y[kLeafSize];
     float z[kLeafSize];
-    int32_t id[kLeafSize];  // index of the point in the cloud
+    int32_t id[kLeafSize];  // rank: the place of the point in the cloud
   };
   struct alignas(64) LeafNormals {
     float x[kLeafSize];
@@ -72,7 +73,11 @@ class SpatialIndex {
     return rest < kLeafSize ? static_cast<int>(rest) : kLeafSize;
   }
   const LeafPositions& positions(size_t leaf) const { return positions_[leaf]; }
+  // REQUIRES: has_normals().
   const LeafNormals& normals(size_t leaf) const { return normals_[leaf]; }
+  bool has_normals() const { return normals_.size() > 0 || point_count_ == 0; }
+  // Roles, ids and slots of the points, by their rank: the id beside their position.
+  const PointSet& point_set() const { return point_set_; }
   // Node 0 is the root, over all leaves.
   const TreeNode& node(size_t i) const { return nodes_[i]; }
   // The bounds of all leaves' boxes on an axis, for whole vectors: kLeafSize values follow the last one.
@@ -80,7 +85,9 @@ class SpatialIndex {
   const float* leaf_hi(int axis) const { return &leaf_bounds_[(3 + axis) * bounds_stride()]; }
   // Multiplies a coordinate of the cloud into the index; its inverse takes lengths back.
   int scale_exponent() const { return scale_exponent_; }
-  size_t bytes() const { return positions_.bytes() + normals_.bytes() + leaf_bounds_.bytes() + nodes_.bytes(); }
+  size_t bytes() const {
+    return positions_.bytes() + normals_.bytes() + leaf_bounds_.bytes() + nodes_.bytes() + point_set_.bytes();
+  }
 
  private:
   friend class IndexBuilder;
@@ -90,7 +97,8 @@ class SpatialIndex {
   size_t point_count_ = 0;
   int scale_exponent_ = 0;
   PageArray<LeafPositions> positions_;
-  PageArray<LeafNormals> normals_;
+  PageArray<LeafNormals> normals_;  // empty for a cloud without normals
+  PointSet point_set_;
   PageArray<float> leaf_bounds_;  // lo of each axis, then hi
   PageArray<TreeNode> nodes_;
 };

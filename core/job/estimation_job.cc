@@ -1,260 +1,219 @@
 #include "core/job/estimation_job.h"
 
 #include <algorithm>
-#include <chrono>
 #include <latch>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
-#include <vector>
 
-#include "absl/strings/str_format.h"
+#include "absl/strings/str_cat.h"
+#include "core/base/error.h"
 #include "core/estimators/strategies.h"
 #include "core/index/index_builder.h"
 #include "core/index/spatial_index.h"
+#include "core/job/group_phase.h"
+#include "core/job/index_phases.h"
+#include "core/job/phased_job.h"
 
 namespace curvd {
 namespace {
 
-constexpr size_t kGroupsPerBlock = 16;   // about 1,000 points: under a millisecond at K = 50
-constexpr size_t kFillPoints = 100'000;  // a few milliseconds, most of them for the system's fresh pages
-constexpr size_t kBlockPoints = kGroupsPerBlock * SpatialIndex::kGroupPoints;
+// Of what happens to the field before the strategy begins; it counts as part of the estimate.
+constexpr std::string_view kFieldPhase = "field";
 
-// The job as a chain of phases on the pool; each phase's end starts the next. Kept alive by the functions that the pool
-// holds.
-class PhasedJob final : public EstimationJob, public std::enable_shared_from_this<PhasedJob> {
+// The phases of an estimate in order: the index's; the field, with the points that the index does not hold; the
+// strategy's.
+class CurvatureJob final : public EstimationJob, public PhasedJob {
  public:
-  PhasedJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, Callback callback)
-      : cloud_(std::move(cloud)),
+  CurvatureJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, Callback callback)
+      : PhasedJob(pool, priority),
         options_(options),
-        pool_(pool),
-        priority_(priority),
         callback_(std::move(callback)),
-        started_(Clock::now()) {}
+        query_count_(cloud.point_set().query_count()),
+        invalid_count_(cloud.invalid_query_count()),
+        builder_(std::in_place, std::move(cloud), &stopped()),
+        thread_count_(pool.thread_count()) {}
 
   void Start() {
-    if (absl::Status status = options_.Validate(); !status.ok()) return callback_(status);
-    point_count_ = cloud_.size();
-    invalid_count_ = cloud_.invalid_count();
-    builder_.emplace(std::move(cloud_), &cancelled_);
-    if (absl::Status status = builder_->Start(); !status.ok()) return callback_(status);
-    RunIndexPhase();
+    AddPhase(std::make_unique<StartPhase>(*this));
+    AddPhase(MakeCollectPhase(*builder_));
+    AddPhase(MakeCollectPhase(*builder_));
+    AddPhase(MakeTreePhase(*builder_));
+    AddPhase(std::make_unique<FieldPhase>(*this));
+    Run();
   }
 
-  void Cancel() override { cancelled_ = true; }
+  void Cancel() override { PhasedJob::Cancel(); }
 
   JobProgress progress() const override {
-    JobProgress progress{phase_, estimated_, 0.0, {}, {}};
-    const double indexing = indexing_since_, estimating = estimating_since_;
-    double end = ended_after_;
-    if (end == kNotYet) end = SecondsSinceStart();
-    progress.queue_seconds = indexing == kNotYet ? end : indexing;
-    if (indexing != kNotYet) progress.index_seconds = (estimating == kNotYet ? end : estimating) - indexing;
-    if (estimating != kNotYet) progress.estimate_seconds = end - estimating;
+    JobProgress progress;
+    progress.points_estimated = points_estimated_;
+    for (const PhaseTime& phase : phase_times()) {
+      if (phase.name == kQueuePhase) {
+        progress.phase = JobPhase::kQueued;
+        progress.queue_seconds = phase.seconds;
+      } else if (phase.name == kIndexPhase) {
+        progress.phase = JobPhase::kIndexing;
+        progress.index_seconds = phase.seconds;
+      } else {
+        progress.phase = JobPhase::kEstimating;
+        progress.estimate_seconds = progress.estimate_seconds.value_or(0.0) + phase.seconds;
+      }
+    }
+    if (ended()) progress.phase = JobPhase::kDone;
     return progress;
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  static constexpr double kNotYet = -1.0;
+  // Checks the options and takes the memory of the index.
+  class StartPhase final : public Phase {
+   public:
+    explicit StartPhase(CurvatureJob& job) : job_(job) {}
+    std::string_view name() const override { return kIndexPhase; }
+    absl::StatusOr<size_t> Begin() override {
+      absl::Status status = job_.options_.Validate();
+      if (status.ok()) status = job_.builder_->Start();
+      if (!status.ok()) return status;
+      return 0;
+    }
+    absl::Status RunBlock(const BlockContext& /*context*/) override { return absl::OkStatus(); }
 
-  void MarkStarted() {
-    JobPhase queued = JobPhase::kQueued;
-    if (phase_.compare_exchange_strong(queued, JobPhase::kIndexing)) indexing_since_ = SecondsSinceStart();
-  }
+   private:
+    CurvatureJob& job_;
+  };
 
-  void RunIndexPhase() {
-    if (builder_->block_count() == 0) return SubmitPart(builder_->root());
-    pool_.Submit(
-        priority_, builder_->block_count(),
-        [self = shared_from_this()](size_t block, int) {
-          self->MarkStarted();
-          if (!self->cancelled_) self->builder_->RunBlock(block);
-        },
-        [self = shared_from_this()] { self->EndIndexPhase(); }, &cancelled_);
-  }
-
-  void EndIndexPhase() {
-    if (cancelled_) return Finish(IndexCancelled());
-    builder_->EndPhase();
-    RunIndexPhase();
-  }
-
-  // No part waits for another: whoever splits one submits its halves.
-  void SubmitPart(const IndexBuilder::Part& part) {
-    ++open_parts_;
-    pool_.Submit(
-        priority_, 1,
-        [self = shared_from_this(), part](size_t, int) {
-          self->MarkStarted();
-          self->builder_->Build(part, [&](const IndexBuilder::Part& half) { self->SubmitPart(half); });
-        },
-        [self = shared_from_this()] {
-          if (--self->open_parts_ == 0) self->EndTree();
-        },
-        &cancelled_);
-  }
-
-  void EndTree() { cancelled_ ? Finish(IndexCancelled()) : StartEstimation(); }
-
-  static absl::Status IndexCancelled() { return absl::CancelledError("cancelled while the index was built"); }
-
-  void StartEstimation() {
-    index_ = builder_->Take();
-    const size_t cloud_bytes = builder_->cloud_bytes();
-    builder_.reset();  // the index holds all that is needed
-    auto points = PageArray<PointCurvature>::Create(point_count_);
-    if (!points.ok()) return Finish(points.status());
-    field_.points = *std::move(points);
-    cost_.peak_bytes = index_.bytes() + std::max(cloud_bytes, field_.points.bytes());
-    estimating_since_ = SecondsSinceStart();
-    phase_ = JobPhase::kEstimating;
-    field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_;
+  // Makes the field, fills it where there are points that no estimate reaches, and adds the strategy's phases.
+  class FieldPhase final : public Phase {
+   public:
+    explicit FieldPhase(CurvatureJob& job) : job_(job) {}
+    std::string_view name() const override { return kFieldPhase; }
+    absl::StatusOr<size_t> Begin() override {
+      if (absl::Status status = job_.MakeField(); !status.ok()) return status;
+      return job_.invalid_count_ == 0 ? 0 : (job_.query_count_ + kFillPoints - 1) / kFillPoints;
+    }
     // Points that the index holds are written again.
-    invalid_count_ > 0 ? FillInvalid() : EstimateField();
-  }
-
-  void FillInvalid() {
-    pool_.Submit(
-        priority_, (point_count_ + kFillPoints - 1) / kFillPoints,
-        [self = shared_from_this()](size_t block, int) {
-          if (!self->cancelled_) self->Fill(block * kFillPoints, PointStatus::kInvalidInput);
-        },
-        [self = shared_from_this()] { self->EstimateField(); }, &cancelled_);
-  }
-
-  void EstimateField() {
-    if (cancelled_) return Finish(absl::CancelledError("cancelled before curvature was estimated"));
-    const auto* count = std::get_if<NeighborCount>(&options_.neighborhood);
-    if (count != nullptr && index_.point_count() < count->count) {
-      FillIndexed(PointStatus::kTooFewNeighbors);
-      field_.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)] = index_.point_count();
-      return FinishField();
+    absl::Status RunBlock(const BlockContext& context) override {
+      PageArray<PointCurvature>& points = job_.field_.points;
+      const size_t first = context.block * kFillPoints, last = std::min(first + kFillPoints, points.size());
+      std::fill(&points[first], points.data() + last, job_.Undefined(PointStatus::kInvalidInput));
+      return absl::OkStatus();
     }
-    if (index_.point_count() == 0) return FinishField();
-    run_ = FindStrategy(options_.estimator)->start(options_, index_, field_.points.data());
-    phases_ = run_->Phases();
-    for (int worker = 0; worker < pool_.thread_count(); ++worker) scratch_.push_back(run_->MakeScratch());
-    StartPhase();
+    absl::Status End() override { return job_.AddStrategy(); }
+
+   private:
+    static constexpr size_t kFillPoints = 100'000;  // a few milliseconds, most of them for the system's fresh pages
+    CurvatureJob& job_;
+  };
+
+  absl::Status MakeField() {
+    index_ = builder_->Take();
+    builder_.reset();  // the index holds all that is needed
+    auto points = PageArray<PointCurvature>::Create(query_count_);
+    if (!points.ok()) return points.status();
+    field_.points = *std::move(points);
+    field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_;
+    return absl::OkStatus();
   }
 
-  size_t EndGroup(size_t block) const { return std::min((block + 1) * kGroupsPerBlock, index_.group_count()); }
-
-  void StartPhase() {
-    if (phases_[group_phase_].begin != nullptr) {
-      if (absl::Status status = phases_[group_phase_].begin(); !status.ok()) return Finish(status);
+  absl::Status AddStrategy() {
+    if (index_.point_count() == 0) return absl::OkStatus();
+    const Strategy& strategy = *FindStrategy(options_.estimator);
+    if (strategy.needs_normals && !index_.has_normals()) {
+      return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("the cloud has no normals, which the estimator ",
+                                                             std::string(strategy.name), " needs"));
     }
-    if (group_phase_ > 0 && OnLastPhase()) cost_.umbrella_seconds = SecondsSinceStart() - estimating_since_;
-    pool_.Submit(
-        priority_, (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock,
-        [self = shared_from_this()](size_t block, int worker) { self->RunBlock(block, worker); },
-        [self = shared_from_this()] { self->EndPhase(); }, &cancelled_);
-  }
-
-  bool OnLastPhase() const { return group_phase_ + 1 == phases_.size(); }
-
-  void RunBlock(size_t block, int worker) {
-    for (size_t group = block * kGroupsPerBlock; group < EndGroup(block); ++group) {
-      if (cancelled_ || failed_) return;
-      absl::Status status = phases_[group_phase_].run(group, *scratch_[worker]);
-      if (!status.ok()) {
-        if (!failed_.exchange(true)) failure_ = std::move(status);
-        return;
-      }
+    if (const auto* neighbors = std::get_if<NeighborCount>(&options_.neighborhood);
+        neighbors != nullptr && index_.point_count() < neighbors->count) {
+      FillTooFew();
+      return absl::OkStatus();
     }
-    if (OnLastPhase()) estimated_ += std::min(kBlockPoints, index_.point_count() - block * kBlockPoints);
-  }
-
-  void EndPhase() {
-    if (cancelled_) {
-      return Finish(absl::CancelledError(OnLastPhase() ? "cancelled while curvature was estimated"
-                                                       : "cancelled while umbrellas were built"));
+    run_ = strategy.start(options_, index_, field_.points.data());
+    scratch_.emplace(*run_, thread_count_);
+    std::vector<GroupPhase> phases = run_->Phases();
+    for (size_t i = 0; i < phases.size(); ++i) {
+      const bool is_last = i + 1 == phases.size();
+      AddPhase(MakeGroupPhase(std::move(phases[i]), index_, *scratch_, is_last ? &points_estimated_ : nullptr));
     }
-    if (failed_) return Finish(failure_);
-    if (OnLastPhase()) return FinishField();
-    ++group_phase_;
-    StartPhase();
+    return absl::OkStatus();
   }
 
-  // Fills kFillPoints points from `first` on, or up to the last.
-  void Fill(size_t first, PointStatus status) {
-    const size_t last = std::min(first + kFillPoints, field_.points.size());
-    std::fill(&field_.points[first], field_.points.data() + last, WithRadius(UndefinedCurvature(status)));
-  }
-
-  void FillIndexed(PointStatus status) {
+  // For a cloud with fewer points than a neighborhood.
+  void FillTooFew() {
+    const PointSet& set = index_.point_set();
     for (size_t leaf = 0; leaf < index_.leaf_count(); ++leaf) {
       for (int i = 0; i < index_.LeafPoints(leaf); ++i) {
-        field_.points[index_.positions(leaf).id[i]] = WithRadius(UndefinedCurvature(status));
+        const int32_t rank = index_.positions(leaf).id[i];
+        if (set.is_query(rank)) field_.points[set.slot_of(rank)] = Undefined(PointStatus::kTooFewNeighbors);
       }
     }
+    field_.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)] = query_count_ - invalid_count_;
   }
 
-  PointCurvature WithRadius(PointCurvature point) const {
-    const auto* radius = std::get_if<NeighborRadius>(&options_.neighborhood);
-    if (radius != nullptr) point.radius = static_cast<float>(radius->radius);
+  PointCurvature Undefined(PointStatus status) const {
+    PointCurvature point = UndefinedCurvature(status);
+    if (const auto* radius = std::get_if<NeighborRadius>(&options_.neighborhood)) {
+      point.radius = static_cast<float>(radius->radius);
+    }
     return point;
   }
 
-  void FinishField() {
-    for (const std::unique_ptr<WorkerScratch>& scratch : scratch_) {
-      for (int status = 0; status < kPointStatusEnd; ++status) {
-        field_.status_counts[status] += scratch->status_counts[status];
-      }
-    }
-    cost_.queue_seconds = indexing_since_;
-    cost_.index_seconds = estimating_since_ - indexing_since_;
-    cost_.estimate_seconds = SecondsSinceStart() - estimating_since_;
-    if (run_ != nullptr) cost_.peak_bytes += run_->bytes();
-    phases_.clear();
-    run_.reset();
-    index_ = SpatialIndex();
-    Finish(EstimationResult{std::move(field_), cost_});
+  size_t HeldBytes() const override {
+    const size_t building = builder_.has_value() ? builder_->bytes() : 0;
+    return building + index_.bytes() + field_.points.bytes() + (run_ != nullptr ? run_->bytes() : 0);
   }
 
-  void Finish(absl::StatusOr<EstimationResult> result) {
-    ended_after_ = SecondsSinceStart();
-    phase_ = JobPhase::kDone;
-    scratch_.clear();
+  void OnEnd(absl::Status status) override {
     Callback callback = std::move(callback_);
-    callback(std::move(result));
+    std::array<uint64_t, kPointStatusEnd> counts{};
+    if (scratch_.has_value()) counts = scratch_->status_counts();
+    // Gone before the callback: what it needs memory for may be an error that says that there was none.
+    scratch_.reset();
+    run_.reset();
+    builder_.reset();
+    index_ = SpatialIndex();
+    if (!status.ok()) {
+      field_ = CurvatureField();
+      return callback(std::move(status));
+    }
+    for (int i = 0; i < kPointStatusEnd; ++i) field_.status_counts[i] += counts[i];
+    callback(EstimationResult{std::move(field_), Cost()});
   }
 
-  double SecondsSinceStart() const { return std::chrono::duration<double>(Clock::now() - started_).count(); }
+  JobCost Cost() const {
+    const JobProgress times = progress();
+    return {times.queue_seconds, times.index_seconds.value_or(0.0), times.estimate_seconds.value_or(0.0), phase_times(),
+            peak_bytes()};
+  }
 
-  Cloud cloud_;  // until the builder takes it
   const EstimatorOptions options_;
-  WorkerPool& pool_;
-  const JobPriority priority_;
   Callback callback_;
-  const Clock::time_point started_;
-  std::atomic<bool> cancelled_ = false;
-  std::atomic<JobPhase> phase_ = JobPhase::kQueued;
-  std::atomic<size_t> estimated_ = 0;
-  // Seconds since started_.
-  std::atomic<double> indexing_since_ = kNotYet;
-  std::atomic<double> estimating_since_ = kNotYet;
-  std::atomic<double> ended_after_ = kNotYet;
-  std::atomic<bool> failed_ = false;
-  absl::Status failure_;  // of the block that failed first
+  const size_t query_count_;
+  const size_t invalid_count_;
   std::optional<IndexBuilder> builder_;
-  std::atomic<size_t> open_parts_ = 0;  // of the tree: submitted, and not done
   SpatialIndex index_;
-  std::unique_ptr<StrategyRun> run_;
-  std::vector<GroupPhase> phases_;
-  size_t group_phase_ = 0;                               // which of them
-  std::vector<std::unique_ptr<WorkerScratch>> scratch_;  // one a worker
   CurvatureField field_;
-  JobCost cost_;
-  size_t point_count_ = 0;
-  size_t invalid_count_ = 0;
+  const int thread_count_;
+  std::unique_ptr<StrategyRun> run_;
+  std::optional<ScratchSet> scratch_;
+  std::atomic<size_t> points_estimated_ = 0;
 };
 
 }  // namespace
 
+size_t EstimationBytesPerPoint(const EstimatorOptions& options) {
+  constexpr size_t kCloudAndIndex = 48;
+  return kCloudAndIndex + sizeof(PointCurvature) + FindStrategy(options.estimator)->bytes_per_point;
+}
+
+size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count) {
+  const size_t blocks = (point_count + kGroupBlockPoints - 1) / kGroupBlockPoints;
+  return std::min<size_t>(thread_count, blocks) * FindStrategy(options.estimator)->scratch_bytes(options, point_count);
+}
+
 std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
                                                     JobPriority priority, Callback callback) {
-  auto job = std::make_shared<PhasedJob>(std::move(cloud), options, pool, priority, std::move(callback));
+  auto job = std::make_shared<CurvatureJob>(std::move(cloud), options, pool, priority, std::move(callback));
   job->Start();
   return job;
 }

@@ -6,13 +6,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/cloud/cloud.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/options.h"
-#include "core/estimators/strategies.h"
+#include "core/job/phased_job.h"
 #include "core/job/worker_pool.h"
 
 namespace curvd {
@@ -33,9 +33,9 @@ struct JobProgress {
 struct JobCost {
   double queue_seconds = 0.0;  // from Start to the first work block
   double index_seconds = 0.0;
-  double estimate_seconds = 0.0;
-  double umbrella_seconds = 0.0;  // of the estimate: Delaunay only
-  size_t peak_bytes = 0;          // cloud, index, umbrellas and field together
+  double estimate_seconds = 0.0;  // all phases after the index
+  std::vector<PhaseTime> phases;  // the same time by phase (SecondsOf)
+  size_t peak_bytes = 0;          // of large arrays: cloud, index, field, and what the strategy makes of them
 };
 
 struct EstimationResult {
@@ -44,18 +44,21 @@ struct EstimationResult {
 };
 
 // Bytes that estimating one point needs at the peak, cloud and field included: what admission should reserve.
-// REQUIRES: `estimator` names a strategy.
-inline size_t EstimationBytesPerPoint(std::string_view estimator) {
-  return 96 + FindStrategy(estimator)->bytes_per_point;
-}
+size_t EstimationBytesPerPoint(const EstimatorOptions& options);
+
+// The most bytes of scratch that the threads of a pool hold while they estimate a cloud of `point_count` points:
+// threads that get no block of a small cloud need none.
+size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count);
 
 // Thread-safe.
 class EstimationJob {
  public:
-  // Called once on a worker thread (or before Start returns, if options are invalid or there is no memory). Errors:
-  // - INVALID_ARGUMENT: options.Validate() failed.
-  // - RESOURCE_EXHAUSTED: a radius neighborhood exceeds max_neighbor_count, or no memory.
-  // - CANCELLED: Cancel was called.
+  // Called once on a worker thread (or before Start returns, if options are invalid or there is no memory). Errors are
+  // told apart by KindOf (core/base/error.h):
+  // - kInvalid: options.Validate() failed.
+  // - kNeighborhoodTooLarge: a radius neighborhood exceeds max_neighbor_count.
+  // - kOutOfMemory: the system gave no memory, on whatever thread.
+  // - kCancelled: Cancel was called.
   using Callback = std::function<void(absl::StatusOr<EstimationResult>)>;
 
   // Estimates `cloud` on `pool`, which must outlive the callback. The same cloud and options give the same bytes for
@@ -65,7 +68,7 @@ class EstimationJob {
                                               JobPriority priority, Callback callback);
 
   virtual ~EstimationJob() = default;
-  // Makes the job end with CANCELLED within one work block. No effect after its end.
+  // Makes the job end with kCancelled within one work block. No effect after its end.
   virtual void Cancel() = 0;
   virtual JobProgress progress() const = 0;
 };

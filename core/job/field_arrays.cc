@@ -13,8 +13,8 @@ namespace curvd {
 
 HWY_EXPORT(SplitFieldKernel);
 
-void SplitField(std::span<const PointCurvature> points, const FieldArrays& out) {
-  HWY_DYNAMIC_DISPATCH(SplitFieldKernel)(points, out);
+void SplitField(std::span<const PointCurvature> points, const ColumnPlaces& places) {
+  HWY_DYNAMIC_DISPATCH(SplitFieldKernel)(points, places);
 }
 
 }  // namespace curvd

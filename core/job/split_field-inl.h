@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include "core/job/field_arrays.h"
 #include "hwy/highway.h"
@@ -20,79 +21,119 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-template <typename Field>
-HWY_INLINE void CopyField(const Field& field, size_t i, char* out) {
-  if (out != nullptr) std::memcpy(out + i * sizeof(Field), &field, sizeof(Field));
+// Calls visit.operator()<i>() for each column i, in order.
+template <typename Visit>
+HWY_INLINE void ForEachColumn(const Visit& visit) {
+  [&visit]<size_t... kIndex>(std::index_sequence<kIndex...>) HWY_ATTR { (visit.template operator()<kIndex>(), ...); }
+  (std::make_index_sequence<kColumnCount>());
 }
 
-HWY_INLINE void SplitPoint(const PointCurvature& point, size_t i, const FieldArrays& out) {
-  CopyField(point.mean, i, out.mean);
-  CopyField(point.gaussian, i, out.gaussian);
-  CopyField(point.k1, i, out.k1);
-  CopyField(point.k2, i, out.k2);
-  CopyField(point.d1, i, out.d1);
-  CopyField(point.d2, i, out.d2);
-  CopyField(point.radius, i, out.radius);
-  CopyField(point.status, i, out.status);
+template <size_t kIndex>
+HWY_INLINE void CopyColumn(const PointCurvature& point, size_t i, char* out) {
+  constexpr size_t kBytes = kColumns[kIndex].bytes();
+  std::memcpy(out + i * kBytes, reinterpret_cast<const char*>(&point) + kColumns[kIndex].offset, kBytes);
+}
+
+HWY_INLINE void SplitPoint(const PointCurvature& point, size_t i, const ColumnPlaces& places) {
+  ForEachColumn([&]<size_t kIndex>() HWY_ATTR {
+    if (places[kIndex] != nullptr) CopyColumn<kIndex>(point, i, places[kIndex]);
+  });
 }
 
 #if HWY_TARGET == HWY_SCALAR
 
-HWY_INLINE size_t SplitByFours(std::span<const PointCurvature> /*points*/, const FieldArrays& /*out*/) { return 0; }
+HWY_INLINE size_t SplitByFours(std::span<const PointCurvature> /*points*/, const ColumnPlaces& /*places*/) { return 0; }
 
 #else
 
-// A point is three vectors: mean, gaussian, k1, k2 | d1, d2.x | d2.y, d2.z, radius, status.
-static_assert(sizeof(PointCurvature) == 48 && offsetof(PointCurvature, mean) == 0 &&
-              offsetof(PointCurvature, gaussian) == 4 && offsetof(PointCurvature, k1) == 8 &&
-              offsetof(PointCurvature, k2) == 12 && offsetof(PointCurvature, d1) == 16 &&
-              offsetof(PointCurvature, d2) == 28 && offsetof(PointCurvature, radius) == 40 &&
-              offsetof(PointCurvature, status) == 44);
+using FourFloats = hn::FixedTag<float, 4>;
+using FourFloatsVec = hn::Vec<FourFloats>;
 
-// The first two columns of four rows, given as the interleaved lower halves of rows 0 and 1, and of rows 2 and 3 (or as
-// the upper halves, for the last two columns), to place `i` of two arrays of floats.
-template <class D, class V>
-HWY_INLINE void StoreColumns(D d, V rows01, V rows23, size_t i, char* first, char* second) {
-  const size_t at = i * sizeof(float);
-  if (first != nullptr) hn::StoreU(hn::ConcatLowerLower(d, rows23, rows01), d, reinterpret_cast<float*>(first + at));
-  if (second != nullptr) hn::StoreU(hn::ConcatUpperUpper(d, rows23, rows01), d, reinterpret_cast<float*>(second + at));
-}
+// A point as vectors of four words, the last of which may reach into the next point.
+inline constexpr size_t kParts = (sizeof(PointCurvature) + 15) / 16;
+static_assert(sizeof(PointCurvature) % sizeof(float) == 0);
 
-// Points [i, i + 4). Writes a float too many behind d1 and d2.
-HWY_INLINE void SplitFour(const PointCurvature* points, size_t i, const FieldArrays& out) {
-  const hn::FixedTag<float, 4> d;
-  using V = hn::Vec<decltype(d)>;
-  const auto load = [&](size_t point, size_t part) HWY_ATTR {
-    return hn::LoadU(d, reinterpret_cast<const float*>(&points[i + point]) + 4 * part);
-  };
-  const V a0 = load(0, 0), a1 = load(1, 0), a2 = load(2, 0), a3 = load(3, 0);
-  StoreColumns(d, hn::InterleaveLower(d, a0, a1), hn::InterleaveLower(d, a2, a3), i, out.mean, out.gaussian);
-  StoreColumns(d, hn::InterleaveUpper(d, a0, a1), hn::InterleaveUpper(d, a2, a3), i, out.k1, out.k2);
-  const V c[4] = {load(0, 2), load(1, 2), load(2, 2), load(3, 2)};
-  StoreColumns(d, hn::InterleaveUpper(d, c[0], c[1]), hn::InterleaveUpper(d, c[2], c[3]), i, out.radius, nullptr);
-  // In this order: the float too many lies where the next point's direction goes.
-  for (size_t point = 0; point < 4; ++point) {
-    const V b = load(point, 1);
-    const size_t at = 3 * sizeof(float) * (i + point);
-    if (out.d1 != nullptr) hn::StoreU(b, d, reinterpret_cast<float*>(out.d1 + at));
-    if (out.d2 != nullptr) {
-      hn::StoreU(hn::CombineShiftRightBytes<12>(d, c[point], b), d, reinterpret_cast<float*>(out.d2 + at));
-    }
-    CopyField(points[i + point].status, i + point, out.status);
+// Four points.
+struct FourPoints {
+  FourFloatsVec parts[kParts][4];
+};
+
+// Stores a column of one float: a column of the 4 x 4 matrix that one part of the four points makes.
+template <size_t kIndex>
+HWY_INLINE void StoreScalars(const FourPoints& points, size_t i, char* out) {
+  const FourFloats d;
+  constexpr size_t kWord = kColumns[kIndex].offset / sizeof(float);
+  const auto& rows = points.parts[kWord / 4];
+  FourFloatsVec rows01, rows23;
+  if constexpr (kWord % 4 < 2) {
+    rows01 = hn::InterleaveLower(d, rows[0], rows[1]);
+    rows23 = hn::InterleaveLower(d, rows[2], rows[3]);
+  } else {
+    rows01 = hn::InterleaveUpper(d, rows[0], rows[1]);
+    rows23 = hn::InterleaveUpper(d, rows[2], rows[3]);
+  }
+  float* place = reinterpret_cast<float*>(out + i * sizeof(float));
+  if constexpr (kWord % 2 == 0) {
+    hn::StoreU(hn::ConcatLowerLower(d, rows23, rows01), d, place);
+  } else {
+    hn::StoreU(hn::ConcatUpperUpper(d, rows23, rows01), d, place);
   }
 }
 
-// Returns how many points it split; never all of them.
-HWY_INLINE size_t SplitByFours(std::span<const PointCurvature> points, const FieldArrays& out) {
+// Stores a column of three floats. Writes a float too many behind the last point.
+template <size_t kIndex>
+HWY_INLINE void StoreTriples(const FourPoints& points, size_t i, char* out) {
+  const FourFloats d;
+  constexpr size_t kWord = kColumns[kIndex].offset / sizeof(float), kPart = kWord / 4, kSkipped = kWord % 4;
+  // In this order: the float too many lies where the next point's triple goes.
+  for (size_t point = 0; point < 4; ++point) {
+    float* place = reinterpret_cast<float*>(out + 3 * sizeof(float) * (i + point));
+    if constexpr (kSkipped == 0) {
+      hn::StoreU(points.parts[kPart][point], d, place);
+    } else {
+      constexpr size_t kNext = kPart + 1 < kParts ? kPart + 1 : kPart;
+      hn::StoreU(hn::CombineShiftRightBytes<kSkipped * sizeof(float)>(d, points.parts[kNext][point],
+                                                                      points.parts[kPart][point]),
+                 d, place);
+    }
+  }
+}
+
+// Points [i, i + 4). REQUIRES: there is a point behind them.
+HWY_INLINE void SplitFour(const PointCurvature* points, size_t i, const ColumnPlaces& places) {
+  const FourFloats d;
+  FourPoints four;
+  for (size_t part = 0; part < kParts; ++part) {
+    for (size_t point = 0; point < 4; ++point) {
+      four.parts[part][point] = hn::LoadU(d, reinterpret_cast<const float*>(&points[i + point]) + 4 * part);
+    }
+  }
+  ForEachColumn([&]<size_t kIndex>() HWY_ATTR {
+    char* out = places[kIndex];
+    if (out == nullptr) return;
+    constexpr Column kColumn = kColumns[kIndex];
+    constexpr bool kFloats = kColumn.type == ColumnType::kFloat32 && kColumn.offset % sizeof(float) == 0;
+    if constexpr (kFloats && kColumn.width == 1) {
+      StoreScalars<kIndex>(four, i, out);
+    } else if constexpr (kFloats && kColumn.width == 3) {
+      StoreTriples<kIndex>(four, i, out);
+    } else {
+      for (size_t point = i; point < i + 4; ++point) CopyColumn<kIndex>(points[point], point, out);
+    }
+  });
+}
+
+// Returns how many points it split; never all of them, so that what it writes too many is written again.
+HWY_INLINE size_t SplitByFours(std::span<const PointCurvature> points, const ColumnPlaces& places) {
   size_t i = 0;
-  for (; i + 4 < points.size(); i += 4) SplitFour(points.data(), i, out);
+  for (; i + 4 < points.size(); i += 4) SplitFour(points.data(), i, places);
   return i;
 }
 
 #endif
 
-inline void SplitFieldKernel(std::span<const PointCurvature> points, const FieldArrays& out) {
-  for (size_t i = SplitByFours(points, out); i < points.size(); ++i) SplitPoint(points[i], i, out);
+inline void SplitFieldKernel(std::span<const PointCurvature> points, const ColumnPlaces& places) {
+  for (size_t i = SplitByFours(points, places); i < points.size(); ++i) SplitPoint(points[i], i, places);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -34,11 +34,13 @@ WorkerPool::~WorkerPool() {
 
 void WorkerPool::Submit(JobPriority priority, size_t block_count, BlockFunction run, std::function<void()> done,
                         const std::atomic<bool>* stop) {
-  auto job = std::make_shared<Job>(Job{priority, block_count, std::move(run), std::move(done), stop});
+  Queue job;
+  job.push_back(std::make_shared<Job>(Job{priority, block_count, std::move(run), std::move(done), stop}));
   {
     MutexLock lock(mutex_);
     ++open_jobs_;
-    (priority == JobPriority::kInteractive ? interactive_ : batch_).push_back(std::move(job));
+    Queue& queue = priority == JobPriority::kInteractive ? interactive_ : batch_;
+    queue.splice(queue.end(), job);
   }
   block_count == 1 ? work_changed_.NotifyOne() : work_changed_.NotifyAll();
 }
@@ -55,7 +57,7 @@ size_t WorkerPool::waiting_count() const {
 
 bool WorkerPool::HasWork() const { return !interactive_.empty() || !batch_.empty() || (stopping_ && open_jobs_ == 0); }
 
-std::deque<std::shared_ptr<WorkerPool::Job>>& WorkerPool::NextQueue() {
+WorkerPool::Queue& WorkerPool::NextQueue() {
   // Every eighth block is a batch's, so that no flood of small clouds can starve the large ones.
   constexpr uint32_t kBatchTurn = 8;
   const bool batch_turn = ++turn_ % kBatchTurn == 0;
@@ -66,21 +68,22 @@ std::deque<std::shared_ptr<WorkerPool::Job>>& WorkerPool::NextQueue() {
 void WorkerPool::RunWorker(int worker) {
   while (true) {
     std::shared_ptr<Job> job;
+    Queue handed_out;  // the job, once all of its blocks are
     size_t block;
     size_t count;  // of blocks that this turn does away with
     bool stopped;
     {
       MutexLock lock(mutex_);
       while (!HasWork()) work_changed_.Wait(mutex_);
-      auto& queue = NextQueue();
+      Queue& queue = NextQueue();
       if (queue.empty()) return;
-      job = std::move(queue.front());
-      queue.pop_front();
+      job = queue.front();
       stopped = job->stopped();
       count = stopped ? job->block_count - job->next_block : 1;
       block = std::exchange(job->next_block, job->next_block + count);
       // Back to the end of the queue: jobs take turns.
-      if (job->next_block < job->block_count) queue.push_back(job);
+      Queue& next = job->next_block < job->block_count ? queue : handed_out;
+      next.splice(next.end(), queue, queue.begin());
       ++busy_;
     }
     if (!stopped) job->run(block, worker);

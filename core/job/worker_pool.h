@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <functional>
+#include <list>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -35,6 +35,8 @@ class WorkerPool {
   // the thread that finished last. Both may submit again. Jobs of equal priority take turns block by block. Once *stop
   // is true (if there is a stop), blocks that have not begun are left out, all in the job's next turn: a job that
   // nobody wants does not hold its memory until others have had as many turns as it has blocks.
+  // Throws std::bad_alloc, having done nothing, if there is no memory for the job; the threads themselves allocate
+  // nothing.
   // REQUIRES: block_count >= 1; a block takes milliseconds, not seconds; neither function blocks or throws; *stop lives
   // until `done` is called.
   void Submit(JobPriority priority, size_t block_count, BlockFunction run, std::function<void()> done,
@@ -48,15 +50,17 @@ class WorkerPool {
 
  private:
   struct Job;
+  // Jobs move between lists by their nodes, so that a thread that takes turns needs no memory.
+  using Queue = std::list<std::shared_ptr<Job>>;
 
   void RunWorker(int worker);
-  std::deque<std::shared_ptr<Job>>& NextQueue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Queue& NextQueue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool HasWork() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   mutable Mutex mutex_;
   CondVar work_changed_;
-  std::deque<std::shared_ptr<Job>> interactive_ ABSL_GUARDED_BY(mutex_);
-  std::deque<std::shared_ptr<Job>> batch_ ABSL_GUARDED_BY(mutex_);
+  Queue interactive_ ABSL_GUARDED_BY(mutex_);
+  Queue batch_ ABSL_GUARDED_BY(mutex_);
   size_t open_jobs_ ABSL_GUARDED_BY(mutex_) = 0;
   uint32_t turn_ ABSL_GUARDED_BY(mutex_) = 0;
   int busy_ ABSL_GUARDED_BY(mutex_) = 0;

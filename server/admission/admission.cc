@@ -28,16 +28,18 @@ uint64_t ResultMessageBytes(uint64_t points) {
 
 }  // namespace
 
-Admission::Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max_waiting)
+Admission::Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max_waiting, int thread_count)
     : max_chunk_bytes_(max_chunk_bytes),
+      thread_count_(thread_count),
       small_(memory_bytes / kSmallLaneShare, max_waiting),
       large_(memory_bytes - memory_bytes / kSmallLaneShare, max_waiting) {}
 
-uint64_t Admission::CallBytes(uint64_t points, ScalarType type, std::string_view estimator, bool more_may_follow) const {
+uint64_t Admission::CallBytes(uint64_t points, ScalarType type, const EstimatorOptions& options,
+                              bool more_may_follow) const {
   const uint64_t point_bytes = 6 * ScalarBytes(type);
   const uint64_t chunk = more_may_follow ? max_chunk_bytes_ : std::min(max_chunk_bytes_, points * point_bytes);
-  return kFixedCallBytes + points * EstimationBytesPerPoint(estimator) + kChunkCopies * chunk +
-         ResultMessageBytes(points);
+  return kFixedCallBytes + points * EstimationBytesPerPoint(options) +
+         EstimationScratchBytes(options, points, thread_count_) + kChunkCopies * chunk + ResultMessageBytes(points);
 }
 
 uint64_t Admission::SendingBytes(uint64_t points) const {
@@ -45,8 +47,8 @@ uint64_t Admission::SendingBytes(uint64_t points) const {
 }
 
 absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Admission::Enter(uint64_t point_count, ScalarType type,
-                                                                            std::string_view estimator) {
-  const uint64_t bytes = CallBytes(point_count, type, estimator, point_count == 0);
+                                                                            const EstimatorOptions& options) {
+  const uint64_t bytes = CallBytes(point_count, type, options, point_count == 0);
   if (bytes > large_.limit()) {
     return MakeError(absl::StatusCode::kResourceExhausted,
                      {kReasonMemoryLimit,

@@ -19,19 +19,19 @@ class Admission {
  public:
   static constexpr size_t kLanes = 2;
 
-  // At most `max_waiting` calls wait for memory in each lane.
-  Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max_waiting);
+  // At most `max_waiting` calls wait for memory in each lane. `thread_count` workers estimate.
+  Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max_waiting, int thread_count);
 
-  // Bytes that a call with `points` points holds at its peak: cloud, index, results and messages in flight.
-  // `more_may_follow`: another chunk may be on its way, and be larger than what was sent so far.
-  uint64_t CallBytes(uint64_t points, ScalarType type, std::string_view estimator, bool more_may_follow) const;
+  // Bytes that a call with `points` points holds at its peak: cloud, index, results, the workers' scratch and messages
+  // in flight. `more_may_follow`: another chunk may be on its way, and be larger than what was sent so far.
+  uint64_t CallBytes(uint64_t points, ScalarType type, const EstimatorOptions& options, bool more_may_follow) const;
   // Bytes that it holds while it sends its results.
   uint64_t SendingBytes(uint64_t points) const;
 
   // An empty reservation in the lane for a call with `point_count` points (0: unknown). RESOURCE_EXHAUSTED if it could
   // never be granted. The reservation must not outlive this object.
   absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Enter(uint64_t point_count, ScalarType type,
-                                                                   std::string_view estimator);
+                                                                   const EstimatorOptions& options);
 
   uint64_t limit() const { return small_.limit() + large_.limit(); }
   uint64_t reserved() const { return small_.reserved() + large_.reserved(); }
@@ -39,6 +39,7 @@ class Admission {
 
  private:
   const uint64_t max_chunk_bytes_;
+  const int thread_count_;
   MemoryBudget small_;
   MemoryBudget large_;
 };

@@ -54,7 +54,7 @@ void EstimateCall::Receive(grpc::ByteBuffer& message) {
 void EstimateCall::AcceptHeader() {
   const CallOptions& options = requests_.options();
   account().record().request_tag = options.request_tag;
-  auto reservation = service().admission.Enter(options.point_count, options.scalar_type, options.estimator.estimator);
+  auto reservation = service().admission.Enter(options.point_count, options.scalar_type, options.estimator);
   if (!reservation.ok()) return End(reservation.status());
   {
     MutexLock lock(mutex_);
@@ -72,8 +72,7 @@ void EstimateCall::ReserveThenRead() {
   const CallOptions& options = requests_.options();
   const bool size_is_known = options.point_count != 0;
   const uint64_t points = size_is_known ? options.point_count : requests_.points_received();
-  const uint64_t bytes =
-      service().admission.CallBytes(points, options.scalar_type, options.estimator.estimator, !size_is_known);
+  const uint64_t bytes = service().admission.CallBytes(points, options.scalar_type, options.estimator, !size_is_known);
   const Clock::time_point now = Clock::now();
   std::shared_ptr<MemoryBudget::Reservation> reservation;
   {
@@ -171,8 +170,12 @@ EstimateCall::Made EstimateCall::MakeMessage(grpc::ByteBuffer& message) {
   if (next.kind == ResponseSession::Kind::kNothing) return Made::kNothing;
   if (next.kind == ResponseSession::Kind::kEnd) return Made::kLast;
   if (next.kind == ResponseSession::Kind::kResults) {
-    const grpc::Slice packed = PackResults(field_.points, next.first, next.count, requests_.options().quantities);
-    grpc::ByteBuffer results(&packed, 1);
+    const auto packed = PackResults(field_.points, next.first, next.count, requests_.options().quantities);
+    if (!packed.ok()) {
+      End(ExplainJobError(packed.status()));
+      return Made::kNothing;
+    }
+    grpc::ByteBuffer results(&*packed, 1);
     message.Swap(&results);
   } else {
     Response response;

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/estimators/strategies.h"
+#include "proto/result_columns.h"
 #include "server/call/wire_options.h"
 #include "server/call/wire_strategies.h"
 #include "server/rpc/error_detail.h"
@@ -72,35 +73,20 @@ absl::Status ResolveEstimatorOptions(const v1::EstimatorOptions& proto, const Ca
   return status;
 }
 
-bool* QuantityFlag(int quantity, QuantitySet& set) {
-  switch (quantity) {
-    case v1::QUANTITY_MEAN_CURVATURE:
-      return &set.mean;
-    case v1::QUANTITY_GAUSSIAN_CURVATURE:
-      return &set.gaussian;
-    case v1::QUANTITY_PRINCIPAL_CURVATURES:
-      return &set.principal_curvatures;
-    case v1::QUANTITY_PRINCIPAL_DIRECTIONS:
-      return &set.principal_directions;
-    case v1::QUANTITY_RADIUS:
-      return &set.radius;
-    default:
-      return nullptr;
-  }
-}
-
 absl::Status ResolveQuantities(const v1::CloudHeader& header, QuantitySet& set) {
   if (header.quantities().empty()) return absl::OkStatus();
-  set = {false, false, false, false, false};
+  set = QuantitySet::None();
   for (int i = 0; i < header.quantities_size(); ++i) {
     const std::string field = absl::StrCat("header.quantities[", i, "]");
-    const int quantity = header.quantities(i);
-    bool* flag = QuantityFlag(quantity, set);
-    if (flag == nullptr) {
-      return InvalidOption(field, absl::StrCat(quantity), "a value of curvature.v1.Quantity other than UNSPECIFIED");
+    const v1::Quantity quantity = header.quantities(i);
+    if (quantity == v1::QUANTITY_UNSPECIFIED || !v1::Quantity_IsValid(quantity)) {
+      return InvalidOption(field, absl::StrCat(static_cast<int>(quantity)),
+                           "a value of curvature.v1.Quantity other than UNSPECIFIED");
     }
-    if (*flag) return InvalidOption(field, absl::StrCat(quantity), "given at most once");
-    *flag = true;
+    if (set.Has(quantity)) {
+      return InvalidOption(field, absl::StrCat(static_cast<int>(quantity)), "given at most once");
+    }
+    set.Add(quantity);
   }
   return absl::OkStatus();
 }
@@ -209,9 +195,8 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
     proto->set_neighbor_count(std::get<NeighborCount>(options.estimator.neighborhood).count);
   }
   WriteOptions(options.estimator, *proto);
-  QuantitySet set = options.quantities;
-  for (int quantity = v1::QUANTITY_MEAN_CURVATURE; quantity <= v1::QUANTITY_RADIUS; ++quantity) {
-    if (*QuantityFlag(quantity, set)) accepted->add_quantities(static_cast<v1::Quantity>(quantity));
+  for (const v1::Quantity quantity : curvature::wire::Quantities()) {
+    if (options.quantities.Has(quantity)) accepted->add_quantities(quantity);
   }
 }
 

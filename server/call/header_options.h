@@ -14,13 +14,21 @@
 
 namespace curvd {
 
-// Quantities that the results carry, beside the status.
-struct QuantitySet {
-  bool mean = true;
-  bool gaussian = true;
-  bool principal_curvatures = true;
-  bool principal_directions = true;
-  bool radius = true;
+// Quantities that the results carry, beside the status. DEFAULT: all that the contract knows.
+class QuantitySet {
+ public:
+  static QuantitySet None() { return QuantitySet(0); }
+  QuantitySet() = default;
+
+  void Add(curvature::v1::Quantity quantity) { bits_ |= BitOf(quantity); }
+  bool Has(curvature::v1::Quantity quantity) const { return (bits_ & BitOf(quantity)) != 0; }
+
+ private:
+  static_assert(curvature::v1::Quantity_ARRAYSIZE <= 64);
+  explicit QuantitySet(uint64_t bits) : bits_(bits) {}
+  static uint64_t BitOf(curvature::v1::Quantity quantity) { return uint64_t{1} << quantity; }
+
+  uint64_t bits_ = ~uint64_t{0};
 };
 
 struct CallOptions {

@@ -2,25 +2,46 @@
 
 #include <utility>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/error.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
 
 namespace curvd {
 
 absl::Status ExplainJobError(absl::Status status) {
-  if (absl::IsResourceExhausted(status)) {
-    if (absl::StartsWith(status.message(), "out of memory")) {
-      return WithDetail(std::move(status), {kReasonOutOfMemory, "memory", "", "", absl::Seconds(1)});
-    }
-    return WithDetail(std::move(status), {kReasonNeighborhoodTooLarge, "header.options.radius", "", "", {}});
-  }
-  if (absl::IsInvalidArgument(status)) {
-    return WithDetail(std::move(status), {kReasonInvalidOption, "header.options", "", "", {}});
+  switch (KindOf(status)) {
+    case ErrorKind::kOutOfMemory:
+      return ExplainOutOfMemory(std::move(status));
+    case ErrorKind::kNeighborhoodTooLarge:
+      return WithDetail(std::move(status), {kReasonNeighborhoodTooLarge, "header.options.radius", "", "", {}});
+    case ErrorKind::kInvalid:
+      return WithDetail(std::move(status), {kReasonInvalidOption, "header.options", "", "", {}});
+    case ErrorKind::kCancelled:
+    case ErrorKind::kOther:
+      break;
   }
   return WithDetail(absl::InternalError(absl::StrCat("the estimate failed: ", status.ToString())),
                     {kReasonInternal, "", "", "", {}});
+}
+
+absl::Status ExplainCloudError(absl::Status status) {
+  switch (KindOf(status)) {
+    case ErrorKind::kOutOfMemory:
+      return ExplainOutOfMemory(std::move(status));
+    case ErrorKind::kInvalid:
+      return WithDetail(std::move(status), {kReasonInvalidPoint, "chunk", "", "", {}});
+    case ErrorKind::kNeighborhoodTooLarge:
+    case ErrorKind::kCancelled:
+    case ErrorKind::kOther:
+      break;
+  }
+  return WithDetail(absl::InternalError(absl::StrCat("the cloud failed: ", status.ToString())),
+                    {kReasonInternal, "", "", "", {}});
+}
+
+absl::Status ExplainOutOfMemory(absl::Status status) {
+  return WithDetail(std::move(status), {kReasonOutOfMemory, "memory", "", "", absl::Seconds(1)});
 }
 
 }  // namespace curvd

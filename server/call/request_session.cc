@@ -5,8 +5,12 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/error.h"
+#include "core/base/out_of_memory.h"
+#include "core/base/page_pool.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
 #include "server/call/append_chunk.h"
+#include "server/call/job_errors.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
 
@@ -29,15 +33,6 @@ absl::Status OverLimit(const char* reason, std::string field, std::string value,
                    {reason, std::move(field), std::move(value), std::move(limit), {}});
 }
 
-// Core's errors about points already name point and value.
-absl::Status ExplainAppend(absl::Status status) {
-  if (absl::IsInvalidArgument(status)) return WithDetail(std::move(status), {kReasonInvalidPoint, "chunk", "", "", {}});
-  if (absl::IsResourceExhausted(status)) {
-    return WithDetail(std::move(status), {kReasonOutOfMemory, "memory", "", "", absl::Seconds(1)});
-  }
-  return status;
-}
-
 }  // namespace
 
 absl::Status RequestSession::Keep(absl::Status status) {
@@ -47,19 +42,25 @@ absl::Status RequestSession::Keep(absl::Status status) {
 
 absl::Status RequestSession::Receive(grpc::ByteBuffer& message) {
   if (!failure_.ok()) return failure_;
+  // How long the arrays are is for the caller to decide.
+  absl::Status status = CatchBadAlloc([&] { return ReceiveMessage(message); });
+  return Keep(KindOf(status) == ErrorKind::kOutOfMemory ? ExplainOutOfMemory(std::move(status)) : std::move(status));
+}
+
+absl::Status RequestSession::ReceiveMessage(grpc::ByteBuffer& message) {
   wire::BulkMessage chunk;
   if (wire::ReadBulkMessage(message, v1::EstimateCurvatureRequest::kChunkFieldNumber, kPointChunk, chunk)) {
-    return Keep(ReceiveChunk(
+    return ReceiveChunk(
         {chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber], chunk.numbers[v1::PointChunk::kIsLastFieldNumber] != 0,
-         chunk.arrays[v1::PointChunk::kPositionsFieldNumber], chunk.arrays[v1::PointChunk::kNormalsFieldNumber]}));
+         chunk.arrays[v1::PointChunk::kPositionsFieldNumber], chunk.arrays[v1::PointChunk::kNormalsFieldNumber]});
   }
   const size_t bytes = message.Length();
   v1::EstimateCurvatureRequest request;
   if (grpc::SerializationTraits<v1::EstimateCurvatureRequest>::Deserialize(&message, &request).ok()) {
-    return Keep(ReceiveRequest(request));
+    return ReceiveRequest(request);
   }
-  return Keep(Invalid(kReasonMessageMalformed, "message", absl::StrCat(bytes, " bytes that cannot be parsed"),
-                      "a curvature.v1.EstimateCurvatureRequest in protobuf's wire format"));
+  return Invalid(kReasonMessageMalformed, "message", absl::StrCat(bytes, " bytes that cannot be parsed"),
+                 "a curvature.v1.EstimateCurvatureRequest in protobuf's wire format");
 }
 
 absl::Status RequestSession::ReceiveRequest(const v1::EstimateCurvatureRequest& request) {
@@ -109,10 +110,12 @@ absl::Status RequestSession::ReceiveChunk(const Chunk& chunk) {
   if (!count.ok()) return count.status();
   if (absl::Status status = CheckTotal(points_received_ + *count); !status.ok()) return status;
   if (absl::Status status = AppendPieces(positions, normals, options_->scalar_type, cloud_); !status.ok()) {
-    return ExplainAppend(std::move(status));
+    return ExplainCloudError(std::move(status));
   }
   points_received_ += *count;
   has_last_chunk_ = chunk.is_last;
+  // gRPC takes memory for the next message, and ends the process when it gets none.
+  if (!ProcessPages().HasRoomFor(limits_.max_chunk_bytes)) return OutOfMemoryError();
   return absl::OkStatus();
 }
 
@@ -160,7 +163,8 @@ absl::Status RequestSession::HalfClose() {
                         absl::StrCat(points_received_, " points without a last chunk at the half-close"),
                         "whole: header.marks_last_chunk promised a chunk with is_last"));
   }
-  return Keep(ExplainAppend(cloud_.Finish()));
+  absl::Status status = CatchBadAlloc([&] { return cloud_.Finish(); });
+  return Keep(status.ok() ? status : ExplainCloudError(std::move(status)));
 }
 
 }  // namespace curvd

@@ -42,6 +42,7 @@ class RequestSession {
   Cloud TakeCloud() { return std::move(cloud_); }
 
  private:
+  absl::Status ReceiveMessage(grpc::ByteBuffer& message);
   absl::Status ReceiveHeader(const curvature::v1::CloudHeader& header);
   absl::Status ReceiveRequest(const curvature::v1::EstimateCurvatureRequest& request);
   struct Chunk {

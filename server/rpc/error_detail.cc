@@ -39,6 +39,8 @@ absl::Status WithDetail(absl::Status status, const ErrorDetail& detail) {
   if (!detail.field.empty()) metadata["field"] = detail.field;
   if (!detail.value.empty()) metadata["value"] = detail.value;
   if (!detail.limit.empty()) metadata["limit"] = detail.limit;
+  // What the core attached is not for callers.
+  status = absl::Status(status.code(), status.message());
   Attach(info, status);
   if (detail.retry_after > absl::ZeroDuration()) {
     google::rpc::RetryInfo retry;

@@ -23,7 +23,7 @@ struct ErrorDetail {
 // An error with the message "FIELD is VALUE; it must be LIMIT" and the detail attached.
 absl::Status MakeError(absl::StatusCode code, const ErrorDetail& detail);
 
-// `status` with the detail attached and its own message. REQUIRES: !status.ok().
+// `status` with its own code and message, and the detail in place of what was attached before. REQUIRES: !status.ok().
 absl::Status WithDetail(absl::Status status, const ErrorDetail& detail);
 
 // The reason attached to `status`, or the name of its code if there is none.

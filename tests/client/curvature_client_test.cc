@@ -20,7 +20,7 @@ TEST(CurvatureClientTest, NamesEveryEstimator) {
   const std::span<const std::string_view> names = EstimatorNames();
   for (size_t i = 0; i < names.size(); ++i) {
     EXPECT_EQ(EstimatorName(static_cast<Estimator>(i + 1)), names[i]);
-    EXPECT_EQ(EstimatorOf(names[i]), static_cast<Estimator>(i));
+    EXPECT_EQ(EstimatorOf(names[i]), static_cast<Estimator>(i + 1));
   }
   EXPECT_EQ(EstimatorOf("best"), std::nullopt);
 }
@@ -108,6 +108,36 @@ TEST(CurvatureClientTest, RefusesArraysThatDoNotMatch) {
   const std::vector<float> four(4), three(3), six(6);
   EXPECT_THAT(client.Estimate(CloudView(four, four), {}).status().message(), HasSubstr("positions hold 4 scalars"));
   EXPECT_THAT(client.Estimate(CloudView(six, three), {}).status().message(), HasSubstr("normals 3"));
+}
+
+TEST(CurvatureClientTest, GivesTheQuantitiesThatWereAskedForAndNoOthers) {
+  const auto server = StartServer();
+  const CurvatureClient client(server->InProcessChannel());
+  const SphereCloud cloud = Sphere(20'000);
+  const CurvatureResult all = *client.Estimate(cloud.view(), {});
+  EstimateOptions options;
+  options.quantities = {"principal_directions", "gaussian_curvature"};
+  const absl::StatusOr<CurvatureResult> some = client.Estimate(cloud.view(), options);
+  ASSERT_TRUE(some.ok()) << some.status();
+  EXPECT_EQ(some->gaussian, all.gaussian);
+  EXPECT_EQ(some->d1, all.d1);
+  EXPECT_EQ(some->d2, all.d2);
+  EXPECT_EQ(some->status, all.status);
+  EXPECT_TRUE(some->mean.empty() && some->k1.empty() && some->k2.empty() && some->radius.empty());
+}
+
+TEST(CurvatureClientTest, RefusesQuantitiesThatItDoesNotKnow) {
+  const auto server = StartServer();
+  const CurvatureClient client(server->InProcessChannel());
+  EstimateOptions options;
+  options.quantities = {"curl"};
+  absl::Status status = client.Estimate(Sphere(10).view(), options).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(status));
+  EXPECT_THAT(status.message(), testing::AllOf(HasSubstr("curl"), HasSubstr("principal_curvatures")));
+  options.quantities = {"radius", "radius"};
+  status = client.Estimate(Sphere(10).view(), options).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(status));
+  EXPECT_THAT(status.message(), HasSubstr("twice"));
 }
 
 TEST(CurvatureClientTest, PassesTheServersErrorsOn) {

@@ -41,6 +41,7 @@ TEST(PackHeaderTest, TellsTheOptions) {
   options.skip_invalid = true;
   options.request_tag = "tag";
   options.priority = Priority::kBatch;
+  options.quantities = {"radius", "mean_curvature"};
   v1::EstimateCurvatureRequest request;
   ASSERT_TRUE(request.ParseFromString(Bytes(PackHeader(CloudView(scalars, scalars), options))));
   const v1::CloudHeader& header = request.header();
@@ -52,6 +53,9 @@ TEST(PackHeaderTest, TellsTheOptions) {
   EXPECT_EQ(header.invalid_point_policy(), v1::INVALID_POINT_POLICY_SKIP);
   EXPECT_EQ(header.request_tag(), "tag");
   EXPECT_EQ(header.priority(), v1::PRIORITY_BATCH);
+  ASSERT_EQ(header.quantities_size(), 2);
+  EXPECT_EQ(header.quantities(0), v1::QUANTITY_RADIUS);
+  EXPECT_EQ(header.quantities(1), v1::QUANTITY_MEAN_CURVATURE);
 }
 
 }  // namespace

@@ -138,6 +138,39 @@ TEST(ResultCollectorTest, RefusesWhatIsNotWhole) {
   EXPECT_THAT(Problem(2, {Accepted(), Result(0, 2, 77), Summary(2, 2)}), HasSubstr("status counts"));
 }
 
+v1::EstimateCurvatureResponse AcceptedFor(std::initializer_list<v1::Quantity> quantities) {
+  v1::EstimateCurvatureResponse response = Accepted();
+  for (const v1::Quantity quantity : quantities) response.mutable_accepted()->add_quantities(quantity);
+  return response;
+}
+
+v1::EstimateCurvatureResponse RadiusOf(uint32_t count) {
+  v1::EstimateCurvatureResponse response;
+  response.mutable_result()->set_point_count(count);
+  response.mutable_result()->set_status(std::string(count, '\1'));
+  response.mutable_result()->set_radius(std::string(4 * count, '\0'));
+  return response;
+}
+
+TEST(ResultCollectorTest, CollectsWhatAcceptedTellsOfAndNothingElse) {
+  ResultCollector collector(2, {"radius"});
+  const absl::Status status = Feed(collector, {AcceptedFor({v1::QUANTITY_RADIUS}), RadiusOf(2), Summary(2, 2)});
+  ASSERT_TRUE(status.ok()) << status;
+  const CurvatureResult result = collector.Release();
+  EXPECT_EQ(result.radius.size(), 2u);
+  EXPECT_EQ(result.status.size(), 2u);
+  EXPECT_TRUE(result.mean.empty() && result.k1.empty() && result.d1.empty() && result.others.empty());
+}
+
+TEST(ResultCollectorTest, RefusesQuantitiesThatAreMissingOrTooMany) {
+  EXPECT_THAT(Problem(2, {AcceptedFor({v1::QUANTITY_RADIUS}), Result(0, 2)}), HasSubstr("does not tell of"));
+  EXPECT_THAT(Problem(2, {AcceptedFor({v1::QUANTITY_MEAN_CURVATURE}), RadiusOf(2)}), HasSubstr("mean_curvature"));
+  ResultCollector collector(2, {"radius"});
+  const absl::Status status = Feed(collector, {AcceptedFor({v1::QUANTITY_MEAN_CURVATURE})});
+  EXPECT_TRUE(absl::IsInternal(status));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("without the quantity radius"));
+}
+
 TEST(ResultCollectorTest, RefusesArraysOfWrongLength) {
   const std::vector<std::function<std::string*(v1::ResultChunk&)>> arrays = {
       [](v1::ResultChunk& c) { return c.mutable_status(); },

@@ -13,6 +13,10 @@ _CONTAINER_BYTES = 256 << 20
 _CLIENTS = 8
 _LEFT_TO_LIBRARIES = 32 << 20  # core/base/page_pool.h
 _TRIES = 50
+_LARGE_CLOUD_POINTS = 4_000_000
+_WORKERS = (1, 2, 8)
+_CALL_SECONDS = 300
+_REFUSALS = ("OUT_OF_MEMORY", "NEIGHBORHOOD_TOO_LARGE", "MEMORY_LIMIT")
 _OUT_OF_MEMORY = 'curvd_failures_total{reason="OUT_OF_MEMORY"}'
 
 
@@ -95,6 +99,39 @@ def memory_refused(site, times):
             yield time.monotonic() - began
 
 
+def neighborhoods_larger_than_the_memory(site, times):
+    """A radius takes in a whole cloud, on servers with less and less memory. The call fails; the server serves on.
+
+    Every limit and number of workers is tried once, whatever `times` is.
+    """
+    del times
+    large = site.cloud_of(_LARGE_CLOUD_POINTS)
+    for threads in _WORKERS:
+        for megabytes in range(300, 2001, 50):
+            limit = megabytes * 1_000_000
+            with site.server(f"--threads={threads}", before_exec=lambda: _limit_memory(limit)) as server:
+                # With many threads the stacks of an idle server fill the least limits: nothing can be served there.
+                serves = site.estimate(server.address, "--max-attempts=1").exit_code == 0
+                began = time.monotonic()
+                process = site.start_estimate(
+                    server.address, "--radius=100", "--estimator=uniform", "--max-attempts=1", cloud=large
+                )
+                answer = process.communicate(timeout=_CALL_SECONDS)[0]
+                what = f"{megabytes} MB, {threads} threads"
+                assert server.alive(), f"curvd has ended ({what})"
+                refused = any(reason in answer for reason in _REFUSALS)
+                assert process.returncode == 0 or refused, f"the call failed otherwise ({what}): {answer}"
+                run = site.estimate(server.address)
+                assert server.alive(), f"curvd has ended after a small call ({what})"
+                if serves:
+                    site.check(run)
+                yield time.monotonic() - began
+
+
+def _limit_memory(limit_bytes):
+    resource.setrlimit(resource.RLIMIT_AS, (limit_bytes, limit_bytes))
+
+
 def _mapped_bytes(pid):
     return int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
 
@@ -136,5 +173,6 @@ def _faketime_library():
 FAULTS = [
     Fault("more asked for than the container has", memory_of_the_container, needs=_no_group),
     Fault("the system gives no memory", memory_refused),
+    Fault("neighborhoods larger than the memory", neighborhoods_larger_than_the_memory, slow=True),
     Fault("clock jumps", clock_jumps, needs=lambda: "" if _faketime_library() else "libfaketime is not installed"),
 ]

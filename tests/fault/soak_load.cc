@@ -8,8 +8,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/estimators/strategies.h"
 #include "core/job/estimation_job.h"
-#include "server/call/wire_estimators.h"
+#include "server/call/wire_strategies.h"
 #include "tests/fault/curvd_child.h"
 
 namespace curvd {
@@ -21,12 +22,12 @@ using grpc::StatusCode;
 // Above this size only the default estimator: the soak is to change its load often.
 constexpr size_t kAllEstimatorsUpTo = 200'000;
 
-SoakCase MakeCase(std::shared_ptr<const FaultCloud> cloud, const WireEstimator& estimator, WorkerPool& pool) {
+SoakCase MakeCase(std::shared_ptr<const FaultCloud> cloud, const Strategy& strategy, WorkerPool& pool) {
   EstimatorOptions options;
-  options.estimator = estimator.kind;
+  options.estimator = strategy.name;
   SoakCase made{std::move(cloud), {}, {}};
   made.header.set_point_count(made.cloud->size());
-  made.header.mutable_options()->set_estimator(estimator.proto);
+  made.header.mutable_options()->set_estimator(WireEstimator(strategy));
   const auto result = EstimateCurvature(made.cloud->ToCloud(), options, pool);
   if (!result.ok()) Fail(absl::StrCat("the direct computation fails: ", std::string(result.status().message())));
   made.expected = ResultDigest::Of(result->field);
@@ -165,9 +166,10 @@ std::vector<SoakCase> MakeSoakCases(size_t max_points) {
   for (const size_t size : kSizes) {
     if (size > max_points) break;
     const auto cloud = std::make_shared<const FaultCloud>(size, size);
-    for (const WireEstimator& estimator : kWireEstimators) {
-      if (size <= kAllEstimatorsUpTo || &estimator == kWireEstimators.data())
-        cases.push_back(MakeCase(cloud, estimator, pool));
+    for (const Strategy* strategy : Strategies()) {
+      if (size <= kAllEstimatorsUpTo || strategy == Strategies().front()) {
+        cases.push_back(MakeCase(cloud, *strategy, pool));
+      }
     }
   }
   return cases;

@@ -53,12 +53,21 @@ class Site:
     def server(self, *flags, **options):
         return Curvd(self.curvd_binary, *flags, **options)
 
-    def start_estimate(self, servers, *flags, output=None, **options):
-        """Starts `curv estimate` of the cloud; finish() waits for it."""
+    def cloud_of(self, points):
+        """Another cloud, of the same surface and `points` points."""
+        cloud = self.scratch / f"cloud-{points}.ply"
+        if not cloud.exists():
+            command = [self.curv_binary, "generate", "torus", f"--points={points}", "-o", str(cloud)]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        return cloud
+
+    def start_estimate(self, servers, *flags, output=None, cloud=None, **options):
+        """Starts `curv estimate` of the cloud, or of another; finish() waits for it."""
         self._runs += 1
+        flags = flags if cloud else (*_OPTIONS, *flags)
         output = output or self.scratch / f"result-{self._runs}.ply"
         process = subprocess.Popen(
-            [self.curv_binary, "estimate", str(self.cloud), "-o", str(output), f"--server={servers}", *_OPTIONS, *flags],
+            [self.curv_binary, "estimate", str(cloud or self.cloud), "-o", str(output), f"--server={servers}", *flags],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

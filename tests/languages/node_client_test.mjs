@@ -55,6 +55,20 @@ const secureEstimate = (changes) =>
     maxAttempts: 1,
   });
 
+test("only what was asked for comes", async () => {
+  const cloud = sphere(40_000, 2);
+  const everything = await estimateCurvature(...cloud, { server });
+  const some = await estimateCurvature(...cloud, { server, quantities: ["principalDirections", "meanCurvature"] });
+  assert.deepEqual(Object.keys(some).sort(), ["d1", "d2", "meanCurvature", "status", "summary"]);
+  for (const name of ["d1", "d2", "meanCurvature", "status"]) assert.deepEqual(some[name], everything[name]);
+});
+
+test("unknown quantities are refused before a call", async () => {
+  for (const quantities of [["curl"], ["radius", "radius"], ["unspecified"]]) {
+    await assert.rejects(estimateCurvature(...sphere(10, 1), { server, quantities }), TypeError);
+  }
+});
+
 test("a server that asks who calls serves whom it knows", async () => {
   assert.equal((await secureEstimate({})).summary.statusCounts.ok, 1_000);
 });

@@ -63,6 +63,22 @@ class RealServerTest(unittest.TestCase):
         points, _ = estimate_curvature(positions, normals, server=self.server, radius=0.25, estimator="hexagram")
         self.assertTrue(np.all(points["radius"] == 0.25))
 
+    def test_only_what_was_asked_for_comes(self):
+        positions, normals = sphere(40_000, radius=2.0)
+        everything, _ = estimate_curvature(positions, normals, server=self.server)
+        points, _ = estimate_curvature(
+            positions, normals, server=self.server, quantities=["principal_directions", "mean_curvature"]
+        )
+        self.assertEqual(points.dtype.names, ("mean_curvature", "d1", "d2", "status"))
+        for name in points.dtype.names:
+            np.testing.assert_array_equal(points[name], everything[name])
+
+    def test_unknown_quantities_are_refused_before_a_call(self):
+        positions, normals = sphere(10, radius=1.0)
+        for wrong in (["curl"], ["radius", "radius"], [], "radius", ["unspecified"]):
+            with self.subTest(wrong), self.assertRaises(ValueError):
+                estimate_curvature(positions, normals, server=self.server, quantities=wrong)
+
     def test_every_estimator_has_a_name(self):
         positions, normals = sphere(20_000, radius=2.0)
         for estimator in ("avg-hexagram", "hexagram", "delaunay", "jet", "aso"):

@@ -2,7 +2,7 @@
 
 from curvd_client.client import Estimate, estimate_curvature
 from curvd_client.errors import CurvdError
-from curvd_client.results import RESULT_DTYPE, PointStatus
+from curvd_client.results import QUANTITIES, RESULT_DTYPE, PointStatus
 from curvd_client.security import Security
 
-__all__ = ["CurvdError", "Estimate", "PointStatus", "RESULT_DTYPE", "Security", "estimate_curvature"]
+__all__ = ["CurvdError", "Estimate", "PointStatus", "QUANTITIES", "RESULT_DTYPE", "Security", "estimate_curvature"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from curvature.v1 import curvature_pb2, curvature_pb2_grpc
 from curvd_client.errors import CurvdError, from_rpc_error
-from curvd_client.results import ResultCollector
+from curvd_client.results import ResultCollector, quantity_number
 from curvd_client.retries import call_with_retries
 from curvd_client.security import Security
 
@@ -51,7 +51,8 @@ _PRIORITIES = {
 
 
 class Estimate(typing.NamedTuple):
-    """points: structured array of RESULT_DTYPE, one element a point. summary: the stream's Summary message."""
+    """points: structured array, one element a point, of RESULT_DTYPE or the fields of it that were asked for.
+    summary: the stream's Summary message."""
 
     points: np.ndarray
     summary: curvature_pb2.Summary
@@ -71,6 +72,7 @@ def estimate_curvature(
     even_weights=False,
     seed=0,
     average_normal_weight=None,
+    quantities=None,
     skip_invalid=False,
     priority=None,
     request_tag="",
@@ -92,6 +94,7 @@ def estimate_curvature(
     jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2.
     even_weights:          count all triangles of delaunay alike, as the paper does.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
+    quantities:            names of QUANTITIES that the result shall have, beside `status`. DEFAULT: all.
     skip_invalid:          give an unusable point a status instead of failing the call.
     priority:              "interactive" if somebody waits, "batch" if it can wait. DEFAULT: interactive up to 100,000
                            points, batch above.
@@ -122,6 +125,7 @@ def estimate_curvature(
             curvature_pb2.SCALAR_TYPE_FLOAT64 if positions.itemsize == 8 else curvature_pb2.SCALAR_TYPE_FLOAT32
         ),
         options=options,
+        quantities=_quantity_numbers(quantities),
         invalid_point_policy=(
             curvature_pb2.INVALID_POINT_POLICY_SKIP if skip_invalid else curvature_pb2.INVALID_POINT_POLICY_REJECT
         ),
@@ -151,6 +155,17 @@ def _packed_arrays(positions, normals):
         raise ValueError(f"{len(positions)} positions but {len(normals)} normals")
     scalar = "<f8" if positions.dtype == np.float64 else "<f4"
     return np.ascontiguousarray(positions, scalar), np.ascontiguousarray(normals, scalar)
+
+
+def _quantity_numbers(names):
+    if names is None:
+        return []
+    if isinstance(names, str):
+        raise ValueError("quantities is a text; it must be a list of names")
+    numbers = [quantity_number(name) for name in names]
+    if not numbers or len(set(numbers)) != len(numbers):
+        raise ValueError(f"quantities is {list(names)}; it must have at least one name, and each once")
+    return numbers
 
 
 def _priority(name):
@@ -194,7 +209,7 @@ def _await_connection(channel):
 def _call(channel, header, positions, normals, timeout, metadata):
     stub = curvature_pb2_grpc.CurvatureServiceStub(channel)
     call = stub.EstimateCurvature(_requests(header, positions, normals), timeout=timeout, metadata=metadata)
-    collector = ResultCollector(len(positions))
+    collector = ResultCollector(len(positions), header.quantities)
     summary = None
     try:
         for response in call:

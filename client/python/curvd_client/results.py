@@ -4,20 +4,42 @@ import enum
 
 import numpy as np
 
-# One element a point. Scalars in the caller's length unit as the contract has them; NaN where `status` is not OK and
-# where a quantity was not asked for.
-RESULT_DTYPE = np.dtype(
-    [
-        ("mean_curvature", np.float32),
-        ("gaussian_curvature", np.float32),
-        ("k1", np.float32),
-        ("k2", np.float32),
-        ("d1", np.float32, (3,)),
-        ("d2", np.float32, (3,)),
-        ("radius", np.float32),
-        ("status", np.uint8),
-    ]
+from curvature.v1 import curvature_pb2
+
+_SCALARS = {curvature_pb2.COLUMN_TYPE_UINT8: np.uint8}  # by the column's type; all others are float32
+_PREFIX = "QUANTITY_"
+
+# Names of the quantities that a call may ask for: "mean_curvature", "gaussian_curvature", "principal_curvatures", ...
+QUANTITIES = tuple(
+    name.removeprefix(_PREFIX).lower() for name, number in curvature_pb2.Quantity.items() if number != 0
 )
+
+
+def quantity_number(name):
+    """The contract's number of a quantity. Raises ValueError if there is none of that name."""
+    if name not in QUANTITIES:
+        raise ValueError(f"quantity {name!r} is unknown; it must be one of {', '.join(QUANTITIES)}")
+    return curvature_pb2.Quantity.Value(_PREFIX + name.upper())
+
+
+def result_dtype(quantities=None):
+    """The type of a result: the columns of those quantities (numbers; none: all), as the contract has them, and status."""
+    fields, status = [], []
+    for field in curvature_pb2.ResultChunk.DESCRIPTOR.fields:
+        if not field.GetOptions().HasExtension(curvature_pb2.column):
+            continue
+        column = field.GetOptions().Extensions[curvature_pb2.column]
+        scalar, shape = _SCALARS.get(column.type, np.float32), (column.width,) if column.width > 1 else ()
+        if column.quantity == curvature_pb2.QUANTITY_UNSPECIFIED:
+            status.append((field.name, scalar, shape))
+        elif not quantities or column.quantity in quantities:
+            fields.append((field.name, scalar, shape))
+    return np.dtype(fields + status)
+
+
+# One element a point, with all quantities. Scalars in the caller's length unit as the contract has them; NaN where
+# `status` is not OK.
+RESULT_DTYPE = result_dtype()
 
 
 class PointStatus(enum.IntEnum):
@@ -34,10 +56,12 @@ class PointStatus(enum.IntEnum):
 class ResultCollector:
     """Takes ResultChunks in order. Raises ValueError, saying what is wrong, if a server breaks the protocol."""
 
-    def __init__(self, point_count):
-        self.points = np.zeros(point_count, RESULT_DTYPE)
-        for name in RESULT_DTYPE.names[:-1]:
-            self.points[name] = np.nan
+    def __init__(self, point_count, quantities=None):
+        self._asked = bool(quantities)
+        self.points = np.zeros(point_count, result_dtype(quantities))
+        for name in self.points.dtype.names:
+            if self.points.dtype[name].base.kind == "f":
+                self.points[name] = np.nan
         self._received = 0
 
     def add(self, chunk):
@@ -46,14 +70,15 @@ class ResultCollector:
             raise ValueError(f"a result chunk of {chunk.point_count} points starts at {begin}, not {self._received}")
         if end > len(self.points):
             raise ValueError(f"results up to point {end} for a cloud of {len(self.points)} points")
-        for name in RESULT_DTYPE.names:
+        for name in self.points.dtype.names:
             packed = getattr(chunk, name)
-            if packed or name == "status":
+            # Where all quantities are wanted, an older server may not know one of them.
+            if packed or self._asked or name == "status":
                 self._store(name, packed, begin, end)
         self._received = end
 
     def _store(self, name, packed, begin, end):
-        field_type, _ = RESULT_DTYPE.fields[name]
+        field_type, _ = self.points.dtype.fields[name]
         if len(packed) != (end - begin) * field_type.itemsize:
             raise ValueError(f"{name} of {end - begin} points has {len(packed)} bytes")
         self.points[name][begin:end] = np.frombuffer(packed, field_type.base.newbyteorder("<")).reshape(

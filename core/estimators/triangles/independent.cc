@@ -19,7 +19,7 @@ namespace HWY_NAMESPACE {
 // Disjoint triangles over one shuffle of the neighbors of point i: a third as many as there are, at most
 // `triangle_count`.
 HWY_NOINLINE inline void MeasureIndependent(const TrianglePlan& plan, size_t i, TriangleScratch& s) {
-  RandomStream random(plan.seed, SeedOf(s.points.rank[i]));
+  RandomStream random(plan.seed, s.points.seed[i]);
   const size_t count = s.neighbors.count;
   const size_t triangles = std::min<size_t>(plan.triangle_count, count / 3);
   s.shuffle.Reserve(count);

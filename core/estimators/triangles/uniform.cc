@@ -14,7 +14,7 @@ namespace HWY_NAMESPACE {
 
 // `triangle_count` triangles with corners drawn uniformly from the neighbors of point i, the point included.
 HWY_NOINLINE inline void MeasureUniform(const TrianglePlan& plan, size_t i, TriangleScratch& s) {
-  RandomStream random(plan.seed, SeedOf(s.points.rank[i]));
+  RandomStream random(plan.seed, s.points.seed[i]);
   const auto count = static_cast<uint32_t>(s.neighbors.count);
   const auto draw = [&](int lane, CornerIndices& indices) { DrawDistinct(random, count, lane, indices); };
   MeasureTriangles(s.neighbors, i, plan.triangle_count, draw, s);

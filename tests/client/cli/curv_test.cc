@@ -71,6 +71,9 @@ TEST_F(CurvTest, WrongFlagsNameFlagValueAndLimit) {
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--triangles=10001"}), HasSubstr("1 to 10000"));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--estimator=best"}),
               AllOf(HasSubstr("best"), HasSubstr("independent"), HasSubstr("jet")));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--quantities=mean,curl"}),
+              AllOf(HasSubstr("--quantities"), HasSubstr("curl"), HasSubstr("principal_curvatures")));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--quantities=k1", "--color=mean"}), HasSubstr("--color"));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--jet-degree=5"}),
               AllOf(HasSubstr("--jet-degree"), HasSubstr("\"5\""), HasSubstr("2 to 4")));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--seed=-1"}), AllOf(HasSubstr("--seed"), HasSubstr("\"-1\"")));
@@ -137,6 +140,19 @@ TEST_F(CurvTest, CsvHasTheDocumentedHeaderAndWords) {
       StartsWith("x,y,z,nx,ny,nz,mean_curvature,gaussian_curvature,k1,k2,d1x,d1y,d1z,d2x,d2y,d2z,radius,status\n"
                  "0,0,0,0,0,1,nan,nan,nan,nan,nan,nan,nan,nan,nan,nan,nan,too_few_neighbors\n"));
   EXPECT_THAT(run.out, HasSubstr("too_few_neighbors"));
+}
+
+TEST_F(CurvTest, WritesTheQuantitiesThatAreAskedFor) {
+  const std::string two = dir_.Write("two.xyz", "0 0 0 0 0 1\n1 0 0 0 0 1\n");
+  const std::pair<const char*, const char*> kHeaders[] = {
+      {"mean", "x,y,z,nx,ny,nz,mean_curvature,status\n"},
+      {"d1,gaussian,gaussian_curvature", "x,y,z,nx,ny,nz,gaussian_curvature,d1x,d1y,d1z,d2x,d2y,d2z,status\n"},
+      {"principal_curvatures,radius", "x,y,z,nx,ny,nz,k1,k2,radius,status\n"}};
+  for (const auto& [quantities, header] : kHeaders) {
+    const CurvRun run = RunCurv({"estimate", two, "-o", dir_.File("q.csv"), absl::StrCat("--quantities=", quantities)});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(dir_.Read("q.csv"), StartsWith(header));
+  }
 }
 
 TEST_F(CurvTest, EmbeddedAndRemoteGiveTheSameBytes) {

@@ -124,10 +124,13 @@ TEST(PagePoolTest, LeavesMemoryToOthers) {
   void* one = pool.Map(2 * kMiB);
   void* another = pool.Map(8 * kMiB);
   void* fresh = pool.MapFresh(8 * kMiB);
+  const bool room_for_little = pool.HasRoomFor(kMiB), room_for_much = pool.HasRoomFor(8 * kMiB);
   ASSERT_EQ(setrlimit(RLIMIT_AS, &unlimited), 0);
   EXPECT_NE(one, nullptr);
   EXPECT_EQ(another, nullptr);
   EXPECT_EQ(fresh, nullptr);
+  EXPECT_TRUE(room_for_little);
+  EXPECT_FALSE(room_for_much);
   pool.Unmap(one, 2 * kMiB);
   Use(pool, 8 * kMiB);
 }

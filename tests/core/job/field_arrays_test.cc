@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -17,11 +18,10 @@ std::vector<PointCurvature> Points(size_t count) {
   return points;
 }
 
-template <typename Field>
-std::string Packed(const std::vector<PointCurvature>& points, Field PointCurvature::*field) {
+std::string Packed(const std::vector<PointCurvature>& points, const Column& column) {
   std::string bytes;
   for (const PointCurvature& point : points) {
-    bytes.append(reinterpret_cast<const char*>(&(point.*field)), sizeof(Field));
+    bytes.append(reinterpret_cast<const char*>(&point) + column.offset, column.bytes());
   }
   return bytes;
 }
@@ -35,32 +35,45 @@ struct Guarded {
   std::string bytes;
 };
 
-TEST(SplitFieldTest, WritesEachQuantityAndNothingElse) {
+TEST(SplitFieldTest, WritesEachColumnAndNothingElse) {
   for (size_t count = 0; count <= 13; ++count) {
     SCOPED_TRACE(count);
     const std::vector<PointCurvature> points = Points(count);
-    Guarded mean(4 * count), gaussian(4 * count), k1(4 * count), k2(4 * count), d1(12 * count), d2(12 * count),
-        radius(4 * count), status(count);
-    SplitField(points, {mean.data(), gaussian.data(), k1.data(), k2.data(), d1.data(), d2.data(), radius.data(),
-                        status.data()});
-    EXPECT_EQ(mean.content(), Packed(points, &PointCurvature::mean));
-    EXPECT_EQ(gaussian.content(), Packed(points, &PointCurvature::gaussian));
-    EXPECT_EQ(k1.content(), Packed(points, &PointCurvature::k1));
-    EXPECT_EQ(k2.content(), Packed(points, &PointCurvature::k2));
-    EXPECT_EQ(d1.content(), Packed(points, &PointCurvature::d1));
-    EXPECT_EQ(d2.content(), Packed(points, &PointCurvature::d2));
-    EXPECT_EQ(radius.content(), Packed(points, &PointCurvature::radius));
-    EXPECT_EQ(status.content(), Packed(points, &PointCurvature::status));
-    for (const Guarded* array : {&mean, &gaussian, &k1, &k2, &d1, &d2, &radius, &status}) EXPECT_TRUE(array->whole());
+    std::vector<Guarded> arrays;
+    ColumnPlaces places{};
+    for (const Column& column : kColumns) arrays.emplace_back(count * column.bytes());
+    for (size_t i = 0; i < kColumnCount; ++i) places[i] = arrays[i].data();
+    SplitField(points, places);
+    for (size_t i = 0; i < kColumnCount; ++i) {
+      EXPECT_EQ(arrays[i].content(), Packed(points, kColumns[i])) << kColumns[i].name;
+      EXPECT_TRUE(arrays[i].whole()) << kColumns[i].name;
+    }
   }
 }
 
 TEST(SplitFieldTest, LeavesOutWhatIsNotWanted) {
   const std::vector<PointCurvature> points = Points(6);
-  Guarded d2(12 * points.size());
-  SplitField(points, {.d2 = d2.data()});
-  EXPECT_EQ(d2.content(), Packed(points, &PointCurvature::d2));
-  EXPECT_TRUE(d2.whole());
+  for (size_t i = 0; i < kColumnCount; ++i) {
+    Guarded array(kColumns[i].bytes() * points.size());
+    ColumnPlaces places{};
+    places[i] = array.data();
+    SplitField(points, places);
+    EXPECT_EQ(array.content(), Packed(points, kColumns[i])) << kColumns[i].name;
+    EXPECT_TRUE(array.whole());
+  }
+}
+
+TEST(ColumnsTest, AreFoundByTheirNames) {
+  for (size_t i = 0; i < kColumnCount; ++i) EXPECT_EQ(ColumnIndex(kColumns[i].name), i);
+  EXPECT_EQ(ColumnIndex("curl"), kColumnCount);
+}
+
+TEST(ColumnsTest, AnUndefinedPointHasNaNInEveryFloat) {
+  const PointCurvature point = UndefinedCurvature(PointStatus::kSingularFit);
+  EXPECT_EQ(point.status, PointStatus::kSingularFit);
+  for (const float value : {point.mean, point.gaussian, point.k1, point.k2, point.d1[2], point.d2[0], point.radius}) {
+    EXPECT_TRUE(std::isnan(value));
+  }
 }
 
 }  // namespace

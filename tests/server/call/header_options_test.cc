@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "proto/result_columns.h"
 #include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
@@ -32,8 +33,7 @@ TEST(ResolveHeaderTest, GivesAnEmptyHeaderTheDocumentedDefaults) {
   EXPECT_EQ(options->estimator.max_neighbor_count, 100u);
   EXPECT_EQ(options->invalid_point_policy, InvalidPointPolicy::kReject);
   EXPECT_FALSE(options->priority.has_value());
-  EXPECT_TRUE(options->quantities.mean && options->quantities.gaussian && options->quantities.principal_curvatures &&
-              options->quantities.principal_directions && options->quantities.radius);
+  for (const v1::Quantity quantity : curvature::wire::Quantities()) EXPECT_TRUE(options->quantities.Has(quantity));
 }
 
 TEST(ResolveHeaderTest, RefusesAnUnknownPriority) {
@@ -65,8 +65,8 @@ TEST(ResolveHeaderTest, TakesEveryFieldAsGiven) {
   EXPECT_EQ(options->estimator.triangle_count, 7u);
   EXPECT_EQ(options->estimator.seed, 9u);
   EXPECT_EQ(options->estimator.average_normal_weight, 0.0);
-  EXPECT_TRUE(options->quantities.radius);
-  EXPECT_FALSE(options->quantities.mean);
+  EXPECT_TRUE(options->quantities.Has(v1::QUANTITY_RADIUS));
+  EXPECT_FALSE(options->quantities.Has(v1::QUANTITY_MEAN_CURVATURE));
   EXPECT_EQ(options->invalid_point_policy, InvalidPointPolicy::kSkip);
   EXPECT_EQ(options->request_tag, "scan 7");
   EXPECT_EQ(options->priority, std::optional<JobPriority>(JobPriority::kBatch));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/error.h"
 #include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
@@ -9,15 +10,32 @@ namespace curvd {
 namespace {
 
 TEST(ExplainJobErrorTest, TellsALargeNeighborhoodFromALackOfMemory) {
-  EXPECT_TRUE(IsError(ExplainJobError(absl::ResourceExhaustedError("radius 9 gives 11 neighbors")),
+  EXPECT_TRUE(IsError(ExplainJobError(MakeCoreError(ErrorKind::kNeighborhoodTooLarge, "radius 9 gives 11 neighbors")),
                       absl::StatusCode::kResourceExhausted, kReasonNeighborhoodTooLarge, {"radius 9"}));
-  EXPECT_TRUE(IsError(ExplainJobError(absl::ResourceExhaustedError("out of memory: no pages")),
+  EXPECT_TRUE(IsError(ExplainJobError(MakeCoreError(ErrorKind::kOutOfMemory, "no pages")),
                       absl::StatusCode::kResourceExhausted, kReasonOutOfMemory, {"no pages"}));
 }
 
 TEST(ExplainJobErrorTest, AnythingElseIsADefect) {
   EXPECT_TRUE(IsError(ExplainJobError(absl::CancelledError("nobody asked")), absl::StatusCode::kInternal,
                       kReasonInternal, {"nobody asked"}));
+}
+
+TEST(ExplainJobErrorTest, ACodeAloneSaysNothing) {
+  EXPECT_TRUE(IsError(ExplainJobError(absl::ResourceExhaustedError("out of memory: somebody else's")),
+                      absl::StatusCode::kInternal, kReasonInternal, {"somebody else's"}));
+}
+
+TEST(ExplainCloudErrorTest, TellsAnInvalidPointFromALackOfMemory) {
+  EXPECT_TRUE(IsError(ExplainCloudError(MakeCoreError(ErrorKind::kInvalid, "point 7")),
+                      absl::StatusCode::kInvalidArgument, kReasonInvalidPoint, {"point 7"}));
+  EXPECT_TRUE(IsError(ExplainCloudError(MakeCoreError(ErrorKind::kOutOfMemory, "no pages")),
+                      absl::StatusCode::kResourceExhausted, kReasonOutOfMemory, {"no pages"}));
+}
+
+TEST(ExplainCloudErrorTest, LeavesNothingOfTheCoreAttached) {
+  const absl::Status status = ExplainCloudError(MakeCoreError(ErrorKind::kInvalid, "point 7"));
+  EXPECT_EQ(KindOf(status), ErrorKind::kOther);
 }
 
 }  // namespace

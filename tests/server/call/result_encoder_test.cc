@@ -23,8 +23,14 @@ PageArray<PointCurvature> Points(size_t count) {
   return points;
 }
 
+QuantitySet Only(curvature::v1::Quantity quantity) {
+  QuantitySet set = QuantitySet::None();
+  set.Add(quantity);
+  return set;
+}
+
 std::string Packed(const PageArray<PointCurvature>& points, size_t first, size_t count, const QuantitySet& quantities) {
-  const grpc::Slice message = PackResults(points, first, count, quantities);
+  const grpc::Slice message = *PackResults(points, first, count, quantities);
   return {reinterpret_cast<const char*>(message.begin()), message.size()};
 }
 
@@ -52,7 +58,8 @@ TEST(PackResultsTest, PacksEachQuantityOfThePart) {
 }
 
 TEST(PackResultsTest, LeavesOutWhatWasNotAskedFor) {
-  const curvature::v1::ResultChunk chunk = Parsed(Packed(Points(2), 0, 2, {false, true, false, false, false}));
+  const curvature::v1::ResultChunk chunk =
+      Parsed(Packed(Points(2), 0, 2, Only(curvature::v1::QUANTITY_GAUSSIAN_CURVATURE)));
   EXPECT_EQ(chunk.status().size(), 2u);
   EXPECT_EQ(chunk.gaussian_curvature().size(), 8u);
   EXPECT_TRUE(chunk.mean_curvature().empty() && chunk.k1().empty() && chunk.k2().empty() && chunk.d1().empty() &&
@@ -63,8 +70,8 @@ TEST(PackResultsTest, TheBytesAreThoseOfProtobuf) {
   const PageArray<PointCurvature> points = Points(40'000);
   for (const size_t first : {0, 1, 127, 128, 16'384, 20'000}) {
     for (const size_t count : {1, 4, 31, 32, 127, 128, 5'000, 16'384}) {
-      for (const QuantitySet& quantities : {QuantitySet(), QuantitySet{false, false, false, true, false},
-                                            QuantitySet{false, false, false, false, true}}) {
+      for (const QuantitySet& quantities :
+           {QuantitySet(), Only(curvature::v1::QUANTITY_PRINCIPAL_DIRECTIONS), Only(curvature::v1::QUANTITY_RADIUS)}) {
         const std::string packed = Packed(points, first, count, quantities);
         curvature::v1::EstimateCurvatureResponse response;
         ASSERT_TRUE(response.ParseFromString(packed));
@@ -73,6 +80,20 @@ TEST(PackResultsTest, TheBytesAreThoseOfProtobuf) {
         EXPECT_EQ(response.SerializeAsString(), packed) << first << " + " << count;
       }
     }
+  }
+}
+
+TEST(PackResultsTest, EveryColumnOfTheCoreGoesIntoTheFieldOfItsName) {
+  const PageArray<PointCurvature> points = Points(3);
+  const curvature::v1::ResultChunk chunk = Parsed(Packed(points, 0, 3, QuantitySet()));
+  for (const Column& column : kColumns) {
+    const auto* field = curvature::v1::ResultChunk::descriptor()->FindFieldByName(std::string(column.name));
+    ASSERT_NE(field, nullptr) << column.name;
+    std::string expected;
+    for (size_t i = 0; i < 3; ++i) {
+      expected.append(reinterpret_cast<const char*>(&points[i]) + column.offset, column.bytes());
+    }
+    EXPECT_EQ(chunk.GetReflection()->GetString(chunk, field), expected) << column.name;
   }
 }
 

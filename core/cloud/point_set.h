@@ -1,0 +1,95 @@
+// What the points of a cloud are to an estimate: which of them get a result, where it goes, and by what number each is
+// known in a larger cloud that this one may be a part of.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/scratch_array.h"
+
+namespace curvd {
+
+enum class PointRole : uint8_t {
+  kQuery,  // gets a result
+  kHalo,   // is a neighbor of others, and gets no result
+};
+
+// Answers by a point's rank: its place in the cloud, in the order of its input, which is also the order of its ids. The
+// rank decides between equal distances. Where all points are queries, and nobody gave ids, id and slot are the rank,
+// and no memory is taken.
+//
+// Thread-compatible: const methods may run concurrently. Add may throw std::bad_alloc.
+class PointSet {
+ public:
+  PointSet() = default;
+  PointSet(PointSet&&) noexcept = default;
+  PointSet& operator=(PointSet&&) noexcept = default;
+
+  // Whether the point gets a result.
+  bool is_query(int32_t rank) const { return !has_roles_ || slots_[rank] >= 0; }
+  // What the random strategies draw by: the point's id in the whole cloud.
+  uint64_t seed_of(int32_t rank) const { return has_ids_ ? ids_[rank] : static_cast<uint64_t>(rank); }
+  // Where the point's result goes: its place among the queries. REQUIRES: is_query(rank).
+  size_t slot_of(int32_t rank) const { return static_cast<size_t>(has_roles_ ? slots_[rank] : rank); }
+
+  // Points added, and those of them that get a result.
+  size_t size() const { return size_; }
+  size_t query_count() const { return query_count_; }
+  // Whether a point may be something else than a query.
+  bool has_roles() const { return has_roles_; }
+  bool has_ids() const { return has_ids_; }
+  // The id of the last point. REQUIRES: size() > 0.
+  uint64_t last_id() const { return seed_of(static_cast<int32_t>(size_ - 1)); }
+  // Bytes held.
+  size_t bytes() const { return ids_.capacity() * sizeof(uint64_t) + slots_.capacity() * sizeof(int32_t); }
+
+  // Adds `count` queries whose ids are their ranks.
+  void AddQueries(size_t count) {
+    if (has_ids_ || has_roles_) {
+      for (size_t i = 0; i < count; ++i) Add(size_, PointRole::kQuery);
+      return;
+    }
+    size_ += count;
+    query_count_ += count;
+  }
+
+  // Adds a point. REQUIRES: id > last_id(), if there is a point.
+  void Add(uint64_t id, PointRole role) {
+    if (!has_ids_ && id != size_) NoteIds();
+    if (!has_roles_ && role != PointRole::kQuery) NoteRoles();
+    if (has_ids_) {
+      ids_.Reserve(size_ + 1);
+      ids_[size_] = id;
+    }
+    if (has_roles_) {
+      slots_.Reserve(size_ + 1);
+      slots_[size_] = role == PointRole::kQuery ? static_cast<int32_t>(query_count_) : kNoSlot;
+    }
+    ++size_;
+    query_count_ += role == PointRole::kQuery ? 1 : 0;
+  }
+
+ private:
+  static constexpr int32_t kNoSlot = -1;
+
+  // Writes down what went without saying.
+  void NoteIds() {
+    ids_.Reserve(size_ + 1);
+    for (size_t i = 0; i < size_; ++i) ids_[i] = i;
+    has_ids_ = true;
+  }
+  void NoteRoles() {
+    slots_.Reserve(size_ + 1);
+    for (size_t i = 0; i < size_; ++i) slots_[i] = static_cast<int32_t>(i);
+    has_roles_ = true;
+  }
+
+  size_t size_ = 0;
+  size_t query_count_ = 0;
+  bool has_ids_ = false;
+  bool has_roles_ = false;
+  ScratchArray<uint64_t> ids_;   // by rank
+  ScratchArray<int32_t> slots_;  // by rank; kNoSlot for halo
+};
+
+}  // namespace curvd

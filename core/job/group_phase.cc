@@ -1,0 +1,66 @@
+#include "core/job/group_phase.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace curvd {
+namespace {
+
+class GroupBlocks final : public Phase {
+ public:
+  GroupBlocks(GroupPhase groups, const SpatialIndex& index, ScratchSet& scratch, std::atomic<size_t>* points_done)
+      : groups_(std::move(groups)), index_(index), scratch_(scratch), points_done_(points_done) {}
+
+  std::string_view name() const override { return groups_.name; }
+
+  absl::StatusOr<size_t> Begin() override {
+    if (groups_.begin) {
+      if (absl::Status status = groups_.begin(); !status.ok()) return status;
+    }
+    return (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock;
+  }
+
+  absl::Status RunBlock(const BlockContext& context) override {
+    WorkerScratch& scratch = scratch_.of(context.worker);
+    const size_t first = context.block * kGroupsPerBlock;
+    const size_t last = std::min(first + kGroupsPerBlock, index_.group_count());
+    for (size_t group = first; group < last; ++group) {
+      if (context.stopped.load(std::memory_order_relaxed)) return absl::OkStatus();
+      if (absl::Status status = groups_.run(group, scratch); !status.ok()) return status;
+    }
+    if (points_done_ != nullptr) *points_done_ += PointsBefore(last) - PointsBefore(first);
+    return absl::OkStatus();
+  }
+
+ private:
+  size_t PointsBefore(size_t group) const { return std::min(group * SpatialIndex::kGroupPoints, index_.point_count()); }
+
+  const GroupPhase groups_;
+  const SpatialIndex& index_;
+  ScratchSet& scratch_;
+  std::atomic<size_t>* const points_done_;
+};
+
+}  // namespace
+
+WorkerScratch& ScratchSet::of(int worker) {
+  std::unique_ptr<WorkerScratch>& scratch = scratch_[worker];
+  if (scratch == nullptr) scratch = run_.MakeScratch();
+  return *scratch;
+}
+
+std::array<uint64_t, kPointStatusEnd> ScratchSet::status_counts() const {
+  std::array<uint64_t, kPointStatusEnd> counts{};
+  for (const auto& scratch : scratch_) {
+    if (scratch == nullptr) continue;
+    for (int status = 0; status < kPointStatusEnd; ++status) counts[status] += scratch->status_counts[status];
+  }
+  return counts;
+}
+
+std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, ScratchSet& scratch,
+                                      std::atomic<size_t>* points_done) {
+  return std::make_unique<GroupBlocks>(std::move(groups), index, scratch, points_done);
+}
+
+}  // namespace curvd

@@ -1,0 +1,179 @@
+#include "core/cloud/point_set.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "core/cloud/cloud.h"
+#include "core/job/estimation_job.h"
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+TEST(PointSetTest, QueriesAloneTakeNoMemory) {
+  PointSet set;
+  set.AddQueries(1'000'000);
+  set.Add(1'000'000, PointRole::kQuery);
+  EXPECT_EQ(set.bytes(), 0u);
+  EXPECT_EQ(set.query_count(), 1'000'001u);
+  EXPECT_TRUE(set.is_query(77));
+  EXPECT_EQ(set.seed_of(77), 77u);
+  EXPECT_EQ(set.slot_of(77), 77u);
+}
+
+TEST(PointSetTest, SlotsCountTheQueries) {
+  PointSet set;
+  set.AddQueries(2);
+  set.Add(2, PointRole::kHalo);
+  set.Add(3, PointRole::kQuery);
+  EXPECT_EQ(set.query_count(), 3u);
+  EXPECT_FALSE(set.is_query(2));
+  EXPECT_EQ(set.slot_of(1), 1u);
+  EXPECT_EQ(set.slot_of(3), 2u);
+  EXPECT_FALSE(set.has_ids());
+}
+
+TEST(PointSetTest, IdsNeedNotBeDense) {
+  PointSet set;
+  set.AddQueries(1);
+  set.Add(uint64_t{1} << 40, PointRole::kQuery);
+  EXPECT_EQ(set.seed_of(0), 0u);
+  EXPECT_EQ(set.seed_of(1), uint64_t{1} << 40);
+  EXPECT_EQ(set.slot_of(1), 1u);
+  const PointSet moved = std::move(set);
+  EXPECT_EQ(moved.last_id(), uint64_t{1} << 40);
+}
+
+template <typename T>
+std::string_view Bytes(const std::vector<T>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+// `points` with the ids `first_id`, `first_id` + 1, ...; the roles are all queries where `roles` is empty.
+Cloud PartOf(const TestPoints& points, uint64_t first_id, const std::vector<PointRole>& roles) {
+  std::vector<uint64_t> ids(points.size());
+  for (size_t i = 0; i < ids.size(); ++i) ids[i] = first_id + i;
+  Cloud cloud(ScalarType::kFloat32, InvalidPointPolicy::kSkip);
+  cloud.Expect(points.size());
+  EXPECT_TRUE(cloud.AppendPart(Bytes(points.positions), Bytes(points.normals), ids, roles).ok());
+  EXPECT_TRUE(cloud.Finish().ok());
+  return cloud;
+}
+
+bool SameValues(const PointCurvature& a, const PointCurvature& b) {
+  return a.status == b.status && a.mean == b.mean && a.gaussian == b.gaussian && a.k1 == b.k1 && a.k2 == b.k2 &&
+         a.d1 == b.d1 && a.d2 == b.d2 && a.radius == b.radius;
+}
+
+constexpr std::string_view kEstimators[] = {"avg-hexagram", "hexagram", "uniform", "independent",
+                                            "delaunay",     "jet",      "aso"};
+
+TEST(PointSetTest, HaloPointsChangeNoByteOfAQuery) {
+  const TestPoints points = Sphere(6'000, 1.0);
+  std::vector<PointRole> roles;
+  for (size_t i = 0; i < points.size(); ++i) roles.push_back(i % 3 == 0 ? PointRole::kQuery : PointRole::kHalo);
+  for (const std::string_view estimator : kEstimators) {
+    EstimatorOptions options;
+    options.estimator = estimator;
+    const EstimationResult whole = MustEstimate(points.ToCloud(), options);
+    const EstimationResult part = MustEstimate(PartOf(points, 0, roles), options);
+    ASSERT_EQ(part.field.points.size(), 2'000u);
+    EXPECT_EQ(part.field.status_counts[static_cast<size_t>(PointStatus::kOk)], 2'000u);
+    for (size_t i = 0; i < 2'000; ++i) {
+      ASSERT_TRUE(SameValues(part.field.points[i], whole.field.points[3 * i]))
+          << "estimator " << estimator << ", query " << i;
+    }
+  }
+}
+
+TEST(PointSetTest, IdsSeedTheRandomStrategies) {
+  const TestPoints points = Sphere(2'000, 1.0);
+  for (const std::string_view estimator : kEstimators) {
+    EstimatorOptions options;
+    options.estimator = estimator;
+    const bool is_random = estimator == "uniform" || estimator == "independent";
+    const EstimationResult whole = MustEstimate(points.ToCloud(), options);
+    const EstimationResult same = MustEstimate(PartOf(points, 0, {}), options);
+    const EstimationResult other = MustEstimate(PartOf(points, uint64_t{1} << 40, {}), options);
+    for (size_t i = 0; i < points.size(); ++i) {
+      ASSERT_TRUE(SameValues(same.field.points[i], whole.field.points[i]));
+      ASSERT_EQ(SameValues(other.field.points[i], whole.field.points[i]), !is_random) << estimator;
+    }
+  }
+}
+
+TEST(PointSetTest, ACutPartGivesTheValuesOfTheWholeToRounding) {
+  // A spiral from pole to pole: the first half is a cap, whose inner points have all of their neighbors.
+  const TestPoints points = Sphere(20'000, 1.0);
+  TestPoints cap;
+  cap.positions.assign(points.positions.begin(), points.positions.begin() + 10'000);
+  cap.normals.assign(points.normals.begin(), points.normals.begin() + 10'000);
+  std::vector<PointRole> roles(10'000, PointRole::kQuery);
+  std::fill(roles.begin() + 9'000, roles.end(), PointRole::kHalo);
+  const EstimationResult whole = MustEstimate(points.ToCloud(), {});
+  const EstimationResult part = MustEstimate(PartOf(cap, 0, roles), {});
+  ASSERT_EQ(part.field.points.size(), 9'000u);
+  for (size_t i = 0; i < 9'000; ++i) {
+    // Sums run in the order of the tree, which is another one for the part: equal to float rounding of 50 terms.
+    ASSERT_NEAR(part.field.points[i].mean, whole.field.points[i].mean, 1e-4f);
+    ASSERT_EQ(part.field.points[i].radius, whole.field.points[i].radius);
+  }
+}
+
+TEST(PointSetTest, OnlyQueriesAreCounted) {
+  TestPoints points = Sphere(1'000, 1.0);
+  points.normals[0] = points.normals[1] = points.normals[2] = {0, 0, 0};
+  std::vector<PointRole> roles(1'000, PointRole::kQuery);
+  roles[1] = roles[7] = PointRole::kHalo;
+  const EstimationResult result = MustEstimate(PartOf(points, 5, roles), {});
+  ASSERT_EQ(result.field.points.size(), 998u);
+  EXPECT_EQ(result.field.points[0].status, PointStatus::kInvalidInput);
+  EXPECT_EQ(result.field.points[1].status, PointStatus::kInvalidInput);
+  EXPECT_EQ(result.field.points[2].status, PointStatus::kOk);
+  EXPECT_EQ(result.field.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)], 2u);
+  EXPECT_EQ(result.field.status_counts[static_cast<size_t>(PointStatus::kOk)], 996u);
+}
+
+TEST(CloudTest, RefusesIdsThatDoNotAscend) {
+  const TestPoints points = Sphere(3, 1.0);
+  const auto append = [&](std::vector<uint64_t> ids) {
+    Cloud cloud;
+    return cloud.AppendPart(Bytes(points.positions), Bytes(points.normals), ids);
+  };
+  EXPECT_TRUE(append({0, 5, 9}).ok());
+  for (const std::vector<uint64_t>& ids : {std::vector<uint64_t>{3, 3, 4}, {3, 2, 1}, {1, 2}}) {
+    EXPECT_EQ(KindOf(append(ids)), ErrorKind::kInvalid);
+  }
+}
+
+TEST(CloudTest, WithoutNormalsIsIndexedAndRefusedByWhatNeedsThem) {
+  const TestPoints points = Sphere(3'000, 1.0);
+  const auto bare = [&](bool expected) {
+    Cloud cloud(ScalarType::kFloat32, InvalidPointPolicy::kReject, NormalsInput::kAbsent);
+    if (expected) cloud.Expect(points.size());
+    EXPECT_TRUE(cloud.Append(Bytes(points.positions), {}).ok());
+    EXPECT_EQ(KindOf(cloud.Append({}, "x")), ErrorKind::kInvalid);
+    EXPECT_TRUE(cloud.Finish().ok());
+    return cloud;
+  };
+  EXPECT_EQ(bare(true).bytes(), 3'000 * sizeof(PointRecord));
+  const SpatialIndex with = BuildIndex(points.ToCloud());
+  for (const bool expected : {true, false}) {
+    const SpatialIndex without = BuildIndex(bare(expected));
+    EXPECT_FALSE(without.has_normals());
+    EXPECT_LT(without.bytes(), with.bytes());
+    for (size_t leaf = 0; leaf < with.leaf_count(); ++leaf) {
+      for (int i = 0; i < with.LeafPoints(leaf); ++i) {
+        ASSERT_EQ(without.positions(leaf).id[i], with.positions(leaf).id[i]);
+        ASSERT_EQ(without.positions(leaf).x[i], with.positions(leaf).x[i]);
+      }
+    }
+  }
+  WorkerPool pool(2);
+  const absl::Status status = EstimateCurvature(bare(true), {}, pool).status();
+  EXPECT_EQ(KindOf(status), ErrorKind::kInvalid);
+  EXPECT_NE(status.message().find("avg-hexagram"), std::string::npos) << status;
+}
+
+}  // namespace
+}  // namespace curvd::testing
