@@ -72,6 +72,21 @@ TEST(WorkerPoolTest, InteractiveJobsGoFirstButDoNotStarveBatches) {
   EXPECT_NE(order.find('b'), std::string::npos) << order;
 }
 
+TEST(WorkerPoolTest, AnotherCallerGoesBeforeTheJobsOfOneThatHasHadItsTurn) {
+  WorkerPool pool(1);
+  std::latch gate(1), done(1);
+  std::string order;
+  pool.Submit(
+      JobPriority::kBatch, 1, [&](size_t, int) { gate.wait(); }, [] {}, nullptr, 1);
+  pool.Submit(
+      JobPriority::kBatch, 1, [&](size_t, int) { order += 'a'; }, [&] { done.count_down(); }, nullptr, 1);
+  pool.Submit(
+      JobPriority::kBatch, 1, [&](size_t, int) { order += 'b'; }, [] {}, nullptr, 2);
+  gate.count_down();
+  done.wait();
+  EXPECT_EQ(order, "ba");
+}
+
 TEST(WorkerPoolTest, LeavesOutTheRestOfAStoppedJobInItsNextTurn) {
   WorkerPool pool(1);
   std::latch gate(1), done(1);
