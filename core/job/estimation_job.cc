@@ -24,11 +24,13 @@ constexpr size_t kBlockPoints = kGroupsPerBlock * SpatialIndex::kGroupPoints;
 // holds.
 class PhasedJob final : public EstimationJob, public std::enable_shared_from_this<PhasedJob> {
  public:
-  PhasedJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, Callback callback)
+  PhasedJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, CallerKey caller,
+            Callback callback)
       : cloud_(std::move(cloud)),
         options_(options),
         pool_(pool),
         priority_(priority),
+        caller_(caller),
         callback_(std::move(callback)),
         started_(Clock::now()) {}
 
@@ -71,7 +73,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
           self->MarkStarted();
           if (!self->cancelled_) self->builder_->RunBlock(block);
         },
-        [self = shared_from_this()] { self->EndIndexPhase(); }, &cancelled_);
+        [self = shared_from_this()] { self->EndIndexPhase(); }, &cancelled_, caller_);
   }
 
   void EndIndexPhase() {
@@ -92,7 +94,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
         [self = shared_from_this()] {
           if (--self->open_parts_ == 0) self->EndTree();
         },
-        &cancelled_);
+        &cancelled_, caller_);
   }
 
   void EndTree() { cancelled_ ? Finish(IndexCancelled()) : StartEstimation(); }
@@ -121,7 +123,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
         [self = shared_from_this()](size_t block, int) {
           if (!self->cancelled_) self->Fill(block * kFillPoints, PointStatus::kInvalidInput);
         },
-        [self = shared_from_this()] { self->EstimateField(); }, &cancelled_);
+        [self = shared_from_this()] { self->EstimateField(); }, &cancelled_, caller_);
   }
 
   void EstimateField() {
@@ -141,7 +143,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     pool_.Submit(
         priority_, (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock,
         [self = shared_from_this(), run](size_t block, int worker) { ((*self).*run)(block, worker); },
-        [self = shared_from_this(), done] { ((*self).*done)(); }, &cancelled_);
+        [self = shared_from_this(), done] { ((*self).*done)(); }, &cancelled_, caller_);
   }
 
   size_t EndGroup(size_t block) const { return std::min((block + 1) * kGroupsPerBlock, index_.group_count()); }
@@ -251,6 +253,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   const EstimatorOptions options_;
   WorkerPool& pool_;
   const JobPriority priority_;
+  const CallerKey caller_;
   Callback callback_;
   const Clock::time_point started_;
   std::atomic<bool> cancelled_ = false;
@@ -277,8 +280,8 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
 }  // namespace
 
 std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
-                                                    JobPriority priority, Callback callback) {
-  auto job = std::make_shared<PhasedJob>(std::move(cloud), options, pool, priority, std::move(callback));
+                                                    JobPriority priority, Callback callback, CallerKey caller) {
+  auto job = std::make_shared<PhasedJob>(std::move(cloud), options, pool, priority, caller, std::move(callback));
   job->Start();
   return job;
 }

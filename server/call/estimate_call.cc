@@ -24,6 +24,9 @@ JobPriority PriorityOf(const CallOptions& options, uint64_t points) {
   return points <= kInteractivePoints ? JobPriority::kInteractive : JobPriority::kBatch;
 }
 
+// Nobody, if the call is not let in.
+Caller CallerOf(const RpcAccount& account) { return account.caller().ok() ? *account.caller() : Caller(); }
+
 void Pack(const Response& response, grpc::ByteBuffer& message) {
   message.Clear();
   bool own_buffer = false;
@@ -34,7 +37,8 @@ void Pack(const Response& response, grpc::ByteBuffer& message) {
 
 EstimateCall::EstimateCall(ServiceContext& service, const RpcArrival& arrival, BidiTransport& transport)
     : BidiStream(service, RpcMethod::kEstimateCurvature, arrival, transport),
-      limits_(LimitsFor(account().caller().ok() ? *account().caller() : Caller(), service.limits)),
+      limits_(LimitsFor(CallerOf(account()), service.limits)),
+      turn_key_(TurnKey(CallerOf(account()))),
       requests_(limits_),
       responses_(kResultChunkPoints) {}
 
@@ -118,7 +122,7 @@ void EstimateCall::StartJob() {
     OnJobDone(std::move(result));
   };
   std::shared_ptr<EstimationJob> job = EstimationJob::Start(requests_.TakeCloud(), requests_.options().estimator,
-                                                            service().pool, priority, std::move(done));
+                                                            service().pool, priority, std::move(done), turn_key_);
   bool cancel = false;
   {
     MutexLock lock(mutex_);

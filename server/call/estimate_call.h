@@ -60,6 +60,7 @@ class EstimateCall final : public BidiStream {
   void NoteJobSeconds(const JobProgress& job) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const CallLimits limits_;  // the caller's
+  const uint64_t turn_key_;  // the caller's
 
   RequestSession requests_;                   // of the reading chain
   std::atomic<uint64_t> points_received_{0};  // written by the reading chain
