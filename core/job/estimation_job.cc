@@ -16,9 +16,17 @@
 namespace curvd {
 namespace {
 
-constexpr size_t kGroupsPerBlock = 16;   // about 1,000 points: under a millisecond at K = 50
+// At most about 1,000 points a block, which take under a millisecond at K = 50; fewer where a point costs more, since
+// others wait for the end of a block.
+constexpr size_t kGroupsPerBlock = 16;
+constexpr size_t kNeighborsPerBlock = kGroupsPerBlock * 64;  // neighbors of one point, times groups
+constexpr size_t kGroupsPerRadiusBlock = 4;                  // nobody knows how many neighbors there will be
 constexpr size_t kFillPoints = 100'000;  // a few milliseconds, most of them for the system's fresh pages
-constexpr size_t kBlockPoints = kGroupsPerBlock * SpatialIndex::kGroupPoints;
+
+size_t GroupsPerBlock(const EstimationPlan& plan) {
+  if (plan.by_radius) return kGroupsPerRadiusBlock;
+  return std::clamp<size_t>(kNeighborsPerBlock / std::max<size_t>(plan.searched_count, 1), 1, kGroupsPerBlock);
+}
 
 // The job as a chain of phases on the pool; each phase's end starts the next. Kept alive by the functions that the pool
 // holds.
@@ -110,6 +118,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
     field_.points = *std::move(points);
     cost_.peak_bytes = index_.bytes() + std::max(cloud_bytes, field_.points.bytes());
     plan_ = EstimationPlan::Make(options_, index_);
+    groups_per_block_ = GroupsPerBlock(plan_);
     estimating_since_ = SecondsSinceStart();
     phase_ = JobPhase::kEstimating;
     field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_;
@@ -141,12 +150,13 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   // Submits `run` for each block of groups, and `done` after them.
   void SubmitBlocks(void (PhasedJob::*run)(size_t block, int worker), void (PhasedJob::*done)()) {
     pool_.Submit(
-        priority_, (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock,
+        priority_, (index_.group_count() + groups_per_block_ - 1) / groups_per_block_,
         [self = shared_from_this(), run](size_t block, int worker) { ((*self).*run)(block, worker); },
         [self = shared_from_this(), done] { ((*self).*done)(); }, &cancelled_, caller_);
   }
 
-  size_t EndGroup(size_t block) const { return std::min((block + 1) * kGroupsPerBlock, index_.group_count()); }
+  size_t BlockPoints() const { return groups_per_block_ * SpatialIndex::kGroupPoints; }
+  size_t EndGroup(size_t block) const { return std::min((block + 1) * groups_per_block_, index_.group_count()); }
 
   void BuildRims() {
     auto umbrellas = PageArray<Umbrella>::Create(index_.leaf_count() * SpatialIndex::kLeafSize);
@@ -159,7 +169,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   }
 
   void BuildRimBlock(size_t block, int worker) {
-    for (size_t group = block * kGroupsPerBlock; group < EndGroup(block) && !cancelled_; ++group) {
+    for (size_t group = block * groups_per_block_; group < EndGroup(block) && !cancelled_; ++group) {
       BuildUmbrellas(index_, umbrella_plan_, group, scratch_[worker], umbrellas_.data());
     }
   }
@@ -172,7 +182,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   void CountOccurrenceBlock(size_t block, int) {
     if (cancelled_) return;
     const size_t last = std::min(EndGroup(block) * SpatialIndex::kGroupPoints, index_.point_count());
-    CountOccurrences(umbrellas_.data(), block * kBlockPoints, last);
+    CountOccurrences(umbrellas_.data(), block * BlockPoints(), last);
   }
 
   void EndUmbrellas() {
@@ -186,13 +196,13 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   void EstimateBlocks() { SubmitBlocks(&PhasedJob::EstimateBlock, &PhasedJob::EndEstimation); }
 
   void EstimateBlock(size_t block, int worker) {
-    for (size_t group = block * kGroupsPerBlock; group < EndGroup(block); ++group) {
+    for (size_t group = block * groups_per_block_; group < EndGroup(block); ++group) {
       if (cancelled_ || oversized_point_ >= 0) return;
       const OversizedNeighborhood oversized =
           EstimateGroup(index_, plan_, group, scratch_[worker], field_.points.data());
       if (oversized.point_id >= 0) oversized_point_ = oversized.point_id;
     }
-    estimated_ += std::min(kBlockPoints, index_.point_count() - block * kBlockPoints);
+    estimated_ += std::min(BlockPoints(), index_.point_count() - block * BlockPoints());
   }
 
   void EndEstimation() {
@@ -269,6 +279,7 @@ class PhasedJob final : public EstimationJob, public std::enable_shared_from_thi
   SpatialIndex index_;
   EstimationPlan plan_{};
   EstimationPlan umbrella_plan_{};
+  size_t groups_per_block_ = kGroupsPerBlock;
   PageArray<Umbrella> umbrellas_;      // Delaunay only
   std::vector<GroupScratch> scratch_;  // one a worker
   CurvatureField field_;
