@@ -222,6 +222,7 @@ CurvatureServer::Running::~Running() {
 }
 
 void CurvatureServer::Running::Tick(Ticker::Clock::time_point now) {
+  context_.admission.Tick();
   for (const auto& stream : context_.gate.open_streams()) stream->Tick(now);
   ReturnUnusedPages();
 }

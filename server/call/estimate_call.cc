@@ -58,7 +58,8 @@ void EstimateCall::Receive(grpc::ByteBuffer& message) {
 void EstimateCall::AcceptHeader() {
   const CallOptions& options = requests_.options();
   account().record().request_tag = options.request_tag;
-  auto reservation = service().admission.Enter(options.point_count, options.scalar_type, options.estimator.estimator);
+  auto reservation =
+      service().admission.Enter(options.point_count, options.scalar_type, options.estimator.estimator, turn_key_);
   if (!reservation.ok()) return End(reservation.status());
   {
     MutexLock lock(mutex_);

@@ -37,16 +37,16 @@ TEST(AdmissionTest, ReservesLittleForLittleClouds) {
 
 TEST(AdmissionTest, RefusesACloudThatCouldNeverFit) {
   Admission admission(64 * kMiB, 4 * kMiB, 10);
-  EXPECT_TRUE(IsError(admission.Enter(10'000'000, ScalarType::kFloat32, kHexagram).status(),
+  EXPECT_TRUE(IsError(admission.Enter(10'000'000, ScalarType::kFloat32, kHexagram, 0).status(),
                       absl::StatusCode::kResourceExhausted, kReasonMemoryLimit,
                       {"header.point_count", "10000000", absl::StrCat(56 * kMiB), "memory_limit"}));
 }
 
 TEST(AdmissionTest, SmallCallsDoNotWaitForLargeOnes) {
   Admission admission(1024 * kMiB, 4 * kMiB, 10);
-  auto large = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram);
-  auto second = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram);
-  auto small = admission.Enter(10'000, ScalarType::kFloat32, kHexagram);
+  auto large = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram, 0);
+  auto second = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram, 0);
+  auto small = admission.Enter(10'000, ScalarType::kFloat32, kHexagram, 0);
   ASSERT_TRUE(large.ok() && second.ok() && small.ok());
   const uint64_t bytes = admission.CallBytes(8'000'000, ScalarType::kFloat32, kHexagram, false);
   EXPECT_TRUE(*(*large)->GrowTo(bytes, MustNotAnswer));
