@@ -224,12 +224,15 @@ MemoryBudget::Reservation::~Reservation() {
   ShrinkTo(0);
 }
 
-absl::StatusOr<bool> MemoryBudget::Reservation::GrowTo(uint64_t bytes, std::function<void(absl::Status)> answer) {
+absl::StatusOr<bool> MemoryBudget::Reservation::GrowTo(uint64_t bytes, uint64_t needed_now,
+                                                       std::function<void(absl::Status)> answer) {
   Answers answers;
   absl::StatusOr<bool> granted = false;
   {
     MutexLock lock(budget_.mutex_);
     if (abandoned_) return absl::CancelledError("the call has ended");
+    needed_ = needed_now;
+    if (has_lent_) bytes = needed_now;
     if (bytes <= held_) return true;
     if (bytes > budget_.limit_) {
       return Exhausted(kReasonMemoryLimit, "memory of this call", absl::StrCat(bytes, " bytes"),
@@ -254,21 +257,36 @@ absl::StatusOr<bool> MemoryBudget::Reservation::GrowTo(uint64_t bytes, std::func
   return granted;
 }
 
+MemoryBudget::Answers MemoryBudget::Reservation::Shrink(uint64_t bytes) {
+  Account& account = budget_.accounts_[caller_];
+  budget_.Settle(account, budget_.now_());
+  budget_.reserved_ -= held_ - bytes;
+  account.held -= held_ - bytes;
+  held_ = bytes;
+  if (held_ == 0) {
+    --budget_.active_holders_;
+    budget_.Leave(caller_);
+  }
+  return budget_.Serve();
+}
+
 void MemoryBudget::Reservation::ShrinkTo(uint64_t bytes) {
   Answers answers;
   {
     MutexLock lock(budget_.mutex_);
     if (bytes >= held_) return;
-    Account& account = budget_.accounts_[caller_];
-    budget_.Settle(account, budget_.now_());
-    budget_.reserved_ -= held_ - bytes;
-    account.held -= held_ - bytes;
-    held_ = bytes;
-    if (held_ == 0) {
-      --budget_.active_holders_;
-      budget_.Leave(caller_);
-    }
-    answers = budget_.Serve();
+    answers = Shrink(bytes);
+  }
+  Give(std::move(answers));
+}
+
+void MemoryBudget::Reservation::Lend() {
+  Answers answers;
+  {
+    MutexLock lock(budget_.mutex_);
+    if (waits_ || needed_ >= held_ || !budget_.AnyWaits()) return;
+    has_lent_ = true;
+    answers = Shrink(needed_);
   }
   Give(std::move(answers));
 }

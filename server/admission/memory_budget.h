@@ -120,7 +120,17 @@ class MemoryBudget::Reservation {
   // - QUEUE_FULL, with a time to wait: too many wait already; also as an answer, if others came who had fewer places.
   // - MEMORY_BUSY, with a time to wait: all holders wait for more.
   // And CANCELLED after Abandon.
-  absl::StatusOr<bool> GrowTo(uint64_t bytes, std::function<void(absl::Status)> answer);
+  //
+  // `needed_now`, at most `bytes`, is what the call needs for now; what it has beyond that may be lent (see Lend). Once
+  // it was, the share grows no further than it is needed.
+  // DEFAULT of needed_now: bytes.
+  absl::StatusOr<bool> GrowTo(uint64_t bytes, std::function<void(absl::Status)> answer) {
+    return GrowTo(bytes, bytes, std::move(answer));
+  }
+  absl::StatusOr<bool> GrowTo(uint64_t bytes, uint64_t needed_now, std::function<void(absl::Status)> answer);
+  // Gives back what is not needed now, if others wait for memory and this call does not. From then on the call has to
+  // wait for its turn whenever it needs more, as one does whose size nobody knows.
+  void Lend();
   // Gives back what is above `bytes`.
   void ShrinkTo(uint64_t bytes);
   // The call has ended: stops waiting, and never waits again, for the end may come right before GrowTo. An answer that
@@ -132,11 +142,16 @@ class MemoryBudget::Reservation {
  private:
   friend class MemoryBudget;
 
+  // Shrinks to `bytes` and returns the answers to be given. REQUIRES: the budget's mutex is held, bytes < held_.
+  Answers Shrink(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(budget_.mutex_);
+
   // Guarded by the budget's mutex.
   MemoryBudget& budget_;
   const uint64_t caller_;
   uint64_t held_ = 0;
   uint64_t wanted_ = 0;
+  uint64_t needed_ = 0;
+  bool has_lent_ = false;
   uint64_t arrival_ = 0;
   bool abandoned_ = false;
   bool waits_ = false;
