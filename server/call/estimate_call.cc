@@ -240,12 +240,12 @@ bool EstimateCall::IsMissed() {
   return reservation != nullptr && reservation->IsMissed();
 }
 
-void EstimateCall::OnTick(bool is_writing) {
+void EstimateCall::OnTick(Clock::time_point now, bool is_writing) {
   {
     MutexLock lock(mutex_);
     responses_.SetProgressDue(!is_writing);
   }
-  if (const auto reservation = ReservationOfSlowSender(Clock::now())) reservation->Lend();
+  if (const auto reservation = ReservationOfSlowSender(now)) reservation->Lend();
 }
 
 std::shared_ptr<MemoryBudget::Reservation> EstimateCall::ReservationOfSlowSender(Clock::time_point now) {

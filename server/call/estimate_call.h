@@ -55,7 +55,7 @@ class EstimateCall final : public BidiStream {
 
   // The end, and what happens beside the chains.
   bool IsMissed() override;
-  void OnTick(bool is_writing) override;
+  void OnTick(Clock::time_point now, bool is_writing) override;
   void Stop() override;
   void CompleteRecord(CallRecord& record) override;
   // The reservation, if the rest of the cloud comes so slowly that its memory is not needed soon; else null.

@@ -142,7 +142,7 @@ void BidiStream::Tick(Clock::time_point now) {
     is_writing = state_.is_writing();
   }
   if (stall != StreamState::Stall::kNone) return EndStalled(stall);
-  OnTick(is_writing);
+  OnTick(now, is_writing);
   WriteNext();
 }
 

@@ -79,8 +79,8 @@ class BidiStream : public OpenStream, public std::enable_shared_from_this<BidiSt
   virtual Made MakeMessage(grpc::ByteBuffer& message) = 0;
   // Whether other calls wait for what this one holds. A peer must then keep up the pace of PeerPace.
   virtual bool IsMissed() { return false; }
-  // Five times a second; `is_writing`: a message is on its way, or being made.
-  virtual void OnTick(bool is_writing) = 0;
+  // Five times a second, with the time; `is_writing`: a message is on its way, or being made.
+  virtual void OnTick(Clock::time_point now, bool is_writing) = 0;
   // The stream has its outcome: stops what goes on for it. Called once; no status goes out before it returns.
   virtual void Stop() = 0;
   // The call is over. Completes account().record(). Called once, after all else but callbacks of the protocol's own.

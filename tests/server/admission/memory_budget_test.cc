@@ -367,6 +367,42 @@ TEST_F(MemoryBudgetTurnsTest, TellsWhoHoldsMemoryWhetherItIsMissed) {
   EXPECT_FALSE(holder->IsMissed());
 }
 
+TEST_F(MemoryBudgetTurnsTest, LendsWhatIsNotNeededNowToThoseWhoWait) {
+  auto holder = Make(kAlice);
+  ASSERT_TRUE(*holder->GrowTo(90, 10, MustNotAnswer));
+  holder->Lend();
+  EXPECT_EQ(budget_.reserved(), 90u) << "nobody waits";
+  Answer bob;
+  auto waiting = Wait(kBob, 60, bob);
+  holder->Lend();
+  EXPECT_EQ(bob.count, 1);
+  EXPECT_EQ(budget_.reserved(), 70u);
+}
+
+TEST_F(MemoryBudgetTurnsTest, WhoHasLentGrowsOnlyAsItNeedsAndWaitsForItsTurn) {
+  auto holder = Make(kAlice);
+  ASSERT_TRUE(*holder->GrowTo(90, 10, MustNotAnswer));
+  Answer bob, alice;
+  auto other = Wait(kBob, 60, bob);
+  holder->Lend();
+  ASSERT_TRUE(*holder->GrowTo(90, 40, MustNotAnswer));
+  EXPECT_EQ(budget_.reserved(), 100u);
+  EXPECT_FALSE(*holder->GrowTo(90, 50, alice.callback()));
+  other.reset();
+  EXPECT_EQ(alice.count, 1);
+  EXPECT_EQ(budget_.reserved(), 50u);
+  EXPECT_TRUE(*holder->GrowTo(90, 90, MustNotAnswer)) << "all of it is needed at last";
+}
+
+TEST_F(MemoryBudgetTurnsTest, WhoNeedsAllThatItHoldsLendsNothing) {
+  auto holder = Hold(kAlice, 90);
+  Answer bob;
+  auto waiting = Wait(kBob, 60, bob);
+  holder->Lend();
+  EXPECT_EQ(bob.count, 0);
+  EXPECT_EQ(budget_.reserved(), 90u);
+}
+
 TEST(MemoryBudgetTest, ManyThreadsNeverExceedTheLimitAndAllGetTheirTurn) {
   constexpr uint64_t kLimit = 1000;
   MemoryBudget budget(kLimit, 1000);
