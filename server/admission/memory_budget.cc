@@ -145,7 +145,8 @@ bool MemoryBudget::MayPass(const Reservation& next, Reservation& other) {
 
 bool MemoryBudget::ServeGrower(Answers& answers) {
   const auto next = std::min_element(growers_.begin(), growers_.end(),
-                                     [this](const auto* a, const auto* b) { return IsBefore(*a, *b); });
+                                     [this](const auto* a, const auto* b)
+                                         ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return IsBefore(*a, *b); });
   if (next == growers_.end() || !Fits(**next)) return false;
   Reservation& reservation = **next;
   Dequeue(reservation);
@@ -159,11 +160,14 @@ bool MemoryBudget::ServeNewcomer(Answers& answers) {
   for (const auto& [caller, account] : accounts_) {
     if (!account.newcomers.empty()) heads.push_back(account.newcomers.front());
   }
-  std::sort(heads.begin(), heads.end(), [this](const auto* a, const auto* b) { return IsBefore(*a, *b); });
+  std::sort(heads.begin(), heads.end(),
+            [this](const auto* a, const auto* b) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return IsBefore(*a, *b); });
   for (Reservation* next : heads) {
     if (!Fits(*next)) continue;
-    const bool may_go = std::all_of(heads.begin(), heads.end(),
-                                    [&](Reservation* other) { return other == next || MayPass(*next, *other); });
+    const bool may_go =
+        std::all_of(heads.begin(), heads.end(), [&](Reservation* other) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+          return other == next || MayPass(*next, *other);
+        });
     if (!may_go) continue;
     for (Reservation* other : heads) {
       if (other != next && Overtakes(*next, *other)) other->claim_->CountPassed(next->wanted_);
@@ -179,10 +183,11 @@ bool MemoryBudget::ServeNewcomer(Answers& answers) {
 
 void MemoryBudget::RefuseOneOfAllHolders(Answers& answers) {
   if (active_holders_ > 0 || growers_.empty()) return;
-  Reservation& victim = **std::max_element(growers_.begin(), growers_.end(), [this](const auto* a, const auto* b) {
-    const uint64_t of_a = accounts_.at(a->caller_).held, of_b = accounts_.at(b->caller_).held;
-    return of_a != of_b ? of_a < of_b : a->arrival_ < b->arrival_;
-  });
+  Reservation& victim = **std::max_element(
+      growers_.begin(), growers_.end(), [this](const auto* a, const auto* b) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+        const uint64_t of_a = accounts_.at(a->caller_).held, of_b = accounts_.at(b->caller_).held;
+        return of_a != of_b ? of_a < of_b : a->arrival_ < b->arrival_;
+      });
   Refuse(victim,
          Exhausted(kReasonMemoryBusy, "memory of this call", absl::StrCat(victim.wanted_, " bytes"),
                    absl::StrCat("at most ", limit_ - reserved_ + victim.held_,
