@@ -303,26 +303,39 @@ TEST_F(MemoryBudgetTurnsTest, NobodyStarvesBesideAStreamOfSmallCalls) {
 }
 
 TEST_F(MemoryBudgetTurnsTest, WhoComesLateHasNoMoreRightThanThoseWhoWereServed) {
-  std::list<Answer> answers;
-  std::list<std::unique_ptr<Reservation>> alice, bob;
-  for (int i = 0; i < 2; ++i) alice.push_back(Hold(kAlice, 50));
-  const auto wait = [&](uint64_t caller, auto& list) {
-    list.push_back(Make(caller));
-    answers.emplace_back();
-    EXPECT_FALSE(*list.back()->GrowTo(50, answers.back().callback()));
-    return &answers.back();
-  };
-  wait(kAlice, alice);
+  // Carol waits for her own call, so that somebody waits all the time.
+  auto carols = Hold(kCarol, 1);
+  Answer carol, alice[2], bob[2];
+  auto waiting = Wait(kCarol, 100, carol);
+  auto first = Hold(kAlice, 99);
+  auto second = Wait(kAlice, 99, alice[0]);
   Pass(std::chrono::hours(1));
-  alice.pop_front();  // the next of alice's is served: she has had an hour
-  Answer* const of_bob = wait(kBob, bob);
-  Answer* const of_alice = wait(kAlice, alice);
+  first.reset();
+  ASSERT_EQ(alice[0].count, 1);
+  auto third = Wait(kAlice, 99, alice[1]);
+  auto bobs = Wait(kBob, 51, bob[0]);
   Pass(std::chrono::seconds(1));
-  alice.pop_front();
-  EXPECT_EQ(of_bob->count, 1);
-  EXPECT_EQ(of_alice->count, 0);
-  alice.pop_front();
-  EXPECT_EQ(of_alice->count, 1) << "and not only after an hour of bob's";
+  second.reset();
+  ASSERT_EQ(bob[0].count, 1) << "alice has had a second more since bob came";
+  auto bobs_next = Wait(kBob, 51, bob[1]);
+  Pass(std::chrono::seconds(3));
+  bobs.reset();
+  EXPECT_EQ(alice[1].count, 1) << "and not only after an hour of bob's";
+  EXPECT_EQ(bob[1].count, 0);
+}
+
+TEST_F(MemoryBudgetTurnsTest, OfTwoClaimsTheEarlierIsServed) {
+  constexpr uint64_t kDave = 4;
+  auto holder = Hold(kAlice, 30), of_bob = Hold(kBob, 10);
+  Answer bob, carol, dave;
+  auto came_first = Wait(kBob, 80, bob);
+  auto has_turn = Wait(kCarol, 80, carol);
+  for (int i = 0; i < 2; ++i) Hold(kDave, 40);
+  auto late = Wait(kDave, 40, dave);
+  EXPECT_EQ(dave.count, 0) << "they claim what is free";
+  holder.reset();
+  EXPECT_EQ(carol.count, 1);
+  EXPECT_EQ(bob.count, 0);
 }
 
 TEST_F(MemoryBudgetTurnsTest, APlaceInTheQueueGoesFromWhoHasMost) {
