@@ -47,7 +47,10 @@ bool MemoryBudget::Fits(const Reservation& reservation) const {
 
 MemoryBudget::Account& MemoryBudget::Join(uint64_t caller) {
   Account& account = accounts_[caller];
-  if (account.reservations++ == 0) account.used = std::max(account.used, level_);
+  if (account.reservations++ == 0) {
+    account.used = std::max(account.used, level_);
+    account.since = now_();
+  }
   return account;
 }
 
