@@ -26,7 +26,7 @@ void SearchGroupsKernel(const SpatialIndex& index, const SearchPlan& plan, bool 
       points.query.Get(i, query);
       const float squared = collect ? search.Find(query, NeighborCollector(index, query, neighbors, normal_sum))
                                     : search.Find(query, NormalSummer(index, normal_sum));
-      radii[SlotOf(points.rank[i])] = std::sqrt(squared) * unit;
+      radii[points.slot[i]] = std::sqrt(squared) * unit;
     }
     search.PassOn();
   }

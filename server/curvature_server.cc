@@ -15,7 +15,6 @@
 #include "absl/strings/str_cat.h"
 #include "server/access/credential_files.h"
 #include "server/call/curvature_service.h"
-#include "server/rpc/ending_errors.h"
 #include "server/host/descriptor_limit.h"
 #include "server/host/memory_reuse.h"
 #include "server/host/ticker.h"
@@ -26,6 +25,7 @@
 #include "server/net/open_calls.h"
 #include "server/net/reflection.h"
 #include "server/net/strangers.h"
+#include "server/rpc/ending_errors.h"
 #include "server/service_context.h"
 
 namespace curvd {
@@ -222,6 +222,7 @@ CurvatureServer::Running::~Running() {
 }
 
 void CurvatureServer::Running::Tick(Ticker::Clock::time_point now) {
+  context_.admission.Tick();
   for (const auto& stream : context_.gate.open_streams()) stream->Tick(now);
   ReturnUnusedPages();
 }

@@ -26,8 +26,9 @@ constexpr std::string_view kFieldPhase = "field";
 // strategy's.
 class CurvatureJob final : public EstimationJob, public PhasedJob {
  public:
-  CurvatureJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, Callback callback)
-      : PhasedJob(pool, priority),
+  CurvatureJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, CallerKey caller,
+               Callback callback)
+      : PhasedJob(pool, priority, caller),
         options_(options),
         callback_(std::move(callback)),
         query_count_(cloud.point_set().query_count()),
@@ -133,7 +134,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     std::vector<GroupPhase> phases = run_->Phases();
     for (size_t i = 0; i < phases.size(); ++i) {
       const bool is_last = i + 1 == phases.size();
-      AddPhase(MakeGroupPhase(std::move(phases[i]), index_, *scratch_, is_last ? &points_estimated_ : nullptr));
+      AddPhase(MakeGroupPhase(std::move(phases[i]), index_, GroupsPerBlock(options_), *scratch_,
+                              is_last ? &points_estimated_ : nullptr));
     }
     return absl::OkStatus();
   }
@@ -207,13 +209,14 @@ size_t EstimationBytesPerPoint(const EstimatorOptions& options) {
 }
 
 size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count) {
-  const size_t blocks = (point_count + kGroupBlockPoints - 1) / kGroupBlockPoints;
+  const size_t block_points = GroupsPerBlock(options) * SpatialIndex::kGroupPoints;
+  const size_t blocks = (point_count + block_points - 1) / block_points;
   return std::min<size_t>(thread_count, blocks) * FindStrategy(options.estimator)->scratch_bytes(options, point_count);
 }
 
 std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
-                                                    JobPriority priority, Callback callback) {
-  auto job = std::make_shared<CurvatureJob>(std::move(cloud), options, pool, priority, std::move(callback));
+                                                    JobPriority priority, Callback callback, CallerKey caller) {
+  auto job = std::make_shared<CurvatureJob>(std::move(cloud), options, pool, priority, caller, std::move(callback));
   job->Start();
   return job;
 }

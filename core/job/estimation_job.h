@@ -63,9 +63,10 @@ class EstimationJob {
 
   // Estimates `cloud` on `pool`, which must outlive the callback. The same cloud and options give the same bytes for
   // any number of threads. A cloud without points gives an empty field.
+  // `caller`: for whom, as WorkerPool::Submit takes it.
   // REQUIRES: cloud.Finish() was called.
   static std::shared_ptr<EstimationJob> Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
-                                              JobPriority priority, Callback callback);
+                                              JobPriority priority, Callback callback, CallerKey caller = 0);
 
   virtual ~EstimationJob() = default;
   // Makes the job end with kCancelled within one work block. No effect after its end.

@@ -2,14 +2,20 @@
 
 #include <algorithm>
 #include <utility>
+#include <variant>
 
 namespace curvd {
 namespace {
 
 class GroupBlocks final : public Phase {
  public:
-  GroupBlocks(GroupPhase groups, const SpatialIndex& index, ScratchSet& scratch, std::atomic<size_t>* points_done)
-      : groups_(std::move(groups)), index_(index), scratch_(scratch), points_done_(points_done) {}
+  GroupBlocks(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block, ScratchSet& scratch,
+              std::atomic<size_t>* points_done)
+      : groups_(std::move(groups)),
+        index_(index),
+        groups_per_block_(groups_per_block),
+        scratch_(scratch),
+        points_done_(points_done) {}
 
   std::string_view name() const override { return groups_.name; }
 
@@ -17,13 +23,13 @@ class GroupBlocks final : public Phase {
     if (groups_.begin) {
       if (absl::Status status = groups_.begin(); !status.ok()) return status;
     }
-    return (index_.group_count() + kGroupsPerBlock - 1) / kGroupsPerBlock;
+    return (index_.group_count() + groups_per_block_ - 1) / groups_per_block_;
   }
 
   absl::Status RunBlock(const BlockContext& context) override {
     WorkerScratch& scratch = scratch_.of(context.worker);
-    const size_t first = context.block * kGroupsPerBlock;
-    const size_t last = std::min(first + kGroupsPerBlock, index_.group_count());
+    const size_t first = context.block * groups_per_block_;
+    const size_t last = std::min(first + groups_per_block_, index_.group_count());
     for (size_t group = first; group < last; ++group) {
       if (context.stopped.load(std::memory_order_relaxed)) return absl::OkStatus();
       if (absl::Status status = groups_.run(group, scratch); !status.ok()) return status;
@@ -37,11 +43,21 @@ class GroupBlocks final : public Phase {
 
   const GroupPhase groups_;
   const SpatialIndex& index_;
+  const size_t groups_per_block_;
   ScratchSet& scratch_;
   std::atomic<size_t>* const points_done_;
 };
 
 }  // namespace
+
+size_t GroupsPerBlock(const EstimatorOptions& options) {
+  constexpr size_t kMost = 16;
+  constexpr size_t kNeighborsPerBlock = kMost * 64;  // neighbors of one point, times groups
+  constexpr size_t kForRadius = 4;                   // nobody knows how many neighbors there will be
+  const auto* neighbors = std::get_if<NeighborCount>(&options.neighborhood);
+  if (neighbors == nullptr) return kForRadius;
+  return std::clamp<size_t>(kNeighborsPerBlock / std::max<size_t>(neighbors->count, 1), 1, kMost);
+}
 
 WorkerScratch& ScratchSet::of(int worker) {
   std::unique_ptr<WorkerScratch>& scratch = scratch_[worker];
@@ -58,9 +74,9 @@ std::array<uint64_t, kPointStatusEnd> ScratchSet::status_counts() const {
   return counts;
 }
 
-std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, ScratchSet& scratch,
-                                      std::atomic<size_t>* points_done) {
-  return std::make_unique<GroupBlocks>(std::move(groups), index, scratch, points_done);
+std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block,
+                                      ScratchSet& scratch, std::atomic<size_t>* points_done) {
+  return std::make_unique<GroupBlocks>(std::move(groups), index, groups_per_block, scratch, points_done);
 }
 
 }  // namespace curvd

@@ -30,14 +30,14 @@ class ScratchSet {
   std::vector<std::unique_ptr<WorkerScratch>> scratch_;
 };
 
-// Points of a block of groups: under a millisecond at 50 neighbors.
-inline constexpr size_t kGroupsPerBlock = 16;
-inline constexpr size_t kGroupBlockPoints = kGroupsPerBlock * SpatialIndex::kGroupPoints;
+// Returns how many groups a block takes: about 1,000 points, which take under a millisecond at 50 neighbors, and fewer
+// where a point costs more, since others wait for the end of a block. Never 0.
+size_t GroupsPerBlock(const EstimatorOptions& options);
 
-// Runs `groups` on all groups of `index`, kGroupsPerBlock of them a block.
+// Runs `groups` on all groups of `index`, `groups_per_block` of them a block.
 // Adds the points that are done to *points_done, if it is not null.
 // REQUIRES: index, scratch and points_done outlive the phase.
-std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, ScratchSet& scratch,
-                                      std::atomic<size_t>* points_done);
+std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block,
+                                      ScratchSet& scratch, std::atomic<size_t>* points_done);
 
 }  // namespace curvd

@@ -20,8 +20,8 @@ double SecondsOf(const std::vector<PhaseTime>& times, std::string_view name) {
   return seconds;
 }
 
-PhasedJob::PhasedJob(WorkerPool& pool, JobPriority priority)
-    : pool_(pool), priority_(priority), started_(Clock::now()) {
+PhasedJob::PhasedJob(WorkerPool& pool, JobPriority priority, CallerKey caller)
+    : pool_(pool), priority_(priority), caller_(caller), started_(Clock::now()) {
   PrepareOutOfMemoryError();
   MutexLock lock(times_mutex_);
   marks_.reserve(8);
@@ -82,7 +82,7 @@ void PhasedJob::Submit(Phase& phase, size_t first, size_t count) {
     pool_.Submit(
         priority_, count,
         [self, &phase, first](size_t block, int worker) { self->RunBlock(phase, first + block, worker); },
-        [self, &phase] { self->EndSubmission(phase); }, &stopped_);
+        [self, &phase] { self->EndSubmission(phase); }, &stopped_, caller_);
   } catch (const std::bad_alloc&) {
     --open_submissions_;
     throw;

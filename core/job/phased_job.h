@@ -48,8 +48,8 @@ class PhasedJob : public std::enable_shared_from_this<PhasedJob> {
   bool ended() const { return ended_; }
 
  protected:
-  // REQUIRES: `pool` lives until the job has ended.
-  PhasedJob(WorkerPool& pool, JobPriority priority);
+  // `caller`: for whom the job runs, as WorkerPool::Submit takes it. REQUIRES: `pool` lives until the job has ended.
+  PhasedJob(WorkerPool& pool, JobPriority priority, CallerKey caller = 0);
 
   // Adds a phase at the end of the list. REQUIRES: called before Run, or by Begin or End of a phase of this job.
   void AddPhase(std::unique_ptr<Phase> phase) { phases_.push_back(std::move(phase)); }
@@ -102,6 +102,7 @@ class PhasedJob : public std::enable_shared_from_this<PhasedJob> {
 
   WorkerPool& pool_;
   const JobPriority priority_;
+  const CallerKey caller_;
   const Clock::time_point started_;
   std::vector<std::unique_ptr<Phase>> phases_;
   size_t next_phase_ = 0;

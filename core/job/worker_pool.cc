@@ -1,19 +1,18 @@
 #include "core/job/worker_pool.h"
 
+#include <chrono>
+#include <memory>
 #include <utility>
 
 namespace curvd {
 
-struct WorkerPool::Job {
-  JobPriority priority;
-  size_t block_count;
+struct WorkerPool::Job : JobTurns::Job {
+  Job(CallerKey caller, JobPriority priority, size_t block_count, const std::atomic<bool>* stop,
+      BlockFunction run_block, std::function<void()> all_done)
+      : JobTurns::Job(caller, priority, block_count, stop), run(std::move(run_block)), done(std::move(all_done)) {}
+
   BlockFunction run;
   std::function<void()> done;
-  const std::atomic<bool>* stop;
-  size_t next_block = 0;       // guarded by the pool's mutex
-  size_t finished_blocks = 0;  // guarded by the pool's mutex
-
-  bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
 WorkerPool::WorkerPool(int thread_count) {
@@ -33,14 +32,12 @@ WorkerPool::~WorkerPool() {
 }
 
 void WorkerPool::Submit(JobPriority priority, size_t block_count, BlockFunction run, std::function<void()> done,
-                        const std::atomic<bool>* stop) {
-  Queue job;
-  job.push_back(std::make_shared<Job>(Job{priority, block_count, std::move(run), std::move(done), stop}));
+                        const std::atomic<bool>* stop, CallerKey caller) {
+  auto job = std::make_unique<Job>(caller, priority, block_count, stop, std::move(run), std::move(done));
   {
     MutexLock lock(mutex_);
-    ++open_jobs_;
-    Queue& queue = priority == JobPriority::kInteractive ? interactive_ : batch_;
-    queue.splice(queue.end(), job);
+    turns_.Add(*job);
+    job.release();  // EndJob deletes it
   }
   block_count == 1 ? work_changed_.NotifyOne() : work_changed_.NotifyAll();
 }
@@ -52,58 +49,53 @@ int WorkerPool::busy_count() const {
 
 size_t WorkerPool::waiting_count() const {
   MutexLock lock(mutex_);
-  return interactive_.size() + batch_.size();
+  return turns_.waiting_count();
 }
 
-bool WorkerPool::HasWork() const { return !interactive_.empty() || !batch_.empty() || (stopping_ && open_jobs_ == 0); }
+std::optional<JobTurns::Turn> WorkerPool::WaitForTurn() {
+  MutexLock lock(mutex_);
+  while (true) {
+    std::optional<JobTurns::Turn> turn = turns_.Next();
+    if (turn.has_value()) {
+      ++busy_;
+      return turn;
+    }
+    if (stopping_ && turns_.open_count() == 0) return std::nullopt;
+    work_changed_.Wait(mutex_);
+  }
+}
 
-WorkerPool::Queue& WorkerPool::NextQueue() {
-  // Every eighth block is a batch's, so that no flood of small clouds can starve the large ones.
-  constexpr uint32_t kBatchTurn = 8;
-  const bool batch_turn = ++turn_ % kBatchTurn == 0;
-  if (interactive_.empty()) return batch_;
-  return batch_turn && !batch_.empty() ? batch_ : interactive_;
+bool WorkerPool::EndTurn(const JobTurns::Turn& turn, JobTurns::Duration took) {
+  MutexLock lock(mutex_);
+  --busy_;
+  return turns_.End(turn, took);
+}
+
+void WorkerPool::EndJob(Job* job) {
+  const std::unique_ptr<Job> owned(job);
+  job->run = nullptr;
+  job->done();
+  job->done = nullptr;
+  bool was_last = false;
+  {
+    MutexLock lock(mutex_);
+    turns_.Close(*job);
+    was_last = stopping_ && turns_.open_count() == 0;
+  }
+  if (was_last) work_changed_.NotifyAll();
 }
 
 void WorkerPool::RunWorker(int worker) {
-  while (true) {
-    std::shared_ptr<Job> job;
-    Queue handed_out;  // the job, once all of its blocks are
-    size_t block;
-    size_t count;  // of blocks that this turn does away with
-    bool stopped;
-    {
-      MutexLock lock(mutex_);
-      while (!HasWork()) work_changed_.Wait(mutex_);
-      Queue& queue = NextQueue();
-      if (queue.empty()) return;
-      job = queue.front();
-      stopped = job->stopped();
-      count = stopped ? job->block_count - job->next_block : 1;
-      block = std::exchange(job->next_block, job->next_block + count);
-      // Back to the end of the queue: jobs take turns.
-      Queue& next = job->next_block < job->block_count ? queue : handed_out;
-      next.splice(next.end(), queue, queue.begin());
-      ++busy_;
+  using Clock = std::chrono::steady_clock;
+  while (const std::optional<JobTurns::Turn> turn = WaitForTurn()) {
+    Job* const job = static_cast<Job*>(turn->job);
+    JobTurns::Duration took{};
+    if (!turn->is_stopped) {
+      const Clock::time_point began = Clock::now();
+      job->run(turn->block, worker);
+      took = Clock::now() - began;
     }
-    if (!stopped) job->run(block, worker);
-    bool last;
-    {
-      MutexLock lock(mutex_);
-      --busy_;
-      job->finished_blocks += count;
-      last = job->finished_blocks == job->block_count;
-    }
-    if (last) {
-      job->run = nullptr;
-      job->done();
-      job->done = nullptr;
-      {
-        MutexLock lock(mutex_);
-        --open_jobs_;
-      }
-      work_changed_.NotifyAll();  // the pool may wait for its last job
-    }
+    if (EndTurn(*turn, took)) EndJob(job);
   }
 }
 

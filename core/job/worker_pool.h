@@ -1,23 +1,20 @@
-// A fixed set of threads that serves many jobs in turn, one work block at a time.
+// A fixed set of threads that runs the blocks of many jobs in the order of JobTurns.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
-#include <cstdint>
 #include <functional>
-#include <list>
-#include <memory>
+#include <optional>
 #include <thread>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "core/base/mutex.h"
+#include "core/job/job_turns.h"
 
 namespace curvd {
 
-// Blocks of interactive jobs go before blocks of batch jobs, save that every eighth block is a batch's.
-enum class JobPriority : uint8_t { kInteractive, kBatch };
-
+// Callers take turns by the time that their blocks took, and the jobs of a caller block by block; job_turns.h says how.
 // Thread-safe.
 class WorkerPool {
  public:
@@ -32,15 +29,15 @@ class WorkerPool {
   WorkerPool& operator=(const WorkerPool&) = delete;
 
   // Runs `run` once for each block in [0, block_count), in no particular order and on any threads, then `done` once on
-  // the thread that finished last. Both may submit again. Jobs of equal priority take turns block by block. Once *stop
-  // is true (if there is a stop), blocks that have not begun are left out, all in the job's next turn: a job that
-  // nobody wants does not hold its memory until others have had as many turns as it has blocks.
-  // Throws std::bad_alloc, having done nothing, if there is no memory for the job; the threads themselves allocate
-  // nothing.
+  // the thread that finished last. Both may submit again. Once *stop is true (if there is a stop), blocks that have not
+  // begun are left out, all in the job's next turn: a job that nobody wants does not hold its memory until others have
+  // had as many turns as it has blocks. `caller`: for whom the job runs, and with whose other jobs it shares its turns;
+  // a job that `done` or `run` submits for the same caller goes on where the first one was.
+  // If this throws std::bad_alloc, nothing was submitted.
   // REQUIRES: block_count >= 1; a block takes milliseconds, not seconds; neither function blocks or throws; *stop lives
   // until `done` is called.
   void Submit(JobPriority priority, size_t block_count, BlockFunction run, std::function<void()> done,
-              const std::atomic<bool>* stop = nullptr);
+              const std::atomic<bool>* stop = nullptr, CallerKey caller = 0);
 
   int thread_count() const { return static_cast<int>(threads_.size()); }
   // Threads that run a block now.
@@ -50,19 +47,17 @@ class WorkerPool {
 
  private:
   struct Job;
-  // Jobs move between lists by their nodes, so that a thread that takes turns needs no memory.
-  using Queue = std::list<std::shared_ptr<Job>>;
 
   void RunWorker(int worker);
-  Queue& NextQueue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  bool HasWork() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Waits for a turn; nothing if the pool ends.
+  std::optional<JobTurns::Turn> WaitForTurn();
+  // Returns whether it was the last turn of its job.
+  bool EndTurn(const JobTurns::Turn& turn, JobTurns::Duration took);
+  void EndJob(Job* job);
 
   mutable Mutex mutex_;
   CondVar work_changed_;
-  Queue interactive_ ABSL_GUARDED_BY(mutex_);
-  Queue batch_ ABSL_GUARDED_BY(mutex_);
-  size_t open_jobs_ ABSL_GUARDED_BY(mutex_) = 0;
-  uint32_t turn_ ABSL_GUARDED_BY(mutex_) = 0;
+  JobTurns turns_ ABSL_GUARDED_BY(mutex_);
   int busy_ ABSL_GUARDED_BY(mutex_) = 0;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -18,5 +19,12 @@ struct Caller {
   std::optional<Sha256> token_hash;
   std::string certificate_name;
 };
+
+// Stands for the caller wherever callers take turns: at the workers and for memory. All calls under one name share it.
+// Never 0. Two names have the same key once in 2^64; their callers then share their turns, which harms nobody else.
+inline uint64_t TurnKey(const Caller& caller) {
+  const uint64_t key = std::hash<std::string>()(caller.name);
+  return key == 0 ? 1 : key;
+}
 
 }  // namespace curvd

@@ -47,7 +47,8 @@ uint64_t Admission::SendingBytes(uint64_t points) const {
 }
 
 absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Admission::Enter(uint64_t point_count, ScalarType type,
-                                                                            const EstimatorOptions& options) {
+                                                                            const EstimatorOptions& options,
+                                                                            uint64_t caller) {
   const uint64_t bytes = CallBytes(point_count, type, options, point_count == 0);
   if (bytes > large_.limit()) {
     return MakeError(absl::StatusCode::kResourceExhausted,
@@ -58,7 +59,7 @@ absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Admission::Enter(uint
                       {}});
   }
   const bool is_small = point_count != 0 && bytes <= small_.limit() / kSmallCallShare;
-  return std::make_unique<MemoryBudget::Reservation>(is_small ? small_ : large_);
+  return std::make_unique<MemoryBudget::Reservation>(is_small ? small_ : large_, caller);
 }
 
 }  // namespace curvd

@@ -13,8 +13,8 @@
 
 namespace curvd {
 
-// Splits the server's memory into two lanes, each first come, first served: an eighth serves small calls alone, so that
-// they never wait behind large ones. A call whose size is unknown is large. Thread-safe.
+// Splits the server's memory into two lanes, in each of which callers take turns: an eighth serves small calls alone,
+// so that they never wait behind large ones. A call whose size is unknown is large. Thread-safe.
 class Admission {
  public:
   static constexpr size_t kLanes = 2;
@@ -29,9 +29,14 @@ class Admission {
   uint64_t SendingBytes(uint64_t points) const;
 
   // An empty reservation in the lane for a call with `point_count` points (0: unknown). RESOURCE_EXHAUSTED if it could
-  // never be granted. The reservation must not outlive this object.
+  // never be granted. `caller` stands for whose call it is (TurnKey). The reservation must not outlive this object.
   absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Enter(uint64_t point_count, ScalarType type,
-                                                                   const EstimatorOptions& options);
+                                                                   const EstimatorOptions& options, uint64_t caller);
+  // To be called now and then: serves those who wait and may go now that time has gone by.
+  void Tick() {
+    small_.Tick();
+    large_.Tick();
+  }
 
   uint64_t limit() const { return small_.limit() + large_.limit(); }
   uint64_t reserved() const { return small_.reserved() + large_.reserved(); }

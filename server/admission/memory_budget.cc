@@ -28,79 +28,199 @@ uint64_t MemoryBudget::reserved() const {
 
 size_t MemoryBudget::waiting() const {
   MutexLock lock(mutex_);
-  return growers_.size() + newcomers_.size();
+  return growers_.size() + newcomers_;
 }
 
-bool MemoryBudget::CanServe(const Reservation& reservation) const {
-  const bool nobody_before = growers_.empty() && (reservation.held_ > 0 || newcomers_.empty());
-  return nobody_before && Fits(reservation.wanted_ - reservation.held_);
+void MemoryBudget::Tick() {
+  Answers answers;
+  {
+    MutexLock lock(mutex_);
+    if (newcomers_ == 0) return;
+    answers = Serve();
+  }
+  Give(std::move(answers));
+}
+
+bool MemoryBudget::Fits(const Reservation& reservation) const {
+  return reserved_ + reservation.wanted_ - reservation.held_ <= limit_;
+}
+
+MemoryBudget::Account& MemoryBudget::Join(uint64_t caller) {
+  Account& account = accounts_[caller];
+  if (account.reservations++ == 0) {
+    account.used = std::max(account.used, level_);
+    account.since = now_();
+  }
+  return account;
+}
+
+void MemoryBudget::Settle(Account& account, Clock::time_point now) {
+  // Nobody is charged while nobody waits: what others do not want costs nothing.
+  if (AnyWaits()) {
+    account.used += static_cast<double>(account.held) * std::chrono::duration<double>(now - account.since).count();
+  }
+  account.since = now;
+}
+
+void MemoryBudget::SettleAll() {
+  const Clock::time_point now = now_();
+  for (auto& [caller, account] : accounts_) Settle(account, now);
+}
+
+void MemoryBudget::Leave(uint64_t caller) {
+  const auto found = accounts_.find(caller);
+  if (--found->second.reservations == 0 && found->second.used <= level_) accounts_.erase(found);
+}
+
+void MemoryBudget::Enqueue(Reservation& reservation) {
+  if (!AnyWaits()) SettleAll();  // they are charged from now on
+  reservation.arrival_ = ++arrivals_;
+  reservation.waits_ = true;
+  reservation.refusal_ = absl::OkStatus();
+  if (reservation.held_ > 0) {
+    --active_holders_;
+    growers_.push_back(&reservation);
+  } else {
+    reservation.claim_.emplace(reservation.wanted_);
+    Join(reservation.caller_).newcomers.push_back(&reservation);
+    ++newcomers_;
+  }
+}
+
+void MemoryBudget::Dequeue(Reservation& reservation) {
+  reservation.waits_ = false;
+  if (reservation.held_ > 0) {
+    ++active_holders_;
+    growers_.remove(&reservation);
+  } else {
+    accounts_[reservation.caller_].newcomers.remove(&reservation);
+    --newcomers_;
+    Leave(reservation.caller_);
+  }
+  if (AnyWaits()) return;
+  level_ = 0.0;
+  std::erase_if(accounts_, [](const auto& entry) { return entry.second.reservations == 0; });
+  for (auto& [caller, account] : accounts_) account.used = 0.0;
 }
 
 void MemoryBudget::Grant(Reservation& reservation) {
-  if (reservation.held_ == 0) ++active_holders_;
-  reserved_ += reservation.wanted_ - reservation.held_;
+  if (reservation.held_ == 0) {
+    ++active_holders_;
+    Join(reservation.caller_);
+  }
+  Account& account = accounts_[reservation.caller_];
+  const uint64_t added = reservation.wanted_ - reservation.held_;
+  account.held += added;
+  reserved_ += added;
   reservation.held_ = reservation.wanted_;
 }
 
-absl::Status MemoryBudget::Enqueue(Reservation& reservation) {
-  if (reservation.held_ == 0) {
-    if (newcomers_.size() >= max_waiting_) {
-      return Exhausted(kReasonQueueFull, "number of calls that wait for memory", absl::StrCat(newcomers_.size()),
-                       absl::StrCat("below ", max_waiting_, " (max_waiting) for one more"), kRetryAfter);
+void MemoryBudget::Refuse(Reservation& reservation, absl::Status status, Answers& answers) {
+  Dequeue(reservation);
+  reservation.refusal_ = status;
+  if (reservation.answer_ == nullptr) return;  // it is in GrowTo now
+  answers.push_back({std::exchange(reservation.answer_, nullptr), std::move(status)});
+}
+
+bool MemoryBudget::IsBefore(const Reservation& a, const Reservation& b) const {
+  const Account& of_a = accounts_.at(a.caller_);
+  const Account& of_b = accounts_.at(b.caller_);
+  if (of_a.used != of_b.used) return of_a.used < of_b.used;
+  if (of_a.held != of_b.held) return of_a.held < of_b.held;
+  return a.arrival_ < b.arrival_;
+}
+
+bool MemoryBudget::Overtakes(const Reservation& next, const Reservation& other) const {
+  return IsBefore(other, next) || other.arrival_ < next.arrival_;
+}
+
+bool MemoryBudget::MayPass(const Reservation& next, Reservation& other) {
+  if (!Overtakes(next, other)) return true;
+  if (accounts_.at(other.caller_).held + other.wanted_ > limit_) return true;
+  const Clock::time_point now = now_();
+  const auto own_claim = next.claim_->ClaimsSince(now), other_claim = other.claim_->ClaimsSince(now);
+  if (own_claim.has_value() && (!other_claim.has_value() || *own_claim < *other_claim ||
+                                (*own_claim == *other_claim && next.arrival_ < other.arrival_))) {
+    return true;
+  }
+  return other.claim_->LetsPass(now);
+}
+
+bool MemoryBudget::ServeGrower(Answers& answers) {
+  const auto next = std::min_element(growers_.begin(), growers_.end(),
+                                     [this](const auto* a, const auto* b)
+                                         ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return IsBefore(*a, *b); });
+  if (next == growers_.end() || !Fits(**next)) return false;
+  Reservation& reservation = **next;
+  Dequeue(reservation);
+  Grant(reservation);
+  if (reservation.answer_ != nullptr) answers.push_back({std::exchange(reservation.answer_, nullptr), {}});
+  return true;
+}
+
+bool MemoryBudget::ServeNewcomer(Answers& answers) {
+  std::vector<Reservation*> heads;
+  for (const auto& [caller, account] : accounts_) {
+    if (!account.newcomers.empty()) heads.push_back(account.newcomers.front());
+  }
+  std::sort(heads.begin(), heads.end(),
+            [this](const auto* a, const auto* b) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return IsBefore(*a, *b); });
+  for (Reservation* next : heads) {
+    if (!Fits(*next)) continue;
+    const bool may_go =
+        std::all_of(heads.begin(), heads.end(), [&](Reservation* other) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+          return other == next || MayPass(*next, *other);
+        });
+    if (!may_go) continue;
+    for (Reservation* other : heads) {
+      if (other != next && Overtakes(*next, *other)) other->claim_->CountPassed(next->wanted_);
     }
-    newcomers_.push_back(&reservation);
-    return absl::OkStatus();
+    level_ = std::max(level_, accounts_.at(next->caller_).used);
+    Dequeue(*next);
+    Grant(*next);
+    if (next->answer_ != nullptr) answers.push_back({std::exchange(next->answer_, nullptr), {}});
+    return true;
   }
-  if (active_holders_ == 1) {
-    return Exhausted(kReasonMemoryBusy, "memory of this call", absl::StrCat(reservation.wanted_, " bytes"),
-                     absl::StrCat("at most ", limit_ - reserved_ + reservation.held_,
-                                  " bytes now, as all other calls wait for more (memory_limit); a header.point_count "
-                                  "lets the call wait for its turn"),
-                     kRetryAfter);
-  }
-  --active_holders_;
-  growers_.push_back(&reservation);
-  return absl::OkStatus();
+  return false;
+}
+
+void MemoryBudget::RefuseOneOfAllHolders(Answers& answers) {
+  if (active_holders_ > 0 || growers_.empty()) return;
+  Reservation& victim = **std::max_element(
+      growers_.begin(), growers_.end(), [this](const auto* a, const auto* b) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+        const uint64_t of_a = accounts_.at(a->caller_).held, of_b = accounts_.at(b->caller_).held;
+        return of_a != of_b ? of_a < of_b : a->arrival_ < b->arrival_;
+      });
+  Refuse(victim,
+         Exhausted(kReasonMemoryBusy, "memory of this call", absl::StrCat(victim.wanted_, " bytes"),
+                   absl::StrCat("at most ", limit_ - reserved_ + victim.held_,
+                                " bytes now, as all other calls wait for more (memory_limit); a header.point_count "
+                                "lets the call wait for its turn"),
+                   kRetryAfter),
+         answers);
+}
+
+void MemoryBudget::RefuseOneOfTooMany(Answers& answers) {
+  if (newcomers_ <= max_waiting_) return;
+  const auto most = std::max_element(accounts_.begin(), accounts_.end(), [](const auto& a, const auto& b) {
+    const auto &of_a = a.second.newcomers, &of_b = b.second.newcomers;
+    if (of_a.size() != of_b.size()) return of_a.size() < of_b.size();
+    return !of_a.empty() && of_a.back()->arrival_ < of_b.back()->arrival_;
+  });
+  Refuse(*most->second.newcomers.back(),
+         Exhausted(kReasonQueueFull, "number of calls that wait for memory", absl::StrCat(newcomers_ - 1),
+                   absl::StrCat("below ", max_waiting_, " (max_waiting) for one more"), kRetryAfter),
+         answers);
 }
 
 MemoryBudget::Answers MemoryBudget::Serve() {
+  SettleAll();
   Answers answers;
-  while (!growers_.empty() && Fits(growers_.front()->wanted_ - growers_.front()->held_)) {
-    Reservation& reservation = *growers_.front();
-    growers_.pop_front();
-    Grant(reservation);
-    ++active_holders_;
-    answers.push_back({std::exchange(reservation.answer_, nullptr), absl::OkStatus()});
+  while (ServeGrower(answers) || (growers_.empty() && ServeNewcomer(answers))) {
   }
-  while (growers_.empty() && !newcomers_.empty() && Fits(newcomers_.front()->wanted_)) {
-    Reservation& reservation = *newcomers_.front();
-    newcomers_.pop_front();
-    Grant(reservation);
-    answers.push_back({std::exchange(reservation.answer_, nullptr), absl::OkStatus()});
-  }
-  if (active_holders_ == 0 && !growers_.empty()) {
-    Reservation& youngest = *growers_.back();
-    growers_.pop_back();
-    ++active_holders_;  // it still holds bytes, and will give them back
-    answers.push_back({std::exchange(youngest.answer_, nullptr),
-                       Exhausted(kReasonMemoryBusy, "memory of this call", absl::StrCat(youngest.wanted_, " bytes"),
-                                 absl::StrCat("at most ", youngest.held_,
-                                              " bytes now, as all other calls wait for more (memory_limit)"),
-                                 kRetryAfter)});
-  }
+  RefuseOneOfAllHolders(answers);
+  RefuseOneOfTooMany(answers);
   return answers;
-}
-
-bool MemoryBudget::Forget(Reservation& reservation) {
-  if (reservation.answer_ == nullptr) return false;
-  reservation.answer_ = nullptr;
-  if (reservation.held_ > 0) {
-    std::erase(growers_, &reservation);
-    ++active_holders_;
-  } else {
-    std::erase(newcomers_, &reservation);
-  }
-  return true;
 }
 
 void MemoryBudget::Give(Answers answers) {
@@ -112,22 +232,50 @@ MemoryBudget::Reservation::~Reservation() {
   ShrinkTo(0);
 }
 
-absl::StatusOr<bool> MemoryBudget::Reservation::GrowTo(uint64_t bytes, std::function<void(absl::Status)> answer) {
-  MutexLock lock(budget_.mutex_);
-  if (abandoned_) return absl::CancelledError("the call has ended");
-  if (bytes <= held_) return true;
-  if (bytes > budget_.limit_) {
-    return Exhausted(kReasonMemoryLimit, "memory of this call", absl::StrCat(bytes, " bytes"),
-                     absl::StrCat("at most ", budget_.limit_, " bytes (memory_limit)"), absl::ZeroDuration());
+absl::StatusOr<bool> MemoryBudget::Reservation::GrowTo(uint64_t bytes, uint64_t needed_now,
+                                                       std::function<void(absl::Status)> answer) {
+  Answers answers;
+  absl::StatusOr<bool> granted = false;
+  {
+    MutexLock lock(budget_.mutex_);
+    if (abandoned_) return absl::CancelledError("the call has ended");
+    needed_ = needed_now;
+    if (has_lent_) bytes = needed_now;
+    if (bytes <= held_) return true;
+    if (bytes > budget_.limit_) {
+      return Exhausted(kReasonMemoryLimit, "memory of this call", absl::StrCat(bytes, " bytes"),
+                       absl::StrCat("at most ", budget_.limit_, " bytes (memory_limit)"), absl::ZeroDuration());
+    }
+    wanted_ = bytes;
+    if (!budget_.AnyWaits() && budget_.Fits(*this)) {
+      budget_.Grant(*this);
+      return true;
+    }
+    budget_.Enqueue(*this);
+    answers = budget_.Serve();
+    if (waits_) {
+      answer_ = std::move(answer);
+    } else if (refusal_.ok()) {
+      granted = true;
+    } else {
+      granted = refusal_;
+    }
   }
-  wanted_ = bytes;
-  if (budget_.CanServe(*this)) {
-    budget_.Grant(*this);
-    return true;
+  Give(std::move(answers));
+  return granted;
+}
+
+MemoryBudget::Answers MemoryBudget::Reservation::Shrink(uint64_t bytes) {
+  Account& account = budget_.accounts_[caller_];
+  budget_.Settle(account, budget_.now_());
+  budget_.reserved_ -= held_ - bytes;
+  account.held -= held_ - bytes;
+  held_ = bytes;
+  if (held_ == 0) {
+    --budget_.active_holders_;
+    budget_.Leave(caller_);
   }
-  if (absl::Status status = budget_.Enqueue(*this); !status.ok()) return status;
-  answer_ = std::move(answer);
-  return false;
+  return budget_.Serve();
 }
 
 void MemoryBudget::Reservation::ShrinkTo(uint64_t bytes) {
@@ -135,10 +283,18 @@ void MemoryBudget::Reservation::ShrinkTo(uint64_t bytes) {
   {
     MutexLock lock(budget_.mutex_);
     if (bytes >= held_) return;
-    budget_.reserved_ -= held_ - bytes;
-    held_ = bytes;
-    if (held_ == 0) --budget_.active_holders_;
-    answers = budget_.Serve();
+    answers = Shrink(bytes);
+  }
+  Give(std::move(answers));
+}
+
+void MemoryBudget::Reservation::Lend() {
+  Answers answers;
+  {
+    MutexLock lock(budget_.mutex_);
+    if (waits_ || needed_ >= held_ || !budget_.AnyWaits()) return;
+    has_lent_ = true;
+    answers = Shrink(needed_);
   }
   Give(std::move(answers));
 }
@@ -148,7 +304,9 @@ void MemoryBudget::Reservation::Abandon() {
   {
     MutexLock lock(budget_.mutex_);
     abandoned_ = true;
-    if (!budget_.Forget(*this)) return;
+    if (!waits_) return;
+    budget_.Dequeue(*this);
+    answer_ = nullptr;
     answers = budget_.Serve();
   }
   Give(std::move(answers));

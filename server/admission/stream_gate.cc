@@ -27,6 +27,16 @@ absl::Status StreamGate::Open(const std::shared_ptr<OpenStream>& stream, const C
         {kReasonPeerStreamLimit, absl::StrCat("number of open calls of ", caller.name), absl::StrCat(open->second),
          absl::StrCat("below ", allowed, " (max_streams_per_peer) for one more"), absl::Seconds(1)});
   }
+  const size_t own = open == open_by_name_.end() ? 0 : open->second;
+  const size_t free = max_streams_ - streams_.size();
+  const bool is_alone = open_by_name_.size() == (own > 0 ? 1 : 0);
+  if (!is_alone && own >= kCallsPerFreePlace * free) {
+    return MakeError(absl::StatusCode::kResourceExhausted,
+                     {kReasonPeerStreamLimit, absl::StrCat("number of open calls of ", caller.name), absl::StrCat(own),
+                      absl::StrCat("below ", kCallsPerFreePlace * free, ", which is ", kCallsPerFreePlace,
+                                   " for each place that is free (max_streams), while others have calls open"),
+                      absl::Seconds(1)});
+  }
   streams_.emplace(stream.get(), Entry{stream, caller});
   ++open_by_name_[caller.name];
   return absl::OkStatus();

@@ -31,6 +31,10 @@ class OpenStream {
 // Thread-safe.
 class StreamGate {
  public:
+  // While several callers have calls open, each may have so many for each place that is free. So callers who take what
+  // they can get share alike, and leave places for those who come.
+  static constexpr size_t kCallsPerFreePlace = 8;
+
   // At most `max_streams` calls are open, at most `max_streams_per_peer` of them under one caller's name.
   StreamGate(size_t max_streams, size_t max_streams_per_peer)
       : max_streams_(max_streams), max_streams_per_peer_(max_streams_per_peer) {}
@@ -38,7 +42,8 @@ class StreamGate {
   // Lets a call in until Close. Errors:
   // - UNAVAILABLE, DRAINING: the server is about to stop.
   // - RESOURCE_EXHAUSTED, STREAM_LIMIT: max_streams calls are open.
-  // - RESOURCE_EXHAUSTED, PEER_STREAM_LIMIT: the caller has as many open as it, or any peer, may.
+  // - RESOURCE_EXHAUSTED, PEER_STREAM_LIMIT: the caller has as many open as it, or any peer, may; or as many as are
+  //   left to it while others have calls open.
   absl::Status Open(const std::shared_ptr<OpenStream>& stream, const Caller& caller);
   // Its caller is about to learn how the call ended, and may open another in its place. No effect if the stream was
   // never let in.

@@ -3,6 +3,8 @@
 #include <grpc/support/log.h>
 #include <grpcpp/impl/codegen/proto_utils.h>
 
+#include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "server/call/job_errors.h"
@@ -19,10 +21,18 @@ using Response = v1::EstimateCurvatureResponse;
 // Clouds up to this size go before larger ones, block by block, unless the caller says otherwise.
 constexpr uint64_t kInteractivePoints = 100'000;
 
+// While others wait for memory, a call lends what it has reserved for points that have not come, if after this time it
+// looks as if the rest of its points would take longer than that.
+constexpr auto kLendAfter = std::chrono::seconds(2);
+constexpr auto kNeededSoon = std::chrono::seconds(10);
+
 JobPriority PriorityOf(const CallOptions& options, uint64_t points) {
   if (options.priority.has_value()) return *options.priority;
   return points <= kInteractivePoints ? JobPriority::kInteractive : JobPriority::kBatch;
 }
+
+// Nobody, if the call is not let in.
+Caller CallerOf(const RpcAccount& account) { return account.caller().ok() ? *account.caller() : Caller(); }
 
 void Pack(const Response& response, grpc::ByteBuffer& message) {
   message.Clear();
@@ -34,7 +44,8 @@ void Pack(const Response& response, grpc::ByteBuffer& message) {
 
 EstimateCall::EstimateCall(ServiceContext& service, const RpcArrival& arrival, BidiTransport& transport)
     : BidiStream(service, RpcMethod::kEstimateCurvature, arrival, transport),
-      limits_(LimitsFor(account().caller().ok() ? *account().caller() : Caller(), service.limits)),
+      limits_(LimitsFor(CallerOf(account()), service.limits)),
+      turn_key_(TurnKey(CallerOf(account()))),
       requests_(limits_),
       responses_(kResultChunkPoints) {}
 
@@ -42,6 +53,9 @@ void EstimateCall::Receive(grpc::ByteBuffer& message) {
   const bool is_header = !requests_.has_header();
   if (absl::Status status = requests_.Receive(message); !status.ok()) return End(std::move(status));
   message.Clear();
+  const uint64_t new_points = requests_.points_received() - account().record().points_received;
+  // A header is as good as one byte; a chunk without points brings nothing.
+  CountProgress(is_header ? 1 : new_points * 6 * ScalarBytes(requests_.options().scalar_type));
   account().record().points_received = requests_.points_received();
   points_received_.store(requests_.points_received(), std::memory_order_relaxed);
   if (is_header) {
@@ -54,7 +68,7 @@ void EstimateCall::Receive(grpc::ByteBuffer& message) {
 void EstimateCall::AcceptHeader() {
   const CallOptions& options = requests_.options();
   account().record().request_tag = options.request_tag;
-  auto reservation = service().admission.Enter(options.point_count, options.scalar_type, options.estimator);
+  auto reservation = service().admission.Enter(options.point_count, options.scalar_type, options.estimator, turn_key_);
   if (!reservation.ok()) return End(reservation.status());
   {
     MutexLock lock(mutex_);
@@ -70,9 +84,12 @@ void EstimateCall::AcceptHeader() {
 // A chunk is in the cloud before its memory is reserved; what is reserved always covers one more chunk.
 void EstimateCall::ReserveThenRead() {
   const CallOptions& options = requests_.options();
+  const auto bytes_for = [&](uint64_t points, bool more_may_follow) {
+    return service().admission.CallBytes(points, options.scalar_type, options.estimator, more_may_follow);
+  };
   const bool size_is_known = options.point_count != 0;
-  const uint64_t points = size_is_known ? options.point_count : requests_.points_received();
-  const uint64_t bytes = service().admission.CallBytes(points, options.scalar_type, options.estimator, !size_is_known);
+  const uint64_t so_far = bytes_for(requests_.points_received(), true);
+  const uint64_t bytes = size_is_known ? bytes_for(options.point_count, false) : so_far;
   const Clock::time_point now = Clock::now();
   std::shared_ptr<MemoryBudget::Reservation> reservation;
   {
@@ -81,10 +98,11 @@ void EstimateCall::ReserveThenRead() {
     phases_.StartWaiting(now);
   }
   auto answer = [self = shared_from_this(), this](absl::Status status) { OnMemoryGranted(std::move(status)); };
-  const absl::StatusOr<bool> granted = reservation->GrowTo(bytes, std::move(answer));
+  const absl::StatusOr<bool> granted = reservation->GrowTo(bytes, std::min(so_far, bytes), std::move(answer));
   if (granted.ok() && !*granted) return;
   {
     MutexLock lock(mutex_);
+    if (granted.ok() && !receives_since_.has_value()) receives_since_ = now;
     granted.ok() ? phases_.EndWaiting(now) : phases_.ForgetWaiting();
   }
   if (!granted.ok()) return End(granted.status());
@@ -96,6 +114,7 @@ void EstimateCall::OnMemoryGranted(absl::Status status) {
   {
     MutexLock lock(mutex_);
     if (has_stopped_) return;
+    if (!receives_since_.has_value()) receives_since_ = Clock::now();
     phases_.EndWaiting(Clock::now());
   }
   ReadNext();
@@ -106,6 +125,7 @@ void EstimateCall::ReceiveEnd() {
   account().record().normals_rescaled = requests_.normals_rescaled();
   {
     MutexLock lock(mutex_);
+    receives_since_.reset();
     phases_.EndReceiving(Clock::now());
   }
   StartJob();
@@ -117,7 +137,7 @@ void EstimateCall::StartJob() {
     OnJobDone(std::move(result));
   };
   std::shared_ptr<EstimationJob> job = EstimationJob::Start(requests_.TakeCloud(), requests_.options().estimator,
-                                                            service().pool, priority, std::move(done));
+                                                            service().pool, priority, std::move(done), turn_key_);
   bool cancel = false;
   {
     MutexLock lock(mutex_);
@@ -214,9 +234,31 @@ void EstimateCall::FillSummary(v1::Summary* summary) {
   curvd::FillSummary(record, summary);
 }
 
-void EstimateCall::OnTick(bool is_writing) {
+bool EstimateCall::IsMissed() {
+  std::shared_ptr<MemoryBudget::Reservation> reservation;
+  {
+    MutexLock lock(mutex_);
+    reservation = reservation_;
+  }
+  return reservation != nullptr && reservation->IsMissed();
+}
+
+void EstimateCall::OnTick(Clock::time_point now, bool is_writing) {
+  {
+    MutexLock lock(mutex_);
+    responses_.SetProgressDue(!is_writing);
+  }
+  if (const auto reservation = ReservationOfSlowSender(now)) reservation->Lend();
+}
+
+std::shared_ptr<MemoryBudget::Reservation> EstimateCall::ReservationOfSlowSender(Clock::time_point now) {
   MutexLock lock(mutex_);
-  responses_.SetProgressDue(!is_writing);
+  if (!receives_since_.has_value() || now - *receives_since_ < kLendAfter) return nullptr;
+  const uint64_t points = requests_.options().point_count, received = points_received_;
+  if (points == 0 || received >= points) return nullptr;
+  // At the pace so far, whatever it sent in between: a burst at the beginning does not buy much time.
+  const auto rest = (now - *receives_since_) * (static_cast<double>(points - received) / std::max<double>(received, 1));
+  return rest > kNeededSoon ? reservation_ : nullptr;
 }
 
 void EstimateCall::Stop() {

@@ -54,12 +54,16 @@ class EstimateCall final : public BidiStream {
   void FillSummary(curvature::v1::Summary* summary);
 
   // The end, and what happens beside the chains.
-  void OnTick(bool is_writing) override;
+  bool IsMissed() override;
+  void OnTick(Clock::time_point now, bool is_writing) override;
   void Stop() override;
   void CompleteRecord(CallRecord& record) override;
+  // The reservation, if the rest of the cloud comes so slowly that its memory is not needed soon; else null.
+  std::shared_ptr<MemoryBudget::Reservation> ReservationOfSlowSender(Clock::time_point now);
   void NoteJobSeconds(const JobProgress& job) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const CallLimits limits_;  // the caller's
+  const uint64_t turn_key_;  // the caller's
 
   RequestSession requests_;                   // of the reading chain
   std::atomic<uint64_t> points_received_{0};  // written by the reading chain
@@ -73,6 +77,8 @@ class EstimateCall final : public BidiStream {
   std::shared_ptr<EstimationJob> job_ ABSL_GUARDED_BY(mutex_);  // while it runs
   bool job_is_done_ ABSL_GUARDED_BY(mutex_) = false;
   std::shared_ptr<MemoryBudget::Reservation> reservation_ ABSL_GUARDED_BY(mutex_);
+  // Since its memory was granted, until the half-close.
+  std::optional<Clock::time_point> receives_since_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace curvd

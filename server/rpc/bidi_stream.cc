@@ -6,6 +6,17 @@
 #include "server/rpc/ending_errors.h"
 
 namespace curvd {
+namespace {
+
+absl::Status StallError(StreamState::Stall stall, absl::Duration limit) {
+  const bool is_slow = stall == StreamState::Stall::kSendsSlowly || stall == StreamState::Stall::kTakesSlowly;
+  const bool for_room_to_send =
+      stall == StreamState::Stall::kWithoutRoomToSend || stall == StreamState::Stall::kTakesSlowly;
+  return is_slow ? CallerIsSlow(for_room_to_send, PeerPace::kMinBytesPerSecond, limit)
+                 : CallerStalls(for_room_to_send, limit);
+}
+
+}  // namespace
 
 void BidiStream::Start() {
   const absl::StatusOr<Caller>& caller = account_.caller();
@@ -30,11 +41,16 @@ void BidiStream::ReadNext() {
 void BidiStream::OnReadDone(bool ok) {
   {
     MutexLock lock(mutex_);
-    if (!state_.EndRead()) return;
+    if (!state_.EndRead(Clock::now())) return;
   }
   if (!ok) return ReceiveEnd();
   account_.CountReceived(incoming_.Length());
   Receive(incoming_);
+}
+
+void BidiStream::CountProgress(uint64_t bytes) {
+  MutexLock lock(mutex_);
+  state_.CountReceived(bytes);
 }
 
 void BidiStream::WriteNext() {
@@ -79,7 +95,7 @@ void BidiStream::Finish() {
 void BidiStream::OnWriteDone(bool ok) {
   {
     MutexLock lock(mutex_);
-    state_.EndWrite();
+    state_.EndWrite(Clock::now(), outgoing_.Length());
   }
   if (ok) {
     WriteNext();
@@ -119,13 +135,14 @@ void BidiStream::Release() {
 void BidiStream::Tick(Clock::time_point now) {
   StreamState::Stall stall = StreamState::Stall::kNone;
   bool is_writing = false;
+  const bool is_missed = IsMissed();
   {
     MutexLock lock(mutex_);
-    stall = state_.FindStall(now, absl::ToChronoNanoseconds(service_.stall_timeout));
+    stall = state_.FindStall(now, absl::ToChronoNanoseconds(service_.stall_timeout), is_missed);
     is_writing = state_.is_writing();
   }
   if (stall != StreamState::Stall::kNone) return EndStalled(stall);
-  OnTick(is_writing);
+  OnTick(now, is_writing);
   WriteNext();
 }
 
@@ -136,7 +153,7 @@ void BidiStream::EndStalled(StreamState::Stall stall) {
     must_cancel = state_.is_writing();
     if (must_cancel) state_.Hold();
   }
-  End(CallerStalls(stall == StreamState::Stall::kWithoutRoomToSend, service_.stall_timeout));
+  End(StallError(stall, service_.stall_timeout));
   if (!must_cancel) return;
   transport_.TryCancel();  // a status would wait behind the write
   Release();

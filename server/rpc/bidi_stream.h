@@ -77,8 +77,10 @@ class BidiStream : public OpenStream, public std::enable_shared_from_this<BidiSt
   // The writing chain. Makes the next message, if one is due; kLast if all were written and the call ends with OK.
   // Where a message cannot be made, it calls End with the reason, and returns kNothing.
   virtual Made MakeMessage(grpc::ByteBuffer& message) = 0;
-  // Five times a second; `is_writing`: a message is on its way, or being made.
-  virtual void OnTick(bool is_writing) = 0;
+  // Whether other calls wait for what this one holds. A peer must then keep up the pace of PeerPace.
+  virtual bool IsMissed() { return false; }
+  // Five times a second, with the time; `is_writing`: a message is on its way, or being made.
+  virtual void OnTick(Clock::time_point now, bool is_writing) = 0;
   // The stream has its outcome: stops what goes on for it. Called once; no status goes out before it returns.
   virtual void Stop() = 0;
   // The call is over. Completes account().record(). Called once, after all else but callbacks of the protocol's own.
@@ -86,6 +88,9 @@ class BidiStream : public OpenStream, public std::enable_shared_from_this<BidiSt
 
   // Reads the next message. No effect once there is an outcome. REQUIRES: called by the reading chain.
   void ReadNext();
+  // The message that was received last brought the call on by so many bytes; none, if it brought nothing. Peers who
+  // bring nothing for too long are cut off. REQUIRES: called by the reading chain, once for each message.
+  void CountProgress(uint64_t bytes);
   // There may be something new to write.
   void WriteNext();
   // Gives the stream its outcome, unless it has one.

@@ -19,11 +19,21 @@ absl::Status CallerGone(bool deadline_has_passed) {
 
 absl::Status CallerStalls(bool for_room_to_send, absl::Duration limit) {
   const std::string seconds = absl::FormatDuration(limit);
+  return MakeError(
+      absl::StatusCode::kDeadlineExceeded,
+      {kReasonStalled,
+       for_room_to_send ? "time without room to send results" : "time without a message that brings anything",
+       absl::StrCat("over ", seconds),
+       absl::StrCat("at most ", seconds, " (stall_timeout)"),
+       {}});
+}
+
+absl::Status CallerIsSlow(bool for_room_to_send, int64_t bytes_per_second, absl::Duration limit) {
   return MakeError(absl::StatusCode::kDeadlineExceeded,
                    {kReasonStalled,
-                    for_room_to_send ? "time without room to send results" : "time without a message",
-                    absl::StrCat("over ", seconds),
-                    absl::StrCat("at most ", seconds, " (stall_timeout)"),
+                    for_room_to_send ? "bytes of results taken per second" : "bytes of points sent per second",
+                    absl::StrCat("too few for ", absl::FormatDuration(limit), " while others wait for memory"),
+                    absl::StrCat("at least ", bytes_per_second, ", averaged over stall_timeout"),
                     {}});
 }
 

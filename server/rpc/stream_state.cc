@@ -7,11 +7,12 @@ namespace curvd {
 bool StreamState::StartRead(Clock::time_point now) {
   if (outcome_.has_value()) return false;
   read_in_flight_ = true;
-  read_started_ = now;
+  reading_.StartWait(now);
   return true;
 }
 
-bool StreamState::EndRead() {
+bool StreamState::EndRead(Clock::time_point now) {
+  reading_.EndWait(now);
   read_in_flight_ = false;
   return !outcome_.has_value();
 }
@@ -34,7 +35,7 @@ StreamState::Step StreamState::Next() {
 
 void StreamState::StartWrite(Clock::time_point now) {
   writer_ = Writer::kInFlight;
-  write_started_ = now;
+  writing_.StartWait(now);
 }
 
 bool StreamState::SkipWrite() {
@@ -42,7 +43,11 @@ bool StreamState::SkipWrite() {
   return was_asked_again_;
 }
 
-void StreamState::EndWrite() { writer_ = Writer::kIdle; }
+void StreamState::EndWrite(Clock::time_point now, uint64_t bytes) {
+  writer_ = Writer::kIdle;
+  writing_.EndWait(now);
+  writing_.CountProgress(bytes);
+}
 
 bool StreamState::End(absl::Status outcome) {
   if (outcome_.has_value()) return false;
@@ -55,10 +60,16 @@ bool StreamState::Release() {
   return outcome_.has_value();
 }
 
-StreamState::Stall StreamState::FindStall(Clock::time_point now, Clock::duration limit) const {
-  if (writer_ == Writer::kInFlight && now - write_started_ > limit) return Stall::kWithoutRoomToSend;
+StreamState::Stall StreamState::FindStall(Clock::time_point now, Clock::duration limit, bool is_missed) const {
+  using Verdict = PeerPace::Verdict;
+  const Verdict taking = writer_ == Writer::kInFlight ? writing_.Judge(now, limit) : Verdict::kFine;
+  if (taking == Verdict::kStalled) return Stall::kWithoutRoomToSend;
   const bool waits_for_message = read_in_flight_ && !outcome_.has_value();
-  return waits_for_message && now - read_started_ > limit ? Stall::kWithoutMessage : Stall::kNone;
+  const Verdict sending = waits_for_message ? reading_.Judge(now, limit) : Verdict::kFine;
+  if (sending == Verdict::kStalled) return Stall::kWithoutMessage;
+  if (!is_missed) return Stall::kNone;
+  if (taking == Verdict::kSlow) return Stall::kTakesSlowly;
+  return sending == Verdict::kSlow ? Stall::kSendsSlowly : Stall::kNone;
 }
 
 }  // namespace curvd

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "absl/status/status.h"
+#include "server/rpc/peer_pace.h"
 
 namespace curvd {
 
@@ -20,12 +21,14 @@ class StreamState {
   using Clock = std::chrono::steady_clock;
 
   enum class Step { kNothing, kMakeMessage, kFinish };
-  enum class Stall { kNone, kWithoutMessage, kWithoutRoomToSend };
+  enum class Stall { kNone, kWithoutMessage, kWithoutRoomToSend, kSendsSlowly, kTakesSlowly };
 
   // Returns whether a read may start; it is in flight then. REQUIRES: no read is in flight.
   bool StartRead(Clock::time_point now);
   // The read is over. Returns whether anybody still wants what it brought.
-  bool EndRead();
+  bool EndRead(Clock::time_point now);
+  // What was read brought the call on by so many bytes.
+  void CountReceived(uint64_t bytes) { reading_.CountProgress(bytes); }
 
   // What the writing side is to do now. After kMakeMessage the driver makes a message and calls StartWrite, or finds
   // that nothing is due and calls SkipWrite; in between this returns kNothing to all others. kFinish comes once.
@@ -35,8 +38,8 @@ class StreamState {
   // There was nothing to write. Returns whether somebody has called Next meanwhile, who may know of something new: then
   // Next must be called again.
   bool SkipWrite();
-  // The write is over.
-  void EndWrite();
+  // The write, of `bytes` bytes, is over.
+  void EndWrite(Clock::time_point now, uint64_t bytes);
 
   // Sets the outcome. Returns false, and changes nothing, if there is one.
   bool End(absl::Status outcome);
@@ -47,9 +50,10 @@ class StreamState {
   // The caller has cancelled, or went away.
   void NoteCancel() { is_cancelled_ = true; }
 
-  // Whether the peer has kept a read or a write in flight for longer than `limit`. A write counts also when there is an
-  // outcome, which would wait behind it for ever; a read does not.
-  Stall FindStall(Clock::time_point now, Clock::duration limit) const;
+  // Whether the peer has kept the stream waiting for longer than `limit` without bringing or taking anything; or, if
+  // `is_missed`, whether it has fallen behind PeerPace::kMinBytesPerSecond by more than `limit`. A write counts also
+  // when there is an outcome, which would wait behind it for ever; a read does not.
+  Stall FindStall(Clock::time_point now, Clock::duration limit, bool is_missed = false) const;
 
   bool is_cancelled() const { return is_cancelled_; }
   bool is_writing() const { return writer_ != Writer::kIdle; }
@@ -65,8 +69,8 @@ class StreamState {
   Writer writer_ = Writer::kIdle;
   bool was_asked_again_ = false;  // while a message was being made
   int holds_ = 0;
-  Clock::time_point read_started_;
-  Clock::time_point write_started_;
+  PeerPace reading_;
+  PeerPace writing_;
 };
 
 }  // namespace curvd

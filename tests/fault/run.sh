@@ -13,4 +13,6 @@ printf '\n'
 "$programs/fault_cancels" --curvd="$programs/curvd" --cancels="$cancels" || status=1
 printf '\n'
 "$programs/fault_fairness" --curvd="$programs/curvd" || status=1
+printf '\n'
+"$programs/fault_callers" --curvd="$programs/curvd" --times="$times" || status=1
 exit $status

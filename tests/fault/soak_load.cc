@@ -132,6 +132,14 @@ void BadCall(RawCall& call, const SoakCase& work, std::mt19937_64& random, SoakC
   JudgeEnd(work, call, StatusCode::INVALID_ARGUMENT, counts.refused_input, counts);
 }
 
+// Announces a cloud and sends chunks without points, until the server has had enough.
+void HoldingCall(RawCall& call, const SoakCase& work, SoakCounts& counts) {
+  if (call.SendHeader(work.header)) {
+    while (call.SendPoints(*work.cloud, 0, 0)) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  JudgeEnd(work, call, StatusCode::DEADLINE_EXCEEDED, counts.stalled, counts);
+}
+
 // Sends a cloud and reads nothing, or opens a call and sends nothing, until the server has had enough.
 void StalledCall(RawCall& call, int stall_seconds, const SoakCase& work, std::mt19937_64& random, SoakCounts& counts) {
   call.SendHeader(work.header);
@@ -185,6 +193,7 @@ void MakeSoakCall(const std::string& address, int stall_seconds, const std::vect
   if (kind < 87) return HastyCall(call, work, random, counts);
   if (kind < 99) return BadCall(call, work, random, counts);
   // Few, since each keeps its client for seconds, in which others have to keep the server busy.
+  if (random() % 3 == 0) return HoldingCall(call, work, counts);
   StalledCall(call, stall_seconds, work, random, counts);
 }
 

@@ -63,7 +63,7 @@ class Call {
         WriteNext();
         break;
       case 4:
-        if (write_in_flight_) state_.EndWrite();
+        if (write_in_flight_) state_.EndWrite(now_, 1);
         write_in_flight_ = false;
         WriteNext();
         break;
@@ -90,7 +90,7 @@ class Call {
   void Close() {
     while (holds_ > 0) --holds_, state_.Release();
     for (int i = 0; i < 1000 && !is_finished_; ++i) {
-      if (write_in_flight_) state_.EndWrite();
+      if (write_in_flight_) state_.EndWrite(now_, 1);
       write_in_flight_ = false;
       WriteNext();
     }
@@ -122,7 +122,7 @@ class Call {
 
   void Read() {
     if (read_in_flight_) {
-      fuzz::Require(state_.EndRead() != state_.outcome().has_value(), "what comes after the end is dropped");
+      fuzz::Require(state_.EndRead(now_) != state_.outcome().has_value(), "what comes after the end is dropped");
       read_in_flight_ = false;
     }
     if (state_.StartRead(now_)) {

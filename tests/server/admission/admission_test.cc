@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/estimators/delaunay/umbrella.h"
 #include "core/job/estimation_job.h"
 #include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
@@ -63,16 +64,16 @@ TEST(AdmissionTest, ReservesLittleForLittleClouds) {
 
 TEST(AdmissionTest, RefusesACloudThatCouldNeverFit) {
   Admission admission(64 * kMiB, 4 * kMiB, 10, kThreads);
-  EXPECT_TRUE(IsError(admission.Enter(10'000'000, ScalarType::kFloat32, kHexagram).status(),
+  EXPECT_TRUE(IsError(admission.Enter(10'000'000, ScalarType::kFloat32, kHexagram, 0).status(),
                       absl::StatusCode::kResourceExhausted, kReasonMemoryLimit,
                       {"header.point_count", "10000000", absl::StrCat(56 * kMiB), "memory_limit"}));
 }
 
 TEST(AdmissionTest, SmallCallsDoNotWaitForLargeOnes) {
   Admission admission(1024 * kMiB, 4 * kMiB, 10, kThreads);
-  auto large = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram);
-  auto second = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram);
-  auto small = admission.Enter(10'000, ScalarType::kFloat32, kHexagram);
+  auto large = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram, 0);
+  auto second = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram, 0);
+  auto small = admission.Enter(10'000, ScalarType::kFloat32, kHexagram, 0);
   ASSERT_TRUE(large.ok() && second.ok() && small.ok());
   const uint64_t bytes = admission.CallBytes(8'000'000, ScalarType::kFloat32, kHexagram, false);
   EXPECT_TRUE(*(*large)->GrowTo(bytes, MustNotAnswer));

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <future>
+#include <list>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -63,7 +64,7 @@ TEST(MemoryBudgetTest, RefusesWhatCouldNeverFit) {
                       {"101", "100", "memory_limit"}));
 }
 
-TEST(MemoryBudgetTest, ServesInTheOrderOfArrival) {
+TEST(MemoryBudgetTest, ServesTheCallsOfACallerInTheOrderOfArrival) {
   MemoryBudget budget(100, 10);
   auto holder = std::make_unique<Reservation>(budget);
   ASSERT_TRUE(GrantsNow(*holder, 80));
@@ -159,7 +160,7 @@ TEST(MemoryBudgetTest, RefusesTheYoungestWhenTheLastActiveHolderLeftTooLittle) {
   active.reset();
   EXPECT_EQ(first_answer.count, 0);
   ASSERT_EQ(second_answer.count, 1);
-  EXPECT_TRUE(IsError(second_answer.status, kExhausted, kReasonMemoryBusy, {"80 bytes", "45 bytes"}));
+  EXPECT_TRUE(IsError(second_answer.status, kExhausted, kReasonMemoryBusy, {"80 bytes", "55 bytes"}));
   second.ShrinkTo(0);
   EXPECT_EQ(first_answer.count, 1);
   EXPECT_TRUE(first_answer.status.ok());
@@ -176,6 +177,245 @@ TEST(MemoryBudgetTest, AnswersMayUseTheBudget) {
   EXPECT_EQ(seen, 10u);
 }
 
+// A budget whose time stands still until it is moved.
+class MemoryBudgetTurnsTest : public testing::Test {
+ protected:
+  static constexpr uint64_t kAlice = 1, kBob = 2, kCarol = 3;
+
+  void Pass(MemoryBudget::Clock::duration time) {
+    now_ += time;
+    budget_.Tick();
+  }
+  std::unique_ptr<Reservation> Make(uint64_t caller) { return std::make_unique<Reservation>(budget_, caller); }
+  // A reservation that was granted.
+  std::unique_ptr<Reservation> Hold(uint64_t caller, uint64_t bytes) {
+    auto reservation = Make(caller);
+    EXPECT_TRUE(GrantsNow(*reservation, bytes));
+    return reservation;
+  }
+  // A reservation that waits.
+  std::unique_ptr<Reservation> Wait(uint64_t caller, uint64_t bytes, Answer& answer) {
+    auto reservation = Make(caller);
+    EXPECT_TRUE(Waits(*reservation, bytes, answer));
+    return reservation;
+  }
+
+  MemoryBudget::Clock::time_point now_;
+  MemoryBudget budget_{100, 6, [this] { return now_; }};
+};
+
+TEST_F(MemoryBudgetTurnsTest, WhoHoldsNothingGoesBeforeTheOtherCallsOfWhoHoldsAll) {
+  auto first = Hold(kAlice, 50), second = Hold(kAlice, 50);
+  Answer alice, bob;
+  auto third = Wait(kAlice, 50, alice);
+  auto other = Wait(kBob, 50, bob);
+  Pass(std::chrono::seconds(1));
+  first.reset();
+  EXPECT_EQ(bob.count, 1);
+  EXPECT_EQ(alice.count, 0);
+  second.reset();
+  EXPECT_EQ(alice.count, 1);
+}
+
+TEST_F(MemoryBudgetTurnsTest, TurnsAreWeightedByBytesAndTime) {
+  auto full = Hold(kCarol, 100);
+  Answer answers[4];
+  auto alice = Wait(kAlice, 60, answers[0]);
+  auto bob = Wait(kBob, 40, answers[1]);
+  auto alice_again = Wait(kAlice, 10, answers[2]);
+  auto bob_again = Wait(kBob, 10, answers[3]);
+  full.reset();
+  ASSERT_EQ(answers[0].count + answers[1].count, 2);
+  Pass(std::chrono::seconds(1));
+  bob.reset();
+  EXPECT_EQ(answers[3].count, 1) << "bob has had 40 byte seconds, alice 60";
+  EXPECT_EQ(answers[2].count, 1) << "and both fit";
+  alice_again.reset();
+  bob_again.reset();
+  alice.reset();
+  EXPECT_EQ(budget_.reserved(), 0u);
+}
+
+TEST_F(MemoryBudgetTurnsTest, ASmallCallOfAnotherPassesALargeOneThatWaits) {
+  auto holder = Hold(kAlice, 20);
+  Answer large;
+  auto waiting = Wait(kCarol, 100, large);
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(GrantsNow(*Make(kBob), 20)) << i;
+  holder.reset();
+  EXPECT_EQ(large.count, 1);
+}
+
+TEST_F(MemoryBudgetTurnsTest, ALargeCallIsPassedByAsManyBytesAsItWantsAtFirst) {
+  auto holder = Hold(kAlice, 20);
+  Answer large, small;
+  auto waiting = Wait(kCarol, 100, large);
+  for (int i = 0; i < 5; ++i) Hold(kBob, 20);
+  auto late = Wait(kBob, 20, small);
+  holder.reset();
+  EXPECT_EQ(large.count, 1);
+  EXPECT_EQ(small.count, 0);
+  waiting.reset();
+  EXPECT_EQ(small.count, 1);
+}
+
+TEST_F(MemoryBudgetTurnsTest, AClaimThatCannotBeServedLetsOthersPassAfterAWhile) {
+  auto holder = Hold(kAlice, 20);
+  Answer large, small, later;
+  auto waiting = Wait(kCarol, 100, large);
+  for (int i = 0; i < 5; ++i) Hold(kBob, 20);
+  auto late = Wait(kBob, 20, small);
+  Pass(WaitingClaim::kFirstClaim - std::chrono::milliseconds(1));
+  EXPECT_EQ(small.count, 0);
+  Pass(std::chrono::milliseconds(1));
+  EXPECT_EQ(small.count, 1) << "it was served as time went by";
+  for (int i = 0; i < 20; ++i) Hold(kBob, 20);
+  Pass(WaitingClaim::kFirstClaim);
+  auto last = Wait(kBob, 20, later);
+  Pass(2 * WaitingClaim::kFirstClaim - std::chrono::milliseconds(1));
+  EXPECT_EQ(later.count, 0) << "the second claim lasts twice as long";
+  Pass(std::chrono::milliseconds(1));
+  EXPECT_EQ(later.count, 1);
+}
+
+TEST_F(MemoryBudgetTurnsTest, ACallThatItsOwnCallerKeepsWaitingKeepsNobodyElseWaiting) {
+  auto holder = Hold(kCarol, 20);
+  Answer large;
+  auto waiting = Wait(kCarol, 100, large);
+  for (int i = 0; i < 50; ++i) EXPECT_TRUE(GrantsNow(*Make(kBob), 20)) << i;
+  EXPECT_EQ(large.count, 0);
+}
+
+TEST_F(MemoryBudgetTurnsTest, NobodyStarvesBesideAStreamOfSmallCalls) {
+  Answer large;
+  std::vector<std::unique_ptr<Reservation>> small;
+  for (uint64_t caller = 10; caller < 15; ++caller) small.push_back(Hold(caller, 20));
+  auto waiting = Wait(kCarol, 100, large);
+  std::list<Answer> answers;
+  // Each small call ends after a second, and its caller makes another.
+  for (int i = 0; i < 200 && large.count == 0; ++i) {
+    auto& call = small[i % small.size()];
+    call = Make(10 + i % small.size());
+    answers.emplace_back();
+    ASSERT_TRUE(call->GrowTo(20, answers.back().callback()).ok());
+    Pass(std::chrono::milliseconds(200));
+  }
+  EXPECT_EQ(large.count, 1);
+}
+
+TEST_F(MemoryBudgetTurnsTest, WhoComesLateHasNoMoreRightThanThoseWhoWereServed) {
+  // Carol waits for her own call, so that somebody waits all the time.
+  auto carols = Hold(kCarol, 1);
+  Answer carol, alice[2], bob[2];
+  auto waiting = Wait(kCarol, 100, carol);
+  auto first = Hold(kAlice, 99);
+  auto second = Wait(kAlice, 99, alice[0]);
+  Pass(std::chrono::hours(1));
+  first.reset();
+  ASSERT_EQ(alice[0].count, 1);
+  auto third = Wait(kAlice, 99, alice[1]);
+  auto bobs = Wait(kBob, 51, bob[0]);
+  Pass(std::chrono::seconds(1));
+  second.reset();
+  ASSERT_EQ(bob[0].count, 1) << "alice has had a second more since bob came";
+  auto bobs_next = Wait(kBob, 51, bob[1]);
+  Pass(std::chrono::seconds(3));
+  bobs.reset();
+  EXPECT_EQ(alice[1].count, 1) << "and not only after an hour of bob's";
+  EXPECT_EQ(bob[1].count, 0);
+}
+
+TEST_F(MemoryBudgetTurnsTest, OfTwoClaimsTheEarlierIsServed) {
+  constexpr uint64_t kDave = 4;
+  auto holder = Hold(kAlice, 30), of_bob = Hold(kBob, 10);
+  Answer bob, carol, dave;
+  auto came_first = Wait(kBob, 80, bob);
+  auto has_turn = Wait(kCarol, 80, carol);
+  for (int i = 0; i < 2; ++i) Hold(kDave, 40);
+  auto late = Wait(kDave, 40, dave);
+  EXPECT_EQ(dave.count, 0) << "they claim what is free";
+  holder.reset();
+  EXPECT_EQ(carol.count, 1);
+  EXPECT_EQ(bob.count, 0);
+}
+
+TEST_F(MemoryBudgetTurnsTest, APlaceInTheQueueGoesFromWhoHasMost) {
+  auto holder = Hold(kAlice, 100);
+  Answer alice[6], bob[3];
+  std::vector<std::unique_ptr<Reservation>> waiting;
+  for (Answer& answer : alice) waiting.push_back(Wait(kAlice, 10, answer));
+  EXPECT_TRUE(IsError(Make(kAlice)->GrowTo(10, MustNotAnswer).status(), kExhausted, kReasonQueueFull, {}))
+      << "not at the cost of her own";
+  for (int i = 0; i < 3; ++i) {
+    waiting.push_back(Wait(kBob, 10, bob[i]));
+    ASSERT_EQ(alice[5 - i].count, 1) << "her youngest";
+    EXPECT_TRUE(IsError(alice[5 - i].status, kExhausted, kReasonQueueFull, {"6", "max_waiting"}));
+  }
+  EXPECT_TRUE(IsError(Make(kBob)->GrowTo(10, MustNotAnswer).status(), kExhausted, kReasonQueueFull, {}))
+      << "both have three places now";
+  EXPECT_EQ(budget_.waiting(), 6u);
+}
+
+TEST_F(MemoryBudgetTurnsTest, IfAllHoldersWaitTheOneWhoHoldsMostLoses) {
+  auto first = Hold(kAlice, 40), second = Hold(kAlice, 40), other = Hold(kBob, 20);
+  Answer answers[2];
+  ASSERT_TRUE(Waits(*first, 50, answers[0]));
+  ASSERT_TRUE(Waits(*second, 50, answers[1]));
+  Answer bob;
+  EXPECT_TRUE(Waits(*other, 30, bob));
+  ASSERT_EQ(answers[1].count, 1);
+  EXPECT_TRUE(IsError(answers[1].status, kExhausted, kReasonMemoryBusy, {"50 bytes", "memory_limit"}));
+  second.reset();
+  EXPECT_EQ(bob.count, 1);
+  EXPECT_TRUE(bob.status.ok());
+}
+
+TEST_F(MemoryBudgetTurnsTest, TellsWhoHoldsMemoryWhetherItIsMissed) {
+  auto holder = Hold(kAlice, 60);
+  EXPECT_FALSE(holder->IsMissed());
+  Answer answer;
+  auto waiting = Wait(kBob, 60, answer);
+  EXPECT_TRUE(holder->IsMissed());
+  holder->ShrinkTo(20);
+  EXPECT_EQ(answer.count, 1);
+  EXPECT_FALSE(holder->IsMissed());
+}
+
+TEST_F(MemoryBudgetTurnsTest, LendsWhatIsNotNeededNowToThoseWhoWait) {
+  auto holder = Make(kAlice);
+  ASSERT_TRUE(*holder->GrowTo(90, 10, MustNotAnswer));
+  holder->Lend();
+  EXPECT_EQ(budget_.reserved(), 90u) << "nobody waits";
+  Answer bob;
+  auto waiting = Wait(kBob, 60, bob);
+  holder->Lend();
+  EXPECT_EQ(bob.count, 1);
+  EXPECT_EQ(budget_.reserved(), 70u);
+}
+
+TEST_F(MemoryBudgetTurnsTest, WhoHasLentGrowsOnlyAsItNeedsAndWaitsForItsTurn) {
+  auto holder = Make(kAlice);
+  ASSERT_TRUE(*holder->GrowTo(90, 10, MustNotAnswer));
+  Answer bob, alice;
+  auto other = Wait(kBob, 60, bob);
+  holder->Lend();
+  ASSERT_TRUE(*holder->GrowTo(90, 40, MustNotAnswer));
+  EXPECT_EQ(budget_.reserved(), 100u);
+  EXPECT_FALSE(*holder->GrowTo(90, 50, alice.callback()));
+  other.reset();
+  EXPECT_EQ(alice.count, 1);
+  EXPECT_EQ(budget_.reserved(), 50u);
+  EXPECT_TRUE(*holder->GrowTo(90, 90, MustNotAnswer)) << "all of it is needed at last";
+}
+
+TEST_F(MemoryBudgetTurnsTest, WhoNeedsAllThatItHoldsLendsNothing) {
+  auto holder = Hold(kAlice, 90);
+  Answer bob;
+  auto waiting = Wait(kBob, 60, bob);
+  holder->Lend();
+  EXPECT_EQ(bob.count, 0);
+  EXPECT_EQ(budget_.reserved(), 90u);
+}
+
 TEST(MemoryBudgetTest, ManyThreadsNeverExceedTheLimitAndAllGetTheirTurn) {
   constexpr uint64_t kLimit = 1000;
   MemoryBudget budget(kLimit, 1000);
@@ -184,7 +424,7 @@ TEST(MemoryBudgetTest, ManyThreadsNeverExceedTheLimitAndAllGetTheirTurn) {
   const auto work = [&](int seed) {
     for (int i = 0; i < 300; ++i) {
       const uint64_t bytes = 1 + static_cast<uint64_t>((seed * 131 + i * 17) % 600);
-      Reservation reservation(budget);
+      Reservation reservation(budget, seed % 3);
       const auto granted = std::make_shared<std::promise<absl::Status>>();
       const absl::StatusOr<bool> now =
           reservation.GrowTo(bytes, [granted](absl::Status status) { granted->set_value(std::move(status)); });

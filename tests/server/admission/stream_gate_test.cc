@@ -6,6 +6,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
@@ -67,6 +68,37 @@ TEST(StreamGateTest, KeepsRoomForOthers) {
   EXPECT_TRUE(gate.Open(third, CallerNamed("bob")).ok());
   gate.Close(first.get());
   EXPECT_TRUE(gate.Open(first, CallerNamed("alice")).ok());
+}
+
+TEST(StreamGateTest, CallersWhoTakeAllTheyCanGetShareAlikeAndLeavePlacesForOthers) {
+  StreamGate gate(100, 100);
+  std::vector<std::shared_ptr<FakeStream>> streams;
+  const auto opens = [&](const std::string& name) {
+    streams.push_back(std::make_shared<FakeStream>());
+    return gate.Open(streams.back(), CallerNamed(name));
+  };
+  int alice = 0, bob = 0;
+  absl::Status refusal;
+  while (refusal.ok()) {
+    refusal = opens("alice");
+    alice += refusal.ok();
+    if (refusal.ok()) refusal = opens("bob");
+    bob += refusal.ok();
+  }
+  EXPECT_TRUE(
+      IsError(refusal, absl::StatusCode::kResourceExhausted, kReasonPeerStreamLimit, {"max_streams", "others"}));
+  EXPECT_NEAR(alice, bob, 1);
+  EXPECT_NEAR(alice + bob, 94, 1);
+  EXPECT_TRUE(opens("carol").ok());
+}
+
+TEST(StreamGateTest, ACallerAloneMayTakeEveryPlace) {
+  StreamGate gate(20, 20);
+  std::vector<std::shared_ptr<FakeStream>> streams;
+  for (int i = 0; i < 20; ++i) {
+    streams.push_back(std::make_shared<FakeStream>());
+    EXPECT_TRUE(gate.Open(streams.back(), kAnybody).ok()) << i;
+  }
 }
 
 TEST(StreamGateTest, ACallThatEndsMakesRoomForTheNextOfItsCaller) {

@@ -89,8 +89,8 @@ class EstimateCallTest : public ::testing::Test {
     return response;
   }
 
-  // gRPC is done with the call, and nobody else keeps it: waits until its memory is given back. Its job may hold it until
-  // its last block is over.
+  // gRPC is done with the call, and nobody else keeps it: waits until its memory is given back. Its job may hold it
+  // until its last block is over.
   void Close() {
     call_->OnDone();
     call_.reset();
@@ -177,6 +177,65 @@ TEST_F(EstimateCallTest, DoesNotReadWhileItWaitsForMemory) {
   second.EndWrite(*waiting);
   waiting->OnCancel();
   waiting->OnDone();
+}
+
+// A header reserves memory for all its points. Where they do not come, others get it; when they do, the call goes on.
+TEST_F(EstimateCallTest, LendsItsMemoryToACallThatWaitsWhileItsPointsDoNotCome) {
+  const uint64_t most = 2'000'000;
+  Start();
+  transport_.Deliver(*call_, Header(most));
+  transport_.Deliver(*call_, Chunk(0, 1'000, most));
+  WaitableTransport second;
+  const auto waiting = std::make_shared<EstimateCall>(service_, ArrivalFrom("ipv4:10.0.0.8:1"), second);
+  waiting->Start();
+  second.Deliver(*waiting, Header(most));
+  call_->Tick(BidiStream::Clock::now() + std::chrono::seconds(1));
+  EXPECT_EQ(second.reads, 1) << "it may have been about to send more";
+  call_->Tick(BidiStream::Clock::now() + std::chrono::seconds(3));
+  EXPECT_EQ(second.reads, 2);
+  const int reads = transport_.reads;
+  transport_.Deliver(*call_, Chunk(1'000, 1'000, most));
+  EXPECT_EQ(transport_.reads, reads + 1) << "there is room for what it sends now";
+  second.EndWrite(*waiting);
+  waiting->OnCancel();
+  waiting->OnDone();
+  transport_.EndWrite(*call_);
+  call_->OnCancel();
+  call_->OnDone();
+}
+
+TEST_F(EstimateCallTest, ACallWhosePointsComeInTimeKeepsItsMemory) {
+  const uint64_t most = 2'000'000;
+  Start();
+  transport_.Deliver(*call_, Header(most));
+  // Beyond a third of the cloud within 5 s: the rest comes within 10.
+  for (uint64_t first = 0; first < 700'000; first += 100'000) transport_.Deliver(*call_, Chunk(first, 100'000, most));
+  WaitableTransport second;
+  const auto waiting = std::make_shared<EstimateCall>(service_, ArrivalFrom("ipv4:10.0.0.8:1"), second);
+  waiting->Start();
+  second.Deliver(*waiting, Header(most));
+  call_->Tick(BidiStream::Clock::now() + std::chrono::seconds(4));
+  EXPECT_EQ(second.reads, 1);
+  second.EndWrite(*waiting);
+  waiting->OnCancel();
+  waiting->OnDone();
+  transport_.EndWrite(*call_);
+  call_->OnCancel();
+  call_->OnDone();
+}
+
+TEST_F(EstimateCallTest, ChunksWithoutPointsDoNotKeepACallAlive) {
+  Start();
+  transport_.Deliver(*call_, Header(100));
+  for (int i = 0; i < 1'100; ++i) transport_.Deliver(*call_, Chunk(0, 0, 100));
+  // Each counts as 10 ms of waiting, of the 10 s that the server is patient.
+  call_->Tick(BidiStream::Clock::now());
+  EXPECT_FALSE(transport_.finished.has_value()) << "Accepted is on its way";
+  transport_.EndWrite(*call_);
+  ASSERT_TRUE(transport_.finished.has_value());
+  EXPECT_EQ(transport_.finished->error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  call_->OnDone();
+  EXPECT_EQ(MetricOf(service_.metrics, "curvd_failures_total{reason=\"STALLED\"}"), 1);
 }
 
 TEST_F(EstimateCallTest, ACallThatEndsWhileItWaitsLeavesTheQueue) {

@@ -58,7 +58,7 @@ class Protocol final : public BidiStream {
     due.pop_front();
     return Made::kMessage;
   }
-  void OnTick(bool is_writing) override { ticks.push_back(is_writing); }
+  void OnTick(Clock::time_point, bool is_writing) override { ticks.push_back(is_writing); }
   void Stop() override {
     ++stops;
     if (on_stop) on_stop();

@@ -20,6 +20,13 @@ TEST(CallerStallsTest, NamesTheLimit) {
                       {"message", "5s", "stall_timeout"}));
 }
 
+TEST(CallerIsSlowTest, NamesThePace) {
+  EXPECT_TRUE(IsError(CallerIsSlow(true, 1000, absl::Seconds(5)), absl::StatusCode::kDeadlineExceeded, kReasonStalled,
+                      {"results taken", "5s", "1000", "others wait"}));
+  EXPECT_TRUE(IsError(CallerIsSlow(false, 1000, absl::Seconds(5)), absl::StatusCode::kDeadlineExceeded, kReasonStalled,
+                      {"points sent", "5s", "1000", "others wait"}));
+}
+
 TEST(DrainTimedOutTest, SaysSo) {
   EXPECT_TRUE(IsError(DrainTimedOut(absl::Seconds(5)), absl::StatusCode::kUnavailable, kReasonDrainTimeout,
                       {"draining", "5s", "drain_timeout", "another replica"}));

@@ -17,7 +17,7 @@ TEST(StreamStateTest, MakesNoMessageWhileOneIsOnItsWay) {
   EXPECT_EQ(state.Next(), Step::kNothing);
   state.StartWrite(kStart);
   EXPECT_EQ(state.Next(), Step::kNothing);
-  state.EndWrite();
+  state.EndWrite(kStart, 1);
   EXPECT_EQ(state.Next(), Step::kMakeMessage);
 }
 
@@ -38,7 +38,7 @@ TEST(StreamStateTest, FinishesOnceAndOnlyAfterTheWriteInFlight) {
   state.StartWrite(kStart);
   EXPECT_TRUE(state.End(absl::OkStatus()));
   EXPECT_EQ(state.Next(), Step::kNothing);
-  state.EndWrite();
+  state.EndWrite(kStart, 1);
   EXPECT_EQ(state.Next(), Step::kFinish);
   EXPECT_EQ(state.Next(), Step::kNothing);
 }
@@ -82,10 +82,10 @@ TEST(StreamStateTest, KeepsTheFirstOutcome) {
 TEST(StreamStateTest, ReadsNoMoreOnceThereIsAnOutcome) {
   StreamState state;
   ASSERT_TRUE(state.StartRead(kStart));
-  EXPECT_TRUE(state.EndRead());
+  EXPECT_TRUE(state.EndRead(kStart));
   ASSERT_TRUE(state.StartRead(kStart));
   state.End(absl::OkStatus());
-  EXPECT_FALSE(state.EndRead());
+  EXPECT_FALSE(state.EndRead(kStart));
   EXPECT_FALSE(state.StartRead(kStart));
 }
 
@@ -95,15 +95,52 @@ TEST(StreamStateTest, TellsWhichSideStalls) {
   state.StartRead(kStart);
   EXPECT_EQ(state.FindStall(kStart + seconds(10), seconds(10)), Stall::kNone);
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kWithoutMessage);
-  state.EndRead();
+  state.EndRead(kStart + seconds(11));
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
   state.Next();
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
   state.StartWrite(kStart + seconds(5));
   EXPECT_EQ(state.FindStall(kStart + seconds(15), seconds(10)), Stall::kNone);
   EXPECT_EQ(state.FindStall(kStart + seconds(16), seconds(10)), Stall::kWithoutRoomToSend);
-  state.EndWrite();
+  state.EndWrite(kStart, 1);
   EXPECT_EQ(state.FindStall(kStart + seconds(16), seconds(10)), Stall::kNone);
+}
+
+TEST(StreamStateTest, MessagesThatBringNothingDoNotKeepAStreamAlive) {
+  StreamState state;
+  for (int i = 0; i < 11; ++i) {
+    state.StartRead(kStart + seconds(i));
+    state.EndRead(kStart + seconds(i + 1));
+    state.CountReceived(0);
+  }
+  state.StartRead(kStart + seconds(11));
+  EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kWithoutMessage);
+  state.EndRead(kStart + seconds(11));
+  state.CountReceived(1);
+  state.StartRead(kStart + seconds(11));
+  EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
+}
+
+TEST(StreamStateTest, SlowPeersAreFoundOnlyIfOthersMissWhatTheCallHolds) {
+  StreamState state;
+  for (int i = 0; i < 11; ++i) {
+    state.StartRead(kStart + seconds(i));
+    state.EndRead(kStart + seconds(i + 1));
+    state.CountReceived(24);
+  }
+  state.StartRead(kStart + seconds(11));
+  EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
+  EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10), true), Stall::kSendsSlowly);
+  state.EndRead(kStart + seconds(11));
+  for (int i = 0; i < 11; ++i) {
+    state.Next();
+    state.StartWrite(kStart + seconds(i));
+    state.EndWrite(kStart + seconds(i + 1), 24);
+  }
+  state.Next();
+  state.StartWrite(kStart + seconds(11));
+  EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
+  EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10), true), Stall::kTakesSlowly);
 }
 
 // The ticker may have looked at its clock before the read started.
@@ -121,7 +158,7 @@ TEST(StreamStateTest, AWriteStallsAlsoWhenThereIsAnOutcome) {
   state.StartWrite(kStart);
   state.End(absl::InvalidArgumentError("bad"));
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kWithoutRoomToSend);
-  state.EndWrite();
+  state.EndWrite(kStart, 1);
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
 }
 

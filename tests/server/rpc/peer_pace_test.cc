@@ -1,0 +1,81 @@
+#include "server/rpc/peer_pace.h"
+
+#include <gtest/gtest.h>
+
+namespace curvd {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::minutes;
+using std::chrono::seconds;
+using Verdict = PeerPace::Verdict;
+constexpr auto kLimit = minutes(5);
+
+// A peer, and a clock that moves when it is waited for.
+struct Peer {
+  PeerPace pace;
+  PeerPace::Clock::time_point now;
+
+  void Move(PeerPace::Clock::duration wait, uint64_t bytes) {
+    pace.StartWait(now);
+    now += wait;
+    pace.EndWait(now);
+    pace.CountProgress(bytes);
+  }
+  Verdict Judge() const { return pace.Judge(now, kLimit); }
+};
+
+TEST(PeerPaceTest, AWaitWithoutProgressMayBeAsLongAsTheLimit) {
+  Peer peer;
+  peer.pace.StartWait(peer.now);
+  EXPECT_EQ(peer.pace.Judge(peer.now + kLimit, kLimit), Verdict::kFine);
+  EXPECT_EQ(peer.pace.Judge(peer.now + kLimit + milliseconds(1), kLimit), Verdict::kStalled);
+}
+
+TEST(PeerPaceTest, MessagesWithoutProgressDoNotStopTheClock) {
+  Peer peer;
+  for (int i = 0; i < 149; ++i) peer.Move(seconds(2), 0);
+  EXPECT_EQ(peer.Judge(), Verdict::kFine);
+  peer.Move(seconds(2), 0);
+  EXPECT_EQ(peer.Judge(), Verdict::kStalled);
+}
+
+TEST(PeerPaceTest, MessagesWithoutProgressThatComeAtOnceEndToo) {
+  Peer peer;
+  for (int i = 0; i <= kLimit / PeerPace::kEmptyMessage; ++i) peer.Move(seconds(0), 0);
+  EXPECT_EQ(peer.Judge(), Verdict::kStalled);
+}
+
+TEST(PeerPaceTest, AByteNowAndThenIsSlowButNotStalled) {
+  Peer peer;
+  for (int i = 0; i < 151; ++i) peer.Move(seconds(2), 24);
+  EXPECT_EQ(peer.Judge(), Verdict::kSlow);
+}
+
+TEST(PeerPaceTest, ALineOf56KilobytesASecondIsFineWithChunksOfAnySize) {
+  for (const uint64_t chunk : {24, 1'000, 1 << 20, 4 << 20}) {
+    Peer peer;
+    const auto time = std::chrono::nanoseconds(static_cast<int64_t>(1e9 * static_cast<double>(chunk) / 56'000));
+    while (peer.now < PeerPace::Clock::time_point(std::chrono::hours(1))) {
+      peer.Move(time, chunk);
+      ASSERT_EQ(peer.Judge(), Verdict::kFine) << chunk << " bytes";
+      if (chunk < 1'000 && peer.now > PeerPace::Clock::time_point(kLimit * 2)) break;
+    }
+  }
+}
+
+TEST(PeerPaceTest, NobodyIsPaidInAdvance) {
+  Peer peer;
+  peer.Move(seconds(1), uint64_t{1} << 40);
+  for (int i = 0; i < 151; ++i) peer.Move(seconds(2), 24);
+  EXPECT_EQ(peer.Judge(), Verdict::kSlow);
+}
+
+TEST(PeerPaceTest, TimeInWhichNobodyWaitsForThePeerDoesNotCount) {
+  Peer peer;
+  peer.Move(seconds(1), 0);
+  EXPECT_EQ(peer.pace.Judge(peer.now + std::chrono::hours(1), kLimit), Verdict::kFine);
+}
+
+}  // namespace
+}  // namespace curvd
