@@ -117,13 +117,13 @@ lint: ## Run clang-tidy on the sources; needs the build of `make test`
 	  2> >(grep -vE '^[0-9]+ warnings? generated' >&2)
 
 # The rest of curvd knows no processor. Debian's headers of these libraries serve every one.
-ARM64_CXX := aarch64-linux-gnu-g++ -I. -isystem build/arm64/include -std=c++20 -O2 -ffp-contract=off \
+ARM64_CXX := aarch64-linux-gnu-g++ -I. -isystem build/arm64/include -isystem build/arm64/include/eigen3 -std=c++20 -O2 -ffp-contract=off \
   -Wall -Wextra -Werror -Wno-psabi -DTOOLCHAIN_MISS_SYS_AUXV_H
 .PHONY: arm64
 arm64: deps ## Compile the core for arm64
 	$(call install,g++-aarch64-linux-gnu)
 	@mkdir -p build/arm64/include
-	@ln -sfn /usr/include/absl /usr/include/hwy build/arm64/include/
+	@ln -sfn /usr/include/absl /usr/include/hwy /usr/include/eigen3 build/arm64/include/
 	@find core -name '*.cc' | xargs -P $(JOBS) -I{} sh -c '$(ARM64_CXX) -c {} -o build/arm64/$$(basename {}).o'
 
 .PHONY: proto-check proto-baseline

@@ -34,7 +34,9 @@ TEST(AdmissionTest, ReservesForTheUmbrellasOfEveryPoint) {
   const Admission admission(1024 * kMiB, 4 * kMiB, 10, kThreads);
   const uint64_t hexagram = admission.CallBytes(1'000'000, ScalarType::kFloat32, kHexagram, false);
   const uint64_t delaunay = admission.CallBytes(1'000'000, ScalarType::kFloat32, Delaunay(), false);
-  EXPECT_EQ(delaunay - hexagram, 1'000'000 * sizeof(Umbrella));
+  const uint64_t scratch = EstimationScratchBytes(Delaunay(), 1'000'000, kThreads) -
+                           EstimationScratchBytes(kHexagram, 1'000'000, kThreads);
+  EXPECT_EQ(delaunay - hexagram, 1'000'000 * sizeof(Umbrella) + scratch);
 }
 
 TEST(AdmissionTest, ReservesScratchForEachWorkerThatHasABlock) {
@@ -52,8 +54,8 @@ TEST(AdmissionTest, ReservesScratchForEachWorkerThatHasABlock) {
 
 TEST(AdmissionTest, AnOrdinaryCallFitsASmallServer) {
   Admission admission(256 * kMiB, 4 * kMiB, 10, 8);
-  EXPECT_TRUE(admission.Enter(500'000, ScalarType::kFloat32, kHexagram).ok());
-  EXPECT_TRUE(admission.Enter(0, ScalarType::kFloat32, kHexagram).ok());
+  EXPECT_TRUE(admission.Enter(500'000, ScalarType::kFloat32, kHexagram, 0).ok());
+  EXPECT_TRUE(admission.Enter(0, ScalarType::kFloat32, kHexagram, 0).ok());
 }
 
 TEST(AdmissionTest, ReservesLittleForLittleClouds) {
