@@ -44,7 +44,8 @@ class ServerMetrics {
   void CountReceived(RpcMethod method, uint64_t bytes);
   void CountSent(RpcMethod method, uint64_t bytes);
   void CountHandled(RpcMethod method, absl::StatusCode code, double seconds);
-  // The rest of what the record of an RPC tells: the reason of a failure, and of an EstimateCurvature points and phases.
+  // The rest of what the record of an RPC tells: the reason of a failure, and of an EstimateCurvature points and
+  // phases.
   void CountCall(const CallRecord& record);
 
   // What to register with an exposer.

@@ -96,9 +96,9 @@ int Main(int argc, char** argv) {
   app.add_option("--memory-limit-mib", flags.memory_limit_mib)->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   const std::vector<Case> cases = MakeCases(flags.points);
-  const CurvdChild curvd(
-      flags.curvd, {"--log=false", "--threads=2", absl::StrCat("--memory-limit=", flags.memory_limit_mib, "MiB"),
-                    absl::StrCat("--max-connections-per-peer=", flags.connections + 1)});
+  const CurvdChild curvd(flags.curvd,
+                         {"--log=false", "--threads=2", absl::StrCat("--memory-limit=", flags.memory_limit_mib, "MiB"),
+                          absl::StrCat("--max-connections-per-peer=", flags.connections + 1)});
   std::vector<std::shared_ptr<grpc::Channel>> channels;
   for (int i = 0; i < flags.connections; ++i) {
     channels.push_back(OwnChannel(curvd.address()));

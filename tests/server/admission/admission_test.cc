@@ -34,8 +34,8 @@ TEST(AdmissionTest, ReservesForTheUmbrellasOfEveryPoint) {
   const Admission admission(1024 * kMiB, 4 * kMiB, 10, kThreads);
   const uint64_t hexagram = admission.CallBytes(1'000'000, ScalarType::kFloat32, kHexagram, false);
   const uint64_t delaunay = admission.CallBytes(1'000'000, ScalarType::kFloat32, Delaunay(), false);
-  const uint64_t scratch = EstimationScratchBytes(Delaunay(), 1'000'000, kThreads) -
-                           EstimationScratchBytes(kHexagram, 1'000'000, kThreads);
+  const uint64_t scratch =
+      EstimationScratchBytes(Delaunay(), 1'000'000, kThreads) - EstimationScratchBytes(kHexagram, 1'000'000, kThreads);
   EXPECT_EQ(delaunay - hexagram, 1'000'000 * sizeof(Umbrella) + scratch);
 }
 
