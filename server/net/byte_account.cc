@@ -16,20 +16,25 @@ constexpr uint64_t kForgivenBytesPerSecond = 64;
 
 }  // namespace
 
-void ByteAccount::NoteLetIn(uint64_t metadata, bool open) {
+void ByteAccount::NoteLetIn(uint64_t metadata) {
   let_in_ = true;
   accounted_ += metadata + kCallBytes;
-  if (open) ++open_;
+  ++open_;
+}
+
+void ByteAccount::NoteMessage(uint64_t bytes, bool is_first) {
+  accounted_ += bytes + bytes / kMessageShare + kMessageBytes;
+  if (is_first) ++reading_;
 }
 
 // What was on its way when the call ended, nobody reads any more.
-void ByteAccount::NoteEnd(bool reading) {
+void ByteAccount::NoteEnd(uint64_t messages) {
   --open_;
-  if (reading) --reading_;
-  accounted_ += kFirstFlightBytes + (reading ? allowances_->max_message : 0);
+  accounted_ += kFirstFlightBytes;
+  if (messages == 0) return;
+  --reading_;
+  accounted_ += allowances_->max_message;
 }
-
-void ByteAccount::NoteMessage(uint64_t bytes) { accounted_ += bytes + bytes / kMessageShare + kMessageBytes; }
 
 void ByteAccount::NoteAnswered(uint64_t metadata) { accounted_ += metadata + kCallBytes + kFirstFlightBytes; }
 

@@ -33,15 +33,13 @@ class ByteAccount {
 
   ByteAccount(const ByteAllowances& allowances, Clock::time_point now) : allowances_(&allowances), forgiven_at_(now) {}
 
-  // A call was let in; one of EstimateCurvature stays `open` until NoteEnd. `metadata` is its size.
-  void NoteLetIn(uint64_t metadata, bool open);
-  // An open call has memory for a message at a time, and starts to read them.
-  void NoteReading() { ++reading_; }
-  // An open call is over; `reading`: NoteReading was called for it.
-  void NoteEnd(bool reading);
-  // A message of a call that was let in is complete.
-  void NoteMessage(uint64_t bytes);
-  // A call that was not let in has got its answer.
+  // A call with so much metadata was let in. It is open until NoteEnd.
+  void NoteLetIn(uint64_t metadata);
+  // A message of an open call is complete. Its first is small; with it the call gets memory for larger ones.
+  void NoteMessage(uint64_t bytes, bool is_first);
+  // An open call is over, after `messages` messages.
+  void NoteEnd(uint64_t messages);
+  // A call with so much metadata that was not let in has got its answer.
   void NoteAnswered(uint64_t metadata);
 
   // REQUIRES: neither `read`, the number of bytes that gRPC has read, nor `now` goes back.

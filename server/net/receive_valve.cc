@@ -31,7 +31,7 @@ std::optional<uint32_t> BeginningOf(int fd) {
     return std::nullopt;
   }
   const bool is_v4 = opening[0] >> 4 == 4;
-  // The system keeps no IPv6 extension headers before TCP's apart; a SYN that has some is not understood.
+  // A SYN with extension headers of IPv6 is not understood.
   if (!is_v4 && (length < sizeof(ip6_hdr) || opening[offsetof(ip6_hdr, ip6_nxt)] != IPPROTO_TCP)) return std::nullopt;
   const size_t tcp = is_v4 ? size_t{4} * (opening[0] & 15) : sizeof(ip6_hdr);
   uint32_t sequence = 0;

@@ -18,7 +18,8 @@ void RememberBeginnings(int listener);
 std::optional<uint32_t> BeginningOf(int fd);
 
 // From now on no byte from the `bytes`th on is received, given what BeginningOf returned. Bytes that have been received
-// already stay. Returns whether the system does so. REQUIRES: bytes < 2^31.
+// already stay. Returns whether the system does so.
+// REQUIRES: the peer has sent less than 2^31 bytes more or less than that.
 bool BoundReceived(int fd, uint32_t beginning, uint64_t bytes);
 
 // Takes the bound away. The peer's system sends again what was cut off, after some hundred milliseconds at most.

@@ -1,0 +1,53 @@
+#include "server/net/connection_guard.h"
+
+#include <algorithm>
+
+namespace curvd {
+
+void ConnectionGuard::Wake(int watch) { awake_.push_back({watch, 0}); }
+
+void ConnectionGuard::Forget(int watch) {
+  const auto found = std::find_if(awake_.begin(), awake_.end(), [watch](const Awake& a) { return a.watch == watch; });
+  if (found != awake_.end()) awake_.erase(found);
+}
+
+int ConnectionGuard::WaitMs(Clock::time_point now) const {
+  if (awake_.empty() && level_ == MemoryPressure::Level::kFine) return -1;
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(next_turn_ - now);
+  return static_cast<int>(std::clamp<std::chrono::milliseconds::rep>(left.count(), 0, kInterval.count()));
+}
+
+std::vector<int> ConnectionGuard::Turn(Clock::time_point now, uint64_t resident_bytes) {
+  std::vector<int> quiet;
+  if (now < next_turn_) return quiet;
+  next_turn_ = now + kInterval;
+  level_ = memory_.Judge(resident_bytes);
+  if (level_ != MemoryPressure::Level::kFine) Shed(now);
+  for (size_t looks = std::min(kLooksInTurn, awake_.size()); looks > 0; --looks) {
+    Awake next = awake_.front();
+    awake_.pop_front();
+    const ConnectionRegistry::Sight sight = connections_.Look(next.watch, now);
+    if (sight == ConnectionRegistry::Sight::kEnded) memory_.NoteFreed(now);
+    next.looks_in_vain = sight == ConnectionRegistry::Sight::kQuiet ? next.looks_in_vain + 1 : 0;
+    if (next.looks_in_vain < kQuietLooks) {
+      awake_.push_back(next);
+    } else {
+      quiet.push_back(next.watch);
+    }
+  }
+  return quiet;
+}
+
+void ConnectionGuard::Shed(Clock::time_point now) {
+  const bool critical = level_ == MemoryPressure::Level::kCritical;
+  bool any = false;
+  // What one connection holds is not known; in critical need all strangers go.
+  while (connections_.EndLargestStranger(kSparedBytes)) {
+    any = true;
+    if (!critical) break;
+  }
+  if (critical && connections_.EndLargestLetIn(kSparedLetInBytes)) any = true;
+  if (any) memory_.NoteFreed(now);
+}
+
+}  // namespace curvd
