@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #ifdef __GLIBC__
@@ -23,6 +24,11 @@ uint64_t ResidentBytes() {
 MemoryPressure::Level MemoryPressure::Judge(uint64_t resident_bytes) const {
   if (resident_bytes > limit_ + kCriticalBytes) return Level::kCritical;
   return resident_bytes > limit_ + kHighBytes ? Level::kHigh : Level::kFine;
+}
+
+uint64_t MemoryPressure::Headroom(uint64_t resident_bytes) const {
+  const uint64_t most = limit_ + kHighBytes;
+  return most - std::min(most, resident_bytes);
 }
 
 void MemoryPressure::NoteFreed(Clock::time_point now) { freed_at_ = now.time_since_epoch().count(); }

@@ -28,6 +28,8 @@ class MemoryPressure {
   explicit MemoryPressure(uint64_t memory_limit_bytes) : limit_(memory_limit_bytes) {}
 
   Level Judge(uint64_t resident_bytes) const;
+  // How much more the process may have until that is kHigh.
+  uint64_t Headroom(uint64_t resident_bytes) const;
   // Memory was freed, or will be soon, that should go back to the system.
   void NoteFreed(Clock::time_point now);
   // Gives freed memory back, once a second in the seconds after NoteFreed. Takes milliseconds then. REQUIRES: not called

@@ -11,14 +11,14 @@ constexpr uint64_t kMessageBytes = 64;
 constexpr uint64_t kMessageShare = 16;
 // What a client may send for a call before it hears that the call is refused, or that it shall go on: HTTP/2's window.
 constexpr uint64_t kFirstFlightBytes = 64 << 10;
-// What a connection sends that has nothing to do: pings.
+// What a connection sends that has nothing to do: pings. Who was let in may also break off some calls a second.
 constexpr uint64_t kForgivenBytesPerSecond = 64;
+constexpr uint64_t kForgivenLetInBytesPerSecond = 4 << 10;
 
 }  // namespace
 
-void ByteAccount::NoteLetIn(uint64_t metadata) {
+void ByteAccount::NoteLetIn() {
   let_in_ = true;
-  accounted_ += metadata + kCallBytes;
   ++open_;
 }
 
@@ -28,10 +28,11 @@ void ByteAccount::NoteMessage(uint64_t bytes, bool is_first) {
 }
 
 // What was on its way when the call ended, nobody reads any more.
-void ByteAccount::NoteEnd(uint64_t messages) {
+void ByteAccount::NoteEnd(const EndedCall& call) {
   --open_;
-  accounted_ += kFirstFlightBytes;
-  if (messages == 0) return;
+  if (call.messages == 0 && call.broken_off) return;
+  accounted_ += call.metadata + kCallBytes + kFirstFlightBytes;
+  if (call.messages == 0) return;
   --reading_;
   accounted_ += allowances_->max_message;
 }
@@ -41,12 +42,14 @@ void ByteAccount::NoteAnswered(uint64_t metadata) { accounted_ += metadata + kCa
 void ByteAccount::Forgive(Clock::time_point now) {
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(now - forgiven_at_);
   forgiven_at_ += seconds;
-  accounted_ += static_cast<uint64_t>(seconds.count()) * kForgivenBytesPerSecond;
+  accounted_ += 
+      static_cast<uint64_t>(seconds.count()) * (let_in_ ? kForgivenLetInBytesPerSecond : kForgivenBytesPerSecond);
 }
 
 uint64_t ByteAccount::allowance() const {
   if (!let_in_) return allowances_->stranger;
-  return allowances_->let_in + open_ * kFirstFlightBytes + reading_ * allowances_->max_message;
+  return allowances_->let_in + open_ * (kFirstFlightBytes + allowances_->max_metadata) +
+         reading_ * allowances_->max_message;
 }
 
 ByteAccount::Verdict ByteAccount::Judge(uint64_t read, Clock::time_point now) {
@@ -58,7 +61,8 @@ ByteAccount::Verdict ByteAccount::Judge(uint64_t read, Clock::time_point now) {
     suspect_ = false;
     return unaccounted_ > allowance() ? Verdict::kTooMuch : Verdict::kFine;
   }
-  if (unaccounted_ < allowances_->stranger) {
+  // The system moves its bound in steps.
+  if (unaccounted_ + kBoundStep < allowances_->stranger) {
     suspect_ = false;
     return Verdict::kFine;
   }

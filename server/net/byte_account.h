@@ -11,10 +11,17 @@ struct ByteAllowances {
   // Before a call was let in. DEFAULT: a TLS handshake with certificates (8 KiB), metadata (16 KiB) and the 64 KiB of
   // messages that HTTP/2 lets a client send before it hears of a server's windows.
   uint64_t stranger = 96 << 10;
-  // After that. DEFAULT: 5,000 calls at once whose headers are compressed.
+  // After that. DEFAULT: some 2,000 calls that are broken off before they have sent a message.
   uint64_t let_in = 256 << 10;
   uint64_t max_message = 5 << 20;  // bytes of the largest message that a call may send
   uint64_t max_metadata = 8 << 10;  // bytes of one call's metadata, as HTTP/2 counts them
+};
+
+// A call that was let in, when it is over.
+struct EndedCall {
+  uint64_t metadata = 0;    // its bytes, as HTTP/2 counts them
+  uint64_t messages = 0;    // that were received
+  bool broken_off = false;  // the caller ended it
 };
 
 // gRPC's HTTP/2 keeps what it has read of a call's headers or of a message until it is complete, and then the call is
@@ -33,12 +40,12 @@ class ByteAccount {
 
   ByteAccount(const ByteAllowances& allowances, Clock::time_point now) : allowances_(&allowances), forgiven_at_(now) {}
 
-  // A call with so much metadata was let in. It is open until NoteEnd.
-  void NoteLetIn(uint64_t metadata);
+  // A call was let in. It is open until NoteEnd.
+  void NoteLetIn();
   // A message of an open call is complete. Its first is small; with it the call gets memory for larger ones.
   void NoteMessage(uint64_t bytes, bool is_first);
-  // An open call is over, after `messages` messages.
-  void NoteEnd(uint64_t messages);
+  // An open call is over.
+  void NoteEnd(const EndedCall& call);
   // A call with so much metadata that was not let in has got its answer.
   void NoteAnswered(uint64_t metadata);
 
@@ -46,7 +53,8 @@ class ByteAccount {
   Verdict Judge(uint64_t read, Clock::time_point now);
   // What no call accounted for when Judge was called.
   uint64_t unaccounted() const { return unaccounted_; }
-  // How many bytes it may have sent in all, as long as no call was let in.
+  // How many bytes it may have sent in all, as long as no call was let in. Who bounds them may lag behind by kBoundStep.
+  static constexpr uint64_t kBoundStep = 8 << 10;
   uint64_t bound() const { return accounted_ + allowances_->stranger; }
   bool let_in() const { return let_in_; }
   uint64_t allowance() const;

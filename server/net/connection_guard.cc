@@ -22,7 +22,6 @@ std::vector<int> ConnectionGuard::Turn(Clock::time_point now, uint64_t resident_
   if (now < next_turn_) return quiet;
   next_turn_ = now + kInterval;
   level_ = memory_.Judge(resident_bytes);
-  if (level_ != MemoryPressure::Level::kFine) Shed(now);
   for (size_t looks = std::min(kLooksInTurn, awake_.size()); looks > 0; --looks) {
     Awake next = awake_.front();
     awake_.pop_front();
@@ -35,17 +34,15 @@ std::vector<int> ConnectionGuard::Turn(Clock::time_point now, uint64_t resident_
       quiet.push_back(next.watch);
     }
   }
+  Shed(now, resident_bytes);
   return quiet;
 }
 
-void ConnectionGuard::Shed(Clock::time_point now) {
+void ConnectionGuard::Shed(Clock::time_point now, uint64_t resident_bytes) {
   const bool critical = level_ == MemoryPressure::Level::kCritical;
-  bool any = false;
-  // What one connection holds is not known; in critical need all strangers go.
-  while (connections_.EndLargestStranger(kSparedBytes)) {
-    any = true;
-    if (!critical) break;
-  }
+  const uint64_t budget = std::max(kStrangersBytes, memory_.Headroom(resident_bytes) / kWorstGrowth);
+  bool any = level_ == MemoryPressure::Level::kHigh && connections_.EndLargestStranger();
+  while ((critical || connections_.StrangersBytes() > budget) && connections_.EndLargestStranger()) any = true;
   if (critical && connections_.EndLargestLetIn(kSparedLetInBytes)) any = true;
   if (any) memory_.NoteFreed(now);
 }

@@ -22,6 +22,10 @@ uint64_t ReceivedBytes(int fd) {
   return getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &length) == 0 ? info.tcpi_bytes_received : 0;
 }
 
+// How often a stranger may send as much as the system lets through, and get more as his calls were answered meanwhile.
+// Only who sends calls as fast as he can comes there.
+constexpr int kMayBeFull = 2;
+
 // Bytes that were received and that gRPC has not read.
 uint64_t UnreadBytes(int fd) {
   int bytes = 0;
@@ -50,6 +54,7 @@ int ConnectionRegistry::Add(int fd, const std::string& peer) {
 ConnectionRecord ConnectionRegistry::Remove(int watch) {
   MutexLock lock(mutex_);
   const auto connection = connections_.find(watch);
+  strangers_bytes_ -= StrangersBytesOf(connection->second);
   ConnectionRecord record = std::move(connection->second.record);
   connections_.erase(connection);
   const auto latest = watch_of_peer_.find(record.peer);
@@ -67,6 +72,7 @@ void ConnectionRegistry::Clear() {
   connections_.clear();
   watch_of_peer_.clear();
   count_by_address_.clear();
+  strangers_bytes_ = 0;
 }
 
 void ConnectionRegistry::NoteCall(const std::string& peer, Call call, uint64_t metadata) {
@@ -79,7 +85,8 @@ void ConnectionRegistry::NoteCall(const std::string& peer, Call call, uint64_t m
   switch (call) {
     case Call::kLetIn:
       ++connection->record.let_in_calls;
-      connection->account.NoteLetIn(metadata);
+      strangers_bytes_ -= StrangersBytesOf(*connection);
+      connection->account.NoteLetIn();
       if (std::exchange(connection->beginning, std::nullopt).has_value()) LiftBound(watch_of_peer_.at(peer));
       return;
     case Call::kRefused:
@@ -104,32 +111,46 @@ void ConnectionRegistry::NoteAnswered(const std::string& peer, uint64_t metadata
   if (Connection* connection = Find(peer)) connection->account.NoteAnswered(metadata);
 }
 
-void ConnectionRegistry::NoteEnd(const std::string& peer, uint64_t messages) {
+void ConnectionRegistry::NoteEnd(const std::string& peer, const EndedCall& call) {
   MutexLock lock(mutex_);
-  if (Connection* connection = Find(peer)) connection->account.NoteEnd(messages);
+  if (Connection* connection = Find(peer)) connection->account.NoteEnd(call);
 }
 
 ConnectionRegistry::Sight ConnectionRegistry::Look(int watch, ByteAccount::Clock::time_point now) {
   MutexLock lock(mutex_);
   Connection& connection = connections_.at(watch);
   const uint64_t received = ReceivedBytes(watch);
+  strangers_bytes_ -= StrangersBytesOf(connection);
   const bool more = received != std::exchange(connection.record.received_bytes, received);
+  strangers_bytes_ += StrangersBytesOf(connection);
   const ByteAccount::Verdict verdict = connection.account.Judge(received - std::min(received, UnreadBytes(watch)), now);
   if (connection.record.closed_for.has_value()) return Sight::kQuiet;
-  if (verdict == ByteAccount::Verdict::kTooMuch) {
+  if (verdict == ByteAccount::Verdict::kTooMuch || connection.times_full > kMayBeFull) {
     End(watch, connection, StrangerReason::kUnaccountedBytes);
     return Sight::kEnded;
   }
   MoveBound(watch, connection);
-  return more || verdict == ByteAccount::Verdict::kSuspect ? Sight::kBusy : Sight::kQuiet;
+  // gRPC may not have read all of what lets a connection be a suspect.
+  const bool full = connection.beginning.has_value() && received >= connection.bound;
+  return more || full || verdict == ByteAccount::Verdict::kSuspect ? Sight::kBusy : Sight::kQuiet;
 }
 
-bool ConnectionRegistry::EndLargestStranger(uint64_t least) {
+uint64_t ConnectionRegistry::StrangersBytes() const {
+  MutexLock lock(mutex_);
+  return strangers_bytes_;
+}
+
+uint64_t ConnectionRegistry::StrangersBytesOf(const Connection& connection) {
+  if (connection.account.let_in() || connection.record.closed_for.has_value()) return 0;
+  return connection.record.received_bytes - std::min(kSparedBytes, connection.record.received_bytes);
+}
+
+bool ConnectionRegistry::EndLargestStranger() {
   MutexLock lock(mutex_);
   int largest = -1;
+  uint64_t least = 0;
   for (const auto& [watch, connection] : connections_) {
-    if (connection.account.let_in() || connection.record.closed_for.has_value()) continue;
-    const uint64_t bytes = ReceivedBytes(watch);
+    const uint64_t bytes = StrangersBytesOf(connection);
     if (bytes <= least) continue;
     least = bytes;
     largest = watch;
@@ -182,6 +203,7 @@ bool ConnectionRegistry::ShutDown(const std::string& peer) {
 
 void ConnectionRegistry::End(int watch, Connection& connection, StrangerReason reason) {
   if (connection.record.closed_for.has_value()) return;
+  strangers_bytes_ -= StrangersBytesOf(connection);
   connection.record.closed_for = reason;
   shutdown(watch, SHUT_RDWR);
   // Else gRPC would still read what waits.
@@ -190,10 +212,10 @@ void ConnectionRegistry::End(int watch, Connection& connection, StrangerReason r
 }
 
 void ConnectionRegistry::MoveBound(int watch, Connection& connection) {
-  constexpr uint64_t kStep = 8 << 10;  // a few calls
   const uint64_t bound = connection.account.bound();
-  if (!connection.beginning.has_value() || bound < connection.bound + kStep) return;
+  if (!connection.beginning.has_value() || bound < connection.bound + ByteAccount::kBoundStep) return;
   if (!BoundReceived(watch, *connection.beginning, bound)) connection.beginning.reset();
+  if (connection.bound != 0 && connection.record.received_bytes >= connection.bound) ++connection.times_full;
   connection.bound = bound;
 }
 

@@ -57,13 +57,17 @@ class ConnectionRegistry {
   void Clear();
 
   // A call with `metadata` bytes of metadata came from `peer`; or a message of `bytes` bytes of a call that was let in;
-  // or a call is over that was let in, after `messages` messages; or one that was not let in. No effect if no connection
+  // or a call is over that was let in, or one that was not. No effect if no connection
   // of that peer is known: calls in the same process have none, and those from Unix sockets cannot be told apart.
   void NoteCall(const std::string& peer, Call call, uint64_t metadata);
   void NoteMessage(const std::string& peer, uint64_t bytes, bool is_first);
-  void NoteEnd(const std::string& peer, uint64_t messages);
+  void NoteEnd(const std::string& peer, const EndedCall& call);
   void NoteAnswered(const std::string& peer, uint64_t metadata);
 
+  // What strangers have sent, as far as it was seen by Look: of each connection of which no call was let in, what it has
+  // sent beyond kSparedBytes, a TLS handshake and a call.
+  uint64_t StrangersBytes() const;
+  static constexpr uint64_t kSparedBytes = 12 << 10;
   // What a look at a connection shows.
   enum class Sight {
     kQuiet,  // nothing came since the last look
@@ -73,9 +77,9 @@ class ConnectionRegistry {
   // Looks at what the connection has sent until `now`, and ends it if that is too much. REQUIRES: as Remove; `now` does
   // not go back.
   Sight Look(int watch, ByteAccount::Clock::time_point now);
-  // Ends the connection that has sent most of those of which no call was let in, if one has sent more than `least`.
+  // Ends the connection that has sent most of those of which no call was let in, if one has sent more than kSparedBytes.
   // Returns whether there was one.
-  bool EndLargestStranger(uint64_t least);
+  bool EndLargestStranger();
   // Ends the connection of which a call was let in, and of whose bytes most were unaccounted for at its last look, if
   // more than `least`. Returns whether there was one.
   bool EndLargestLetIn(uint64_t least);
@@ -95,8 +99,11 @@ class ConnectionRegistry {
     ByteAccount account;
     std::optional<uint32_t> beginning;  // where its bytes begin, while the system bounds them
     uint64_t bound = 0;                 // the bytes that the system lets through
+    int times_full = 0;                 // how often it has sent as much
   };
 
+  // What the connection adds to StrangersBytes.
+  static uint64_t StrangersBytesOf(const Connection& connection);
   Connection* Find(const std::string& peer) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Ends it, and throws away what gRPC has not read.
   void End(int watch, Connection& connection, StrangerReason reason) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -108,6 +115,7 @@ class ConnectionRegistry {
   std::unordered_map<int, Connection> connections_ ABSL_GUARDED_BY(mutex_);  // by watch
   std::unordered_map<std::string, int> watch_of_peer_ ABSL_GUARDED_BY(mutex_);     // the latest, if there were several
   std::unordered_map<std::string, size_t> count_by_address_ ABSL_GUARDED_BY(mutex_);
+  uint64_t strangers_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace curvd

@@ -62,8 +62,9 @@ void RpcAccount::Close(absl::Status status) {
   service_.metrics.CountHandled(record_.method, record_.status.code(), record_.total_seconds);
   service_.metrics.CountCall(record_);
   service_.log.LogCall(record_);
+  const bool is_gone = absl::IsCancelled(record_.status) || absl::IsDeadlineExceeded(record_.status);
   if (caller_.ok()) {
-    service_.connections.NoteEnd(record_.peer, messages_);
+    service_.connections.NoteEnd(record_.peer, {metadata_bytes_, messages_, is_gone});
   } else {
     service_.connections.NoteAnswered(record_.peer, metadata_bytes_);
   }
