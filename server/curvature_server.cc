@@ -15,7 +15,6 @@
 #include "absl/strings/str_cat.h"
 #include "server/access/credential_files.h"
 #include "server/call/curvature_service.h"
-#include "server/rpc/ending_errors.h"
 #include "server/host/descriptor_limit.h"
 #include "server/host/memory_pressure.h"
 #include "server/host/memory_reuse.h"
@@ -27,6 +26,7 @@
 #include "server/net/open_calls.h"
 #include "server/net/reflection.h"
 #include "server/net/strangers.h"
+#include "server/rpc/ending_errors.h"
 #include "server/service_context.h"
 
 namespace curvd {
@@ -195,8 +195,8 @@ ConnectionAcceptor::Events CurvatureServer::Running::WatchProbes() {
   };
   events.ended = [this](const ConnectionRecord& connection, Ticker::Clock::duration age) {
     if (!connection.closed_for.has_value()) return;
-    context_.strangers.Note(
-        {*connection.closed_for, connection.peer, std::chrono::duration<double>(age).count(), connection.received_bytes});
+    context_.strangers.Note({*connection.closed_for, connection.peer, std::chrono::duration<double>(age).count(),
+                             connection.received_bytes});
   };
   return events;
 }

@@ -26,8 +26,8 @@ struct ServiceContext {
   ServiceContext& operator=(const ServiceContext&) = delete;
 
   ServerGauges gauges() const;
-  // Who makes a call with these credentials and so much metadata, or the error of AccessControl::Identify; its connection
-  // is told either way.
+  // Who makes a call with these credentials and so much metadata, or the error of AccessControl::Identify; its
+  // connection is told either way.
   absl::StatusOr<Caller> LetIn(const PresentedCredentials& presented, uint64_t metadata_bytes);
 
   const CallLimits limits;

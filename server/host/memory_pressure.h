@@ -32,8 +32,8 @@ class MemoryPressure {
   uint64_t Headroom(uint64_t resident_bytes) const;
   // Memory was freed, or will be soon, that should go back to the system.
   void NoteFreed(Clock::time_point now);
-  // Gives freed memory back, once a second in the seconds after NoteFreed. Takes milliseconds then. REQUIRES: not called
-  // at the same time as itself.
+  // Gives freed memory back, once a second in the seconds after NoteFreed. Takes milliseconds then. REQUIRES: not
+  // called at the same time as itself.
   void Tick(Clock::time_point now);
 
  private:

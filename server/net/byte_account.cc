@@ -42,7 +42,7 @@ void ByteAccount::NoteAnswered(uint64_t metadata) { accounted_ += metadata + kCa
 void ByteAccount::Forgive(Clock::time_point now) {
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(now - forgiven_at_);
   forgiven_at_ += seconds;
-  accounted_ += 
+  accounted_ +=
       static_cast<uint64_t>(seconds.count()) * (let_in_ ? kForgivenLetInBytesPerSecond : kForgivenBytesPerSecond);
 }
 

@@ -13,7 +13,7 @@ struct ByteAllowances {
   uint64_t stranger = 96 << 10;
   // After that. DEFAULT: some 2,000 calls that are broken off before they have sent a message.
   uint64_t let_in = 256 << 10;
-  uint64_t max_message = 5 << 20;  // bytes of the largest message that a call may send
+  uint64_t max_message = 5 << 20;   // bytes of the largest message that a call may send
   uint64_t max_metadata = 8 << 10;  // bytes of one call's metadata, as HTTP/2 counts them
 };
 
@@ -25,7 +25,8 @@ struct EndedCall {
 };
 
 // gRPC's HTTP/2 keeps what it has read of a call's headers or of a message until it is complete, and then the call is
-// ours to see. So bytes that no call accounts for, for long, are bytes that a stranger makes gRPC keep. Not thread-safe.
+// ours to see. So bytes that no call accounts for, for long, are bytes that a stranger makes gRPC keep. Not
+// thread-safe.
 class ByteAccount {
  public:
   using Clock = std::chrono::steady_clock;
@@ -53,7 +54,8 @@ class ByteAccount {
   Verdict Judge(uint64_t read, Clock::time_point now);
   // What no call accounted for when Judge was called.
   uint64_t unaccounted() const { return unaccounted_; }
-  // How many bytes it may have sent in all, as long as no call was let in. Who bounds them may lag behind by kBoundStep.
+  // How many bytes it may have sent in all, as long as no call was let in. Who bounds them may lag behind by
+  // kBoundStep.
   static constexpr uint64_t kBoundStep = 8 << 10;
   uint64_t bound() const { return accounted_ + allowances_->stranger; }
   bool let_in() const { return let_in_; }

@@ -24,8 +24,8 @@ struct ConnectionLimits {
 
 // gRPC 1.51 takes any number of connections, and stops listening for good once the process has no descriptor left. So a
 // thread of ours accepts, closes what is over a limit right away, and gives the rest to gRPC. The same thread polls the
-// watches of the registry, so that the end of a connection is noticed at once, and has the guard look at connections from
-// which bytes come. Thread-safe.
+// watches of the registry, so that the end of a connection is noticed at once, and has the guard look at connections
+// from which bytes come. Thread-safe.
 class ConnectionAcceptor {
  public:
   // What the acceptor tells of, on its thread. Neither function may block; either may be null.

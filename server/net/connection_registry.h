@@ -23,10 +23,10 @@ struct ConnectionRecord {
   // Bytes that TCP has received from the peer, TLS and HTTP/2 included. TCP counts the end of what a peer sends as one
   // byte more. 0 for a Unix socket.
   uint64_t received_bytes = 0;
-  uint64_t let_in_bytes = 0;   // of them, bytes of messages of calls that were let in
-  uint64_t let_in_calls = 0;   // calls that access control let in
-  uint64_t refused_calls = 0;  // calls that it did not let in
-  uint64_t open_calls = 0;     // calls that everybody may make: health, and reflection where it is on
+  uint64_t let_in_bytes = 0;                 // of them, bytes of messages of calls that were let in
+  uint64_t let_in_calls = 0;                 // calls that access control let in
+  uint64_t refused_calls = 0;                // calls that it did not let in
+  uint64_t open_calls = 0;                   // calls that everybody may make: health, and reflection where it is on
   std::optional<StrangerReason> closed_for;  // why the guard ended it, if it did
 };
 
@@ -46,9 +46,9 @@ class ConnectionRegistry {
   ConnectionRegistry(const ConnectionRegistry&) = delete;
   ConnectionRegistry& operator=(const ConnectionRegistry&) = delete;
 
-  // Adds the connection whose socket is `fd`; `peer` is as gRPC writes it. Where the system can, it receives from now on
-  // no more than what ByteAllowances let a stranger send, until a call is let in. Returns its watch, or -1 with errno
-  // set if the system has no descriptor left. REQUIRES: `fd` is an open socket.
+  // Adds the connection whose socket is `fd`; `peer` is as gRPC writes it. Where the system can, it receives from now
+  // on no more than what ByteAllowances let a stranger send, until a call is let in. Returns its watch, or -1 with
+  // errno set if the system has no descriptor left. REQUIRES: `fd` is an open socket.
   int Add(int fd, const std::string& peer);
   // Forgets the connection, closes its watch, and returns what is known of it. REQUIRES: Add returned `watch`, and it
   // was not removed since.
@@ -64,8 +64,8 @@ class ConnectionRegistry {
   void NoteEnd(const std::string& peer, const EndedCall& call);
   void NoteAnswered(const std::string& peer, uint64_t metadata);
 
-  // What strangers have sent, as far as it was seen by Look: of each connection of which no call was let in, what it has
-  // sent beyond kSparedBytes, a TLS handshake and a call.
+  // What strangers have sent, as far as it was seen by Look: of each connection of which no call was let in, what it
+  // has sent beyond kSparedBytes, a TLS handshake and a call.
   uint64_t StrangersBytes() const;
   static constexpr uint64_t kSparedBytes = 12 << 10;
   // What a look at a connection shows.
@@ -77,8 +77,8 @@ class ConnectionRegistry {
   // Looks at what the connection has sent until `now`, and ends it if that is too much. REQUIRES: as Remove; `now` does
   // not go back.
   Sight Look(int watch, ByteAccount::Clock::time_point now);
-  // Ends the connection that has sent most of those of which no call was let in, if one has sent more than kSparedBytes.
-  // Returns whether there was one.
+  // Ends the connection that has sent most of those of which no call was let in, if one has sent more than
+  // kSparedBytes. Returns whether there was one.
   bool EndLargestStranger();
   // Ends the connection of which a call was let in, and of whose bytes most were unaccounted for at its last look, if
   // more than `least`. Returns whether there was one.
@@ -112,8 +112,8 @@ class ConnectionRegistry {
 
   const ByteAllowances allowances_;
   mutable Mutex mutex_;
-  std::unordered_map<int, Connection> connections_ ABSL_GUARDED_BY(mutex_);  // by watch
-  std::unordered_map<std::string, int> watch_of_peer_ ABSL_GUARDED_BY(mutex_);     // the latest, if there were several
+  std::unordered_map<int, Connection> connections_ ABSL_GUARDED_BY(mutex_);     // by watch
+  std::unordered_map<std::string, int> watch_of_peer_ ABSL_GUARDED_BY(mutex_);  // the latest, if there were several
   std::unordered_map<std::string, size_t> count_by_address_ ABSL_GUARDED_BY(mutex_);
   uint64_t strangers_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
 };

@@ -13,7 +13,7 @@
 namespace curvd {
 namespace {
 
-constexpr uint32_t kSequenceOffset = 4;      // of the sequence number in a TCP header
+constexpr uint32_t kSequenceOffset = 4;       // of the sequence number in a TCP header
 constexpr uint32_t kHeaderLengthOffset = 12;  // its upper four bits: words of the header
 constexpr uint32_t kLowerHalf = uint32_t{1} << 31;
 

@@ -24,7 +24,7 @@ RpcAccount::Clock::time_point OnSteadyClock(std::chrono::system_clock::time_poin
 
 }  // namespace
 
-RpcArrival ArrivalOf(const grpc::ServerContextBase& call) { 
+RpcArrival ArrivalOf(const grpc::ServerContextBase& call) {
   return {CredentialsOf(call), MetadataBytes(call), call.deadline()};
 }
 
