@@ -22,10 +22,6 @@ uint64_t ReceivedBytes(int fd) {
   return getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &length) == 0 ? info.tcpi_bytes_received : 0;
 }
 
-// How often a stranger may send as much as the system lets through, and get more as his calls were answered meanwhile.
-// Only who sends calls as fast as he can comes there.
-constexpr int kMayBeFull = 2;
-
 // Bytes that were received and that gRPC has not read.
 uint64_t UnreadBytes(int fd) {
   int bytes = 0;
@@ -125,7 +121,7 @@ ConnectionRegistry::Sight ConnectionRegistry::Look(int watch, ByteAccount::Clock
   strangers_bytes_ += StrangersBytesOf(connection);
   const ByteAccount::Verdict verdict = connection.account.Judge(received - std::min(received, UnreadBytes(watch)), now);
   if (connection.record.closed_for.has_value()) return Sight::kQuiet;
-  if (verdict == ByteAccount::Verdict::kTooMuch || connection.times_full > kMayBeFull) {
+  if (verdict == ByteAccount::Verdict::kTooMuch || connection.was_full) {
     End(watch, connection, StrangerReason::kUnaccountedBytes);
     return Sight::kEnded;
   }
@@ -206,6 +202,8 @@ void ConnectionRegistry::End(int watch, Connection& connection, StrangerReason r
   strangers_bytes_ -= StrangersBytesOf(connection);
   connection.record.closed_for = reason;
   shutdown(watch, SHUT_RDWR);
+  // The system resets a connection that was shut down when more comes: the peer shall hear of it.
+  if (std::exchange(connection.beginning, std::nullopt).has_value()) LiftBound(watch);
   // Else gRPC would still read what waits.
   constexpr size_t kAll = size_t{1} << 30;
   recv(watch, nullptr, kAll, MSG_TRUNC | MSG_DONTWAIT);
@@ -215,7 +213,7 @@ void ConnectionRegistry::MoveBound(int watch, Connection& connection) {
   const uint64_t bound = connection.account.bound();
   if (!connection.beginning.has_value() || bound < connection.bound + ByteAccount::kBoundStep) return;
   if (!BoundReceived(watch, *connection.beginning, bound)) connection.beginning.reset();
-  if (connection.bound != 0 && connection.record.received_bytes >= connection.bound) ++connection.times_full;
+  if (connection.bound != 0 && connection.record.received_bytes >= connection.bound) connection.was_full = true;
   connection.bound = bound;
 }
 

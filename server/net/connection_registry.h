@@ -99,7 +99,8 @@ class ConnectionRegistry {
     ByteAccount account;
     std::optional<uint32_t> beginning;  // where its bytes begin, while the system bounds them
     uint64_t bound = 0;                 // the bytes that the system lets through
-    int times_full = 0;                 // how often it has sent as much
+    // It has sent as much, and calls of it were answered meanwhile: only who sends calls as fast as he can comes there.
+    bool was_full = false;
   };
 
   // What the connection adds to StrangersBytes.
