@@ -10,6 +10,7 @@ import sys
 import time
 
 import grpc
+from curvd_process import wait_for
 from fault import Fault
 from raw_calls import cloud_requests
 from stranger_faults import Authority
@@ -62,6 +63,10 @@ class _Door:
         return sum(self.server.metric(f'curvd_strangers_total{{reason="{reason}"}}') for reason in _REASONS)
 
 
+def _strangers(lines):
+    return sum('"event":"stranger"' in line for line in lines)
+
+
 def _attack(name, *flags, tls=False, health=False, with_token=False, connections=1):
     """Trials of an attack of http2_attacks.py."""
 
@@ -89,9 +94,10 @@ def _attack(name, *flags, tls=False, health=False, with_token=False, connections
         result = json.loads(attack.communicate()[0])
         left = result["tried"] - result["closed"]
         assert left == 0, f"{left} connections were left open"
-        assert door.ended() > ended, "nothing was counted"
-        lines = sum('"event":"stranger"' in line for line in door.server.lines[logged:])
-        assert 0 < lines <= 20 * (seconds + 2), f"{lines} lines were logged in {seconds} s"
+        wait_for(lambda: door.ended() > ended, 30, "nothing was counted")
+        wait_for(lambda: _strangers(door.server.lines[logged:]) > 0, 30, "nothing was logged")
+        lines = _strangers(door.server.lines[logged:])
+        assert lines <= 20 * (seconds + 2), f"{lines} lines were logged in {seconds} s"
         median = statistics.median(beside)
         assert median < _MOST_TIMES_IDLE * idle, f"the friend's calls took {median} s, {idle} s when idle"
         peak = door.server.peak_resident_bytes()
