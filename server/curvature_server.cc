@@ -96,7 +96,7 @@ class CurvatureServer::Running {
  public:
   explicit Running(const ServerOptions& options)
       : context_(options),
-        memory_(options.memory_limit_bytes),
+        memory_(options.owns_process ? options.memory_limit_bytes : MemoryPressure::kAnyLimit),
         files_(options, context_.access, context_.security_metrics, context_.log),
         service_(context_),
         ticker_(kTick, [this](Ticker::Clock::time_point now) { Tick(now); }) {}

@@ -64,6 +64,10 @@ struct ServerOptions {
   // Calls that may wait for memory at a time; further ones are refused. In [0, 100,000].
   uint32_t max_waiting = 500;
 
+  // Whether the process is there for this server alone, so that its memory is held against memory_limit_bytes and
+  // strangers' connections are ended where it is much more. No flag: curvd's is.
+  bool owns_process = false;
+
   // How long calls that were accepted before a drain may take to finish.
   absl::Duration drain_timeout = absl::Seconds(30);
   // How long a call may keep the server waiting for its next message, or for room to send one. > 0.

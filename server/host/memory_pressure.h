@@ -25,6 +25,9 @@ class MemoryPressure {
   static constexpr uint64_t kHighBytes = 32 << 20;
   static constexpr uint64_t kCriticalBytes = 48 << 20;
 
+  // The limit of a process whose memory does not matter.
+  static constexpr uint64_t kAnyLimit = uint64_t{1} << 60;
+
   explicit MemoryPressure(uint64_t memory_limit_bytes) : limit_(memory_limit_bytes) {}
 
   Level Judge(uint64_t resident_bytes) const;

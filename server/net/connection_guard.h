@@ -23,6 +23,8 @@ class ConnectionGuard {
   using Clock = std::chrono::steady_clock;
 
   static constexpr std::chrono::milliseconds kInterval{5};
+  // As long as none of them is a stranger's.
+  static constexpr std::chrono::milliseconds kLongInterval{20};
   // How many connections are looked at in one turn: 100 microseconds' work.
   static constexpr size_t kLooksInTurn = 50;
   // How often a connection is looked at in vain until it counts as quiet.
@@ -47,8 +49,8 @@ class ConnectionGuard {
   int WaitMs(Clock::time_point now) const;
   // Does what is due at `now`, given the memory of the process, and returns the watches that have become quiet.
   std::vector<int> Turn(Clock::time_point now, uint64_t resident_bytes);
-  // Whether one more connection may be taken.
-  bool MayTake() const { return level_ != MemoryPressure::Level::kCritical; }
+  // Whether one more connection may be taken: not while memory is critical and strangers were found to hold some of it.
+  bool MayTake() const { return !refuses_; }
 
  private:
   struct Awake {
@@ -63,7 +65,9 @@ class ConnectionGuard {
   MemoryPressure& memory_;
   MemoryPressure::Level level_ = MemoryPressure::Level::kFine;
   std::deque<Awake> awake_;  // in the order of their turns
-  Clock::time_point next_turn_{};
+  bool refuses_ = false;
+  Clock::time_point last_turn_{};
+  Clock::time_point next_turn_{};  // at once in the beginning
 };
 
 }  // namespace curvd

@@ -131,6 +131,11 @@ ConnectionRegistry::Sight ConnectionRegistry::Look(int watch, ByteAccount::Clock
   return more || full || verdict == ByteAccount::Verdict::kSuspect ? Sight::kBusy : Sight::kQuiet;
 }
 
+bool ConnectionRegistry::IsStranger(int watch) const {
+  MutexLock lock(mutex_);
+  return !connections_.at(watch).account.let_in();
+}
+
 uint64_t ConnectionRegistry::StrangersBytes() const {
   MutexLock lock(mutex_);
   return strangers_bytes_;

@@ -77,6 +77,8 @@ class ConnectionRegistry {
   // Looks at what the connection has sent until `now`, and ends it if that is too much. REQUIRES: as Remove; `now` does
   // not go back.
   Sight Look(int watch, ByteAccount::Clock::time_point now);
+  // Whether no call was let in from the connection. REQUIRES: as Remove.
+  bool IsStranger(int watch) const;
   // Ends the connection that has sent most of those of which no call was let in, if one has sent more than
   // kSparedBytes. Returns whether there was one.
   bool EndLargestStranger();

@@ -67,6 +67,16 @@ TEST_F(ConnectionGuardTest, WaitsForTheNextTurnWhileBytesCome) {
   EXPECT_EQ(guard_.WaitMs(now_ + std::chrono::hours(1)), 0);
 }
 
+TEST_F(ConnectionGuardTest, LooksLessOftenWhereNobodyIsAStranger) {
+  const TcpPair pair, stranger;
+  Add(pair);
+  connections_.NoteCall(LastPeer(), ConnectionRegistry::Call::kLetIn, 100);
+  Turn(0);
+  EXPECT_EQ(guard_.WaitMs(now_), ConnectionGuard::kLongInterval.count());
+  Add(stranger);
+  EXPECT_EQ(guard_.WaitMs(now_), ConnectionGuard::kInterval.count());
+}
+
 TEST_F(ConnectionGuardTest, ForgetsConnectionsThatAreGone) {
   const TcpPair pair;
   const int watch = Add(pair);
