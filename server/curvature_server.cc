@@ -16,6 +16,7 @@
 #include "server/access/credential_files.h"
 #include "server/call/curvature_service.h"
 #include "server/host/descriptor_limit.h"
+#include "server/host/memory_pressure.h"
 #include "server/host/memory_reuse.h"
 #include "server/host/ticker.h"
 #include "server/net/connection_acceptor.h"
@@ -32,8 +33,6 @@ namespace curvd {
 namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(200);
-// What protobuf and a careless client may add to a chunk, so that the client gets our error and not gRPC's.
-constexpr uint64_t kMessageSlackBytes = 1 << 20;
 // How long calls that were ended get to deliver their status.
 constexpr absl::Duration kFarewell = absl::Seconds(2);
 // How long connections get to close once the last call is over. Idle clients do not notice that they should.
@@ -59,7 +58,7 @@ int MaxPingStrikes(absl::Duration idle_timeout) {
 }
 
 void ConfigureConnections(const ServerOptions& options, grpc::ServerBuilder& builder) {
-  builder.SetMaxReceiveMessageSize(static_cast<int>(options.max_chunk_bytes + kMessageSlackBytes));
+  builder.SetMaxReceiveMessageSize(static_cast<int>(options.max_message_bytes()));
   builder.SetMaxSendMessageSize(-1);
   // gRPC 1.51 limits a message before it is unpacked, so that 4 MiB could become 4 GiB; and floats hardly shrink.
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
@@ -97,6 +96,7 @@ class CurvatureServer::Running {
  public:
   explicit Running(const ServerOptions& options)
       : context_(options),
+        memory_(options.owns_process ? options.memory_limit_bytes : MemoryPressure::kAnyLimit),
         files_(options, context_.access, context_.security_metrics, context_.log),
         service_(context_),
         ticker_(kTick, [this](Ticker::Clock::time_point now) { Tick(now); }) {}
@@ -114,11 +114,13 @@ class CurvatureServer::Running {
  private:
   absl::Status Listen(const ServerOptions& options);
   ConnectionAcceptor::Events WatchConnections(const ServerOptions& options);
+  ConnectionAcceptor::Events WatchProbes();
   absl::Status ListenBeside(const ServerOptions& options);
   void Tick(Ticker::Clock::time_point now);
   void RefreshFiles();
 
   ServiceContext context_;
+  MemoryPressure memory_;
   CredentialFiles files_;
   CurvatureService service_;
   Ticker ticker_;
@@ -164,7 +166,7 @@ absl::Status CurvatureServer::Running::Listen(const ServerOptions& options) {
   acceptor_ = std::make_unique<ConnectionAcceptor>(
       *std::move(sockets),
       ConnectionLimits{ConnectionsWithin(options.max_connections), options.max_connections_per_peer},
-      context_.connections, WatchConnections(options));
+      context_.connections, memory_, WatchConnections(options));
   context_.security_metrics.ReadConnectionsFrom([this] { return context_.connections.size(); });
   acceptor_->Start(std::move(target));
   return absl::OkStatus();
@@ -185,12 +187,24 @@ ConnectionAcceptor::Events CurvatureServer::Running::WatchConnections(const Serv
   return events;
 }
 
+// Whoever connects to the health port may: only those are told of that were turned away.
+ConnectionAcceptor::Events CurvatureServer::Running::WatchProbes() {
+  ConnectionAcceptor::Events events;
+  events.refused = [this](StrangerReason reason, const std::string& peer) {
+    context_.strangers.Note({reason, peer, {}, {}});
+  };
+  events.ended = [this](const ConnectionRecord& connection, Ticker::Clock::duration age) {
+    if (!connection.closed_for.has_value()) return;
+    context_.strangers.Note({*connection.closed_for, connection.peer, std::chrono::duration<double>(age).count(),
+                             connection.received_bytes});
+  };
+  return events;
+}
+
 absl::Status CurvatureServer::Running::ListenBeside(const ServerOptions& options) {
   if (!options.health_listen.empty()) {
     absl::StatusOr<std::unique_ptr<HealthPort>> health =
-        HealthPort::Create(options.health_listen, [this](StrangerReason reason, const std::string& peer) {
-          context_.strangers.Note({reason, peer, {}, {}});
-        });
+        HealthPort::Create(options.health_listen, memory_, WatchProbes());
     if (!health.ok()) return health.status();
     health_port_ = *std::move(health);
   }
@@ -225,6 +239,7 @@ void CurvatureServer::Running::Tick(Ticker::Clock::time_point now) {
   context_.admission.Tick();
   for (const auto& stream : context_.gate.open_streams()) stream->Tick(now);
   ReturnUnusedPages();
+  memory_.Tick(now);
 }
 
 void CurvatureServer::Running::Drain(absl::Duration timeout) {

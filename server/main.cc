@@ -108,7 +108,9 @@ int Main(int argc, char** argv) {
     return kOk;
   }
   ReuseFreedMemory(line->options.Resolved().memory_limit_bytes);
-  return Serve(line->options);
+  ServerOptions options = line->options;
+  options.owns_process = true;
+  return Serve(options);
 }
 
 }  // namespace

@@ -64,6 +64,10 @@ struct ServerOptions {
   // Calls that may wait for memory at a time; further ones are refused. In [0, 100,000].
   uint32_t max_waiting = 500;
 
+  // Whether the process is there for this server alone, so that its memory is held against memory_limit_bytes and
+  // strangers' connections are ended where it is much more. No flag: curvd's is.
+  bool owns_process = false;
+
   // How long calls that were accepted before a drain may take to finish.
   absl::Duration drain_timeout = absl::Seconds(30);
   // How long a call may keep the server waiting for its next message, or for room to send one. > 0.
@@ -74,6 +78,9 @@ struct ServerOptions {
   // INVALID_ARGUMENT naming the flag, its value and its limit if a value is out of its range (ports too), or if
   // `listen` could be reached from other machines with neither TLS nor `insecure`.
   absl::Status Validate() const;
+  // Bytes of the largest message that gRPC takes: a chunk, and what protobuf and a careless client may add to it, so that
+  // the client gets our error and not gRPC's.
+  uint64_t max_message_bytes() const { return max_chunk_bytes + (1 << 20); }
   // The same with numbers for `threads` and `memory_limit_bytes`, whatever this machine has where they are 0.
   ServerOptions Resolved() const;
 };

@@ -1,6 +1,16 @@
 #include "server/service_context.h"
 
 namespace curvd {
+namespace {
+
+ByteAllowances AllowancesFor(const ServerOptions& options) {
+  ByteAllowances allowances;
+  allowances.max_message = options.max_message_bytes();
+  allowances.max_metadata = options.max_header_bytes;
+  return allowances;
+}
+
+}  // namespace
 
 ServiceContext::ServiceContext(const ServerOptions& options)
     : limits{options.max_points, options.max_chunk_bytes, options.max_neighbor_count, options.memory_limit_bytes,
@@ -8,15 +18,17 @@ ServiceContext::ServiceContext(const ServerOptions& options)
       stall_timeout(options.stall_timeout),
       waiting_limit(Admission::kLanes * options.max_waiting),
       log(options.log),
+      connections(AllowancesFor(options)),
       gate(options.max_streams, options.max_streams_per_peer),
       admission(options.memory_limit_bytes, options.max_chunk_bytes, options.max_waiting, options.threads),
       metrics([this] { return gauges(); }),
       pool(options.threads) {}
 
-absl::StatusOr<Caller> ServiceContext::LetIn(const PresentedCredentials& presented) {
+absl::StatusOr<Caller> ServiceContext::LetIn(const PresentedCredentials& presented, uint64_t metadata_bytes) {
   absl::StatusOr<Caller> caller = access.Identify(presented);
   connections.NoteCall(presented.peer,
-                       caller.ok() ? ConnectionRegistry::Call::kLetIn : ConnectionRegistry::Call::kRefused);
+                       caller.ok() ? ConnectionRegistry::Call::kLetIn : ConnectionRegistry::Call::kRefused,
+                       metadata_bytes);
   return caller;
 }
 

@@ -26,9 +26,9 @@ struct ServiceContext {
   ServiceContext& operator=(const ServiceContext&) = delete;
 
   ServerGauges gauges() const;
-  // Who makes a call with these credentials, or the error of AccessControl::Identify; its connection is told either
-  // way.
-  absl::StatusOr<Caller> LetIn(const PresentedCredentials& presented);
+  // Who makes a call with these credentials and so much metadata, or the error of AccessControl::Identify; its
+  // connection is told either way.
+  absl::StatusOr<Caller> LetIn(const PresentedCredentials& presented, uint64_t metadata_bytes);
 
   const CallLimits limits;
   const absl::Duration stall_timeout;

@@ -24,6 +24,8 @@ namespace {
 // How many connections are taken before those that ended have their turn.
 constexpr int kAcceptedInTurn = 64;
 constexpr int kEventsAtOnce = 64;
+// What is polled at a connection that is quiet.
+constexpr uint32_t kBytesCome = EPOLLIN | EPOLLET;
 // How long to wait for descriptors when the system has none left.
 constexpr int kNoDescriptorPauseMs = 100;
 
@@ -62,25 +64,26 @@ void ConfigureSocket(int fd) {
 }
 
 // Has `epoll_fd` tell of `events` at `fd`, and of its end in any case.
-void Poll(int epoll_fd, int fd, uint32_t events) {
+void Poll(int epoll_fd, int operation, int fd, uint32_t events) {
   epoll_event event = {};
   event.events = events;
   event.data.fd = fd;
-  epoll_ctl(epoll_fd, EPOLL_CTL_ADD, fd, &event);
+  epoll_ctl(epoll_fd, operation, fd, &event);
 }
 
 }  // namespace
 
 ConnectionAcceptor::ConnectionAcceptor(ListeningSockets sockets, const ConnectionLimits& limits,
-                                       ConnectionRegistry& connections, Events events)
+                                       ConnectionRegistry& connections, MemoryPressure& memory, Events events)
     : sockets_(std::move(sockets)),
       limits_(limits),
       connections_(connections),
+      guard_(connections, memory),
       events_(std::move(events)),
       epoll_fd_(epoll_create1(EPOLL_CLOEXEC)),
       wake_fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  Poll(epoll_fd_, wake_fd_, EPOLLIN);
-  for (const int fd : sockets_.descriptors()) Poll(epoll_fd_, fd, EPOLLIN);
+  Poll(epoll_fd_, EPOLL_CTL_ADD, wake_fd_, EPOLLIN);
+  for (const int fd : sockets_.descriptors()) Poll(epoll_fd_, EPOLL_CTL_ADD, fd, EPOLLIN);
 }
 
 ConnectionAcceptor::~ConnectionAcceptor() {
@@ -105,15 +108,24 @@ void ConnectionAcceptor::Stop() {
 void ConnectionAcceptor::Run() {
   std::array<epoll_event, kEventsAtOnce> events;
   while (!stopping_) {
-    const int count = epoll_wait(epoll_fd_, events.data(), kEventsAtOnce, -1);
+    const int count =
+        epoll_wait(epoll_fd_, events.data(), kEventsAtOnce, guard_.WaitMs(std::chrono::steady_clock::now()));
     // Connections that ended make room for those that wait.
     for (int i = 0; i < count; ++i) {
       const int fd = events[i].data.fd;
-      if (fd != wake_fd_ && !IsListener(fd)) RemoveEnded(fd);
+      if (fd == wake_fd_ || IsListener(fd)) continue;
+      if ((events[i].events & (EPOLLHUP | EPOLLERR)) != 0) {
+        RemoveEnded(fd);
+      } else {
+        // The guard looks again and again now, without being woken by each segment.
+        Poll(epoll_fd_, EPOLL_CTL_MOD, fd, 0);
+        guard_.Wake(fd);
+      }
     }
     for (int i = 0; i < count; ++i) {
       if (IsListener(events[i].data.fd)) AcceptSome(events[i].data.fd);
     }
+    Guard();
   }
 }
 
@@ -125,8 +137,15 @@ bool ConnectionAcceptor::IsListener(int fd) const {
 void ConnectionAcceptor::RemoveEnded(int watch) {
   // gRPC may still have the socket open: closing the watch alone would leave it polled.
   epoll_ctl(epoll_fd_, EPOLL_CTL_DEL, watch, nullptr);
+  guard_.Forget(watch);
   const ConnectionRecord connection = connections_.Remove(watch);
   if (events_.ended) events_.ended(connection, std::chrono::steady_clock::now() - connection.accepted);
+}
+
+void ConnectionAcceptor::Guard() {
+  const auto now = std::chrono::steady_clock::now();
+  if (guard_.WaitMs(now) != 0) return;
+  for (const int watch : guard_.Turn(now, ResidentBytes())) Poll(epoll_fd_, EPOLL_CTL_MOD, watch, kBytesCome);
 }
 
 void ConnectionAcceptor::AcceptSome(int listener) {
@@ -155,7 +174,7 @@ void ConnectionAcceptor::Receive(int listener, int fd, const std::string& peer) 
     return Refuse(reason, peer);
   }
   ConfigureSocket(fd);
-  Poll(epoll_fd_, watch, 0);
+  Poll(epoll_fd_, EPOLL_CTL_ADD, watch, kBytesCome);
   grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
   connection.listener_fd = listener;
   connection.fd = fd;
@@ -163,6 +182,10 @@ void ConnectionAcceptor::Receive(int listener, int fd, const std::string& peer) 
 }
 
 bool ConnectionAcceptor::MayStay(const std::string& peer, StrangerReason& reason) const {
+  if (!guard_.MayTake()) {
+    reason = StrangerReason::kMemoryShort;
+    return false;
+  }
   if (connections_.size() >= limits_.max_connections) {
     reason = StrangerReason::kConnectionLimit;
     return false;

@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "server/net/connection_guard.h"
 #include "server/net/connection_registry.h"
 #include "server/net/listening_socket.h"
 #include "server/observe/security_metrics.h"
@@ -23,7 +24,8 @@ struct ConnectionLimits {
 
 // gRPC 1.51 takes any number of connections, and stops listening for good once the process has no descriptor left. So a
 // thread of ours accepts, closes what is over a limit right away, and gives the rest to gRPC. The same thread polls the
-// watches of the registry, so that the end of a connection is noticed at once. Thread-safe.
+// watches of the registry, so that the end of a connection is noticed at once, and has the guard look at connections
+// from which bytes come. Thread-safe.
 class ConnectionAcceptor {
  public:
   // What the acceptor tells of, on its thread. Neither function may block; either may be null.
@@ -34,9 +36,9 @@ class ConnectionAcceptor {
     std::function<void(const ConnectionRecord& connection, std::chrono::steady_clock::duration age)> ended;
   };
 
-  // `connections` gets the connections that are open; it must outlive this, and nobody else may add to it.
+  // `connections` gets the connections that are open; nobody else may add to it. It and `memory` must outlive this.
   ConnectionAcceptor(ListeningSockets sockets, const ConnectionLimits& limits, ConnectionRegistry& connections,
-                     Events events);
+                     MemoryPressure& memory, Events events);
   // Stops first.
   ~ConnectionAcceptor();
   ConnectionAcceptor(const ConnectionAcceptor&) = delete;
@@ -57,6 +59,8 @@ class ConnectionAcceptor {
   // Hands the connection over, or closes it.
   void Receive(int listener, int fd, const std::string& peer);
   void RemoveEnded(int watch);
+  // The guard takes its turn, if it is due.
+  void Guard();
   bool IsListener(int fd) const;
   // Whether one more connection from `peer` is within the limits; else `reason` says why not.
   bool MayStay(const std::string& peer, StrangerReason& reason) const;
@@ -65,6 +69,7 @@ class ConnectionAcceptor {
   const ListeningSockets sockets_;
   const ConnectionLimits limits_;
   ConnectionRegistry& connections_;
+  ConnectionGuard guard_;
   const Events events_;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> target_;
   int epoll_fd_;

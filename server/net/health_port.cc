@@ -6,9 +6,11 @@
 
 #include <chrono>
 #include <utility>
+#include <vector>
 
 #include "absl/memory/memory.h"
 #include "curvature/v1/curvature.grpc.pb.h"
+#include "server/net/open_calls.h"
 #include "server/net/reflection.h"
 
 namespace curvd {
@@ -20,12 +22,13 @@ constexpr int kIdleMs = 60'000;
 constexpr int kHandshakeMs = 5'000;
 constexpr int kMaxMessageBytes = 4 << 10;
 constexpr int kMaxStreams = 16;
+// Whoever asks here is a stranger, and has little to say.
+constexpr ByteAllowances kAllowances = {32 << 10, 32 << 10, kMaxMessageBytes, 8 << 10};
 
 }  // namespace
 
-HealthPort::HealthPort(ListeningSockets sockets, OnRefused on_refused)
-    // Whoever connects here may, so that no end of a connection is a stranger's.
-    : acceptor_(std::move(sockets), kLimits, connections_, {std::move(on_refused), nullptr}) {
+HealthPort::HealthPort(ListeningSockets sockets, MemoryPressure& memory, ConnectionAcceptor::Events events)
+    : connections_(kAllowances), acceptor_(std::move(sockets), kLimits, connections_, memory, std::move(events)) {
   grpc::ServerBuilder builder;
   builder.RegisterCallbackGenericService(&nothing_else_);
   LeaveOutReflection(builder);
@@ -33,6 +36,9 @@ HealthPort::HealthPort(ListeningSockets sockets, OnRefused on_refused)
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kIdleMs);
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> noters;
+  noters.push_back(NoteCallsBeside("", connections_));
+  builder.experimental().SetInterceptorCreators(std::move(noters));
   auto target = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
   server_ = builder.BuildAndStart();
@@ -40,10 +46,11 @@ HealthPort::HealthPort(ListeningSockets sockets, OnRefused on_refused)
   acceptor_.Start(std::move(target));
 }
 
-absl::StatusOr<std::unique_ptr<HealthPort>> HealthPort::Create(const std::string& listen, OnRefused on_refused) {
+absl::StatusOr<std::unique_ptr<HealthPort>> HealthPort::Create(const std::string& listen, MemoryPressure& memory,
+                                                               ConnectionAcceptor::Events events) {
   absl::StatusOr<ListeningSockets> sockets = ListeningSockets::Bind("--health-listen", listen);
   if (!sockets.ok()) return sockets.status();
-  return absl::WrapUnique(new HealthPort(*std::move(sockets), std::move(on_refused)));
+  return absl::WrapUnique(new HealthPort(*std::move(sockets), memory, std::move(events)));
 }
 
 HealthPort::~HealthPort() {

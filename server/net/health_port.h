@@ -18,11 +18,10 @@ namespace curvd {
 // is called is UNIMPLEMENTED. Serves until destroyed. Thread-safe.
 class HealthPort {
  public:
-  // Tells of each connection that is closed at once because of a limit.
-  using OnRefused = std::function<void(StrangerReason reason, const std::string& peer)>;
-
-  // UNAVAILABLE, naming the address, if it cannot be bound.
-  static absl::StatusOr<std::unique_ptr<HealthPort>> Create(const std::string& listen, OnRefused on_refused);
+  // `events` tells of connections as ConnectionAcceptor does; `memory` must outlive this. UNAVAILABLE, naming the
+  // address, if it cannot be bound.
+  static absl::StatusOr<std::unique_ptr<HealthPort>> Create(const std::string& listen, MemoryPressure& memory,
+                                                            ConnectionAcceptor::Events events);
   ~HealthPort();
 
   int port() const { return acceptor_.port(); }
@@ -30,7 +29,7 @@ class HealthPort {
   void SetNotServing();
 
  private:
-  HealthPort(ListeningSockets sockets, OnRefused on_refused);
+  HealthPort(ListeningSockets sockets, MemoryPressure& memory, ConnectionAcceptor::Events events);
 
   grpc::CallbackGenericService nothing_else_;
   std::unique_ptr<grpc::Server> server_;

@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "server/net/listen_address.h"
+#include "server/net/receive_valve.h"
 
 namespace curvd {
 namespace {
@@ -30,6 +31,7 @@ int Listen(int family, const sockaddr* address, socklen_t length) {
   // A port whose last owner has just gone may be taken; one that has an owner may not.
   if (family != AF_UNIX) SetOption(fd, SOL_SOCKET, SO_REUSEADDR, 1);
   if (family == AF_INET6) SetOption(fd, IPPROTO_IPV6, IPV6_V6ONLY, 0);
+  if (family != AF_UNIX) RememberBeginnings(fd);
   if (bind(fd, address, length) == 0 && listen(fd, kBacklog) == 0) return fd;
   const int error = errno;
   close(fd);

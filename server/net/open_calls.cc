@@ -11,6 +11,23 @@
 namespace curvd {
 namespace {
 
+// Lives as long as the call.
+class OpenCall final : public grpc::experimental::Interceptor {
+ public:
+  OpenCall(const grpc::ServerContextBase& call, ConnectionRegistry& connections)
+      : peer_(call.peer()), metadata_bytes_(MetadataBytes(call)), connections_(connections) {
+    connections_.NoteCall(peer_, ConnectionRegistry::Call::kOpenToAll, metadata_bytes_);
+  }
+  ~OpenCall() override { connections_.NoteAnswered(peer_, metadata_bytes_); }
+
+  void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override { methods->Proceed(); }
+
+ private:
+  const std::string peer_;
+  const uint64_t metadata_bytes_;
+  ConnectionRegistry& connections_;
+};
+
 class OpenCallNoter final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
   OpenCallNoter(std::string own_prefix, ConnectionRegistry& connections)
@@ -18,10 +35,8 @@ class OpenCallNoter final : public grpc::experimental::ServerInterceptorFactoryI
 
   // Null: the call goes on without an interceptor.
   grpc::experimental::Interceptor* CreateServerInterceptor(grpc::experimental::ServerRpcInfo* call) override {
-    if (!absl::StartsWith(call->method(), own_prefix_)) {
-      connections_.NoteCall(call->server_context()->peer(), ConnectionRegistry::Call::kOpenToAll);
-    }
-    return nullptr;
+    if (absl::StartsWith(call->method(), own_prefix_)) return nullptr;
+    return new OpenCall(*call->server_context(), connections_);
   }
 
  private:
@@ -30,6 +45,13 @@ class OpenCallNoter final : public grpc::experimental::ServerInterceptorFactoryI
 };
 
 }  // namespace
+
+uint64_t MetadataBytes(const grpc::ServerContextBase& call) {
+  constexpr uint64_t kEntryBytes = 32;
+  uint64_t bytes = 0;
+  for (const auto& [name, value] : call.client_metadata()) bytes += name.size() + value.size() + kEntryBytes;
+  return bytes;
+}
 
 std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> NoteCallsBeside(
     const char* own_service, ConnectionRegistry& connections) {

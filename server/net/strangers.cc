@@ -16,6 +16,7 @@ constexpr uint64_t kEndBytes = 1;
 
 std::optional<StrangerReason> WhyStranger(const ConnectionRecord& connection, std::chrono::steady_clock::duration age,
                                           std::chrono::steady_clock::duration handshake_timeout) {
+  if (connection.closed_for.has_value()) return connection.closed_for;
   if (connection.let_in_calls > 0 || connection.open_calls > 0) return std::nullopt;
   if (absl::StartsWith(connection.peer, "unix:")) return std::nullopt;
   if (connection.refused_calls > 0) return StrangerReason::kNotLetIn;

@@ -14,8 +14,8 @@ namespace curvd {
 namespace {
 
 constexpr const char* kReasonNames[kStrangerReasonCount] = {
-    "connection_limit", "peer_connection_limit", "no_descriptor", "handshake_timeout", "nothing_sent", "no_call",
-    "not_let_in"};
+    "connection_limit", "peer_connection_limit", "no_descriptor",     "handshake_timeout", "nothing_sent", "no_call",
+    "not_let_in",       "unaccounted_bytes",     "too_much_metadata", "memory_short"};
 
 // Counted when it is asked for, so that it is never stale.
 class OpenConnections : public prometheus::Collectable {

@@ -24,8 +24,11 @@ enum class StrangerReason {
   kNothingSent,          // nothing_sent: it ended before it had sent a byte, as that of a load balancer that looks
   kNoCall,               // no_call: it sent something, and ended without a call
   kNotLetIn,             // not_let_in: access control let none of its calls in
+  kUnaccountedBytes,     // unaccounted_bytes: it was ended, as it had sent more than its calls account for
+  kTooMuchMetadata,      // too_much_metadata: it was ended, as a call had more metadata than gRPC should let through
+  kMemoryShort,          // memory_short: it was ended, or not taken, as the process had too much memory
 };
-inline constexpr size_t kStrangerReasonCount = static_cast<size_t>(StrangerReason::kNotLetIn) + 1;
+inline constexpr size_t kStrangerReasonCount = static_cast<size_t>(StrangerReason::kMemoryShort) + 1;
 const char* StrangerReasonName(StrangerReason reason);
 
 // All series exist from the start. Thread-safe.

@@ -20,6 +20,12 @@ const char* MeaningOf(StrangerReason reason) {
       return "the connection ended without a call: its handshake failed, it spoke no HTTP/2, or it only connected";
     case StrangerReason::kNotLetIn:
       return "the connection ended, and none of its calls had been let in";
+    case StrangerReason::kUnaccountedBytes:
+      return "the server ended the connection, as it had sent more than its calls account for";
+    case StrangerReason::kTooMuchMetadata:
+      return "the server ended the connection, as one of its calls had more than twice --max-header-bytes of metadata";
+    case StrangerReason::kMemoryShort:
+      return "the server ended the connection, or did not take it, as the process had too much memory";
   }
   return "";
 }

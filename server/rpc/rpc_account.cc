@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/access/call_credentials.h"
+#include "server/net/open_calls.h"
 #include "server/rpc/ending_errors.h"
 #include "server/rpc/grpc_status.h"
 
@@ -23,13 +24,16 @@ RpcAccount::Clock::time_point OnSteadyClock(std::chrono::system_clock::time_poin
 
 }  // namespace
 
-RpcArrival ArrivalOf(const grpc::ServerContextBase& call) { return {CredentialsOf(call), call.deadline()}; }
+RpcArrival ArrivalOf(const grpc::ServerContextBase& call) {
+  return {CredentialsOf(call), MetadataBytes(call), call.deadline()};
+}
 
 RpcAccount::RpcAccount(ServiceContext& service, RpcMethod method, const RpcArrival& arrival)
     : service_(service),
       started_(Clock::now()),
       deadline_(OnSteadyClock(arrival.deadline, started_)),
-      caller_(service.LetIn(arrival.presented)) {
+      caller_(service.LetIn(arrival.presented, arrival.metadata_bytes)),
+      metadata_bytes_(arrival.metadata_bytes) {
   record_.method = method;
   record_.request_id = service.request_ids.Next();
   record_.peer = arrival.presented.peer;
@@ -40,7 +44,7 @@ RpcAccount::RpcAccount(ServiceContext& service, RpcMethod method, const RpcArriv
 void RpcAccount::CountReceived(uint64_t bytes) {
   record_.bytes_received += bytes;
   service_.metrics.CountReceived(record_.method, bytes);
-  if (caller_.ok()) service_.connections.NoteMessage(record_.peer, bytes);
+  if (caller_.ok()) service_.connections.NoteMessage(record_.peer, bytes, ++messages_ == 1);
 }
 
 void RpcAccount::CountSent(uint64_t bytes) {
@@ -58,6 +62,12 @@ void RpcAccount::Close(absl::Status status) {
   service_.metrics.CountHandled(record_.method, record_.status.code(), record_.total_seconds);
   service_.metrics.CountCall(record_);
   service_.log.LogCall(record_);
+  const bool is_gone = absl::IsCancelled(record_.status) || absl::IsDeadlineExceeded(record_.status);
+  if (caller_.ok()) {
+    service_.connections.NoteEnd(record_.peer, {metadata_bytes_, messages_, is_gone});
+  } else {
+    service_.connections.NoteAnswered(record_.peer, metadata_bytes_);
+  }
 }
 
 }  // namespace curvd

@@ -23,6 +23,7 @@ namespace curvd {
 // What is known of an RPC when it arrives.
 struct RpcArrival {
   PresentedCredentials presented;
+  uint64_t metadata_bytes = 0;  // as HTTP/2 counts them
   // DEFAULT: none.
   std::chrono::system_clock::time_point deadline = std::chrono::system_clock::time_point::max();
 };
@@ -69,6 +70,8 @@ class RpcAccount {
   const Clock::time_point started_;
   const Clock::time_point deadline_;
   const absl::StatusOr<Caller> caller_;
+  const uint64_t metadata_bytes_;
+  uint64_t messages_ = 0;  // received
   CallRecord record_;
 };
 

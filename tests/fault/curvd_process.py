@@ -88,6 +88,14 @@ class Curvd:
         self.signal(signal.SIGTERM)
         return self.process.wait(seconds)
 
+    def lines_field(self, name):
+        """What the line "serving" says of the port `name`."""
+        return re.search(rf'"{name}":"([^"]*)"', self.wait_for_line('"event":"serving"')).group(1)
+
+    def peak_resident_bytes(self):
+        with open(f"/proc/{self.process.pid}/status") as status:
+            return next(int(line.split()[1]) << 10 for line in status if line.startswith("VmHWM"))
+
     def resident_bytes(self):
         with open(f"/proc/{self.process.pid}/statm") as statm:
             return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")

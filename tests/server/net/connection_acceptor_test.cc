@@ -60,9 +60,11 @@ class ConnectionAcceptorTest : public ::testing::Test {
   std::promise<std::string> refused_;
   std::promise<ConnectionRecord> ended_;
   ConnectionRegistry connections_;
+  MemoryPressure memory_{uint64_t{1} << 40};
   ConnectionAcceptor acceptor_{*ListeningSockets::Bind("listen", "127.0.0.1:0"),
                                {1, 1},
                                connections_,
+                               memory_,
                                {[this](StrangerReason reason, const std::string& peer) {
                                   refused_.set_value(StrangerReasonName(reason) + (" " + peer));
                                 },

@@ -65,14 +65,14 @@ TEST(ConnectionRegistryTest, TellsWhatAConnectionHasSentAndWhatOfItWasLetIn) {
   const TcpPair pair, silent;
   const int watch = connections.Add(pair.server(), "ipv4:10.0.0.7:1");
   ASSERT_EQ(send(pair.client(), "12345678", 8, 0), 8);
-  connections.NoteCall("ipv4:10.0.0.7:1", Call::kRefused);
-  connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn);
-  connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn);
-  connections.NoteCall("ipv4:10.0.0.7:1", Call::kOpenToAll);
-  connections.NoteMessage("ipv4:10.0.0.7:1", 2);
-  connections.NoteMessage("ipv4:10.0.0.7:1", 3);
-  connections.NoteCall("inproc", Call::kLetIn);  // no connection
-  connections.NoteMessage("inproc", 7);
+  connections.NoteCall("ipv4:10.0.0.7:1", Call::kRefused, 0);
+  connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn, 0);
+  connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn, 0);
+  connections.NoteCall("ipv4:10.0.0.7:1", Call::kOpenToAll, 0);
+  connections.NoteMessage("ipv4:10.0.0.7:1", 2, true);
+  connections.NoteMessage("ipv4:10.0.0.7:1", 3, false);
+  connections.NoteCall("inproc", Call::kLetIn, 0);  // no connection
+  connections.NoteMessage("inproc", 7, true);
   const auto open = connections.Open();
   ASSERT_EQ(open.size(), 1u);
   EXPECT_EQ(open.front().received_bytes, 8u);
@@ -100,9 +100,9 @@ TEST(ConnectionRegistryTest, APeerThatCameAgainIsTheNewConnection) {
   const TcpPair old_pair, new_pair;
   const int old_watch = connections.Add(old_pair.server(), "ipv4:10.0.0.7:1");
   const int new_watch = connections.Add(new_pair.server(), "ipv4:10.0.0.7:1");  // before the old end was noticed
-  connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn);
+  connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn, 0);
   EXPECT_EQ(connections.Remove(old_watch).let_in_calls, 0u);
-  connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn);
+  connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn, 0);
   EXPECT_EQ(connections.Remove(new_watch).let_in_calls, 2u);
 }
 

@@ -7,6 +7,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "server/net/receive_valve.h"
+
 namespace curvd {
 
 // What is still open is closed on destruction.
@@ -19,6 +21,7 @@ class TcpPair {
     socklen_t length = sizeof(address);
     auto* any = reinterpret_cast<sockaddr*>(&address);
     const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    RememberBeginnings(listener);
     EXPECT_EQ(bind(listener, any, length), 0);
     EXPECT_EQ(listen(listener, 1), 0);
     EXPECT_EQ(getsockname(listener, any, &length), 0);

@@ -1,0 +1,76 @@
+#include "server/net/byte_account.h"
+
+#include <algorithm>
+
+namespace curvd {
+namespace {
+
+// What a call costs beside its metadata and messages: frames of HTTP/2, records of TLS, pings, windows.
+constexpr uint64_t kCallBytes = 256;
+constexpr uint64_t kMessageBytes = 64;
+constexpr uint64_t kMessageShare = 16;
+// What a client may send for a call before it hears that the call is refused, or that it shall go on: HTTP/2's window.
+constexpr uint64_t kFirstFlightBytes = 64 << 10;
+// What a connection sends that has nothing to do: pings. Who was let in may also break off some calls a second.
+constexpr uint64_t kForgivenBytesPerSecond = 64;
+constexpr uint64_t kForgivenLetInBytesPerSecond = 4 << 10;
+
+}  // namespace
+
+void ByteAccount::NoteLetIn() {
+  let_in_ = true;
+  ++open_;
+}
+
+void ByteAccount::NoteMessage(uint64_t bytes, bool is_first) {
+  accounted_ += bytes + bytes / kMessageShare + kMessageBytes;
+  if (is_first) ++reading_;
+}
+
+// What was on its way when the call ended, nobody reads any more.
+void ByteAccount::NoteEnd(const EndedCall& call) {
+  --open_;
+  if (call.messages == 0 && call.broken_off) return;
+  accounted_ += call.metadata + kCallBytes + kFirstFlightBytes;
+  if (call.messages == 0) return;
+  --reading_;
+  accounted_ += allowances_->max_message;
+}
+
+void ByteAccount::NoteAnswered(uint64_t metadata) { accounted_ += metadata + kCallBytes + kFirstFlightBytes; }
+
+void ByteAccount::Forgive(Clock::time_point now) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(now - forgiven_at_);
+  forgiven_at_ += seconds;
+  accounted_ +=
+      static_cast<uint64_t>(seconds.count()) * (let_in_ ? kForgivenLetInBytesPerSecond : kForgivenBytesPerSecond);
+}
+
+uint64_t ByteAccount::allowance() const {
+  if (!let_in_) return allowances_->stranger;
+  return allowances_->let_in + open_ * (kFirstFlightBytes + allowances_->max_metadata) +
+         reading_ * allowances_->max_message;
+}
+
+ByteAccount::Verdict ByteAccount::Judge(uint64_t read, Clock::time_point now) {
+  Forgive(now);
+  // Credit is not saved up; but what was on its way to calls that have ended may come later.
+  accounted_ = std::min(accounted_, read + (let_in_ ? allowances_->max_message : 0));
+  unaccounted_ = read - std::min(read, accounted_);
+  if (let_in_) {
+    suspect_ = false;
+    return unaccounted_ > allowance() ? Verdict::kTooMuch : Verdict::kFine;
+  }
+  // The system moves its bound in steps.
+  if (unaccounted_ + kBoundStep < allowances_->stranger) {
+    suspect_ = false;
+    return Verdict::kFine;
+  }
+  if (!suspect_) suspect_since_ = now;
+  suspect_ = true;
+  // More than the system should have let through: it does not hold the bound.
+  const bool unbounded = unaccounted_ > 2 * allowances_->stranger;
+  return unbounded || now - suspect_since_ > kPatience ? Verdict::kTooMuch : Verdict::kSuspect;
+}
+
+}  // namespace curvd

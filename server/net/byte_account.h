@@ -1,0 +1,80 @@
+// Weighs what a connection has sent against what its calls account for.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace curvd {
+
+// How much a connection may send that no call accounts for.
+struct ByteAllowances {
+  // Before a call was let in. DEFAULT: a TLS handshake with certificates (8 KiB), metadata (16 KiB) and the 64 KiB of
+  // messages that HTTP/2 lets a client send before it hears of a server's windows.
+  uint64_t stranger = 96 << 10;
+  // After that. DEFAULT: some 2,000 calls that are broken off before they have sent a message.
+  uint64_t let_in = 256 << 10;
+  uint64_t max_message = 5 << 20;   // bytes of the largest message that a call may send
+  uint64_t max_metadata = 8 << 10;  // bytes of one call's metadata, as HTTP/2 counts them
+};
+
+// A call that was let in, when it is over.
+struct EndedCall {
+  uint64_t metadata = 0;    // its bytes, as HTTP/2 counts them
+  uint64_t messages = 0;    // that were received
+  bool broken_off = false;  // the caller ended it
+};
+
+// gRPC's HTTP/2 keeps what it has read of a call's headers or of a message until it is complete, and then the call is
+// ours to see. So bytes that no call accounts for, for long, are bytes that a stranger makes gRPC keep. Not
+// thread-safe.
+class ByteAccount {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  enum class Verdict {
+    kFine,
+    kSuspect,  // it has used up what strangers may send, and may just be waiting for its call to be let in
+    kTooMuch,
+  };
+  // For how long a suspect may stay one.
+  static constexpr std::chrono::seconds kPatience{1};
+
+  ByteAccount(const ByteAllowances& allowances, Clock::time_point now) : allowances_(&allowances), forgiven_at_(now) {}
+
+  // A call was let in. It is open until NoteEnd.
+  void NoteLetIn();
+  // A message of an open call is complete. Its first is small; with it the call gets memory for larger ones.
+  void NoteMessage(uint64_t bytes, bool is_first);
+  // An open call is over.
+  void NoteEnd(const EndedCall& call);
+  // A call with so much metadata that was not let in has got its answer.
+  void NoteAnswered(uint64_t metadata);
+
+  // REQUIRES: neither `read`, the number of bytes that gRPC has read, nor `now` goes back.
+  Verdict Judge(uint64_t read, Clock::time_point now);
+  // What no call accounted for when Judge was called.
+  uint64_t unaccounted() const { return unaccounted_; }
+  // How many bytes it may have sent in all, as long as no call was let in. Who bounds them may lag behind by
+  // kBoundStep.
+  static constexpr uint64_t kBoundStep = 8 << 10;
+  uint64_t bound() const { return accounted_ + allowances_->stranger; }
+  bool let_in() const { return let_in_; }
+  uint64_t allowance() const;
+  // Whether a call with so much metadata shows that gRPC's limit did not hold.
+  bool TooMuchMetadata(uint64_t metadata) const { return metadata > 2 * allowances_->max_metadata; }
+
+ private:
+  void Forgive(Clock::time_point now);
+
+  const ByteAllowances* allowances_;
+  bool let_in_ = false;
+  uint64_t open_ = 0;     // calls
+  uint64_t reading_ = 0;  // of them
+  uint64_t accounted_ = 0;
+  uint64_t unaccounted_ = 0;
+  Clock::time_point forgiven_at_;
+  Clock::time_point suspect_since_{};
+  bool suspect_ = false;
+};
+
+}  // namespace curvd

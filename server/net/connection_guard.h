@@ -1,0 +1,73 @@
+// Ends connections that make the process hold more than they should.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <deque>
+#include <unordered_set>
+#include <vector>
+
+#include "server/host/memory_pressure.h"
+#include "server/net/connection_registry.h"
+
+namespace curvd {
+
+// gRPC 1.51 bounds neither the metadata of a call before its peer answers SETTINGS, nor calls that are reset, nor
+// messages of calls that nobody has seen yet; and a header that comes in small pieces costs the square of its length.
+// So the guard looks every few milliseconds at each connection from which bytes come: what gRPC has read of them must
+// be accounted for by calls (ByteAccount). And it looks at the memory of the process, and ends strangers' connections,
+// the largest first, where that is too much; then also others that have sent much that no call accounts for. Not
+// thread-safe.
+class ConnectionGuard {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  static constexpr std::chrono::milliseconds kInterval{5};
+  // As long as none of them is a stranger's.
+  static constexpr std::chrono::milliseconds kLongInterval{20};
+  // How many connections are looked at in one turn: 100 microseconds' work.
+  static constexpr size_t kLooksInTurn = 50;
+  // How often a connection is looked at in vain until it counts as quiet.
+  static constexpr int kQuietLooks = 10;
+  // What gRPC makes of a byte at worst: 160 bytes were measured. Strangers together may send as much as fits the memory
+  // that is left, and kStrangersBytes in any case.
+  static constexpr uint64_t kWorstGrowth = 128;
+  static constexpr uint64_t kStrangersBytes = 256 << 10;
+  // What a connection of which calls were let in may have unaccounted for while memory is critical.
+  static constexpr uint64_t kSparedLetInBytes = 256 << 10;
+
+  // Both must outlive this.
+  ConnectionGuard(ConnectionRegistry& connections, MemoryPressure& memory)
+      : connections_(connections), memory_(memory) {}
+
+  // Bytes came from the connection of `watch`, which is looked at from now on, until it is quiet. REQUIRES: it is
+  // quiet, as it is in the beginning.
+  void Wake(int watch);
+  // It is no longer in the registry.
+  void Forget(int watch);
+  // How long to wait for the next turn, in milliseconds; -1 if all is quiet.
+  int WaitMs(Clock::time_point now) const;
+  // Does what is due at `now`, given the memory of the process, and returns the watches that have become quiet.
+  std::vector<int> Turn(Clock::time_point now, uint64_t resident_bytes);
+  // Whether one more connection may be taken: not while memory is critical and strangers were found to hold some of it.
+  bool MayTake() const { return !refuses_; }
+
+ private:
+  struct Awake {
+    int watch;
+    int looks_in_vain;
+  };
+
+  // Ends connections until memory will do.
+  void Shed(Clock::time_point now, uint64_t resident_bytes);
+
+  ConnectionRegistry& connections_;
+  MemoryPressure& memory_;
+  MemoryPressure::Level level_ = MemoryPressure::Level::kFine;
+  std::deque<Awake> awake_;  // in the order of their turns
+  bool refuses_ = false;
+  Clock::time_point last_turn_{};
+  Clock::time_point next_turn_{};  // at once in the beginning
+};
+
+}  // namespace curvd

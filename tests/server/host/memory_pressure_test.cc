@@ -1,0 +1,39 @@
+#include "server/host/memory_pressure.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace curvd {
+namespace {
+
+using Level = MemoryPressure::Level;
+
+constexpr uint64_t kLimit = 256 << 20;
+
+TEST(MemoryPressureTest, JudgesWhatTheProcessHasBesideTheLimit) {
+  const MemoryPressure memory(kLimit);
+  EXPECT_EQ(memory.Judge(0), Level::kFine);
+  EXPECT_EQ(memory.Judge(kLimit + MemoryPressure::kHighBytes), Level::kFine);
+  EXPECT_EQ(memory.Judge(kLimit + MemoryPressure::kHighBytes + 1), Level::kHigh);
+  EXPECT_EQ(memory.Judge(kLimit + MemoryPressure::kCriticalBytes), Level::kHigh);
+  EXPECT_EQ(memory.Judge(kLimit + MemoryPressure::kCriticalBytes + 1), Level::kCritical);
+}
+
+TEST(MemoryPressureTest, HeadroomEndsWhereMemoryIsHigh) {
+  const MemoryPressure memory(kLimit);
+  EXPECT_EQ(memory.Headroom(0), kLimit + MemoryPressure::kHighBytes);
+  EXPECT_EQ(memory.Headroom(kLimit), MemoryPressure::kHighBytes);
+  EXPECT_EQ(memory.Headroom(2 * kLimit), 0u);
+}
+
+TEST(MemoryPressureTest, KnowsWhatTheProcessHas) {
+  const uint64_t before = ResidentBytes();
+  EXPECT_GT(before, uint64_t{1} << 20);
+  constexpr uint64_t kBytes = 64 << 20;
+  const std::vector<char> more(kBytes, 1);
+  EXPECT_GE(ResidentBytes() + (8 << 20), before + more.size());
+}
+
+}  // namespace
+}  // namespace curvd

@@ -1,0 +1,158 @@
+#include "server/net/byte_account.h"
+
+#include <gtest/gtest.h>
+
+namespace curvd {
+namespace {
+
+using Verdict = ByteAccount::Verdict;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr ByteAllowances kAllowances = {100'000, 300'000, 5'000'000, 8'192};
+constexpr ByteAccount::Clock::time_point kStart{};
+
+class ByteAccountTest : public ::testing::Test {
+ protected:
+  Verdict JudgeAt(uint64_t read, ByteAccount::Clock::duration after) { return account_.Judge(read, kStart + after); }
+
+  ByteAccount account_{kAllowances, kStart};
+};
+
+TEST_F(ByteAccountTest, AStrangerMaySendAHandshakeAndACall) {
+  EXPECT_EQ(JudgeAt(0, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(JudgeAt(90'000, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(account_.unaccounted(), 90'000u);
+  EXPECT_EQ(account_.bound(), 100'000u);
+}
+
+TEST_F(ByteAccountTest, WhoHasUsedUpWhatStrangersMaySendIsGivenTimeToBeLetIn) {
+  EXPECT_EQ(JudgeAt(100'000, seconds(0)), Verdict::kSuspect);
+  EXPECT_EQ(JudgeAt(100'000, ByteAccount::kPatience), Verdict::kSuspect);
+  account_.NoteLetIn();
+  EXPECT_EQ(JudgeAt(100'000, 10 * ByteAccount::kPatience), Verdict::kFine);
+}
+
+TEST_F(ByteAccountTest, ASuspectOfWhomNoCallIsLetInHasSentTooMuch) {
+  EXPECT_EQ(JudgeAt(100'000, seconds(0)), Verdict::kSuspect);
+  EXPECT_EQ(JudgeAt(100'000, ByteAccount::kPatience + milliseconds(1)), Verdict::kTooMuch);
+}
+
+// The system moves its bound in steps, so that a stranger may be held back right below it.
+TEST_F(ByteAccountTest, AStrangerIsASuspectAStepBelowTheBound) {
+  EXPECT_EQ(JudgeAt(100'000 - ByteAccount::kBoundStep - 1, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(JudgeAt(100'000 - ByteAccount::kBoundStep, seconds(0)), Verdict::kSuspect);
+}
+
+TEST_F(ByteAccountTest, WhereTheSystemBoundsNothingAStrangerGetsNoTime) {
+  EXPECT_EQ(JudgeAt(200'000, seconds(0)), Verdict::kSuspect);
+  EXPECT_EQ(JudgeAt(200'001, seconds(0)), Verdict::kTooMuch);
+}
+
+TEST_F(ByteAccountTest, AProbeThatAsksEverySecondIsFineForDays) {
+  uint64_t read = 0;
+  for (int second = 0; second < 200'000; ++second) {
+    read += 300;
+    account_.NoteAnswered(50);
+    ASSERT_EQ(JudgeAt(read, seconds(second)), Verdict::kFine) << second;
+  }
+}
+
+TEST_F(ByteAccountTest, AConnectionThatOnlyPingsIsFineForDays) {
+  uint64_t read = 0;
+  for (int second = 0; second < 200'000; second += 5) {
+    read += 60;
+    ASSERT_EQ(JudgeAt(read, seconds(second)), Verdict::kFine) << second;
+  }
+}
+
+TEST_F(ByteAccountTest, CreditOfAnswersIsNotSavedUp) {
+  for (int i = 0; i < 1'000; ++i) account_.NoteAnswered(8'000);
+  EXPECT_EQ(JudgeAt(1'000, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(account_.bound(), 101'000u);
+  EXPECT_EQ(JudgeAt(201'001 + 1'000, seconds(0)), Verdict::kTooMuch);
+}
+
+TEST_F(ByteAccountTest, MessagesAccountForThemselves) {
+  account_.NoteLetIn();
+  account_.NoteMessage(100, true);
+  uint64_t read = 10'000;
+  for (int chunk = 0; chunk < 1'000; ++chunk) {
+    read += 5'020'000;  // with frames of HTTP/2 and records of TLS
+    account_.NoteMessage(5'000'000, false);
+    ASSERT_EQ(JudgeAt(read, seconds(0)), Verdict::kFine) << chunk;
+  }
+}
+
+TEST_F(ByteAccountTest, AMessageThatIsNotCompleteCountsForEachCallThatHasMemory) {
+  account_.NoteLetIn();
+  account_.NoteLetIn();
+  const uint64_t headers_only = account_.allowance();
+  account_.NoteMessage(100, true);
+  account_.NoteMessage(100, true);
+  EXPECT_EQ(account_.allowance(), headers_only + 2 * kAllowances.max_message);
+  EXPECT_EQ(JudgeAt(10'000'000, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(JudgeAt(11'000'000, seconds(0)), Verdict::kTooMuch);
+}
+
+TEST_F(ByteAccountTest, ACallWhoseFirstMessageNeverEndsGetsLittle) {
+  for (int call = 0; call < 200; ++call) account_.NoteLetIn();
+  EXPECT_EQ(JudgeAt(14'000'000, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(JudgeAt(16'000'000, seconds(0)), Verdict::kTooMuch);
+}
+
+TEST_F(ByteAccountTest, WhatWasOnItsWayToACallThatFailedIsFine) {
+  uint64_t read = 0;
+  for (int call = 0; call < 1'000; ++call) {
+    account_.NoteLetIn();
+    account_.NoteMessage(100, true);
+    account_.NoteEnd({.metadata = 300, .messages = 1, .broken_off = call % 2 == 0});
+    read += 4'000'000;  // after the end
+    ASSERT_EQ(JudgeAt(read, seconds(0)), Verdict::kFine) << call;
+  }
+}
+
+TEST_F(ByteAccountTest, ManySmallCallsAreFineForHours) {
+  uint64_t read = 0;
+  for (int call = 0; call < 1'000'000; ++call) {
+    account_.NoteLetIn();
+    account_.NoteMessage(20, true);
+    account_.NoteEnd({.metadata = 8'000, .messages = 1});
+    read += 8'500;
+    ASSERT_EQ(JudgeAt(read, milliseconds(call)), Verdict::kFine) << call;
+  }
+}
+
+TEST_F(ByteAccountTest, CallsThatAreBrokenOffAtOnceAreBounded) {
+  uint64_t read = 0;
+  Verdict verdict = Verdict::kFine;
+  int calls = 0;
+  for (; calls < 100'000 && verdict == Verdict::kFine; ++calls) {
+    account_.NoteLetIn();
+    account_.NoteEnd({.metadata = 300, .broken_off = true});
+    read += 100;
+    verdict = JudgeAt(read, seconds(0));
+  }
+  EXPECT_EQ(verdict, Verdict::kTooMuch);
+  EXPECT_GT(calls, 2'000);
+}
+
+TEST_F(ByteAccountTest, SomeCallsASecondMayBeBrokenOffForHours) {
+  uint64_t read = 0;
+  for (int second = 0; second < 20'000; ++second) {
+    for (int call = 0; call < 20; ++call) {
+      account_.NoteLetIn();
+      account_.NoteEnd({.metadata = 300, .broken_off = true});
+    }
+    read += 20 * 150;
+    ASSERT_EQ(JudgeAt(read, seconds(second)), Verdict::kFine) << second;
+  }
+}
+
+TEST_F(ByteAccountTest, MetadataBeyondTwiceTheLimitShowsThatTheLimitDidNotHold) {
+  EXPECT_FALSE(account_.TooMuchMetadata(2 * kAllowances.max_metadata));
+  EXPECT_TRUE(account_.TooMuchMetadata(2 * kAllowances.max_metadata + 1));
+}
+
+}  // namespace
+}  // namespace curvd

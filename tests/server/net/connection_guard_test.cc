@@ -1,0 +1,152 @@
+#include "server/net/connection_guard.h"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "tests/server/net/socket_pair.h"
+
+namespace curvd {
+namespace {
+
+constexpr uint64_t kLimit = 256 << 20;
+constexpr uint64_t kMuch = kLimit + MemoryPressure::kCriticalBytes + 1;
+
+// A guard of connections that are numbered from 0 on, each given `bytes` bytes.
+class ConnectionGuardTest : public ::testing::Test {
+ protected:
+  void Send(const TcpPair& pair, size_t bytes) {
+    const std::string sent(bytes, 'x');
+    ASSERT_EQ(send(pair.client(), sent.data(), sent.size(), 0), static_cast<ssize_t>(bytes));
+  }
+  int Add(const TcpPair& pair) {
+    const int watch = connections_.Add(pair.server(), absl::StrCat("ipv4:10.0.0.7:", ++ports_));
+    guard_.Wake(watch);
+    return watch;
+  }
+  std::string LastPeer() const { return absl::StrCat("ipv4:10.0.0.7:", ports_); }
+  // Takes a turn after the last one.
+  std::vector<int> Turn(uint64_t resident_bytes) {
+    now_ += ConnectionGuard::kInterval;
+    return guard_.Turn(now_, resident_bytes);
+  }
+  static bool HasEnded(int watch) {
+    pollfd ended = {watch, 0, 0};
+    return poll(&ended, 1, 0) == 1 && (ended.revents & POLLHUP) != 0;
+  }
+
+  ConnectionRegistry connections_;
+  MemoryPressure memory_{kLimit};
+  ConnectionGuard guard_{connections_, memory_};
+  ConnectionGuard::Clock::time_point now_{std::chrono::hours(1)};
+  int ports_ = 0;
+};
+
+TEST_F(ConnectionGuardTest, SleepsWhileAllIsQuiet) {
+  EXPECT_EQ(guard_.WaitMs(now_), -1);
+  const TcpPair pair;
+  const int watch = Add(pair);
+  EXPECT_EQ(guard_.WaitMs(now_), 0);
+  std::vector<int> quiet;
+  int turns = 0;
+  for (; quiet.empty() && turns < 1'000; ++turns) quiet = Turn(0);
+  EXPECT_EQ(quiet, std::vector<int>{watch});
+  EXPECT_EQ(turns, ConnectionGuard::kQuietLooks);
+  EXPECT_EQ(guard_.WaitMs(now_), -1);
+}
+
+TEST_F(ConnectionGuardTest, WaitsForTheNextTurnWhileBytesCome) {
+  const TcpPair pair;
+  Add(pair);
+  Turn(0);
+  EXPECT_EQ(guard_.WaitMs(now_), ConnectionGuard::kInterval.count());
+  EXPECT_EQ(guard_.WaitMs(now_ + std::chrono::milliseconds(3)), 2);
+  EXPECT_EQ(guard_.WaitMs(now_ + std::chrono::hours(1)), 0);
+}
+
+TEST_F(ConnectionGuardTest, LooksLessOftenWhereNobodyIsAStranger) {
+  const TcpPair pair, stranger;
+  Add(pair);
+  connections_.NoteCall(LastPeer(), ConnectionRegistry::Call::kLetIn, 100);
+  Turn(0);
+  EXPECT_EQ(guard_.WaitMs(now_), ConnectionGuard::kLongInterval.count());
+  Add(stranger);
+  EXPECT_EQ(guard_.WaitMs(now_), ConnectionGuard::kInterval.count());
+}
+
+TEST_F(ConnectionGuardTest, ForgetsConnectionsThatAreGone) {
+  const TcpPair pair;
+  const int watch = Add(pair);
+  guard_.Forget(watch);
+  connections_.Remove(watch);
+  EXPECT_TRUE(Turn(0).empty());
+  EXPECT_EQ(guard_.WaitMs(now_), -1);
+}
+
+TEST_F(ConnectionGuardTest, SparesWhoHasSentAHandshakeWhateverTheMemory) {
+  const TcpPair pair;
+  const int watch = Add(pair);
+  Send(pair, ConnectionRegistry::kSparedBytes);
+  for (int turn = 0; turn < 5; ++turn) Turn(kMuch);
+  EXPECT_FALSE(HasEnded(watch));
+}
+
+TEST_F(ConnectionGuardTest, EndsTheLargestStrangerFirst) {
+  const TcpPair small, large;
+  const int small_watch = Add(small), large_watch = Add(large);
+  Send(small, 20'000);
+  Send(large, 30'000);
+  const uint64_t high = kLimit + MemoryPressure::kHighBytes + 1;
+  Turn(high);
+  EXPECT_TRUE(HasEnded(large_watch));
+  EXPECT_FALSE(HasEnded(small_watch));
+  EXPECT_EQ(connections_.Remove(large_watch).closed_for, StrangerReason::kMemoryShort);
+}
+
+TEST_F(ConnectionGuardTest, EndsAllStrangersAndTakesNobodyWhileMemoryIsCritical) {
+  const TcpPair first, second;
+  const int first_watch = Add(first), second_watch = Add(second);
+  Send(first, 20'000);
+  Send(second, 20'000);
+  EXPECT_TRUE(guard_.MayTake());
+  Turn(kMuch);
+  EXPECT_TRUE(HasEnded(first_watch));
+  EXPECT_TRUE(HasEnded(second_watch));
+  EXPECT_FALSE(guard_.MayTake());
+  Turn(0);
+  EXPECT_TRUE(guard_.MayTake());
+}
+
+TEST_F(ConnectionGuardTest, SparesThoseWhoseCallsWereLetIn) {
+  const TcpPair pair;
+  const int watch = Add(pair);
+  connections_.NoteCall(LastPeer(), ConnectionRegistry::Call::kLetIn, 100);
+  Send(pair, 50'000);
+  for (int turn = 0; turn < 5; ++turn) Turn(kMuch);
+  EXPECT_FALSE(HasEnded(watch));
+}
+
+TEST_F(ConnectionGuardTest, StrangersTogetherMaySendWhatTheMemoryThatIsLeftCanBear) {
+  constexpr int kPairs = 8;
+  constexpr size_t kEach = 50'000;
+  const TcpPair pairs[kPairs];
+  std::vector<int> watches;
+  for (const TcpPair& pair : pairs) {
+    watches.push_back(Add(pair));
+    Send(pair, kEach);
+  }
+  Turn(0);
+  EXPECT_LE(connections_.StrangersBytes(), (kLimit + MemoryPressure::kHighBytes) / ConnectionGuard::kWorstGrowth);
+  for (const int watch : watches) EXPECT_FALSE(HasEnded(watch));
+  Turn(kLimit);  // not high
+  EXPECT_LE(connections_.StrangersBytes(), ConnectionGuard::kStrangersBytes);
+  int ended = 0;
+  for (const int watch : watches) ended += HasEnded(watch) ? 1 : 0;
+  EXPECT_EQ(ended, 2);
+}
+
+}  // namespace
+}  // namespace curvd
