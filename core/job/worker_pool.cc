@@ -37,7 +37,7 @@ void WorkerPool::Submit(JobPriority priority, size_t block_count, BlockFunction 
   {
     MutexLock lock(mutex_);
     turns_.Add(*job);
-    job.release();  // EndJob deletes it
+    static_cast<void>(job.release());  // EndJob deletes it
   }
   block_count == 1 ? work_changed_.NotifyOne() : work_changed_.NotifyAll();
 }
