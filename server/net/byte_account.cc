@@ -34,7 +34,7 @@ void ByteAccount::NoteEnd(const EndedCall& call) {
   accounted_ += call.metadata + kCallBytes + kFirstFlightBytes;
   if (call.messages == 0) return;
   --reading_;
-  accounted_ += allowances_->max_message;
+  accounted_ += std::max(allowances_->max_message, kOversizedBytes);
 }
 
 void ByteAccount::NoteAnswered(uint64_t metadata) { accounted_ += metadata + kCallBytes + kFirstFlightBytes; }
@@ -49,13 +49,13 @@ void ByteAccount::Forgive(Clock::time_point now) {
 uint64_t ByteAccount::allowance() const {
   if (!let_in_) return allowances_->stranger;
   return allowances_->let_in + open_ * (kFirstFlightBytes + allowances_->max_metadata) +
-         reading_ * allowances_->max_message;
+         reading_ * allowances_->max_message + (reading_ > 0 ? kOversizedBytes : 0);
 }
 
 ByteAccount::Verdict ByteAccount::Judge(uint64_t read, Clock::time_point now) {
   Forgive(now);
   // Credit is not saved up; but what was on its way to calls that have ended may come later.
-  accounted_ = std::min(accounted_, read + (let_in_ ? allowances_->max_message : 0));
+  accounted_ = std::min(accounted_, read + (let_in_ ? std::max(allowances_->max_message, kOversizedBytes) : 0));
   unaccounted_ = read - std::min(read, accounted_);
   if (let_in_) {
     suspect_ = false;

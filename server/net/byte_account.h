@@ -36,6 +36,9 @@ class ByteAccount {
     kSuspect,  // it has used up what strangers may send, and may just be waiting for its call to be let in
     kTooMuch,
   };
+  // What a call that has memory may send beyond its messages: one that is too large is refused by its length, and the
+  // caller told so, while what is on its way of it is read and thrown away.
+  static constexpr uint64_t kOversizedBytes = 32 << 20;
   // For how long a suspect may stay one.
   static constexpr std::chrono::seconds kPatience{1};
 

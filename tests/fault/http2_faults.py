@@ -94,8 +94,9 @@ def _attack(name, *flags, tls=False, health=False, with_token=False, connections
         result = json.loads(attack.communicate()[0])
         left = result["tried"] - result["closed"]
         assert left == 0, f"{left} connections were left open"
-        wait_for(lambda: door.ended() > ended, 30, "nothing was counted")
-        wait_for(lambda: _strangers(door.server.lines[logged:]) > 0, 30, "nothing was logged")
+        if not health:  # where gRPC itself may be the first to end a connection, which nobody counts
+            wait_for(lambda: door.ended() > ended, 30, "nothing was counted")
+            wait_for(lambda: _strangers(door.server.lines[logged:]) > 0, 30, "nothing was logged")
         lines = _strangers(door.server.lines[logged:])
         assert lines <= 20 * (seconds + 2), f"{lines} lines were logged in {seconds} s"
         median = statistics.median(beside)
@@ -117,12 +118,15 @@ _NAMES = {
     "many_streams": "30,000 calls on a connection",
 }
 
+# They judge times, which a machine that is busy with other tests does not keep.
 FAULTS = [
-    *(Fault(title, _attack(name)) for name, title in _NAMES.items()),
-    *(Fault(f"{title}, TLS", _attack(name, tls=True)) for name, title in _NAMES.items()),
-    *(Fault(f"{title}, health port", _attack(name, *(["--path", _CHECK] if name == "half_messages" else []), health=True))
+    *(Fault(title, _attack(name), slow=True) for name, title in _NAMES.items()),
+    *(Fault(f"{title}, TLS", _attack(name, tls=True), slow=True) for name, title in _NAMES.items()),
+    *(Fault(f"{title}, health port", _attack(name, *(["--path", _CHECK] if name == "half_messages" else []), health=True),
+            slow=True)
       for name, title in _NAMES.items()),
-    *(Fault(f"{title}, by a caller with a token", _attack(name, "--path", _ESTIMATE, with_token=True))
+    *(Fault(f"{title}, by a caller with a token", _attack(name, "--path", _ESTIMATE, with_token=True),
+            slow=True)
       for name, title in _NAMES.items() if name in ("references", "rapid_reset", "half_messages")),
     *(Fault(f"{_NAMES[name]}, 100 connections for 10 s", _attack(name, "--repeat=10", connections=100), slow=True)
       for name in ("references", "rapid_reset", "long_string")),
