@@ -55,18 +55,17 @@ void Tighten(const AccessEntry& entry, Caller& caller) {
 
 }  // namespace
 
+// A long table is neither made nor destroyed while calls wait for the lock: the old one dies with `fresh`.
 void AccessControl::SetTokens(std::vector<AccessEntry> tokens) {
-  Replace(tokens_, std::make_shared<const AccessTable>(std::move(tokens)));
+  Table fresh = std::make_shared<const AccessTable>(std::move(tokens));
+  MutexLock lock(mutex_);
+  tokens_.swap(fresh);
 }
 
 void AccessControl::SetCertificateNames(std::vector<AccessEntry> names) {
-  Replace(names_, std::make_shared<const AccessTable>(std::move(names)));
-}
-
-// A long table is neither made nor destroyed while calls wait for the lock.
-void AccessControl::Replace(Table& table, Table fresh) {
+  Table fresh = std::make_shared<const AccessTable>(std::move(names));
   MutexLock lock(mutex_);
-  table.swap(fresh);
+  names_.swap(fresh);
 }
 
 AccessControl::Tables AccessControl::CurrentTables() const {

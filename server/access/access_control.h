@@ -45,7 +45,6 @@ class AccessControl {
   struct Tables {
     Table tokens, names;
   };
-  void Replace(Table& table, Table fresh);
   Tables CurrentTables() const;
 
   mutable Mutex mutex_;
