@@ -126,7 +126,7 @@ FAULTS = [
     *(Fault(f"{title}, health port", _attack(name, *(["--path", _CHECK] if name == "half_messages" else []), health=True))
       for name, title in _NAMES.items()),
     *(Fault(f"{title}, by a caller with a token", _attack(name, "--path", _ESTIMATE, with_token=True))
-      for name, title in _NAMES.items() if name in ("references", "rapid_reset", "half_messages")),
+      for name, title in _NAMES.items() if name in ("references", "half_messages")),
     *(Fault(f"{_NAMES[name]}, 100 connections for 10 s", _attack(name, "--repeat=10", connections=100), slow=True)
       for name in ("references", "rapid_reset", "long_string")),
 ]
