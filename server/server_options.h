@@ -78,8 +78,8 @@ struct ServerOptions {
   // INVALID_ARGUMENT naming the flag, its value and its limit if a value is out of its range (ports too), or if
   // `listen` could be reached from other machines with neither TLS nor `insecure`.
   absl::Status Validate() const;
-  // Bytes of the largest message that gRPC takes: a chunk, and what protobuf and a careless client may add to it, so that
-  // the client gets our error and not gRPC's.
+  // Bytes of the largest message that gRPC takes: a chunk, and what protobuf and a careless client may add to it, so
+  // that the client gets our error and not gRPC's.
   uint64_t max_message_bytes() const { return max_chunk_bytes + (1 << 20); }
   // The same with numbers for `threads` and `memory_limit_bytes`, whatever this machine has where they are 0.
   ServerOptions Resolved() const;
