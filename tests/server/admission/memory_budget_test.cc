@@ -287,10 +287,10 @@ TEST_F(MemoryBudgetTurnsTest, ACallThatItsOwnCallerKeepsWaitingKeepsNobodyElseWa
 
 TEST_F(MemoryBudgetTurnsTest, NobodyStarvesBesideAStreamOfSmallCalls) {
   Answer large;
+  std::list<Answer> answers;  // outlive the reservations, which may still answer
   std::vector<std::unique_ptr<Reservation>> small;
   for (uint64_t caller = 10; caller < 15; ++caller) small.push_back(Hold(caller, 20));
   auto waiting = Wait(kCarol, 100, large);
-  std::list<Answer> answers;
   // Each small call ends after a second, and its caller makes another.
   for (int i = 0; i < 200 && large.count == 0; ++i) {
     auto& call = small[i % small.size()];
