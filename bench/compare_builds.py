@@ -6,12 +6,13 @@
 A build is the folder of `cmake --preset bench`. In each turn each program runs once from either build, the older first
 in every other turn, with one round unless FLAGS say otherwise. A row tells the median over the turns of NEW / OLD for
 one figure of one row of a table, so that what the machine does in the meantime hits both alike. It is marked where it
-is farther from 1 than --within. Exits with 1 if a row of curvd's own is.
+is farther from 1 than --within. Exits with 1 if a row is.
 """
 
 import argparse
 import csv
 import pathlib
+import re
 import statistics
 import subprocess
 import sys
@@ -28,17 +29,24 @@ def figures(build, program, flags):
             if path.stem.startswith("targets"):
                 continue
             rows = list(csv.reader(path.open(encoding="utf-8")))
+            # What a row is about stands before its first figure.
+            first = next((i for i, name in enumerate(rows[0]) if is_figure(name)), len(rows[0]))
             for row in rows[1:]:
-                words = [cell for name, cell in zip(rows[0], row) if not is_figure(name)]
-                for name, cell in zip(rows[0], row):
-                    if is_figure(name):
-                        found[path.stem, " ".join(words), name] = float(cell.rstrip("x%"))
+                for name, cell in zip(rows[0][first:], row[first:]):
+                    if is_figure(name) and number(cell) is not None:
+                        found[path.stem, " ".join(row[:first]), name] = number(cell)
         return found
 
 
 def is_figure(column):
     """Whether a column holds what was measured, and no name or size of what was."""
-    return any(unit in column for unit in ("us/point", "us a point", "ms", "seconds", "MB", "bytes"))
+    return column == "measured" or column.endswith(" s") or any(unit in column for unit in ("us/", " ms", "MB", "bytes"))
+
+
+def number(cell):
+    """The number that a cell begins with ("97.0 B" is 97), or None."""
+    found = re.match(r"[-+0-9.eE]+", cell)
+    return float(found.group()) if found else None
 
 
 def main():
@@ -48,16 +56,20 @@ def main():
     parser.add_argument("--turns", type=int, default=7)
     parser.add_argument("--programs", default="core,estimator,scaling,service")
     parser.add_argument("--within", type=float, default=0.02, help="of 1; rows farther away are marked [0.02]")
-    parser.add_argument("flags", nargs="*", help="of the programs, behind --")
-    arguments = parser.parse_args()
-    flags = arguments.flags if any("--rounds" in flag for flag in arguments.flags) else [*arguments.flags, "--rounds=1"]
+    own, flags = sys.argv[1:], []
+    if "--" in own:  # argparse gives what stands there to positional arguments before it
+        own, flags = own[: own.index("--")], own[own.index("--") + 1 :]
+    arguments = parser.parse_args(own)
+    if not any(flag.startswith("--rounds") for flag in flags):
+        flags.append("--rounds=1")
     ratios = {}
     for turn in range(arguments.turns):
         for program in arguments.programs.split(","):
-            builds = [arguments.old, arguments.new]
-            measured = {build: figures(build, program, flags) for build in (builds if turn % 2 == 0 else builds[::-1])}
-            for key, old in measured[arguments.old].items():
-                new = measured[arguments.new].get(key)
+            builds = {"old": arguments.old, "new": arguments.new}
+            order = ["old", "new"] if turn % 2 == 0 else ["new", "old"]
+            measured = {which: figures(builds[which], program, flags) for which in order}
+            for key, old in measured["old"].items():
+                new = measured["new"].get(key)
                 if new is not None and old > 0:
                     ratios.setdefault(key, []).append(new / old)
         print(f"turn {turn + 1} of {arguments.turns}", file=sys.stderr, flush=True)
