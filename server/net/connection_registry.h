@@ -65,9 +65,10 @@ class ConnectionRegistry {
   void NoteAnswered(const std::string& peer, uint64_t metadata);
 
   // What strangers have sent, as far as it was seen by Look: of each connection of which no call was let in, what it
-  // has sent beyond kSparedBytes, a TLS handshake and a call.
+  // has sent beyond kSparedBytes: a TLS handshake, a call and the 64 KiB of its first flight, which honest callers send
+  // before a busy server has let them in.
   uint64_t StrangersBytes() const;
-  static constexpr uint64_t kSparedBytes = 12 << 10;
+  static constexpr uint64_t kSparedBytes = 80 << 10;
   // What a look at a connection shows.
   enum class Sight {
     kQuiet,  // nothing came since the last look
