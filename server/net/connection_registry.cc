@@ -141,9 +141,13 @@ uint64_t ConnectionRegistry::StrangersBytes() const {
   return strangers_bytes_;
 }
 
-uint64_t ConnectionRegistry::StrangersBytesOf(const Connection& connection) {
+uint64_t ConnectionRegistry::BytesBeyond(uint64_t spared, const Connection& connection) {
   if (connection.account.let_in() || connection.record.closed_for.has_value()) return 0;
-  return connection.record.received_bytes - std::min(kSparedBytes, connection.record.received_bytes);
+  return connection.record.received_bytes - std::min(spared, connection.record.received_bytes);
+}
+
+uint64_t ConnectionRegistry::StrangersBytesOf(const Connection& connection) {
+  return BytesBeyond(kFirstFlightBytes, connection);
 }
 
 bool ConnectionRegistry::EndLargestStranger() {
@@ -151,7 +155,7 @@ bool ConnectionRegistry::EndLargestStranger() {
   int largest = -1;
   uint64_t least = 0;
   for (const auto& [watch, connection] : connections_) {
-    const uint64_t bytes = StrangersBytesOf(connection);
+    const uint64_t bytes = BytesBeyond(kSparedBytes, connection);
     if (bytes <= least) continue;
     least = bytes;
     largest = watch;

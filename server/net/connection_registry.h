@@ -65,10 +65,12 @@ class ConnectionRegistry {
   void NoteAnswered(const std::string& peer, uint64_t metadata);
 
   // What strangers have sent, as far as it was seen by Look: of each connection of which no call was let in, what it
-  // has sent beyond kSparedBytes: a TLS handshake, a call and the 64 KiB of its first flight, which honest callers send
-  // before a busy server has let them in.
+  // has sent beyond kFirstFlightBytes: a TLS handshake, a call, and the 64 KiB that HTTP/2 lets an honest caller send
+  // before a busy server has let it in.
   uint64_t StrangersBytes() const;
-  static constexpr uint64_t kSparedBytes = 80 << 10;
+  static constexpr uint64_t kFirstFlightBytes = 80 << 10;
+  // Who has sent no more than a TLS handshake and a call is spared even where memory is short.
+  static constexpr uint64_t kSparedBytes = 12 << 10;
   // What a look at a connection shows.
   enum class Sight {
     kQuiet,  // nothing came since the last look
@@ -107,6 +109,7 @@ class ConnectionRegistry {
   };
 
   // What the connection adds to StrangersBytes.
+  static uint64_t BytesBeyond(uint64_t spared, const Connection& connection);
   static uint64_t StrangersBytesOf(const Connection& connection);
   Connection* Find(const std::string& peer) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Ends it, and throws away what gRPC has not read.
