@@ -17,6 +17,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/net/keepalive.h"
 #include "server/net/listen_address.h"
+#include "server/net/socket_option.h"
 
 namespace curvd {
 namespace {
@@ -48,19 +49,17 @@ std::string PeerOf(const sockaddr_storage& address) {
   return absl::StrCat("ipv6:%5B", text, zone, "%5D:", ntohs(v6.sin6_port));
 }
 
-void SetOption(int fd, int level, int option, int value) { setsockopt(fd, level, option, &value, sizeof(value)); }
-
 void ConfigureSocket(int fd) {
-  SetOption(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+  SetSocketOption(fd, IPPROTO_TCP, TCP_NODELAY, 1);
   // gRPC's keepalive cannot ask behind results that the peer does not take, so the system gives up then. A caller that
   // reads slowly is safe: its gRPC empties the socket, and HTTP/2 holds the results back.
   constexpr int patience_ms = kKeepaliveTimeMs + kKeepaliveTimeoutMs;
-  SetOption(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, patience_ms);
+  SetSocketOption(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, patience_ms);
   // A connection without a call has nothing on its way, and gRPC does not ask whether its peer is there. The system
   // does, and the peer's system answers, which costs its process nothing.
-  SetOption(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
-  SetOption(fd, IPPROTO_TCP, TCP_KEEPIDLE, kKeepaliveTimeMs / 1000);
-  SetOption(fd, IPPROTO_TCP, TCP_KEEPINTVL, kKeepaliveTimeoutMs / 1000);
+  SetSocketOption(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
+  SetSocketOption(fd, IPPROTO_TCP, TCP_KEEPIDLE, kKeepaliveTimeMs / 1000);
+  SetSocketOption(fd, IPPROTO_TCP, TCP_KEEPINTVL, kKeepaliveTimeoutMs / 1000);
 }
 
 // Has `epoll_fd` tell of `events` at `fd`, and of its end in any case.

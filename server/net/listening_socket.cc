@@ -16,21 +16,20 @@
 #include "absl/strings/strip.h"
 #include "server/net/listen_address.h"
 #include "server/net/receive_valve.h"
+#include "server/net/socket_option.h"
 
 namespace curvd {
 namespace {
 
 constexpr int kBacklog = 4096;  // the system's own limit usually lies below
 
-void SetOption(int fd, int level, int option, int value) { setsockopt(fd, level, option, &value, sizeof(value)); }
-
 // A listening socket, or -1 with errno set.
 int Listen(int family, const sockaddr* address, socklen_t length) {
   const int fd = socket(family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd < 0) return -1;
   // A port whose last owner has just gone may be taken; one that has an owner may not.
-  if (family != AF_UNIX) SetOption(fd, SOL_SOCKET, SO_REUSEADDR, 1);
-  if (family == AF_INET6) SetOption(fd, IPPROTO_IPV6, IPV6_V6ONLY, 0);
+  if (family != AF_UNIX) SetSocketOption(fd, SOL_SOCKET, SO_REUSEADDR, 1);
+  if (family == AF_INET6) SetSocketOption(fd, IPPROTO_IPV6, IPV6_V6ONLY, 0);
   if (family != AF_UNIX) RememberBeginnings(fd);
   if (bind(fd, address, length) == 0 && listen(fd, kBacklog) == 0) return fd;
   const int error = errno;

@@ -20,7 +20,7 @@ EstimatorOptions Delaunay() {
   return options;
 }
 
-void MustNotAnswer(const absl::Status& status) { FAIL() << "unexpected answer: " << status; }
+void MustNotBeAnswered(const absl::Status& status) { FAIL() << "unexpected answer: " << status; }
 
 TEST(AdmissionTest, ReservesForEveryPointAndForMessagesInFlight) {
   const Admission admission(1024 * kMiB, 4 * kMiB, 10, kThreads);
@@ -78,11 +78,11 @@ TEST(AdmissionTest, SmallCallsDoNotWaitForLargeOnes) {
   auto small = admission.Enter(10'000, ScalarType::kFloat32, kHexagram, 0);
   ASSERT_TRUE(large.ok() && second.ok() && small.ok());
   const uint64_t bytes = admission.CallBytes(8'000'000, ScalarType::kFloat32, kHexagram, false);
-  EXPECT_TRUE(*(*large)->GrowTo(bytes, MustNotAnswer));
+  EXPECT_TRUE(*(*large)->GrowTo(bytes, MustNotBeAnswered));
   EXPECT_FALSE(*(*second)->GrowTo(bytes, [](const absl::Status&) {}));
   EXPECT_EQ(admission.waiting(), 1u);
   const uint64_t small_bytes = admission.CallBytes(10'000, ScalarType::kFloat32, kHexagram, false);
-  EXPECT_TRUE(*(*small)->GrowTo(small_bytes, MustNotAnswer));
+  EXPECT_TRUE(*(*small)->GrowTo(small_bytes, MustNotBeAnswered));
   EXPECT_EQ(admission.reserved(), bytes + small_bytes);
   EXPECT_EQ(admission.limit(), 1024 * kMiB);
 }

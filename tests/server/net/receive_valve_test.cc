@@ -12,7 +12,7 @@
 namespace curvd {
 namespace {
 
-constexpr int kWaitMs = 60'000;
+constexpr int kReadMs = 60'000;
 
 // Reads `count` bytes at least, and all that there are then.
 std::string ReadAtLeast(int fd, size_t count) {
@@ -20,7 +20,7 @@ std::string ReadAtLeast(int fd, size_t count) {
   std::string part(1 << 20, '\0');
   while (all.size() < count) {
     pollfd readable = {fd, POLLIN, 0};
-    if (poll(&readable, 1, kWaitMs) != 1) break;
+    if (poll(&readable, 1, kReadMs) != 1) break;
     const ssize_t got = recv(fd, part.data(), part.size(), MSG_DONTWAIT);
     if (got <= 0) break;
     all.append(part, 0, static_cast<size_t>(got));
