@@ -1,7 +1,10 @@
 #include "client/cli/result_columns.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
+
+#include "proto/result_columns.h"
 
 namespace curv {
 namespace {
@@ -33,6 +36,19 @@ void AddOther(NamedColumn column, PointTable& table) {
   } else {
     AddScalars(column.name, std::move(*floats), table);
   }
+}
+
+// The names of all columns that a result can have in a file.
+std::set<std::string> ResultNames() {
+  std::set<std::string> names;
+  for (const curvature::wire::ResultColumn& column : curvature::wire::ResultColumns()) {
+    if (column.width == 3) {
+      names.insert({column.name + "x", column.name + "y", column.name + "z"});
+    } else {
+      names.insert(column.name);
+    }
+  }
+  return names;
 }
 
 constexpr std::pair<const char*, const char*> kShortWords[] = {
@@ -81,8 +97,10 @@ PointTable MakeResultTable(PointTable input, CurvatureResult result) {
   AddScalars("radius", std::move(result.radius), table);
   for (NamedColumn& other : result.others) AddOther(std::move(other), table);
   table.Set({"status", std::move(result.status)});
+  // An earlier estimate must not stand beside this one as if it were a part of it.
+  const std::set<std::string> result_names = ResultNames();
   for (Column& column : columns) {
-    if (table.Find(column.name) == nullptr) table.Set(std::move(column));
+    if (!result_names.contains(column.name)) table.Set(std::move(column));
   }
   return table;
 }

@@ -16,8 +16,10 @@ namespace curv {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
 using ::testing::Not;
 using ::testing::StartsWith;
 
@@ -255,6 +257,20 @@ TEST_F(CurvTest, ReplacesColumnsOfAnEarlierResult) {
   ASSERT_EQ(RunCurv({"estimate", Cloud(), "-o", once}).exit_code, 0);
   ASSERT_EQ(RunCurv({"estimate", once, "-o", twice}).exit_code, 0);
   EXPECT_EQ(dir_.Read("once.ply"), dir_.Read("twice.ply"));
+}
+
+TEST_F(CurvTest, DropsWhatAnEarlierResultHasBesideTheQuantitiesAskedFor) {
+  const std::string once = dir_.File("once.ply"), twice = dir_.File("twice.ply");
+  ASSERT_EQ(RunCurv({"estimate", Cloud(), "-o", once, "--color"}).exit_code, 0);
+  const CurvRun run = RunCurv({"estimate", once, "-o", twice, "--quantities=k1,k2", "--k=150"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("k1"), Not(HasSubstr("mean_curvature"))));
+  const std::vector<std::string> names = ColumnNames(*LoadTable(twice));
+  EXPECT_THAT(names, IsSupersetOf({"nz", "k1", "k2", "status", "true_mean", "red"}));
+  for (const char* gone :
+       {"mean_curvature", "gaussian_curvature", "d1x", "d1y", "d1z", "d2x", "d2y", "d2z", "radius"}) {
+    EXPECT_THAT(names, Not(Contains(gone)));
+  }
 }
 
 TEST_F(CurvTest, GenerateIsReproducibleAndNoisyOnRequest) {
