@@ -233,6 +233,7 @@ void AddEstimate(CLI::App& app, Action& action) {
           "what to estimate, with commas between: mean, gaussian, k1, k2, d1, d2, radius or the contract's names; the "
           "result has no other columns [all]")
       ->delimiter(',')
+      ->allow_extra_args(false)  // what follows the list is the input
       ->check(CLI::IsMember(QuantityWords()).description(""))
       ->option_text("LIST");
   command

@@ -157,6 +157,18 @@ TEST_F(CurvTest, WritesTheQuantitiesThatAreAskedFor) {
   }
 }
 
+TEST_F(CurvTest, TheListOfQuantitiesEndsBeforeTheInput) {
+  const std::string two = dir_.Write("two.xyz", "0 0 0 0 0 1\n1 0 0 0 0 1\n"), out = dir_.File("q.csv");
+  const std::vector<std::vector<std::string>> orders = {{"estimate", "--quantities=mean,k1", two, "-o", out},
+                                                        {"estimate", "--quantities", "mean,k1", two, "-o", out},
+                                                        {"estimate", two, "-o", out, "--quantities", "mean,k1"}};
+  for (const std::vector<std::string>& words : orders) {
+    const CurvRun run = RunCurv(words);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(dir_.Read("q.csv"), StartsWith("x,y,z,nx,ny,nz,mean_curvature,k1,k2,status\n"));
+  }
+}
+
 TEST_F(CurvTest, EmbeddedAndRemoteGiveTheSameBytes) {
   curvd::ServerOptions options;
   options.listen = "127.0.0.1:0";
