@@ -51,6 +51,19 @@ std::string NeighborhoodText(const EstimateOptions& options) {
                         : absl::StrFormat("K = %d", static_cast<int>(options.neighbor_count));
 }
 
+// A table of the quantities' spreads; nothing if the result has none of them.
+void AppendRanges(const PointTable& result, std::string& text) {
+  bool has_header = false;
+  for (const NamedQuantity& quantity : kQuantities) {
+    if (result.Find(quantity.column) == nullptr) continue;
+    if (!has_header) absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", "", "least", "median", "largest");
+    has_header = true;
+    const Spread spread = SpreadOf(result, quantity.column);
+    absl::StrAppendFormat(&text, "  %-22s %14.6g %14.6g %14.6g\n", quantity.column, spread.low, spread.median,
+                          spread.high);
+  }
+}
+
 }  // namespace
 
 std::string SummaryText(const EstimateReport& report, const PointTable& result) {
@@ -62,13 +75,7 @@ std::string SummaryText(const EstimateReport& report, const PointTable& result) 
     if (status > 1 && count == 0) continue;
     absl::StrAppendFormat(&text, "  %-22s %14s\n", std::string(kStatusWords[status]), WithCommas(count));
   }
-  absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", "", "least", "median", "largest");
-  for (const NamedQuantity& quantity : kQuantities) {
-    if (result.Find(quantity.column) == nullptr) continue;
-    const Spread spread = SpreadOf(result, quantity.column);
-    absl::StrAppendFormat(&text, "  %-22s %14.6g %14.6g %14.6g\n", quantity.column, spread.low, spread.median,
-                          spread.high);
-  }
+  AppendRanges(result, text);
   absl::StrAppend(&text, "  seconds:");
   for (const auto& [phase, seconds] : PhaseSeconds(report)) absl::StrAppendFormat(&text, " %s %.3f", phase, seconds);
   absl::StrAppend(&text, "\n");
@@ -81,7 +88,7 @@ std::string SummaryText(const EstimateReport& report, const PointTable& result) 
 }
 
 std::string SummaryJson(const EstimateReport& report, const PointTable& result) {
-  nlohmann::ordered_json statuses, ranges, seconds;
+  nlohmann::ordered_json statuses, ranges = nlohmann::ordered_json::object(), seconds;
   for (size_t status = 1; status < kStatusWords.size(); ++status) {
     statuses[kStatusWords[status]] = report.summary.status_counts[status];
   }

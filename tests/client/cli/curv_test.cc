@@ -194,6 +194,15 @@ TEST_F(CurvTest, JsonSummaryIsOneLine) {
   EXPECT_EQ(run.out.find('\n'), run.out.size() - 1);
 }
 
+TEST_F(CurvTest, SummariesWithoutRangesHaveNone) {
+  std::vector<std::string> words = {"estimate", Cloud(), "-o", dir_.File("r.ply"), "--quantities=radius"};
+  const CurvRun text = RunCurv(words);
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, Not(HasSubstr("median")));
+  words.push_back("--summary=json");
+  EXPECT_THAT(RunCurv(words).out, HasSubstr("\"ranges\":{},"));
+}
+
 TEST_F(CurvTest, BadInputSaysWhatToDo) {
   const std::string out = dir_.File("out.ply");
   const auto message = [&](const std::string& input) {
