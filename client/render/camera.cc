@@ -1,6 +1,5 @@
 #include "client/render/camera.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -51,24 +50,6 @@ absl::StatusOr<View> MakeView(std::string_view name, char up_axis) {
     for (Vec3* v : {&view.right, &view.up, &view.toward}) *v = {v->x, v->z, -v->y};
   }
   return view;
-}
-
-Framing FitFrame(const std::vector<Vec3>& turned, double width, double height, double margin) {
-  Vec3 low = turned.front(), high = low;
-  for (const Vec3& p : turned) {
-    for (int axis = 0; axis < 2; ++axis) {
-      low[axis] = std::min(low[axis], p[axis]);
-      high[axis] = std::max(high[axis], p[axis]);
-    }
-  }
-  const double room_x = std::max(1.0, width - 2.0 * margin), room_y = std::max(1.0, height - 2.0 * margin);
-  // One point alone, or a line seen from its end, has no extent to go by.
-  const double smallest =
-      1e-9 * std::max({1e-300, std::abs(high.x), std::abs(low.x), std::abs(high.y), std::abs(low.y)});
-  const double extent_x = std::max(smallest, high.x - low.x), extent_y = std::max(smallest, high.y - low.y);
-  return {.scale = std::min(room_x / extent_x, room_y / extent_y),
-          .center_x = 0.5 * (low.x + high.x),
-          .center_y = 0.5 * (low.y + high.y)};
 }
 
 }  // namespace curv

@@ -3,7 +3,6 @@
 
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "client/surfaces/vec3.h"
@@ -27,18 +26,5 @@ inline constexpr char kViewNames[] = "three-quarter, front, back, left, right, t
 // as seen from the top, the elevation from the horizon upward. `up_axis` is 'y' or 'z'; the front is then seen from +z
 // or -y. INVALID_ARGUMENT for anything else.
 absl::StatusOr<View> MakeView(std::string_view name, char up_axis);
-
-// Takes turned positions to pixels: those at the center come to the middle of the picture, others `scale` times their
-// distance away from it, y downward.
-struct Framing {
-  double scale;     // pixels per length unit
-  double center_x;  // of turned positions
-  double center_y;
-};
-
-// Fits the positions, in coordinates of the view, into width times height pixels with a margin of `margin` pixels all
-// around.
-// REQUIRES: there is a position, all are finite.
-Framing FitFrame(const std::vector<Vec3>& turned, double width, double height, double margin);
 
 }  // namespace curv

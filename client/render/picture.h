@@ -25,7 +25,8 @@ struct PictureOptions {
 inline constexpr int kMinPictureSide = 64;
 inline constexpr int kMaxPictureSide = 4096;
 
-// Draws the points as shaded discs with a scale bar. Points without a finite position are left out, those with a NaN
+// Draws the points as shaded discs with a scale bar beside them. The cloud may be of any size, one point included;
+// lengths are relative to it. Points without a finite position are left out, those with a NaN
 // value are grey; a normal that is no direction is taken to face the viewer.
 // INVALID_ARGUMENT if no point has a finite position; FAILED_PRECONDITION if no font is installed and the picture is
 // large enough for a scale bar.

@@ -32,7 +32,7 @@ TEST(PictureTest, ASphereLooksClosed) {
   const auto sphere = *MakeSurface("sphere");
   const std::vector<Vec3> points = *SampleEvenly(*sphere, 3000, 0);
   const Image image = Draw(points, points, std::vector<double>(points.size(), 1.0));
-  const double radius = std::min(0.5 * kCloudWidth, 150.0) - 15.0;
+  const double radius = 0.45 * std::min(kCloudWidth, 300);  // with a margin of 0.05
   for (int y = 0; y < 300; ++y) {
     for (int x = 0; x < kCloudWidth; ++x) {
       const double distance = std::hypot(x + 0.5 - 0.5 * kCloudWidth, y + 0.5 - 150.0) / radius;
@@ -98,6 +98,90 @@ TEST(PictureTest, SurvivesOddClouds) {
   PictureOptions options{.view = *MakeView("front", 'z')};
   EXPECT_THAT(DrawPicture({{inf, 0, 0}}, {{0, 0, 1}}, {1}, options).status().message(), HasSubstr("no point"));
   EXPECT_FALSE(DrawPicture({}, {}, {}, options).ok());
+}
+
+// A square of points that faces the front.
+std::vector<Vec3> Square(int side, double size) {
+  std::vector<Vec3> positions;
+  for (int i = 0; i < side; ++i) {
+    for (int j = 0; j < side; ++j) positions.push_back({size * i / side, 0, size * j / side});
+  }
+  return positions;
+}
+
+TEST(PictureTest, DiscsStayOutOfTheLegend) {
+  // Few points have large discs. Those of positive values are red, and so is the upper half of the scale only.
+  for (const int side : {2, 3, 5}) {
+    std::vector<Vec3> positions = Square(side, 1.0);
+    for (Vec3& position : positions) position.x *= 3.0;
+    const std::vector<Vec3> normals(positions.size(), Vec3{0, -1, 0});
+    const Image red = Draw(positions, normals, std::vector<double>(positions.size(), 1.0));
+    const Image blue = Draw(positions, normals, std::vector<double>(positions.size(), -1.0));
+    for (int y = 0; y < 300; ++y) {
+      for (int x = kCloudWidth; x < 400; ++x) ASSERT_EQ(red.at(x, y).red, blue.at(x, y).red) << x << " " << y;
+      ASSERT_TRUE(IsWhite(red.at(0, y)) && IsWhite(red.at(kCloudWidth - 1, y))) << "a disc is cut off";
+    }
+  }
+}
+
+TEST(PictureTest, LonelyPointsAreSeen) {
+  const std::vector<Vec3> clouds[] = {
+      {{1, 2, 3}},                                           // one point
+      std::vector<Vec3>(20, {5e6, 5e6, 1}),                  // all at one place
+      {{0, 0, 0}, {0, 1, 0}, {0, 2, 0}},                     // a line seen from its end
+      {{1e300, 1e300, -1e300}},                              //
+      {{0, 0, 0}},                                           //
+      {{5e-324, 0, 0}},                                      //
+      std::vector<Vec3>{{-1.7e308, 0, 0}, {1.7e308, 0, 0}},  // farther apart than the largest number
+  };
+  for (const std::vector<Vec3>& positions : clouds) {
+    const std::vector<Vec3> normals(positions.size(), Vec3{0, -1, 0});
+    const Image image = Draw(positions, normals, std::vector<double>(positions.size(), 1.0));
+    int red = 0;
+    for (int y = 0; y < 300; ++y) {
+      for (int x = 0; x < kCloudWidth; ++x) red += image.at(x, y).red > image.at(x, y).blue + 0.3f ? 1 : 0;
+    }
+    EXPECT_GT(red, 300 * kCloudWidth / 200) << positions[0].x;
+    EXPECT_LT(red, 300 * kCloudWidth / 4) << positions[0].x;
+  }
+}
+
+TEST(PictureTest, TheLengthUnitChangesNothing) {
+  const auto goursat = *MakeSurface("goursat");
+  const std::vector<Vec3> positions = *SampleEvenly(*goursat, 500, 0);
+  const std::vector<double> values(positions.size(), 0.5);
+  const Image expected = Draw(positions, positions, values, "three-quarter");
+  for (const int exponent : {-1000, -300, 300, 1000}) {
+    std::vector<Vec3> scaled = positions;
+    for (Vec3& position : scaled) position = std::ldexp(1.0, exponent) * position;
+    const Image image = Draw(scaled, positions, values, "three-quarter");
+    for (size_t i = 0; i < image.pixels.size(); ++i) ASSERT_EQ(image.pixels[i].red, expected.pixels[i].red) << exponent;
+  }
+}
+
+TEST(PictureTest, FarFromTheOriginTheFrontStillHidesTheBack) {
+  // In floats, a depth of 5e6 sizes of the cloud has no room for the cloud itself.
+  std::vector<Vec3> positions = Square(30, 1.0);
+  std::vector<double> values(positions.size(), 1.0);
+  for (size_t i = 0, count = positions.size(); i < count; ++i) {
+    positions.push_back(positions[i] + Vec3{0, 1, 0});
+    values.push_back(-1.0);
+  }
+  for (Vec3& position : positions) position += {0, 5e7, 0};
+  const Image image = Draw(positions, std::vector<Vec3>(positions.size(), {0, -1, 0}), values);
+  EXPECT_GT(image.at(kCloudWidth / 2, 150).red, image.at(kCloudWidth / 2, 150).blue + 0.3f);
+}
+
+TEST(PictureTest, TallPicturesHaveAMarginOfTheirWidth) {
+  const std::vector<Vec3> positions = Square(50, 1.0);
+  PictureOptions options{.width = 64, .height = 1024, .view = *MakeView("front", 'z')};
+  const std::vector<double> values(positions.size(), 1.0);
+  const absl::StatusOr<Image> image =
+      DrawPicture(positions, std::vector<Vec3>(positions.size(), {0, -1, 0}), values, options);
+  ASSERT_TRUE(image.ok()) << image.status();
+  int drawn = 0;
+  for (int x = 0; x < 64; ++x) drawn += IsWhite(image->at(x, 512)) ? 0 : 1;
+  EXPECT_NEAR(drawn, 0.9 * 64, 2);
 }
 
 TEST(PictureTest, SmallPicturesAreOfTheCloudAlone) {
