@@ -7,6 +7,7 @@
 #include <span>
 
 #include "client/neighbors/nearest_neighbors.h"
+#include "client/neighbors/scaled_positions.h"
 #include "client/neighbors/spatial_order.h"
 #include "client/orient/parity_sets.h"
 
@@ -32,9 +33,9 @@ bool IsFinite(const Vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) &
 struct Cloud {
   std::vector<uint32_t> places;   // of the points in the order in which they were given
   std::vector<uint32_t> indices;  // of the points among all that were given
-  std::vector<Vec3> positions;
-  std::vector<Vec3> normals;  // unit
-  std::vector<double> areas;  // of the surface around each point, but for a common factor
+  std::vector<Vec3> positions;    // times a power of two, so that squares of distances do not overflow
+  std::vector<Vec3> normals;      // unit
+  std::vector<double> areas;      // of the surface around each point, but for a common factor
 };
 
 Cloud UsablePoints(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals) {
@@ -46,6 +47,7 @@ Cloud UsablePoints(const std::vector<Vec3>& positions, const std::vector<Vec3>& 
     usable.push_back(i);
     usable_positions.push_back(positions[i]);
   }
+  ScaleToUnit(usable_positions);
   const std::vector<uint32_t> order = SpatialOrder(usable_positions);
   Cloud cloud;
   cloud.places.resize(order.size());
@@ -60,9 +62,7 @@ Cloud UsablePoints(const std::vector<Vec3>& positions, const std::vector<Vec3>& 
 }
 
 Edge MakeEdge(double cost, uint32_t a, uint32_t b, double agreement) {
-  // Positions so far apart that their difference overflows say nothing about each other.
-  constexpr float kWorst = 4.0f;
-  return {std::isfinite(cost) ? static_cast<float>(cost) : kWorst, a, b, agreement < 0.0};
+  return {static_cast<float>(cost), a, b, agreement < 0.0};
 }
 
 // Going around a bend, the normal is mirrored in the plane between the two points: exactly so on a circle, and also
@@ -128,8 +128,10 @@ ParitySets JoinPoints(Cloud& cloud, int threads) {
 
 // Sums over a piece of the surface, which decide about the sign of all its normals.
 struct Piece {
+  size_t points = 0;
+  size_t kept_points = 0;  // whose given normals agree with the root's
   double area = 0.0;
-  double kept = 0.0;  // area whose given normals agree with the root's
+  double kept = 0.0;  // area of those
   Vec3 center;        // times area
   Vec3 normal_sum;    // in the root's orientation, times area
   double flux = 0.0;
@@ -137,6 +139,8 @@ struct Piece {
 
 // Whether the piece's normals have to be negated, all of them, once they agree with the root.
 bool PointsInward(const Piece& piece) {
+  // Points at one place have no area.
+  if (piece.area == 0.0) return 2 * piece.kept_points < piece.points;
   if (Norm(piece.normal_sum) > kClosedShare * piece.area) return piece.kept < 0.5 * piece.area;
   // By the divergence theorem, the flux of the position is three times the volume inside. Taken about the center, so
   // that holes matter less.
@@ -162,6 +166,8 @@ Pieces SumPieces(const Cloud& cloud, const ParitySets& sets) {
     const auto [root, opposite] = sets.Find(i);
     Piece& piece = sums.pieces[sums.at[root]];
     const Vec3 normal = (opposite ? -cloud.areas[i] : cloud.areas[i]) * cloud.normals[i];
+    piece.points += 1;
+    piece.kept_points += opposite ? 0 : 1;
     piece.area += cloud.areas[i];
     piece.kept += opposite ? 0.0 : cloud.areas[i];
     piece.center += cloud.areas[i] * cloud.positions[i];

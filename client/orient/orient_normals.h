@@ -17,10 +17,11 @@ struct Orientation {
 
 // Chooses signs so that normals of neighbors agree, along the tree of most reliable neighborhoods (the minimum spanning
 // tree of Hoppe et al. 1992, with the reflection of Koenig and Gumhold 2009 across edges). A piece that is closed gets
-// normals that point outward; an open one keeps the side that most of its normals had.
-// Points whose position or normal is not finite, or whose normal is zero, are left alone. Searches for neighbors on
-// `threads` threads, or on one for each core if `threads` is 0; the result does not depend on their number.
-// REQUIRES: as many normals as positions, fewer than 2^31; normals need not be of unit length; threads >= 0.
+// normals that point outward; an open one keeps the side that most of its area had, or most of its points if all lie at
+// one place; where both sides have as much, one of them. Coordinates may be as large as numbers go. Points whose
+// position or normal is not finite, or whose normal is zero, are left alone. Searches for neighbors on `threads`
+// threads, or on one for each core if `threads` is 0; the result does not depend on their number. REQUIRES: as many
+// normals as positions, fewer than 2^31; normals need not be of unit length; threads >= 0.
 Orientation OrientNormals(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals, int threads = 0);
 
 }  // namespace curv

@@ -98,6 +98,26 @@ TEST(OrientNormalsTest, ConsistentCloudsStayAsTheyAre) {
   }
 }
 
+TEST(OrientNormalsTest, PointsAtOnePlaceKeepTheSideOfTheMajority) {
+  // Whichever point all others are compared with, it is once of the majority, once of the minority.
+  for (const bool first_of_three : {false, true}) {
+    std::vector<Vec3> normals;
+    for (size_t i = 0; i < 30; ++i) normals.push_back({0, 0, (i % 3 == 0) == first_of_three ? -1.0 : 1.0});
+    const Orientation orientation = OrientNormals(std::vector<Vec3>(30, {1, 2, 3}), normals);
+    EXPECT_EQ(orientation.flipped, 10u) << first_of_three;
+  }
+}
+
+TEST(OrientNormalsTest, CoordinatesMayBeOfAnySize) {
+  const auto sphere = *MakeSurface("sphere");
+  const std::vector<Vec3> normals = *SampleEvenly(*sphere, 500, 0);
+  for (const double size : {1e-300, 1e-170, 1e170, 1e307}) {
+    std::vector<Vec3> positions = normals;
+    for (Vec3& position : positions) position = size * position;
+    EXPECT_EQ(OutwardShare(positions, normals), 1.0) << size;
+  }
+}
+
 TEST(OrientNormalsTest, LeavesUnusablePointsAlone) {
   const std::vector<Vec3> positions = {{0, 0, 0}, {NAN, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}};
   const std::vector<Vec3> normals = {{0, 0, 1}, {0, 0, -1}, {0, 0, 0}, {0, INFINITY, 1}, {0, 0, 1}};
