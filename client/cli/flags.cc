@@ -48,7 +48,7 @@ bool ParseRange(const std::string& text, double& low, double& high) {
   if (colon == std::string::npos) return false;
   const std::string_view view = text;
   return ParseNumber(view.substr(0, colon), low) && ParseNumber(view.substr(colon + 1), high) && std::isfinite(low) &&
-         std::isfinite(high) && low < high;
+         std::isfinite(high) && low < high && std::isfinite(high - low);
 }
 
 bool ParseSize(const std::string& text, int low, int high, int& width, int& height) {

@@ -17,7 +17,7 @@ CLI::Validator Whole(uint64_t low, uint64_t high);
 // Refuses an empty text, which comes from a shell variable that is not set.
 CLI::Validator NotEmpty();
 
-// Parses "LO:HI" with finite LO < HI. Returns false if `text` is anything else.
+// Parses "LO:HI" with LO < HI; both and their difference are finite. Returns false if `text` is anything else.
 bool ParseRange(const std::string& text, double& low, double& high);
 // Parses "WIDTHxHEIGHT", whole numbers in [low, high]. Returns false if `text` is anything else.
 bool ParseSize(const std::string& text, int low, int high, int& width, int& height);

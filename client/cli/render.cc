@@ -49,7 +49,8 @@ absl::StatusOr<Drawing> ChooseColumn(const PointTable& table, const std::string&
   const NamedQuantity* const named = FindQuantity(quantity);
   if (named == nullptr) {
     if (table.Find(quantity) != nullptr) return Drawing{quantity, {.title = quantity}};
-    return absl::InvalidArgumentError(absl::StrCat("there is no column ", quantity, " (--quantity)"));
+    return absl::InvalidArgumentError(absl::StrCat("there is no column ", quantity, ": --quantity must be one of ",
+                                                   kQuantityWords, ", or the name of a column"));
   }
   Drawing drawing{named->column,
                   {.title = named->title, .unit = absl::StrReplaceAll(named->unit, {{"%", length_unit}})}};
@@ -68,8 +69,8 @@ absl::Status ReadFlags(const RenderFlags& flags, PictureOptions& options) {
   if (!flags.range.empty()) {
     double low, high;
     if (!ParseRange(flags.range, low, high)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("--range: \"", flags.range, "\" must be LO:HI, two finite numbers with LO < HI"));
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--range: \"", flags.range, "\" must be LO:HI, two finite numbers with LO < HI and a finite difference"));
     }
     options.scale = ColorScale(low, high);
   }

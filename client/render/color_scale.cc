@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -74,7 +75,8 @@ ColorScale ColorScale::ForValues(std::span<const double> values) {
   if (sizes.empty()) return ColorScale(-1.0, 1.0);
   const auto rank = sizes.begin() + static_cast<ptrdiff_t>(0.98 * static_cast<double>(sizes.size() - 1));
   std::nth_element(sizes.begin(), rank, sizes.end());
-  const double size = *rank > 0.0 ? *rank : 1.0;
+  // The width of the scale is to be finite, too.
+  const double size = *rank > 0.0 ? std::min(*rank, 0.5 * std::numeric_limits<double>::max()) : 1.0;
   return ColorScale(-size, size);
 }
 

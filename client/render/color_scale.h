@@ -18,11 +18,11 @@ inline constexpr Color kNoValueColor{0.45f, 0.45f, 0.45f};
 // map's middle, and each side has half of the map; otherwise the map is spread evenly.
 class ColorScale {
  public:
-  // REQUIRES: low < high, both finite.
+  // REQUIRES: low < high, both and their difference finite.
   ColorScale(double low, double high) : low_(low), high_(high) {}
 
-  // Returns a scale that is symmetric about zero and wide enough for 98 of 100 of the finite values; from -1 to 1 if
-  // there is none.
+  // Returns a scale that is symmetric about zero and wide enough for 98 of 100 of the finite values (values above half
+  // of the largest number apart); from -1 to 1 if there is none.
   static ColorScale ForValues(std::span<const double> values);
 
   double low() const { return low_; }

@@ -63,7 +63,8 @@ class LegendPainter {
     double y = (0.06 * height_ > 2.0 * size_ ? 0.06 * height_ : kMargin * size_) + 0.8 * size_;
     SetColor(kInk, cairo_);
     SelectFont(text.title, size_, cairo_);
-    for (const std::string& line : BreakLines(text.title, (kWidth - 1.5 * kMargin) * size_, kMaxTitleLines, cairo_)) {
+    constexpr double kTextWidth = kWidth - 1.5 * kMargin;
+    for (const std::string& line : BreakLines(text.title, kTextWidth * size_, kMaxTitleLines, cairo_)) {
       DrawText(line, Left(), y, cairo_);
       y += kLine * size_;
     }
@@ -72,7 +73,7 @@ class LegendPainter {
     if (!below.empty()) {
       SetColor(kFaintInk, cairo_);
       SelectFont(below, 0.85 * size_, cairo_);
-      DrawText(below, Left(), y, cairo_);
+      DrawText(BreakLines(below, kTextWidth * size_, 1, cairo_).front(), Left(), y, cairo_);
       y += kLine * size_;
     }
     return y - 0.6 * size_;

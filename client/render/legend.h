@@ -11,7 +11,7 @@ namespace curv {
 
 struct LegendText {
   std::string title{};       // what the colors show
-  std::string unit{};        // of the values; DEFAULT: none is named
+  std::string unit{};        // of the values, in one line, the rest of which is left out; DEFAULT: none is named
   bool has_missing = false;  // some points have no value: explains kNoValueColor
   bool has_below = false;    // some values are below the scale: its lower end is pointed
   bool has_above = false;    // some values are above the scale: its upper end is pointed

@@ -18,7 +18,7 @@ struct Ticks {
 
 // Returns round values in [low, high], 3 to 9 of them in ascending order, whose labels have just the digits that tell
 // them apart and a minus sign (U+2212) below zero. The exponent is 0 unless the labels would be very long.
-// REQUIRES: low < high, both finite.
+// REQUIRES: low < high, both and their difference finite.
 Ticks RoundTicks(double low, double high);
 
 // Returns the exponent as text: superscript digits (U+2070 and others).

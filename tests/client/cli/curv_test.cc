@@ -220,8 +220,9 @@ TEST_F(CurvTest, BadInputSaysWhatToDo) {
   EXPECT_THAT(message(dir_.Write("names.csv", "x,y,z,nx,ny,nz\n")), HasSubstr("names.csv: the file holds no points"));
   EXPECT_EQ(RunCurv({"evaluate", Cloud()}).exit_code, 3);
   EXPECT_THAT(RunCurv({"evaluate", dir_.Write("n.csv", "x\n1\n")}).err, HasSubstr("true_mean"));
-  EXPECT_THAT(RunCurv({"render", Cloud(), "-o", dir_.File("p.png"), "--quantity=density"}).err,
-              HasSubstr("no column density"));
+  EXPECT_THAT(
+      RunCurv({"render", Cloud(), "-o", dir_.File("p.png"), "--quantity=density"}).err,
+      HasSubstr("no column density: --quantity must be one of mean, gaussian, k1, k2, or the name of a column"));
 }
 
 TEST_F(CurvTest, PicturesNeedAFont) {

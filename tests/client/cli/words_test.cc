@@ -78,7 +78,7 @@ TEST(FlagsTest, ParsesRangesAndSizes) {
   double low, high;
   EXPECT_TRUE(ParseRange("-0.107:0.345", low, high));
   EXPECT_EQ(low, -0.107);
-  for (const char* text : {"", ":", "1", "1:", ":1", "1:1", "2:1", "nan:1", "0:inf", "0:1:2"}) {
+  for (const char* text : {"", ":", "1", "1:", ":1", "1:1", "2:1", "nan:1", "0:inf", "0:1:2", "-1e308:1e308"}) {
     EXPECT_FALSE(ParseRange(text, low, high)) << text;
   }
   int width, height;

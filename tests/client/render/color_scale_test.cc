@@ -63,5 +63,11 @@ TEST(ColorScaleTest, ChoosesSomeRangeForNothingAndForZeros) {
   EXPECT_EQ(ColorScale::ForValues(std::vector<double>{0, 0}).high(), 1.0);
 }
 
+TEST(ColorScaleTest, IsOfFiniteWidthForTheLargestNumbers) {
+  const ColorScale scale = ColorScale::ForValues(std::vector<double>{1.7e308, -1.7e308});
+  EXPECT_TRUE(std::isfinite(scale.high() - scale.low()));
+  EXPECT_GT(scale.high(), 8e307);
+}
+
 }  // namespace
 }  // namespace curv

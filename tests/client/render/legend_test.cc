@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 namespace curv {
 namespace {
@@ -39,6 +40,13 @@ TEST(LegendTest, StaysInItsPlace) {
     }
   }
   EXPECT_GT(drawn, 1000u);
+}
+
+TEST(LegendTest, LongUnitsEndWithAnEllipsis) {
+  const Image some = Drawn({.title = "k", .unit = "1/" + std::string(100, 'm')});
+  for (int y = 0; y < 300; ++y) EXPECT_TRUE(IsPaper(some.at(398, y))) << y;
+  EXPECT_EQ(Differences(some, Drawn({.title = "k", .unit = "1/" + std::string(200, 'm')}), 0, 300), 0u);
+  EXPECT_GT(Differences(some, Drawn({.title = "k", .unit = "1/" + std::string(4, 'm')}), 0, 60), 20u);
 }
 
 TEST(LegendTest, TheBarGoesFromBlueToRed) {
