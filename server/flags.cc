@@ -133,7 +133,8 @@ void AddLimits(CLI::App& app, ServerOptions& options) {
   AddDuration(app, "--drain-timeout", options.drain_timeout,
               "How long accepted calls may take to finish after SIGTERM");
   AddDuration(app, "--stall-timeout", options.stall_timeout,
-              "How long a call may keep the server waiting for its next message, or for room to send one");
+              "How long a call may send no points or take no results; while others wait for memory, also the time over "
+              "which it must keep up 16 KiB a second");
   AddFlag(app, "--log", options.log, "One JSON line on stderr for each call")->type_name("BOOL");
 }
 
