@@ -210,8 +210,7 @@ class CurvatureClient {
   // helps, or die behind a proxy (UNKNOWN or INTERNAL without a reason): at once on the next server, then with growing
   // pauses, the cloud sent again each time. Further errors:
   // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals as positions; a quantity
-  // is
-  //   unknown or given twice.
+  //   is unknown or given twice.
   // - DEADLINE_EXCEEDED, CANCELLED: timeout, stop.
   // - INTERNAL: the server's answer has gaps, wrong lengths or no summary.
   absl::StatusOr<CurvatureResult> Estimate(const CloudView& cloud, const EstimateOptions& options,
