@@ -2,7 +2,7 @@
 import { once } from "node:events";
 import grpc from "@grpc/grpc-js";
 import { CurvdError, fromServiceError } from "./errors.mjs";
-import { CurvatureService, enumValues, QUANTITIES } from "./protocol.mjs";
+import { CurvatureService, enumValues, QUANTITIES, resultArrays } from "./protocol.mjs";
 import { ResultCollector } from "./results.mjs";
 import { callWithRetries } from "./retries.mjs";
 import { callMetadata, connectionTo } from "./security.mjs";
@@ -50,7 +50,7 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //   evenWeights           count all triangles of delaunay alike, as the paper does. DEFAULT: false
 //   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
 //   quantities            what the result shall have beside status, of "meanCurvature", "gaussianCurvature",
-//                         "principalCurvatures" (k1, k2), "principalDirections" (d1, d2), "radius". DEFAULT: all
+//                         "principalCurvatures" (k1, k2), "principalDirections" (d1, d2), "radius"; [] for all. DEFAULT: all
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
 //   priority              "interactive" if somebody waits, "batch" if it can wait. DEFAULT: interactive up to 100,000
 //                         points, batch above
@@ -60,12 +60,12 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //                         next replica, then with growing pauses. DEFAULT: 6, over about 8 seconds
 //
 // Resolves to { meanCurvature, gaussianCurvature, k1, k2, d1, d2, radius, status, summary }: Float32Arrays of N scalars
-// (d1, d2: 3 N) and a Uint8Array of PointStatus; arrays of quantities that were not asked for are missing, and of an
-// empty cloud all but status. Rejects with a CurvdError if the call fails, with a TypeError if the
-// arguments make no request.
+// (d1, d2: 3 N) and a Uint8Array of PointStatus; arrays of quantities that were not asked for are missing. Rejects with a
+// CurvdError if the call fails, with a TypeError if the arguments make no request.
 export async function estimateCurvature(positions, normals, options = {}) {
   checkArrays(positions, normals);
   const header = cloudHeader(positions, options);
+  const arrays = resultArrays(options.quantities);
   const servers = (options.server ?? "localhost:50061").split(",").map((server) => server.trim());
   const connections = servers.map((server) => connectionTo(server, options.security));
   const clients = servers.map((server, i) => {
@@ -74,7 +74,7 @@ export async function estimateCurvature(positions, normals, options = {}) {
   });
   const { timeoutMs, maxAttempts = 6 } = options;
   try {
-    const attempt = (client, timeLeft) => call(client, header, positions, normals, timeLeft, callMetadata(options.security));
+    const attempt = (client, timeLeft) => call(client, header, positions, normals, arrays, timeLeft, callMetadata(options.security));
     return await callWithRetries(clients, attempt, { timeoutMs, maxAttempts });
   } finally {
     clients.forEach((client) => client.close());
@@ -94,10 +94,12 @@ function checkArrays(positions, normals) {
 }
 
 function quantityNames(quantities = []) {
-  const names = quantities.map((name) => QUANTITIES.get(name));
+  const names = Array.isArray(quantities) ? quantities.map((name) => QUANTITIES.get(name)) : [undefined];
   if (names.includes(undefined) || new Set(names).size !== names.length) {
     const known = [...QUANTITIES.keys()].join(", ");
-    throw new TypeError(`quantities is ${JSON.stringify(quantities)}; it must have each of ${known} at most once`);
+    throw new TypeError(
+      `quantities is ${JSON.stringify(quantities)}; it must be an array that has each of ${known} at most once`,
+    );
   }
   return names;
 }
@@ -135,10 +137,10 @@ function cloudHeader(positions, options) {
   };
 }
 
-function call(client, header, positions, normals, timeoutMs, metadata) {
+function call(client, header, positions, normals, arrays, timeoutMs, metadata) {
   const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
   const stream = client.estimateCurvature(metadata, { deadline });
-  const collector = new ResultCollector(header.pointCount);
+  const collector = new ResultCollector(header.pointCount, arrays);
   let summary = null;
   return new Promise((resolve, reject) => {
     const breach = (error) => {

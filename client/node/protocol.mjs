@@ -40,6 +40,18 @@ export const QUANTITIES = new Map(
     .map((value) => [toCamelCase(value.name.replace(/^QUANTITY_/, "").toLowerCase()), value.name]),
 );
 
+// Quantities that come as several arrays; each other one comes as an array of its own name.
+const ARRAYS_OF = new Map([
+  ["principalCurvatures", ["k1", "k2"]],
+  ["principalDirections", ["d1", "d2"]],
+]);
+
+// Names of the arrays, beside status, that a call must get which asks for those quantities. All of them if it asks for
+// none, which is to ask for all: null, because an older server may not know one of them.
+export function resultArrays(quantities = []) {
+  return quantities.length === 0 ? null : quantities.flatMap((name) => ARRAYS_OF.get(name) ?? [name]);
+}
+
 function toCamelCase(name) {
   return name.replace(/_([a-z])/g, (_, letter) => letter.toUpperCase());
 }

@@ -13,16 +13,23 @@ export const PointStatus = Object.freeze({
 
 // Takes ResultChunks in order. Throws, saying what is wrong, if a server breaks the protocol.
 //
-// `arrays` has a Uint8Array for `status` and a Float32Array for each other array that comes. How many scalars a point
-// has in an array follows from the length of the first chunk's, and must not change.
+// `arrays` has a Uint8Array for `status` and a Float32Array for each array of `names`, without which a chunk is refused;
+// where `names` is null, for each that comes. How many scalars a point has in an array follows from the length of the
+// first chunk's, and must not change. Of an empty cloud all arrays are empty.
 export class ResultCollector {
   #received = 0;
   #pointCount;
+  #names;
   #widths = {};
 
-  constructor(pointCount) {
+  constructor(pointCount, names = null) {
     this.#pointCount = pointCount;
+    this.#names = names;
     this.arrays = { status: new Uint8Array(pointCount) };
+    if (pointCount > 0) return;
+    for (const name of names ?? RESULT_ARRAYS.filter((array) => array !== "status")) {
+      this.arrays[name] = new Float32Array();
+    }
   }
 
   add(chunk) {
@@ -35,14 +42,23 @@ export class ResultCollector {
       throw new Error(`results up to point ${end} for a cloud of ${this.#pointCount} points`);
     }
     if (begin === 0) this.#makeArrays(chunk);
-    for (const name of RESULT_ARRAYS) this.#store(name, chunk[name], begin, end);
+    for (const name of RESULT_ARRAYS) {
+      // What nobody asked for comes from servers that are older than the question.
+      if (this.#names === null || name === "status" || this.#names.includes(name)) {
+        this.#store(name, chunk[name], begin, end);
+      }
+    }
     this.#received = end;
   }
 
   #makeArrays(chunk) {
     this.#widths.status = 1;
-    for (const name of RESULT_ARRAYS) {
-      if (name === "status" || chunk[name].length === 0) continue;
+    for (const name of this.#names ?? RESULT_ARRAYS) {
+      if (name === "status") continue;
+      if (chunk[name].length === 0) {
+        if (this.#names === null) continue;
+        throw new Error(`the results are without ${name}, which the call asked for`);
+      }
       const width = chunk[name].length / (chunk.pointCount * Float32Array.BYTES_PER_ELEMENT);
       if (!Number.isInteger(width)) {
         throw new Error(`${name} of ${chunk.pointCount} points has ${chunk[name].length} bytes, which are no floats`);

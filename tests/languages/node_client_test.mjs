@@ -67,6 +67,38 @@ test("unknown quantities are refused before a call", async () => {
   for (const quantities of [["curl"], ["radius", "radius"], ["unspecified"]]) {
     await assert.rejects(estimateCurvature(...sphere(10, 1), { server, quantities }), TypeError);
   }
+  for (const quantities of ["radius", null, 5, { 0: "radius" }]) {
+    const message = `quantities is ${JSON.stringify(quantities)}; it must be an array`;
+    await assert.rejects(estimateCurvature(...sphere(10, 1), { server, quantities }), (error) => {
+      assert.ok(error instanceof TypeError && error.message.startsWith(message), error.message);
+      return true;
+    });
+  }
+});
+
+test("no quantities are all quantities", async () => {
+  const { summary, ...all } = await estimateCurvature(...sphere(100, 1), { server });
+  const { summary: other, ...none } = await estimateCurvature(...sphere(100, 1), { server, quantities: [] });
+  assert.deepEqual(none, all);
+  assert.equal(other.pointCount, summary.pointCount);
+});
+
+test("what was asked for and does not come is a breach of the protocol", async () => {
+  const floats = (scalars) => Buffer.alloc(4 * scalars);
+  const script = (call) => {
+    const status = Buffer.alloc(10, 1);
+    call.write({ result: { firstIndex: 0, pointCount: 10, status, k1: floats(10), radius: floats(10) } });
+    call.write({ summary: { pointCount: 10 } });
+    call.end();
+  };
+  const ask = (quantities) =>
+    scripted(script, (fake) => estimateCurvature(...sphere(10, 1), { server: fake, quantities, maxAttempts: 1 }));
+  const error = await failure(ask(["radius", "principalCurvatures"]));
+  assert.equal(error.codeName, "INTERNAL");
+  assert.match(error.message, /without k2, which the call asked for/);
+  // What came unasked is left out.
+  assert.deepEqual(Object.keys(await ask(["radius"])).sort(), ["radius", "status", "summary"]);
+  assert.deepEqual(Object.keys(await ask([])).sort(), ["k1", "radius", "status", "summary"]);
 });
 
 test("a server that asks who calls serves whom it knows", async () => {
@@ -161,6 +193,9 @@ test("an empty cloud gives an empty result", async () => {
   const estimate = await estimateCurvature(new Float32Array(), new Float32Array(), { server });
   assert.equal(estimate.status.length, 0);
   assert.equal(estimate.summary.pointCount, 0);
+  assert.deepEqual(estimate.d2, new Float32Array());
+  const some = await estimateCurvature(new Float32Array(), new Float32Array(), { server, quantities: ["radius"] });
+  assert.deepEqual(Object.keys(some).sort(), ["radius", "status", "summary"]);
 });
 
 test("an invalid point is named in the error, or skipped on request", async () => {

@@ -75,9 +75,16 @@ class RealServerTest(unittest.TestCase):
 
     def test_unknown_quantities_are_refused_before_a_call(self):
         positions, normals = sphere(10, radius=1.0)
-        for wrong in (["curl"], ["radius", "radius"], [], "radius", ["unspecified"]):
+        for wrong in (["curl"], ["radius", "radius"], "radius", ["unspecified"]):
             with self.subTest(wrong), self.assertRaises(ValueError):
                 estimate_curvature(positions, normals, server=self.server, quantities=wrong)
+
+    def test_no_quantities_are_all_quantities(self):
+        positions, normals = sphere(100, radius=1.0)
+        everything, _ = estimate_curvature(positions, normals, server=self.server)
+        for none in ([], (), None):
+            points, _ = estimate_curvature(positions, normals, server=self.server, quantities=none)
+            np.testing.assert_array_equal(points, everything)
 
     def test_every_estimator_has_a_name(self):
         positions, normals = sphere(20_000, radius=2.0)

@@ -94,7 +94,8 @@ def estimate_curvature(
     jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2.
     even_weights:          count all triangles of delaunay alike, as the paper does.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
-    quantities:            names of QUANTITIES that the result shall have, beside `status`. DEFAULT: all.
+    quantities:            names of QUANTITIES that the result shall have, beside `status`; none, or [], for all.
+                           DEFAULT: all.
     skip_invalid:          give an unusable point a status instead of failing the call.
     priority:              "interactive" if somebody waits, "batch" if it can wait. DEFAULT: interactive up to 100,000
                            points, batch above.
@@ -161,10 +162,10 @@ def _quantity_numbers(names):
     if names is None:
         return []
     if isinstance(names, str):
-        raise ValueError("quantities is a text; it must be a list of names")
+        raise ValueError(f"quantities is {names!r}; it must be a list of names")
     numbers = [quantity_number(name) for name in names]
-    if not numbers or len(set(numbers)) != len(numbers):
-        raise ValueError(f"quantities is {list(names)}; it must have at least one name, and each once")
+    if len(set(numbers)) != len(numbers):
+        raise ValueError(f"quantities is {list(names)}; it must have each name at most once")
     return numbers
 
 
