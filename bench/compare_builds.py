@@ -6,7 +6,8 @@
 A build is the folder of `cmake --preset bench`. In each turn each program runs once from either build, the older first
 in every other turn, with one round unless FLAGS say otherwise. A row tells the median over the turns of NEW / OLD for
 one figure of one row of a table, so that what the machine does in the meantime hits both alike. It is marked where it
-is farther from 1 than --within. Exits with 1 if a row is.
+is farther from 1 than --within. Figures that only one of the builds has, or that are 0 in the older one, are named and
+not compared. Exits with 1 if a row is marked, or if nothing was compared.
 """
 
 import argparse
@@ -62,26 +63,43 @@ def main():
     arguments = parser.parse_args(own)
     if not any(flag.startswith("--rounds") for flag in flags):
         flags.append("--rounds=1")
-    ratios = {}
+    ratios, uncompared = {}, {}
     for turn in range(arguments.turns):
         for program in arguments.programs.split(","):
             builds = {"old": arguments.old, "new": arguments.new}
             order = ["old", "new"] if turn % 2 == 0 else ["new", "old"]
             measured = {which: figures(builds[which], program, flags) for which in order}
-            for key, old in measured["old"].items():
-                new = measured["new"].get(key)
-                if new is not None and old > 0:
-                    ratios.setdefault(key, []).append(new / old)
+            add_ratios(measured["old"], measured["new"], ratios, uncompared)
         print(f"turn {turn + 1} of {arguments.turns}", file=sys.stderr, flush=True)
+    return report(ratios, uncompared, arguments.within)
+
+
+def add_ratios(old, new, ratios, uncompared):
+    """Appends new / old of each figure to `ratios`, and why there is none to `uncompared`."""
+    for key in {**old, **new}:
+        if key not in new:
+            uncompared[key] = "only in OLD_BUILD"
+        elif key not in old:
+            uncompared[key] = "only in NEW_BUILD"
+        elif old[key] <= 0:
+            uncompared[key] = f"{old[key]:g} in OLD_BUILD"
+        else:
+            ratios.setdefault(key, []).append(new[key] / old[key])
+
+
+def report(ratios, uncompared, within):
+    """Prints what was compared and what was not; returns the exit status."""
     far = 0
     for (table, row, column), values in ratios.items():
         median = statistics.median(values)
         mark = ""
-        if abs(median - 1) > arguments.within:
+        if abs(median - 1) > within:
             mark, far = "  <-", far + 1
         print(f"{median:6.3f}  [{min(values):.3f}, {max(values):.3f}]  {table}: {row}: {column}{mark}")
-    print(f"{len(ratios)} figures, {far} farther than {arguments.within:g} from 1")
-    return 1 if far else 0
+    for (table, row, column), reason in uncompared.items():
+        print(f"not compared, {reason}: {table}: {row}: {column}")
+    print(f"{len(ratios)} figures, {far} farther than {within:g} from 1; {len(uncompared)} not compared")
+    return 1 if far or not ratios else 0
 
 
 if __name__ == "__main__":

@@ -2,7 +2,10 @@
 """Tells whether two builds of curv give the same results to the last byte, or prints the hashes of one build.
 
   bench/same_bytes.py BIN               prints the SHA-256 of each result of the curv in folder BIN
-  bench/same_bytes.py OLD_BIN NEW_BIN   compares two of them; exits with 1 if a result differs
+  bench/same_bytes.py OLD_BIN NEW_BIN   compares two of them
+
+Exits with 1 if a result differs, if a program failed (though both did so with the same words), or if --only left no
+case.
 
 A result is the file that `curv estimate` writes: every point with its status, and every quantity. The cases are every
 estimator with each of its options, by count and by radius, on clouds in float32 and in float64, with noise, with
@@ -108,10 +111,14 @@ def cases(clouds):
 
 
 def run(curv, path, flags, threads, out):
-    """Returns the bytes that `curv estimate` writes, or the words of its error."""
+    """Returns the bytes that `curv estimate` writes; prints its error and returns None if it fails."""
     done = subprocess.run([curv, "estimate", path, "-o", out, f"--threads={threads}", *flags],
                           capture_output=True, text=True, check=False)  # fmt: skip
-    return out.read_bytes() if done.returncode == 0 else f"exit {done.returncode}: {done.stderr}".encode()
+    if done.returncode == 0:
+        return out.read_bytes()
+    title = " ".join([path.stem, *flags, f"threads={threads}"])
+    print(f"FAILS: {curv} {title}: exit {done.returncode}: {done.stderr.strip()}", flush=True)
+    return None
 
 
 def nearly_equal(old, new):
@@ -140,7 +147,7 @@ def main():
     if len(arguments.bins) > 2:
         parser.error("at most two builds are compared")
     curvs = [folder / "curv" for folder in arguments.bins]
-    differing, tolerated, count = 0, 0, 0
+    differing, tolerated, failed, count = 0, 0, 0, 0
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for cloud, path, flags in cases(make_clouds(folder, curvs[0])):
@@ -150,18 +157,21 @@ def main():
             for threads in (1, 2):
                 results = [run(curv, path, flags, threads, folder / "out.ply") for curv in curvs]
                 count += 1
-                if len(results) == 1:
+                if None in results:
+                    failed += 1
+                elif len(results) == 1:
                     print(hashlib.sha256(results[0]).hexdigest(), title, f"threads={threads}", flush=True)
                 elif results[0] != results[1]:
-                    is_jet = "--estimator=jet" in flags and results[0][:3] == results[1][:3] == b"ply"
+                    is_jet = "--estimator=jet" in flags
                     if is_jet and nearly_equal(*results):
                         tolerated += 1
                         continue
                     differing += 1
                     print(f"DIFFERS: {title} threads={threads}", flush=True)
     if len(curvs) == 2:
-        print(f"{count} results compared: {differing} differ, {tolerated} of jets agree to {JET_TOLERANCE:g}")
-    return 1 if differing else 0
+        print(f"{count} results compared: {differing} differ, {failed} failed, "
+              f"{tolerated} of jets agree to {JET_TOLERANCE:g}")  # fmt: skip
+    return 1 if differing or failed or count == 0 else 0
 
 
 if __name__ == "__main__":
