@@ -10,9 +10,14 @@ FROM debian:bookworm-slim
 RUN apt-get update -qq \
     && apt-get install -qq --no-install-recommends \
       libgrpc++1.51 libprotobuf32 libabsl20220623 libhwy1 libprometheus-cpp-pull1.0 libprometheus-cpp-core1.0 \
-      libspdlog1.10 libfmt9 libpng16-16 libcairo2 libfontconfig1 fonts-dejavu-core liblzf1 libssl3 ca-certificates \
-      >/dev/null \
+      libspdlog1.10 libfmt9 libpng16-16 libcairo2 libfontconfig1 fontconfig fonts-dejavu-core liblzf1 libssl3 \
+      ca-certificates >/dev/null \
     && rm -rf /var/lib/apt/lists/*
+# curv can write no font cache where the root is read-only. This one holds while the folders have its times, of which
+# layers keep whole seconds only.
+RUN mkdir -p /usr/local/share/fonts \
+    && find /usr/share/fonts /usr/local/share/fonts -type d -exec touch -d 2000-01-01 {} + \
+    && fc-cache --force
 COPY --from=build /curvd/build/release/bin/curvd /curvd/build/release/bin/curv /usr/local/bin/
 USER 65532:65532
 # Other machines can reach these: curvd starts only with --tls-cert and --tls-key, or with --insecure.

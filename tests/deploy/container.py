@@ -23,10 +23,10 @@ def podman(*arguments, check=True):
     return done.stdout.strip()
 
 
-def client(folder, *arguments, entrypoint="curv"):
+def client(folder, *arguments, entrypoint="curv", options=("--user=0:0",)):
     """A process of the image's that runs on this machine's network and sees `folder` as /work; to be waited for."""
     return subprocess.Popen(
-        ["podman", "run", "--rm", "--no-healthcheck", "--network=host", "--user=0:0", f"--volume={folder}:/work",
+        ["podman", "run", "--rm", "--no-healthcheck", "--network=host", *options, f"--volume={folder}:/work",
          "--workdir=/work", f"--entrypoint={entrypoint}", IMAGE, *arguments],
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 

@@ -176,6 +176,15 @@ class ImageTest(unittest.TestCase):
         peak = container.peak_bytes()
         tell(f"{CLIENTS} clients of {POINTS} points: at most {(peak or 0) >> 20} of {CONTAINER_BYTES >> 20} MiB")
 
+    def test_draws_letters_without_writing_anywhere_else(self):
+        pictures = self.folder / "pictures"
+        pictures.mkdir()
+        pictures.chmod(0o777)
+        (pictures / "result.ply").write_bytes(self.expected)
+        status, output = finish(client(pictures, "render", "result.ply", "-o", "picture.png",
+                                       options=(f"--user={NOBODY}:{NOBODY}", "--read-only", "--read-only-tmpfs=false")))
+        self.assertEqual((status, output), (0, "picture.png: mean_curvature of result.ply\n"))
+
     def test_serves_in_turn_what_its_memory_does_not_hold(self):
         with Container([*compose_options(), f"--memory={CONTAINER_BYTES}"]) as container:
             limit = CONTAINER_BYTES // 10 * 8
