@@ -22,7 +22,7 @@
 namespace curv {
 namespace {
 
-constexpr char kExamples[] =
+constexpr char kEstimateExamples[] =
     "Examples:\n"
     "  curv estimate scan.ply -o curvature.ply                             in this process\n"
     "  curv estimate scan.ply -o curvature.ply --server=localhost:50061   on a server\n"
@@ -186,7 +186,7 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
 void AddEstimate(CLI::App& app, Action& action) {
   auto flags = std::make_shared<EstimateFlags>();
   CLI::App* command = app.add_subcommand("estimate", "Estimate the curvature of a point cloud with normals");
-  command->footer(absl::StrCat(kExamples, "\n", kExitCodesHelp));
+  command->footer(absl::StrCat(kEstimateExamples, "\n", kExitCodesHelp));
   command->add_option("input", flags->input, absl::StrCat("the cloud: ", kReadableExtensions))
       ->required()
       ->option_text("IN");

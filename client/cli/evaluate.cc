@@ -17,7 +17,7 @@
 namespace curv {
 namespace {
 
-constexpr char kExamples[] =
+constexpr char kEvaluateExamples[] =
     "Example:\n"
     "  curv generate torus --points=50000 -o torus.ply\n"
     "  curv estimate torus.ply -o result.ply\n"
@@ -73,7 +73,7 @@ ExitCode Run(const EvaluateFlags& flags) {
 void AddEvaluate(CLI::App& app, Action& action) {
   auto flags = std::make_shared<EvaluateFlags>();
   CLI::App* command = app.add_subcommand("evaluate", "Compare a result with the exact curvature that it carries");
-  command->footer(absl::StrCat(kExamples, "\n", kExitCodesHelp));
+  command->footer(absl::StrCat(kEvaluateExamples, "\n", kExitCodesHelp));
   command->add_option("result", flags->input, "a result of curv estimate with true_* columns")
       ->required()
       ->option_text("RESULT");

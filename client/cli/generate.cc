@@ -15,7 +15,7 @@
 namespace curv {
 namespace {
 
-constexpr char kExamples[] =
+constexpr char kGenerateExamples[] =
     "Example:\n"
     "  curv generate goursat --points=100000 --noise-position=0.05 --noise-normal=0.1 -o goursat.ply\n"
     "Surfaces: sphere of radius 1; torus of radii 6 and 2; cylinder of radius 1, height 4; saddle z = (x^2 - y^2) / "
@@ -111,7 +111,7 @@ ExitCode Run(const GenerateFlags& flags) {
 void AddGenerate(CLI::App& app, Action& action) {
   auto flags = std::make_shared<GenerateFlags>();
   CLI::App* command = app.add_subcommand("generate", "Sample an analytic surface, with its exact curvature");
-  command->footer(absl::StrCat(kExamples, "\n", kExitCodesHelp));
+  command->footer(absl::StrCat(kGenerateExamples, "\n", kExitCodesHelp));
   const std::vector<std::string_view> names = SurfaceNames();
   command->add_option("surface", flags->surface, "sphere, torus, cylinder, saddle, goursat, ellipsoid or plane")
       ->required()

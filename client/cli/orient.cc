@@ -13,7 +13,7 @@
 namespace curv {
 namespace {
 
-constexpr char kExamples[] =
+constexpr char kOrientExamples[] =
     "Example:\n"
     "  curv orient scan.ply -o oriented.ply\n"
     "Normals that were estimated point by point know the surface's direction but not its side. This command negates\n"
@@ -45,7 +45,7 @@ ExitCode Run(const OrientFlags& flags) {
 void AddOrient(CLI::App& app, Action& action) {
   auto flags = std::make_shared<OrientFlags>();
   CLI::App* command = app.add_subcommand("orient", "Make the normals of a cloud point to one side of its surface");
-  command->footer(absl::StrCat(kExamples, "\n", kExitCodesHelp));
+  command->footer(absl::StrCat(kOrientExamples, "\n", kExitCodesHelp));
   command->add_option("input", flags->input, absl::StrCat("the cloud: ", kReadableExtensions))
       ->required()
       ->option_text("IN");

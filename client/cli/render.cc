@@ -20,7 +20,7 @@
 namespace curv {
 namespace {
 
-constexpr char kExamples[] =
+constexpr char kRenderExamples[] =
     "Examples:\n"
     "  curv render result.ply -o mean.png\n"
     "  curv render result.ply -o gaussian.png --quantity=gaussian --range=-0.034:0.119 --view=front --up=y\n"
@@ -121,7 +121,7 @@ ExitCode Run(const RenderFlags& flags) {
 void AddRender(CLI::App& app, Action& action) {
   auto flags = std::make_shared<RenderFlags>();
   CLI::App* command = app.add_subcommand("render", "Draw a result as a picture, colored by curvature");
-  command->footer(absl::StrCat(kExamples, "\n", kExitCodesHelp));
+  command->footer(absl::StrCat(kRenderExamples, "\n", kExitCodesHelp));
   command->add_option("result", flags->input, "a result of curv estimate, or a cloud of curv generate")
       ->required()
       ->option_text("RESULT");

@@ -18,7 +18,7 @@
 namespace curv {
 namespace {
 
-constexpr char kExamples[] =
+constexpr char kTokenExamples[] =
     "The token goes to FILE, which only you can read; what curvd needs goes to standard output:\n"
     "  curv token alice -o alice.token >> tokens          then: curvd --token-file=tokens\n"
     "  curv estimate scan.ply -o out.ply --server=curvd.example:50061 --tls --token-file=alice.token\n"
@@ -73,7 +73,7 @@ ExitCode Run(const TokenFlags& flags) {
 void AddToken(CLI::App& app, Action& action) {
   auto flags = std::make_shared<TokenFlags>();
   CLI::App* command = app.add_subcommand("token", "Make a bearer token, and the line that lets it into a curvd");
-  command->footer(absl::StrCat(kExamples, "\n", kExitCodesHelp));
+  command->footer(absl::StrCat(kTokenExamples, "\n", kExitCodesHelp));
   command->add_option("name", flags->name, "whom the token is for, as logs will call it")
       ->required()
       ->option_text("NAME");
