@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/error.h"
+#include "core/base/out_of_memory.h"
 #include "core/estimators/strategies.h"
 #include "core/index/index_builder.h"
 #include "core/index/spatial_index.h"
@@ -26,23 +27,25 @@ constexpr std::string_view kFieldPhase = "field";
 // strategy's.
 class CurvatureJob final : public EstimationJob, public PhasedJob {
  public:
-  CurvatureJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, CallerKey caller,
-               Callback callback)
+  CurvatureJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, CallerKey caller)
       : PhasedJob(pool, priority, caller),
         options_(options),
-        callback_(std::move(callback)),
         query_count_(cloud.point_set().query_count()),
         invalid_count_(cloud.invalid_query_count()),
         builder_(std::in_place, std::move(cloud), &stopped()),
         thread_count_(pool.thread_count()) {}
 
-  void Start() {
-    AddPhase(std::make_unique<StartPhase>(*this));
-    AddPhase(MakeCollectPhase(*builder_));
-    AddPhase(MakeCollectPhase(*builder_));
-    AddPhase(MakeTreePhase(*builder_));
-    AddPhase(std::make_unique<FieldPhase>(*this));
-    Run();
+  // From here on `callback` will be called, whatever happens.
+  void Start(Callback callback) {
+    callback_ = std::move(callback);
+    Run(CatchBadAlloc([this] {
+      AddPhase(std::make_unique<StartPhase>(*this));
+      AddPhase(MakeCollectPhase(*builder_));
+      AddPhase(MakeCollectPhase(*builder_));
+      AddPhase(MakeTreePhase(*builder_));
+      AddPhase(std::make_unique<FieldPhase>(*this));
+      return absl::OkStatus();
+    }));
   }
 
   void Cancel() override { PhasedJob::Cancel(); }
@@ -50,7 +53,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   JobProgress progress() const override {
     JobProgress progress;
     progress.points_estimated = points_estimated_;
-    for (const PhaseTime& phase : phase_times()) {
+    VisitPhaseTimes([&progress](const PhaseTime& phase) {
       if (phase.name == kQueuePhase) {
         progress.phase = JobPhase::kQueued;
         progress.queue_seconds = phase.seconds;
@@ -61,7 +64,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
         progress.phase = JobPhase::kEstimating;
         progress.estimate_seconds = progress.estimate_seconds.value_or(0.0) + phase.seconds;
       }
-    }
+    });
     if (ended()) progress.phase = JobPhase::kDone;
     return progress;
   }
@@ -174,12 +177,13 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     run_.reset();
     builder_.reset();
     index_ = SpatialIndex();
-    if (!status.ok()) {
-      field_ = CurvatureField();
-      return callback(std::move(status));
-    }
     for (int i = 0; i < kPointStatusEnd; ++i) field_.status_counts[i] += counts[i];
-    callback(EstimationResult{std::move(field_), Cost()});
+    absl::StatusOr<EstimationResult> result = CatchBadAlloc([&]() -> absl::StatusOr<EstimationResult> {
+      if (!status.ok()) return std::move(status);
+      return EstimationResult{std::move(field_), Cost()};
+    });
+    if (!result.ok()) field_ = CurvatureField();
+    callback(std::move(result));
   }
 
   JobCost Cost() const {
@@ -201,6 +205,15 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   std::atomic<size_t> points_estimated_ = 0;
 };
 
+// Stands for a job that could not be made: it has ended.
+class EndedJob final : public EstimationJob {
+ public:
+  void Cancel() override {}
+  JobProgress progress() const override {
+    return {.phase = JobPhase::kDone, .index_seconds = {}, .estimate_seconds = {}};
+  }
+};
+
 }  // namespace
 
 size_t EstimationBytesPerPoint(const EstimatorOptions& options) {
@@ -216,8 +229,17 @@ size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_coun
 
 std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
                                                     JobPriority priority, Callback callback, CallerKey caller) {
-  auto job = std::make_shared<CurvatureJob>(std::move(cloud), options, pool, priority, caller, std::move(callback));
-  job->Start();
+  std::shared_ptr<CurvatureJob> job;
+  absl::Status status = CatchBadAlloc([&] {
+    job = std::make_shared<CurvatureJob>(std::move(cloud), options, pool, priority, caller);
+    return absl::OkStatus();
+  });
+  if (!status.ok()) {
+    callback(std::move(status));
+    static EndedJob ended;
+    return {std::shared_ptr<void>(), &ended};  // owns nothing, and allocates nothing
+  }
+  job->Start(std::move(callback));
   return job;
 }
 

@@ -22,7 +22,7 @@ enum class JobPhase : uint8_t { kQueued, kIndexing, kEstimating, kDone };
 // What a job may be asked while it runs, and afterwards.
 struct JobProgress {
   JobPhase phase = JobPhase::kQueued;
-  size_t points_estimated = 0;
+  size_t points_estimated = 0;  // those that get a result; of the work blocks that have ended
   // Wall-clock seconds of the phases that it came to; of the last one until now, or until the job's end.
   double queue_seconds = 0.0;
   std::optional<double> index_seconds;
@@ -53,24 +53,30 @@ size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_coun
 // Thread-safe.
 class EstimationJob {
  public:
-  // Called once on a worker thread (or before Start returns, if options are invalid or there is no memory). Errors are
-  // told apart by KindOf (core/base/error.h):
-  // - kInvalid: options.Validate() failed.
+  // Called once on a worker thread (or before Start returns, if options are invalid or there is no memory). Must not
+  // throw. Errors are told apart by KindOf (core/base/error.h):
+  // - kInvalid: options.Validate() failed, or the cloud has no normals and options.estimator needs them.
   // - kNeighborhoodTooLarge: a radius neighborhood exceeds max_neighbor_count.
   // - kOutOfMemory: the system gave no memory, on whatever thread.
-  // - kCancelled: Cancel was called.
+  // - kCancelled: Cancel was called in time.
   using Callback = std::function<void(absl::StatusOr<EstimationResult>)>;
 
   // Estimates `cloud` on `pool`, which must outlive the callback. The same cloud and options give the same bytes for
   // any number of threads. A cloud without points gives an empty field.
   // `caller`: for whom, as WorkerPool::Submit takes it.
+  // Throws nothing, and never returns null: whatever goes wrong, the callback gets it.
   // REQUIRES: cloud.Finish() was called.
   static std::shared_ptr<EstimationJob> Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
                                               JobPriority priority, Callback callback, CallerKey caller = 0);
 
   virtual ~EstimationJob() = default;
-  // Makes the job end with kCancelled within one work block. No effect after its end.
+  // Asks the job to end with kCancelled; returns at once. No other work block of the job begins. Those that run end
+  // early: an estimate after the group of points at hand, a split of the index within tens of milliseconds. The
+  // callback is called when they are over and the pool has come to the job's next turn, before which blocks of others
+  // may run. No effect once the last block has ended, nor on the error of a job that has failed: the callback then gets
+  // the result, or that error. Allocates nothing.
   virtual void Cancel() = 0;
+  // Allocates nothing.
   virtual JobProgress progress() const = 0;
 };
 

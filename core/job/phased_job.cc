@@ -24,7 +24,6 @@ PhasedJob::PhasedJob(WorkerPool& pool, JobPriority priority, CallerKey caller)
     : pool_(pool), priority_(priority), caller_(caller), started_(Clock::now()) {
   PrepareOutOfMemoryError();
   MutexLock lock(times_mutex_);
-  marks_.reserve(8);
   marks_.push_back({kQueuePhase, 0.0});
 }
 
@@ -34,17 +33,29 @@ void PhasedJob::Cancel() {
 }
 
 std::vector<PhaseTime> PhasedJob::phase_times() const {
-  MutexLock lock(times_mutex_);
-  const double end = ended_after_ < 0.0 ? SecondsSinceStart() : ended_after_;
   std::vector<PhaseTime> times;
-  times.reserve(marks_.size());
-  for (size_t i = 0; i < marks_.size(); ++i) {
-    times.push_back({marks_[i].name, (i + 1 < marks_.size() ? marks_[i + 1].began : end) - marks_[i].began});
-  }
+  VisitPhaseTimes([&times](const PhaseTime& phase) { times.push_back(phase); });
   return times;
 }
 
-void PhasedJob::Run() { RunNextPhases(); }
+void PhasedJob::VisitPhaseTimes(absl::FunctionRef<void(const PhaseTime&)> visit) const {
+  MutexLock lock(times_mutex_);
+  const double end = ended_after_ < 0.0 ? SecondsSinceStart() : ended_after_;
+  for (size_t i = 0; i < marks_.size(); ++i) {
+    visit({marks_[i].name, (i + 1 < marks_.size() ? marks_[i + 1].began : end) - marks_[i].began});
+  }
+}
+
+void PhasedJob::AddPhase(std::unique_ptr<Phase> phase) {
+  {
+    // One mark for each phase, and the first one.
+    MutexLock lock(times_mutex_);
+    if (marks_.capacity() < phases_.size() + 2) marks_.reserve(2 * phases_.size() + 8);
+  }
+  phases_.push_back(std::move(phase));
+}
+
+void PhasedJob::Run(absl::Status status) { status.ok() ? RunNextPhases() : Finish(std::move(status)); }
 
 void PhasedJob::RunNextPhases() {
   absl::Status status;

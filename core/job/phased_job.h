@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "core/base/mutex.h"
 #include "core/job/phase.h"
@@ -39,23 +40,30 @@ class PhasedJob : public std::enable_shared_from_this<PhasedJob> {
   PhasedJob& operator=(const PhasedJob&) = delete;
   virtual ~PhasedJob() = default;
 
-  // Makes the job end with ErrorKind::kCancelled within one block. No effect after its end.
+  // Asks the job to end with ErrorKind::kCancelled. Blocks that run go on until their phase looks at
+  // BlockContext::stopped; no other block of the job begins. The job ends when those are over and the pool has come to
+  // the job's next turn, before which blocks of others may run. No effect once the last block of the last phase has
+  // ended, nor on the error of a job that has failed. Allocates nothing.
   void Cancel();
 
   // The times of the phases that the job came to, kQueuePhase first; of the last one until now, or until the job's end.
   // Phases in a row that share a name are one.
   std::vector<PhaseTime> phase_times() const ABSL_LOCKS_EXCLUDED(times_mutex_);
+  // Calls visit(phase) for each of them, in order. Allocates nothing. REQUIRES: `visit` asks the job for no times.
+  void VisitPhaseTimes(absl::FunctionRef<void(const PhaseTime&)> visit) const ABSL_LOCKS_EXCLUDED(times_mutex_);
   bool ended() const { return ended_; }
 
  protected:
   // `caller`: for whom the job runs, as WorkerPool::Submit takes it. REQUIRES: `pool` lives until the job has ended.
   PhasedJob(WorkerPool& pool, JobPriority priority, CallerKey caller = 0);
 
-  // Adds a phase at the end of the list. REQUIRES: called before Run, or by Begin or End of a phase of this job.
-  void AddPhase(std::unique_ptr<Phase> phase) { phases_.push_back(std::move(phase)); }
+  // Adds a phase at the end of the list. If this throws std::bad_alloc, none was added.
+  // REQUIRES: called before Run, or by Begin or End of a phase of this job.
+  void AddPhase(std::unique_ptr<Phase> phase) ABSL_LOCKS_EXCLUDED(times_mutex_);
 
-  // Begins the first phase. REQUIRES: called once, on a job that a shared_ptr owns.
-  void Run();
+  // Begins the first phase; if `status` is an error, ends the job with it instead. Throws nothing.
+  // REQUIRES: called once, on a job that a shared_ptr owns.
+  void Run(absl::Status status = absl::OkStatus());
 
   // True once the job was cancelled or has failed.
   const std::atomic<bool>& stopped() const { return stopped_; }
@@ -65,10 +73,12 @@ class PhasedJob : public std::enable_shared_from_this<PhasedJob> {
   virtual size_t HeldBytes() const = 0;
 
   // Called once at the job's end, on the thread that ran the last block (or within Run, if no block ran), after the
-  // phases were destroyed. Errors:
-  // - what a phase returned first,
-  // - ErrorKind::kOutOfMemory if a phase threw std::bad_alloc,
-  // - ErrorKind::kCancelled if Cancel was called before the last phase ended.
+  // phases were destroyed. Must not throw. Errors, of which the first that came counts, save that kCancelled gives way
+  // to the others:
+  // - what Run was given, or a phase returned,
+  // - ErrorKind::kOutOfMemory if a phase threw std::bad_alloc, or there was no memory to hand its blocks to the pool,
+  // - ErrorKind::kCancelled if Cancel was called before the last block of the last phase had ended; where that phase
+  //   has no block, before it began.
   virtual void OnEnd(absl::Status status) = 0;
 
   // The most bytes that the job held at the beginning or the end of a phase so far. Asked for between blocks only.
@@ -115,7 +125,8 @@ class PhasedJob : public std::enable_shared_from_this<PhasedJob> {
   mutable Mutex failure_mutex_;
   absl::Status failure_ ABSL_GUARDED_BY(failure_mutex_);
   mutable Mutex times_mutex_;
-  std::vector<Mark> marks_ ABSL_GUARDED_BY(times_mutex_);  // a change of name each
+  // A change of name each. AddPhase makes room for the phase's, so that marking it allocates nothing.
+  std::vector<Mark> marks_ ABSL_GUARDED_BY(times_mutex_);
   double ended_after_ ABSL_GUARDED_BY(times_mutex_) = -1.0;
 };
 

@@ -4,6 +4,8 @@
 #include <memory>
 #include <utility>
 
+#include "core/base/out_of_memory.h"
+
 namespace curvd {
 
 struct WorkerPool::Job : JobTurns::Job {
@@ -16,6 +18,7 @@ struct WorkerPool::Job : JobTurns::Job {
 };
 
 WorkerPool::WorkerPool(int thread_count) {
+  PrepareOutOfMemoryError();
   threads_.reserve(thread_count);
   for (int worker = 0; worker < thread_count; ++worker) {
     threads_.emplace_back([this, worker] { RunWorker(worker); });

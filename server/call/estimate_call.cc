@@ -7,6 +7,7 @@
 #include <chrono>
 #include <utility>
 
+#include "core/base/out_of_memory.h"
 #include "server/call/job_errors.h"
 #include "server/call/progress_message.h"
 #include "server/call/result_encoder.h"
@@ -133,9 +134,19 @@ void EstimateCall::ReceiveEnd() {
 
 void EstimateCall::StartJob() {
   const JobPriority priority = PriorityOf(requests_.options(), requests_.points_received());
-  auto done = [self = shared_from_this(), this](absl::StatusOr<EstimationResult> result) {
-    OnJobDone(std::move(result));
-  };
+  EstimationJob::Callback done;
+  const absl::Status made = CatchBadAlloc([&] {
+    done = [self = shared_from_this(), this](absl::StatusOr<EstimationResult> result) {
+      // A callback must not throw.
+      const absl::Status status = CatchBadAlloc([&] {
+        OnJobDone(std::move(result));
+        return absl::OkStatus();
+      });
+      if (!status.ok()) End(ExplainJobError(status));
+    };
+    return absl::OkStatus();
+  });
+  if (!made.ok()) return End(ExplainJobError(made));
   std::shared_ptr<EstimationJob> job = EstimationJob::Start(requests_.TakeCloud(), requests_.options().estimator,
                                                             service().pool, priority, std::move(done), turn_key_);
   bool cancel = false;
