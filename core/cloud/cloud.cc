@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/base/error.h"
+#include "core/base/out_of_memory.h"
 #include "core/cloud/unit_normals.h"
 
 namespace curvd {
@@ -98,6 +99,7 @@ double Median(std::vector<double>& values) {
 
 Cloud::Cloud(ScalarType scalar_type, InvalidPointPolicy policy, NormalsInput normals)
     : scalar_type_(scalar_type), policy_(policy), normals_(normals) {
+  PrepareOutOfMemoryError();
   if (scalar_type == ScalarType::kFloat32) origin_ = {0.0, 0.0, 0.0};
 }
 
@@ -109,32 +111,36 @@ size_t Cloud::bytes() const {
   return points * point_bytes + pending_.capacity() * sizeof(ExactPoint) + point_set_.bytes();
 }
 
-size_t Cloud::invalid_query_count() const {
-  if (invalid_count_ == 0 || !point_set_.has_roles()) return invalid_count_;
-  size_t count = 0;
-  for (size_t i = 0; i < size_; ++i) {
-    count += std::isnan(record(i).position[0]) && point_set_.is_query(static_cast<int32_t>(i)) ? 1 : 0;
-  }
-  return count;
-}
-
 absl::Status Cloud::Append(std::string_view positions, std::string_view normals) {
-  if (absl::Status status = CheckLengths(positions, normals); !status.ok()) return status;
-  const size_t before = size_;
-  absl::Status status = AppendPoints(positions, normals, positions.size() / (3 * ScalarBytes(scalar_type_)));
-  point_set_.AddQueries(size_ - before);
-  return status;
+  return CatchBadAlloc([&] {
+    if (absl::Status status = CheckLengths(positions, normals); !status.ok()) return status;
+    if (point_set_.size() > 0 && point_set_.last_id() >= point_set_.size()) {
+      return MakeCoreError(ErrorKind::kInvalid,
+                           absl::StrCat("point ", size_, " comes without an id, behind a point of id ",
+                                        point_set_.last_id(), "; give it one above that"));
+    }
+    point_set_.AddQueries(positions.size() / (3 * ScalarBytes(scalar_type_)));
+    return AppendPoints(positions, normals);
+  });
 }
 
 absl::Status Cloud::AppendPart(std::string_view positions, std::string_view normals, std::span<const uint64_t> ids,
                                std::span<const PointRole> roles) {
-  if (absl::Status status = CheckLengths(positions, normals); !status.ok()) return status;
-  const size_t count = positions.size() / (3 * ScalarBytes(scalar_type_)), before = size_;
-  if (ids.size() != count || (!roles.empty() && roles.size() != count)) {
-    return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("ids has ", ids.size(), " entries and roles ", roles.size(),
-                                                           "; positions has ", count, " points"));
-  }
-  for (size_t i = 0; i < count; ++i) {
+  return CatchBadAlloc([&] {
+    if (absl::Status status = CheckLengths(positions, normals); !status.ok()) return status;
+    const size_t count = positions.size() / (3 * ScalarBytes(scalar_type_));
+    if (ids.size() != count || (!roles.empty() && roles.size() != count)) {
+      return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("ids has ", ids.size(), " entries and roles ",
+                                                             roles.size(), "; positions has ", count, " points"));
+    }
+    if (absl::Status status = CheckIds(ids); !status.ok()) return status;
+    point_set_.AddPart(ids, roles);
+    return AppendPoints(positions, normals);
+  });
+}
+
+absl::Status Cloud::CheckIds(std::span<const uint64_t> ids) const {
+  for (size_t i = 0; i < ids.size(); ++i) {
     const bool is_first = i == 0 && point_set_.size() == 0;
     const uint64_t last = i > 0 ? ids[i - 1] : is_first ? 0 : point_set_.last_id();
     if (!is_first && ids[i] <= last) {
@@ -142,9 +148,7 @@ absl::Status Cloud::AppendPart(std::string_view positions, std::string_view norm
                                                              "; it must be above the one before, ", last));
     }
   }
-  absl::Status status = AppendPoints(positions, normals, count);
-  for (size_t i = 0; i < size_ - before; ++i) point_set_.Add(ids[i], roles.empty() ? PointRole::kQuery : roles[i]);
-  return status;
+  return absl::OkStatus();
 }
 
 absl::Status Cloud::CheckLengths(std::string_view positions, std::string_view normals) const {
@@ -175,10 +179,20 @@ absl::Status Cloud::CheckLengths(std::string_view positions, std::string_view no
   return absl::OkStatus();
 }
 
-absl::Status Cloud::AppendPoints(std::string_view positions, std::string_view normals, size_t count) {
-  if (scalar_type_ == ScalarType::kFloat64) return AppendDoubles(positions.data(), normals.data(), count);
-  return has_normals() ? AppendFloats(positions.data(), normals.data(), count)
-                       : AppendBareFloats(positions.data(), count);
+absl::Status Cloud::AppendPoints(std::string_view positions, std::string_view normals) {
+  const size_t count = positions.size() / (3 * ScalarBytes(scalar_type_));
+  absl::Status status = CatchBadAlloc([&] {
+    if (scalar_type_ == ScalarType::kFloat64) return AppendDoubles(positions.data(), normals.data(), count);
+    return has_normals() ? AppendFloats(positions.data(), normals.data(), count)
+                         : AppendBareFloats(positions.data(), count);
+  });
+  point_set_.Truncate(size_);
+  return status;
+}
+
+void Cloud::CountInvalid(size_t rank) {
+  ++invalid_count_;
+  invalid_query_count_ += point_set_.is_query(static_cast<int32_t>(rank)) ? 1 : 0;
 }
 
 // Takes a point into the counts, with its normal brought to unit length, and NaN for an invalid one. Returns false,
@@ -194,7 +208,7 @@ bool Cloud::Take(Triple<Scalar>& position, const Triple<Scalar>& normal, Triple<
     constexpr auto kNotANumber = std::numeric_limits<Scalar>::quiet_NaN();
     position = {kNotANumber, kNotANumber, kNotANumber};
     unit = {kNaN, kNaN, kNaN};
-    ++invalid_count_;
+    CountInvalid(size_);
   }
   ++size_;
   return true;
@@ -240,9 +254,10 @@ absl::Status Cloud::AppendFloats(const char* positions, const char* normals, siz
 absl::Status Cloud::AppendBareFloats(const char* positions, size_t count) {
   constexpr Triple<float> kAnyNormal = {0.0f, 0.0f, 1.0f};
   for (size_t i = 0; i < count; ++i) {
+    if (absl::Status status = MakeRoom(); !status.ok()) return status;
     Triple<float> position = LoadTriple<float>(positions, i), unit;
     if (!Take(position, kAnyNormal, unit)) return RefusalOf(position, kAnyNormal);
-    if (absl::Status status = Store(position, unit); !status.ok()) return status;
+    Store(position, unit);
   }
   return absl::OkStatus();
 }
@@ -251,8 +266,9 @@ absl::Status Cloud::AppendDoubles(const char* positions, const char* normals, si
   for (size_t i = 0; i < count; ++i) {
     ExactPoint point{LoadTriple<double>(positions, i), {}};
     const Triple<double> normal = has_normals() ? LoadTriple<double>(normals, i) : Triple<double>{0.0, 0.0, 1.0};
+    if (pending_.size() == pending_.capacity()) pending_.reserve(std::max<size_t>(1, 2 * pending_.size()));
     if (!Take(point.position, normal, point.normal)) return RefusalOf(point.position, normal);
-    pending_.push_back(point);
+    pending_.push_back(point);  // has room
     if (!origin_.has_value() && pending_.size() < kOriginSample) continue;
     if (absl::Status status = StorePending(); !status.ok()) return status;
   }
@@ -260,7 +276,7 @@ absl::Status Cloud::AppendDoubles(const char* positions, const char* normals, si
 }
 
 absl::Status Cloud::MakeRoom() {
-  if (stored_ % kBlockPoints != 0) return absl::OkStatus();
+  if (stored_ < blocks_.size() * kBlockPoints) return absl::OkStatus();
   if (free_blocks_ == 0) {
     if (absl::Status status = AddSlab(); !status.ok()) return status;
   }
@@ -283,52 +299,59 @@ absl::Status Cloud::AddSlab() {
   if (!records.ok()) return records.status();
   auto normals = PageArray<Triple<float>>::Create(has_normals() ? points : 0, use);
   if (!normals.ok()) return normals.status();
-  next_block_ = {records->data(), normals->data()};
-  free_blocks_ = blocks;
+  const Block first = {records->data(), normals->data()};
   slabs_.push_back({*std::move(records), *std::move(normals)});
+  next_block_ = first;
+  free_blocks_ = blocks;
   return absl::OkStatus();
 }
 
-absl::Status Cloud::Store(const Triple<float>& position, const Triple<float>& normal) {
-  if (absl::Status status = MakeRoom(); !status.ok()) return status;
+void Cloud::Store(const Triple<float>& position, const Triple<float>& normal) {
   blocks_.back().records[stored_ % kBlockPoints] = MakeRecord(position, stored_);
   if (has_normals()) blocks_.back().normals[stored_ % kBlockPoints] = normal;
   ++stored_;
-  return absl::OkStatus();
+}
+
+std::array<double, 3> Cloud::OriginOfPending() const {
+  std::array<double, 3> origin = {0.0, 0.0, 0.0};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const ExactPoint& point : pending_) {
+      if (!std::isnan(point.position[0])) values.push_back(point.position[axis]);
+    }
+    if (!values.empty()) origin[axis] = Median(values);
+  }
+  return origin;
 }
 
 absl::Status Cloud::StorePending() {
-  if (!origin_.has_value()) {
-    origin_ = {0.0, 0.0, 0.0};
-    for (int axis = 0; axis < 3; ++axis) {
-      std::vector<double> values;
-      for (const ExactPoint& point : pending_) {
-        if (!std::isnan(point.position[0])) values.push_back(point.position[axis]);
-      }
-      if (!values.empty()) (*origin_)[axis] = Median(values);
-    }
-  }
-  for (const ExactPoint& point : pending_) {
+  if (!origin_.has_value()) origin_ = OriginOfPending();
+  absl::Status status;
+  size_t stored = 0;
+  for (; stored < pending_.size(); ++stored) {
+    if (status = MakeRoom(); !status.ok()) break;
+    const ExactPoint& point = pending_[stored];
     Triple<float> position, normal = point.normal;
     for (int axis = 0; axis < 3; ++axis) {
       position[axis] = static_cast<float>(point.position[axis] - (*origin_)[axis]);
     }
     if (!std::isnan(point.position[0]) && !AllFinite(position)) {
       if (policy_ == InvalidPointPolicy::kReject) {
-        return InvalidPointError(stored_, "position", point.position, "within 3e38 of the other points");
+        status = InvalidPointError(stored_, "position", point.position, "within 3e38 of the other points");
+        break;
       }
-      ++invalid_count_;
+      CountInvalid(stored_);
       position = normal = {kNaN, kNaN, kNaN};
     }
-    if (absl::Status status = Store(position, normal); !status.ok()) return status;
+    Store(position, normal);
   }
-  pending_.clear();
-  return absl::OkStatus();
+  pending_.erase(pending_.begin(), pending_.begin() + static_cast<ptrdiff_t>(stored));
+  return status;
 }
 
 absl::Status Cloud::Finish() {
-  absl::Status status = StorePending();
-  pending_ = {};
+  absl::Status status = CatchBadAlloc([this] { return StorePending(); });
+  if (status.ok()) pending_ = {};
   return status;
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -54,32 +55,38 @@ class Cloud {
   // Says how many points will come, so that one array of their size is made for them. REQUIRES: called before Append.
   void Expect(size_t points) { expected_ = points; }
 
-  // Appends points from packed little-endian arrays, 3 scalars a point in each. Errors leave the cloud as it was up to
-  // the point that is named; KindOf (core/base/error.h) tells them apart:
-  // - kInvalid: lengths are not multiples of a point, or differ, more points come than were expected, or
-  //   (kReject) a point is invalid; the message names the field, the point's index in the cloud and the value.
+  // Appends points from packed little-endian arrays, 3 scalars a point in each. All get a result, and have as id their
+  // index in the cloud. Throws nothing; KindOf (core/base/error.h) tells errors apart:
+  // - kInvalid: lengths are not multiples of a point, or differ, more points come than were expected, points of
+  //   AppendPart came before whose ids are not their indices, or (kReject) a point is invalid; the message names the
+  //   field, the point's index in the cloud and the value.
   // - kOutOfMemory: the system gave no memory.
+  // An error leaves the cloud with the points before the one at which it came, size() of them. After kOutOfMemory, the
+  // points from there on may be given again. Doubles that are too far from the other points may be noticed later, by
+  // a call that brings others, or by Finish; each call after that fails alike.
   // A cloud of NormalsInput::kAbsent takes empty `normals` only.
   absl::Status Append(std::string_view positions, std::string_view normals);
 
   // The same for points of a larger cloud: `ids` are their places in that one, ascending over all points of this one,
-  // and `roles` tells which of them get a result; where it is empty, all do. Further errors of kind kInvalid: there are
-  // not as many ids, or roles, as points; an id is not above the one before.
+  // those of Append included, and `roles` tells which of them get a result; where it is empty, all do. Further errors
+  // of kind kInvalid: there are not as many ids, or roles, as points; an id is not above the one before.
   absl::Status AppendPart(std::string_view positions, std::string_view normals, std::span<const uint64_t> ids,
                           std::span<const PointRole> roles = {});
 
-  // Ends the cloud: no Append may follow. REQUIRES: called once before the cloud is estimated.
+  // Ends the cloud: no Append may follow. Errors as those of Append that name no lengths; throws nothing.
+  // REQUIRES: called once before the cloud is estimated, or again after kOutOfMemory.
   absl::Status Finish();
 
   // Points appended, invalid ones included.
   size_t size() const { return size_; }
   size_t invalid_count() const { return invalid_count_; }
-  // Invalid points that get a result, which says so. REQUIRES: Finish was called, TakeRecords was not.
-  size_t invalid_query_count() const;
+  // Invalid points that get a result, which says so. Complete once Finish was called, as is invalid_count.
+  size_t invalid_query_count() const { return invalid_query_count_; }
   bool has_normals() const { return normals_ == NormalsInput::kGiven; }
   // Roles, ids and slots of the points.
   const PointSet& point_set() const { return point_set_; }
-  PointSet TakePointSet() { return std::move(point_set_); }
+  // Gives them away; the cloud then knows of none.
+  PointSet TakePointSet() { return std::exchange(point_set_, PointSet()); }
   // Points whose normal differed from unit length by more than 1 %.
   size_t rescaled_count() const { return rescaled_count_; }
   // Bytes held.
@@ -115,19 +122,25 @@ class Cloud {
   };
 
   absl::Status CheckLengths(std::string_view positions, std::string_view normals) const;
-  absl::Status AppendPoints(std::string_view positions, std::string_view normals, size_t count);
+  absl::Status CheckIds(std::span<const uint64_t> ids) const;
+  // Appends points that point_set_ has already; takes those out again that were not appended.
+  absl::Status AppendPoints(std::string_view positions, std::string_view normals);
   absl::Status AppendBareFloats(const char* positions, size_t count);
   absl::Status AppendFloats(const char* positions, const char* normals, size_t count);
   absl::Status AppendDoubles(const char* positions, const char* normals, size_t count);
   template <typename Scalar>
   bool Take(std::array<Scalar, 3>& position, const std::array<Scalar, 3>& normal, std::array<float, 3>& unit);
+  void CountInvalid(size_t rank);
   template <typename Scalar>
   absl::Status RefusalOf(const std::array<Scalar, 3>& position, const std::array<Scalar, 3>& normal) const;
-  // Makes sure that the last block has a free slot.
+  // Makes sure that the last block has a free slot; if it cannot, the cloud is as it was.
   absl::Status MakeRoom();
   absl::Status AddSlab();
-  absl::Status Store(const std::array<float, 3>& position, const std::array<float, 3>& normal);
+  // REQUIRES: MakeRoom returned OK since the last one.
+  void Store(const std::array<float, 3>& position, const std::array<float, 3>& normal);
+  // Stores the points of pending_ up to the first that cannot be.
   absl::Status StorePending();
+  std::array<double, 3> OriginOfPending() const;
 
   ScalarType scalar_type_;
   InvalidPointPolicy policy_;
@@ -136,6 +149,7 @@ class Cloud {
   size_t size_ = 0;
   size_t stored_ = 0;
   size_t invalid_count_ = 0;
+  size_t invalid_query_count_ = 0;
   size_t rescaled_count_ = 0;
   std::optional<std::array<double, 3>> origin_;  // set once float64 input can be shifted
   std::vector<ExactPoint> pending_;              // float64 points that wait for the origin

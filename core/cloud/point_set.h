@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "core/base/scratch_array.h"
 
@@ -18,7 +19,8 @@ enum class PointRole : uint8_t {
 // rank decides between equal distances. Where all points are queries, and nobody gave ids, id and slot are the rank,
 // and no memory is taken.
 //
-// Thread-compatible: const methods may run concurrently. Add may throw std::bad_alloc.
+// Thread-compatible: const methods may run concurrently. What adds points may throw std::bad_alloc, and has then added
+// none.
 class PointSet {
  public:
   PointSet() = default;
@@ -43,14 +45,27 @@ class PointSet {
   // Bytes held.
   size_t bytes() const { return ids_.capacity() * sizeof(uint64_t) + slots_.capacity() * sizeof(int32_t); }
 
-  // Adds `count` queries whose ids are their ranks.
+  // Adds `count` queries whose ids are their ranks. REQUIRES: size() > last_id(), if there is a point.
   void AddQueries(size_t count) {
+    MakeRoom(size_ + count);
     if (has_ids_ || has_roles_) {
       for (size_t i = 0; i < count; ++i) Add(size_, PointRole::kQuery);
       return;
     }
     size_ += count;
     query_count_ += count;
+  }
+
+  // Adds a point for each of `ids`; where `roles` is empty, all are queries.
+  // REQUIRES: as many roles, or none; ids ascend, from above last_id(), if there is a point.
+  void AddPart(std::span<const uint64_t> ids, std::span<const PointRole> roles) {
+    bool are_ranks = true, are_queries = true;
+    for (size_t i = 0; i < ids.size(); ++i) are_ranks &= ids[i] == size_ + i;
+    for (const PointRole role : roles) are_queries &= role == PointRole::kQuery;
+    if (!has_ids_ && !are_ranks) NoteIds();
+    if (!has_roles_ && !are_queries) NoteRoles();
+    MakeRoom(size_ + ids.size());
+    for (size_t i = 0; i < ids.size(); ++i) Add(ids[i], roles.empty() ? PointRole::kQuery : roles[i]);
   }
 
   // Adds a point. REQUIRES: id > last_id(), if there is a point.
@@ -69,8 +84,20 @@ class PointSet {
     query_count_ += role == PointRole::kQuery ? 1 : 0;
   }
 
+  // Forgets the points from rank `size` on. REQUIRES: size <= size().
+  void Truncate(size_t size) {
+    for (; has_roles_ && size_ > size; --size_) query_count_ -= slots_[size_ - 1] == kNoSlot ? 0 : 1;
+    query_count_ -= size_ - size;
+    size_ = size;
+  }
+
  private:
   static constexpr int32_t kNoSlot = -1;
+
+  void MakeRoom(size_t size) {
+    if (has_ids_) ids_.Reserve(size);
+    if (has_roles_) slots_.Reserve(size);
+  }
 
   // Writes down what went without saying.
   void NoteIds() {

@@ -66,6 +66,19 @@ TEST(CloudTest, ACloudOfUnknownSizeTakesNoKeptPages) {
   ProcessPages().SetLimits({});
 }
 
+TEST(CloudTest, GoesOnBehindARefusedFirstPoint) {
+  for (const bool bare : {false, true}) {
+    Cloud cloud(ScalarType::kFloat32, InvalidPointPolicy::kReject, bare ? NormalsInput::kAbsent : NormalsInput::kGiven);
+    const auto append = [&](float x) {
+      return cloud.Append(Bytes<float>({x, 2.0f, 3.0f}), bare ? std::string_view() : Bytes(UpNormals<float>(1)));
+    };
+    EXPECT_FALSE(append(std::numeric_limits<float>::quiet_NaN()).ok());
+    ASSERT_TRUE(append(1.0f).ok());
+    ASSERT_TRUE(cloud.Finish().ok());
+    EXPECT_EQ(cloud.position(0), (std::array<float, 3>{1.0f, 2.0f, 3.0f}));
+  }
+}
+
 TEST(CloudTest, RefusesMorePointsThanExpected) {
   Cloud cloud;
   cloud.Expect(2);

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <latch>
+#include <utility>
+#include <vector>
+
 #include "core/base/error.h"
 #include "core/cloud/cloud.h"
 #include "core/job/estimation_job.h"
@@ -134,6 +138,21 @@ TEST(PointSetTest, OnlyQueriesAreCounted) {
   EXPECT_EQ(result.field.status_counts[static_cast<size_t>(PointStatus::kOk)], 996u);
 }
 
+TEST(PointSetTest, ProgressCountsQueriesAlone) {
+  const TestPoints points = Sphere(6'000, 1.0);
+  std::vector<PointRole> roles;
+  for (size_t i = 0; i < points.size(); ++i) roles.push_back(i % 3 == 0 ? PointRole::kQuery : PointRole::kHalo);
+  WorkerPool pool(2);
+  std::latch done(1);
+  const auto job = EstimationJob::Start(PartOf(points, 0, roles), {}, pool, JobPriority::kBatch,
+                                        [&](const absl::StatusOr<EstimationResult>& result) {
+                                          EXPECT_TRUE(result.ok());
+                                          done.count_down();
+                                        });
+  done.wait();
+  EXPECT_EQ(job->progress().points_estimated, 2'000u);
+}
+
 TEST(CloudTest, RefusesIdsThatDoNotAscend) {
   const TestPoints points = Sphere(3, 1.0);
   const auto append = [&](std::vector<uint64_t> ids) {
@@ -144,6 +163,47 @@ TEST(CloudTest, RefusesIdsThatDoNotAscend) {
   for (const std::vector<uint64_t>& ids : {std::vector<uint64_t>{3, 3, 4}, {3, 2, 1}, {1, 2}}) {
     EXPECT_EQ(KindOf(append(ids)), ErrorKind::kInvalid);
   }
+}
+
+TEST(CloudTest, RefusesAsManyIdsOrRolesAsThereAreNoPoints) {
+  const TestPoints points = Sphere(3, 1.0);
+  for (const auto& [ids, roles] : {std::pair(2, 0), std::pair(4, 0), std::pair(3, 2), std::pair(3, 4)}) {
+    Cloud cloud;
+    const std::vector<uint64_t> all = {0, 5, 9, 11};
+    const std::vector<PointRole> some(static_cast<size_t>(roles), PointRole::kHalo);
+    const absl::Status status = cloud.AppendPart(Bytes(points.positions), Bytes(points.normals),
+                                                 std::span(all).first(static_cast<size_t>(ids)), some);
+    EXPECT_EQ(KindOf(status), ErrorKind::kInvalid) << ids << " ids, " << roles << " roles";
+    EXPECT_EQ(cloud.size(), 0u);
+  }
+}
+
+TEST(CloudTest, RefusesPointsWithoutIdsBehindLargerIds) {
+  const TestPoints points = Sphere(3, 1.0);
+  const std::vector<uint64_t> sparse = {0, 1, 9}, ranks = {0, 1, 2};
+  const std::vector<PointRole> halo(3, PointRole::kHalo);
+  Cloud refuses, takes;
+  ASSERT_TRUE(refuses.AppendPart(Bytes(points.positions), Bytes(points.normals), sparse).ok());
+  EXPECT_EQ(KindOf(refuses.Append(Bytes(points.positions), Bytes(points.normals))), ErrorKind::kInvalid);
+  EXPECT_EQ(refuses.size(), 3u);
+  EXPECT_EQ(refuses.point_set().size(), 3u);
+  ASSERT_TRUE(takes.AppendPart(Bytes(points.positions), Bytes(points.normals), ranks, halo).ok());
+  EXPECT_TRUE(takes.Append(Bytes(points.positions), Bytes(points.normals)).ok());
+  EXPECT_EQ(takes.point_set().query_count(), 3u);
+  EXPECT_EQ(takes.point_set().last_id(), 5u);
+}
+
+TEST(CloudTest, ARefusedPointTakesItsRoleAlong) {
+  TestPoints points = Sphere(4, 1.0);
+  points.normals[2] = {0, 0, 0};
+  const std::vector<PointRole> roles = {PointRole::kHalo, PointRole::kQuery, PointRole::kQuery, PointRole::kHalo};
+  Cloud cloud;
+  EXPECT_EQ(KindOf(cloud.AppendPart(Bytes(points.positions), Bytes(points.normals), std::vector<uint64_t>{1, 2, 3, 4},
+                                    roles)),
+            ErrorKind::kInvalid);
+  EXPECT_EQ(cloud.size(), 2u);
+  EXPECT_EQ(cloud.point_set().size(), 2u);
+  EXPECT_EQ(cloud.point_set().query_count(), 1u);
 }
 
 TEST(CloudTest, WithoutNormalsIsIndexedAndRefusedByWhatNeedsThem) {

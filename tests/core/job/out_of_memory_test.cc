@@ -1,6 +1,4 @@
 // What becomes of a job when the n-th allocation finds no memory, for every n.
-#include "tests/core/failing_new.h"
-
 #include <gtest/gtest.h>
 
 #include <latch>
@@ -11,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/job/estimation_job.h"
 #include "core/job/phased_job.h"
+#include "tests/core/failing_new.h"
 #include "tests/core/test_clouds.h"
 
 namespace curvd::testing {
@@ -68,9 +67,9 @@ void FailEachAllocation(const TestPoints& points, const EstimatorOptions& option
   }
 }
 
-class FailingNewOfStrategyTest : public ::testing::TestWithParam<std::string_view> {};
+class StrategyOutOfMemoryTest : public ::testing::TestWithParam<std::string_view> {};
 
-INSTANTIATE_TEST_SUITE_P(EachStrategy, FailingNewOfStrategyTest, ::testing::Values("avg-hexagram", "delaunay", "jet"),
+INSTANTIATE_TEST_SUITE_P(EachStrategy, StrategyOutOfMemoryTest, ::testing::Values("avg-hexagram", "delaunay", "jet"),
                          [](const auto& info) {
                            return std::string(info.param == "avg-hexagram" ? "hexagram" : info.param);
                          });
@@ -78,12 +77,12 @@ INSTANTIATE_TEST_SUITE_P(EachStrategy, FailingNewOfStrategyTest, ::testing::Valu
 // More than one subtree, so that blocks add blocks.
 TestPoints ManyPoints() { return Sphere(20'000, 1.0); }
 
-TEST_P(FailingNewOfStrategyTest, AnyAllocationThatFailsIsOutOfMemoryAndNothingLeaks) {
+TEST_P(StrategyOutOfMemoryTest, AnyAllocationThatFailsIsOutOfMemoryAndNothingLeaks) {
   const EstimatorOptions options = {.estimator = GetParam(), .neighborhood = NeighborCount{8}};
   FailEachAllocation(ManyPoints(), options, 1, FailingNew::Failing::kOne);
 }
 
-TEST_P(FailingNewOfStrategyTest, AllAllocationsThatFailFromSomeOneOnAreOutOfMemory) {
+TEST_P(StrategyOutOfMemoryTest, AllAllocationsThatFailFromSomeOneOnAreOutOfMemory) {
   const EstimatorOptions options = {.estimator = GetParam(), .neighborhood = NeighborCount{8}};
   FailEachAllocation(ManyPoints(), options, 2, FailingNew::Failing::kAllFromThere);
 }
@@ -123,7 +122,7 @@ class ManyPhases final : public PhasedJob {
   absl::Status status_;
 };
 
-TEST(FailingNewTest, TheTimesOfManyPhasesNeedNoMemoryWhileTheyRun) {
+TEST(PhasesOutOfMemoryTest, TheTimesOfManyPhasesNeedNoMemoryWhileTheyRun) {
   for (size_t first = 0;; ++first) {
     WorkerPool pool(1);
     const auto job = std::make_shared<ManyPhases>(pool);
