@@ -81,7 +81,7 @@ void SearchByGroups(const SpatialIndex& index, std::string_view estimator, uint3
 }
 
 void SearchByDescent(const SpatialIndex& index, uint32_t k, float* radii) {
-  std::vector<NeighborRank> heap;
+  ScratchArray<NeighborRank> heap;
   const double unit = std::ldexp(1.0, -index.scale_exponent());
   for (size_t leaf = 0; leaf < index.leaf_count(); ++leaf) {
     const SpatialIndex::LeafPositions& points = index.positions(leaf);

@@ -16,8 +16,7 @@ SearchPlan SearchSizes(const EstimatorOptions& options, size_t most_searched) {
 }
 
 size_t MostNeighbors(const EstimatorOptions& options, size_t point_count) {
-  const SearchPlan search = SearchSizes(options);
-  return std::min(search.by_radius ? search.max_neighbor_count : search.searched_count, point_count);
+  return SearchSizes(options).MostNeighbors(point_count);
 }
 
 NeighborhoodPlan NeighborhoodPlan::Make(const EstimatorOptions& options, const SpatialIndex& index,

@@ -8,10 +8,9 @@ namespace {
 // The K best ranks seen so far, the worst on top.
 class Descent {
  public:
-  Descent(const SpatialIndex& index, const float* query, size_t k, std::vector<NeighborRank>& heap)
+  Descent(const SpatialIndex& index, const float* query, size_t k, ScratchArray<NeighborRank>& heap)
       : index_(index), query_(query), k_(k), heap_(heap) {
-    heap_.clear();
-    heap_.reserve(k);
+    heap_.Reserve(k);
   }
 
   // The best rank that a point below the node may have.
@@ -42,7 +41,7 @@ class Descent {
   }
 
  private:
-  bool MayImprove(const NeighborRank& bound) const { return heap_.size() < k_ || bound < heap_.front(); }
+  bool MayImprove(const NeighborRank& bound) const { return size_ < k_ || bound < heap_[0]; }
 
   void ScanLeaf(size_t leaf) {
     const SpatialIndex::LeafPositions& points = index_.positions(leaf);
@@ -51,28 +50,30 @@ class Descent {
       const float dx = points.x[i] - query_[0], dy = points.y[i] - query_[1], dz = points.z[i] - query_[2];
       const NeighborRank rank{(dx * dx + dy * dy) + dz * dz, points.id[i]};
       if (!MayImprove(rank)) continue;
-      if (heap_.size() == k_) {
-        std::pop_heap(heap_.begin(), heap_.end());
-        heap_.back() = rank;
+      NeighborRank* const ranks = heap_.data();
+      if (size_ == k_) {
+        std::pop_heap(ranks, ranks + size_);
       } else {
-        heap_.push_back(rank);
+        ++size_;
       }
-      std::push_heap(heap_.begin(), heap_.end());
+      ranks[size_ - 1] = rank;
+      std::push_heap(ranks, ranks + size_);
     }
   }
 
   const SpatialIndex& index_;
   const float* query_;
   const size_t k_;
-  std::vector<NeighborRank>& heap_;
+  ScratchArray<NeighborRank>& heap_;
+  size_t size_ = 0;  // of the heap
 };
 
 }  // namespace
 
-NeighborRank KthNeighbor(const SpatialIndex& index, const float query[3], size_t k, std::vector<NeighborRank>& heap) {
+NeighborRank KthNeighbor(const SpatialIndex& index, const float query[3], size_t k, ScratchArray<NeighborRank>& heap) {
   Descent descent(index, query, k, heap);
   descent.Visit(0, 0, index.leaf_count());
-  return heap.front();
+  return heap[0];
 }
 
 }  // namespace curvd

@@ -4,8 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
+#include "core/base/scratch_array.h"
 #include "core/index/spatial_index.h"
 
 namespace curvd {
@@ -21,10 +21,9 @@ struct NeighborRank {
 };
 
 // Returns the rank of the K-th nearest point: the K neighbors are the points of at most this rank. Distances are
-// computed in float32 from the stored coordinates. `heap` is scratch,
-// for k ranks.
+// computed in float32 from the stored coordinates. `heap` is scratch, for k ranks. Throws std::bad_alloc.
 // Expected O(log n + K log K), also where points coincide: subtrees that can only tie are skipped by their lowest id.
 // REQUIRES: 1 <= k <= index.point_count().
-NeighborRank KthNeighbor(const SpatialIndex& index, const float query[3], size_t k, std::vector<NeighborRank>& heap);
+NeighborRank KthNeighbor(const SpatialIndex& index, const float query[3], size_t k, ScratchArray<NeighborRank>& heap);
 
 }  // namespace curvd

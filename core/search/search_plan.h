@@ -1,6 +1,7 @@
 // What a search is asked for.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -22,6 +23,11 @@ struct SearchPlan {
   static SearchPlan ByCount(size_t count) { return {.searched_count = count}; }
   static SearchPlan ByRadius(float squared_radius, size_t max_neighbor_count) {
     return {.by_radius = true, .squared_radius = squared_radius, .max_neighbor_count = max_neighbor_count};
+  }
+
+  // Most points that the search may find, in an index of `point_count` points.
+  size_t MostNeighbors(size_t point_count) const {
+    return std::min(by_radius ? max_neighbor_count : searched_count, point_count);
   }
 
   // Leaves that one list for all queries of a group may hold: a longer one costs more to cull for each query than a

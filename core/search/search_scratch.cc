@@ -6,8 +6,7 @@ namespace curvd {
 
 size_t SearchScratch::bytes() const {
   return group_leaves.bytes() + query_leaves.bytes() + found.leaves.bytes() + found.positions.bytes() +
-         found.squared_distances.bytes() + inner_distances.bytes() + tied_ids.bytes() +
-         heap.capacity() * sizeof(NeighborRank);
+         found.squared_distances.bytes() + inner_distances.bytes() + tied_ids.bytes() + heap.bytes();
 }
 
 namespace {
@@ -17,13 +16,9 @@ size_t MostListed(const SearchPlan& plan, size_t leaf_count) {
   return std::min(plan.max_listed_leaves() + LeafList::kMostTested, leaf_count);
 }
 
-size_t MostNeighbors(const SearchPlan& plan, size_t point_count) {
-  return std::min(plan.by_radius ? plan.max_neighbor_count : plan.searched_count, point_count);
-}
-
 // Leaves of the list of a query on its own: those with a neighbor, and with the one too many that ends the search.
 size_t MostOwn(const SearchPlan& plan, size_t point_count) {
-  return std::min(MostNeighbors(plan, point_count) + 1, SpatialIndex::LeafCount(point_count));
+  return std::min(plan.MostNeighbors(point_count) + 1, SpatialIndex::LeafCount(point_count));
 }
 
 }  // namespace
@@ -41,8 +36,8 @@ size_t SearchScratchBytes(const SearchPlan& plan, size_t point_count) {
   bytes += ScratchArray<float>::MostBytes((found + 1) * kLeaf);                // squared distances
   bytes += ScratchArray<float>::MostBytes((listed + 2) * kLeaf);               // inner distances
   if (!plan.by_radius) {
-    bytes += ScratchArray<int32_t>::MostBytes(listed * kLeaf);  // tied ids
-    bytes += MostNeighbors(plan, point_count) * sizeof(NeighborRank);
+    bytes += ScratchArray<int32_t>::MostBytes(listed * kLeaf);                        // tied ids
+    bytes += ScratchArray<NeighborRank>::MostBytes(plan.MostNeighbors(point_count));  // heap
   }
   return bytes;
 }

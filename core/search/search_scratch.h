@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "core/base/scratch_array.h"
 #include "core/index/spatial_index.h"
@@ -32,7 +31,7 @@ struct SearchScratch {
   Neighborhood found;
   ScratchArray<float> inner_distances;  // squared, within the radius that was looked at; padded with infinity
   ScratchArray<int32_t> tied_ids;       // of points at the distance of the last neighbor
-  std::vector<NeighborRank> heap;       // of the descent for the K-th neighbor
+  ScratchArray<NeighborRank> heap;      // of the descent for the K-th neighbor
   float reach_hint = 0.0f;              // the largest squared distance of a neighbor in the last group; 0: unknown
 
   // Bytes that the buffers hold.

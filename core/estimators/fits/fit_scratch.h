@@ -5,6 +5,7 @@
 
 #include "core/estimators/fits/fit_columns.h"
 #include "core/estimators/fits/group_shapes.h"
+#include "core/estimators/fits/jet_least_squares.h"
 #include "core/estimators/fits/jet_systems.h"
 #include "core/estimators/fits/sphere_sums.h"
 #include "core/estimators/group_scratch.h"
@@ -30,7 +31,16 @@ struct FitScratch : GroupScratch {
   }
 };
 
-using JetScratch = FitScratch<JetSystems>;
+struct JetScratch : FitScratch<JetSystems> {
+  ScratchArray<double> qr_room;  // of SolveJetByQr
+
+  size_t bytes() const override { return FitScratch::bytes() - sizeof(FitScratch) + sizeof(*this) + qr_room.bytes(); }
+  static size_t MostBytes(const EstimatorOptions& options, size_t point_count) {
+    const auto degree = static_cast<int>(options.jet_degree);
+    return FitScratch::MostBytes(options, point_count, JetColumnCount(degree)) - sizeof(FitScratch) +
+           sizeof(JetScratch) + JetQrBytes(MostNeighbors(options, point_count), degree);
+  }
+};
 using SphereScratch = FitScratch<SphereSums>;
 
 struct JetPlan {

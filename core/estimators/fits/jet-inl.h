@@ -207,17 +207,19 @@ HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetS
 }
 
 // Shapes of all points of the group, whose problems are set up. `find(i)` collects the neighbors of point i as
-// `neighbors` once more, where that is needed. Lowers the status of points without a jet.
+// `neighbors` once more, where that is needed; `qr_room` is scratch for those. Lowers the status of points without a
+// jet.
 template <typename FindNeighbors>
-HWY_NOINLINE void SolveJets(int degree, const GroupScalars& rho, const NeighborArrays& neighbors, GroupPoints& points,
-                            JetSystems& jets, GroupShapes& shapes, FindNeighbors find) {
+HWY_NOINLINE void SolveJets(int degree, const GroupScalars& rho, const NeighborArrays& neighbors,
+                            ScratchArray<double>& qr_room, GroupPoints& points, JetSystems& jets, GroupShapes& shapes,
+                            FindNeighbors find) {
   const size_t lanes = hn::Lanes(DoubleTag());
   for (size_t i = 0; i < points.size; i += lanes) SolveNormalEquations(degree, i, jets);
   for (size_t i = 0; i < points.size; ++i) {
     if (points.status[i] != PointStatus::kOk) continue;
     if (jets.least_pivot[i] > kMinJetPivot * jets.moments[0][i]) continue;
     find(i);
-    if (!SolveJetByQr(neighbors, i, 1.0 / rho[i], degree, jets)) points.status[i] = PointStatus::kSingularFit;
+    if (!SolveJetByQr(neighbors, i, 1.0 / rho[i], degree, qr_room, jets)) points.status[i] = PointStatus::kSingularFit;
   }
   for (size_t i = 0; i < points.size; i += lanes) StoreJetShapes(points.normal, i, jets, shapes);
 }

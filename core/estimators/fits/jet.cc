@@ -50,7 +50,7 @@ absl::Status EstimateJets(const SpatialIndex& index, const JetPlan& plan, size_t
   };
   const absl::Status status = ForEachCollected(index, plan.neighborhood, s.neighbors, s, sum);
   if (!status.ok()) return status;
-  SolveJets(plan.degree, s.frames.rho, s.neighbors, s.points, s.system, s.shapes,
+  SolveJets(plan.degree, s.frames.rho, s.neighbors, s.qr_room, s.points, s.system, s.shapes,
             RepeatedSearch(index, plan.neighborhood.search, s));
   WriteShapes(plan.neighborhood, s.shapes, s, results);
   return status;
@@ -81,12 +81,6 @@ absl::Status EstimateGroup(const SpatialIndex& index, const JetPlan& plan, size_
 
 constexpr std::array<OptionName, 1> kOptions = {"jet_degree"};
 
-size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
-  const auto degree = static_cast<int>(options.jet_degree);
-  return JetScratch::MostBytes(options, point_count, JetColumnCount(degree)) +
-         JetQrBytes(MostNeighbors(options, point_count), degree);
-}
-
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,
                                    PointCurvature* results) {
   return std::make_unique<SinglePhaseRun<JetPlan, JetScratch>>(index, JetPlan(options, index), results, EstimateGroup);
@@ -100,7 +94,7 @@ extern const Strategy kJet = {.name = "jet",
                               .options = kOptions,
                               .needs_normals = true,
                               .bytes_per_point = 0,
-                              .scratch_bytes = MostScratchBytes,
+                              .scratch_bytes = JetScratch::MostBytes,
                               .start = Start};
 
 }  // namespace curvd

@@ -14,13 +14,18 @@ void SetMonomials(double x, double y, int degree, Eigen::Ref<Eigen::RowVectorXd,
   }
 }
 
+// Doubles of the matrix and the heights.
+size_t RoomFor(size_t neighbor_count, int degree) { return neighbor_count * static_cast<size_t>(JetSize(degree) + 1); }
+
 }  // namespace
 
-bool SolveJetByQr(const NeighborArrays& neighbors, size_t i, double unit, int degree, JetSystems& jets) {
+bool SolveJetByQr(const NeighborArrays& neighbors, size_t i, double unit, int degree, ScratchArray<double>& room,
+                  JetSystems& jets) {
   constexpr double kMinRelativePivot = 1e-6;
-  const auto rows = static_cast<Eigen::Index>(neighbors.count);
-  Eigen::MatrixXd matrix(rows, JetSize(degree));
-  Eigen::VectorXd heights(rows);
+  const auto rows = static_cast<Eigen::Index>(neighbors.count), columns = static_cast<Eigen::Index>(JetSize(degree));
+  room.Reserve(RoomFor(neighbors.count, degree));
+  Eigen::Map<Eigen::MatrixXd> matrix(room.data(), rows, columns);
+  Eigen::Map<Eigen::VectorXd> heights(room.data() + rows * columns, rows);
   for (Eigen::Index row = 0; row < rows; ++row) {
     const auto j = static_cast<size_t>(row);
     const auto along = [&](const GroupDoubleVectors& axis) {
@@ -31,16 +36,20 @@ bool SolveJetByQr(const NeighborArrays& neighbors, size_t i, double unit, int de
   }
   Eigen::ColPivHouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(matrix);
   qr.setThreshold(kMinRelativePivot);
-  if (qr.rank() < JetSize(degree)) return false;
-  const Eigen::VectorXd coefficients = qr.solve(heights);
-  for (int c = 0; c < JetSize(degree); ++c) jets.coefficients[c][i] = coefficients[c];
+  if (qr.rank() < columns) return false;
+  // What qr.solve(heights) does, but for its copies of the heights.
+  heights.applyOnTheLeft(qr.householderQ().setLength(columns).adjoint());
+  qr.matrixR().topLeftCorner(columns, columns).triangularView<Eigen::Upper>().solveInPlace(heights.head(columns));
+  for (Eigen::Index c = 0; c < columns; ++c) {
+    jets.coefficients[qr.colsPermutation().indices()[c]][i] = heights[c];
+  }
   return true;
 }
 
 size_t JetQrBytes(size_t neighbor_count, int degree) {
-  // The matrix, two vectors of heights, and a few of the length of a row.
-  const auto columns = static_cast<size_t>(JetSize(degree));
-  return (neighbor_count * (columns + 2) + 12 * columns) * sizeof(double);
+  // Eigen's own vectors are few and of the length of a row.
+  return ScratchArray<double>::MostBytes(RoomFor(neighbor_count, degree)) +
+         12 * static_cast<size_t>(JetSize(degree)) * sizeof(double);
 }
 
 }  // namespace curvd

@@ -31,6 +31,7 @@ class JetLeastSquaresTest : public ::testing::Test {
 
   static constexpr size_t kPoint = 5;
   NeighborArrays neighbors_;
+  ScratchArray<double> room_;
   std::unique_ptr<JetSystems> jets_ = std::make_unique<JetSystems>();
   RandomStream random_{1, 2};
 };
@@ -47,7 +48,7 @@ TEST_F(JetLeastSquaresTest, FindsThePolynomialThatPointsLieOn) {
       }
       Add(x, y, z);
     }
-    ASSERT_TRUE(SolveJetByQr(neighbors_, kPoint, 0.5, degree, *jets_));
+    ASSERT_TRUE(SolveJetByQr(neighbors_, kPoint, 0.5, degree, room_, *jets_));
     for (int a = 0; a <= degree; ++a) {
       for (int b = 0; a + b <= degree; ++b) {
         // In units of 2: heights halve, x and y double.
@@ -60,7 +61,7 @@ TEST_F(JetLeastSquaresTest, FindsThePolynomialThatPointsLieOn) {
 
 TEST_F(JetLeastSquaresTest, ResidualsAreNormalToTheMonomials) {
   for (int j = 0; j < 20; ++j) Add(Draw(), 0.01 * Draw(), Draw());  // narrow: the normal equations would lose digits
-  ASSERT_TRUE(SolveJetByQr(neighbors_, kPoint, 1.0, 2, *jets_));
+  ASSERT_TRUE(SolveJetByQr(neighbors_, kPoint, 1.0, 2, room_, *jets_));
   double products[6] = {};
   for (size_t j = 0; j < neighbors_.count; ++j) {
     const double x = neighbors_.dx[j], y = neighbors_.dy[j];
@@ -72,13 +73,26 @@ TEST_F(JetLeastSquaresTest, ResidualsAreNormalToTheMonomials) {
   for (const double product : products) EXPECT_NEAR(product, 0.0, 1e-11);
 }
 
+TEST_F(JetLeastSquaresTest, WorksInItsRoomAlone) {
+  for (const int degree : {2, 4}) {
+    for (int j = 0; j < 1'000; ++j) Add(Draw(), Draw(), Draw());
+    room_.Reserve(neighbors_.count * static_cast<size_t>(JetSize(degree) + 1));
+    const size_t bytes = room_.bytes();
+    room_[0] = room_[bytes / sizeof(double) - 1] = 77.0;
+    ASSERT_TRUE(SolveJetByQr(neighbors_, kPoint, 1.0, degree, room_, *jets_));
+    EXPECT_EQ(room_.bytes(), bytes);
+    EXPECT_NE(room_[0], 77.0);
+    EXPECT_LE(bytes, JetQrBytes(neighbors_.count, degree));
+  }
+}
+
 TEST_F(JetLeastSquaresTest, RefusesWhatIsSingular) {
   for (int j = 0; j < 50; ++j) Add(std::cos(j), std::sin(j), Draw());  // on a circle: x^2 + y^2 = 1
-  EXPECT_FALSE(SolveJetByQr(neighbors_, kPoint, 1.0, 2, *jets_));
-  EXPECT_FALSE(SolveJetByQr(neighbors_, kPoint, 1.0, 4, *jets_));
+  EXPECT_FALSE(SolveJetByQr(neighbors_, kPoint, 1.0, 2, room_, *jets_));
+  EXPECT_FALSE(SolveJetByQr(neighbors_, kPoint, 1.0, 4, room_, *jets_));
   Add(0.5, 0.25, 0.0);  // one point inside makes the conic unique, not the quartic
-  EXPECT_TRUE(SolveJetByQr(neighbors_, kPoint, 1.0, 2, *jets_));
-  EXPECT_FALSE(SolveJetByQr(neighbors_, kPoint, 1.0, 4, *jets_));
+  EXPECT_TRUE(SolveJetByQr(neighbors_, kPoint, 1.0, 2, room_, *jets_));
+  EXPECT_FALSE(SolveJetByQr(neighbors_, kPoint, 1.0, 4, room_, *jets_));
 }
 
 }  // namespace
