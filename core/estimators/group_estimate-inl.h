@@ -37,11 +37,13 @@ HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch
 // Finds the neighborhood of each point of the group, records its size, and calls `visit(i, leaves)` with the leaves
 // that were searched, to which s.search.found.positions refers. `visitor` sees each neighborhood first; it must sum the
 // normals into normal_sum[0..2]. query[0..2] is the point of the moment, for visitors that refer to it.
-// Returns an error at the first neighborhood that is too large.
+// Returns an error at the first neighborhood that is too large. A group without points searches nothing, and leaves
+// what searches have learned to the next one.
 template <typename Visitor, typename Visit>
 HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const NeighborhoodPlan& plan, float* query,
                                             const float* normal_sum, const Visitor& visitor, GroupScratch& s,
                                             Visit visit) {
+  if (s.points.size == 0) return absl::OkStatus();
   GroupSearch search(index, plan.search, s.points.box, s.search);
   for (size_t i = 0; i < s.points.size; ++i) {
     s.points.query.Get(i, query);

@@ -34,12 +34,25 @@ class GroupBlocks final : public Phase {
       if (context.stopped.load(std::memory_order_relaxed)) return absl::OkStatus();
       if (absl::Status status = groups_.run(group, scratch); !status.ok()) return status;
     }
-    if (points_done_ != nullptr) *points_done_ += PointsBefore(last) - PointsBefore(first);
+    if (points_done_ != nullptr) *points_done_ += QueriesIn(first, last);
     return absl::OkStatus();
   }
 
  private:
   size_t PointsBefore(size_t group) const { return std::min(group * SpatialIndex::kGroupPoints, index_.point_count()); }
+
+  // Points of groups [first, last) that get results.
+  size_t QueriesIn(size_t first, size_t last) const {
+    const size_t begin = PointsBefore(first), end = PointsBefore(last);
+    const PointSet& set = index_.point_set();
+    if (!set.has_roles()) return end - begin;
+    size_t count = 0;
+    for (size_t i = begin; i < end; ++i) {
+      const int32_t rank = index_.positions(i / SpatialIndex::kLeafSize).id[i % SpatialIndex::kLeafSize];
+      count += set.is_query(rank) ? 1 : 0;
+    }
+    return count;
+  }
 
   const GroupPhase groups_;
   const SpatialIndex& index_;

@@ -35,7 +35,7 @@ class ScratchSet {
 size_t GroupsPerBlock(const EstimatorOptions& options);
 
 // Runs `groups` on all groups of `index`, `groups_per_block` of them a block.
-// Adds the points that are done to *points_done, if it is not null.
+// Adds the points of each block that is done, of those that get results, to *points_done, if it is not null.
 // REQUIRES: index, scratch and points_done outlive the phase.
 std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block,
                                       ScratchSet& scratch, std::atomic<size_t>* points_done);

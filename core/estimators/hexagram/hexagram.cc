@@ -18,7 +18,7 @@ absl::Status EstimateHexagrams(const SpatialIndex& index, const NeighborhoodPlan
   StartGroup(index, group, s, results, fill);
   // All neighborhoods first, then all corners.
   const absl::Status status = ForEachNormalSum(index, plan, s, [](size_t, const LeafList&) {});
-  if (!status.ok()) return status;
+  if (!status.ok() || s.points.size == 0) return status;
   const FloatTag d;
   for (size_t i = 0; i < s.points.size; i += hn::Lanes(d)) {
     PreparePoints(d, plan, s.neighborhoods, i, s.points, s.frames, fill);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/estimators/group_scratch.h"
 #include "core/estimators/option_specs.h"
 #include "tests/core/test_clouds.h"
 
@@ -58,6 +59,52 @@ TEST(StrategiesTest, ScratchNeverHoldsMoreThanItsBound) {
         (void)RunOnOneWorker(*strategy, options, index);
       }
     }
+  }
+}
+
+TEST(StrategiesTest, AGroupThatWantsNothingLeavesWhatSearchesHaveLearned) {
+  // A sheet of which one side gets results: groups of the other hold halo alone.
+  const TestPoints points = RandomPoints(Layout::kCoplanar, 4'000, 3);
+  std::vector<uint64_t> ids;
+  std::vector<PointRole> roles;
+  for (size_t i = 0; i < points.size(); ++i) {
+    ids.push_back(i);
+    roles.push_back(points.positions[i][0] < 0.25f ? PointRole::kQuery : PointRole::kHalo);
+  }
+  const auto bytes = [](const std::vector<std::array<float, 3>>& triples) {
+    return std::string_view(reinterpret_cast<const char*>(triples.data()), triples.size() * sizeof(triples[0]));
+  };
+  Cloud cloud;
+  ASSERT_TRUE(cloud.AppendPart(bytes(points.positions), bytes(points.normals), ids, roles).ok());
+  ASSERT_TRUE(cloud.Finish().ok());
+  const SpatialIndex index = BuildIndex(std::move(cloud));
+  for (const Strategy* strategy : Strategies()) {
+    const EstimatorOptions options = {.estimator = strategy->name};
+    std::vector<PointCurvature> results(index.point_set().query_count());
+    const std::unique_ptr<StrategyRun> run = strategy->start(options, index, results.data());
+    const std::unique_ptr<WorkerScratch> scratch = run->MakeScratch();
+    size_t without = 0;
+    for (const GroupPhase& phase : run->Phases()) {
+      ASSERT_TRUE(phase.begin == nullptr || phase.begin().ok());
+      if (phase.name == "umbrellas") {
+        for (size_t group = 0; group < index.group_count(); ++group) ASSERT_TRUE(phase.run(group, *scratch).ok());
+        continue;
+      }
+      const float& hint = static_cast<GroupScratch&>(*scratch).search.reach_hint;
+      for (size_t group = 0; group < index.group_count(); ++group) {
+        const auto counts = scratch->status_counts;
+        const float before = hint;
+        ASSERT_TRUE(phase.run(group, *scratch).ok());
+        if (counts != scratch->status_counts) {
+          EXPECT_GT(hint, 0.0f);
+        } else {
+          EXPECT_EQ(hint, before);
+          ++without;
+        }
+      }
+    }
+    EXPECT_GT(without, index.group_count() / 4) << strategy->name;
+    EXPECT_LT(without, index.group_count()) << strategy->name;
   }
 }
 
