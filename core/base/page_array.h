@@ -17,7 +17,7 @@
 namespace curvd {
 
 enum class PageUse : uint8_t {
-  kWhole,   // every element will be written
+  kWhole,   // every element will be written: pages may be kept ones, which take memory already
   kSparse,  // maybe a few: pages come from the system, which gives memory to those that are written
 };
 

@@ -9,7 +9,8 @@ namespace curvd {
 namespace {
 
 constexpr size_t kPageBytes = 4096;
-constexpr size_t kMostRanges = 256;  // that are kept: a call leaves five
+constexpr size_t kMostRanges =
+    256;  // that are kept at most: a call leaves those of five arrays, and of its large buffers
 constexpr size_t kHugePageBytes = size_t{2} << 20;
 
 // Rounded up to one of 32 sizes between a power of two and the next, so that arrays for clouds of nearly the same size

@@ -1,4 +1,4 @@
-// Memory pages for large arrays, and what the process keeps of them when the arrays die.
+// Memory pages for arrays of points and large buffers, and what the process keeps of them when those die.
 #pragma once
 
 #include <chrono>
@@ -13,15 +13,18 @@ namespace curvd {
 // Hands out ranges of pages of the system. Those that come back it returns to the system at once, unless it was told to
 // keep some: fresh pages are cleared by the system, which is 3 to 6 % of the time of an estimate with 50 neighbors.
 //
-// For arrays that are written whole: what is handed out again takes memory whether it is written or not.
+// What is handed out again takes memory whether it is written or not: arrays of which little may be written take fresh
+// pages.
 //
 // Thread-safe.
 class PagePool {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // Bytes that arrays never take where the system limits a process's memory: an array that cannot be had fails its
-  // call, but libraries end the process when they get nothing.
+  // Bytes of address space that must be left beside pages that come from the system: where it limits a process's
+  // address space (ulimit -v), arrays never take the last of it. An array that cannot be had fails its call, but
+  // libraries end the process when they get nothing. Other limits, such as that of a container, the system enforces
+  // when pages are written, and no request for pages sees them.
   static constexpr size_t kLeftToOthers = size_t{32} << 20;
 
   PagePool() = default;
@@ -29,8 +32,9 @@ class PagePool {
   PagePool(const PagePool&) = delete;
   PagePool& operator=(const PagePool&) = delete;
 
-  // Pages for `bytes` bytes, and up to 3 % or a page more, with any content; nullptr if the system has less than
-  // that and kLeftToOthers. REQUIRES: bytes > 0.
+  // Returns pages for `bytes` bytes, and up to a 32nd or a page more, with any content: kept ones of that size, else
+  // pages of the system. Returns nullptr if there are none of either: the system has less than that and kLeftToOthers,
+  // also after it got back all that is kept. REQUIRES: bytes > 0.
   void* Map(size_t bytes) ABSL_LOCKS_EXCLUDED(mutex_);
 
   // Takes back what Map(bytes) returned.
@@ -41,12 +45,13 @@ class PagePool {
   void* MapFresh(size_t bytes) ABSL_LOCKS_EXCLUDED(mutex_);
   void UnmapFresh(void* pages, size_t bytes) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // Returns whether Map(bytes) would find memory now, without taking it: for those who are about to let a library
-  // allocate as much. Takes a few microseconds. REQUIRES: bytes > 0.
+  // Returns whether the system has so much and kLeftToOthers now, if need be after it got back all that is kept; takes
+  // nothing of it. For those who are about to let a library allocate as much. Takes a few microseconds. REQUIRES: bytes
+  // > 0.
   bool HasRoomFor(size_t bytes) ABSL_LOCKS_EXCLUDED(mutex_);
 
   struct Limits {
-    size_t kept = 0;      // bytes that are kept
+    size_t kept = 0;      // bytes that are kept at most
     size_t together = 0;  // bytes in use and kept, unless those in use alone are more
   };
   // DEFAULT: keeps nothing.
@@ -79,7 +84,7 @@ class PagePool {
   Limits limits_ ABSL_GUARDED_BY(mutex_);
 };
 
-// The pages of every PageArray of this process.
+// The pages of every PageArray of this process, and of every large ScratchArray (core/base/scratch_array.h).
 PagePool& ProcessPages();
 
 }  // namespace curvd

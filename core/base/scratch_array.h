@@ -12,11 +12,12 @@
 
 namespace curvd {
 
-// Grows, never shrinks. Aligned for any vector. Not thread-safe.
+// Grows, never shrinks; one that was moved from is empty. Aligned for any vector. Not thread-safe.
 //
-// Buffers of kLargeBytes and more take their memory from ProcessPages(), which leaves some to the libraries that end
-// the process when they get none: how large a buffer becomes is often for a caller to decide. Smaller ones come from
-// operator new.
+// Buffers of kLargeBytes and more are ranges of ProcessPages(), which leaves address space to the libraries that end
+// the process when they get none: how large a buffer becomes is often for a caller to decide. Such a range may be a
+// kept one, and is kept when the buffer dies, as those of arrays of points are. Smaller buffers come from operator new.
+// While a buffer grows, its old and its new memory are held at once.
 template <typename T>
 class ScratchArray {
   static_assert(std::is_trivially_copyable_v<T>);

@@ -17,7 +17,8 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Loads the points of a group that get results; with kAllPoints also those that are neighbors alone.
+// Loads the points of a group that get results; with kAllPoints also those that are neighbors alone, whose `slot` is
+// GroupPoints::kNoSlot.
 template <bool kAllPoints = false>
 HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& out) {
   const PointSet& set = index.point_set();
@@ -31,7 +32,8 @@ HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& 
     const SpatialIndex::LeafNormals& normals = index.normals(leaf);
     const int count = index.LeafPoints(leaf);
     for (int i = 0; i < count; ++i) {
-      if (!kAllPoints && !set.is_query(points.id[i])) continue;
+      const bool is_query = set.is_query(points.id[i]);
+      if (!kAllPoints && !is_query) continue;
       const float position[3] = {points.x[i], points.y[i], points.z[i]};
       const float normal[3] = {normals.x[i], normals.y[i], normals.z[i]};
       for (int axis = 0; axis < 3; ++axis) {
@@ -42,7 +44,7 @@ HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& 
       out.normal.Set(out.size, normal);
       out.rank[out.size] = points.id[i];
       out.seed[out.size] = set.seed_of(points.id[i]);
-      out.slot[out.size] = set.slot_of(points.id[i]);
+      out.slot[out.size] = is_query ? set.slot_of(points.id[i]) : GroupPoints::kNoSlot;
       out.place[out.size++] = static_cast<int32_t>(leaf * SpatialIndex::kLeafSize) + i;
     }
   }

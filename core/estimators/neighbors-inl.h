@@ -23,13 +23,6 @@ HWY_INLINE void StoreSums(FloatVec x, FloatVec y, FloatVec z, float* sums) {
   std::copy(four, four + 3, sums);
 }
 
-// Takes nothing.
-struct NoNeighbors {
-  void Start(size_t) const {}
-  HWY_INLINE void operator()(const NearPoints&, FloatMask) const {}
-  void Finish() const {}
-};
-
 // Sums the neighbors' normals into sum[0..2].
 class NormalSummer {
  public:

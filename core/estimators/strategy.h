@@ -33,7 +33,7 @@ struct GroupPhase {
   // What progress and errors call it; outlives the run.
   std::string_view name;
   // Called once, before any group; allocates what the phase needs. May be empty.
-  // Errors: RESOURCE_EXHAUSTED, there is no memory.
+  // Errors: ErrorKind::kOutOfMemory, the system gave no memory. May throw std::bad_alloc.
   std::function<absl::Status()> begin;
   // Thread-safe for distinct groups and distinct scratch, which is of the run's MakeScratch.
   // Errors: ErrorKind::kNeighborhoodTooLarge; the run is then of no further use. May throw std::bad_alloc.

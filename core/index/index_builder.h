@@ -32,7 +32,8 @@ class IndexBuilder {
   // there is one, outlives the builder.
   explicit IndexBuilder(Cloud cloud, const std::atomic<bool>* cancelled = nullptr);
 
-  // RESOURCE_EXHAUSTED if there is no memory for the index. Called once, before all else.
+  // Errors: ErrorKind::kOutOfMemory, the system gave no memory for the index; may throw std::bad_alloc instead. Called
+  // once, before all else.
   absl::Status Start();
 
   // Blocks of the current phase; 0 once the tree can be built, which may be at once.
@@ -47,8 +48,6 @@ class IndexBuilder {
   // within tens of milliseconds, and there will be no index.
   void Build(const Part& part, absl::FunctionRef<void(const Part& half)> leave);
 
-  // Bytes of the cloud that are still held beside the index.
-  size_t cloud_bytes() const { return cloud_.bytes(); }
   // Bytes of the cloud and of the index together.
   size_t bytes() const { return cloud_.bytes() + index_.bytes(); }
   SpatialIndex Take() { return std::move(index_); }

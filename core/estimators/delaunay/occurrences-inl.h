@@ -38,9 +38,9 @@ HWY_INLINE bool HasTriangle(const Umbrella& umbrella, int32_t a, int32_t b) {
 }
 
 void CountOccurrencesKernel(Umbrella* umbrellas, size_t first, size_t last) {
-  for (size_t slot = first; slot < last; ++slot) {
-    Umbrella& umbrella = umbrellas[slot];
-    const auto point = static_cast<int32_t>(slot);
+  for (size_t place = first; place < last; ++place) {
+    Umbrella& umbrella = umbrellas[place];
+    const auto point = static_cast<int32_t>(place);
     uint32_t occurrences = 0;
     for (int i = 0; i < Umbrella::kMaxTriangles && umbrella.rim[i + 1] != Umbrella::kNone; ++i) {
       const int32_t low = std::min(umbrella.rim[i], umbrella.rim[i + 1]);

@@ -31,7 +31,7 @@ inline constexpr double kMinProjection = 1e-6;
 struct UmbrellaCandidates {
   static constexpr int kRoom = DelaunayStar::kCapacity + SpatialIndex::kLeafSize;
   alignas(64) float dx[kRoom], dy[kRoom], dz[kRoom];  // from the point; padded with zeros
-  int32_t slot[kRoom];
+  int32_t place[kRoom];
   int32_t id[kRoom];
   int count;
 };
@@ -56,7 +56,7 @@ class CandidateCollector {
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.z + lane), q.z), inside), d, out_->dz + count_);
     const auto inside_ids = hn::RebindMask(di, inside);
     const auto first = static_cast<int32_t>(size_t{near.leaf} * SpatialIndex::kLeafSize + lane);
-    hn::StoreU(hn::Compress(hn::Iota(di, first), inside_ids), di, out_->slot + count_);
+    hn::StoreU(hn::Compress(hn::Iota(di, first), inside_ids), di, out_->place + count_);
     hn::StoreU(hn::Compress(hn::Load(di, points.id + lane), inside_ids), di, out_->id + count_);
     count_ += static_cast<int>(kept);
   }
@@ -139,7 +139,7 @@ HWY_NOINLINE inline void SetUmbrella(const UmbrellaCandidates& neighbors, int32_
   if (Project(neighbors, AxesOf(normal), star)) return;
   int rim[Umbrella::kMaxRim];
   const int size = star.Walk(rim);
-  for (int corner = 0; corner < size; ++corner) umbrella.rim[corner] = neighbors.slot[rim[corner]];
+  for (int corner = 0; corner < size; ++corner) umbrella.rim[corner] = neighbors.place[rim[corner]];
 }
 
 // Sets the rims of the umbrellas of all points of a group, also of those that get no result. `umbrellas` holds those of

@@ -14,7 +14,8 @@ namespace curvd {
 // Neighbors that an umbrella is made from, the point itself not counted.
 inline constexpr int kUmbrellaNeighbors = 30;
 
-// One cache line. Points are named by their slot in the tree order: leaf * SpatialIndex::kLeafSize + place in the leaf.
+// One cache line. Points are named by their place in the tree order: leaf * SpatialIndex::kLeafSize + lane, the place
+// in the leaf.
 struct alignas(64) Umbrella {
   static constexpr int kMaxRim = 15;
   static constexpr int kMaxTriangles = kMaxRim - 1;
@@ -25,7 +26,7 @@ struct alignas(64) Umbrella {
   // is kNone. Of more than kMaxTriangles triangles those are kept that follow the nearest neighbor.
   int32_t rim[kMaxRim];
   // Two bits a triangle, from the lowest: in how many umbrellas it occurs (1 to 3) if this one's point has the lowest
-  // slot of those, else 0. So that a walk over all umbrellas meets each distinct triangle once.
+  // place of those, else 0. So that a walk over all umbrellas meets each distinct triangle once.
   uint32_t occurrences;
 
   int Occurrences(int triangle) const { return static_cast<int>(occurrences >> (2 * triangle) & 3); }
@@ -35,13 +36,13 @@ static_assert(sizeof(Umbrella) == 64);
 // The search for the neighbors that umbrellas are made from.
 SearchPlan UmbrellaSearch(const SpatialIndex& index);
 
-// Sets the rims of the umbrellas of the points of group `group`; `umbrellas` holds those of the whole cloud, by slot.
+// Sets the rims of the umbrellas of the points of group `group`; `umbrellas` holds those of the whole cloud, by place.
 // Thread-safe for distinct scratch and groups.
 void BuildUmbrellas(const SpatialIndex& index, const SearchPlan& plan, size_t group, GroupScratch& scratch,
                     Umbrella* umbrellas);
 
-// Sets the occurrences of the triangles of the umbrellas at slots [first, last). The rims of all must be complete.
-// Thread-safe for distinct slots.
+// Sets the occurrences of the triangles of the umbrellas at places [first, last). The rims of all must be complete.
+// Thread-safe for distinct places.
 void CountOccurrences(Umbrella* umbrellas, size_t first, size_t last);
 
 }  // namespace curvd

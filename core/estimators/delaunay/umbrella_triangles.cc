@@ -57,13 +57,13 @@ void UmbrellaTriangles::SetPositions(const LeafList& leaves) {
   }
 }
 
-uint32_t UmbrellaTriangles::PlaceOf(int32_t slot) const {
+uint32_t UmbrellaTriangles::PlaceOf(int32_t tree_place) const {
   constexpr uint32_t kLeaf = SpatialIndex::kLeafSize;
-  const uint32_t leaf = static_cast<uint32_t>(slot) / kLeaf;
+  const uint32_t leaf = static_cast<uint32_t>(tree_place) / kLeaf;
   for (uint32_t at = leaf & position_mask_;; at = (at + 1) & position_mask_) {
     const Position& position = positions_[at];
     if (position.position == kNowhere) return kNowhere;
-    if (position.leaf == leaf) return position.position * kLeaf + static_cast<uint32_t>(slot) % kLeaf;
+    if (position.leaf == leaf) return position.position * kLeaf + static_cast<uint32_t>(tree_place) % kLeaf;
   }
 }
 

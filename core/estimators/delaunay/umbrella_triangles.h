@@ -50,7 +50,7 @@ class UmbrellaTriangles {
 
   size_t leaf_count() const { return leaf_count_; }
   size_t size() const { return size_; }
-  // The triangles whose lowest slot lies in leaf i of the list: [first(i), first(i + 1)).
+  // The triangles whose umbrella's point lies in leaf i of the list: [first(i), first(i + 1)).
   uint32_t first(size_t i) const { return first_[i]; }
   const Triangle& triangle(size_t t) const { return triangles_[t]; }
 
@@ -73,8 +73,8 @@ class UmbrellaTriangles {
  private:
   // Where each listed leaf is in the list, by open addressing.
   void SetPositions(const LeafList& leaves);
-  // The place of a slot; kNowhere if its leaf is not listed.
-  uint32_t PlaceOf(int32_t slot) const;
+  // The place of the point that has `tree_place` in the tree order; kNowhere if its leaf is not listed.
+  uint32_t PlaceOf(int32_t tree_place) const;
   void Add(const Umbrella& umbrella, uint32_t place);
 
   static constexpr uint32_t kNowhere = ~uint32_t{0};

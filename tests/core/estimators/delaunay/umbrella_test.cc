@@ -28,7 +28,7 @@ struct UmbrellaScratch : GroupScratch {
   size_t bytes() const override { return sizeof(*this) + search.bytes(); }
 };
 
-// The umbrellas of a cloud, and the ids of points by slot.
+// The umbrellas of a cloud, and the ids of points by place.
 struct BuiltUmbrellas {
   explicit BuiltUmbrellas(const TestPoints& points) : index(BuildIndex(points.ToCloud())) {
     umbrellas.resize(index.leaf_count() * SpatialIndex::kLeafSize);
@@ -40,15 +40,15 @@ struct BuiltUmbrellas {
     CountOccurrences(umbrellas.data(), 0, points.size());
   }
 
-  int Id(int32_t slot) const {
-    return index.positions(slot / SpatialIndex::kLeafSize).id[slot % SpatialIndex::kLeafSize];
+  int Id(int32_t place) const {
+    return index.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
   }
   // (point, corner, corner) of each triangle, by id.
-  std::vector<Triangle> Triangles(size_t slot) const {
+  std::vector<Triangle> Triangles(size_t place) const {
     std::vector<Triangle> triangles;
-    const int32_t* rim = umbrellas[slot].rim;
+    const int32_t* rim = umbrellas[place].rim;
     for (int i = 0; i < Umbrella::kMaxTriangles && rim[i + 1] != Umbrella::kNone; ++i) {
-      triangles.push_back({Id(static_cast<int32_t>(slot)), Id(rim[i]), Id(rim[i + 1])});
+      triangles.push_back({Id(static_cast<int32_t>(place)), Id(rim[i]), Id(rim[i + 1])});
     }
     return triangles;
   }
@@ -62,11 +62,11 @@ TEST_P(UmbrellaTest, HoldsTheTrianglesThatBruteForceFinds) {
     for (const auto& [name, points] : UmbrellaClouds(seed)) {
       const BuiltUmbrellas built(points);
       size_t certain = 0;
-      for (size_t slot = 0; slot < points.size(); ++slot) {
-        const int id = built.Id(static_cast<int32_t>(slot));
+      for (size_t place = 0; place < points.size(); ++place) {
+        const int id = built.Id(static_cast<int32_t>(place));
         const ReferenceUmbrella reference = BruteForceUmbrella(points, id);
         if (!reference.certain) continue;
-        std::vector<Triangle> expected, actual = built.Triangles(slot);
+        std::vector<Triangle> expected, actual = built.Triangles(place);
         for (const auto& [a, b] : reference.triangles) expected.push_back({id, a, b});
         std::sort(expected.begin(), expected.end());
         std::sort(actual.begin(), actual.end());
@@ -84,13 +84,13 @@ TEST_P(UmbrellaTest, CountsEachTriangleOnceWithItsOccurrences) {
   for (const auto& [name, points] : UmbrellaClouds(7)) {
     const BuiltUmbrellas built(points);
     std::map<Triangle, int> expected, actual;
-    for (size_t slot = 0; slot < points.size(); ++slot) {
-      const std::vector<Triangle> triangles = built.Triangles(slot);
+    for (size_t place = 0; place < points.size(); ++place) {
+      const std::vector<Triangle> triangles = built.Triangles(place);
       for (size_t i = 0; i < triangles.size(); ++i) {
         Triangle triangle = triangles[i];
         std::sort(triangle.begin(), triangle.end());
         ++expected[triangle];
-        actual[triangle] += built.umbrellas[slot].Occurrences(static_cast<int>(i));
+        actual[triangle] += built.umbrellas[place].Occurrences(static_cast<int>(i));
       }
     }
     EXPECT_EQ(actual, expected) << name;
@@ -102,8 +102,8 @@ TEST_P(UmbrellaTest, LatticeIsTriangulatedTheSameByAllItsPoints) {
     const TestPoints points = UmbrellaClouds(seed)[1].points;
     const BuiltUmbrellas built(points);
     std::map<int, size_t> umbrellas_with;  // triangles by occurrences
-    for (size_t slot = 0; slot < points.size(); ++slot) {
-      for (int i = 0; i < Umbrella::kMaxTriangles; ++i) ++umbrellas_with[built.umbrellas[slot].Occurrences(i)];
+    for (size_t place = 0; place < points.size(); ++place) {
+      for (int i = 0; i < Umbrella::kMaxTriangles; ++i) ++umbrellas_with[built.umbrellas[place].Occurrences(i)];
     }
     EXPECT_EQ(umbrellas_with[1], 0u);
     EXPECT_EQ(umbrellas_with[2], 0u);
