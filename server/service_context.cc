@@ -7,6 +7,7 @@ ByteAllowances AllowancesFor(const ServerOptions& options) {
   ByteAllowances allowances;
   allowances.max_message = options.max_message_bytes();
   allowances.max_metadata = options.max_header_bytes;
+  allowances.stranger = ByteAllowances::ForMetadata(options.max_header_bytes);
   return allowances;
 }
 

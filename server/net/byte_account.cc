@@ -9,6 +9,12 @@ namespace {
 constexpr uint64_t kCallBytes = 256;
 constexpr uint64_t kMessageBytes = 64;
 constexpr uint64_t kMessageShare = 16;
+// What a peer sends for the bytes that it takes: two updates of its windows for each frame of 16 KiB at worst, 13 bytes
+// each, in a record of TLS, and an answer to a ping now and then.
+constexpr uint64_t kSentShare = 128;
+// What a call without a token accounts for at most. Metadata is counted unpacked, and HTTP/2 packs it: a call of a few
+// bytes, which anybody may make, must not account for much else.
+constexpr uint64_t kAnsweredMetadata = 1 << 10;
 // What a client may send for a call before it hears that the call is refused, or that it shall go on: HTTP/2's window.
 constexpr uint64_t kFirstFlightBytes = 64 << 10;
 // What a connection sends that has nothing to do: pings. Who was let in may also break off some calls a second.
@@ -27,17 +33,21 @@ void ByteAccount::NoteMessage(uint64_t bytes, bool is_first) {
   if (is_first) ++reading_;
 }
 
+void ByteAccount::NoteSent(uint64_t bytes) { accounted_ += bytes / kSentShare + kMessageBytes; }
+
 // What was on its way when the call ended, nobody reads any more.
 void ByteAccount::NoteEnd(const EndedCall& call) {
+  if (open_ == 0) return;
   --open_;
   if (call.messages == 0 && call.broken_off) return;
   accounted_ += call.metadata + kCallBytes + kFirstFlightBytes;
-  if (call.messages == 0) return;
+  if (call.messages == 0 || reading_ == 0) return;
   --reading_;
   accounted_ += std::max(allowances_->max_message, kOversizedBytes);
 }
 
-void ByteAccount::NoteAnswered(uint64_t metadata) { accounted_ += metadata + kCallBytes + kFirstFlightBytes; }
+// What it sends with a call that is refused counts against what strangers may send: it should not do so often.
+void ByteAccount::NoteAnswered(uint64_t metadata) { accounted_ += std::min(metadata, kAnsweredMetadata) + kCallBytes; }
 
 void ByteAccount::Forgive(Clock::time_point now) {
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(now - forgiven_at_);

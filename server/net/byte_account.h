@@ -1,6 +1,7 @@
 // Weighs what a connection has sent against what its calls account for.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 
@@ -8,13 +9,22 @@ namespace curvd {
 
 // How much a connection may send that no call accounts for.
 struct ByteAllowances {
-  // Before a call was let in. DEFAULT: a TLS handshake with certificates (8 KiB), metadata (16 KiB) and the 64 KiB of
-  // messages that HTTP/2 lets a client send before it hears of a server's windows.
-  uint64_t stranger = 96 << 10;
+  // Before a call was let in. DEFAULT: what ForMetadata says for 8 KiB.
+  uint64_t stranger = ForMetadata(8 << 10);
   // After that. DEFAULT: some 2,000 calls that are broken off before they have sent a message.
   uint64_t let_in = 256 << 10;
   uint64_t max_message = 5 << 20;   // bytes of the largest message that a call may send
   uint64_t max_metadata = 8 << 10;  // bytes of one call's metadata, as HTTP/2 counts them
+
+  // Of `stranger`, what only those need who answer the server's first messages, and say more than one call.
+  static constexpr uint64_t kSlack = 16 << 10;
+  // What a stranger needs whose call may have so much metadata: a TLS handshake with certificates (8 KiB), the
+  // metadata, the 64 KiB of messages that HTTP/2 lets a client send before it hears of a server's windows, and kSlack.
+  static constexpr uint64_t ForMetadata(uint64_t max_metadata) {
+    return (8 << 10) + max_metadata + (64 << 10) + kSlack;
+  }
+  // What an honest caller sends before a busy server has let it in.
+  uint64_t first_flight() const { return stranger - std::min(stranger, kSlack); }
 };
 
 // A call that was let in, when it is over.
@@ -48,9 +58,12 @@ class ByteAccount {
   void NoteLetIn();
   // A message of an open call is complete. Its first is small; with it the call gets memory for larger ones.
   void NoteMessage(uint64_t bytes, bool is_first);
-  // An open call is over.
+  // A message of an open call was sent to the peer, which answers with updates of its windows.
+  void NoteSent(uint64_t bytes);
+  // An open call is over. No effect if none is open: it came by an earlier connection of the same peer.
   void NoteEnd(const EndedCall& call);
-  // A call with so much metadata that was not let in has got its answer.
+  // A call with so much metadata that was not let in has got its answer: one that everybody may make, or a refusal.
+  // REQUIRES: the peer did not break it off.
   void NoteAnswered(uint64_t metadata);
 
   // REQUIRES: neither `read`, the number of bytes that gRPC has read, nor `now` goes back.

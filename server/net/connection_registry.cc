@@ -102,6 +102,11 @@ void ConnectionRegistry::NoteMessage(const std::string& peer, uint64_t bytes, bo
   connection->account.NoteMessage(bytes, is_first);
 }
 
+void ConnectionRegistry::NoteSent(const std::string& peer, uint64_t bytes) {
+  MutexLock lock(mutex_);
+  if (Connection* connection = Find(peer)) connection->account.NoteSent(bytes);
+}
+
 void ConnectionRegistry::NoteAnswered(const std::string& peer, uint64_t metadata) {
   MutexLock lock(mutex_);
   if (Connection* connection = Find(peer)) connection->account.NoteAnswered(metadata);
@@ -116,10 +121,12 @@ ConnectionRegistry::Sight ConnectionRegistry::Look(int watch, ByteAccount::Clock
   MutexLock lock(mutex_);
   Connection& connection = connections_.at(watch);
   const uint64_t received = ReceivedBytes(watch);
-  strangers_bytes_ -= StrangersBytesOf(connection);
+  const uint64_t unread = std::min(received, UnreadBytes(watch));
   const bool more = received != std::exchange(connection.record.received_bytes, received);
+  const ByteAccount::Verdict verdict = connection.account.Judge(received - unread, now);
+  strangers_bytes_ -= StrangersBytesOf(connection);
+  connection.unaccounted = connection.account.unaccounted() + unread;
   strangers_bytes_ += StrangersBytesOf(connection);
-  const ByteAccount::Verdict verdict = connection.account.Judge(received - std::min(received, UnreadBytes(watch)), now);
   if (connection.record.closed_for.has_value()) return Sight::kQuiet;
   if (verdict == ByteAccount::Verdict::kTooMuch || connection.was_full) {
     End(watch, connection, StrangerReason::kUnaccountedBytes);
@@ -143,11 +150,11 @@ uint64_t ConnectionRegistry::StrangersBytes() const {
 
 uint64_t ConnectionRegistry::BytesBeyond(uint64_t spared, const Connection& connection) {
   if (connection.account.let_in() || connection.record.closed_for.has_value()) return 0;
-  return connection.record.received_bytes - std::min(spared, connection.record.received_bytes);
+  return connection.unaccounted - std::min(spared, connection.unaccounted);
 }
 
-uint64_t ConnectionRegistry::StrangersBytesOf(const Connection& connection) {
-  return BytesBeyond(kFirstFlightBytes, connection);
+uint64_t ConnectionRegistry::StrangersBytesOf(const Connection& connection) const {
+  return BytesBeyond(allowances_.first_flight(), connection);
 }
 
 bool ConnectionRegistry::EndLargestStranger() {

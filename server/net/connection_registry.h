@@ -56,20 +56,20 @@ class ConnectionRegistry {
   // Removes all.
   void Clear();
 
-  // A call with `metadata` bytes of metadata came from `peer`; or a message of `bytes` bytes of a call that was let in;
-  // or a call is over that was let in, or one that was not. No effect if no connection
-  // of that peer is known: calls in the same process have none, and those from Unix sockets cannot be told apart.
+  // A call with `metadata` bytes of metadata came from `peer`; or a message of `bytes` bytes of a call that was let in,
+  // or one was sent to it; or a call is over that was let in; or one that was not let in got its answer, and was not
+  // broken off. No effect if no connection of that peer is known: calls in the same process have none, and those from
+  // Unix sockets cannot be told apart.
   void NoteCall(const std::string& peer, Call call, uint64_t metadata);
   void NoteMessage(const std::string& peer, uint64_t bytes, bool is_first);
+  void NoteSent(const std::string& peer, uint64_t bytes);
   void NoteEnd(const std::string& peer, const EndedCall& call);
   void NoteAnswered(const std::string& peer, uint64_t metadata);
 
   // What strangers have sent, as far as it was seen by Look: of each connection of which no call was let in, what it
-  // has sent beyond kFirstFlightBytes: a TLS handshake, a call, and the 64 KiB that HTTP/2 lets an honest caller send
-  // before a busy server has let it in.
+  // has sent that its answered calls and pings do not account for, beyond ByteAllowances::first_flight.
   uint64_t StrangersBytes() const;
-  static constexpr uint64_t kFirstFlightBytes = 80 << 10;
-  // Who has sent no more than a TLS handshake and a call is spared even where memory is short.
+  // Who has sent no more than a TLS handshake and a call beside that is spared even where memory is short.
   static constexpr uint64_t kSparedBytes = 12 << 10;
   // What a look at a connection shows.
   enum class Sight {
@@ -82,8 +82,8 @@ class ConnectionRegistry {
   Sight Look(int watch, ByteAccount::Clock::time_point now);
   // Whether no call was let in from the connection. REQUIRES: as Remove.
   bool IsStranger(int watch) const;
-  // Ends the connection that has sent most of those of which no call was let in, if one has sent more than
-  // kSparedBytes. Returns whether there was one.
+  // Of those of which no call was let in, ends the connection that has sent most that nothing accounts for, if that is
+  // more than kSparedBytes. Returns whether there was one.
   bool EndLargestStranger();
   // Ends the connection of which a call was let in, and of whose bytes most were unaccounted for at its last look, if
   // more than `least`. Returns whether there was one.
@@ -104,13 +104,14 @@ class ConnectionRegistry {
     ByteAccount account;
     std::optional<uint32_t> beginning;  // where its bytes begin, while the system bounds them
     uint64_t bound = 0;                 // the bytes that the system lets through
+    uint64_t unaccounted = 0;           // at the last look, with what gRPC had not read
     // It has sent as much, and calls of it were answered meanwhile: only who sends calls as fast as he can comes there.
     bool was_full = false;
   };
 
-  // What the connection adds to StrangersBytes.
   static uint64_t BytesBeyond(uint64_t spared, const Connection& connection);
-  static uint64_t StrangersBytesOf(const Connection& connection);
+  // What the connection adds to StrangersBytes.
+  uint64_t StrangersBytesOf(const Connection& connection) const;
   Connection* Find(const std::string& peer) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Ends it, and throws away what gRPC has not read.
   void End(int watch, Connection& connection, StrangerReason reason) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

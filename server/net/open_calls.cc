@@ -11,6 +11,9 @@
 namespace curvd {
 namespace {
 
+// Whether `status` answers a call, and does not only say that its peer has gone, or sent no message with it.
+bool IsAnswer(const grpc::Status& status) { return status.ok() || status.error_code() == grpc::StatusCode::NOT_FOUND; }
+
 // Lives as long as the call.
 class OpenCall final : public grpc::experimental::Interceptor {
  public:
@@ -18,14 +21,22 @@ class OpenCall final : public grpc::experimental::Interceptor {
       : peer_(call.peer()), metadata_bytes_(MetadataBytes(call)), connections_(connections) {
     connections_.NoteCall(peer_, ConnectionRegistry::Call::kOpenToAll, metadata_bytes_);
   }
-  ~OpenCall() override { connections_.NoteAnswered(peer_, metadata_bytes_); }
+  ~OpenCall() override {
+    if (is_answered_) connections_.NoteAnswered(peer_, metadata_bytes_);
+  }
 
-  void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override { methods->Proceed(); }
+  void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
+    if (methods->QueryInterceptionHookPoint(grpc::experimental::InterceptionHookPoints::PRE_SEND_STATUS)) {
+      is_answered_ = IsAnswer(methods->GetSendStatus());
+    }
+    methods->Proceed();
+  }
 
  private:
   const std::string peer_;
   const uint64_t metadata_bytes_;
   ConnectionRegistry& connections_;
+  bool is_answered_ = false;
 };
 
 class OpenCallNoter final : public grpc::experimental::ServerInterceptorFactoryInterface {

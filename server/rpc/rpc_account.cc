@@ -50,6 +50,7 @@ void RpcAccount::CountReceived(uint64_t bytes) {
 void RpcAccount::CountSent(uint64_t bytes) {
   record_.bytes_sent += bytes;
   service_.metrics.CountSent(record_.method, bytes);
+  if (caller_.ok()) service_.connections.NoteSent(record_.peer, bytes);
 }
 
 absl::Status RpcAccount::CallerGoneNow() const { return CallerGone(Clock::now() + kDeadlineSlack >= deadline_); }
@@ -65,7 +66,7 @@ void RpcAccount::Close(absl::Status status) {
   const bool is_gone = absl::IsCancelled(record_.status) || absl::IsDeadlineExceeded(record_.status);
   if (caller_.ok()) {
     service_.connections.NoteEnd(record_.peer, {metadata_bytes_, messages_, is_gone});
-  } else {
+  } else if (!is_gone) {
     service_.connections.NoteAnswered(record_.peer, metadata_bytes_);
   }
 }

@@ -222,6 +222,11 @@ TEST(StrangersTest, AnOversizedHeaderIsRefused) {
   EXPECT_TRUE(Succeeded(CallWith(curvd.FriendsChannel(), kFriendsToken, 4'000), 1'000));
 }
 
+TEST(StrangersTest, MetadataOfTheSizeThatTheOptionAllowsIsLetIn) {
+  SecuredCurvd curvd({"--max-header-bytes=1048576"});
+  EXPECT_TRUE(Succeeded(CallWith(curvd.FriendsChannel(), kFriendsToken, 1'000'000), 1'000));
+}
+
 TEST(StrangersTest, ConnectionsThatSayNothingAreBoundedAndLeaveRoomForOthers) {
   SecuredCurvd curvd({"--max-connections=80", "--max-connections-per-peer=40", "--handshake-timeout=1h"});
   const RawConnections crowd("127.0.0.2", curvd.port(), 300);

@@ -73,6 +73,57 @@ TEST_F(ByteAccountTest, CreditOfAnswersIsNotSavedUp) {
   EXPECT_EQ(JudgeAt(201'001 + 1'000, seconds(0)), Verdict::kTooMuch);
 }
 
+// Metadata of 8,000 bytes may take a few when HTTP/2 has packed it.
+TEST_F(ByteAccountTest, AnAnswerAccountsForLittleBesideItsCall) {
+  EXPECT_EQ(JudgeAt(90'000, seconds(0)), Verdict::kFine);
+  for (int i = 0; i < 10; ++i) account_.NoteAnswered(8'000);
+  EXPECT_EQ(JudgeAt(90'000, seconds(0)), Verdict::kFine);
+  EXPECT_GE(account_.unaccounted(), 75'000u);
+}
+
+// As a client does that downloads for days: 13 bytes for the stream and for the connection, for each frame of 16 KiB,
+// in a record of TLS.
+TEST_F(ByteAccountTest, UpdatesOfWindowsAreAccountedForByWhatWasSent) {
+  account_.NoteLetIn();
+  account_.NoteMessage(100, true);
+  constexpr uint64_t kFrame = 16 << 10, kFrames = 45;
+  uint64_t read = 1'000;
+  for (int message = 0; message < 1'000'000; ++message) {
+    account_.NoteSent(kFrames * kFrame);
+    read += kFrames * (2 * 13 + 29);
+    ASSERT_EQ(JudgeAt(read, seconds(0)), Verdict::kFine) << message;
+  }
+  EXPECT_LT(account_.unaccounted(), 1'000u);
+}
+
+// Its end comes after another connection of the same peer has begun.
+TEST_F(ByteAccountTest, TheEndOfACallThatIsNotOpenChangesNothing) {
+  account_.NoteLetIn();
+  EXPECT_EQ(JudgeAt(200'000, seconds(0)), Verdict::kFine);
+  account_.NoteEnd({});
+  const uint64_t allowance = account_.allowance();
+  JudgeAt(200'000, seconds(0));
+  const uint64_t unaccounted = account_.unaccounted();
+  for (int i = 0; i < 3; ++i) account_.NoteEnd({.metadata = 100, .messages = 1});
+  EXPECT_EQ(account_.allowance(), allowance);
+  JudgeAt(200'000, seconds(0));
+  EXPECT_EQ(account_.unaccounted(), unaccounted);
+}
+
+TEST_F(ByteAccountTest, TheEndOfACallWhoseMessagesCameByAnotherConnectionTakesNoMemoryFromOthers) {
+  account_.NoteLetIn();
+  account_.NoteLetIn();
+  const uint64_t allowance = account_.allowance();
+  account_.NoteEnd({.metadata = 100, .messages = 1});
+  EXPECT_LT(account_.allowance(), allowance);
+}
+
+TEST_F(ByteAccountTest, AStrangersAllowanceFollowsTheLimitOfMetadata) {
+  EXPECT_EQ(ByteAllowances().stranger, 96u << 10);
+  EXPECT_EQ(ByteAllowances::ForMetadata(1 << 20), (1u << 20) + (88u << 10));
+  EXPECT_EQ(ByteAllowances().first_flight(), 80u << 10);
+}
+
 TEST_F(ByteAccountTest, MessagesAccountForThemselves) {
   account_.NoteLetIn();
   account_.NoteMessage(100, true);
