@@ -33,6 +33,8 @@ namespace curvd {
 namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(200);
+// What a call holds that waits for memory: the 64 KiB that its peer may send, and its own objects.
+constexpr uint64_t kWaitingCallBytes = 80 << 10;
 // How long calls that were ended get to deliver their status.
 constexpr absl::Duration kFarewell = absl::Seconds(2);
 // How long connections get to close once the last call is over. Idle clients do not notice that they should.
@@ -239,6 +241,7 @@ void CurvatureServer::Running::Tick(Ticker::Clock::time_point now) {
   context_.admission.Tick();
   for (const auto& stream : context_.gate.open_streams()) stream->Tick(now);
   ReturnUnusedPages();
+  memory_.Expect(context_.admission.waiting() * kWaitingCallBytes);
   memory_.Tick(now);
 }
 

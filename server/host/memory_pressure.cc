@@ -22,12 +22,13 @@ uint64_t ResidentBytes() {
 }
 
 MemoryPressure::Level MemoryPressure::Judge(uint64_t resident_bytes) const {
-  if (resident_bytes > limit_ + kCriticalBytes) return Level::kCritical;
-  return resident_bytes > limit_ + kHighBytes ? Level::kHigh : Level::kFine;
+  const uint64_t normal = limit_ + expected_;
+  if (resident_bytes > normal + kCriticalBytes) return Level::kCritical;
+  return resident_bytes > normal + kHighBytes ? Level::kHigh : Level::kFine;
 }
 
 uint64_t MemoryPressure::Headroom(uint64_t resident_bytes) const {
-  const uint64_t most = limit_ + kHighBytes;
+  const uint64_t most = limit_ + expected_ + kHighBytes;
   return most - std::min(most, resident_bytes);
 }
 
@@ -36,14 +37,19 @@ void MemoryPressure::NoteFreed(Clock::time_point now) { freed_at_ = now.time_sin
 void MemoryPressure::Tick(Clock::time_point now) {
   // gRPC frees what a connection held some time after it has ended.
   constexpr auto kFreesFor = std::chrono::seconds(5);
-  constexpr auto kInterval = std::chrono::seconds(1);
   const Clock::rep freed_at = freed_at_;
   if (freed_at == 0 || now - Clock::time_point(Clock::duration(freed_at)) > kFreesFor) return;
-  if (now - trimmed_at_ < kInterval) return;
-  trimmed_at_ = now;
+  Trim(now);
+}
+
+bool MemoryPressure::Trim(Clock::time_point now) {
+  Clock::rep last = trimmed_at_;
+  if (last != 0 && now - Clock::time_point(Clock::duration(last)) < kTrimInterval) return false;
+  if (!trimmed_at_.compare_exchange_strong(last, now.time_since_epoch().count())) return false;
 #ifdef __GLIBC__
   malloc_trim(0);
 #endif
+  return true;
 }
 
 }  // namespace curvd

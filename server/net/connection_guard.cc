@@ -46,10 +46,12 @@ std::vector<int> ConnectionGuard::Turn(Clock::time_point now, uint64_t resident_
 
 void ConnectionGuard::Shed(Clock::time_point now, uint64_t resident_bytes) {
   const bool critical = level_ == MemoryPressure::Level::kCritical;
+  // What the process freed and keeps is nobody's fault: that goes first, and the next turn shows what is left.
+  const bool trimmed = level_ != MemoryPressure::Level::kFine && memory_.Trim(now);
   const uint64_t budget = std::max(kStrangersBytes, memory_.Headroom(resident_bytes) / kWorstGrowth);
-  bool any = level_ == MemoryPressure::Level::kHigh && connections_.EndLargestStranger();
+  bool any = level_ == MemoryPressure::Level::kHigh && !trimmed && connections_.EndLargestStranger();
   while ((critical || connections_.StrangersBytes() > budget) && connections_.EndLargestStranger()) any = true;
-  if (critical && connections_.EndLargestLetIn(kSparedLetInBytes)) any = true;
+  if (critical && !trimmed && connections_.EndLargestLetIn(kSparedLetInBytes)) any = true;
   if (any) memory_.NoteFreed(now);
   refuses_ = critical && (any || refuses_);
 }

@@ -15,9 +15,9 @@ namespace curvd {
 // gRPC 1.51 bounds neither the metadata of a call before its peer answers SETTINGS, nor calls that are reset, nor
 // messages of calls that nobody has seen yet; and a header that comes in small pieces costs the square of its length.
 // So the guard looks every few milliseconds at each connection from which bytes come: what gRPC has read of them must
-// be accounted for by calls (ByteAccount). And it looks at the memory of the process, and ends strangers' connections,
-// the largest first, where that is too much; then also others that have sent much that no call accounts for. Not
-// thread-safe.
+// be accounted for by calls (ByteAccount). And it looks at the memory of the process. Where that is too much, it gives
+// back what was freed, and ends strangers' connections, the largest first; then also others that have sent much that no
+// call accounts for. Not thread-safe.
 class ConnectionGuard {
  public:
   using Clock = std::chrono::steady_clock;

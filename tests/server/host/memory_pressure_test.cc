@@ -27,6 +27,25 @@ TEST(MemoryPressureTest, HeadroomEndsWhereMemoryIsHigh) {
   EXPECT_EQ(memory.Headroom(2 * kLimit), 0u);
 }
 
+TEST(MemoryPressureTest, WhatCallsThatWaitShouldHoldIsNoPressure) {
+  MemoryPressure memory(kLimit);
+  constexpr uint64_t kWaiting = 80 << 20;
+  memory.Expect(kWaiting);
+  EXPECT_EQ(memory.Judge(kLimit + kWaiting + MemoryPressure::kHighBytes), Level::kFine);
+  EXPECT_EQ(memory.Judge(kLimit + kWaiting + MemoryPressure::kCriticalBytes + 1), Level::kCritical);
+  EXPECT_EQ(memory.Headroom(kLimit), kWaiting + MemoryPressure::kHighBytes);
+  memory.Expect(0);
+  EXPECT_EQ(memory.Judge(kLimit + kWaiting), Level::kCritical);
+}
+
+TEST(MemoryPressureTest, TrimsOnceInAWhile) {
+  MemoryPressure memory(kLimit);
+  const MemoryPressure::Clock::time_point start{std::chrono::hours(1)};
+  EXPECT_TRUE(memory.Trim(start));
+  EXPECT_FALSE(memory.Trim(start + MemoryPressure::kTrimInterval / 2));
+  EXPECT_TRUE(memory.Trim(start + MemoryPressure::kTrimInterval));
+}
+
 TEST(MemoryPressureTest, KnowsWhatTheProcessHas) {
   const uint64_t before = ResidentBytes();
   EXPECT_GT(before, uint64_t{1} << 20);

@@ -41,7 +41,7 @@ class ConnectionGuardTest : public ::testing::Test {
   ConnectionRegistry connections_;
   MemoryPressure memory_{kLimit};
   ConnectionGuard guard_{connections_, memory_};
-  ConnectionGuard::Clock::time_point now_{std::chrono::hours(1)};
+  ConnectionGuard::Clock::time_point now_ = ConnectionGuard::Clock::now();
   int ports_ = 0;
 };
 
@@ -99,10 +99,27 @@ TEST_F(ConnectionGuardTest, SparesTheFirstFlightOfManyWhileThereIsMemory) {
   std::vector<int> watches;
   for (const TcpPair& pair : pairs) {
     watches.push_back(Add(pair));
-    Send(pair, ConnectionRegistry::kFirstFlightBytes);
+    Send(pair, ByteAllowances().first_flight());
   }
   Turn(kLimit);
   for (const int watch : watches) EXPECT_FALSE(HasEnded(watch));
+}
+
+// As probes of Kubernetes do that keep their connection.
+TEST_F(ConnectionGuardTest, WhatAnsweredCallsAccountForIsNobodysShareOfTheStrangersBudget) {
+  const TcpPair pair;
+  const int watch = Add(pair);
+  for (int probe = 0; probe < 5'000; ++probe) {
+    Send(pair, 300);
+    char bytes[300];
+    ASSERT_EQ(recv(pair.server(), bytes, sizeof(bytes), MSG_WAITALL), 300);
+    Turn(kLimit);
+    connections_.NoteAnswered(LastPeer(), 100);
+    Turn(kLimit);
+  }
+  EXPECT_EQ(connections_.StrangersBytes(), 0u);
+  for (int turn = 0; turn < 5; ++turn) Turn(kMuch);
+  EXPECT_FALSE(HasEnded(watch));
 }
 
 TEST_F(ConnectionGuardTest, EndsTheLargestStrangerFirst) {
@@ -111,6 +128,8 @@ TEST_F(ConnectionGuardTest, EndsTheLargestStrangerFirst) {
   Send(small, 20'000);
   Send(large, 30'000);
   const uint64_t high = kLimit + MemoryPressure::kHighBytes + 1;
+  Turn(high);
+  EXPECT_FALSE(HasEnded(large_watch)) << "what was freed goes first";
   Turn(high);
   EXPECT_TRUE(HasEnded(large_watch));
   EXPECT_FALSE(HasEnded(small_watch));
@@ -138,6 +157,22 @@ TEST_F(ConnectionGuardTest, SparesThoseWhoseCallsWereLetIn) {
   Send(pair, 50'000);
   for (int turn = 0; turn < 5; ++turn) Turn(kMuch);
   EXPECT_FALSE(HasEnded(watch));
+}
+
+TEST_F(ConnectionGuardTest, EndsWhoWasLetInOnlyIfGivingBackWhatWasFreedDoesNotHelp) {
+  const TcpPair pair;
+  const int watch = Add(pair);
+  connections_.NoteCall(LastPeer(), ConnectionRegistry::Call::kLetIn, 100);
+  // Within what may be unaccounted for, but much.
+  for (size_t sent = 0; sent < ConnectionGuard::kSparedLetInBytes + 20'000; sent += 4'096) {
+    Send(pair, 4'096);
+    char bytes[4'096];
+    ASSERT_EQ(recv(pair.server(), bytes, sizeof(bytes), MSG_WAITALL), 4'096);
+  }
+  Turn(kMuch);
+  EXPECT_FALSE(HasEnded(watch));
+  Turn(kMuch);
+  EXPECT_TRUE(HasEnded(watch));
 }
 
 TEST_F(ConnectionGuardTest, StrangersTogetherMaySendWhatTheMemoryThatIsLeftCanBear) {
