@@ -27,6 +27,9 @@ constexpr uint64_t kInteractivePoints = 100'000;
 constexpr auto kLendAfter = std::chrono::seconds(2);
 constexpr auto kNeededSoon = std::chrono::seconds(10);
 
+// Where nothing changes, a message now and then shows proxies that the call is alive.
+constexpr auto kProgressAtLeast = std::chrono::seconds(30);
+
 JobPriority PriorityOf(const CallOptions& options, uint64_t points) {
   if (options.priority.has_value()) return *options.priority;
   return points <= kInteractivePoints ? JobPriority::kInteractive : JobPriority::kBatch;
@@ -173,6 +176,7 @@ void EstimateCall::OnJobDone(absl::StatusOr<EstimationResult> result) {
 }
 
 void EstimateCall::SendResults(EstimationResult result) {
+  JudgeWrites();
   std::shared_ptr<MemoryBudget::Reservation> reservation;
   uint64_t points = 0;
   {
@@ -220,19 +224,24 @@ void EstimateCall::FillResponse(ResponseSession::Kind kind, Response& response) 
   if (kind == ResponseSession::Kind::kAccepted) {
     FillAccepted(requests_.options(), limits_, account().request_id(), response.mutable_accepted());
   } else if (kind == ResponseSession::Kind::kProgress) {
-    FillProgress(points_received_.load(std::memory_order_relaxed), job_progress(), response.mutable_progress());
+    *response.mutable_progress() = CurrentProgress();
+    MutexLock lock(mutex_);
+    last_progress_ = response.progress();
   } else {
     FillSummary(response.mutable_summary());
   }
 }
 
-std::optional<JobProgress> EstimateCall::job_progress() {
+v1::Progress EstimateCall::CurrentProgress() {
   std::shared_ptr<EstimationJob> job;
   {
     MutexLock lock(mutex_);
     job = job_;
   }
-  return job == nullptr ? std::nullopt : std::optional<JobProgress>(job->progress());
+  v1::Progress progress;
+  FillProgress(points_received_.load(std::memory_order_relaxed),
+               job == nullptr ? std::nullopt : std::optional<JobProgress>(job->progress()), &progress);
+  return progress;
 }
 
 void EstimateCall::FillSummary(v1::Summary* summary) {
@@ -255,9 +264,15 @@ bool EstimateCall::IsMissed() {
 }
 
 void EstimateCall::OnTick(Clock::time_point now, bool is_writing) {
+  const v1::Progress progress = CurrentProgress();
   {
     MutexLock lock(mutex_);
-    responses_.SetProgressDue(!is_writing);
+    const bool is_new = !last_progress_.has_value() || progress.phase() != last_progress_->phase() ||
+                        progress.points_received() != last_progress_->points_received() ||
+                        progress.points_estimated() != last_progress_->points_estimated();
+    const bool is_due = !is_writing && (is_new || now - progress_due_at_ >= kProgressAtLeast);
+    if (is_due) progress_due_at_ = now;
+    responses_.SetProgressDue(is_due);
   }
   if (const auto reservation = ReservationOfSlowSender(now)) reservation->Lend();
 }

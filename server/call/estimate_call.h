@@ -49,8 +49,7 @@ class EstimateCall final : public BidiStream {
   Made MakeMessage(grpc::ByteBuffer& message) override;
   // All but results, which are packed as they are.
   void FillResponse(ResponseSession::Kind kind, curvature::v1::EstimateCurvatureResponse& response);
-  // None while there is no job, or no more.
-  std::optional<JobProgress> job_progress();
+  curvature::v1::Progress CurrentProgress();
   void FillSummary(curvature::v1::Summary* summary);
 
   // The end, and what happens beside the chains.
@@ -73,6 +72,8 @@ class EstimateCall final : public BidiStream {
   Mutex mutex_;
   bool has_stopped_ ABSL_GUARDED_BY(mutex_) = false;
   ResponseSession responses_ ABSL_GUARDED_BY(mutex_);
+  std::optional<curvature::v1::Progress> last_progress_ ABSL_GUARDED_BY(mutex_);  // that was sent
+  Clock::time_point progress_due_at_ ABSL_GUARDED_BY(mutex_){};                   // the last
   PhaseClock phases_ ABSL_GUARDED_BY(mutex_);
   std::shared_ptr<EstimationJob> job_ ABSL_GUARDED_BY(mutex_);  // while it runs
   bool job_is_done_ ABSL_GUARDED_BY(mutex_) = false;

@@ -53,6 +53,11 @@ void BidiStream::CountProgress(uint64_t bytes) {
   state_.CountReceived(bytes);
 }
 
+void BidiStream::JudgeWrites() {
+  MutexLock lock(mutex_);
+  state_.JudgeWrites(Clock::now());
+}
+
 void BidiStream::WriteNext() {
   for (bool again = true; again;) {
     StreamState::Step step = StreamState::Step::kNothing;
@@ -117,7 +122,10 @@ void BidiStream::End(absl::Status outcome) {
   {
     MutexLock lock(mutex_);
     is_first = state_.End(std::move(outcome));
-    if (is_first) state_.Hold();
+    if (is_first) {
+      state_.Hold();
+      state_.JudgeWrites(Clock::now());
+    }
   }
   if (!is_first) return WriteNext();
   Stop();

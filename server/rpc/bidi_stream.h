@@ -91,6 +91,8 @@ class BidiStream : public OpenStream, public std::enable_shared_from_this<BidiSt
   // The message that was received last brought the call on by so many bytes; none, if it brought nothing. Peers who
   // bring nothing for too long are cut off. REQUIRES: called by the reading chain, once for each message.
   void CountProgress(uint64_t bytes);
+  // From now on the peer must take what is written, or is cut off.
+  void JudgeWrites();
   // There may be something new to write.
   void WriteNext();
   // Gives the stream its outcome, unless it has one.

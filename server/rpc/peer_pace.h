@@ -50,6 +50,15 @@ class PeerPace {
     behind_ = paid >= behind_ ? Clock::duration::zero() : behind_ - std::chrono::duration_cast<Clock::duration>(paid);
   }
 
+  // Nobody needs what the call holds now: the peer is from now on at most so far behind, so that it gets the time to
+  // hurry when somebody comes.
+  void CapLag(Clock::time_point now, Clock::duration most) { behind_ = std::min(behind_, most - WaitedSince(now)); }
+  // What the peer did so far does not matter.
+  void StartAnew(Clock::time_point now) {
+    idle_ = behind_ = {};
+    if (waits_) wait_started_ = now;
+  }
+
   Verdict Judge(Clock::time_point now, Clock::duration limit) const {
     const Clock::duration waited = WaitedSince(now);
     if (idle_ + waited > limit) return Verdict::kStalled;

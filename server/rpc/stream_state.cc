@@ -60,9 +60,19 @@ bool StreamState::Release() {
   return outcome_.has_value();
 }
 
-StreamState::Stall StreamState::FindStall(Clock::time_point now, Clock::duration limit, bool is_missed) const {
+void StreamState::JudgeWrites(Clock::time_point now) {
+  if (std::exchange(judges_writes_, true)) return;
+  writing_.StartAnew(now);
+}
+
+StreamState::Stall StreamState::FindStall(Clock::time_point now, Clock::duration limit, bool is_missed) {
   using Verdict = PeerPace::Verdict;
-  const Verdict taking = writer_ == Writer::kInFlight ? writing_.Judge(now, limit) : Verdict::kFine;
+  if (!is_missed) {
+    reading_.CapLag(now, limit / 2);
+    writing_.CapLag(now, limit / 2);
+  }
+  const bool waits_for_room = writer_ == Writer::kInFlight && judges_writes_;
+  const Verdict taking = waits_for_room ? writing_.Judge(now, limit) : Verdict::kFine;
   if (taking == Verdict::kStalled) return Stall::kWithoutRoomToSend;
   const bool waits_for_message = read_in_flight_ && !outcome_.has_value();
   const Verdict sending = waits_for_message ? reading_.Judge(now, limit) : Verdict::kFine;

@@ -50,10 +50,14 @@ class StreamState {
   // The caller has cancelled, or went away.
   void NoteCancel() { is_cancelled_ = true; }
 
+  // From now on the peer must take what is written: results, or what the outcome waits behind. Before, what is written
+  // tells it how things stand, and a peer may well send all it has before it reads. Only the first call counts.
+  void JudgeWrites(Clock::time_point now);
   // Whether the peer has kept the stream waiting for longer than `limit` without bringing or taking anything; or, if
-  // `is_missed`, whether it has fallen behind PeerPace::kMinBytesPerSecond by more than `limit`. A write counts also
-  // when there is an outcome, which would wait behind it for ever; a read does not.
-  Stall FindStall(Clock::time_point now, Clock::duration limit, bool is_missed = false) const;
+  // `is_missed`, whether it has fallen behind PeerPace::kMinBytesPerSecond by more than `limit`. A peer is at most half
+  // of `limit` behind when it becomes missed. A write counts also when there is an outcome, which would wait behind it
+  // for ever; a read does not.
+  Stall FindStall(Clock::time_point now, Clock::duration limit, bool is_missed = false);
 
   bool is_cancelled() const { return is_cancelled_; }
   bool is_writing() const { return writer_ != Writer::kIdle; }
@@ -68,6 +72,7 @@ class StreamState {
   bool read_in_flight_ = false;
   Writer writer_ = Writer::kIdle;
   bool was_asked_again_ = false;  // while a message was being made
+  bool judges_writes_ = false;
   int holds_ = 0;
   PeerPace reading_;
   PeerPace writing_;

@@ -157,6 +157,29 @@ TEST_F(EstimateCallTest, ShowsProgressOnceAcceptedIsOnItsWay) {
   call_->OnDone();
 }
 
+// They fill the window of a peer that sends its whole cloud before it reads.
+TEST_F(EstimateCallTest, ShowsNoProgressWhereThereIsNone) {
+  ServerOptions options = TestServiceOptions();
+  options.stall_timeout = absl::Minutes(5);
+  ServiceContext service(options);
+  call_ = std::make_shared<EstimateCall>(service, ArrivalFrom("ipv4:10.0.0.7:1234"), transport_);
+  call_->Start();
+  transport_.Deliver(*call_, Header(100));
+  EXPECT_TRUE(Next().has_accepted());
+  call_->Tick(BidiStream::Clock::now());
+  EXPECT_TRUE(Next().has_progress());
+  for (int i = 0; i < 3; ++i) call_->Tick(BidiStream::Clock::now());
+  EXPECT_FALSE(transport_.is_writing);
+  transport_.Deliver(*call_, Chunk(0, 50, 100));
+  call_->Tick(BidiStream::Clock::now());
+  EXPECT_EQ(Next().progress().points_received(), 50u);
+  call_->Tick(BidiStream::Clock::now() + std::chrono::seconds(31));
+  EXPECT_TRUE(Next().has_progress()) << "proxies end calls on which nothing moves";
+  call_->OnCancel();
+  call_->OnDone();
+  call_.reset();
+}
+
 // A call that waits for memory is not read, so that its peer must stop; it goes on when another gives memory back.
 TEST_F(EstimateCallTest, DoesNotReadWhileItWaitsForMemory) {
   const uint64_t most = 2'000'000;  // of 256 MiB

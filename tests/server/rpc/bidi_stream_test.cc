@@ -28,6 +28,7 @@ class Protocol final : public BidiStream {
       : BidiStream(service, RpcMethod::kEstimateCurvature, arrival, transport) {}
 
   using BidiStream::End;
+  using BidiStream::JudgeWrites;
   using BidiStream::ReadNext;
   using BidiStream::WriteNext;
 
@@ -281,7 +282,12 @@ TEST_F(BidiStreamTest, APeerThatIsNotReadDoesNotStall) {
 
 TEST_F(BidiStreamTest, APeerThatTakesNothingIsCutOff) {
   Start();
+  stream_->reads_on = false;
+  transport_.Deliver(*stream_, "all");
   Send("one");
+  stream_->Tick(BidiStream::Clock::now() + seconds(11));
+  EXPECT_EQ(transport_.cancels, 0) << "nothing that it must take is on its way";
+  stream_->JudgeWrites();
   stream_->Tick(BidiStream::Clock::now() + seconds(11));
   EXPECT_EQ(transport_.cancels, 1);
   EXPECT_FALSE(transport_.finished.has_value());

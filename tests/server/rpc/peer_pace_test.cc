@@ -9,7 +9,7 @@ using std::chrono::milliseconds;
 using std::chrono::minutes;
 using std::chrono::seconds;
 using Verdict = PeerPace::Verdict;
-constexpr auto kLimit = minutes(5);
+constexpr PeerPace::Clock::duration kLimit = minutes(5);
 
 // A peer, and a clock that moves when it is waited for.
 struct Peer {
@@ -62,6 +62,26 @@ TEST(PeerPaceTest, ALineOf56KilobytesASecondIsFineWithChunksOfAnySize) {
       if (chunk < 1'000 && peer.now > PeerPace::Clock::time_point(kLimit * 2)) break;
     }
   }
+}
+
+TEST(PeerPaceTest, WhoWasSlowWhileNobodyWaitedGetsTimeToHurry) {
+  Peer peer;
+  for (int i = 0; i < 3'600; ++i) peer.Move(seconds(2), 24);
+  peer.pace.CapLag(peer.now, kLimit / 2);
+  for (int i = 0; i < 74; ++i) peer.Move(seconds(2), 24);
+  EXPECT_EQ(peer.Judge(), Verdict::kFine);
+  for (int i = 0; i < 2; ++i) peer.Move(seconds(2), 24);
+  EXPECT_EQ(peer.Judge(), Verdict::kSlow);
+}
+
+TEST(PeerPaceTest, TheWaitThatGoesOnCountsAsLagThatIsCapped) {
+  Peer peer;
+  peer.Move(minutes(4), 24);
+  peer.pace.StartWait(peer.now);
+  peer.now += minutes(4);
+  peer.pace.CapLag(peer.now, kLimit / 2);
+  EXPECT_EQ(peer.pace.Judge(peer.now + seconds(59), kLimit), Verdict::kFine);
+  EXPECT_EQ(peer.pace.Judge(peer.now + minutes(1) + seconds(1), kLimit), Verdict::kStalled);
 }
 
 TEST(PeerPaceTest, NobodyIsPaidInAdvance) {

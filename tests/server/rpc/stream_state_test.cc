@@ -97,6 +97,7 @@ TEST(StreamStateTest, TellsWhichSideStalls) {
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kWithoutMessage);
   state.EndRead(kStart + seconds(11));
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
+  state.JudgeWrites(kStart);
   state.Next();
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
   state.StartWrite(kStart + seconds(5));
@@ -129,9 +130,10 @@ TEST(StreamStateTest, SlowPeersAreFoundOnlyIfOthersMissWhatTheCallHolds) {
     state.CountReceived(24);
   }
   state.StartRead(kStart + seconds(11));
-  EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10), true), Stall::kSendsSlowly);
+  EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
   state.EndRead(kStart + seconds(11));
+  state.JudgeWrites(kStart);
   for (int i = 0; i < 11; ++i) {
     state.Next();
     state.StartWrite(kStart + seconds(i));
@@ -139,8 +141,32 @@ TEST(StreamStateTest, SlowPeersAreFoundOnlyIfOthersMissWhatTheCallHolds) {
   }
   state.Next();
   state.StartWrite(kStart + seconds(11));
-  EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10), true), Stall::kTakesSlowly);
+  EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
+}
+
+TEST(StreamStateTest, ASlowPeerIsNotCutOffAtOnceWhenOthersComeToMissWhatTheCallHolds) {
+  StreamState state;
+  for (int i = 0; i < 100; ++i) {
+    state.StartRead(kStart + seconds(i));
+    state.EndRead(kStart + seconds(i + 1));
+    state.CountReceived(24);
+    ASSERT_EQ(state.FindStall(kStart + seconds(i + 1), seconds(10)), Stall::kNone);
+  }
+  state.StartRead(kStart + seconds(100));
+  EXPECT_EQ(state.FindStall(kStart + seconds(104), seconds(10), true), Stall::kNone);
+  EXPECT_EQ(state.FindStall(kStart + seconds(106), seconds(10), true), Stall::kSendsSlowly);
+}
+
+// As a client does that sends its whole cloud before it reads: what tells of progress fills its window.
+TEST(StreamStateTest, APeerNeedNotTakeAnythingUntilWritesAreJudged) {
+  StreamState state;
+  state.Next();
+  state.StartWrite(kStart);
+  EXPECT_EQ(state.FindStall(kStart + seconds(100), seconds(10), true), Stall::kNone);
+  state.JudgeWrites(kStart + seconds(100));
+  EXPECT_EQ(state.FindStall(kStart + seconds(110), seconds(10), true), Stall::kNone);
+  EXPECT_EQ(state.FindStall(kStart + seconds(111), seconds(10)), Stall::kWithoutRoomToSend);
 }
 
 // The ticker may have looked at its clock before the read started.
@@ -157,6 +183,7 @@ TEST(StreamStateTest, AWriteStallsAlsoWhenThereIsAnOutcome) {
   state.Next();
   state.StartWrite(kStart);
   state.End(absl::InvalidArgumentError("bad"));
+  state.JudgeWrites(kStart);
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kWithoutRoomToSend);
   state.EndWrite(kStart, 1);
   EXPECT_EQ(state.FindStall(kStart + seconds(11), seconds(10)), Stall::kNone);
