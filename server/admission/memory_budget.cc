@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "server/admission/passing_order.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
 
@@ -36,7 +37,7 @@ void MemoryBudget::Tick() {
   {
     MutexLock lock(mutex_);
     if (newcomers_ == 0) return;
-    answers = Serve();
+    answers = Serve(now_());
   }
   Give(std::move(answers));
 }
@@ -45,11 +46,11 @@ bool MemoryBudget::Fits(const Reservation& reservation) const {
   return reserved_ + reservation.wanted_ - reservation.held_ <= limit_;
 }
 
-MemoryBudget::Account& MemoryBudget::Join(uint64_t caller) {
+MemoryBudget::Account& MemoryBudget::Join(uint64_t caller, Clock::time_point now) {
   Account& account = accounts_[caller];
   if (account.reservations++ == 0) {
     account.used = std::max(account.used, level_);
-    account.since = now_();
+    account.since = now;
   }
   return account;
 }
@@ -62,8 +63,7 @@ void MemoryBudget::Settle(Account& account, Clock::time_point now) {
   account.since = now;
 }
 
-void MemoryBudget::SettleAll() {
-  const Clock::time_point now = now_();
+void MemoryBudget::SettleAll(Clock::time_point now) {
   for (auto& [caller, account] : accounts_) Settle(account, now);
 }
 
@@ -72,8 +72,8 @@ void MemoryBudget::Leave(uint64_t caller) {
   if (--found->second.reservations == 0 && found->second.used <= level_) accounts_.erase(found);
 }
 
-void MemoryBudget::Enqueue(Reservation& reservation) {
-  if (!AnyWaits()) SettleAll();  // they are charged from now on
+void MemoryBudget::Enqueue(Reservation& reservation, Clock::time_point now) {
+  if (!AnyWaits()) SettleAll(now);  // they are charged from now on
   reservation.arrival_ = ++arrivals_;
   reservation.waits_ = true;
   reservation.refusal_ = absl::OkStatus();
@@ -82,7 +82,7 @@ void MemoryBudget::Enqueue(Reservation& reservation) {
     growers_.push_back(&reservation);
   } else {
     reservation.claim_.emplace(reservation.wanted_);
-    Join(reservation.caller_).newcomers.push_back(&reservation);
+    Join(reservation.caller_, now).newcomers.push_back(&reservation);
     ++newcomers_;
   }
 }
@@ -103,10 +103,10 @@ void MemoryBudget::Dequeue(Reservation& reservation) {
   for (auto& [caller, account] : accounts_) account.used = 0.0;
 }
 
-void MemoryBudget::Grant(Reservation& reservation) {
+void MemoryBudget::Grant(Reservation& reservation, Clock::time_point now) {
   if (reservation.held_ == 0) {
     ++active_holders_;
-    Join(reservation.caller_);
+    Join(reservation.caller_, now);
   }
   Account& account = accounts_[reservation.caller_];
   const uint64_t added = reservation.wanted_ - reservation.held_;
@@ -130,55 +130,49 @@ bool MemoryBudget::IsBefore(const Reservation& a, const Reservation& b) const {
   return a.arrival_ < b.arrival_;
 }
 
-bool MemoryBudget::Overtakes(const Reservation& next, const Reservation& other) const {
-  return IsBefore(other, next) || other.arrival_ < next.arrival_;
+bool MemoryBudget::CanBeServed(const Reservation& reservation) const {
+  return accounts_.at(reservation.caller_).held + reservation.wanted_ <= limit_;
 }
 
-bool MemoryBudget::MayPass(const Reservation& next, Reservation& other) {
-  if (!Overtakes(next, other)) return true;
-  if (accounts_.at(other.caller_).held + other.wanted_ > limit_) return true;
-  const Clock::time_point now = now_();
-  const auto own_claim = next.claim_->ClaimsSince(now), other_claim = other.claim_->ClaimsSince(now);
-  if (own_claim.has_value() && (!other_claim.has_value() || *own_claim < *other_claim ||
-                                (*own_claim == *other_claim && next.arrival_ < other.arrival_))) {
-    return true;
-  }
-  return other.claim_->LetsPass(now);
-}
-
-bool MemoryBudget::ServeGrower(Answers& answers) {
-  const auto next = std::min_element(growers_.begin(), growers_.end(),
-                                     [this](const auto* a, const auto* b)
-                                         ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return IsBefore(*a, *b); });
-  if (next == growers_.end() || !Fits(**next)) return false;
-  Reservation& reservation = **next;
-  Dequeue(reservation);
-  Grant(reservation);
-  if (reservation.answer_ != nullptr) answers.push_back({std::exchange(reservation.answer_, nullptr), {}});
-  return true;
-}
-
-bool MemoryBudget::ServeNewcomer(Answers& answers) {
+std::vector<MemoryBudget::Reservation*> MemoryBudget::Heads() const {
   std::vector<Reservation*> heads;
   for (const auto& [caller, account] : accounts_) {
     if (!account.newcomers.empty()) heads.push_back(account.newcomers.front());
   }
   std::sort(heads.begin(), heads.end(),
             [this](const auto* a, const auto* b) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return IsBefore(*a, *b); });
-  for (Reservation* next : heads) {
-    if (!Fits(*next)) continue;
-    const bool may_go =
-        std::all_of(heads.begin(), heads.end(), [&](Reservation* other) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-          return other == next || MayPass(*next, *other);
-        });
-    if (!may_go) continue;
-    for (Reservation* other : heads) {
-      if (other != next && Overtakes(*next, *other)) other->claim_->CountPassed(next->wanted_);
+  return heads;
+}
+
+bool MemoryBudget::ServeGrower(Clock::time_point now, Answers& answers) {
+  const auto next = std::min_element(growers_.begin(), growers_.end(),
+                                     [this](const auto* a, const auto* b)
+                                         ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return IsBefore(*a, *b); });
+  if (next == growers_.end() || !Fits(**next)) return false;
+  Reservation& reservation = **next;
+  Dequeue(reservation);
+  Grant(reservation, now);
+  if (reservation.answer_ != nullptr) answers.push_back({std::exchange(reservation.answer_, nullptr), {}});
+  return true;
+}
+
+bool MemoryBudget::ServeNewcomer(Clock::time_point now, Answers& answers) {
+  const std::vector<Reservation*> heads = Heads();
+  std::vector<WaitingHead> waiting;
+  waiting.reserve(heads.size());
+  for (Reservation* head : heads) waiting.push_back({&*head->claim_, head->arrival_, CanBeServed(*head)});
+  PassingOrder order(std::move(waiting), now);
+  for (size_t i = 0; i < heads.size(); ++i) {
+    Reservation& next = *heads[i];
+    if (!Fits(next) || !order.MayGo(i)) continue;
+    for (size_t other = 0; other < heads.size(); ++other) {
+      if (other != i && order.Overtakes(i, other)) heads[other]->claim_->CountPassed(next.wanted_);
     }
-    level_ = std::max(level_, accounts_.at(next->caller_).used);
-    Dequeue(*next);
-    Grant(*next);
-    if (next->answer_ != nullptr) answers.push_back({std::exchange(next->answer_, nullptr), {}});
+    level_ = std::max(level_, Join(next.caller_, now).used);  // so that its account outlives the place in the queue
+    Dequeue(next);
+    Grant(next, now);
+    Leave(next.caller_);
+    if (next.answer_ != nullptr) answers.push_back({std::exchange(next.answer_, nullptr), {}});
     return true;
   }
   return false;
@@ -213,10 +207,10 @@ void MemoryBudget::RefuseOneOfTooMany(Answers& answers) {
          answers);
 }
 
-MemoryBudget::Answers MemoryBudget::Serve() {
-  SettleAll();
+MemoryBudget::Answers MemoryBudget::Serve(Clock::time_point now) {
+  SettleAll(now);
   Answers answers;
-  while (ServeGrower(answers) || (growers_.empty() && ServeNewcomer(answers))) {
+  while (ServeGrower(now, answers) || (growers_.empty() && ServeNewcomer(now, answers))) {
   }
   RefuseOneOfAllHolders(answers);
   RefuseOneOfTooMany(answers);
@@ -247,12 +241,13 @@ absl::StatusOr<bool> MemoryBudget::Reservation::GrowTo(uint64_t bytes, uint64_t 
                        absl::StrCat("at most ", budget_.limit_, " bytes (memory_limit)"), absl::ZeroDuration());
     }
     wanted_ = bytes;
+    const Clock::time_point now = budget_.now_();
     if (!budget_.AnyWaits() && budget_.Fits(*this)) {
-      budget_.Grant(*this);
+      budget_.Grant(*this, now);
       return true;
     }
-    budget_.Enqueue(*this);
-    answers = budget_.Serve();
+    budget_.Enqueue(*this, now);
+    answers = budget_.Serve(now);
     if (waits_) {
       answer_ = std::move(answer);
     } else if (refusal_.ok()) {
@@ -267,7 +262,8 @@ absl::StatusOr<bool> MemoryBudget::Reservation::GrowTo(uint64_t bytes, uint64_t 
 
 MemoryBudget::Answers MemoryBudget::Reservation::Shrink(uint64_t bytes) {
   Account& account = budget_.accounts_[caller_];
-  budget_.Settle(account, budget_.now_());
+  const Clock::time_point now = budget_.now_();
+  budget_.Settle(account, now);
   budget_.reserved_ -= held_ - bytes;
   account.held -= held_ - bytes;
   held_ = bytes;
@@ -275,7 +271,7 @@ MemoryBudget::Answers MemoryBudget::Reservation::Shrink(uint64_t bytes) {
     --budget_.active_holders_;
     budget_.Leave(caller_);
   }
-  return budget_.Serve();
+  return budget_.Serve(now);
 }
 
 void MemoryBudget::Reservation::ShrinkTo(uint64_t bytes) {
@@ -307,7 +303,7 @@ void MemoryBudget::Reservation::Abandon() {
     if (!waits_) return;
     budget_.Dequeue(*this);
     answer_ = nullptr;
-    answers = budget_.Serve();
+    answers = budget_.Serve(budget_.now_());
   }
   Give(std::move(answers));
 }

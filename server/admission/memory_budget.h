@@ -67,28 +67,28 @@ class MemoryBudget {
 
   bool AnyWaits() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !growers_.empty() || newcomers_ > 0; }
   bool Fits(const Reservation& reservation) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  Account& Join(uint64_t caller) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Account& Join(uint64_t caller, Clock::time_point now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Settle(Account& account, Clock::time_point now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void SettleAll() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void SettleAll(Clock::time_point now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Leave(uint64_t caller) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  void Enqueue(Reservation& reservation) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Enqueue(Reservation& reservation, Clock::time_point now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Dequeue(Reservation& reservation) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void Grant(Reservation& reservation) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Grant(Reservation& reservation, Clock::time_point now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Refuse(Reservation& reservation, absl::Status status, Answers& answers) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   // Whether the first has the earlier turn.
   bool IsBefore(const Reservation& a, const Reservation& b) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Whether `other`, the first of another caller, has an earlier turn or came earlier.
-  bool Overtakes(const Reservation& next, const Reservation& other) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Whether `next` may be served while `other`, the first of another caller, waits on.
-  bool MayPass(const Reservation& next, Reservation& other) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  bool ServeGrower(Answers& answers) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  bool ServeNewcomer(Answers& answers) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Whether it could be served if all other callers left.
+  bool CanBeServed(const Reservation& reservation) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool ServeGrower(Clock::time_point now, Answers& answers) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool ServeNewcomer(Clock::time_point now, Answers& answers) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void RefuseOneOfAllHolders(Answers& answers) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void RefuseOneOfTooMany(Answers& answers) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Serves what can be served now; the answers are to be given without the lock.
-  Answers Serve() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // The first reservations of those callers that wait and hold nothing, in the order of their turns.
+  std::vector<Reservation*> Heads() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Serves what can be served at `now`; the answers are to be given without the lock.
+  Answers Serve(Clock::time_point now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   static void Give(Answers answers);
 
   const uint64_t limit_;

@@ -324,6 +324,51 @@ TEST_F(MemoryBudgetTurnsTest, WhoComesLateHasNoMoreRightThanThoseWhoWereServed) 
   EXPECT_EQ(bob[1].count, 0);
 }
 
+TEST_F(MemoryBudgetTurnsTest, WhoIsServedKeepsWhatItHasHad) {
+  // Dave waits for his own call, so that somebody waits all the time.
+  constexpr uint64_t kDave = 4;
+  auto daves = Hold(kDave, 1), alices = Hold(kAlice, 39);
+  Answer dave, carol[2], alice;
+  auto waiting = Wait(kDave, 100, dave);
+  auto carols = Wait(kCarol, 99, carol[0]);
+  auto bobs = Hold(kBob, 50);
+  Pass(std::chrono::seconds(4));
+  bobs.reset();
+  Hold(kBob, 40);  // bob had 200 byte seconds when he was served
+  alices.reset();
+  ASSERT_EQ(carol[0].count, 1);
+  auto alices_next = Wait(kAlice, 60, alice);
+  auto carols_next = Wait(kCarol, 60, carol[1]);
+  Pass(std::chrono::seconds(1));
+  carols.reset();
+  EXPECT_EQ(carol[1].count, 1) << "carol has had 99 byte seconds, and whoever comes begins with 200";
+  EXPECT_EQ(alice.count, 0);
+}
+
+TEST(MemoryBudgetTest, ReadsTheClockOnceHoweverManyWait) {
+  int reads = 0;
+  MemoryBudget budget(1'000, 200, [&reads] {
+    ++reads;
+    return MemoryBudget::Clock::time_point();
+  });
+  Reservation holder(budget, 0);
+  ASSERT_TRUE(GrantsNow(holder, 1'000));
+  std::list<Answer> answers;
+  std::list<Reservation> waiting;
+  for (uint64_t caller = 1; caller <= 100; ++caller) {
+    answers.emplace_back();
+    waiting.emplace_back(budget, caller);
+    ASSERT_TRUE(Waits(waiting.back(), 10, answers.back()));
+  }
+  reads = 0;
+  budget.Tick();
+  EXPECT_EQ(reads, 1);
+  reads = 0;
+  holder.ShrinkTo(0);
+  EXPECT_EQ(reads, 1);
+  for (const Answer& answer : answers) EXPECT_EQ(answer.count, 1);
+}
+
 TEST_F(MemoryBudgetTurnsTest, OfTwoClaimsTheEarlierIsServed) {
   constexpr uint64_t kDave = 4;
   auto holder = Hold(kAlice, 30), of_bob = Hold(kBob, 10);
