@@ -12,7 +12,8 @@ namespace curvd {
 // cannot be told how many digits a number shall have; the texts are quoted by it. Not thread-safe.
 class JsonLine {
  public:
-  // Text comes out as it is if it is UTF-8; bytes that are not become U+FFFD, control characters are escaped.
+  // What is written is printable ASCII: JSON's escapes stand for all other characters of `value`, and U+FFFD for bytes
+  // that are not UTF-8.
   JsonLine& Add(const char* key, const std::string& value);
   JsonLine& Add(const char* key, const char* value) { return Add(key, std::string(value)); }
   JsonLine& Add(const char* key, bool value) { return AddRaw(key, value ? "true" : "false"); }

@@ -16,19 +16,19 @@ TEST(JsonLineTest, EscapesWhatJsonCannotHold) {
   EXPECT_EQ(JsonLine().Add("a", "q\" b\\ n\n t\x01").str(), R"({"a":"q\" b\\ n\n t\u0001"})");
 }
 
-TEST(JsonLineTest, KeepsTextInAnyLanguage) {
+TEST(JsonLineTest, NeverLeavesAscii) {
   EXPECT_EQ(JsonLine().Add("a", "Gesch\u00fctz \u6811 \U0001F409").str(),
-            "{\"a\":\"Gesch\u00fctz \u6811 \U0001F409\"}");
+            "{\"a\":\"Gesch\\u00fctz \\u6811 \\ud83d\\udc09\"}");
 }
 
 TEST(JsonLineTest, ReplacesBytesThatAreNoText) {
-  EXPECT_EQ(JsonLine().Add("a", "\x9b \xff \xc2").str(), "{\"a\":\"\uFFFD \uFFFD \uFFFD\"}");
+  EXPECT_EQ(JsonLine().Add("a", "\x9b \xff \xc2").str(), "{\"a\":\"\\ufffd \\ufffd \\ufffd\"}");
 }
 
 // As bytes, and as UTF-8, in which 0x9b is a command to a terminal too.
 TEST(JsonLineTest, EscapesWhatCommandsTerminals) {
   EXPECT_EQ(JsonLine().Add("a", "\x1b[2J \x7f \u0080 \u009b \u00a0").str(),
-            "{\"a\":\"\\u001b[2J \\u007f \\u0080 \\u009b \u00a0\"}");
+            "{\"a\":\"\\u001b[2J \\u007f \\u0080 \\u009b \\u00a0\"}");
 }
 
 TEST(JsonLineTest, HasNoNumberForWhatIsNotFinite) {
