@@ -27,6 +27,25 @@ absl::Status TokenInvalid() {
                     {kReasonTokenInvalid, "authorization", "", "a token that the server knows", {}});
 }
 
+// What a refusal shows of a certificate's names, which may be thousands, and whose bytes a caller gets three times, of
+// 8 KiB that it takes.
+constexpr size_t kShownNameBytes = 512;
+
+// Whole names, as many as kShownNameBytes hold; of a longer one its beginning. Says what is left out.
+std::string ShownNames(const std::vector<std::string>& names) {
+  const std::string all = absl::StrJoin(names, ", ");
+  if (all.size() <= kShownNameBytes) return all;
+  std::string shown;
+  for (const std::string& name : names) {
+    const size_t with_comma = (shown.empty() ? 0 : shown.size() + 2) + name.size();
+    if (with_comma > kShownNameBytes) break;
+    absl::StrAppend(&shown, shown.empty() ? "" : ", ", name);
+  }
+  if (shown.empty()) shown = names.front().substr(0, kShownNameBytes);
+  return absl::StrCat(shown, "... (", kShownNameBytes, " of ", all.size(), " bytes at most are shown, of ",
+                      names.size(), names.size() == 1 ? " name)" : " names)");
+}
+
 absl::Status ClientNotAllowed(const std::string& names) {
   return WithDetail(
       absl::PermissionDeniedError(absl::StrCat("the client certificate names ", names.empty() ? "nobody" : names,
@@ -79,7 +98,7 @@ absl::StatusOr<Caller> AccessControl::Identify(const PresentedCredentials& prese
   caller.name = presented.certificate_names.empty() ? PeerAddress(presented.peer) : presented.certificate_names.front();
   if (names != nullptr) {
     const AccessEntry* entry = names->FindName(presented.certificate_names);
-    if (entry == nullptr) return ClientNotAllowed(absl::StrJoin(presented.certificate_names, ", "));
+    if (entry == nullptr) return ClientNotAllowed(ShownNames(presented.certificate_names));
     caller.name = caller.certificate_name = entry->name;
     Tighten(*entry, caller);
   }

@@ -75,6 +75,21 @@ TEST(AccessControlTest, ACertificateNeedsANameOfTheList) {
                       kReasonClientNotAllowed, {"nobody"}));
 }
 
+TEST(AccessControlTest, ARefusalShowsWholeNamesAndSaysWhatItLeavesOut) {
+  AccessControl access;
+  access.SetCertificateNames(Names("scanner-7"));
+  const std::string long_name(400, 'a'), second(100, 'b'), third(200, 'c');
+  EXPECT_TRUE(IsError(access.Identify(Certificate({long_name, second})).status(), absl::StatusCode::kPermissionDenied,
+                      kReasonClientNotAllowed, {absl::StrCat(long_name, ", ", second, ";")}));
+  const absl::Status cut = access.Identify(Certificate({long_name, second, third})).status();
+  EXPECT_TRUE(IsError(cut, absl::StatusCode::kPermissionDenied, kReasonClientNotAllowed,
+                      {absl::StrCat(long_name, ", ", second, "... (512 of 704 bytes at most are shown, of 3 names)")}));
+  const absl::Status one = access.Identify(Certificate({std::string(60'000, 'd')})).status();
+  EXPECT_TRUE(IsError(one, absl::StatusCode::kPermissionDenied, kReasonClientNotAllowed,
+                      {absl::StrCat(std::string(512, 'd'), "... (512 of 60000 bytes")}));
+  EXPECT_LT(one.ToString().size(), 3'000u);
+}
+
 TEST(AccessControlTest, WithBothListsACallNeedsBothAndTheTighterLimit) {
   AccessControl access;
   access.SetTokens(Tokens("max-points=1000"));
