@@ -51,7 +51,7 @@ struct ServerOptions {
   // process may not open as many descriptors.
   uint32_t max_connections = 2'000;
   uint32_t max_connections_per_peer = 100;
-  // Bytes of one call's metadata. In [1 KiB, 1 MiB].
+  // Bytes of one call's metadata. In [1 KiB, 1 MiB]. A stranger may send as much, and 88 KiB (ByteAllowances).
   uint32_t max_header_bytes = 8 << 10;
   // How long a connection may be without a call. > 0.
   absl::Duration idle_timeout = absl::Minutes(10);
@@ -70,7 +70,8 @@ struct ServerOptions {
 
   // How long calls that were accepted before a drain may take to finish.
   absl::Duration drain_timeout = absl::Seconds(30);
-  // How long a call may keep the server waiting for its next message, or for room to send one. > 0.
+  // How long a call may keep the server waiting for points, or for room to send its results. While others wait for
+  // memory, also over how long its points, or results, must move at 16 KiB a second (server/rpc/peer_pace.h). > 0.
   absl::Duration stall_timeout = absl::Minutes(5);
   // One structured line on stderr for each call.
   bool log = true;
