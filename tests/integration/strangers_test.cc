@@ -293,5 +293,19 @@ TEST(StrangersTest, ProbesLearnOfHealthAndOfNothingElse) {
   EXPECT_EQ(answer, kServing);
 }
 
+// Each of their calls is some 150 bytes, and a connection may send 96 KiB that nothing accounts for, on the port of
+// probes 32 KiB.
+TEST(StrangersTest, ProbesThatKeepTheirConnectionAreServedForLong) {
+  SecuredCurvd curvd;
+  const auto probes = OpenChannel(absl::StrCat("127.0.0.1:", curvd.health_port()));
+  for (const auto& channel : {probes, curvd.FriendsChannel()}) {
+    for (int probe = 0; probe < 2'000; ++probe) {
+      std::string answer;
+      ASSERT_TRUE(CheckHealth(channel, "", &answer).ok()) << probe;
+    }
+  }
+  EXPECT_EQ(curvd.Strangers("unaccounted_bytes"), 0);
+}
+
 }  // namespace
 }  // namespace curvd
