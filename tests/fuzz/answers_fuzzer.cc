@@ -1,6 +1,9 @@
 // Plays any sequence of events to the state machines of the answering side, and a driver that breaks no rule.
+#include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "server/call/response_session.h"
 #include "server/rpc/stream_state.h"
@@ -56,8 +59,7 @@ class Call {
         responses_.SetProgressDue(!state_.is_writing());
         break;
       case 2:
-        if (is_accepted_ && !is_complete_) responses_.Complete(points_ = input.Byte());
-        is_complete_ = is_complete_ || is_accepted_;
+        if (is_accepted_ && !is_complete_) Complete(input.Byte());
         break;
       case 3:
         WriteNext();
@@ -69,6 +71,7 @@ class Call {
         break;
       case 5:
         if (state_.End(absl::CancelledError("cancel"))) is_failed_ = true;
+        JudgeWrites();
         WriteNext();
         break;
       case 6:
@@ -100,6 +103,17 @@ class Call {
   }
 
  private:
+  void Complete(uint64_t points) {
+    responses_.Complete(points_ = points);
+    is_complete_ = true;
+    JudgeWrites();
+  }
+
+  void JudgeWrites() {
+    state_.JudgeWrites(now_);
+    if (!judged_from_.has_value()) judged_from_ = now_;
+  }
+
   void WriteNext() {
     const Step step = state_.Next();
     if (step == Step::kFinish) {
@@ -131,10 +145,11 @@ class Call {
     }
   }
 
-  void CheckStalls() const {
-    const bool is_stuck = write_in_flight_ && now_ - write_started_ > kLimit;
+  void CheckStalls() {
+    const bool is_stuck =
+        write_in_flight_ && judged_from_.has_value() && now_ - std::max(write_started_, *judged_from_) > kLimit;
     fuzz::Require((state_.FindStall(now_, kLimit) == StreamState::Stall::kWithoutRoomToSend) == is_stuck,
-                  "a write that takes too long is noticed, whatever else happens");
+                  "a write that takes too long is noticed once the peer must take it, and not before");
   }
 
   StreamState state_;
@@ -150,6 +165,7 @@ class Call {
   uint64_t points_ = 0;
   StreamState::Clock::time_point now_;
   StreamState::Clock::time_point write_started_;
+  std::optional<StreamState::Clock::time_point> judged_from_;
 };
 
 }  // namespace
