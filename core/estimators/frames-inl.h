@@ -78,9 +78,13 @@ HWY_INLINE void SetRadii(D d, const NeighborhoodPlan& plan, const GroupNeighborh
   hn::StoreU(hn::Div(squared, hn::LoadU(d, neighborhoods.count + i)), d, out.squared_spacing + i);
 }
 
+// Squared radii below this are of points that all but coincide beside the rest of the cloud: squares of their offsets
+// lose digits, or vanish.
+inline constexpr float kMinSquaredRadius = 0x1p-100f;
+
 HWY_INLINE PointStatus StatusOf(const NeighborhoodPlan& plan, float count, float squared_radius, bool has_frame) {
   if (count < static_cast<float>(plan.least_count)) return PointStatus::kTooFewNeighbors;
-  if (squared_radius <= 0.0f) return PointStatus::kDegenerateArea;
+  if (squared_radius < kMinSquaredRadius) return PointStatus::kDegenerateArea;
   return has_frame ? PointStatus::kOk : PointStatus::kInconsistentNormals;
 }
 

@@ -37,8 +37,8 @@ HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch
 // Finds the neighborhood of each point of the group, records its size, and calls `visit(i, leaves)` with the leaves
 // that were searched, to which s.search.found.positions refers. `visitor` sees each neighborhood first; it must sum the
 // normals into normal_sum[0..2]. query[0..2] is the point of the moment, for visitors that refer to it.
-// Returns an error at the first neighborhood that is too large. A group without points searches nothing, and leaves
-// what searches have learned to the next one.
+// Returns an error at the first neighborhood that is too large, and between points once the scratch is stopped. A group
+// without points searches nothing, and leaves what searches have learned to the next one.
 template <typename Visitor, typename Visit>
 HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const NeighborhoodPlan& plan, float* query,
                                             const float* normal_sum, const Visitor& visitor, GroupScratch& s,
@@ -46,6 +46,7 @@ HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const Nei
   if (s.points.size == 0) return absl::OkStatus();
   GroupSearch search(index, plan.search, s.points.box, s.search);
   for (size_t i = 0; i < s.points.size; ++i) {
+    if (s.IsStopped()) return Stopped();
     s.points.query.Get(i, query);
     s.neighborhoods.squared_radius[i] = search.Find(query, visitor);
     if (s.neighborhoods.squared_radius[i] == GroupSearch::kTooLarge) {

@@ -21,7 +21,7 @@ size_t MostNeighbors(const EstimatorOptions& options, size_t point_count) {
 
 NeighborhoodPlan NeighborhoodPlan::Make(const EstimatorOptions& options, const SpatialIndex& index,
                                         size_t most_searched) {
-  constexpr double kWholeIndex = 4.0;  // above the squared diagonal of any index
+  constexpr double kWholeIndex = 0x1p126;  // above the squared diagonal of any index: SpatialIndex::kFarthest
   NeighborhoodPlan plan{};
   plan.search = SearchSizes(options, most_searched);
   plan.average_normal_weight = static_cast<float>(options.average_normal_weight);
@@ -42,6 +42,8 @@ NeighborhoodPlan NeighborhoodPlan::Make(const EstimatorOptions& options, const S
   plan.rho_factor = plan.radius_factor;
   return plan;
 }
+
+absl::Status Stopped() { return MakeCoreError(ErrorKind::kCancelled, "cancelled while a neighborhood was searched"); }
 
 absl::Status NeighborhoodTooLarge(const NeighborhoodPlan& plan, int32_t rank) {
   return MakeCoreError(ErrorKind::kNeighborhoodTooLarge,

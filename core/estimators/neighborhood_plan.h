@@ -36,6 +36,9 @@ SearchPlan SearchSizes(const EstimatorOptions& options, size_t most_searched = ~
 // Most points that the search which SearchSizes describes may find, in an index of `point_count` points.
 size_t MostNeighbors(const EstimatorOptions& options, size_t point_count);
 
+// The error of a group whose scratch was stopped.
+absl::Status Stopped();
+
 // The error of a run whose radius gives the point of this rank more than plan.search.max_neighbor_count neighbors.
 absl::Status NeighborhoodTooLarge(const NeighborhoodPlan& plan, int32_t rank);
 

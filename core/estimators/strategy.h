@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -23,6 +24,10 @@ struct WorkerScratch {
   // Bytes that it holds, itself included.
   virtual size_t bytes() const = 0;
 
+  // Once true, nobody wants the result any more; null: somebody does. Looked at before each point.
+  const std::atomic<bool>* stopped = nullptr;
+  bool IsStopped() const { return stopped != nullptr && stopped->load(std::memory_order_relaxed); }
+
   // How many points it has written, by PointStatus.
   std::array<uint64_t, kPointStatusEnd> status_counts{};
 };
@@ -36,7 +41,8 @@ struct GroupPhase {
   // Errors: ErrorKind::kOutOfMemory, the system gave no memory. May throw std::bad_alloc.
   std::function<absl::Status()> begin;
   // Thread-safe for distinct groups and distinct scratch, which is of the run's MakeScratch.
-  // Errors: ErrorKind::kNeighborhoodTooLarge; the run is then of no further use. May throw std::bad_alloc.
+  // Errors: ErrorKind::kNeighborhoodTooLarge; kCancelled once the scratch is stopped. The run is then of no further
+  // use. May throw std::bad_alloc.
   std::function<absl::Status(size_t group, WorkerScratch& scratch)> run;
 };
 

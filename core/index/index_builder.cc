@@ -141,15 +141,55 @@ void IndexBuilder::CollectBlock(size_t block) {
   }
 }
 
+// Returns by how many powers of two the index is to be larger than `scale_exponent` makes it, which comes from the
+// extent. A float has small offsets near the origin alone, so that the magnitude of a point tells how small the
+// structure around it can be. Of the scales at which the fewest sampled points are too small or too far, the one that
+// is nearest to the extent's; for clouds without far outliers that is the extent's own.
+int IndexBuilder::MagnifyingExponent(int scale_exponent) const {
+  constexpr int kLeast = -37, kMost = 50;  // exponents of magnitudes in the index; 2^kMost is kFarthest
+  constexpr size_t kMostSampled = 4096;
+  constexpr int kRange = 320;            // exponents of floats differ by less
+  std::array<uint32_t, kRange> below{};  // sampled points by exponents that they lack to 0
+  uint32_t sampled = 0, weyl = 0x2545F491u;
+  for (size_t i = 0; i < std::min(kMostSampled, index_.point_count_); ++i) {
+    weyl += 0x9E3779B9u;
+    const PointRecord& point = records_[(uint64_t{weyl} * index_.point_count_) >> 32];
+    const float magnitude =
+        std::max({std::abs(point.position[0]), std::abs(point.position[1]), std::abs(point.position[2])});
+    if (magnitude == 0.0f) continue;  // has no structure, or that of others
+    int exponent = 0;
+    std::frexp(magnitude, &exponent);
+    ++below[std::clamp(-(exponent + scale_exponent), 0, kRange - 1)];
+    ++sampled;
+  }
+  int best = 0;
+  uint32_t most_kept = 0;
+  for (int magnified = 0; magnified < kRange && most_kept < sampled; ++magnified) {
+    uint32_t kept = 0;
+    const int last = std::min(magnified - kLeast, kRange - 1);
+    for (int lack = std::max(magnified - kMost, 0); lack <= last; ++lack) kept += below[lack];
+    if (kept <= most_kept) continue;
+    most_kept = kept;
+    best = magnified;
+  }
+  return best;
+}
+
 void IndexBuilder::SetScale(const Box& box) {
   index_.scale_exponent_ = ScaleExponent(box);
+  const int magnifying = MagnifyingExponent(index_.scale_exponent_);
+  index_.scale_exponent_ += magnifying;
+  if (magnifying > 0) farthest_ = SpatialIndex::kFarthest;
   const int half = index_.scale_exponent_ / 2;
   scale_ = {std::ldexp(1.0f, half), std::ldexp(1.0f, index_.scale_exponent_ - half)};
 }
 
 std::array<float, 3> IndexBuilder::Scaled(const std::array<float, 3>& position) const {
-  return {position[0] * scale_[0] * scale_[1], position[1] * scale_[0] * scale_[1],
-          position[2] * scale_[0] * scale_[1]};
+  std::array<float, 3> scaled;
+  for (int axis = 0; axis < 3; ++axis) {
+    scaled[axis] = std::clamp(position[axis] * scale_[0] * scale_[1], -farthest_, farthest_);
+  }
+  return scaled;
 }
 
 PointRecord* IndexBuilder::PartEnd(const Part& part) {
@@ -239,6 +279,11 @@ void IndexBuilder::FinishLeaf(size_t leaf) {
     normals.x[i] = normal[0];
     normals.y[i] = normal[1];
     normals.z[i] = normal[2];
+  }
+  if (farthest_ < kInfinity) {
+    for (float* axis : {positions.x, positions.y, positions.z}) {
+      for (int i = 0; i < count; ++i) axis[i] = std::clamp(axis[i], -farthest_, farthest_);
+    }
   }
   index_.positions_[leaf] = positions;
   if (cloud_.has_normals()) index_.normals_[leaf] = normals;

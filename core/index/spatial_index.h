@@ -26,7 +26,9 @@ struct TreeNode {
 };
 
 // Points in tree order, in units of 2^-scale_exponent of the cloud's own, which brings the cloud's extent near 1: a
-// change that rounds nothing and lets no later product overflow.
+// change that rounds nothing and lets no later product overflow. Where that would bring points so near to the origin
+// that squares of their offsets vanish, because others are very far away, the extent is larger instead; points that
+// are then beyond kFarthest are moved to it, axis by axis (docs/numerics.md).
 //
 // Leaf i holds points [i * kLeafSize, (i + 1) * kLeafSize) of the tree order; the last leaf is padded with points at
 // infinity with id kPaddingId. The tree has no links: a node over n leaves has its left child, over LeftLeaves(n)
@@ -40,6 +42,9 @@ class SpatialIndex {
   // lie below one node.
   static constexpr size_t kGroupLeaves = 4;
   static constexpr size_t kGroupPoints = kGroupLeaves * kLeafSize;
+  // The largest coordinate where the scale does not come from the extent: squared distances, times what searches
+  // multiply them by, stay finite.
+  static constexpr float kFarthest = 0x1p50f;
   static constexpr int32_t kPaddingId = std::numeric_limits<int32_t>::max();
 
   // One leaf's points, coordinate by coordinate.

@@ -1,6 +1,7 @@
 #include "core/job/group_phase.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 #include <variant>
 
@@ -23,22 +24,37 @@ class GroupBlocks final : public Phase {
     if (groups_.begin) {
       if (absl::Status status = groups_.begin(); !status.ok()) return status;
     }
-    return (index_.group_count() + groups_per_block_ - 1) / groups_per_block_;
+    block_count_ = (index_.group_count() + groups_per_block_ - 1) / groups_per_block_;
+    return block_count_;
   }
 
   absl::Status RunBlock(const BlockContext& context) override {
     WorkerScratch& scratch = scratch_.of(context.worker);
-    const size_t first = context.block * groups_per_block_;
-    const size_t last = std::min(first + groups_per_block_, index_.group_count());
-    for (size_t group = first; group < last; ++group) {
+    scratch.stopped = &context.stopped;
+    // A block past the first ones is the rest of one of those, from the group that its number tells.
+    const bool is_rest = context.block >= block_count_;
+    const size_t first = is_rest ? context.block - block_count_ : context.block * groups_per_block_;
+    const size_t last = std::min((first / groups_per_block_ + 1) * groups_per_block_, index_.group_count());
+    const Clock::time_point started = Clock::now();
+    size_t group = first;
+    while (group < last) {
       if (context.stopped.load(std::memory_order_relaxed)) return absl::OkStatus();
       if (absl::Status status = groups_.run(group, scratch); !status.ok()) return status;
+      if (++group < last && Clock::now() - started > kLongBlock) {
+        context.add_block(block_count_ + group);
+        break;
+      }
     }
-    if (points_done_ != nullptr) *points_done_ += QueriesIn(first, last);
+    if (points_done_ != nullptr) *points_done_ += QueriesIn(first, group);
     return absl::OkStatus();
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+  // A block that has taken so long leaves its other groups to another turn: nobody knows beforehand what a point costs
+  // among many others in a radius, or in a cloud that is made to cost much.
+  static constexpr std::chrono::milliseconds kLongBlock{5};
+
   size_t PointsBefore(size_t group) const { return std::min(group * SpatialIndex::kGroupPoints, index_.point_count()); }
 
   // Points of groups [first, last) that get results.
@@ -57,6 +73,7 @@ class GroupBlocks final : public Phase {
   const GroupPhase groups_;
   const SpatialIndex& index_;
   const size_t groups_per_block_;
+  size_t block_count_ = 0;  // that the phase begins with
   ScratchSet& scratch_;
   std::atomic<size_t>* const points_done_;
 };

@@ -34,7 +34,8 @@ class ScratchSet {
 // where a point costs more, since others wait for the end of a block. Never 0.
 size_t GroupsPerBlock(const EstimatorOptions& options);
 
-// Runs `groups` on all groups of `index`, `groups_per_block` of them a block.
+// Runs `groups` on all groups of `index`, `groups_per_block` of them a block, or fewer where they take longer
+// than 5 ms.
 // Adds the points of each block that is done, of those that get results, to *points_done, if it is not null.
 // REQUIRES: index, scratch and points_done outlive the phase.
 std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block,

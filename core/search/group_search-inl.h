@@ -113,7 +113,7 @@ class GroupSearch {
 
   // The squared radius of the last neighborhood grown by this holds the next one 9 times out of 10.
   static constexpr float kGuessGrowth = 1.16f;
-  static constexpr float kWholeIndex = 16.0f;  // no two points are farther apart: the index's extent is below 1
+  static constexpr float kWholeIndex = 0x1p126f;  // no two points are farther apart: SpatialIndex::kFarthest
 
   const SpatialIndex& index_;
   const SearchPlan& plan_;

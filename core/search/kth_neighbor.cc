@@ -1,6 +1,7 @@
 #include "core/search/kth_neighbor.h"
 
 #include <algorithm>
+#include <array>
 
 namespace curvd {
 namespace {
@@ -11,6 +12,51 @@ class Descent {
   Descent(const SpatialIndex& index, const float* query, size_t k, ScratchArray<NeighborRank>& heap)
       : index_(index), query_(query), k_(k), heap_(heap) {
     heap_.Reserve(k);
+  }
+
+  // Looks at nodes in the order of their bounds, so that none is entered that holds no better point than the K-th. That
+  // matters where a point coincides with many others and has as many that are all equally far: going down to the first
+  // leaf and back up would look at all of the latter.
+  void Run() {
+    Push({Bound(0), 0, 0, static_cast<uint32_t>(index_.leaf_count())});
+    while (waiting_ > 0) {
+      std::pop_heap(nodes_.begin(), nodes_.begin() + waiting_, IsWorse);
+      const Node next = nodes_[--waiting_];
+      if (!MayImprove(next.bound)) return;
+      if (next.leaves == 1) {
+        ScanLeaf(next.first_leaf);
+      } else if (waiting_ + 2 > nodes_.size()) {
+        Visit(next.node, next.first_leaf, next.leaves);
+      } else {
+        PushChildren(next);
+      }
+    }
+  }
+
+ private:
+  struct Node {
+    NeighborRank bound;
+    uint32_t node;
+    uint32_t first_leaf;
+    uint32_t leaves;
+  };
+  // Where more nodes wait, one is gone down at once.
+  static constexpr size_t kMostWaiting = 2048;
+
+  static bool IsWorse(const Node& a, const Node& b) { return b.bound < a.bound; }
+
+  void Push(const Node& node) {
+    if (!MayImprove(node.bound)) return;
+    nodes_[waiting_++] = node;
+    std::push_heap(nodes_.begin(), nodes_.begin() + waiting_, IsWorse);
+  }
+
+  void PushChildren(const Node& parent) {
+    const auto left_leaves = static_cast<uint32_t>(SpatialIndex::LeftLeaves(parent.leaves));
+    const uint32_t left = parent.node + 1;
+    const auto right = static_cast<uint32_t>(SpatialIndex::RightChild(parent.node, parent.leaves));
+    Push({Bound(left), left, parent.first_leaf, left_leaves});
+    Push({Bound(right), right, parent.first_leaf + left_leaves, parent.leaves - left_leaves});
   }
 
   // The best rank that a point below the node may have.
@@ -40,7 +86,6 @@ class Descent {
     }
   }
 
- private:
   bool MayImprove(const NeighborRank& bound) const { return size_ < k_ || bound < heap_[0]; }
 
   void ScanLeaf(size_t leaf) {
@@ -65,14 +110,16 @@ class Descent {
   const float* query_;
   const size_t k_;
   ScratchArray<NeighborRank>& heap_;
-  size_t size_ = 0;  // of the heap
+  size_t size_ = 0;                       // of the heap
+  std::array<Node, kMostWaiting> nodes_;  // a heap, the best bound on top
+  size_t waiting_ = 0;
 };
 
 }  // namespace
 
 NeighborRank KthNeighbor(const SpatialIndex& index, const float query[3], size_t k, ScratchArray<NeighborRank>& heap) {
   Descent descent(index, query, k, heap);
-  descent.Visit(0, 0, index.leaf_count());
+  descent.Run();
   return heap[0];
 }
 

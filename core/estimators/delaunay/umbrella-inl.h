@@ -151,6 +151,7 @@ inline void BuildUmbrellasKernel(const SpatialIndex& index, const SearchPlan& pl
   UmbrellaCandidates candidates;
   float query[3], normal[3];
   for (size_t i = 0; i < s.points.size; ++i) {
+    if (s.IsStopped()) return;
     s.points.query.Get(i, query);
     s.points.normal.Get(i, normal);
     search.Find(query, CandidateCollector(index, query, candidates));

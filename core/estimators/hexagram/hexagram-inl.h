@@ -32,9 +32,9 @@ HWY_INLINE Corner AverageCorner(const Hexagram& hexagram, int s, const Triple& o
   const Triple offset = Scale(offsets, hn::Mul(per_count, per_rho));
   const Triple mean = Scale(normals, per_count);
   // With L = |own + mean|, the unit normal less the own is (mean - (L - 1) own) / L. L - 1 comes from L^2 - 1, which is
-  // small and loses no digits. Opposite normals may average to nothing; L stays away from zero.
-  const FloatVec squared_excess = Dot(Add(Add(own, own), mean), mean);
-  const FloatVec length = hn::Sqrt(hn::Max(hn::Add(one, squared_excess), hn::Set(d, 0.01f)));
+  // small and loses no digits. Opposite normals may average to nothing; L stays at least 0.1, in both places.
+  const FloatVec squared_excess = hn::Max(Dot(Add(Add(own, own), mean), mean), hn::Set(d, -0.99f));
+  const FloatVec length = hn::Sqrt(hn::Add(one, squared_excess));
   const FloatVec excess = hn::Div(squared_excess, hn::Add(length, one));
   return {offset, Scale(Sub(mean, Scale(own, excess)), hn::Div(one, length))};
 }
