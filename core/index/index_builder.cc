@@ -175,21 +175,40 @@ int IndexBuilder::MagnifyingExponent(int scale_exponent) const {
   return best;
 }
 
-void IndexBuilder::SetScale(const Box& box) {
+// Scales the records themselves, so that those which the scale makes equal are in the order of their ids among their
+// likes. Returns their box.
+Box IndexBuilder::ScaleRecords() {
+  constexpr float kFarthest = SpatialIndex::kFarthest;
+  constexpr float kNearest = 0x1p-63f;  // below it squares vanish
+  Box box = kEmptyBox;
+  for (size_t i = 0; i < index_.point_count_; ++i) {
+    if (i % Cloud::kBlockPoints == 0 && IsCancelled()) break;
+    const std::array<float, 3> scaled =
+        Scaled({records_[i].position[0], records_[i].position[1], records_[i].position[2]});
+    for (int axis = 0; axis < 3; ++axis) {
+      const float coordinate =
+          std::abs(scaled[axis]) < kNearest ? 0.0f : std::clamp(scaled[axis], -kFarthest, kFarthest);
+      records_[i].position[axis] = coordinate;
+      box.lo[axis] = std::min(box.lo[axis], coordinate);
+      box.hi[axis] = std::max(box.hi[axis], coordinate);
+    }
+  }
+  scale_ = {1.0f, 1.0f};
+  return box;
+}
+
+Box IndexBuilder::SetScale(const Box& box) {
   index_.scale_exponent_ = ScaleExponent(box);
   const int magnifying = MagnifyingExponent(index_.scale_exponent_);
   index_.scale_exponent_ += magnifying;
-  if (magnifying > 0) farthest_ = SpatialIndex::kFarthest;
   const int half = index_.scale_exponent_ / 2;
   scale_ = {std::ldexp(1.0f, half), std::ldexp(1.0f, index_.scale_exponent_ - half)};
+  return magnifying > 0 ? ScaleRecords() : box;
 }
 
 std::array<float, 3> IndexBuilder::Scaled(const std::array<float, 3>& position) const {
-  std::array<float, 3> scaled;
-  for (int axis = 0; axis < 3; ++axis) {
-    scaled[axis] = std::clamp(position[axis] * scale_[0] * scale_[1], -farthest_, farthest_);
-  }
-  return scaled;
+  return {position[0] * scale_[0] * scale_[1], position[1] * scale_[0] * scale_[1],
+          position[2] * scale_[0] * scale_[1]};
 }
 
 PointRecord* IndexBuilder::PartEnd(const Part& part) {
@@ -207,7 +226,7 @@ TreeNode IndexBuilder::MeasureNode(const Part& part) {
     slice = next;
   }
   // The root comes first.
-  if (part.node == 0) SetScale(node.box);
+  if (part.node == 0) node.box = SetScale(node.box);
   node.box = {Scaled(node.box.lo), Scaled(node.box.hi)};
   return node;
 }
@@ -279,11 +298,6 @@ void IndexBuilder::FinishLeaf(size_t leaf) {
     normals.x[i] = normal[0];
     normals.y[i] = normal[1];
     normals.z[i] = normal[2];
-  }
-  if (farthest_ < kInfinity) {
-    for (float* axis : {positions.x, positions.y, positions.z}) {
-      for (int i = 0; i < count; ++i) axis[i] = std::clamp(axis[i], -farthest_, farthest_);
-    }
   }
   index_.positions_[leaf] = positions;
   if (cloud_.has_normals()) index_.normals_[leaf] = normals;

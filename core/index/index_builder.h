@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <cstddef>
-#include <limits>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
@@ -61,8 +60,10 @@ class IndexBuilder {
   void StartCollect();
   void CountBlock(size_t block);
   void CollectBlock(size_t block);
-  void SetScale(const Box& box);
+  // Sets the scale by the box of all points, and returns their box in the unit that records are then in.
+  Box SetScale(const Box& box);
   int MagnifyingExponent(int scale_exponent) const;
+  Box ScaleRecords();
   std::array<float, 3> Scaled(const std::array<float, 3>& position) const;
   TreeNode MeasureNode(const Part& part);
   void Split(const Part& part, Part* left, Part* right);
@@ -76,9 +77,8 @@ class IndexBuilder {
   Cloud cloud_;
   const std::atomic<bool>* cancelled_;
   SpatialIndex index_;
-  PointRecord* records_ = nullptr;                           // in the memory that becomes the index's positions
-  float farthest_ = std::numeric_limits<float>::infinity();  // coordinates in the index stay within it
-  std::array<float, 2> scale_{};  // 2^scale_exponent in two factors, each a float: their product may not be one
+  PointRecord* records_ = nullptr;  // in the memory that becomes the index's positions
+  std::array<float, 2> scale_{};    // 2^scale_exponent in two factors, each a float: their product may not be one
   Phase phase_ = Phase::kDone;
   size_t block_count_ = 0;
   std::vector<size_t> block_offsets_;  // valid points in each block of the cloud; then, in all blocks before it

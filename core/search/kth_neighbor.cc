@@ -23,9 +23,7 @@ class Descent {
       std::pop_heap(nodes_.begin(), nodes_.begin() + waiting_, IsWorse);
       const Node next = nodes_[--waiting_];
       if (!MayImprove(next.bound)) return;
-      if (next.leaves == 1) {
-        ScanLeaf(next.first_leaf);
-      } else if (waiting_ + 2 > nodes_.size()) {
+      if (next.leaves <= kFewLeaves || waiting_ + 2 > nodes_.size()) {
         Visit(next.node, next.first_leaf, next.leaves);
       } else {
         PushChildren(next);
@@ -40,6 +38,8 @@ class Descent {
     uint32_t first_leaf;
     uint32_t leaves;
   };
+  // Gone down at once: cheaper than to let their nodes wait.
+  static constexpr uint32_t kFewLeaves = 16;
   // Where more nodes wait, one is gone down at once.
   static constexpr size_t kMostWaiting = 2048;
 
