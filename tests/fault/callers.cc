@@ -1,5 +1,5 @@
-// What one caller has to suffer from others: from a flood of calls, and from memory that is held for nothing. Prints a
-// row for each trial.
+// What one caller has to suffer from others: from clouds that are made to cost much, from a flood of calls, and from
+// memory that is held for nothing. Prints a row for each trial.
 //
 //   fault_callers --curvd=PATH [--times=20] [--flood=60] [--only=TRIAL]
 // Ends with status 1 if a caller has to wait longer than is promised.
@@ -281,8 +281,51 @@ bool WaitingForAll(const Flags& flags) {
   return Print("500,000 points beside a waiting call for all memory", row, kAllowedRatio);
 }
 
-constexpr std::pair<const char*, bool (*)(const Flags&)> kTrials[] = {
-    {"work", FloodOfWork}, {"memory", FloodOfMemory}, {"held", HeldForNothing}, {"waiting", WaitingForAll}};
+// A cloud of `count` points that are all equal.
+FaultCloud EqualPoints(size_t count) {
+  FaultCloud cloud(count, 4);
+  std::fill(cloud.positions.begin(), cloud.positions.end(), 1.0f);
+  return cloud;
+}
+
+// A cloud with one point that is as far away as a broken scanner may put it.
+FaultCloud WithOutlier(size_t count) {
+  FaultCloud cloud(count, 5);
+  cloud.positions[0] = 1e30f;
+  return cloud;
+}
+
+// One call after another of one caller with a cloud that is made to cost much, beside small ones of another.
+bool BesideHostileCloud(const Flags& flags, const char* name, v1::Estimator estimator, const FaultCloud& hostile) {
+  const TokenFile tokens;
+  const CurvdChild curvd(flags.curvd, ServerFlags(tokens, "1GiB"));
+  const Caller alice{"alice", OwnChannel(curvd.address())}, bob{"bob", OwnChannel(curvd.address())};
+  const FaultCloud small(1'000, 1);
+  v1::CloudHeader header = HeaderFor(hostile.size());
+  header.mutable_options()->set_estimator(estimator);
+  const Row row = TryBeside(curvd, bob, small, flags.times, kCallsATime, [&] {
+    auto calls = std::make_unique<Flood>(alice, 1, header, hostile);
+    WaitUntil([&] { return curvd.Metric("curvd_workers_busy") > 0; });
+    return calls;
+  });
+  return Print(name, row, kAllowedRatio);
+}
+
+bool HostileClouds(const Flags& flags) {
+  bool all_well = BesideHostileCloud(flags, "1,000 points beside 1,000,000 equal points", v1::ESTIMATOR_AVG_HEXAGRAM,
+                                     EqualPoints(1'000'000));
+  all_well &= BesideHostileCloud(flags, "1,000 points beside 3,000,000 equal points with Delaunay",
+                                 v1::ESTIMATOR_DELAUNAY, EqualPoints(3'000'000));
+  all_well &= BesideHostileCloud(flags, "1,000 points beside 200,000 points, one of them at 1e30",
+                                 v1::ESTIMATOR_AVG_HEXAGRAM, WithOutlier(200'000));
+  return all_well;
+}
+
+constexpr std::pair<const char*, bool (*)(const Flags&)> kTrials[] = {{"clouds", HostileClouds},
+                                                                      {"work", FloodOfWork},
+                                                                      {"memory", FloodOfMemory},
+                                                                      {"held", HeldForNothing},
+                                                                      {"waiting", WaitingForAll}};
 
 int Main(int argc, char** argv) {
   Flags flags;
@@ -290,7 +333,7 @@ int Main(int argc, char** argv) {
   app.add_option("--curvd", flags.curvd)->required();
   app.add_option("--times", flags.times)->capture_default_str();
   app.add_option("--flood", flags.flood, "calls that the other has open")->capture_default_str();
-  app.add_option("--only", flags.only, "one trial: work, memory, held or waiting");
+  app.add_option("--only", flags.only, "one trial: clouds, work, memory, held or waiting");
   CLI11_PARSE(app, argc, argv);
   std::printf(
       "| one caller's call, beside another caller | times | idle ms | beside ms | longest ms | times as long | "
