@@ -30,6 +30,7 @@ Vec3 TurnNormal(const View& view, const Vec3& normal) {
 std::vector<Disc> MakeDiscs(const std::vector<size_t>& shown, const std::vector<Vec3>& positions,
                             const std::vector<Vec3>& normals, const View& view) {
   std::vector<Vec3> turned;
+  turned.reserve(shown.size());
   for (const size_t i : shown) turned.push_back(positions[i]);
   ScaleToUnit(turned);
   for (Vec3& position : turned) position = view.Turn(position);
