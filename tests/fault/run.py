@@ -47,6 +47,9 @@ def main():
     parser.add_argument("--seed", type=int, default=time.time_ns() % 1_000_000)
     parser.add_argument("names", nargs="*", help="only these faults")
     options = parser.parse_args()
+    unknown = sorted(set(options.names) - {fault.name for fault in _FAULTS})
+    if unknown:
+        parser.error(f"no fault is called {unknown[0]!r}; there are: {', '.join(fault.name for fault in _FAULTS)}")
     chosen = [fault for fault in _FAULTS if fault.name in options.names or not options.names]
     chosen = [fault for fault in chosen if not (options.quick and fault.slow)]
     print(f"seed {options.seed}", flush=True)
