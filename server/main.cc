@@ -13,6 +13,7 @@
 #include "server/flags.h"
 #include "server/host/descriptor_limit.h"
 #include "server/host/memory_reuse.h"
+#include "server/host/thread_stacks.h"
 #include "server/host/version.h"
 #include "server/net/listen_address.h"
 #include "server/observe/grpc_log.h"
@@ -98,6 +99,7 @@ int Main(int argc, char** argv) {
   // What it would write, that a message cannot be parsed, no caller shall put between the log's lines.
   google::protobuf::SetLogHandler(nullptr);
   RaiseDescriptorLimit();
+  LimitThreadStacks();
   const absl::StatusOr<CommandLine> line = ParseCommandLine(argc, argv);
   if (!line.ok()) {
     std::fprintf(stderr, "curvd: %s\n", std::string(line.status().message()).c_str());
