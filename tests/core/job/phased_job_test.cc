@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <functional>
 #include <latch>
 #include <new>
@@ -129,7 +130,7 @@ TEST(PhasedJobTest, ABlockMayAddBlocksAndThePhaseEndsAfterThem) {
 TEST(PhasedJobTest, APhaseMayAddPhases) {
   WorkerPool pool(2);
   const auto job = std::make_shared<TestJob>(pool);
-  bool late = false;
+  std::atomic<bool> late = false;
   job->Add("first", 3).end = [&] {
     job->Add("second", 3).run = [&](const BlockContext&) {
       late = true;
