@@ -4,9 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cctype>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <string>
 
 #include "core/estimators/strategies.h"
@@ -37,7 +38,7 @@ TEST_P(HostileCloudTest, EveryEstimatorGivesNumbersOrAReason) {
       const PointCurvature& point = one.field.points[i];
       ASSERT_LT(static_cast<int>(point.status), kPointStatusEnd) << strategy->name << " point " << i;
       ASSERT_TRUE(point.status != PointStatus::kOk || IsFinite(point)) << strategy->name << " point " << i;
-      ASSERT_EQ(std::memcmp(&point.mean, &two.field.points[i].mean, sizeof(point.mean)), 0)
+      ASSERT_EQ(std::bit_cast<uint32_t>(point.mean), std::bit_cast<uint32_t>(two.field.points[i].mean))
           << strategy->name << " point " << i << " on two threads";
     }
   }
