@@ -4,14 +4,17 @@
   bench/compare_builds.py OLD_BUILD NEW_BUILD [--turns=N] [--programs=estimator,scaling] [-- FLAGS OF THE PROGRAMS]
 
 A build is the folder of `cmake --preset bench`. In each turn each program runs once from either build, the older first
-in every other turn, with one round unless FLAGS say otherwise. A row tells the median over the turns of NEW / OLD for
-one figure of one row of a table, so that what the machine does in the meantime hits both alike. It is marked where it
-is farther from 1 than --within. Figures that only one of the builds has, or that are 0 in the older one, are named and
-not compared. Exits with 1 if a row is marked, or if nothing was compared.
+in every other turn, with one round unless FLAGS say otherwise, so that what the machine does in the meantime hits both
+alike. A row tells the median over the turns of NEW / OLD for one figure of one row of a table, and how far that median
+may be off (two standard errors, from the spread of the turns). It is marked "<-" where it is farther from 1 than
+--within even so, and "?" where the turns are too few or too uneven to tell --within. Then come the geometric means of
+each column of each table. Figures that only one of the builds has, or that are 0 in the older one, are named and not
+compared. Exits with 1 if a row is marked "<-", or if nothing was compared.
 """
 
 import argparse
 import csv
+import math
 import pathlib
 import re
 import statistics
@@ -89,17 +92,36 @@ def add_ratios(old, new, ratios, uncompared):
 
 def report(ratios, uncompared, within):
     """Prints what was compared and what was not; returns the exit status."""
-    far = 0
+    far = untold = 0
+    columns = {}
     for (table, row, column), values in ratios.items():
-        median = statistics.median(values)
+        median, doubt = statistics.median(values), doubt_of_median(values)
+        columns.setdefault((table, column), []).append(median)
         mark = ""
-        if abs(median - 1) > within:
+        if abs(median - 1) > within + doubt:
             mark, far = "  <-", far + 1
-        print(f"{median:6.3f}  [{min(values):.3f}, {max(values):.3f}]  {table}: {row}: {column}{mark}")
+        elif doubt > within:
+            mark, untold = "  ?", untold + 1
+        print(f"{median:6.3f} +- {doubt:.3f}  {table}: {row}: {column}{mark}")
+    print("geometric means over the rows:")
+    for (table, column), medians in columns.items():
+        print(f"{statistics.geometric_mean(medians):6.3f}  {table}: {column} ({len(medians)} rows)")
     for (table, row, column), reason in uncompared.items():
         print(f"not compared, {reason}: {table}: {row}: {column}")
-    print(f"{len(ratios)} figures, {far} farther than {within:g} from 1; {len(uncompared)} not compared")
+    print(
+        f"{len(ratios)} figures, {far} farther than {within:g} from 1, {untold} not told to {within:g}; "
+        f"{len(uncompared)} not compared"
+    )
     return 1 if far or not ratios else 0
+
+
+def doubt_of_median(values):
+    """Twice the standard error of the values' median, from their median absolute deviation, as if they were normal."""
+    if len(values) < 2:
+        return math.inf
+    center = statistics.median(values)
+    deviation = 1.4826 * statistics.median(abs(value - center) for value in values)
+    return 2 * 1.2533 * deviation / math.sqrt(len(values))
 
 
 if __name__ == "__main__":

@@ -39,12 +39,22 @@ class ComparisonsTest(unittest.TestCase):
     def test_equal_figures_are_equal(self):
         status, output, errors = self.compare("what,a ms\\nx,2\\n", "what,a ms\\nx,2\\n")
         self.assertEqual(status, 0, errors)
-        self.assertIn("1 figures, 0 farther than 0.02 from 1; 0 not compared", output)
+        self.assertIn("1 figures, 0 farther than 0.02 from 1, 0 not told to 0.02; 0 not compared", output)
 
     def test_a_slower_figure_is_marked(self):
         status, output, _ = self.compare("what,a ms\\nx,2\\n", "what,a ms\\nx,3\\n")
         self.assertEqual(status, 1)
         self.assertIn("t: x: a ms  <-", output)
+
+    def test_turns_that_disagree_tell_nothing(self):
+        first_1_then_3 = "$([ -e $0.ran ] && echo 3 || echo 1; : >$0.ran)"
+        status, output, errors = self.compare("what,a ms\\nx,2\\n", f"what,a ms\\nx,{first_1_then_3}\\n")
+        self.assertEqual(status, 0, errors)
+        self.assertIn("t: x: a ms  ?", output)
+
+    def test_columns_have_geometric_means(self):
+        _, output, _ = self.compare("what,a ms\\nx,2\\ny,2\\n", "what,a ms\\nx,4\\ny,1\\n")
+        self.assertIn(" 1.000  t: a ms (2 rows)", output)
 
     def test_figures_of_one_build_are_named(self):
         status, output, _ = self.compare("what,a ms,b ms\\nx,2,1\\n", "what,a ms,c ms\\nx,2,1\\n")
