@@ -54,7 +54,7 @@ class ComparisonsTest(unittest.TestCase):
 
     def test_columns_have_geometric_means(self):
         _, output, _ = self.compare("what,a ms\\nx,2\\ny,2\\n", "what,a ms\\nx,4\\ny,1\\n")
-        self.assertIn(" 1.000  t: a ms (2 rows)", output)
+        self.assertIn(" 1.000   1.000  t: a ms (2 rows)", output)
 
     def test_figures_of_one_build_are_named(self):
         status, output, _ = self.compare("what,a ms,b ms\\nx,2,1\\n", "what,a ms,c ms\\nx,2,1\\n")
