@@ -87,10 +87,10 @@ soak: fault-programs ## Load a server for DURATION (30m), compare every byte, lo
 # For each fuzz target.
 fuzz: SECONDS ?= 60
 .PHONY: fuzz
-fuzz: deps ## Run every fuzz target for SECONDS=60, under the address and undefined behavior sanitizers
+fuzz: deps ## Run every fuzz target for SECONDS=60, or EXECUTIONS=1000000 times, under ASan and UBSan
 	@cmake --preset fuzz >/dev/null
 	@cmake --build --preset fuzz --parallel $(JOBS)
-	@tests/fuzz/run_fuzzers.py build/fuzz/bin build/fuzz/run $(SECONDS)
+	@tests/fuzz/run_fuzzers.py build/fuzz/bin build/fuzz/run $(SECONDS) $(EXECUTIONS)
 
 .PHONY: bench
 bench: deps ## Run the benchmarks and rewrite docs/benchmarks.md (QUICK=1: small clouds, FULL=1: up to 10 million points)

@@ -1,8 +1,9 @@
 #!/usr/bin/python3
-"""Runs every fuzz target and prints what came of it: run_fuzzers.py BIN_DIR WORK_DIR SECONDS
+"""Runs every fuzz target and prints what came of it: run_fuzzers.py BIN_DIR WORK_DIR SECONDS [EXECUTIONS]
 
-Each target runs SECONDS, as many at a time as there are cores, from the seeds beside this script and from what earlier
-runs left in WORK_DIR/corpus. Inputs that break a target are kept in WORK_DIR/findings; exits with 1 if there are any.
+Each target runs SECONDS, or EXECUTIONS times, however long that takes; as many at a time as there are cores, from the
+seeds beside this script and from what earlier runs left in WORK_DIR/corpus. Inputs that break a target are kept in
+WORK_DIR/findings; exits with 1 if there are any.
 To see one again: BIN_DIR/TARGET_fuzzer FINDING.
 """
 
@@ -18,7 +19,7 @@ HERE = pathlib.Path(__file__).parent
 LIMITS = ["-max_len=4096", "-timeout=20", "-rss_limit_mb=1024", "-malloc_limit_mb=256"]
 
 
-def run(fuzzer, work_dir, seconds):
+def run(fuzzer, work_dir, bound):
     """Runs one target. Returns its name, executions, branches covered and the files of its findings."""
     target = fuzzer.name.removesuffix("_fuzzer")
     corpus, findings = (work_dir / kind / target for kind in ("corpus", "findings"))
@@ -26,7 +27,7 @@ def run(fuzzer, work_dir, seconds):
         folder.mkdir(parents=True, exist_ok=True)
     before = set(findings.iterdir())
     dictionary = HERE / "dictionaries" / target
-    command = [fuzzer, *LIMITS, f"-max_total_time={seconds}", f"-artifact_prefix={findings}/", "-print_final_stats=1",
+    command = [fuzzer, *LIMITS, bound, f"-artifact_prefix={findings}/", "-print_final_stats=1",
                *([f"-dict={dictionary}"] if dictionary.exists() else []), corpus, HERE / "corpus" / target]
     log = work_dir / f"{target}.log"
     with log.open("w", encoding="utf-8") as output:
@@ -42,7 +43,8 @@ def run(fuzzer, work_dir, seconds):
 
 
 def main():
-    bin_dir, work_dir, seconds = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), int(sys.argv[3])
+    bin_dir, work_dir = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    bound = f"-runs={int(sys.argv[4])}" if len(sys.argv) > 4 else f"-max_total_time={int(sys.argv[3])}"
     fuzzers = sorted(bin_dir.glob("*_fuzzer"))
     if not fuzzers:
         sys.exit(f"{bin_dir} holds no fuzz targets")
@@ -50,7 +52,7 @@ def main():
     findings = []
     print(f"{'target':<12}{'executions':>12}{'branches':>10}{'new findings':>14}")
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        for target, executions, covered, found in pool.map(lambda fuzzer: run(fuzzer, work_dir, seconds), fuzzers):
+        for target, executions, covered, found in pool.map(lambda fuzzer: run(fuzzer, work_dir, bound), fuzzers):
             print(f"{target:<12}{executions:>12,}{covered:>10,}{len(found):>14}", flush=True)
             findings += found
     for finding in findings:
