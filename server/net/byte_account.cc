@@ -1,6 +1,7 @@
 #include "server/net/byte_account.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace curvd {
 namespace {
@@ -17,9 +18,13 @@ constexpr uint64_t kSentShare = 128;
 constexpr uint64_t kAnsweredMetadata = 1 << 10;
 // What a client may send for a call before it hears that the call is refused, or that it shall go on: HTTP/2's window.
 constexpr uint64_t kFirstFlightBytes = 64 << 10;
-// What a connection sends that has nothing to do: pings. Who was let in may also break off some calls a second.
+// What a connection sends that has nothing to do: pings, each of which gets an answer as long as itself. A header that
+// never ends gets none. Who was let in may also break off some calls a second.
 constexpr uint64_t kForgivenBytesPerSecond = 64;
+constexpr uint64_t kForgivenSentTimes = 2;
 constexpr uint64_t kForgivenLetInBytesPerSecond = 4 << 10;
+// What an open call that everybody may make counts for: gRPC holds 17 KiB for it.
+constexpr uint64_t kOpenToAllBytes = 256;
 
 }  // namespace
 
@@ -49,11 +54,14 @@ void ByteAccount::NoteEnd(const EndedCall& call) {
 // What it sends with a call that is refused counts against what strangers may send: it should not do so often.
 void ByteAccount::NoteAnswered(uint64_t metadata) { accounted_ += std::min(metadata, kAnsweredMetadata) + kCallBytes; }
 
-void ByteAccount::Forgive(Clock::time_point now) {
+void ByteAccount::Forgive(uint64_t sent, Clock::time_point now) {
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(now - forgiven_at_);
+  if (seconds.count() == 0) return;
   forgiven_at_ += seconds;
+  const uint64_t answered = kForgivenSentTimes * (sent - std::exchange(forgiven_sent_, sent));
+  const auto elapsed = static_cast<uint64_t>(seconds.count());
   accounted_ +=
-      static_cast<uint64_t>(seconds.count()) * (let_in_ ? kForgivenLetInBytesPerSecond : kForgivenBytesPerSecond);
+      let_in_ ? elapsed * kForgivenLetInBytesPerSecond : std::min(elapsed * kForgivenBytesPerSecond, answered);
 }
 
 uint64_t ByteAccount::allowance() const {
@@ -62,25 +70,28 @@ uint64_t ByteAccount::allowance() const {
          reading_ * allowances_->max_message + (reading_ > 0 ? kOversizedBytes : 0);
 }
 
-ByteAccount::Verdict ByteAccount::Judge(uint64_t read, Clock::time_point now) {
-  Forgive(now);
+ByteAccount::Verdict ByteAccount::Judge(uint64_t read, uint64_t sent, Clock::time_point now) {
+  Forgive(sent, now);
   // Credit is not saved up; but what was on its way to calls that have ended may come later.
   accounted_ = std::min(accounted_, read + (let_in_ ? std::max(allowances_->max_message, kOversizedBytes) : 0));
-  unaccounted_ = read - std::min(read, accounted_);
-  if (let_in_) {
-    suspect_ = false;
-    return unaccounted_ > allowance() ? Verdict::kTooMuch : Verdict::kFine;
-  }
+  unaccounted_ = read - std::min(read, accounted_) + open_to_all_ * kOpenToAllBytes;
+  if (!let_in_) return JudgeStranger(now);
+  return unaccounted_ > allowance() ? Verdict::kTooMuch : Verdict::kFine;
+}
+
+ByteAccount::Verdict ByteAccount::JudgeStranger(Clock::time_point now) {
+  if (unaccounted_ <= kSmallBytes) owes_since_.reset();
+  if (unaccounted_ > kSmallBytes && !owes_since_.has_value()) owes_since_ = now;
+  if (owes_since_.has_value() && now - *owes_since_ > allowances_->patience()) return Verdict::kTooMuch;
   // The system moves its bound in steps.
   if (unaccounted_ + kBoundStep < allowances_->stranger) {
-    suspect_ = false;
-    return Verdict::kFine;
+    suspect_since_.reset();
+    return owes_since_.has_value() ? Verdict::kOwes : Verdict::kFine;
   }
-  if (!suspect_) suspect_since_ = now;
-  suspect_ = true;
+  if (!suspect_since_.has_value()) suspect_since_ = now;
   // More than the system should have let through: it does not hold the bound.
   const bool unbounded = unaccounted_ > 2 * allowances_->stranger;
-  return unbounded || now - suspect_since_ > kPatience ? Verdict::kTooMuch : Verdict::kSuspect;
+  return unbounded || now - *suspect_since_ > kPatience ? Verdict::kTooMuch : Verdict::kSuspect;
 }
 
 }  // namespace curvd

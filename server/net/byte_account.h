@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 
 namespace curvd {
 
@@ -25,6 +26,9 @@ struct ByteAllowances {
   }
   // What an honest caller sends before a busy server has let it in.
   uint64_t first_flight() const { return stranger - std::min(stranger, kSlack); }
+  // For how long a stranger may have more than ByteAccount::kSmallBytes unaccounted for: as long as a line of 9.6
+  // kbit/s takes for twice the metadata of a call, and 10 s.
+  std::chrono::seconds patience() const { return std::chrono::seconds(10 + max_metadata / 512); }
 };
 
 // A call that was let in, when it is over.
@@ -43,9 +47,12 @@ class ByteAccount {
 
   enum class Verdict {
     kFine,
+    kOwes,     // it has sent more than kSmallBytes, and has to get an answer within ByteAllowances::patience
     kSuspect,  // it has used up what strangers may send, and may just be waiting for its call to be let in
     kTooMuch,
   };
+  // What a stranger sends with a TLS handshake and a small call.
+  static constexpr uint64_t kSmallBytes = 12 << 10;
   // What a call that has memory may send beyond its messages: one that is too large is refused by its length, and the
   // caller told so, while what is on its way of it is read and thrown away.
   static constexpr uint64_t kOversizedBytes = 32 << 20;
@@ -65,10 +72,15 @@ class ByteAccount {
   // A call with so much metadata that was not let in has got its answer: one that everybody may make, or a refusal.
   // REQUIRES: the peer did not break it off.
   void NoteAnswered(uint64_t metadata);
+  // A call that everybody may make has begun, or is over, answered or not. While it is open, gRPC holds memory for it.
+  void NoteOpenToAll() { ++open_to_all_; }
+  // No effect if none is open, as for NoteEnd.
+  void NoteOpenToAllEnd() { open_to_all_ -= open_to_all_ > 0 ? 1 : 0; }
 
-  // REQUIRES: neither `read`, the number of bytes that gRPC has read, nor `now` goes back.
-  Verdict Judge(uint64_t read, Clock::time_point now);
-  // What no call accounted for when Judge was called.
+  // `read` bytes of the peer were read by gRPC, and `sent` bytes were sent to it, each counted once. REQUIRES: none of
+  // them goes back, nor does `now`.
+  Verdict Judge(uint64_t read, uint64_t sent, Clock::time_point now);
+  // What no call accounted for when Judge was called, and what open calls that everybody may make hold.
   uint64_t unaccounted() const { return unaccounted_; }
   // How many bytes it may have sent in all, as long as no call was let in. Who bounds them may lag behind by
   // kBoundStep.
@@ -80,17 +92,20 @@ class ByteAccount {
   bool TooMuchMetadata(uint64_t metadata) const { return metadata > 2 * allowances_->max_metadata; }
 
  private:
-  void Forgive(Clock::time_point now);
+  void Forgive(uint64_t sent, Clock::time_point now);
+  Verdict JudgeStranger(Clock::time_point now);
 
   const ByteAllowances* allowances_;
   bool let_in_ = false;
-  uint64_t open_ = 0;     // calls
-  uint64_t reading_ = 0;  // of them
+  uint64_t open_ = 0;         // calls that were let in
+  uint64_t reading_ = 0;      // of them
+  uint64_t open_to_all_ = 0;  // calls that everybody may make
   uint64_t accounted_ = 0;
   uint64_t unaccounted_ = 0;
   Clock::time_point forgiven_at_;
-  Clock::time_point suspect_since_{};
-  bool suspect_ = false;
+  uint64_t forgiven_sent_ = 0;  // bytes that had been sent to the peer then
+  std::optional<Clock::time_point> owes_since_;
+  std::optional<Clock::time_point> suspect_since_;
 };
 
 }  // namespace curvd

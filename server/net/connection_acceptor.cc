@@ -25,8 +25,10 @@ namespace {
 // How many connections are taken before those that ended have their turn.
 constexpr int kAcceptedInTurn = 64;
 constexpr int kEventsAtOnce = 64;
-// What is polled at a connection that is quiet.
-constexpr uint32_t kBytesCome = EPOLLIN | EPOLLET;
+// What is polled at a connection that is quiet. gRPC may have read what came before epoll is asked; EPOLLIN alone would
+// not tell of it then. A connection can be written to nearly always, so that it is told of whenever something came, and
+// once when polling begins.
+constexpr uint32_t kBytesCome = EPOLLIN | EPOLLOUT | EPOLLET;
 // How long to wait for descriptors when the system has none left.
 constexpr int kNoDescriptorPauseMs = 100;
 
@@ -115,7 +117,7 @@ void ConnectionAcceptor::Run() {
       if (fd == wake_fd_ || IsListener(fd)) continue;
       if ((events[i].events & (EPOLLHUP | EPOLLERR)) != 0) {
         RemoveEnded(fd);
-      } else {
+      } else if (connections_.HasMore(fd)) {
         // The guard looks again and again now, without being woken by each segment.
         Poll(epoll_fd_, EPOLL_CTL_MOD, fd, 0);
         guard_.Wake(fd);

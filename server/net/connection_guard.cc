@@ -1,6 +1,7 @@
 #include "server/net/connection_guard.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace curvd {
 
@@ -12,12 +13,13 @@ void ConnectionGuard::Wake(int watch) {
 void ConnectionGuard::Forget(int watch) {
   const auto found = std::find_if(awake_.begin(), awake_.end(), [watch](const Awake& a) { return a.watch == watch; });
   if (found != awake_.end()) awake_.erase(found);
+  debtors_.erase(watch);
 }
 
 int ConnectionGuard::WaitMs(Clock::time_point now) const {
-  if (awake_.empty() && level_ == MemoryPressure::Level::kFine) return -1;
+  if (awake_.empty() && debtors_.empty() && level_ == MemoryPressure::Level::kFine) return -1;
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(next_turn_ - now);
-  return static_cast<int>(std::clamp<std::chrono::milliseconds::rep>(left.count(), 0, kLongInterval.count()));
+  return static_cast<int>(std::clamp<std::chrono::milliseconds::rep>(left.count(), 0, kSlowInterval.count()));
 }
 
 std::vector<int> ConnectionGuard::Turn(Clock::time_point now, uint64_t resident_bytes) {
@@ -32,26 +34,51 @@ std::vector<int> ConnectionGuard::Turn(Clock::time_point now, uint64_t resident_
     const ConnectionRegistry::Sight sight = connections_.Look(next.watch, now);
     if (sight == ConnectionRegistry::Sight::kEnded) memory_.NoteFreed(now);
     strangers = strangers || connections_.IsStranger(next.watch);
-    next.looks_in_vain = sight == ConnectionRegistry::Sight::kQuiet ? next.looks_in_vain + 1 : 0;
+    const bool in_vain = sight == ConnectionRegistry::Sight::kQuiet || sight == ConnectionRegistry::Sight::kOwes;
+    next.looks_in_vain = in_vain ? next.looks_in_vain + 1 : 0;
     if (next.looks_in_vain < kQuietLooks) {
       awake_.push_back(next);
     } else {
       quiet.push_back(next.watch);
+      if (sight == ConnectionRegistry::Sight::kOwes) debtors_.insert(next.watch);
     }
   }
+  LookAtDebtors(now);
   Shed(now, resident_bytes);
-  next_turn_ = now + (strangers || level_ != MemoryPressure::Level::kFine ? kInterval : kLongInterval);
+  const bool is_tense = level_ != MemoryPressure::Level::kFine;
+  const auto interval = awake_.empty() && !is_tense ? kSlowInterval : kLongInterval;
+  next_turn_ = now + (strangers || is_tense ? kInterval : interval);
   return quiet;
+}
+
+// A debtor stays one while bytes come, since nobody may be told of these bytes again: they were seen here.
+void ConnectionGuard::LookAtDebtors(Clock::time_point now) {
+  if (now < debtors_due_) return;
+  debtors_due_ = now + kSlowInterval;
+  std::erase_if(debtors_, [&](int watch) {
+    const ConnectionRegistry::Sight sight = connections_.Look(watch, now);
+    if (sight == ConnectionRegistry::Sight::kEnded) memory_.NoteFreed(now);
+    return sight == ConnectionRegistry::Sight::kEnded || sight == ConnectionRegistry::Sight::kQuiet;
+  });
 }
 
 void ConnectionGuard::Shed(Clock::time_point now, uint64_t resident_bytes) {
   const bool critical = level_ == MemoryPressure::Level::kCritical;
+  const bool tense = level_ != MemoryPressure::Level::kFine;
+  const bool grows = resident_bytes > std::exchange(last_resident_bytes_, resident_bytes) + kFastGrowth;
+  bool any = tense && grows && connections_.EndStrangersBeyond(critical ? kSparedTogether : kStrangersTogether);
   // What the process freed and keeps is nobody's fault: that goes first, and the next turn shows what is left.
-  const bool trimmed = level_ != MemoryPressure::Level::kFine && memory_.Trim(now);
+  const bool trimmed = tense && memory_.Trim(now);
   const uint64_t budget = std::max(kStrangersBytes, memory_.Headroom(resident_bytes) / kWorstGrowth);
-  bool any = level_ == MemoryPressure::Level::kHigh && !trimmed && connections_.EndLargestStranger();
+  if (level_ == MemoryPressure::Level::kHigh && !trimmed) {
+    any = connections_.EndLargestStranger() || any;
+    any = connections_.EndStrangersBeyond(kStrangersTogether) || any;
+  }
   while ((critical || connections_.StrangersBytes() > budget) && connections_.EndLargestStranger()) any = true;
-  if (critical && !trimmed && connections_.EndLargestLetIn(kSparedLetInBytes)) any = true;
+  if (critical && !trimmed) {
+    any = connections_.EndStrangersBeyond(kSparedTogether) || any;
+    any = connections_.EndLargestLetIn(kSparedLetInBytes) || any;
+  }
   if (any) memory_.NoteFreed(now);
   refuses_ = critical && (any || refuses_);
 }

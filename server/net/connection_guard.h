@@ -15,9 +15,9 @@ namespace curvd {
 // gRPC 1.51 bounds neither the metadata of a call before its peer answers SETTINGS, nor calls that are reset, nor
 // messages of calls that nobody has seen yet; and a header that comes in small pieces costs the square of its length.
 // So the guard looks every few milliseconds at each connection from which bytes come: what gRPC has read of them must
-// be accounted for by calls (ByteAccount). And it looks at the memory of the process. Where that is too much, it gives
-// back what was freed, and ends strangers' connections, the largest first; then also others that have sent much that no
-// call accounts for. Not thread-safe.
+// be accounted for by calls (ByteAccount), and what strangers have sent must be so in time. And it looks at the memory
+// of the process. Where that is too much, it gives back what was freed, and ends strangers' connections, the largest
+// first; then also others that have sent much that no call accounts for. Not thread-safe.
 class ConnectionGuard {
  public:
   using Clock = std::chrono::steady_clock;
@@ -25,6 +25,8 @@ class ConnectionGuard {
   static constexpr std::chrono::milliseconds kInterval{5};
   // As long as none of them is a stranger's.
   static constexpr std::chrono::milliseconds kLongInterval{20};
+  // How often connections are looked at that are quiet and owe something.
+  static constexpr std::chrono::milliseconds kSlowInterval{1000};
   // How many connections are looked at in one turn: 100 microseconds' work.
   static constexpr size_t kLooksInTurn = 50;
   // How often a connection is looked at in vain until it counts as quiet.
@@ -33,6 +35,13 @@ class ConnectionGuard {
   // that is left, and kStrangersBytes in any case.
   static constexpr uint64_t kWorstGrowth = 128;
   static constexpr uint64_t kStrangersBytes = 256 << 10;
+  // What strangers that are spared one by one may have sent together while memory is high, and while it is critical, if
+  // giving back what was freed did not help. A byte may cost 1,200 then: a call in 15 bytes takes 17 KiB.
+  static constexpr uint64_t kStrangersTogether = 256 << 10;
+  static constexpr uint64_t kSparedTogether = 32 << 10;
+  // By how much memory grows from one turn to the next only if somebody takes it: what was freed and kept is not the
+  // reason then, and strangers go at once.
+  static constexpr uint64_t kFastGrowth = 4 << 20;
   // What a connection of which calls were let in may have unaccounted for while memory is critical.
   static constexpr uint64_t kSparedLetInBytes = 256 << 10;
 
@@ -58,14 +67,19 @@ class ConnectionGuard {
     int looks_in_vain;
   };
 
+  // Looks at those that are quiet and owe something.
+  void LookAtDebtors(Clock::time_point now);
   // Ends connections until memory will do.
   void Shed(Clock::time_point now, uint64_t resident_bytes);
 
   ConnectionRegistry& connections_;
   MemoryPressure& memory_;
   MemoryPressure::Level level_ = MemoryPressure::Level::kFine;
-  std::deque<Awake> awake_;  // in the order of their turns
+  std::deque<Awake> awake_;          // in the order of their turns
+  std::unordered_set<int> debtors_;  // watches of those that are, or were lately, quiet and owed something
+  Clock::time_point debtors_due_{};
   bool refuses_ = false;
+  uint64_t last_resident_bytes_ = 0;  // at the last turn
   Clock::time_point last_turn_{};
   Clock::time_point next_turn_{};  // at once in the beginning
 };

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "server/net/listen_address.h"
@@ -16,11 +17,15 @@
 namespace curvd {
 namespace {
 
-uint64_t ReceivedBytes(int fd) {
+// All zero for a Unix socket, and what the system does not know.
+tcp_info InfoOf(int fd) {
   tcp_info info = {};
   socklen_t length = sizeof(info);
-  return getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &length) == 0 ? info.tcpi_bytes_received : 0;
+  if (getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &length) != 0) return {};
+  return info;
 }
+
+uint64_t ReceivedBytes(int fd) { return InfoOf(fd).tcpi_bytes_received; }
 
 // Bytes that were received and that gRPC has not read.
 uint64_t UnreadBytes(int fd) {
@@ -90,6 +95,7 @@ void ConnectionRegistry::NoteCall(const std::string& peer, Call call, uint64_t m
       return;
     case Call::kOpenToAll:
       ++connection->record.open_calls;
+      connection->account.NoteOpenToAll();
       return;
   }
 }
@@ -107,6 +113,11 @@ void ConnectionRegistry::NoteSent(const std::string& peer, uint64_t bytes) {
   if (Connection* connection = Find(peer)) connection->account.NoteSent(bytes);
 }
 
+void ConnectionRegistry::NoteOpenToAllEnd(const std::string& peer) {
+  MutexLock lock(mutex_);
+  if (Connection* connection = Find(peer)) connection->account.NoteOpenToAllEnd();
+}
+
 void ConnectionRegistry::NoteAnswered(const std::string& peer, uint64_t metadata) {
   MutexLock lock(mutex_);
   if (Connection* connection = Find(peer)) connection->account.NoteAnswered(metadata);
@@ -120,10 +131,12 @@ void ConnectionRegistry::NoteEnd(const std::string& peer, const EndedCall& call)
 ConnectionRegistry::Sight ConnectionRegistry::Look(int watch, ByteAccount::Clock::time_point now) {
   MutexLock lock(mutex_);
   Connection& connection = connections_.at(watch);
-  const uint64_t received = ReceivedBytes(watch);
+  const tcp_info info = InfoOf(watch);
+  const uint64_t received = info.tcpi_bytes_received;
   const uint64_t unread = std::min(received, UnreadBytes(watch));
   const bool more = received != std::exchange(connection.record.received_bytes, received);
-  const ByteAccount::Verdict verdict = connection.account.Judge(received - unread, now);
+  const ByteAccount::Verdict verdict =
+      connection.account.Judge(received - unread, info.tcpi_bytes_sent - info.tcpi_bytes_retrans, now);
   strangers_bytes_ -= StrangersBytesOf(connection);
   connection.unaccounted = connection.account.unaccounted() + unread;
   strangers_bytes_ += StrangersBytesOf(connection);
@@ -135,7 +148,13 @@ ConnectionRegistry::Sight ConnectionRegistry::Look(int watch, ByteAccount::Clock
   MoveBound(watch, connection);
   // gRPC may not have read all of what lets a connection be a suspect.
   const bool full = connection.beginning.has_value() && received >= connection.bound;
-  return more || full || verdict == ByteAccount::Verdict::kSuspect ? Sight::kBusy : Sight::kQuiet;
+  if (more || full || verdict == ByteAccount::Verdict::kSuspect) return Sight::kBusy;
+  return verdict == ByteAccount::Verdict::kOwes ? Sight::kOwes : Sight::kQuiet;
+}
+
+bool ConnectionRegistry::HasMore(int watch) const {
+  MutexLock lock(mutex_);
+  return ReceivedBytes(watch) != connections_.at(watch).record.received_bytes;
 }
 
 bool ConnectionRegistry::IsStranger(int watch) const {
@@ -169,6 +188,25 @@ bool ConnectionRegistry::EndLargestStranger() {
   }
   if (largest < 0) return false;
   End(largest, connections_.at(largest), StrangerReason::kMemoryShort);
+  return true;
+}
+
+bool ConnectionRegistry::EndStrangersBeyond(uint64_t together) {
+  MutexLock lock(mutex_);
+  std::vector<std::pair<uint64_t, int>> strangers;  // bytes and watch
+  uint64_t sum = 0;
+  for (const auto& [watch, connection] : connections_) {
+    const uint64_t bytes = BytesBeyond(0, connection);
+    strangers.emplace_back(bytes, watch);
+    sum += bytes;
+  }
+  if (sum <= together) return false;
+  std::sort(strangers.begin(), strangers.end(), std::greater<>());
+  for (const auto& [bytes, watch] : strangers) {
+    if (sum <= together) break;
+    End(watch, connections_.at(watch), StrangerReason::kMemoryShort);
+    sum -= bytes;
+  }
   return true;
 }
 

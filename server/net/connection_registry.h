@@ -57,26 +57,31 @@ class ConnectionRegistry {
   void Clear();
 
   // A call with `metadata` bytes of metadata came from `peer`; or a message of `bytes` bytes of a call that was let in,
-  // or one was sent to it; or a call is over that was let in; or one that was not let in got its answer, and was not
-  // broken off. No effect if no connection of that peer is known: calls in the same process have none, and those from
-  // Unix sockets cannot be told apart.
+  // or one was sent to it; or a call is over that was let in, or one that everybody may make; or one that was not let
+  // in got its answer, and was not broken off. No effect if no connection of that peer is known: calls in the same
+  // process have none, and those from Unix sockets cannot be told apart.
   void NoteCall(const std::string& peer, Call call, uint64_t metadata);
   void NoteMessage(const std::string& peer, uint64_t bytes, bool is_first);
   void NoteSent(const std::string& peer, uint64_t bytes);
   void NoteEnd(const std::string& peer, const EndedCall& call);
+  void NoteOpenToAllEnd(const std::string& peer);
   void NoteAnswered(const std::string& peer, uint64_t metadata);
 
   // What strangers have sent, as far as it was seen by Look: of each connection of which no call was let in, what it
   // has sent that its answered calls and pings do not account for, beyond ByteAllowances::first_flight.
   uint64_t StrangersBytes() const;
-  // Who has sent no more than a TLS handshake and a call beside that is spared even where memory is short.
-  static constexpr uint64_t kSparedBytes = 12 << 10;
+  // Who has sent no more than a TLS handshake and a call beside that is spared even where memory is short, unless
+  // there are many of them.
+  static constexpr uint64_t kSparedBytes = ByteAccount::kSmallBytes;
   // What a look at a connection shows.
   enum class Sight {
     kQuiet,  // nothing came since the last look
+    kOwes,   // the same, but if it stays so, the connection is to be ended some seconds later
     kBusy,   // bytes came, or it has sent so many that it may be ended soon
     kEnded,  // it had sent too many, and was ended now
   };
+  // Whether bytes came since the last look, or since the connection was added. REQUIRES: as Remove.
+  bool HasMore(int watch) const;
   // Looks at what the connection has sent until `now`, and ends it if that is too much. REQUIRES: as Remove; `now` does
   // not go back.
   Sight Look(int watch, ByteAccount::Clock::time_point now);
@@ -85,6 +90,9 @@ class ConnectionRegistry {
   // Of those of which no call was let in, ends the connection that has sent most that nothing accounts for, if that is
   // more than kSparedBytes. Returns whether there was one.
   bool EndLargestStranger();
+  // Of those of which no call was let in, ends the largest until the others together have sent at most `together` bytes
+  // that nothing accounts for. Returns whether it ended any.
+  bool EndStrangersBeyond(uint64_t together);
   // Ends the connection of which a call was let in, and of whose bytes most were unaccounted for at its last look, if
   // more than `least`. Returns whether there was one.
   bool EndLargestLetIn(uint64_t least);

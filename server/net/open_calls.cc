@@ -22,6 +22,7 @@ class OpenCall final : public grpc::experimental::Interceptor {
     connections_.NoteCall(peer_, ConnectionRegistry::Call::kOpenToAll, metadata_bytes_);
   }
   ~OpenCall() override {
+    connections_.NoteOpenToAllEnd(peer_);
     if (is_answered_) connections_.NoteAnswered(peer_, metadata_bytes_);
   }
 

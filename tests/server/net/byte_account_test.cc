@@ -14,14 +14,17 @@ constexpr ByteAccount::Clock::time_point kStart{};
 
 class ByteAccountTest : public ::testing::Test {
  protected:
-  Verdict JudgeAt(uint64_t read, ByteAccount::Clock::duration after) { return account_.Judge(read, kStart + after); }
+  // The server answers nothing but `sent` bytes.
+  Verdict JudgeAt(uint64_t read, ByteAccount::Clock::duration after, uint64_t sent = 0) {
+    return account_.Judge(read, sent, kStart + after);
+  }
 
   ByteAccount account_{kAllowances, kStart};
 };
 
 TEST_F(ByteAccountTest, AStrangerMaySendAHandshakeAndACall) {
   EXPECT_EQ(JudgeAt(0, seconds(0)), Verdict::kFine);
-  EXPECT_EQ(JudgeAt(90'000, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(JudgeAt(90'000, seconds(0)), Verdict::kOwes);
   EXPECT_EQ(account_.unaccounted(), 90'000u);
   EXPECT_EQ(account_.bound(), 100'000u);
 }
@@ -40,7 +43,7 @@ TEST_F(ByteAccountTest, ASuspectOfWhomNoCallIsLetInHasSentTooMuch) {
 
 // The system moves its bound in steps, so that a stranger may be held back right below it.
 TEST_F(ByteAccountTest, AStrangerIsASuspectAStepBelowTheBound) {
-  EXPECT_EQ(JudgeAt(100'000 - ByteAccount::kBoundStep - 1, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(JudgeAt(100'000 - ByteAccount::kBoundStep - 1, seconds(0)), Verdict::kOwes);
   EXPECT_EQ(JudgeAt(100'000 - ByteAccount::kBoundStep, seconds(0)), Verdict::kSuspect);
 }
 
@@ -53,17 +56,79 @@ TEST_F(ByteAccountTest, AProbeThatAsksEverySecondIsFineForDays) {
   uint64_t read = 0;
   for (int second = 0; second < 200'000; ++second) {
     read += 300;
+    account_.NoteOpenToAll();
     account_.NoteAnswered(50);
-    ASSERT_EQ(JudgeAt(read, seconds(second)), Verdict::kFine) << second;
+    account_.NoteOpenToAllEnd();
+    ASSERT_EQ(JudgeAt(read, seconds(second), read), Verdict::kFine) << second;
   }
 }
 
+// Pings are answered with as many bytes.
 TEST_F(ByteAccountTest, AConnectionThatOnlyPingsIsFineForDays) {
   uint64_t read = 0;
   for (int second = 0; second < 200'000; second += 5) {
     read += 60;
-    ASSERT_EQ(JudgeAt(read, seconds(second)), Verdict::kFine) << second;
+    ASSERT_EQ(JudgeAt(read, seconds(second), read), Verdict::kFine) << second;
   }
+}
+
+// 9.6 kbit/s carry 960 bytes a second with what TCP adds. A handshake with certificates, and all the metadata that a
+// call may have.
+TEST_F(ByteAccountTest, ACallerOnASlowLineIsLetIn) {
+  constexpr uint64_t kHandshake = 10'000;
+  uint64_t read = 0;
+  int second = 0;
+  for (; read < kHandshake + kAllowances.max_metadata; ++second) {
+    read += 960;
+    ASSERT_NE(JudgeAt(read, seconds(second), read < kHandshake ? 0 : 4'000), Verdict::kTooMuch) << second;
+  }
+  account_.NoteLetIn();
+  EXPECT_EQ(JudgeAt(read, seconds(second + 3'600)), Verdict::kFine);
+}
+
+// As slow as pings, which are answered.
+TEST_F(ByteAccountTest, AHeaderThatDripsInIsNotForgiven) {
+  uint64_t read = 0;
+  int second = 0;
+  Verdict verdict = Verdict::kFine;
+  for (; second < 1'000 && verdict != Verdict::kTooMuch; ++second) {
+    read += 60;
+    verdict = JudgeAt(read, seconds(second), 150);  // SETTINGS
+  }
+  EXPECT_EQ(verdict, Verdict::kTooMuch);
+  EXPECT_GT(read, ByteAccount::kSmallBytes);
+  EXPECT_LT(read, ByteAccount::kSmallBytes + 100 * static_cast<uint64_t>(kAllowances.patience().count()));
+}
+
+TEST_F(ByteAccountTest, MoreThanAHandshakeHasToBeAnsweredInTime) {
+  const seconds patience = kAllowances.patience();
+  EXPECT_EQ(JudgeAt(ByteAccount::kSmallBytes, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(JudgeAt(ByteAccount::kSmallBytes + 1, seconds(1)), Verdict::kOwes);
+  EXPECT_EQ(JudgeAt(ByteAccount::kSmallBytes + 1, seconds(1) + patience), Verdict::kOwes);
+  EXPECT_EQ(JudgeAt(ByteAccount::kSmallBytes + 1, seconds(1) + patience + milliseconds(1)), Verdict::kTooMuch);
+}
+
+TEST_F(ByteAccountTest, WhoseCallsAreAnsweredInTimeOwesNothing) {
+  const seconds patience = kAllowances.patience();
+  EXPECT_EQ(JudgeAt(ByteAccount::kSmallBytes + 1'000, seconds(1)), Verdict::kOwes);
+  account_.NoteAnswered(1'000);
+  EXPECT_EQ(JudgeAt(ByteAccount::kSmallBytes + 1'000, seconds(2)), Verdict::kFine);
+  EXPECT_EQ(JudgeAt(ByteAccount::kSmallBytes + 3'000, 2 * patience), Verdict::kOwes);
+  EXPECT_EQ(JudgeAt(ByteAccount::kSmallBytes + 3'000, 3 * patience), Verdict::kOwes);
+}
+
+TEST_F(ByteAccountTest, PatienceGrowsWithTheMetadataThatACallMayHave) {
+  EXPECT_EQ(ByteAllowances().patience(), seconds(26));
+  EXPECT_EQ((ByteAllowances{1 << 20, 1 << 20, 1 << 20, 1 << 20}.patience()), seconds(10 + 2'048));
+}
+
+// gRPC holds 17 KiB for each.
+TEST_F(ByteAccountTest, OpenCallsThatEverybodyMayMakeCountForMoreThanTheirBytes) {
+  for (int call = 0; call < 400; ++call) account_.NoteOpenToAll();
+  EXPECT_EQ(JudgeAt(1'000, seconds(0)), Verdict::kSuspect);
+  for (int call = 0; call < 500; ++call) account_.NoteOpenToAllEnd();
+  EXPECT_EQ(JudgeAt(1'000, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(account_.unaccounted(), 1'000u);
 }
 
 TEST_F(ByteAccountTest, CreditOfAnswersIsNotSavedUp) {
@@ -75,9 +140,9 @@ TEST_F(ByteAccountTest, CreditOfAnswersIsNotSavedUp) {
 
 // Metadata of 8,000 bytes may take a few when HTTP/2 has packed it.
 TEST_F(ByteAccountTest, AnAnswerAccountsForLittleBesideItsCall) {
-  EXPECT_EQ(JudgeAt(90'000, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(JudgeAt(90'000, seconds(0)), Verdict::kOwes);
   for (int i = 0; i < 10; ++i) account_.NoteAnswered(8'000);
-  EXPECT_EQ(JudgeAt(90'000, seconds(0)), Verdict::kFine);
+  EXPECT_EQ(JudgeAt(90'000, seconds(0)), Verdict::kOwes);
   EXPECT_GE(account_.unaccounted(), 75'000u);
 }
 

@@ -7,7 +7,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <future>
+#include <memory>
+#include <string>
 #include <utility>
 
 #include "absl/strings/match.h"
@@ -101,6 +104,38 @@ TEST_F(ConnectionAcceptorTest, TellsWhenGrpcHasClosedAConnection) {
   EXPECT_TRUE(absl::StartsWith(connection.peer, "ipv4:127.0.0.1:"));
   EXPECT_EQ(connection.received_bytes, 4u);
   EXPECT_EQ(connections_.size(), 0u);
+}
+
+// gRPC may be faster than the acceptor's thread, which finds nothing left to read then.
+TEST(ConnectionAcceptorThreadTest, NoticesBytesThatGrpcHasReadBeforeItLooks) {
+  std::promise<int> taken;
+  std::promise<void> is_busy, may_go_on;
+  std::promise<ConnectionRecord> ended;
+  ConnectionRegistry connections({.stranger = 32 << 10});
+  MemoryPressure memory(MemoryPressure::kAnyLimit);
+  ConnectionAcceptor acceptor(
+      *ListeningSockets::Bind("listen", "127.0.0.1:0"), {1, 1}, connections, memory,
+      {[&](StrangerReason, const std::string&) {
+         is_busy.set_value();
+         may_go_on.get_future().wait();
+       },
+       [&](const ConnectionRecord& connection, std::chrono::steady_clock::duration) { ended.set_value(connection); }});
+  acceptor.Start(std::make_unique<Target>(taken));
+  const int client = ConnectTo(acceptor.port());
+  const int server = taken.get_future().get();
+  const int refused = ConnectTo(acceptor.port());
+  is_busy.get_future().wait();
+  std::string bytes(30'000, 'x');
+  ASSERT_EQ(send(client, bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
+  ASSERT_EQ(recv(server, bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
+  may_go_on.set_value();
+  std::future<ConnectionRecord> connection = ended.get_future();
+  const bool has_ended = connection.wait_for(std::chrono::minutes(1)) == std::future_status::ready;
+  EXPECT_TRUE(has_ended);
+  if (has_ended) {
+    EXPECT_EQ(connection.get().closed_for, StrangerReason::kUnaccountedBytes);
+  }
+  for (const int fd : {client, server, refused}) close(fd);
 }
 
 TEST_F(ConnectionAcceptorTest, ForgetsConnectionsWhenItStops) {

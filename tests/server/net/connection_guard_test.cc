@@ -4,7 +4,9 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "tests/server/net/socket_pair.h"
@@ -26,6 +28,12 @@ class ConnectionGuardTest : public ::testing::Test {
     const int watch = connections_.Add(pair.server(), absl::StrCat("ipv4:10.0.0.7:", ++ports_));
     guard_.Wake(watch);
     return watch;
+  }
+  // The same, and gRPC reads them.
+  void SendAndRead(const TcpPair& pair, size_t bytes) {
+    Send(pair, bytes);
+    std::string read(bytes, ' ');
+    ASSERT_EQ(recv(pair.server(), read.data(), bytes, MSG_WAITALL), static_cast<ssize_t>(bytes));
   }
   std::string LastPeer() const { return absl::StrCat("ipv4:10.0.0.7:", ports_); }
   // Takes a turn after the last one.
@@ -77,6 +85,47 @@ TEST_F(ConnectionGuardTest, LooksLessOftenWhereNobodyIsAStranger) {
   EXPECT_EQ(guard_.WaitMs(now_), ConnectionGuard::kInterval.count());
 }
 
+// Half a header, and nothing more.
+TEST_F(ConnectionGuardTest, EndsAStrangerWhoStopsInTheMiddleOfACall) {
+  const TcpPair pair;
+  const int watch = Add(pair);
+  SendAndRead(pair, 20'000);
+  std::vector<int> quiet;
+  for (int turns = 0; quiet.empty() && turns < 1'000; ++turns) quiet = Turn(0);
+  EXPECT_EQ(quiet, std::vector<int>{watch});
+  int seconds = 0;
+  for (; !HasEnded(watch) && seconds < 100; ++seconds) {
+    EXPECT_GT(guard_.WaitMs(now_), 0);
+    EXPECT_LE(guard_.WaitMs(now_), ConnectionGuard::kSlowInterval.count());
+    now_ += ConnectionGuard::kSlowInterval;
+    guard_.Turn(now_, 0);
+  }
+  EXPECT_NEAR(seconds, ByteAllowances().patience().count(), 2);
+  now_ += ConnectionGuard::kSlowInterval;
+  guard_.Turn(now_, 0);
+  EXPECT_EQ(guard_.WaitMs(now_), -1);
+  EXPECT_EQ(connections_.Remove(watch).closed_for, StrangerReason::kUnaccountedBytes);
+}
+
+TEST_F(ConnectionGuardTest, ForgetsStrangersWhoOweNothingAnyMore) {
+  const TcpPair answered, gone;
+  const int answered_watch = Add(answered);
+  const std::string peer = LastPeer();
+  const int gone_watch = Add(gone);
+  SendAndRead(answered, ConnectionRegistry::kSparedBytes + 100);
+  SendAndRead(gone, ConnectionRegistry::kSparedBytes + 100);
+  for (int turns = 0; turns < ConnectionGuard::kQuietLooks + 1; ++turns) Turn(0);
+  guard_.Forget(gone_watch);
+  connections_.Remove(gone_watch);
+  connections_.NoteAnswered(peer, 100);
+  for (int seconds = 0; seconds < 100; ++seconds) {
+    now_ += ConnectionGuard::kSlowInterval;
+    guard_.Turn(now_, 0);
+  }
+  EXPECT_FALSE(HasEnded(answered_watch));
+  EXPECT_EQ(guard_.WaitMs(now_), -1);
+}
+
 TEST_F(ConnectionGuardTest, ForgetsConnectionsThatAreGone) {
   const TcpPair pair;
   const int watch = Add(pair);
@@ -110,9 +159,7 @@ TEST_F(ConnectionGuardTest, WhatAnsweredCallsAccountForIsNobodysShareOfTheStrang
   const TcpPair pair;
   const int watch = Add(pair);
   for (int probe = 0; probe < 5'000; ++probe) {
-    Send(pair, 300);
-    char bytes[300];
-    ASSERT_EQ(recv(pair.server(), bytes, sizeof(bytes), MSG_WAITALL), 300);
+    SendAndRead(pair, 300);
     Turn(kLimit);
     connections_.NoteAnswered(LastPeer(), 100);
     Turn(kLimit);
@@ -159,16 +206,62 @@ TEST_F(ConnectionGuardTest, SparesThoseWhoseCallsWereLetIn) {
   EXPECT_FALSE(HasEnded(watch));
 }
 
+// A call of a few bytes may hold much, and there may be many who make them.
+TEST_F(ConnectionGuardTest, SparesNotManyWhoHaveSentLittleWhileMemoryIsCritical) {
+  constexpr size_t kEach = 1'024, kPairs = 40;
+  const TcpPair pairs[kPairs];
+  std::vector<int> watches;
+  for (const TcpPair& pair : pairs) {
+    watches.push_back(Add(pair));
+    Send(pair, kEach);
+  }
+  const auto count_ended = [&] { return std::count_if(watches.begin(), watches.end(), HasEnded); };
+  for (uint64_t memory = kLimit; memory < kMuch - 1; memory += ConnectionGuard::kFastGrowth) Turn(memory);
+  EXPECT_EQ(count_ended(), 0);
+  Turn(kMuch);
+  EXPECT_EQ(count_ended(), kPairs - ConnectionGuard::kSparedTogether / kEach);
+  EXPECT_FALSE(guard_.MayTake());
+}
+
+TEST_F(ConnectionGuardTest, SparesFewerWhoHaveSentLittleWhileMemoryIsHigh) {
+  constexpr size_t kEach = ConnectionRegistry::kSparedBytes, kPairs = 24;
+  const TcpPair pairs[kPairs];
+  std::vector<int> watches;
+  for (const TcpPair& pair : pairs) {
+    watches.push_back(Add(pair));
+    Send(pair, kEach);
+  }
+  const auto count_ended = [&] { return std::count_if(watches.begin(), watches.end(), HasEnded); };
+  const uint64_t high = kLimit + MemoryPressure::kHighBytes + 1;
+  Turn(high - 1);
+  Turn(high);
+  EXPECT_EQ(count_ended(), 0) << "what was freed goes first";
+  Turn(high);
+  EXPECT_EQ(count_ended(), kPairs - ConnectionGuard::kStrangersTogether / kEach);
+  EXPECT_TRUE(guard_.MayTake());
+}
+
+// What was freed and kept does not grow.
+TEST_F(ConnectionGuardTest, EndsManyWhoHaveSentLittleAtOnceWhileMemoryGrowsFast) {
+  constexpr size_t kEach = ConnectionRegistry::kSparedBytes, kPairs = 24;
+  const TcpPair pairs[kPairs];
+  std::vector<int> watches;
+  for (const TcpPair& pair : pairs) {
+    watches.push_back(Add(pair));
+    Send(pair, kEach);
+  }
+  Turn(kLimit);
+  Turn(kLimit + MemoryPressure::kHighBytes + 1);
+  EXPECT_EQ(std::count_if(watches.begin(), watches.end(), HasEnded),
+            kPairs - ConnectionGuard::kStrangersTogether / kEach);
+}
+
 TEST_F(ConnectionGuardTest, EndsWhoWasLetInOnlyIfGivingBackWhatWasFreedDoesNotHelp) {
   const TcpPair pair;
   const int watch = Add(pair);
   connections_.NoteCall(LastPeer(), ConnectionRegistry::Call::kLetIn, 100);
   // Within what may be unaccounted for, but much.
-  for (size_t sent = 0; sent < ConnectionGuard::kSparedLetInBytes + 20'000; sent += 4'096) {
-    Send(pair, 4'096);
-    char bytes[4'096];
-    ASSERT_EQ(recv(pair.server(), bytes, sizeof(bytes), MSG_WAITALL), 4'096);
-  }
+  for (size_t sent = 0; sent < ConnectionGuard::kSparedLetInBytes + 20'000; sent += 4'096) SendAndRead(pair, 4'096);
   Turn(kMuch);
   EXPECT_FALSE(HasEnded(watch));
   Turn(kMuch);

@@ -84,6 +84,19 @@ TEST(ConnectionRegistryTest, TellsWhatAConnectionHasSentAndWhatOfItWasLetIn) {
   EXPECT_EQ(record.open_calls, 1u);
 }
 
+TEST(ConnectionRegistryTest, KnowsWhetherBytesCameSinceTheLastLook) {
+  ConnectionRegistry connections;
+  const TcpPair pair;
+  const int watch = connections.Add(pair.server(), "ipv4:10.0.0.7:1");
+  EXPECT_FALSE(connections.HasMore(watch));
+  ASSERT_EQ(send(pair.client(), "12345678", 8, 0), 8);
+  char bytes[8];
+  ASSERT_EQ(recv(pair.server(), bytes, sizeof(bytes), MSG_WAITALL), 8);
+  EXPECT_TRUE(connections.HasMore(watch));
+  connections.Look(watch, std::chrono::steady_clock::now());
+  EXPECT_FALSE(connections.HasMore(watch));
+}
+
 TEST(ConnectionRegistryTest, ShutsDownTheConnectionOfOnePeer) {
   ConnectionRegistry connections;
   const TcpPair first, second;
