@@ -196,7 +196,15 @@ void EstimateCall::SendResults(EstimationResult result) {
   WriteNext();
 }
 
+// What it throws would end the process on a thread of gRPC, or leave the stream writing for ever on a worker.
 EstimateCall::Made EstimateCall::MakeMessage(grpc::ByteBuffer& message) {
+  const absl::StatusOr<Made> made = CatchBadAlloc([&] { return PackNext(message); });
+  if (made.ok()) return *made;
+  End(ExplainJobError(made.status()));
+  return Made::kNothing;
+}
+
+absl::StatusOr<EstimateCall::Made> EstimateCall::PackNext(grpc::ByteBuffer& message) {
   ResponseSession::Message next;
   {
     MutexLock lock(mutex_);
@@ -206,10 +214,7 @@ EstimateCall::Made EstimateCall::MakeMessage(grpc::ByteBuffer& message) {
   if (next.kind == ResponseSession::Kind::kEnd) return Made::kLast;
   if (next.kind == ResponseSession::Kind::kResults) {
     const auto packed = PackResults(field_.points, next.first, next.count, requests_.options().quantities);
-    if (!packed.ok()) {
-      End(ExplainJobError(packed.status()));
-      return Made::kNothing;
-    }
+    if (!packed.ok()) return packed.status();
     grpc::ByteBuffer results(&*packed, 1);
     message.Swap(&results);
   } else {

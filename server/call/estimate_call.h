@@ -47,6 +47,7 @@ class EstimateCall final : public BidiStream {
 
   // The writing chain.
   Made MakeMessage(grpc::ByteBuffer& message) override;
+  absl::StatusOr<Made> PackNext(grpc::ByteBuffer& message);
   // All but results, which are packed as they are.
   void FillResponse(ResponseSession::Kind kind, curvature::v1::EstimateCurvatureResponse& response);
   curvature::v1::Progress CurrentProgress();
