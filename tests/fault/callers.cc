@@ -8,8 +8,6 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <thread>
@@ -19,6 +17,7 @@
 #include "absl/strings/str_cat.h"
 #include "tests/fault/curvd_child.h"
 #include "tests/fault/raw_call.h"
+#include "tests/fault/token_file.h"
 
 namespace curvd {
 namespace {
@@ -45,26 +44,6 @@ struct Flags {
   std::string only;
 };
 
-// Two callers; whoever lists them in a token file shares nothing between them.
-constexpr char kTokenLines[] =
-    "alice sha256:19c28a50b1a09097592e7ceddb7e0771ff4d469747541a7536579eef857e05ce\n"
-    "bob sha256:800480042268218663feef3ea54d81ed3f976c98c38d5fd7afbe22810ec16334\n"
-    "carol sha256:7efa3d541f0c00bd394d267ad3e2b99c0870ce0bd7dcadb9f89a82aa8de48941\n";
-
-// A directory with the file of tokens, removed at the end.
-class TokenFile {
- public:
-  TokenFile() : directory_(std::filesystem::temp_directory_path() / absl::StrCat("fault-callers-", getpid())) {
-    std::filesystem::create_directory(directory_);
-    std::ofstream(path()) << kTokenLines;
-  }
-  ~TokenFile() { std::filesystem::remove_all(directory_); }
-  std::string path() const { return directory_ / "tokens"; }
-
- private:
-  const std::filesystem::path directory_;
-};
-
 // Connections of one caller.
 struct Caller {
   std::string token;
@@ -72,7 +51,7 @@ struct Caller {
 
   std::unique_ptr<RawCall> Call() const {
     auto call = std::make_unique<RawCall>(channel);
-    call->context().AddMetadata("authorization", "Bearer token-of-" + token);
+    call->context().AddMetadata("authorization", BearerOf(token));
     call->context().set_deadline(std::chrono::system_clock::now() + kLongestTrial);
     return call;
   }

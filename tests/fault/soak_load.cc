@@ -8,31 +8,14 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/estimators/strategies.h"
-#include "core/job/estimation_job.h"
-#include "server/call/wire_strategies.h"
 #include "tests/fault/curvd_child.h"
+#include "tests/fault/token_file.h"
 
 namespace curvd {
 namespace {
 
 namespace v1 = curvature::v1;
 using grpc::StatusCode;
-
-// Above this size only the default estimator: the soak is to change its load often.
-constexpr size_t kAllEstimatorsUpTo = 200'000;
-
-SoakCase MakeCase(std::shared_ptr<const FaultCloud> cloud, const Strategy& strategy, WorkerPool& pool) {
-  EstimatorOptions options;
-  options.estimator = strategy.name;
-  SoakCase made{std::move(cloud), {}, {}};
-  made.header.set_point_count(made.cloud->size());
-  made.header.mutable_options()->set_estimator(WireEstimator(strategy));
-  const auto result = EstimateCurvature(made.cloud->ToCloud(), options, pool);
-  if (!result.ok()) Fail(absl::StrCat("the direct computation fails: ", std::string(result.status().message())));
-  made.expected = ResultDigest::Of(result->field);
-  return made;
-}
 
 std::shared_ptr<grpc::Channel> SomeChannel(const std::string& address, std::mt19937_64& random) {
   thread_local std::shared_ptr<grpc::Channel> channel;
@@ -167,26 +150,13 @@ std::string SoakCounts::finding() const {
   return finding_;
 }
 
-std::vector<SoakCase> MakeSoakCases(size_t max_points) {
-  constexpr size_t kSizes[] = {1, 2, 5, 17, 50, 300, 1'000, 5'000, 20'000, 100'000, 200'000, 1'000'000, 5'000'000};
-  WorkerPool pool(2);
-  std::vector<SoakCase> cases;
-  for (const size_t size : kSizes) {
-    if (size > max_points) break;
-    const auto cloud = std::make_shared<const FaultCloud>(size, size);
-    for (const Strategy* strategy : Strategies()) {
-      if (size <= kAllEstimatorsUpTo || strategy == Strategies().front()) {
-        cases.push_back(MakeCase(cloud, *strategy, pool));
-      }
-    }
-  }
-  return cases;
-}
-
 void MakeSoakCall(const std::string& address, int stall_seconds, const std::vector<SoakCase>& cases,
                   std::mt19937_64& random, SoakCounts& counts) {
   const SoakCase& work = Pick(cases, random);
   RawCall call(SomeChannel(address, random));
+  call.context().AddMetadata("authorization", BearerOf("alice"));
+  // Nobody new is let in while strangers' attacks have used up the memory, which is over soon.
+  call.context().set_wait_for_ready(true);
   const uint64_t kind = random() % 100;
   if (kind < 60) return GoodCall(call, work, random, counts);
   if (kind < 76) return CancelledCall(call, work, random, counts);

@@ -1,4 +1,5 @@
-// The calls of a soak: good ones whose every byte is known beforehand, and all kinds of bad ones.
+// The calls of a soak: good ones whose every byte is known beforehand, all kinds of bad ones, and those of a caller who
+// wants to harm the others.
 #pragma once
 
 #include <atomic>
@@ -22,6 +23,7 @@ struct SoakCase {
 };
 
 // Clouds of 1 to `max_points` points, each with every estimator that takes seconds at most, computed in this process.
+// Some are such as cost most: of equal points, half of them at zero, with one far outside.
 std::vector<SoakCase> MakeSoakCases(size_t max_points);
 
 // What came of the calls. Thread-safe.
@@ -32,6 +34,7 @@ struct SoakCounts {
   std::atomic<uint64_t> refused_input = 0;
   std::atomic<uint64_t> stalled = 0;
   std::atomic<uint64_t> asked_to_wait = 0;
+  std::atomic<uint64_t> hostile = 0;
   std::atomic<uint64_t> points = 0;  // of right results
 
   void Find(std::string what);
@@ -43,9 +46,13 @@ struct SoakCounts {
   std::string finding_;  // guarded by mutex_
 };
 
-// Makes one call of a random kind and judges its answer. `address`: where curvd serves; `stall_seconds`: after which it
-// ends stalled calls.
+// Makes one call of alice's of a random kind and judges its answer. `address`: where curvd serves, with the tokens of
+// TokenFile; `stall_seconds`: after which it ends stalled calls.
 void MakeSoakCall(const std::string& address, int stall_seconds, const std::vector<SoakCase>& cases,
                   std::mt19937_64& random, SoakCounts& counts);
+
+// Makes one call, or some, of mallory's, who has bob's token or none, and takes what work and memory he can get, for a
+// second or two. Whatever his calls end with is right, but an INTERNAL error.
+void MakeHostileCall(const std::string& address, std::mt19937_64& random, SoakCounts& counts);
 
 }  // namespace curvd
