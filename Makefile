@@ -72,17 +72,21 @@ tsan: deps ## Run the tests of threaded code under the thread sanitizer, locks c
 
 # A server and clients as they ship, with the programs that break them.
 FAULT_BIN := build/dev/bin
-.PHONY: fault-programs fault soak
+.PHONY: fault-programs fault guard soak
 fault-programs: deps
 	@cmake --preset dev >/dev/null
 	@cmake --build --preset dev --parallel $(JOBS) --target curvd curv curvd_python \
-	  fault_cancels fault_streams fault_fairness fault_soak
+	  fault_callers fault_cancels fault_streams fault_fairness fault_soak
 
 fault: fault-programs ## Try every fault TIMES times (20) against real processes, and 100,000 cancels; table in build/fault.md
 	@tests/fault/run.sh $(FAULT_BIN) $(or $(TIMES),20) $(or $(CANCELS),100000) | tee build/fault.md
 
-soak: fault-programs ## Load a server for DURATION (30m), compare every byte, look for growth
-	@$(FAULT_BIN)/fault_soak --curvd=$(FAULT_BIN)/curvd --duration=$(or $(DURATION),30m)
+guard: fault-programs ## Try what bounds strangers TIMES times (20), ROW_SECONDS (900) a row at most, or ROW alone; table in build/guard.md
+	@PYTHONPATH=$(FAULT_BIN)/../python /usr/bin/python3 tests/fault/run.py --programs $(FAULT_BIN) --guard --points 30000 \
+	  --times $(or $(TIMES),20) --row-seconds $(or $(ROW_SECONDS),900) $(if $(ROW),"$(ROW)") | tee build/guard.md
+
+soak: fault-programs ## Load and attack a server for DURATION (30m), compare every byte, look for growth
+	@$(FAULT_BIN)/fault_soak --curvd=$(FAULT_BIN)/curvd --attacks=tests/fault/http2_attacks.py --duration=$(or $(DURATION),30m)
 
 # For each fuzz target.
 fuzz: SECONDS ?= 60

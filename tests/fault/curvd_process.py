@@ -92,6 +92,11 @@ class Curvd:
         """What the line "serving" says of the port `name`."""
         return re.search(rf'"{name}":"([^"]*)"', self.wait_for_line('"event":"serving"')).group(1)
 
+    def forget_peak(self):
+        """peak_resident_bytes begins anew."""
+        with open(f"/proc/{self.process.pid}/clear_refs", "w") as clear:
+            clear.write("5")
+
     def peak_resident_bytes(self):
         with open(f"/proc/{self.process.pid}/status") as status:
             return next(int(line.split()[1]) << 10 for line in status if line.startswith("VmHWM"))
