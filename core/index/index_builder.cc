@@ -56,8 +56,7 @@ int ScaleExponent(const Box& box) {
 
 }  // namespace
 
-IndexBuilder::IndexBuilder(Cloud cloud, const std::atomic<bool>* cancelled)
-    : cloud_(std::move(cloud)), cancelled_(cancelled) {}
+IndexBuilder::IndexBuilder(Cloud cloud, StopSign stop) : cloud_(std::move(cloud)), stop_(stop) {}
 
 absl::Status IndexBuilder::Start() {
   index_.point_count_ = cloud_.size() - cloud_.invalid_count();
@@ -182,7 +181,9 @@ Box IndexBuilder::ScaleRecords() {
   constexpr float kNearest = 0x1p-63f;  // below it squares vanish
   Box box = kEmptyBox;
   for (size_t i = 0; i < index_.point_count_; ++i) {
-    if (i % Cloud::kBlockPoints == 0 && IsCancelled()) break;
+    if (i % Cloud::kBlockPoints == 0 && stop_.IsSetBefore(std::min(Cloud::kBlockPoints, index_.point_count() - i))) {
+      break;
+    }
     const std::array<float, 3> scaled =
         Scaled({records_[i].position[0], records_[i].position[1], records_[i].position[2]});
     for (int axis = 0; axis < 3; ++axis) {
@@ -217,13 +218,13 @@ PointRecord* IndexBuilder::PartEnd(const Part& part) {
 }
 
 TreeNode IndexBuilder::MeasureNode(const Part& part) {
-  constexpr ptrdiff_t kSliceRecords = ptrdiff_t{4} << 20;  // 10 milliseconds
   TreeNode node{kEmptyBox, SpatialIndex::kPaddingId, 0};
   const PointRecord* end = PartEnd(part);
-  for (const PointRecord* slice = record(part.first_leaf); slice != end && !IsCancelled();) {
-    const PointRecord* next = slice + std::min(kSliceRecords, end - slice);
-    ExtendNode(slice, next, node);
-    slice = next;
+  for (const PointRecord* slice = record(part.first_leaf); slice != end;) {
+    const size_t size = std::min(kSlicedRecords, static_cast<size_t>(end - slice));
+    if (stop_.IsSetBefore(size)) break;
+    ExtendNode(slice, slice + size, node);
+    slice += size;
   }
   // The root comes first.
   if (part.node == 0) node.box = SetScale(node.box);
@@ -237,7 +238,7 @@ void IndexBuilder::Split(const Part& part, Part* left, Part* right) {
   const size_t left_leaves = SpatialIndex::LeftLeaves(part.leaves);
   *left = {part.node + 1, part.first_leaf, left_leaves};
   *right = {SpatialIndex::RightChild(part.node, part.leaves), part.first_leaf + left_leaves, part.leaves - left_leaves};
-  SelectNth(record(part.first_leaf), record(right->first_leaf), PartEnd(part), WidestAxis(node.box), cancelled_);
+  SelectNth(record(part.first_leaf), record(right->first_leaf), PartEnd(part), WidestAxis(node.box), stop_);
 }
 
 IndexBuilder::Part IndexBuilder::PartOf(size_t node) const {

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "core/base/stop_sign.h"
 #include "core/cloud/cloud.h"
 #include "core/cloud/point_record.h"
 #include "core/index/spatial_index.h"
@@ -28,9 +28,8 @@ class IndexBuilder {
     size_t leaves;
   };
 
-  // Takes the cloud, whose records become the index's if they can. REQUIRES: cloud.Finish() was called; `cancelled`, if
-  // there is one, outlives the builder.
-  explicit IndexBuilder(Cloud cloud, const std::atomic<bool>* cancelled = nullptr);
+  // Takes the cloud, whose records become the index's if they can. REQUIRES: cloud.Finish() was called.
+  explicit IndexBuilder(Cloud cloud, StopSign stop = {});
 
   // Errors: ErrorKind::kOutOfMemory, the system gave no memory for the index; may throw std::bad_alloc instead. Called
   // once, before all else.
@@ -44,8 +43,9 @@ class IndexBuilder {
   Part root() const { return {0, 0, index_.leaf_count()}; }
   // The part that `node` stands for. REQUIRES: the node is of this tree.
   Part PartOf(size_t node) const;
-  // Builds the tree below `part`, or splits it and calls leave(half) for each half. Once `cancelled` is true, returns
-  // within tens of milliseconds, and there will be no index.
+  // Builds the tree below `part`, or splits it and calls leave(half) for each half. Asks `stop` before each slice of at
+  // most kSlicedRecords points (core/index/select_nth.h), and returns, without an index, once it is set: after the
+  // slice at hand, which takes up to 20 milliseconds. So does a block of RunBlock, of Cloud::kBlockPoints points.
   void Build(const Part& part, absl::FunctionRef<void(const Part& half)> leave);
 
   // Bytes of the cloud and of the index together.
@@ -72,10 +72,8 @@ class IndexBuilder {
   PointRecord* record(size_t leaf) { return records_ + leaf * SpatialIndex::kLeafSize; }
   PointRecord* PartEnd(const Part& part);
 
-  bool IsCancelled() const { return cancelled_ != nullptr && cancelled_->load(std::memory_order_relaxed); }
-
   Cloud cloud_;
-  const std::atomic<bool>* cancelled_;
+  const StopSign stop_;
   SpatialIndex index_;
   PointRecord* records_ = nullptr;  // in the memory that becomes the index's positions
   std::array<float, 2> scale_{};    // 2^scale_exponent in two factors, each a float: their product may not be one

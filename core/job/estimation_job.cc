@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/error.h"
 #include "core/base/out_of_memory.h"
+#include "core/base/stop_sign.h"
 #include "core/estimators/strategies.h"
 #include "core/index/index_builder.h"
 #include "core/index/spatial_index.h"
@@ -32,7 +33,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
         options_(options),
         query_count_(cloud.point_set().query_count()),
         invalid_count_(cloud.invalid_query_count()),
-        builder_(std::in_place, std::move(cloud), &stopped()),
+        builder_(std::in_place, std::move(cloud), StopSign(&stopped())),
         thread_count_(pool.thread_count()) {}
 
   // From here on `callback` will be called, whatever happens.

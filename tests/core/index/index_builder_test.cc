@@ -6,9 +6,10 @@
 #include <cmath>
 #include <set>
 #include <string_view>
+#include <vector>
 
-#include "core/search/kth_neighbor.h"
-#include "tests/core/reference_estimator.h"
+#include "core/base/stop_sign.h"
+#include "core/index/select_nth.h"
 #include "tests/core/test_clouds.h"
 
 namespace curvd::testing {
@@ -121,43 +122,34 @@ TEST(IndexBuilderTest, ScalesByAPowerOfTwoThatBringsTheExtentNearOne) {
   }
 }
 
-TEST(KthNeighborTest, MatchesBruteForceTiesIncluded) {
-  ScratchArray<NeighborRank> heap;
-  for (Layout layout : kLayouts) {
-    const TestPoints points = RandomPoints(layout, 900, 5);
-    const SpatialIndex index = BuildIndex(points.ToCloud());
-    for (size_t leaf = 0; leaf < index.leaf_count(); leaf += 7) {
-      const auto& p = index.positions(leaf);
-      const float query[3] = {p.x[0], p.y[0], p.z[0]};
-      for (size_t k : {1, 7, 100, 900}) {
-        const NeighborRank rank = KthNeighbor(index, query, k, heap);
-        const std::vector<int> ids = NearestIds(points, p.id[0], k);
-        // Where float and double order two neighbors differently, their distances agree to rounding.
-        const auto distance = [&](int id) {
-          double sum = 0;
-          for (int axis = 0; axis < 3; ++axis) {
-            const double d = static_cast<double>(points.positions[id][axis]) - points.positions[p.id[0]][axis];
-            sum += d * d;
-          }
-          return sum;
-        };
-        ASSERT_NEAR(distance(rank.id), distance(ids.back()), 1e-6 * distance(ids.back())) << LayoutName(layout);
-        if (layout == Layout::kDuplicates || layout == Layout::kLattice) {
-          ASSERT_EQ(rank.id, ids.back());
-        }
-      }
-    }
+// A cloud whose far outlier has the records scaled, slice by slice.
+TEST(IndexBuilderTest, EndsWithTheSliceAtWhichItIsStopped) {
+  TestPoints points = RandomPoints(Layout::kUniform, 3 * Cloud::kBlockPoints, 1);
+  points.positions[7][0] = 1e30f;
+  // The first slice is the measuring of all points, then come those of the scaling.
+  SliceLog log{.stop_before = 2};
+  IndexBuilder builder(points.ToCloud(), StopSign(nullptr, &log));
+  ASSERT_TRUE(builder.Start().ok());
+  std::vector<IndexBuilder::Part> halves;
+  builder.Build(builder.root(), [&](const IndexBuilder::Part& half) { halves.push_back(half); });
+  EXPECT_EQ(log.records, points.size() + Cloud::kBlockPoints);
+  EXPECT_EQ(log.slices, 4u);  // and the end of the scaling, and of the split
+  const SpatialIndex unfinished = builder.Take();
+  const auto* records = reinterpret_cast<const PointRecord*>(&unfinished.positions(0));
+  for (size_t i = 0; i < points.size(); ++i) {
+    const bool is_scaled = records[i].position[1] != points.positions[i][1];
+    ASSERT_EQ(is_scaled, i < Cloud::kBlockPoints && points.positions[i][1] != 0.0f) << i;
   }
 }
 
-TEST(KthNeighborTest, CoincidentPointsDoNotMakeItSlow) {
-  // 200,000 equal points: a search that visited all ties would look at 4e10 of them for these queries.
-  TestPoints points;
-  for (int i = 0; i < 200'000; ++i) points.Add(1, 1, 1, 0, 0, 1);
-  const SpatialIndex index = BuildIndex(points.ToCloud());
-  const float query[3] = {1, 1, 1};
-  ScratchArray<NeighborRank> heap;
-  for (int i = 0; i < 200'000; ++i) ASSERT_EQ(KthNeighbor(index, query, 20, heap).id, 19);
+TEST(IndexBuilderTest, AsksBeforeEverySliceOfALargePart) {
+  const TestPoints points = RandomPoints(Layout::kUniform, 100'000, 1);
+  SliceLog log;
+  IndexBuilder builder(points.ToCloud(), StopSign(nullptr, &log));
+  ASSERT_TRUE(builder.Start().ok());
+  builder.Build(builder.root(), [](const IndexBuilder::Part&) {});
+  EXPECT_GE(log.records, 2 * points.size());  // measured and partitioned
+  EXPECT_LE(log.largest, kSlicedRecords);
 }
 
 }  // namespace
