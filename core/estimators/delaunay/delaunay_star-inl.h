@@ -45,10 +45,16 @@ class DelaunayStar {
   const int32_t* id;
   int32_t own_id;  // of the origin
   int count;
+  // Corners that the last walk looked for, each among all points. Whatever the points are, it ends: a step adds a
+  // corner to the rim, which begins with one and has room for kMaxRim, or finds none and ends the walk to its side. The
+  // second side is only walked, and ended by such a step, while there is room.
+  int steps = 0;
+  static constexpr int kMostSteps = Umbrella::kMaxRim;
 
   // Writes the rim of the star as indices of points, in the order of Umbrella::rim, and returns its size; 0 if there
   // is no triangle.
   HWY_INLINE int Walk(int* rim) {
+    steps = 0;
     const int start = Nearest();
     if (start == kNone) return 0;
     int size = 1;
@@ -101,6 +107,7 @@ class DelaunayStar {
 
   // The corner after `a` on its left (side 1) or right (side -1), or kNone; not past the corner `end`.
   HWY_INLINE int Next(int a, double side, int end) {
+    ++steps;
     const DoubleTag d;
     const DoubleVec none = hn::Set(d, std::numeric_limits<double>::infinity());
     const DoubleVec ax = hn::Set(d, x[a]), ay = hn::Set(d, y[a]);

@@ -37,6 +37,9 @@ struct TriangleCorner {
 //
 // Gather makes the triangles; the kernel that calls it then sets corners() of all places and measures() of all
 // triangles. From then on they are read only, until Gather makes others. Not thread-safe.
+//
+// For a list of n leaves, Gather takes at most 2 * kLeafSize * Umbrella::kMaxTriangles * n lookups of a leaf, and each
+// of them at most kMostProbes + log2(n) + 1 steps, whichever leaves are listed.
 class UmbrellaTriangles {
  public:
   struct Triangle {
@@ -45,11 +48,16 @@ class UmbrellaTriangles {
   };
 
   // Makes the triangles of a list, unless they are there already: returns whether it did. All weights are then those of
-  // no neighbor. REQUIRES: `umbrellas`, by place in the tree order, have their occurrences counted.
+  // no neighbor. REQUIRES: `umbrellas`, by place in the tree order, have their occurrences counted; the list is in tree
+  // order, and lives until the next Gather.
   bool Gather(const SpatialIndex& index, const Umbrella* umbrellas, const LeafList& leaves);
 
   size_t leaf_count() const { return leaf_count_; }
   size_t size() const { return size_; }
+  // Corners that the last Gather which made triangles looked for.
+  size_t lookups() const { return lookups_; }
+  // Slots of the table that are looked at for a leaf, before the list is searched for it.
+  static constexpr uint32_t kMostProbes = 8;
   // The triangles whose umbrella's point lies in leaf i of the list: [first(i), first(i + 1)).
   uint32_t first(size_t i) const { return first_[i]; }
   const Triangle& triangle(size_t t) const { return triangles_[t]; }
@@ -71,8 +79,13 @@ class UmbrellaTriangles {
   static size_t MostBytes(size_t leaves);
 
  private:
-  // Where each listed leaf is in the list, by open addressing.
+  // Where each listed leaf is in the list, by open addressing: in one of kMostProbes slots in a row, the first of which
+  // its number tells. Leaves that find all of theirs taken have none.
   void SetPositions(const LeafList& leaves);
+  // The position of a leaf in the list; kNowhere if it is not listed.
+  uint32_t PositionOf(uint32_t leaf) const;
+  // The same by bisection.
+  uint32_t BisectPosition(uint32_t leaf) const;
   // The place of the point that has `tree_place` in the tree order; kNowhere if its leaf is not listed.
   uint32_t PlaceOf(int32_t tree_place) const;
   void Add(const Umbrella& umbrella, uint32_t place);
@@ -87,7 +100,9 @@ class UmbrellaTriangles {
   uint64_t generation_ = 0;
   size_t leaf_count_ = 0;
   size_t size_ = 0;
+  size_t lookups_ = 0;
   uint32_t position_mask_ = 0;
+  bool has_homeless_ = false;  // whether a listed leaf has no slot
   ScratchArray<Position> positions_;
   ScratchArray<uint32_t> first_;
   ScratchArray<Triangle> triangles_;
