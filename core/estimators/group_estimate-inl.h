@@ -20,12 +20,12 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Loads the query points of a group. `fill(i)` gives what is no point of the group values that no kernel trips over, as
-// frames.Fill(i) does.
+// Loads the query points of a group, from s.first_point on. `fill(i)` gives what is no point of the group values that
+// no kernel trips over, as frames.Fill(i) does.
 template <typename Fill>
 HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch& s, PointCurvature* results,
                            Fill fill) {
-  LoadGroup(index, group, s.points);
+  LoadGroup(index, group, s.points, s.first_point);
   // Results are in another order; they are written when all are done.
   for (size_t i = 0; i < s.points.size; ++i) __builtin_prefetch(&results[s.points.slot[i]], 1);
   for (size_t i = s.points.size; i < SpatialIndex::kGroupPoints; ++i) {
@@ -37,24 +37,28 @@ HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch
 // Finds the neighborhood of each point of the group, records its size, and calls `visit(i, leaves)` with the leaves
 // that were searched, to which s.search.found.positions refers. `visitor` sees each neighborhood first; it must sum the
 // normals into normal_sum[0..2]. query[0..2] is the point of the moment, for visitors that refer to it.
-// Returns an error at the first neighborhood that is too large, and between points once the scratch is stopped. A group
-// without points searches nothing, and leaves what searches have learned to the next one.
+// Returns an error at the first neighborhood that is too large, and once the scratch is stopped. A group without points
+// searches nothing, and leaves what searches have learned to the next one. Ends the group after the point with which
+// the run has become long.
 template <typename Visitor, typename Visit>
 HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const NeighborhoodPlan& plan, float* query,
                                             const float* normal_sum, const Visitor& visitor, GroupScratch& s,
                                             Visit visit) {
   if (s.points.size == 0) return absl::OkStatus();
+  const uint64_t began = s.search.work;
+  s.search.stopped = s.stopped;
   GroupSearch search(index, plan.search, s.points.box, s.search);
   for (size_t i = 0; i < s.points.size; ++i) {
-    if (s.IsStopped()) return Stopped();
     s.points.query.Get(i, query);
     s.neighborhoods.squared_radius[i] = search.Find(query, visitor);
+    if (s.IsStopped()) return Stopped();
     if (s.neighborhoods.squared_radius[i] == GroupSearch::kTooLarge) {
       return NeighborhoodTooLarge(plan, s.points.rank[i]);
     }
     s.neighborhoods.count[i] = static_cast<float>(s.search.found.count);
     s.neighborhoods.normal_sum.Set(i, normal_sum);
     visit(i, search.leaves());
+    if (HWY_UNLIKELY(s.IsLongSince(began)) && i + 1 < s.points.size) s.LeaveRest(i + 1);
   }
   search.PassOn();
   return absl::OkStatus();

@@ -18,9 +18,9 @@ namespace curvd {
 namespace HWY_NAMESPACE {
 
 // Loads the points of a group that get results; with kAllPoints also those that are neighbors alone, whose `slot` is
-// GroupPoints::kNoSlot.
+// GroupPoints::kNoSlot. Leaves out the first `skipped` of them.
 template <bool kAllPoints = false>
-HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& out) {
+HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& out, size_t skipped = 0) {
   const PointSet& set = index.point_set();
   out.size = 0;
   const size_t first = group * SpatialIndex::kGroupLeaves;
@@ -34,6 +34,10 @@ HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& 
     for (int i = 0; i < count; ++i) {
       const bool is_query = set.is_query(points.id[i]);
       if (!kAllPoints && !is_query) continue;
+      if (skipped > 0) {
+        --skipped;
+        continue;
+      }
       const float position[3] = {points.x[i], points.y[i], points.z[i]};
       const float normal[3] = {normals.x[i], normals.y[i], normals.z[i]};
       for (int axis = 0; axis < 3; ++axis) {

@@ -14,10 +14,22 @@ namespace curvd {
 // Holds one group at a time: its points, then their neighborhoods, then their frames. What is left of the last group
 // only seeds searches.
 struct GroupScratch : WorkerScratch {
-  SearchScratch search;
+  SearchScratch search;  // counts the work of strategies, too
   GroupPoints points;
   GroupNeighborhoods neighborhoods;
   GroupFrames frames;
+
+  uint64_t work() const final { return search.work; }
+
+  // Whether the run that began at this work has taken so much that it leaves the rest of its group to another one.
+  bool IsLongSince(uint64_t began) const { return search.work - began > most_work; }
+
+  // Ends the group with its first `count` points, which are done; another run begins with the next one.
+  void LeaveRest(size_t count) {
+    rest = first_point + count;
+    points.size = count;
+    for (size_t i = count; i < SpatialIndex::kGroupPoints; ++i) frames.Fill(i);
+  }
 };
 
 // For strategies that measure triangles.

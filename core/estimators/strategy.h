@@ -24,9 +24,23 @@ struct WorkerScratch {
   // Bytes that it holds, itself included.
   virtual size_t bytes() const = 0;
 
-  // Once true, nobody wants the result any more; null: somebody does. Looked at before each point.
+  // Once true, nobody wants the result any more; null: somebody does. Looked at after each point, and within searches
+  // that may be long.
   const std::atomic<bool>* stopped = nullptr;
   bool IsStopped() const { return stopped != nullptr && stopped->load(std::memory_order_relaxed); }
+
+  // A run of a group (GroupPhase::run) ends after the point with which it has taken more than `most_work` steps, so
+  // that no group of a cloud that is made to cost much keeps others waiting: it then leaves the rest of the group to
+  // another run. `first_point` says with which of the group's points a run begins, in tree order, and `rest` with which
+  // the next one is to; 0: none is left. Whoever runs a group sets first_point before and reads `rest` afterwards.
+  uint64_t most_work = kMostRunWork;
+  size_t first_point = 0;
+  size_t rest = 0;
+  // Steps of all runs so far (SearchScratch::work). 0 where nobody counts.
+  virtual uint64_t work() const { return 0; }
+  // So many take some ten milliseconds; a group of ordinary points takes 12,000 at 50 neighbors, a million or so at
+  // 10,000.
+  static constexpr uint64_t kMostRunWork = uint64_t{2} << 20;
 
   // How many points it has written, by PointStatus.
   std::array<uint64_t, kPointStatusEnd> status_counts{};
@@ -40,6 +54,7 @@ struct GroupPhase {
   // Called once, before any group; allocates what the phase needs. May be empty.
   // Errors: ErrorKind::kOutOfMemory, the system gave no memory. May throw std::bad_alloc.
   std::function<absl::Status()> begin;
+  // Runs a group, or its rest (WorkerScratch::first_point).
   // Thread-safe for distinct groups and distinct scratch, which is of the run's MakeScratch.
   // Errors: ErrorKind::kNeighborhoodTooLarge; kCancelled once the scratch is stopped. The run is then of no further
   // use. May throw std::bad_alloc.

@@ -71,7 +71,7 @@ class EstimationJob {
 
   virtual ~EstimationJob() = default;
   // Asks the job to end with kCancelled; returns at once. No other work block of the job begins. Those that run end
-  // early: an estimate after the group of points at hand, a split of the index within tens of milliseconds. The
+  // early: an estimate after the point at hand, a split of the index within tens of milliseconds. The
   // callback is called when they are over and the pool has come to the job's next turn, before which blocks of others
   // may run. No effect once the last block has ended, nor on the error of a job that has failed: the callback then gets
   // the result, or that error. Allocates nothing.

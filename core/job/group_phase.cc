@@ -1,7 +1,6 @@
 #include "core/job/group_phase.h"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 #include <variant>
 
@@ -11,12 +10,13 @@ namespace {
 class GroupBlocks final : public Phase {
  public:
   GroupBlocks(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block, ScratchSet& scratch,
-              std::atomic<size_t>* points_done)
+              std::atomic<size_t>* points_done, BlockClock now)
       : groups_(std::move(groups)),
         index_(index),
         groups_per_block_(groups_per_block),
         scratch_(scratch),
-        points_done_(points_done) {}
+        points_done_(points_done),
+        now_(now) {}
 
   std::string_view name() const override { return groups_.name; }
 
@@ -31,33 +31,48 @@ class GroupBlocks final : public Phase {
   absl::Status RunBlock(const BlockContext& context) override {
     WorkerScratch& scratch = scratch_.of(context.worker);
     scratch.stopped = &context.stopped;
-    // A block past the first ones is the rest of one of those, from the group that its number tells.
-    const bool is_rest = context.block >= block_count_;
-    const size_t first = is_rest ? context.block - block_count_ : context.block * groups_per_block_;
-    const size_t last = std::min((first / groups_per_block_ + 1) * groups_per_block_, index_.group_count());
-    const Clock::time_point started = Clock::now();
-    size_t group = first;
-    while (group < last) {
+    const Place begin = BeginOf(context.block);
+    const size_t last = std::min((begin.group / groups_per_block_ + 1) * groups_per_block_, index_.group_count());
+    const std::chrono::steady_clock::time_point started = now_();
+    const uint64_t work_before = scratch.work();
+    Place next = begin;
+    while (next.group < last) {
       if (context.stopped.load(std::memory_order_relaxed)) return absl::OkStatus();
-      if (absl::Status status = groups_.run(group, scratch); !status.ok()) return status;
-      if (++group < last && Clock::now() - started > kLongBlock) {
-        context.add_block(block_count_ + group);
+      scratch.first_point = next.point;
+      scratch.rest = 0;
+      if (absl::Status status = groups_.run(next.group, scratch); !status.ok()) return status;
+      next = scratch.rest > 0 ? Place{next.group, scratch.rest} : Place{next.group + 1, 0};
+      if (next.group == last) break;
+      if (next.point > 0 || scratch.work() - work_before > WorkerScratch::kMostRunWork ||
+          now_() - started > kLongBlock) {
+        context.add_block(BlockFrom(next));
         break;
       }
     }
-    if (points_done_ != nullptr) *points_done_ += QueriesIn(first, group);
+    if (points_done_ != nullptr) *points_done_ += QueriesIn(begin.group, next.group);
     return absl::OkStatus();
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  // A block that has taken so long leaves its other groups to another turn: nobody knows beforehand what a point costs
-  // among many others in a radius, or in a cloud that is made to cost much.
-  static constexpr std::chrono::milliseconds kLongBlock{5};
+  // A point of a group, of those that the phase takes on.
+  struct Place {
+    size_t group;
+    size_t point;
+  };
+
+  // A block past the first ones is the rest of one of those, from the place that its number tells.
+  Place BeginOf(size_t block) const {
+    if (block < block_count_) return {block * groups_per_block_, 0};
+    const size_t number = block - block_count_;
+    return {number / SpatialIndex::kGroupPoints, number % SpatialIndex::kGroupPoints};
+  }
+  size_t BlockFrom(const Place& place) const {
+    return block_count_ + place.group * SpatialIndex::kGroupPoints + place.point;
+  }
 
   size_t PointsBefore(size_t group) const { return std::min(group * SpatialIndex::kGroupPoints, index_.point_count()); }
 
-  // Points of groups [first, last) that get results.
+  // Points of groups [first, last) that get results: those of a group in parts count with its last part.
   size_t QueriesIn(size_t first, size_t last) const {
     const size_t begin = PointsBefore(first), end = PointsBefore(last);
     const PointSet& set = index_.point_set();
@@ -76,6 +91,7 @@ class GroupBlocks final : public Phase {
   size_t block_count_ = 0;  // that the phase begins with
   ScratchSet& scratch_;
   std::atomic<size_t>* const points_done_;
+  const BlockClock now_;
 };
 
 }  // namespace
@@ -105,8 +121,8 @@ std::array<uint64_t, kPointStatusEnd> ScratchSet::status_counts() const {
 }
 
 std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block,
-                                      ScratchSet& scratch, std::atomic<size_t>* points_done) {
-  return std::make_unique<GroupBlocks>(std::move(groups), index, groups_per_block, scratch, points_done);
+                                      ScratchSet& scratch, std::atomic<size_t>* points_done, BlockClock now) {
+  return std::make_unique<GroupBlocks>(std::move(groups), index, groups_per_block, scratch, points_done, now);
 }
 
 }  // namespace curvd

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <string_view>
 #include <vector>
@@ -34,11 +34,19 @@ class ScratchSet {
 // where a point costs more, since others wait for the end of a block. Never 0.
 size_t GroupsPerBlock(const EstimatorOptions& options);
 
-// Runs `groups` on all groups of `index`, `groups_per_block` of them a block, or fewer where they take longer
-// than 5 ms.
+// Tells what time it is.
+using BlockClock = std::chrono::steady_clock::time_point (*)();
+
+// A block that has taken longer than kLongBlock, or more steps than WorkerScratch::kMostRunWork, ends with the group at
+// hand: nobody knows beforehand what a point costs among many others in a radius, or in a cloud that is made to cost
+// much. The block's other groups, and what the last run has left of its group, come in another turn.
+inline constexpr std::chrono::milliseconds kLongBlock{5};
+
+// Runs `groups` on all groups of `index`, `groups_per_block` of them a block, or fewer where those are long.
 // Adds the points of each block that is done, of those that get results, to *points_done, if it is not null.
 // REQUIRES: index, scratch and points_done outlive the phase.
 std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block,
-                                      ScratchSet& scratch, std::atomic<size_t>* points_done);
+                                      ScratchSet& scratch, std::atomic<size_t>* points_done,
+                                      BlockClock now = &std::chrono::steady_clock::now);
 
 }  // namespace curvd

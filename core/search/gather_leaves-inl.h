@@ -108,9 +108,10 @@ HWY_INLINE void AppendMeeting(const SpatialIndex& index, const ReachTest& meets,
 }
 
 // Calls `visit(first_leaf, count)` in tree order for runs of leaves, of at most LeafList::kMostTested each, that cover
-// every leaf all of whose nodes `enters` tells to enter. Ends when a visit returns false.
+// every leaf all of whose nodes `enters` tells to enter. Ends when a visit returns false. Returns how many nodes it
+// entered.
 template <typename Enters, typename Visit>
-HWY_INLINE void WalkLeaves(const SpatialIndex& index, const Enters& enters, const Visit& visit) {
+HWY_INLINE size_t WalkLeaves(const SpatialIndex& index, const Enters& enters, const Visit& visit) {
   struct Pending {
     uint32_t node;
     uint32_t first_leaf;
@@ -120,7 +121,8 @@ HWY_INLINE void WalkLeaves(const SpatialIndex& index, const Enters& enters, cons
   // A node over at most two vectors of leaves is not gone down: they are all tested.
   constexpr uint32_t kTested = 2 * hn::MaxLanes(FloatTag());
   static_assert(kTested <= LeafList::kMostTested);
-  if (index.leaf_count() == 0) return;
+  size_t entered = 0;
+  if (index.leaf_count() == 0) return entered;
   // Nodes to enter. Children are written in any case and kept by the count: whether one meets a reach is what no branch
   // predictor knows.
   Pending stack[kMaxDepth];
@@ -128,8 +130,9 @@ HWY_INLINE void WalkLeaves(const SpatialIndex& index, const Enters& enters, cons
   size_t depth = enters(index.node(0)) ? 1 : 0;
   while (depth > 0) {
     const Pending top = stack[--depth];
+    ++entered;
     if (top.leaves <= kTested) {
-      if (!visit(top.first_leaf, top.leaves)) return;
+      if (!visit(top.first_leaf, top.leaves)) return entered;
       continue;
     }
     const auto left_leaves = static_cast<uint32_t>(SpatialIndex::LeftLeaves(top.leaves));
@@ -140,19 +143,24 @@ HWY_INLINE void WalkLeaves(const SpatialIndex& index, const Enters& enters, cons
     stack[depth] = {left, top.first_leaf, left_leaves};
     depth += enters(index.node(left)) ? 1 : 0;
   }
+  return entered;
 }
 
 // Replaces the list by the leaves at squared distance <= `squared_reach` of `box`. Every point whose computed squared
 // distance to a point of `box` is within it lies in one of them. Returns false, with the list undefined, if they are
-// more than `max_leaves`; the list then holds memory for LeafList::kMostTested more at most.
+// more than `max_leaves`; the list then holds memory for LeafList::kMostTested more at most. Adds its steps to `work`
+// (SearchScratch::work).
 HWY_NOINLINE inline bool GatherLeaves(const SpatialIndex& index, const Box& box, float squared_reach, size_t max_leaves,
-                                      LeafList& leaves) {
+                                      LeafList& leaves, uint64_t& work) {
   const ReachTest meets(box, squared_reach);
   leaves.Clear();
-  WalkLeaves(index, meets, [&](uint32_t first, uint32_t count) HWY_ATTR {
+  size_t tested = 0;
+  const size_t entered = WalkLeaves(index, meets, [&](uint32_t first, uint32_t count) HWY_ATTR {
+    tested += count;
     AppendMeeting(index, meets, first, count, leaves);
     return leaves.size() <= max_leaves;
   });
+  work += entered + tested;
   if (leaves.size() > max_leaves) return false;
   leaves.Pad();
   return true;

@@ -39,7 +39,7 @@ class GroupSearch {
 
   // Finds the neighborhood of the point query[0..2], shows it to a copy of `visitor`, and returns the largest squared
   // distance of a neighbor. Returns kTooLarge, by radius, if it is too large: then the visitor sees nothing.
-  // scratch.found has the neighborhood until the next call.
+  // scratch.found has the neighborhood until the next call; once the scratch is stopped, it may be part of it.
   template <typename Visitor>
   HWY_INLINE float Find(const float* query, const Visitor& visitor) {
     return plan_.by_radius ? FindInRadius(query, visitor) : FindNearest(query, visitor);
@@ -54,7 +54,8 @@ class GroupSearch {
  private:
   bool List(float squared_reach) {
     squared_reach_ = squared_reach;
-    return listed_ = GatherLeaves(index_, box_, squared_reach, plan_.max_listed_leaves(), scratch_.group_leaves);
+    return listed_ = GatherLeaves(index_, box_, squared_reach, plan_.max_listed_leaves(), scratch_.group_leaves,
+                                  scratch_.work);
   }
 
   void StartReach() {
@@ -79,7 +80,9 @@ class GroupSearch {
       else
         List(squared_reach_ * 2.0f);
     }
-    FindByDescent(index_, query, KthNeighbor(index_, query, k, scratch_.heap), k, scratch_);
+    const NeighborRank last =
+        KthNeighbor(index_, query, k, scratch_.heap, {.stopped = scratch_.stopped, .work = &scratch_.work});
+    FindByDescent(index_, query, last, k, scratch_);
   }
 
   template <typename Visitor>
@@ -100,11 +103,14 @@ class GroupSearch {
     } else {
       FindByDescent(index_, query, {squared_reach_, SpatialIndex::kPaddingId}, plan_.max_neighbor_count, scratch_);
     }
-    return found.count > plan_.max_neighbor_count ? kTooLarge : Show(visitor);
+    if (found.count <= plan_.max_neighbor_count) return Show(visitor);
+    CountWork(leaves(), scratch_);
+    return kTooLarge;
   }
 
   template <typename Visitor>
   HWY_INLINE float Show(Visitor visitor) {
+    CountWork(leaves(), scratch_);
     visitor.Start(scratch_.found.count);
     const float farthest = ForEachInside(index_, scratch_.found, visitor);
     visitor.Finish();

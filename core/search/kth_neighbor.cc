@@ -9,8 +9,9 @@ namespace {
 // The K best ranks seen so far, the worst on top.
 class Descent {
  public:
-  Descent(const SpatialIndex& index, const float* query, size_t k, ScratchArray<NeighborRank>& heap)
-      : index_(index), query_(query), k_(k), heap_(heap) {
+  Descent(const SpatialIndex& index, const float* query, size_t k, ScratchArray<NeighborRank>& heap,
+          const std::atomic<bool>* stopped)
+      : index_(index), query_(query), k_(k), heap_(heap), stopped_(stopped) {
     heap_.Reserve(k);
   }
 
@@ -19,7 +20,7 @@ class Descent {
   // leaf and back up would look at all of the latter.
   void Run() {
     Push({Bound(0), 0, 0, static_cast<uint32_t>(index_.leaf_count())});
-    while (waiting_ > 0) {
+    while (waiting_ > 0 && !IsStopped()) {
       std::pop_heap(nodes_.begin(), nodes_.begin() + waiting_, IsWorse);
       const Node next = nodes_[--waiting_];
       if (!MayImprove(next.bound)) return;
@@ -30,6 +31,10 @@ class Descent {
       }
     }
   }
+
+  bool IsStopped() const { return stopped_ != nullptr && stopped_->load(std::memory_order_relaxed); }
+  // Nodes entered, and points looked at.
+  uint64_t work() const { return work_; }
 
  private:
   struct Node {
@@ -52,6 +57,7 @@ class Descent {
   }
 
   void PushChildren(const Node& parent) {
+    ++work_;
     const auto left_leaves = static_cast<uint32_t>(SpatialIndex::LeftLeaves(parent.leaves));
     const uint32_t left = parent.node + 1;
     const auto right = static_cast<uint32_t>(SpatialIndex::RightChild(parent.node, parent.leaves));
@@ -66,7 +72,9 @@ class Descent {
   }
 
   void Visit(size_t node, size_t first_leaf, size_t leaves) {
+    ++work_;
     if (leaves == 1) return ScanLeaf(first_leaf);
+    if (leaves > kFewLeaves && IsStopped()) return;
     const size_t left_leaves = SpatialIndex::LeftLeaves(leaves);
     const size_t left = node + 1;
     const size_t right = SpatialIndex::RightChild(node, leaves);
@@ -91,6 +99,7 @@ class Descent {
   void ScanLeaf(size_t leaf) {
     const SpatialIndex::LeafPositions& points = index_.positions(leaf);
     const int count = index_.LeafPoints(leaf);
+    work_ += static_cast<uint64_t>(count);
     for (int i = 0; i < count; ++i) {
       const float dx = points.x[i] - query_[0], dy = points.y[i] - query_[1], dz = points.z[i] - query_[2];
       const NeighborRank rank{(dx * dx + dy * dy) + dz * dz, points.id[i]};
@@ -110,6 +119,8 @@ class Descent {
   const float* query_;
   const size_t k_;
   ScratchArray<NeighborRank>& heap_;
+  const std::atomic<bool>* stopped_;
+  uint64_t work_ = 0;
   size_t size_ = 0;                       // of the heap
   std::array<Node, kMostWaiting> nodes_;  // a heap, the best bound on top
   size_t waiting_ = 0;
@@ -117,10 +128,12 @@ class Descent {
 
 }  // namespace
 
-NeighborRank KthNeighbor(const SpatialIndex& index, const float query[3], size_t k, ScratchArray<NeighborRank>& heap) {
-  Descent descent(index, query, k, heap);
+NeighborRank KthNeighbor(const SpatialIndex& index, const float query[3], size_t k, ScratchArray<NeighborRank>& heap,
+                         DescentWatch watch) {
+  Descent descent(index, query, k, heap, watch.stopped);
   descent.Run();
-  return heap[0];
+  if (watch.work != nullptr) *watch.work += descent.work();
+  return descent.IsStopped() ? kNoRank : heap[0];
 }
 
 }  // namespace curvd

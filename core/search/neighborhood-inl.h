@@ -199,19 +199,31 @@ HWY_NOINLINE inline NeighborRank SplitTies(const SpatialIndex& index, const Coun
   return {counted.limit, *last};
 }
 
+// Adds what the last search of a list took to the work: a step for each leaf of the list, and one for each point of the
+// leaves that meet the ball, though those are read several times: measured once, counted against at most 40 limits
+// (LimitByCounting), and shown to visitors.
+HWY_INLINE void CountWork(const LeafList& leaves, SearchScratch& s) {
+  s.work += leaves.size() + s.found.leaf_count * SpatialIndex::kLeafSize;
+}
+
 // Finds the K nearest points in the listed leaves, which hold every point within `squared_reach`. Returns false if
-// fewer than K points are that near. `squared_guess` only seeds.
+// fewer than K points are that near. `squared_guess` only seeds. Counts the work of all passes over the list but that
+// of the one that finds them, which is left to the caller.
 HWY_INLINE bool NearestInReach(const SpatialIndex& index, const LeafList& leaves, const float* query, size_t k,
                                float squared_guess, float squared_reach, SearchScratch& s) {
   float squared_radius = std::min(squared_guess, squared_reach);
   CullLeaves(leaves, query, squared_radius, s.found);
   size_t inner = MeasureDistances(index, query, squared_radius, s.found, s.inner_distances);
   if (inner < k && squared_radius < squared_reach) {
+    CountWork(leaves, s);
     squared_radius = squared_reach;
     CullLeaves(leaves, query, squared_radius, s.found);
     inner = MeasureDistances(index, query, squared_radius, s.found, s.inner_distances);
   }
-  if (inner < k) return false;
+  if (inner < k) {
+    CountWork(leaves, s);
+    return false;
+  }
   const CountedLimit counted = LimitByCounting(s.inner_distances.data(), inner, k, squared_radius);
   s.found.count = k;
   s.found.last = {counted.limit, SpatialIndex::kPaddingId};
@@ -244,8 +256,8 @@ HWY_INLINE void KeepIfInside(const SpatialIndex& index, uint32_t leaf, const Que
 }
 
 // Finds the points of at most the rank `last` by a descent of the tree, for any surroundings, and lists the leaves with
-// such points as `s.query_leaves`. Stops once they are more than `max_count`: returns false, with s.found.count above
-// it.
+// such points as `s.query_leaves`. Ends once they are more than `max_count`: returns false, with s.found.count above
+// it. Ends between leaves, with some of the points found, once `s` is stopped.
 HWY_NOINLINE inline bool FindByDescent(const SpatialIndex& index, const float* query, const NeighborRank& last,
                                        size_t max_count, SearchScratch& s) {
   const FloatTag d;
@@ -257,16 +269,20 @@ HWY_NOINLINE inline bool FindByDescent(const SpatialIndex& index, const float* q
   const auto enters = [&](const TreeNode& node) {
     return !(last < NeighborRank{SquaredDistance(query, node.box), node.min_id});
   };
-  WalkLeaves(index, enters, [&](uint32_t first, uint32_t count) HWY_ATTR {
+  size_t tested = 0, measured = 0;
+  const size_t entered = WalkLeaves(index, enters, [&](uint32_t first, uint32_t count) HWY_ATTR {
+    tested += count;
     for (uint32_t i = 0; i < count; i += static_cast<uint32_t>(hn::Lanes(d))) {
       const FloatMask near = hn::And(meets.LeavesFrom(index, first + i), hn::FirstN(d, count - i));
       for (uint64_t bits = BitsFromMask(near); bits != 0; bits &= bits - 1) {
+        ++measured;
         KeepIfInside(index, first + i + static_cast<uint32_t>(std::countr_zero(bits)), q, s);
         if (s.found.count > max_count) return false;
       }
     }
-    return true;
+    return !s.IsStopped();
   });
+  s.work += entered + tested + measured * SpatialIndex::kLeafSize;
   s.query_leaves.Pad();
   return s.found.count <= max_count;
 }

@@ -1,6 +1,7 @@
 // What the search of one thread keeps between its steps, and what it has found.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 
@@ -33,6 +34,16 @@ struct SearchScratch {
   ScratchArray<int32_t> tied_ids;       // of points at the distance of the last neighbor
   ScratchArray<NeighborRank> heap;      // of the descent for the K-th neighbor
   float reach_hint = 0.0f;              // the largest squared distance of a neighbor in the last group; 0: unknown
+
+  // Steps so far, each of a bounded number of operations: a node of the tree that was entered, a leaf whose box was
+  // tested, a point of a leaf that was looked at, and what strategies count besides (their kernels say it). A measure
+  // of cost that is the same on every machine with the same vectors; counted by the query, not by the step.
+  uint64_t work = 0;
+
+  // Once true, searches end early and what they find is worth nothing; null: never. Looked at within each descent of
+  // the tree, which may come to every leaf; searches of a list are short.
+  const std::atomic<bool>* stopped = nullptr;
+  bool IsStopped() const { return stopped != nullptr && stopped->load(std::memory_order_relaxed); }
 
   // Bytes that the buffers hold.
   size_t bytes() const;

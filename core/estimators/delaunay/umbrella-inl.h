@@ -128,34 +128,40 @@ HWY_INLINE bool Project(const UmbrellaCandidates& neighbors, const PlaneAxes& ax
 }
 
 // The umbrella of a point with this id and normal. Of points that coincide only the one with the lowest id has one; the
-// others' triangles would cover the same surface again.
-HWY_NOINLINE inline void SetUmbrella(const UmbrellaCandidates& neighbors, int32_t own_id, const float* normal,
-                                     Umbrella& umbrella) {
+// others' triangles would cover the same surface again. Returns the steps of it: the neighbors, times those of the
+// walk.
+HWY_NOINLINE inline uint64_t SetUmbrella(const UmbrellaCandidates& neighbors, int32_t own_id, const float* normal,
+                                         Umbrella& umbrella) {
   std::fill(std::begin(umbrella.rim), std::end(umbrella.rim), Umbrella::kNone);
   DelaunayStar star;
   star.count = neighbors.count;
   star.id = neighbors.id;
   star.own_id = own_id;
-  if (Project(neighbors, AxesOf(normal), star)) return;
+  const auto candidates = static_cast<uint64_t>(neighbors.count);
+  if (Project(neighbors, AxesOf(normal), star)) return candidates;
   int rim[Umbrella::kMaxRim];
   const int size = star.Walk(rim);
   for (int corner = 0; corner < size; ++corner) umbrella.rim[corner] = neighbors.place[rim[corner]];
+  return candidates * static_cast<uint64_t>(2 + star.steps);
 }
 
-// Sets the rims of the umbrellas of all points of a group, also of those that get no result. `umbrellas` holds those of
-// the whole cloud, by place in the tree order.
+// Sets the rims of the umbrellas of all points of a group, also of those that get no result, until the run has become
+// long. `umbrellas` holds those of the whole cloud, by place in the tree order.
 inline void BuildUmbrellasKernel(const SpatialIndex& index, const SearchPlan& plan, size_t group, GroupScratch& s,
                                  Umbrella* umbrellas) {
-  LoadGroup<true>(index, group, s.points);
+  LoadGroup<true>(index, group, s.points, s.first_point);
+  const uint64_t began = s.search.work;
+  s.search.stopped = s.stopped;
   GroupSearch search(index, plan, s.points.box, s.search);
   UmbrellaCandidates candidates;
   float query[3], normal[3];
   for (size_t i = 0; i < s.points.size; ++i) {
-    if (s.IsStopped()) return;
     s.points.query.Get(i, query);
     s.points.normal.Get(i, normal);
     search.Find(query, CandidateCollector(index, query, candidates));
-    SetUmbrella(candidates, s.points.rank[i], normal, umbrellas[s.points.place[i]]);
+    if (s.IsStopped()) return;
+    s.search.work += SetUmbrella(candidates, s.points.rank[i], normal, umbrellas[s.points.place[i]]);
+    if (s.IsLongSince(began) && i + 1 < s.points.size) s.LeaveRest(i + 1);
   }
   search.PassOn();
 }

@@ -36,8 +36,9 @@ static_assert(sizeof(Umbrella) == 64);
 // The search for the neighbors that umbrellas are made from.
 SearchPlan UmbrellaSearch(const SpatialIndex& index);
 
-// Sets the rims of the umbrellas of the points of group `group`; `umbrellas` holds those of the whole cloud, by place.
-// Thread-safe for distinct scratch and groups.
+// Sets the rims of the umbrellas of the points of group `group`, from scratch.first_point on; `umbrellas` holds those
+// of the whole cloud, by place. An umbrella takes its search and at most Umbrella::kMaxRim + 2 looks at each of its
+// neighbors, whatever the cloud. Thread-safe for distinct scratch and groups.
 void BuildUmbrellas(const SpatialIndex& index, const SearchPlan& plan, size_t group, GroupScratch& scratch,
                     Umbrella* umbrellas);
 

@@ -134,19 +134,21 @@ HWY_INLINE size_t WeighNeighbors(const SpatialIndex& index, const Neighborhood& 
 }
 
 // Sums the weighted measures of all triangles whose corners are neighbors. Leaf by leaf, so that no long sum loses
-// digits.
+// digits. Adds to `work` a step for each triangle that it looks at.
 HWY_INLINE TriangleMeasures SumNeighborTriangles(const UmbrellaTriangles& triangles, const uint32_t* positions,
-                                                 size_t count) {
+                                                 size_t count, uint64_t& work) {
   const MeasuresTag d;
   constexpr size_t kParts = sizeof(TriangleMeasures) / sizeof(float) / hn::MaxLanes(MeasuresTag());
   const float* weights = triangles.weights();
   hn::Vec<MeasuresTag> total[kParts];
   for (auto& part : total) part = hn::Zero(d);
+  size_t looked_at = 0;
   for (size_t j = 0; j < count; ++j) {
     hn::Vec<MeasuresTag> sum[kParts];
     for (auto& part : sum) part = hn::Zero(d);
-    const uint32_t last = triangles.first(positions[j] + 1);
-    for (uint32_t t = triangles.first(positions[j]); t < last; ++t) {
+    const uint32_t first = triangles.first(positions[j]), last = triangles.first(positions[j] + 1);
+    looked_at += last - first;
+    for (uint32_t t = first; t < last; ++t) {
       const uint32_t* place = triangles.triangle(t).place;
       // The mean of the corners' weights over the triangle; nothing where one is no neighbor.
       const float mean = weights[place[0]] + weights[place[1]] + weights[place[2]];
@@ -158,6 +160,7 @@ HWY_INLINE TriangleMeasures SumNeighborTriangles(const UmbrellaTriangles& triang
     }
     for (size_t part = 0; part < kParts; ++part) total[part] = hn::Add(total[part], sum[part]);
   }
+  work += looked_at;
   TriangleMeasures measures;
   for (size_t part = 0; part < kParts; ++part) hn::Store(total[part], d, measures.values + part * hn::MaxLanes(d));
   return measures;
@@ -200,10 +203,12 @@ HWY_NOINLINE inline void MeasureUmbrellas(const SpatialIndex& index, const Delau
   if (s.triangles.Gather(index, plan.umbrellas, leaves)) {
     LoadCorners(index, leaves, s.triangles);
     MeasureGathered(s.triangles);
+    s.search.work += leaves.size() * SpatialIndex::kLeafSize + s.triangles.lookups() + s.triangles.size();
   }
   const float rho = s.frames.rho[i];
   const size_t count = WeighNeighbors(index, s.search.found, rho * rho, plan.falloff, s.triangles, s.positions);
-  StoreMeasures(SumNeighborTriangles(s.triangles, s.positions.data(), count), plan.spread, s.frames, i, s.measures);
+  const TriangleMeasures sum = SumNeighborTriangles(s.triangles, s.positions.data(), count, s.search.work);
+  StoreMeasures(sum, plan.spread, s.frames, i, s.measures);
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
   for (size_t j = 0; j < count; ++j) {
     std::fill_n(s.triangles.weights() + s.positions[j] * kLeaf, kLeaf, UmbrellaTriangles::kNoNeighbor);

@@ -207,8 +207,8 @@ HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetS
 }
 
 // Shapes of all points of the group, whose problems are set up. `find(i)` collects the neighbors of point i as
-// `neighbors` once more, where that is needed; `qr_room` is scratch for those. Lowers the status of points without a
-// jet.
+// `neighbors` once more, where that is needed; `qr_room` is scratch for those. Where it returns false, no point from
+// there on has a shape. Lowers the status of points without a jet.
 template <typename FindNeighbors>
 HWY_NOINLINE void SolveJets(int degree, const GroupScalars& rho, const NeighborArrays& neighbors,
                             ScratchArray<double>& qr_room, GroupPoints& points, JetSystems& jets, GroupShapes& shapes,
@@ -218,7 +218,7 @@ HWY_NOINLINE void SolveJets(int degree, const GroupScalars& rho, const NeighborA
   for (size_t i = 0; i < points.size; ++i) {
     if (points.status[i] != PointStatus::kOk) continue;
     if (jets.least_pivot[i] > kMinJetPivot * jets.moments[0][i]) continue;
-    find(i);
+    if (!find(i)) break;
     if (!SolveJetByQr(neighbors, i, 1.0 / rho[i], degree, qr_room, jets)) points.status[i] = PointStatus::kSingularFit;
   }
   for (size_t i = 0; i < points.size; i += lanes) StoreJetShapes(points.normal, i, jets, shapes);

@@ -16,20 +16,32 @@ namespace HWY_NAMESPACE {
 // Collects the neighbors of single points of a group once more.
 class RepeatedSearch {
  public:
-  RepeatedSearch(const SpatialIndex& index, const SearchPlan& plan, JetScratch& s)
-      : index_(index), plan_(plan), s_(s) {}
+  RepeatedSearch(const SpatialIndex& index, const JetPlan& plan, JetScratch& s)
+      : index_(index), plan_(plan), s_(s), began_(s.search.work) {}
 
-  HWY_NOINLINE void operator()(size_t i) {
-    if (!search_.has_value()) search_.emplace(index_, plan_, s_.points.box, s_.search);
+  // Returns false, and collects nothing, once nobody wants the result, or the group has been ended before point i
+  // because the factorizations of those before it took so much.
+  HWY_NOINLINE bool operator()(size_t i) {
+    if (s_.IsStopped()) return false;
+    if (i > 0 && s_.IsLongSince(began_)) {
+      s_.LeaveRest(i);
+      return false;
+    }
+    if (!search_.has_value()) search_.emplace(index_, plan_.neighborhood.search, s_.points.box, s_.search);
     float query[3], normal_sum[3];
     s_.points.query.Get(i, query);
     search_->Find(query, NeighborCollector(index_, query, s_.neighbors, normal_sum));
+    // A step for every four multiplications and additions of the factorization.
+    const auto size = static_cast<size_t>(JetSize(plan_.degree));
+    s_.search.work += s_.neighbors.count * size * size / 2;
+    return true;
   }
 
  private:
   const SpatialIndex& index_;
-  const SearchPlan& plan_;
+  const JetPlan& plan_;
   JetScratch& s_;
+  const uint64_t began_;
   std::optional<GroupSearch> search_;
 };
 
@@ -51,7 +63,8 @@ absl::Status EstimateJets(const SpatialIndex& index, const JetPlan& plan, size_t
   const absl::Status status = ForEachCollected(index, plan.neighborhood, s.neighbors, s, sum);
   if (!status.ok()) return status;
   SolveJets(plan.degree, s.frames.rho, s.neighbors, s.qr_room, s.points, s.system, s.shapes,
-            RepeatedSearch(index, plan.neighborhood.search, s));
+            RepeatedSearch(index, plan, s));
+  if (s.IsStopped()) return Stopped();
   WriteShapes(plan.neighborhood, s.shapes, s, results);
   return status;
 }

@@ -23,7 +23,8 @@ absl::Status EstimateHexagrams(const SpatialIndex& index, const NeighborhoodPlan
   for (size_t i = 0; i < s.points.size; i += hn::Lanes(d)) {
     PreparePoints(d, plan, s.neighborhoods, i, s.points, s.frames, fill);
   }
-  CornerSearch(index, s.points, s.frames, s.corners, s.hexagram).SetCorners();
+  CornerSearch(index, s.points, s.frames, s.search, s.corners, s.hexagram).SetCorners();
+  if (s.IsStopped()) return Stopped();
   MeasureHexagrams(&s.hexagram, 1, s);
   WriteMeasured(plan, s, results);
   return status;
@@ -63,7 +64,7 @@ NeighborhoodPlan MakePlan(const EstimatorOptions& options, const SpatialIndex& i
 
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   return sizeof(HexagramScratch) + SearchScratchBytes(SearchSizes(options, kMostSearched), point_count) +
-         CornerScratch::MostBytes(point_count);
+         CornerScratch::MostBytes(point_count) + ScratchArray<NeighborRank>::MostBytes(1);
 }
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,

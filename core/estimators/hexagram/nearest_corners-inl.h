@@ -77,11 +77,13 @@ HWY_INLINE void SetCorner(const SpatialIndex& index, const IndexedPoint& point, 
 // Sets each point's corners to the points of the cloud nearest to its six targets.
 class CornerSearch {
  public:
-  // `points` and `frames` are those of a group. Sets `hexagram` for the points whose status is OK.
-  CornerSearch(const SpatialIndex& index, const GroupPoints& points, const GroupFrames& frames, CornerScratch& scratch,
-               Hexagram& hexagram)
-      : index_(index), points_(points), frames_(frames), scratch_(scratch), hexagram_(hexagram) {}
+  // `points` and `frames` are those of a group. Sets `hexagram` for the points whose status is OK. What `search` has
+  // found is lost.
+  CornerSearch(const SpatialIndex& index, const GroupPoints& points, const GroupFrames& frames, SearchScratch& search,
+               CornerScratch& scratch, Hexagram& hexagram)
+      : index_(index), points_(points), frames_(frames), search_(search), scratch_(scratch), hexagram_(hexagram) {}
 
+  // Ends early, with some corners unset, once the search is stopped.
   HWY_NOINLINE void SetCorners() {
     for (size_t i = 0; i < points_.size; ++i) {
       if (points_.status[i] == PointStatus::kOk)
@@ -93,11 +95,12 @@ class CornerSearch {
     }
     // One descent of the tree serves all corners, or where the figure is large against the group, one each.
     const bool shared = Gather(0, 6, CornerScratch::kMaxShared);
-    for (int s = 0; s < 6; ++s) {
+    for (int s = 0; s < 6 && !search_.IsStopped(); ++s) {
       const Box box = PatchesBox(s, s + 1);
       TargetLeaves listed{shared ? &scratch_.corner_leaves : &scratch_.leaves, SquaredReach(s, s + 1), nullptr, {}};
       if (shared) {
         NarrowLeaves(scratch_.leaves, box, listed.squared_reach, scratch_.corner_leaves);
+        search_.work += scratch_.leaves.size();
       } else if (!Gather(s, s + 1, CornerScratch::kMaxSingle)) {
         scratch_.leaves.Clear();
         listed.squared_reach = -1.0f;
@@ -137,7 +140,8 @@ class CornerSearch {
 
   // Lists the leaves around the targets of corners [first, last). Returns false if they are too many.
   bool Gather(int first, int last, size_t max_leaves) {
-    return GatherLeaves(index_, PatchesBox(first, last), SquaredReach(first, last), max_leaves, scratch_.leaves);
+    return GatherLeaves(index_, PatchesBox(first, last), SquaredReach(first, last), max_leaves, scratch_.leaves,
+                        search_.work);
   }
 
   HWY_INLINE void FindCorners(int s, const TargetLeaves& leaves) {
@@ -170,6 +174,8 @@ class CornerSearch {
   // Searches the listed leaves within the squared reach of a target.
   HWY_INLINE float Search(const TargetLeaves& listed, float squared_reach, TargetPatch& patch) {
     near_count_ = CullLeavesAround(*listed.leaves, patch, squared_reach, scratch_.near);
+    // Every point of these leaves meets every target.
+    search_.work += listed.leaves->size() + near_count_ * SpatialIndex::kLeafSize * TargetPatch::kSize;
     if (listed.centered != nullptr) return SearchCentered(listed, scratch_.near.data(), near_count_, patch);
     return SearchExactly(index_, *listed.leaves, scratch_.near.data(), near_count_, patch);
   }
@@ -181,36 +187,33 @@ class CornerSearch {
     TakeNearest(s, p, *listed.leaves);
   }
 
-  // The same where not all leaves within the squared reach are listed: they are looked at in batches.
+  // The same where not all leaves within the squared reach are listed: another list has them, unless they are many.
   HWY_NOINLINE void SearchUnlisted(int s, size_t p, float squared_reach) {
     TargetPatch& patch = patches_[s][p];
-    IndexedPoint nearest[TargetPatch::kSize];
-    const ReachTest meets(patch.box, squared_reach);
-    LeafList& batch = scratch_.batch;
-    batch.Clear();
-    WalkLeaves(index_, meets, [&](uint32_t first, uint32_t count) HWY_ATTR {
-      AppendMeeting(index_, meets, first, count, batch);
-      if (batch.size() + LeafList::kMostTested > CornerScratch::kMaxBatch) SearchBatch(squared_reach, patch, nearest);
-      return true;
-    });
-    SearchBatch(squared_reach, patch, nearest);
-    for (uint32_t used = patch.used; used != 0; used &= used - 1) {
-      const int lane = std::countr_zero(used);
-      SetCorner(index_, nearest[lane], points_, p * TargetPatch::kSize + lane, s, hexagram_);
+    LeafList& leaves = scratch_.patch_leaves;
+    if (!GatherLeaves(index_, patch.box, squared_reach, CornerScratch::kMaxPatch, leaves, search_.work)) {
+      return Descend(s, p);
     }
+    Search({&leaves, squared_reach, nullptr, {}}, squared_reach, patch);
+    TakeNearest(s, p, leaves);
   }
 
-  // Lets the points of the batch replace what is nearest to each used target if they are nearer; empties the batch.
-  HWY_NOINLINE void SearchBatch(float squared_reach, TargetPatch& patch, IndexedPoint* nearest) {
-    LeafList& batch = scratch_.batch;
-    batch.Pad();
-    Search({&batch, squared_reach, nullptr, {}}, squared_reach, patch);
+  // Sets the corners of a patch by a descent of the tree for each target: a ball around it may hold most of the cloud,
+  // where others lie beyond the neighborhood of the point.
+  HWY_NOINLINE void Descend(int s, size_t p) {
+    const TargetPatch& patch = patches_[s][p];
     for (uint32_t used = patch.used; used != 0; used &= used - 1) {
-      const auto lane = static_cast<size_t>(std::countr_zero(used));
-      const IndexedPoint in_batch = NearestInBound(index_, batch, scratch_.near.data(), near_count_, patch, lane);
-      if (in_batch.rank < nearest[lane].rank) nearest[lane] = in_batch;
+      const int lane = std::countr_zero(used);
+      const float target[3] = {patch.x[lane], patch.y[lane], patch.z[lane]};
+      const NeighborRank rank =
+          KthNeighbor(index_, target, 1, search_.heap, {.stopped = search_.stopped, .work = &search_.work});
+      FindByDescent(index_, target, rank, 1, search_);
+      if (search_.found.count == 0) continue;  // stopped
+      const uint32_t leaf = search_.found.leaves[0];
+      const int32_t* const ids = index_.positions(leaf).id;
+      const auto place = static_cast<int>(std::find(ids, ids + SpatialIndex::kLeafSize, rank.id) - ids);
+      SetCorner(index_, {leaf, place, rank}, points_, p * TargetPatch::kSize + lane, s, hexagram_);
     }
-    batch.Clear();
   }
 
   // A squared distance within which every used target has a point: the one that it belongs to.
@@ -236,6 +239,7 @@ class CornerSearch {
       const uint64_t bits = PointsInBound(index_.positions(leaf), patch, lane);
       IndexedPoint nearest{leaf, std::countr_zero(bits), {}};
       if (HWY_UNLIKELY((patch.tied >> lane & 1) != 0)) {
+        search_.work += near_count_ * SpatialIndex::kLeafSize;
         nearest = NearestInBound(index_, leaves, scratch_.near.data(), near_count_, patch, lane);
       } else if (HWY_UNLIKELY((bits & (bits - 1)) != 0)) {
         nearest = NearestInBound(index_, leaves, &position, 1, patch, lane);
@@ -247,6 +251,7 @@ class CornerSearch {
   const SpatialIndex& index_;
   const GroupPoints& points_;
   const GroupFrames& frames_;
+  SearchScratch& search_;
   CornerScratch& scratch_;
   Hexagram& hexagram_;
   float squared_spacing_ = 0.0f;  // the largest of the group

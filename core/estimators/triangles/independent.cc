@@ -34,6 +34,7 @@ HWY_NOINLINE inline void MeasureIndependent(const TrianglePlan& plan, size_t i, 
     }
   };
   MeasureTriangles(s.neighbors, i, triangles, draw, s);
+  s.search.work += count + triangles;
 }
 
 absl::Status EstimateIndependent(const SpatialIndex& index, const TrianglePlan& plan, size_t group, TriangleScratch& s,

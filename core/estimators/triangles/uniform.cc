@@ -18,6 +18,7 @@ HWY_NOINLINE inline void MeasureUniform(const TrianglePlan& plan, size_t i, Tria
   const auto count = static_cast<uint32_t>(s.neighbors.count);
   const auto draw = [&](int lane, CornerIndices& indices) { DrawDistinct(random, count, lane, indices); };
   MeasureTriangles(s.neighbors, i, plan.triangle_count, draw, s);
+  s.search.work += plan.triangle_count;
 }
 
 absl::Status EstimateUniform(const SpatialIndex& index, const TrianglePlan& plan, size_t group, TriangleScratch& s,

@@ -12,7 +12,8 @@ namespace HWY_NAMESPACE {
 
 bool CallGatherLeaves(const SpatialIndex& index, const Box& box, float squared_reach, size_t max_leaves,
                       LeafList& leaves) {
-  return GatherLeaves(index, box, squared_reach, max_leaves, leaves);
+  uint64_t work = 0;
+  return GatherLeaves(index, box, squared_reach, max_leaves, leaves, work);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -29,6 +29,33 @@ TEST_P(HexagramTest, MatchesTheDoubleOracle) {
   }
 }
 
+// A ball around a target that reaches to its point holds a cluster of more leaves than are looked at one after the
+// other.
+TEST_P(HexagramTest, FindsCornersBesideADenseClusterBeyondTheNeighborhood) {
+  constexpr size_t kSparse = 150, kDense = 20'000;
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> radius(1.0, 2.0), angle(0.0, 6.28), tilt(-0.1, 0.1), near(-1e-2, 1e-2);
+  TestPoints points;
+  for (size_t i = 0; i < kSparse + kDense; ++i) {
+    const double r = radius(random), a = angle(random), nx = tilt(random), ny = tilt(random);
+    const bool is_sparse = i < kSparse;
+    points.Add(is_sparse ? r * std::cos(a) : near(random), is_sparse ? r * std::sin(a) : near(random),
+               0.1 * tilt(random), nx, ny, std::sqrt(1.0 - nx * nx - ny * ny));
+  }
+  EstimatorOptions options;
+  options.estimator = "hexagram";
+  const EstimationResult result = MustEstimate(points.ToCloud(), options);
+  size_t compared = 0;
+  for (size_t i = 0; i < kSparse; ++i) {
+    const ReferenceCurvature reference = ReferenceEstimate(points, i, options);
+    if (!reference.estimated || reference.margin < 1e-5) continue;
+    SCOPED_TRACE(i);
+    ExpectNear(result.field.points[i], reference);
+    ++compared;
+  }
+  EXPECT_GT(compared, kSparse / 2);
+}
+
 TEST_P(HexagramTest, CornersThatTieGoToTheLowerId) {
   // Two targets of each point that looks up are 1.5 away along y, halfway between two others, maybe of two leaves.
   constexpr int kSide = 45, kCells = kSide * kSide;
