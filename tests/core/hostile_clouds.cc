@@ -1,6 +1,7 @@
 #include "tests/core/hostile_clouds.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -183,5 +184,11 @@ constexpr HostileCloud kClouds[] = {
 }  // namespace
 
 std::span<const HostileCloud> HostileClouds() { return kClouds; }
+
+std::string IdentifierOf(const HostileCloud& cloud) {
+  std::string name(cloud.name);
+  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  return name;
+}
 
 }  // namespace curvd::testing

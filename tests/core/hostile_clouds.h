@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -18,5 +19,8 @@ struct HostileCloud {
 
 // All of them, each of any number of points.
 std::span<const HostileCloud> HostileClouds();
+
+// The cloud's name with '_' for what may not stand in the name of a test.
+std::string IdentifierOf(const HostileCloud& cloud);
 
 }  // namespace curvd::testing

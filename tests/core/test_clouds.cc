@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -127,6 +129,16 @@ EstimationResult MustEstimate(Cloud cloud, const EstimatorOptions& options, int 
   auto result = EstimateCurvature(std::move(cloud), options, pool);
   EXPECT_TRUE(result.ok()) << result.status();
   return result.ok() ? *std::move(result) : EstimationResult{};
+}
+
+size_t FirstDifference(std::span<const PointCurvature> a, std::span<const PointCurvature> b) {
+  const auto differs = [&](size_t i, const Column& column) {
+    const auto at = [&](const PointCurvature& point) { return reinterpret_cast<const char*>(&point) + column.offset; };
+    return std::memcmp(at(a[i]), at(b[i]), column.bytes()) != 0;
+  };
+  size_t i = 0;
+  while (i < a.size() && std::ranges::none_of(kColumns, [&](const Column& column) { return differs(i, column); })) ++i;
+  return i;
 }
 
 }  // namespace curvd::testing

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,5 +46,9 @@ SpatialIndex BuildIndex(Cloud cloud);
 
 // Estimates with `threads` threads; fails the test on error.
 EstimationResult MustEstimate(Cloud cloud, const EstimatorOptions& options, int threads = 2);
+
+// The first point whose results differ in a bit of a column, or the number of points if none does.
+// REQUIRES: as many points in both.
+size_t FirstDifference(std::span<const PointCurvature> a, std::span<const PointCurvature> b);
 
 }  // namespace curvd::testing

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <latch>
 #include <limits>
 #include <memory>
@@ -19,13 +18,7 @@ namespace {
 using ::testing::Contains;
 
 bool SameBytes(const CurvatureField& a, const CurvatureField& b) {
-  if (a.points.size() != b.points.size()) return false;
-  for (size_t i = 0; i < a.points.size(); ++i) {
-    const PointCurvature &p = a.points[i], &q = b.points[i];
-    // The last member's padding is not a value.
-    if (std::memcmp(&p, &q, offsetof(PointCurvature, status)) != 0 || p.status != q.status) return false;
-  }
-  return true;
+  return a.points.size() == b.points.size() && FirstDifference(a.points.span(), b.points.span()) == a.points.size();
 }
 
 EstimatorOptions WithEstimator(std::string_view estimator) {

@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,15 @@ class ConnectionGuardTest : public ::testing::Test {
     std::string read(bytes, ' ');
     ASSERT_EQ(recv(pair.server(), read.data(), bytes, MSG_WAITALL), static_cast<ssize_t>(bytes));
   }
+  // Adds them all, and has each send `bytes`, which gRPC does not read.
+  std::vector<int> AddSending(std::span<const TcpPair> pairs, size_t bytes) {
+    std::vector<int> watches;
+    for (const TcpPair& pair : pairs) {
+      watches.push_back(Add(pair));
+      Send(pair, bytes);
+    }
+    return watches;
+  }
   std::string LastPeer() const { return absl::StrCat("ipv4:10.0.0.7:", ports_); }
   // Takes a turn after the last one.
   std::vector<int> Turn(uint64_t resident_bytes) {
@@ -44,6 +54,10 @@ class ConnectionGuardTest : public ::testing::Test {
   static bool HasEnded(int watch) {
     pollfd ended = {watch, 0, 0};
     return poll(&ended, 1, 0) == 1 && (ended.revents & POLLHUP) != 0;
+  }
+
+  static ptrdiff_t CountEnded(const std::vector<int>& watches) {
+    return std::count_if(watches.begin(), watches.end(), HasEnded);
   }
 
   ConnectionRegistry connections_;
@@ -210,34 +224,24 @@ TEST_F(ConnectionGuardTest, SparesThoseWhoseCallsWereLetIn) {
 TEST_F(ConnectionGuardTest, SparesNotManyWhoHaveSentLittleWhileMemoryIsCritical) {
   constexpr size_t kEach = 1'024, kPairs = 40;
   const TcpPair pairs[kPairs];
-  std::vector<int> watches;
-  for (const TcpPair& pair : pairs) {
-    watches.push_back(Add(pair));
-    Send(pair, kEach);
-  }
-  const auto count_ended = [&] { return std::count_if(watches.begin(), watches.end(), HasEnded); };
+  const std::vector<int> watches = AddSending(pairs, kEach);
   for (uint64_t memory = kLimit; memory < kMuch - 1; memory += ConnectionGuard::kFastGrowth) Turn(memory);
-  EXPECT_EQ(count_ended(), 0);
+  EXPECT_EQ(CountEnded(watches), 0);
   Turn(kMuch);
-  EXPECT_EQ(count_ended(), kPairs - ConnectionGuard::kSparedTogether / kEach);
+  EXPECT_EQ(CountEnded(watches), kPairs - ConnectionGuard::kSparedTogether / kEach);
   EXPECT_FALSE(guard_.MayTake());
 }
 
 TEST_F(ConnectionGuardTest, SparesFewerWhoHaveSentLittleWhileMemoryIsHigh) {
   constexpr size_t kEach = ConnectionRegistry::kSparedBytes, kPairs = 24;
   const TcpPair pairs[kPairs];
-  std::vector<int> watches;
-  for (const TcpPair& pair : pairs) {
-    watches.push_back(Add(pair));
-    Send(pair, kEach);
-  }
-  const auto count_ended = [&] { return std::count_if(watches.begin(), watches.end(), HasEnded); };
+  const std::vector<int> watches = AddSending(pairs, kEach);
   const uint64_t high = kLimit + MemoryPressure::kHighBytes + 1;
   Turn(high - 1);
   Turn(high);
-  EXPECT_EQ(count_ended(), 0) << "what was freed goes first";
+  EXPECT_EQ(CountEnded(watches), 0) << "what was freed goes first";
   Turn(high);
-  EXPECT_EQ(count_ended(), kPairs - ConnectionGuard::kStrangersTogether / kEach);
+  EXPECT_EQ(CountEnded(watches), kPairs - ConnectionGuard::kStrangersTogether / kEach);
   EXPECT_TRUE(guard_.MayTake());
 }
 
@@ -245,15 +249,10 @@ TEST_F(ConnectionGuardTest, SparesFewerWhoHaveSentLittleWhileMemoryIsHigh) {
 TEST_F(ConnectionGuardTest, EndsManyWhoHaveSentLittleAtOnceWhileMemoryGrowsFast) {
   constexpr size_t kEach = ConnectionRegistry::kSparedBytes, kPairs = 24;
   const TcpPair pairs[kPairs];
-  std::vector<int> watches;
-  for (const TcpPair& pair : pairs) {
-    watches.push_back(Add(pair));
-    Send(pair, kEach);
-  }
+  const std::vector<int> watches = AddSending(pairs, kEach);
   Turn(kLimit);
   Turn(kLimit + MemoryPressure::kHighBytes + 1);
-  EXPECT_EQ(std::count_if(watches.begin(), watches.end(), HasEnded),
-            kPairs - ConnectionGuard::kStrangersTogether / kEach);
+  EXPECT_EQ(CountEnded(watches), kPairs - ConnectionGuard::kStrangersTogether / kEach);
 }
 
 TEST_F(ConnectionGuardTest, EndsWhoWasLetInOnlyIfGivingBackWhatWasFreedDoesNotHelp) {
@@ -272,19 +271,13 @@ TEST_F(ConnectionGuardTest, StrangersTogetherMaySendWhatTheMemoryThatIsLeftCanBe
   constexpr int kPairs = 24;
   constexpr size_t kEach = 97'000;  // within what one may send
   const TcpPair pairs[kPairs];
-  std::vector<int> watches;
-  for (const TcpPair& pair : pairs) {
-    watches.push_back(Add(pair));
-    Send(pair, kEach);
-  }
+  const std::vector<int> watches = AddSending(pairs, kEach);
   Turn(0);
   EXPECT_LE(connections_.StrangersBytes(), (kLimit + MemoryPressure::kHighBytes) / ConnectionGuard::kWorstGrowth);
-  for (const int watch : watches) EXPECT_FALSE(HasEnded(watch));
+  EXPECT_EQ(CountEnded(watches), 0);
   Turn(kLimit);  // not high
   EXPECT_LE(connections_.StrangersBytes(), ConnectionGuard::kStrangersBytes);
-  int ended = 0;
-  for (const int watch : watches) ended += HasEnded(watch) ? 1 : 0;
-  EXPECT_EQ(ended, 7);
+  EXPECT_EQ(CountEnded(watches), 7);
 }
 
 }  // namespace
