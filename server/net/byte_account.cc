@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/net/stranger_rations.h"
+
 namespace curvd {
 namespace {
 
@@ -84,7 +86,7 @@ ByteAccount::Verdict ByteAccount::JudgeStranger(Clock::time_point now) {
   if (unaccounted_ > kSmallBytes && !owes_since_.has_value()) owes_since_ = now;
   if (owes_since_.has_value() && now - *owes_since_ > allowances_->patience()) return Verdict::kTooMuch;
   // The system moves its bound in steps.
-  if (unaccounted_ + kBoundStep < allowances_->stranger) {
+  if (unaccounted_ + StrangerRations::kStepBytes < allowances_->stranger) {
     suspect_since_.reset();
     return owes_since_.has_value() ? Verdict::kOwes : Verdict::kFine;
   }

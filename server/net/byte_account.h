@@ -24,8 +24,8 @@ struct ByteAllowances {
   static constexpr uint64_t ForMetadata(uint64_t max_metadata) {
     return (8 << 10) + max_metadata + (64 << 10) + kSlack;
   }
-  // What an honest caller sends before a busy server has let it in.
-  uint64_t first_flight() const { return stranger - std::min(stranger, kSlack); }
+  // What all strangers together may send even where memory is short: less would keep one of them out for good.
+  uint64_t strangers_together() const { return max_metadata + (12 << 10); }
   // For how long a stranger may have more than ByteAccount::kSmallBytes unaccounted for: as long as a line of 9.6
   // kbit/s takes for twice the metadata of a call, and 10 s.
   std::chrono::seconds patience() const { return std::chrono::seconds(10 + max_metadata / 512); }
@@ -82,10 +82,8 @@ class ByteAccount {
   Verdict Judge(uint64_t read, uint64_t sent, Clock::time_point now);
   // What no call accounted for when Judge was called, and what open calls that everybody may make hold.
   uint64_t unaccounted() const { return unaccounted_; }
-  // How many bytes it may have sent in all, as long as no call was let in. Who bounds them may lag behind by
-  // kBoundStep.
-  static constexpr uint64_t kBoundStep = 8 << 10;
-  uint64_t bound() const { return accounted_ + allowances_->stranger; }
+  // What calls, their answers and time have accounted for.
+  uint64_t accounted() const { return accounted_; }
   bool let_in() const { return let_in_; }
   uint64_t allowance() const;
   // Whether a call with so much metadata shows that gRPC's limit did not hold.

@@ -103,6 +103,8 @@ void ConnectionAcceptor::Stop() {
   stopping_ = true;
   eventfd_write(wake_fd_, 1);
   thread_.join();
+  for (const auto& [watch, waiting] : at_door_) close(waiting.fd);
+  at_door_.clear();
   connections_.Clear();
 }
 
@@ -139,6 +141,7 @@ void ConnectionAcceptor::RemoveEnded(int watch) {
   // gRPC may still have the socket open: closing the watch alone would leave it polled.
   epoll_ctl(epoll_fd_, EPOLL_CTL_DEL, watch, nullptr);
   guard_.Forget(watch);
+  if (const auto waiting = at_door_.extract(watch)) close(waiting.mapped().fd);
   const ConnectionRecord connection = connections_.Remove(watch);
   if (events_.ended) events_.ended(connection, std::chrono::steady_clock::now() - connection.accepted);
 }
@@ -146,10 +149,15 @@ void ConnectionAcceptor::RemoveEnded(int watch) {
 void ConnectionAcceptor::Guard() {
   const auto now = std::chrono::steady_clock::now();
   if (guard_.WaitMs(now) != 0) return;
-  for (const int watch : guard_.Turn(now, ResidentBytes())) Poll(epoll_fd_, EPOLL_CTL_MOD, watch, kBytesCome);
+  const ConnectionGuard::Sights sights = guard_.Turn(now, ResidentBytes());
+  for (const int watch : sights.quiet) Poll(epoll_fd_, EPOLL_CTL_MOD, watch, kBytesCome);
+  for (const int watch : sights.enter) {
+    if (const auto waited = at_door_.extract(watch)) HandOver(waited.mapped().listener, waited.mapped().fd);
+  }
 }
 
 void ConnectionAcceptor::AcceptSome(int listener) {
+  guard_.ShareAmongStrangers(ResidentBytes());
   for (int taken = 0; taken < kAcceptedInTurn && !stopping_; ++taken) {
     sockaddr_storage address = {};
     socklen_t length = sizeof(address);
@@ -169,13 +177,19 @@ void ConnectionAcceptor::AcceptSome(int listener) {
 
 void ConnectionAcceptor::Receive(int listener, int fd, const std::string& peer) {
   StrangerReason reason = StrangerReason::kNoDescriptor;
-  const int watch = MayStay(peer, reason) ? connections_.Add(fd, peer) : -1;
-  if (watch < 0) {
+  const std::optional<ConnectionRegistry::Added> added =
+      MayStay(peer, reason) ? connections_.Add(fd, peer) : std::nullopt;
+  if (!added.has_value()) {
     close(fd);
     return Refuse(reason, peer);
   }
   ConfigureSocket(fd);
-  Poll(epoll_fd_, EPOLL_CTL_ADD, watch, kBytesCome);
+  Poll(epoll_fd_, EPOLL_CTL_ADD, added->watch, kBytesCome);
+  if (added->may_enter) return HandOver(listener, fd);
+  at_door_.emplace(added->watch, AtDoor{listener, fd});
+}
+
+void ConnectionAcceptor::HandOver(int listener, int fd) {
   grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
   connection.listener_fd = listener;
   connection.fd = fd;

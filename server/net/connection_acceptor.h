@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <unordered_map>
 
 #include "server/net/connection_guard.h"
 #include "server/net/connection_registry.h"
@@ -56,8 +57,9 @@ class ConnectionAcceptor {
   void Run();
   // Takes what waits at `listener`, up to a number that lets ended connections have their turn.
   void AcceptSome(int listener);
-  // Hands the connection over, or closes it.
+  // Hands the connection over, closes it, or has it wait at the door.
   void Receive(int listener, int fd, const std::string& peer);
+  void HandOver(int listener, int fd);
   void RemoveEnded(int watch);
   // The guard takes its turn, if it is due.
   void Guard();
@@ -72,6 +74,12 @@ class ConnectionAcceptor {
   ConnectionGuard guard_;
   const Events events_;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> target_;
+  // A connection that gRPC does not have yet, since it sent too much before it came in.
+  struct AtDoor {
+    int listener;
+    int fd;
+  };
+  std::unordered_map<int, AtDoor> at_door_;  // by watch
   int epoll_fd_;
   int wake_fd_;
   std::atomic<bool> stopping_{false};

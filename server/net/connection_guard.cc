@@ -22,18 +22,33 @@ int ConnectionGuard::WaitMs(Clock::time_point now) const {
   return static_cast<int>(std::clamp<std::chrono::milliseconds::rep>(left.count(), 0, kSlowInterval.count()));
 }
 
-std::vector<int> ConnectionGuard::Turn(Clock::time_point now, uint64_t resident_bytes) {
-  std::vector<int> quiet;
-  if (now < next_turn_) return quiet;
+ConnectionGuard::Sights ConnectionGuard::Turn(Clock::time_point now, uint64_t resident_bytes) {
+  Sights sights;
+  if (now < next_turn_) return sights;
   last_turn_ = now;
-  bool strangers = false;
   level_ = memory_.Judge(resident_bytes);
+  sights.quiet = LookAtAwake(now);
+  LookAtDebtors(now);
+  ShareAmongStrangers(resident_bytes);
+  ConnectionRegistry::Division division = connections_.DivideAmongStrangers(now);
+  if (division.ended) memory_.NoteFreed(now);
+  sights.enter = std::move(division.enter);
+  Shed(now);
+  const bool is_tense = level_ != MemoryPressure::Level::kFine;
+  const auto interval = awake_.empty() && !is_tense ? kSlowInterval : kLongInterval;
+  next_turn_ = now + (saw_strangers_ || is_tense ? kInterval : interval);
+  return sights;
+}
+
+std::vector<int> ConnectionGuard::LookAtAwake(Clock::time_point now) {
+  std::vector<int> quiet;
+  saw_strangers_ = false;
   for (size_t looks = std::min(kLooksInTurn, awake_.size()); looks > 0; --looks) {
     Awake next = awake_.front();
     awake_.pop_front();
     const ConnectionRegistry::Sight sight = connections_.Look(next.watch, now);
     if (sight == ConnectionRegistry::Sight::kEnded) memory_.NoteFreed(now);
-    strangers = strangers || connections_.IsStranger(next.watch);
+    saw_strangers_ = saw_strangers_ || connections_.IsStranger(next.watch);
     const bool in_vain = sight == ConnectionRegistry::Sight::kQuiet || sight == ConnectionRegistry::Sight::kOwes;
     next.looks_in_vain = in_vain ? next.looks_in_vain + 1 : 0;
     if (next.looks_in_vain < kQuietLooks) {
@@ -43,11 +58,6 @@ std::vector<int> ConnectionGuard::Turn(Clock::time_point now, uint64_t resident_
       if (sight == ConnectionRegistry::Sight::kOwes) debtors_.insert(next.watch);
     }
   }
-  LookAtDebtors(now);
-  Shed(now, resident_bytes);
-  const bool is_tense = level_ != MemoryPressure::Level::kFine;
-  const auto interval = awake_.empty() && !is_tense ? kSlowInterval : kLongInterval;
-  next_turn_ = now + (strangers || is_tense ? kInterval : interval);
   return quiet;
 }
 
@@ -62,19 +72,20 @@ void ConnectionGuard::LookAtDebtors(Clock::time_point now) {
   });
 }
 
-void ConnectionGuard::Shed(Clock::time_point now, uint64_t resident_bytes) {
+void ConnectionGuard::ShareAmongStrangers(uint64_t resident_bytes) {
+  connections_.ShareAmongStrangers(memory_.Headroom(resident_bytes) / kWorstGrowth);
+}
+
+void ConnectionGuard::Shed(Clock::time_point now) {
   const bool critical = level_ == MemoryPressure::Level::kCritical;
-  const bool tense = level_ != MemoryPressure::Level::kFine;
-  const bool grows = resident_bytes > std::exchange(last_resident_bytes_, resident_bytes) + kFastGrowth;
-  bool any = tense && grows && connections_.EndStrangersBeyond(critical ? kSparedTogether : kStrangersTogether);
   // What the process freed and keeps is nobody's fault: that goes first, and the next turn shows what is left.
-  const bool trimmed = tense && memory_.Trim(now);
-  const uint64_t budget = std::max(kStrangersBytes, memory_.Headroom(resident_bytes) / kWorstGrowth);
+  const bool trimmed = level_ != MemoryPressure::Level::kFine && memory_.Trim(now);
+  bool any = false;
   if (level_ == MemoryPressure::Level::kHigh && !trimmed) {
-    any = connections_.EndLargestStranger() || any;
+    any = connections_.EndLargestStranger();
     any = connections_.EndStrangersBeyond(kStrangersTogether) || any;
   }
-  while ((critical || connections_.StrangersBytes() > budget) && connections_.EndLargestStranger()) any = true;
+  while (critical && connections_.EndLargestStranger()) any = true;
   if (critical && !trimmed) {
     any = connections_.EndStrangersBeyond(kSparedTogether) || any;
     any = connections_.EndLargestLetIn(kSparedLetInBytes) || any;

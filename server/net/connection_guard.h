@@ -31,17 +31,13 @@ class ConnectionGuard {
   static constexpr size_t kLooksInTurn = 50;
   // How often a connection is looked at in vain until it counts as quiet.
   static constexpr int kQuietLooks = 10;
-  // What gRPC makes of a byte at worst: 160 bytes were measured. Strangers together may send as much as fits the memory
-  // that is left, and kStrangersBytes in any case.
-  static constexpr uint64_t kWorstGrowth = 128;
-  static constexpr uint64_t kStrangersBytes = 256 << 10;
+  // What gRPC makes of a byte at worst: a call in 15 bytes takes 17 KiB. Strangers together may send as much as fits
+  // the memory that is left.
+  static constexpr uint64_t kWorstGrowth = 1'200;
   // What strangers that are spared one by one may have sent together while memory is high, and while it is critical, if
-  // giving back what was freed did not help. A byte may cost 1,200 then: a call in 15 bytes takes 17 KiB.
+  // giving back what was freed did not help.
   static constexpr uint64_t kStrangersTogether = 256 << 10;
   static constexpr uint64_t kSparedTogether = 32 << 10;
-  // By how much memory grows from one turn to the next only if somebody takes it: what was freed and kept is not the
-  // reason then, and strangers go at once.
-  static constexpr uint64_t kFastGrowth = 4 << 20;
   // What a connection of which calls were let in may have unaccounted for while memory is critical.
   static constexpr uint64_t kSparedLetInBytes = 256 << 10;
 
@@ -56,8 +52,15 @@ class ConnectionGuard {
   void Forget(int watch);
   // How long to wait for the next turn, in milliseconds; -1 if all is quiet.
   int WaitMs(Clock::time_point now) const;
-  // Does what is due at `now`, given the memory of the process, and returns the watches that have become quiet.
-  std::vector<int> Turn(Clock::time_point now, uint64_t resident_bytes);
+  // Watches of connections.
+  struct Sights {
+    std::vector<int> quiet;  // that have become quiet
+    std::vector<int> enter;  // that may enter now
+  };
+  // Does what is due at `now`, given the memory of the process, and returns what it saw.
+  Sights Turn(Clock::time_point now, uint64_t resident_bytes);
+  // What strangers may send together, given the memory of the process. Each turn says so, too.
+  void ShareAmongStrangers(uint64_t resident_bytes);
   // Whether one more connection may be taken: not while memory is critical and strangers were found to hold some of it.
   bool MayTake() const { return !refuses_; }
 
@@ -67,10 +70,12 @@ class ConnectionGuard {
     int looks_in_vain;
   };
 
+  // Looks at those that are awake, up to kLooksInTurn. Returns those that have become quiet.
+  std::vector<int> LookAtAwake(Clock::time_point now);
   // Looks at those that are quiet and owe something.
   void LookAtDebtors(Clock::time_point now);
   // Ends connections until memory will do.
-  void Shed(Clock::time_point now, uint64_t resident_bytes);
+  void Shed(Clock::time_point now);
 
   ConnectionRegistry& connections_;
   MemoryPressure& memory_;
@@ -78,8 +83,8 @@ class ConnectionGuard {
   std::deque<Awake> awake_;          // in the order of their turns
   std::unordered_set<int> debtors_;  // watches of those that are, or were lately, quiet and owed something
   Clock::time_point debtors_due_{};
+  bool saw_strangers_ = false;  // in the last turn
   bool refuses_ = false;
-  uint64_t last_resident_bytes_ = 0;  // at the last turn
   Clock::time_point last_turn_{};
   Clock::time_point next_turn_{};  // at once in the beginning
 };

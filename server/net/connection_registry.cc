@@ -1,9 +1,6 @@
 #include "server/net/connection_registry.h"
 
 #include <fcntl.h>
-#include <linux/tcp.h>
-#include <netinet/in.h>
-#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -12,68 +9,50 @@
 #include <utility>
 
 #include "server/net/listen_address.h"
-#include "server/net/receive_valve.h"
+#include "server/net/tcp_counts.h"
 
 namespace curvd {
-namespace {
-
-// All zero for a Unix socket, and what the system does not know.
-tcp_info InfoOf(int fd) {
-  tcp_info info = {};
-  socklen_t length = sizeof(info);
-  if (getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &length) != 0) return {};
-  return info;
-}
-
-uint64_t ReceivedBytes(int fd) { return InfoOf(fd).tcpi_bytes_received; }
-
-// Bytes that were received and that gRPC has not read.
-uint64_t UnreadBytes(int fd) {
-  int bytes = 0;
-  return ioctl(fd, FIONREAD, &bytes) == 0 ? static_cast<uint64_t>(std::max(0, bytes)) : 0;
-}
-
-}  // namespace
-
 ConnectionRegistry::~ConnectionRegistry() { Clear(); }
 
-int ConnectionRegistry::Add(int fd, const std::string& peer) {
+std::optional<ConnectionRegistry::Added> ConnectionRegistry::Add(int fd, const std::string& peer) {
   const int watch = fcntl(fd, F_DUPFD_CLOEXEC, 0);
-  if (watch < 0) return -1;
+  if (watch < 0) return std::nullopt;
   const auto now = std::chrono::steady_clock::now();
-  Connection connection = {{}, ByteAccount(allowances_, now), BeginningOf(watch)};
+  Connection connection = {{}, ByteAccount(allowances_, now)};
   connection.record.peer = peer;
   connection.record.accepted = now;
   MutexLock lock(mutex_);
-  MoveBound(watch, connection);
+  const bool may_enter = rations_.Add(watch, now);
   connections_.emplace(watch, std::move(connection));
   watch_of_peer_[peer] = watch;
   ++count_by_address_[PeerAddress(peer)];
-  return watch;
+  return Added{watch, may_enter};
 }
 
 ConnectionRecord ConnectionRegistry::Remove(int watch) {
   MutexLock lock(mutex_);
   const auto connection = connections_.find(watch);
-  strangers_bytes_ -= StrangersBytesOf(connection->second);
+  rations_.End(watch, std::chrono::steady_clock::now());
   ConnectionRecord record = std::move(connection->second.record);
   connections_.erase(connection);
   const auto latest = watch_of_peer_.find(record.peer);
   if (latest != watch_of_peer_.end() && latest->second == watch) watch_of_peer_.erase(latest);
   const auto count = count_by_address_.find(PeerAddress(record.peer));
   if (--count->second == 0) count_by_address_.erase(count);
-  record.received_bytes = ReceivedBytes(watch);
+  record.received_bytes = CountsOf(watch).received;
   close(watch);
   return record;
 }
 
 void ConnectionRegistry::Clear() {
   MutexLock lock(mutex_);
-  for (const auto& [watch, connection] : connections_) close(watch);
+  for (const auto& [watch, connection] : connections_) {
+    rations_.Lift(watch);
+    close(watch);
+  }
   connections_.clear();
   watch_of_peer_.clear();
   count_by_address_.clear();
-  strangers_bytes_ = 0;
 }
 
 void ConnectionRegistry::NoteCall(const std::string& peer, Call call, uint64_t metadata) {
@@ -86,9 +65,8 @@ void ConnectionRegistry::NoteCall(const std::string& peer, Call call, uint64_t m
   switch (call) {
     case Call::kLetIn:
       ++connection->record.let_in_calls;
-      strangers_bytes_ -= StrangersBytesOf(*connection);
       connection->account.NoteLetIn();
-      if (std::exchange(connection->beginning, std::nullopt).has_value()) LiftBound(watch_of_peer_.at(peer));
+      rations_.Lift(watch_of_peer_.at(peer));
       return;
     case Call::kRefused:
       ++connection->record.refused_calls;
@@ -131,30 +109,25 @@ void ConnectionRegistry::NoteEnd(const std::string& peer, const EndedCall& call)
 ConnectionRegistry::Sight ConnectionRegistry::Look(int watch, ByteAccount::Clock::time_point now) {
   MutexLock lock(mutex_);
   Connection& connection = connections_.at(watch);
-  const tcp_info info = InfoOf(watch);
-  const uint64_t received = info.tcpi_bytes_received;
+  const auto [received, sent] = CountsOf(watch);
   const uint64_t unread = std::min(received, UnreadBytes(watch));
   const bool more = received != std::exchange(connection.record.received_bytes, received);
-  const ByteAccount::Verdict verdict =
-      connection.account.Judge(received - unread, info.tcpi_bytes_sent - info.tcpi_bytes_retrans, now);
-  strangers_bytes_ -= StrangersBytesOf(connection);
+  const ByteAccount::Verdict verdict = connection.account.Judge(received - unread, sent, now);
   connection.unaccounted = connection.account.unaccounted() + unread;
-  strangers_bytes_ += StrangersBytesOf(connection);
   if (connection.record.closed_for.has_value()) return Sight::kQuiet;
-  if (verdict == ByteAccount::Verdict::kTooMuch || connection.was_full) {
+  const StrangerRations::Use use = rations_.Note(watch, received, connection.account.accounted(), now);
+  if (verdict == ByteAccount::Verdict::kTooMuch || use == StrangerRations::Use::kTooMuch) {
     End(watch, connection, StrangerReason::kUnaccountedBytes);
     return Sight::kEnded;
   }
-  MoveBound(watch, connection);
   // gRPC may not have read all of what lets a connection be a suspect.
-  const bool full = connection.beginning.has_value() && received >= connection.bound;
-  if (more || full || verdict == ByteAccount::Verdict::kSuspect) return Sight::kBusy;
+  if (more || use == StrangerRations::Use::kAll || verdict == ByteAccount::Verdict::kSuspect) return Sight::kBusy;
   return verdict == ByteAccount::Verdict::kOwes ? Sight::kOwes : Sight::kQuiet;
 }
 
 bool ConnectionRegistry::HasMore(int watch) const {
   MutexLock lock(mutex_);
-  return ReceivedBytes(watch) != connections_.at(watch).record.received_bytes;
+  return CountsOf(watch).received != connections_.at(watch).record.received_bytes;
 }
 
 bool ConnectionRegistry::IsStranger(int watch) const {
@@ -162,18 +135,21 @@ bool ConnectionRegistry::IsStranger(int watch) const {
   return !connections_.at(watch).account.let_in();
 }
 
-uint64_t ConnectionRegistry::StrangersBytes() const {
+void ConnectionRegistry::ShareAmongStrangers(uint64_t bytes) {
   MutexLock lock(mutex_);
-  return strangers_bytes_;
+  rations_.Share(std::max(bytes, allowances_.strangers_together()));
+}
+
+ConnectionRegistry::Division ConnectionRegistry::DivideAmongStrangers(ByteAccount::Clock::time_point now) {
+  MutexLock lock(mutex_);
+  StrangerRations::Division division = rations_.Divide(now);
+  if (division.end.has_value()) End(*division.end, connections_.at(*division.end), StrangerReason::kMemoryShort);
+  return {std::move(division.enter), division.end.has_value()};
 }
 
 uint64_t ConnectionRegistry::BytesBeyond(uint64_t spared, const Connection& connection) {
   if (connection.account.let_in() || connection.record.closed_for.has_value()) return 0;
   return connection.unaccounted - std::min(spared, connection.unaccounted);
-}
-
-uint64_t ConnectionRegistry::StrangersBytesOf(const Connection& connection) const {
-  return BytesBeyond(allowances_.first_flight(), connection);
 }
 
 bool ConnectionRegistry::EndLargestStranger() {
@@ -240,7 +216,7 @@ std::vector<ConnectionRecord> ConnectionRegistry::Open() const {
   MutexLock lock(mutex_);
   open.reserve(connections_.size());
   for (const auto& [watch, connection] : connections_) {
-    open.emplace_back(connection.record).received_bytes = ReceivedBytes(watch);
+    open.emplace_back(connection.record).received_bytes = CountsOf(watch).received;
   }
   return open;
 }
@@ -253,22 +229,13 @@ bool ConnectionRegistry::ShutDown(const std::string& peer) {
 
 void ConnectionRegistry::End(int watch, Connection& connection, StrangerReason reason) {
   if (connection.record.closed_for.has_value()) return;
-  strangers_bytes_ -= StrangersBytesOf(connection);
   connection.record.closed_for = reason;
   shutdown(watch, SHUT_RDWR);
   // The system resets a connection that was shut down when more comes: the peer shall hear of it.
-  if (std::exchange(connection.beginning, std::nullopt).has_value()) LiftBound(watch);
+  rations_.End(watch, std::chrono::steady_clock::now());
   // Else gRPC would still read what waits.
   constexpr size_t kAll = size_t{1} << 30;
   recv(watch, nullptr, kAll, MSG_TRUNC | MSG_DONTWAIT);
-}
-
-void ConnectionRegistry::MoveBound(int watch, Connection& connection) {
-  const uint64_t bound = connection.account.bound();
-  if (!connection.beginning.has_value() || bound < connection.bound + ByteAccount::kBoundStep) return;
-  if (!BoundReceived(watch, *connection.beginning, bound)) connection.beginning.reset();
-  if (connection.bound != 0 && connection.record.received_bytes >= connection.bound) connection.was_full = true;
-  connection.bound = bound;
 }
 
 ConnectionRegistry::Connection* ConnectionRegistry::Find(const std::string& peer) {

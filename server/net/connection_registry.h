@@ -12,6 +12,7 @@
 #include "absl/base/thread_annotations.h"
 #include "core/base/mutex.h"
 #include "server/net/byte_account.h"
+#include "server/net/stranger_rations.h"
 #include "server/observe/security_metrics.h"
 
 namespace curvd {
@@ -40,17 +41,23 @@ class ConnectionRegistry {
   // How a call was received.
   enum class Call { kLetIn, kRefused, kOpenToAll };
 
-  explicit ConnectionRegistry(const ByteAllowances& allowances = {}) : allowances_(allowances) {}
+  explicit ConnectionRegistry(const ByteAllowances& allowances = {})
+      : allowances_(allowances), rations_(allowances.stranger) {}
   // Closes the watches that are left.
   ~ConnectionRegistry();
   ConnectionRegistry(const ConnectionRegistry&) = delete;
   ConnectionRegistry& operator=(const ConnectionRegistry&) = delete;
 
+  // A connection that was added.
+  struct Added {
+    int watch;
+    bool may_enter;  // now; else DivideAmongStrangers will tell
+  };
   // Adds the connection whose socket is `fd`; `peer` is as gRPC writes it. Where the system can, it receives from now
-  // on no more than what ByteAllowances let a stranger send, until a call is let in. Returns its watch, or -1 with
-  // errno set if the system has no descriptor left. REQUIRES: `fd` is an open socket.
-  int Add(int fd, const std::string& peer);
-  // Forgets the connection, closes its watch, and returns what is known of it. REQUIRES: Add returned `watch`, and it
+  // on no more than its ration, until a call is let in; see StrangerRations. nullopt, with errno set, if the system has
+  // no descriptor left. REQUIRES: `fd` is an open socket.
+  std::optional<Added> Add(int fd, const std::string& peer);
+  // Forgets the connection, closes its watch, and returns what is known of it. REQUIRES: Add gave `watch`, and it
   // was not removed since.
   ConnectionRecord Remove(int watch);
   // Removes all.
@@ -67,9 +74,6 @@ class ConnectionRegistry {
   void NoteOpenToAllEnd(const std::string& peer);
   void NoteAnswered(const std::string& peer, uint64_t metadata);
 
-  // What strangers have sent, as far as it was seen by Look: of each connection of which no call was let in, what it
-  // has sent that its answered calls and pings do not account for, beyond ByteAllowances::first_flight.
-  uint64_t StrangersBytes() const;
   // Who has sent no more than a TLS handshake and a call beside that is spared even where memory is short, unless
   // there are many of them.
   static constexpr uint64_t kSparedBytes = ByteAccount::kSmallBytes;
@@ -93,6 +97,16 @@ class ConnectionRegistry {
   // Of those of which no call was let in, ends the largest until the others together have sent at most `together` bytes
   // that nothing accounts for. Returns whether it ended any.
   bool EndStrangersBeyond(uint64_t together);
+  // Strangers may send so many bytes together from now on that nothing accounts for, or what one of them needs if that
+  // is more. DEFAULT: without bound.
+  void ShareAmongStrangers(uint64_t bytes);
+  // Gives more to strangers who have sent what they may, and ends one for their sake if there is nothing left; see
+  // StrangerRations. REQUIRES: `now` does not go back.
+  struct Division {
+    std::vector<int> enter;  // watches of connections that may enter now
+    bool ended = false;      // whether it ended one
+  };
+  Division DivideAmongStrangers(ByteAccount::Clock::time_point now);
   // Ends the connection of which a call was let in, and of whose bytes most were unaccounted for at its last look, if
   // more than `least`. Returns whether there was one.
   bool EndLargestLetIn(uint64_t least);
@@ -110,28 +124,20 @@ class ConnectionRegistry {
   struct Connection {
     ConnectionRecord record;
     ByteAccount account;
-    std::optional<uint32_t> beginning;  // where its bytes begin, while the system bounds them
-    uint64_t bound = 0;                 // the bytes that the system lets through
-    uint64_t unaccounted = 0;           // at the last look, with what gRPC had not read
-    // It has sent as much, and calls of it were answered meanwhile: only who sends calls as fast as he can comes there.
-    bool was_full = false;
+    uint64_t unaccounted = 0;  // at the last look, with what gRPC had not read
   };
 
   static uint64_t BytesBeyond(uint64_t spared, const Connection& connection);
-  // What the connection adds to StrangersBytes.
-  uint64_t StrangersBytesOf(const Connection& connection) const;
   Connection* Find(const std::string& peer) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Ends it, and throws away what gRPC has not read.
   void End(int watch, Connection& connection, StrangerReason reason) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Has the system let through what the account allows.
-  void MoveBound(int watch, Connection& connection) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const ByteAllowances allowances_;
   mutable Mutex mutex_;
   std::unordered_map<int, Connection> connections_ ABSL_GUARDED_BY(mutex_);     // by watch
   std::unordered_map<std::string, int> watch_of_peer_ ABSL_GUARDED_BY(mutex_);  // the latest, if there were several
   std::unordered_map<std::string, size_t> count_by_address_ ABSL_GUARDED_BY(mutex_);
-  uint64_t strangers_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  StrangerRations rations_ ABSL_GUARDED_BY(mutex_);  // by watch
 };
 
 }  // namespace curvd

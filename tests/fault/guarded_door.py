@@ -124,13 +124,16 @@ class Door:
         return ""
 
 
-def attack_trials(name, *flags, tls=False, health=False):
-    """Trials of an attack: memory stays bounded, the friend is served, and the attacker's connections end."""
+def attack_trials(name, *flags, tls=False, health=False, may_stay=False):
+    """Trials of an attack: memory stays bounded, the friend is served, and the attacker's connections end.
+
+    may_stay: they may also stay, within their rations.
+    """
 
     def trials(site, times):
         with contextlib.ExitStack() as opened:
             door = Door(site, opened, tls)
             for _ in range(times):
-                yield door.attack(name, *flags, health=health)[1]
+                yield door.attack(name, *flags, health=health, may_stay=may_stay)[1]
 
     return trials

@@ -46,6 +46,11 @@ FAULTS = [
       for name, title in _NAMES.items() if name in ("references", "half_messages")),
     *(_row(f"{_NAMES[name]}, 100 connections for 10 s", name, "--repeat=10", "--connections=100")
       for name in ("references", "rapid_reset", "long_string")),
+    # Each connection sends less than what a caller may whose call waits: it may stay while nobody needs its ration.
+    *(_row(f"740 calls of 15 bytes, {connections} connections for 10 s{place}", "small_calls", "--repeat=10",
+           f"--connections={connections}", *path, may_stay=True, **options)
+      for place, connections, path, options in (("", 100, [], {}), (", TLS", 100, [], {"tls": True}),
+                                                (", health port", 30, ["--path", CHECK], {"health": True}))),
     Fault("a header that drips in", _drips(), slow=True, guard=True),
     Fault("a header that drips in, TLS", _drips(tls=True), slow=True, guard=True),
     Fault("a header that drips in, health port", _drips(health=True), slow=True, guard=True),

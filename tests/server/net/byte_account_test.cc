@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "server/net/stranger_rations.h"
+
 namespace curvd {
 namespace {
 
@@ -26,7 +28,7 @@ TEST_F(ByteAccountTest, AStrangerMaySendAHandshakeAndACall) {
   EXPECT_EQ(JudgeAt(0, seconds(0)), Verdict::kFine);
   EXPECT_EQ(JudgeAt(90'000, seconds(0)), Verdict::kOwes);
   EXPECT_EQ(account_.unaccounted(), 90'000u);
-  EXPECT_EQ(account_.bound(), 100'000u);
+  EXPECT_EQ(account_.accounted(), 0u);
 }
 
 TEST_F(ByteAccountTest, WhoHasUsedUpWhatStrangersMaySendIsGivenTimeToBeLetIn) {
@@ -43,8 +45,8 @@ TEST_F(ByteAccountTest, ASuspectOfWhomNoCallIsLetInHasSentTooMuch) {
 
 // The system moves its bound in steps, so that a stranger may be held back right below it.
 TEST_F(ByteAccountTest, AStrangerIsASuspectAStepBelowTheBound) {
-  EXPECT_EQ(JudgeAt(100'000 - ByteAccount::kBoundStep - 1, seconds(0)), Verdict::kOwes);
-  EXPECT_EQ(JudgeAt(100'000 - ByteAccount::kBoundStep, seconds(0)), Verdict::kSuspect);
+  EXPECT_EQ(JudgeAt(100'000 - StrangerRations::kStepBytes - 1, seconds(0)), Verdict::kOwes);
+  EXPECT_EQ(JudgeAt(100'000 - StrangerRations::kStepBytes, seconds(0)), Verdict::kSuspect);
 }
 
 TEST_F(ByteAccountTest, WhereTheSystemBoundsNothingAStrangerGetsNoTime) {
@@ -134,7 +136,7 @@ TEST_F(ByteAccountTest, OpenCallsThatEverybodyMayMakeCountForMoreThanTheirBytes)
 TEST_F(ByteAccountTest, CreditOfAnswersIsNotSavedUp) {
   for (int i = 0; i < 1'000; ++i) account_.NoteAnswered(8'000);
   EXPECT_EQ(JudgeAt(1'000, seconds(0)), Verdict::kFine);
-  EXPECT_EQ(account_.bound(), 101'000u);
+  EXPECT_EQ(account_.accounted(), 1'000u);
   EXPECT_EQ(JudgeAt(201'001 + 1'000, seconds(0)), Verdict::kTooMuch);
 }
 
@@ -186,7 +188,7 @@ TEST_F(ByteAccountTest, TheEndOfACallWhoseMessagesCameByAnotherConnectionTakesNo
 TEST_F(ByteAccountTest, AStrangersAllowanceFollowsTheLimitOfMetadata) {
   EXPECT_EQ(ByteAllowances().stranger, 96u << 10);
   EXPECT_EQ(ByteAllowances::ForMetadata(1 << 20), (1u << 20) + (88u << 10));
-  EXPECT_EQ(ByteAllowances().first_flight(), 80u << 10);
+  EXPECT_EQ(ByteAllowances().strangers_together(), 20u << 10);
 }
 
 TEST_F(ByteAccountTest, MessagesAccountForThemselves) {

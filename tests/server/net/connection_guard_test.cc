@@ -26,7 +26,7 @@ class ConnectionGuardTest : public ::testing::Test {
     ASSERT_EQ(send(pair.client(), sent.data(), sent.size(), 0), static_cast<ssize_t>(bytes));
   }
   int Add(const TcpPair& pair) {
-    const int watch = connections_.Add(pair.server(), absl::StrCat("ipv4:10.0.0.7:", ++ports_));
+    const int watch = connections_.Add(pair.server(), absl::StrCat("ipv4:10.0.0.7:", ++ports_))->watch;
     guard_.Wake(watch);
     return watch;
   }
@@ -49,7 +49,7 @@ class ConnectionGuardTest : public ::testing::Test {
   // Takes a turn after the last one.
   std::vector<int> Turn(uint64_t resident_bytes) {
     now_ += ConnectionGuard::kInterval;
-    return guard_.Turn(now_, resident_bytes);
+    return guard_.Turn(now_, resident_bytes).quiet;
   }
   static bool HasEnded(int watch) {
     pollfd ended = {watch, 0, 0};
@@ -157,19 +157,8 @@ TEST_F(ConnectionGuardTest, SparesWhoHasSentAHandshakeWhateverTheMemory) {
   EXPECT_FALSE(HasEnded(watch));
 }
 
-TEST_F(ConnectionGuardTest, SparesTheFirstFlightOfManyWhileThereIsMemory) {
-  const TcpPair pairs[40];
-  std::vector<int> watches;
-  for (const TcpPair& pair : pairs) {
-    watches.push_back(Add(pair));
-    Send(pair, ByteAllowances().first_flight());
-  }
-  Turn(kLimit);
-  for (const int watch : watches) EXPECT_FALSE(HasEnded(watch));
-}
-
 // As probes of Kubernetes do that keep their connection.
-TEST_F(ConnectionGuardTest, WhatAnsweredCallsAccountForIsNobodysShareOfTheStrangersBudget) {
+TEST_F(ConnectionGuardTest, SparesWhoseCallsAreAnsweredWhateverTheMemory) {
   const TcpPair pair;
   const int watch = Add(pair);
   for (int probe = 0; probe < 5'000; ++probe) {
@@ -178,7 +167,6 @@ TEST_F(ConnectionGuardTest, WhatAnsweredCallsAccountForIsNobodysShareOfTheStrang
     connections_.NoteAnswered(LastPeer(), 100);
     Turn(kLimit);
   }
-  EXPECT_EQ(connections_.StrangersBytes(), 0u);
   for (int turn = 0; turn < 5; ++turn) Turn(kMuch);
   EXPECT_FALSE(HasEnded(watch));
 }
@@ -225,8 +213,8 @@ TEST_F(ConnectionGuardTest, SparesNotManyWhoHaveSentLittleWhileMemoryIsCritical)
   constexpr size_t kEach = 1'024, kPairs = 40;
   const TcpPair pairs[kPairs];
   const std::vector<int> watches = AddSending(pairs, kEach);
-  for (uint64_t memory = kLimit; memory < kMuch - 1; memory += ConnectionGuard::kFastGrowth) Turn(memory);
-  EXPECT_EQ(CountEnded(watches), 0);
+  Turn(kMuch);
+  EXPECT_EQ(CountEnded(watches), 0) << "what was freed goes first";
   Turn(kMuch);
   EXPECT_EQ(CountEnded(watches), kPairs - ConnectionGuard::kSparedTogether / kEach);
   EXPECT_FALSE(guard_.MayTake());
@@ -245,16 +233,6 @@ TEST_F(ConnectionGuardTest, SparesFewerWhoHaveSentLittleWhileMemoryIsHigh) {
   EXPECT_TRUE(guard_.MayTake());
 }
 
-// What was freed and kept does not grow.
-TEST_F(ConnectionGuardTest, EndsManyWhoHaveSentLittleAtOnceWhileMemoryGrowsFast) {
-  constexpr size_t kEach = ConnectionRegistry::kSparedBytes, kPairs = 24;
-  const TcpPair pairs[kPairs];
-  const std::vector<int> watches = AddSending(pairs, kEach);
-  Turn(kLimit);
-  Turn(kLimit + MemoryPressure::kHighBytes + 1);
-  EXPECT_EQ(CountEnded(watches), kPairs - ConnectionGuard::kStrangersTogether / kEach);
-}
-
 TEST_F(ConnectionGuardTest, EndsWhoWasLetInOnlyIfGivingBackWhatWasFreedDoesNotHelp) {
   const TcpPair pair;
   const int watch = Add(pair);
@@ -267,17 +245,24 @@ TEST_F(ConnectionGuardTest, EndsWhoWasLetInOnlyIfGivingBackWhatWasFreedDoesNotHe
   EXPECT_TRUE(HasEnded(watch));
 }
 
-TEST_F(ConnectionGuardTest, StrangersTogetherMaySendWhatTheMemoryThatIsLeftCanBear) {
-  constexpr int kPairs = 24;
-  constexpr size_t kEach = 97'000;  // within what one may send
-  const TcpPair pairs[kPairs];
-  const std::vector<int> watches = AddSending(pairs, kEach);
-  Turn(0);
-  EXPECT_LE(connections_.StrangersBytes(), (kLimit + MemoryPressure::kHighBytes) / ConnectionGuard::kWorstGrowth);
-  EXPECT_EQ(CountEnded(watches), 0);
-  Turn(kLimit);  // not high
-  EXPECT_LE(connections_.StrangersBytes(), ConnectionGuard::kStrangersBytes);
-  EXPECT_EQ(CountEnded(watches), 7);
+TEST_F(ConnectionGuardTest, TheSystemHoldsStrangersToWhatTheMemoryThatIsLeftCanBear) {
+  const uint64_t least = ByteAllowances().strangers_together();
+  for (const auto& [resident, most] :
+       {std::pair{uint64_t{0}, (kLimit + MemoryPressure::kHighBytes) / ConnectionGuard::kWorstGrowth},
+        std::pair{kLimit + MemoryPressure::kHighBytes, least}}) {
+    guard_.ShareAmongStrangers(resident);
+    constexpr size_t kPairs = 24, kEach = 50'000;
+    const TcpPair pairs[kPairs];
+    const std::vector<int> watches = AddSending(pairs, kEach);
+    uint64_t received = 0;
+    for (const int watch : watches) received += connections_.Remove(watch).received_bytes;
+    // Those who wait at the door have sent what a newcomer needs.
+    EXPECT_LE(received, most + kPairs * (StrangerRations::kGreetingBytes + StrangerRations::kNewcomerBytes));
+    EXPECT_GE(received, most / 2);
+    for (const int watch : watches) guard_.Forget(watch);
+    now_ += StrangerRations::kAftermath;
+    connections_.DivideAmongStrangers(now_);
+  }
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ constexpr int kWaitMs = 60'000;
 TEST(ConnectionRegistryTest, CountsConnectionsByAddressWhateverTheirPorts) {
   ConnectionRegistry connections;
   const TcpPair first, second, third;
-  const int watch = connections.Add(first.server(), "ipv4:10.0.0.7:1");
+  const int watch = connections.Add(first.server(), "ipv4:10.0.0.7:1")->watch;
   connections.Add(second.server(), "ipv4:10.0.0.7:2");
   connections.Add(third.server(), "ipv6:%5B2001:db8::1%5D:3");
   EXPECT_EQ(connections.size(), 3u);
@@ -39,7 +39,7 @@ TEST(ConnectionRegistryTest, CountsConnectionsByAddressWhateverTheirPorts) {
 TEST(ConnectionRegistryTest, TheWatchShowsThatTheServerClosedTheConnection) {
   ConnectionRegistry connections;
   TcpPair pair;
-  const int watch = connections.Add(pair.server(), "ipv4:10.0.0.7:1");
+  const int watch = connections.Add(pair.server(), "ipv4:10.0.0.7:1")->watch;
   EXPECT_FALSE(HasEnded(watch, 0));
   pair.ShutDownAndCloseServer();
   EXPECT_TRUE(HasEnded(watch, kWaitMs));
@@ -50,7 +50,7 @@ TEST(ConnectionRegistryTest, TheWatchShowsThatTheServerClosedTheConnection) {
 TEST(ConnectionRegistryTest, TheWatchShowsThatTheClientBrokeTheConnectionOff) {
   ConnectionRegistry connections;
   const TcpPair pair;
-  const int watch = connections.Add(pair.server(), "ipv4:10.0.0.7:1");
+  const int watch = connections.Add(pair.server(), "ipv4:10.0.0.7:1")->watch;
   ASSERT_EQ(send(pair.server(), "x", 1, 0), 1);
   const linger at_once = {1, 0};  // a reset in place of an end
   setsockopt(pair.client(), SOL_SOCKET, SO_LINGER, &at_once, sizeof(at_once));
@@ -63,7 +63,7 @@ TEST(ConnectionRegistryTest, TheWatchShowsThatTheClientBrokeTheConnectionOff) {
 TEST(ConnectionRegistryTest, TellsWhatAConnectionHasSentAndWhatOfItWasLetIn) {
   ConnectionRegistry connections;
   const TcpPair pair, silent;
-  const int watch = connections.Add(pair.server(), "ipv4:10.0.0.7:1");
+  const int watch = connections.Add(pair.server(), "ipv4:10.0.0.7:1")->watch;
   ASSERT_EQ(send(pair.client(), "12345678", 8, 0), 8);
   connections.NoteCall("ipv4:10.0.0.7:1", Call::kRefused, 0);
   connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn, 0);
@@ -87,7 +87,7 @@ TEST(ConnectionRegistryTest, TellsWhatAConnectionHasSentAndWhatOfItWasLetIn) {
 TEST(ConnectionRegistryTest, KnowsWhetherBytesCameSinceTheLastLook) {
   ConnectionRegistry connections;
   const TcpPair pair;
-  const int watch = connections.Add(pair.server(), "ipv4:10.0.0.7:1");
+  const int watch = connections.Add(pair.server(), "ipv4:10.0.0.7:1")->watch;
   EXPECT_FALSE(connections.HasMore(watch));
   ASSERT_EQ(send(pair.client(), "12345678", 8, 0), 8);
   char bytes[8];
@@ -100,8 +100,8 @@ TEST(ConnectionRegistryTest, KnowsWhetherBytesCameSinceTheLastLook) {
 TEST(ConnectionRegistryTest, ShutsDownTheConnectionOfOnePeer) {
   ConnectionRegistry connections;
   const TcpPair first, second;
-  const int first_watch = connections.Add(first.server(), "ipv4:10.0.0.7:1");
-  const int second_watch = connections.Add(second.server(), "ipv4:10.0.0.7:2");
+  const int first_watch = connections.Add(first.server(), "ipv4:10.0.0.7:1")->watch;
+  const int second_watch = connections.Add(second.server(), "ipv4:10.0.0.7:2")->watch;
   EXPECT_FALSE(connections.ShutDown("ipv4:10.0.0.7:3"));
   EXPECT_TRUE(connections.ShutDown("ipv4:10.0.0.7:2"));
   EXPECT_TRUE(HasEnded(second_watch, kWaitMs));
@@ -111,8 +111,8 @@ TEST(ConnectionRegistryTest, ShutsDownTheConnectionOfOnePeer) {
 TEST(ConnectionRegistryTest, APeerThatCameAgainIsTheNewConnection) {
   ConnectionRegistry connections;
   const TcpPair old_pair, new_pair;
-  const int old_watch = connections.Add(old_pair.server(), "ipv4:10.0.0.7:1");
-  const int new_watch = connections.Add(new_pair.server(), "ipv4:10.0.0.7:1");  // before the old end was noticed
+  const int old_watch = connections.Add(old_pair.server(), "ipv4:10.0.0.7:1")->watch;
+  const int new_watch = connections.Add(new_pair.server(), "ipv4:10.0.0.7:1")->watch;  // before the old end was noticed
   connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn, 0);
   EXPECT_EQ(connections.Remove(old_watch).let_in_calls, 0u);
   connections.NoteCall("ipv4:10.0.0.7:1", Call::kLetIn, 0);

@@ -1,0 +1,120 @@
+// Divides among strangers the bytes that they may send together.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+namespace curvd {
+
+// What gRPC makes of a stranger's bytes is only seen when it has the memory, and then it may be too late: a call in 15
+// bytes takes 13 KiB. So the system holds each stranger to a ration (receive_valve.h), and all rations together are
+// bounded. Who has used his up waits for more. Where none is left, rations that are not used are taken back, and then
+// those have to go who have held much for long: an honest caller is let in soon, and leaves his ration to others. A
+// part is kept for newcomers, so that they need not wait for those. Not thread-safe.
+class StrangerRations {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  // What each connection may send beside: the first bytes of HTTP/2 or TLS, of which nobody can make a call.
+  static constexpr uint64_t kGreetingBytes = 32;
+  // What is left to who is silent. It shows that he wants more.
+  static constexpr uint64_t kKnockBytes = 32;
+  // Who has no more than that is a newcomer: it does for a TLS handshake without a client's certificate, and a call.
+  static constexpr uint64_t kNewcomerBytes = 2 << 10;
+  // The part of all bytes that is for newcomers alone.
+  static constexpr uint64_t kNewcomersShare = 4;
+  // By how much a bound moves at once as bytes get accounted for, or by a quarter of a ration if that is less.
+  static constexpr uint64_t kStepBytes = 8 << 10;
+  // For how long who is silent keeps what he does not use, while somebody waits.
+  static constexpr std::chrono::milliseconds kSilence{50};
+  // How long somebody waits until somebody else has to go, who has been there for kStay at least.
+  static constexpr std::chrono::milliseconds kWait{20};
+  static constexpr std::chrono::milliseconds kStay{100};
+  // For how long bytes of a connection count that has ended: gRPC frees what it held some time later. Those that wait
+  // for it to pass are at most half of all, so that others can stay meanwhile.
+  static constexpr std::chrono::milliseconds kAftermath{300};
+  // How long a connection waits to come in.
+  static constexpr std::chrono::seconds kDoorPatience{10};
+
+  // How much of its ration a connection has used.
+  enum class Use {
+    kPart,
+    kAll,
+    kTooMuch,  // all that one may have, again and again: only who sends calls as fast as he can comes there
+  };
+  struct Division {
+    std::vector<int> enter;  // sockets of connections that may come in now
+    std::optional<int> end;  // the socket of a connection that should be ended for the sake of others
+  };
+
+  // No connection gets more than `most` bytes beyond those that are accounted for.
+  explicit StrangerRations(uint64_t most) : most_(most) {}
+
+  // All rations together are at most `bytes` from now on; those that were given stay. DEFAULT: without bound.
+  void Share(uint64_t bytes) { total_ = bytes; }
+  // The connection of the socket `fd` gets its first ration. Returns whether it may come in: there is enough for a
+  // newcomer, and for all bytes that came before, since what the system has received can only be kept from those who
+  // read it. Else it waits until Divide names it. True where the system cannot hold it to a ration.
+  bool Add(int fd, Clock::time_point now);
+  // The connection is no stranger's any more: it gets what it likes. No effect if it has no ration.
+  void Lift(int fd);
+  // The connection is to end: the same, and what it has used counts for kAftermath. No effect if it has no ration.
+  void End(int fd, Clock::time_point now);
+  // The connection has received so many bytes, and so many of them are accounted for. REQUIRES: neither goes back, nor
+  // does `now`, here and below.
+  Use Note(int fd, uint64_t received, uint64_t accounted, Clock::time_point now);
+  // Gives more to those who wait: newcomers first, of them the latest, and then others in the order in which they came.
+  Division Divide(Clock::time_point now);
+
+  // Bytes of all rations together, used or not, and of those that have ended.
+  uint64_t held() const { return held_; }
+
+ private:
+  struct Ration {
+    uint32_t beginning;         // where its bytes begin
+    Clock::time_point since;    // when it came
+    Clock::time_point changed;  // when bytes came
+    uint64_t grant = 0;         // bytes beyond `base`
+    uint64_t received = 0;
+    uint64_t base = kGreetingBytes;  // bytes that count for nothing
+    bool inside = false;             // gRPC has the connection
+    bool waits = false;
+
+    // The byte from which on none is received.
+    uint64_t bound() const { return base + (inside ? grant : kNewcomerBytes); }
+    uint64_t used() const { return received - (received < base ? received : base); }
+  };
+  struct Ended {
+    Clock::time_point at;
+    uint64_t bytes;
+  };
+
+  uint64_t left() const { return total_ - (held_ < total_ ? held_ : total_); }
+  // How much more the connection gets now; 0 if it has to wait.
+  uint64_t More(const Ration& ration) const;
+  void Bound(int fd, const Ration& ration);
+  void Give(Ration& ration, uint64_t more);
+  // Puts it where it waits, unless it does.
+  void Queue(int fd, Ration& ration);
+  // Whether the connection of `fd`, which waits, gets what it needs; its caller takes it out of its queue.
+  bool Serve(int fd, Division& division);
+  void ForgetEnded(Clock::time_point now);
+  void TakeBackUnused(Clock::time_point now);
+  std::optional<int> WhoHasToGo(Clock::time_point now);
+
+  const uint64_t most_;
+  uint64_t total_ = UINT64_MAX;
+  uint64_t held_ = 0;
+  std::unordered_map<int, Ration> rations_;  // by socket
+  std::deque<int> newcomers_, others_;       // those that wait, in the order in which they came
+  std::deque<Ended> ended_;
+  uint64_t ended_bytes_ = 0;
+  std::optional<Clock::time_point> scarce_since_;  // since when nothing was left for one who waits
+  Clock::time_point taken_back_{};
+};
+
+}  // namespace curvd

@@ -1,0 +1,181 @@
+#include "server/net/stranger_rations.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "server/net/tcp_counts.h"
+#include "tests/server/net/socket_pair.h"
+
+namespace curvd {
+namespace {
+
+using Use = StrangerRations::Use;
+
+constexpr uint64_t kMost = 96 << 10;
+constexpr uint64_t kTotal = 20 << 10;
+constexpr uint64_t kCommon = kTotal - kTotal / StrangerRations::kNewcomersShare;
+
+class StrangerRationsTest : public ::testing::Test {
+ protected:
+  StrangerRationsTest() { rations_.Share(kTotal); }
+
+  // The server's socket of a connection whose client has sent `bytes` before it was accepted.
+  int Connect(size_t bytes = 0) {
+    pairs_.emplace_back();
+    Send(pairs_.back().server(), bytes);
+    return pairs_.back().server();
+  }
+  // The same, and it has come in, has got what there is for it, and has sent `bytes` after that.
+  int Enter(size_t bytes) {
+    const int fd = Connect();
+    EXPECT_TRUE(rations_.Add(fd, now_));
+    Send(fd, bytes);
+    Note(fd);
+    return fd;
+  }
+  void Send(int server, size_t bytes) {
+    const auto pair =
+        std::find_if(pairs_.begin(), pairs_.end(), [&](const TcpPair& p) { return p.server() == server; });
+    const std::string sent(bytes, 'x');
+    ASSERT_EQ(send(pair->client(), sent.data(), bytes, 0), static_cast<ssize_t>(bytes));
+  }
+  Use Note(int fd, uint64_t accounted = 0) { return rations_.Note(fd, CountsOf(fd).received, accounted, now_); }
+  StrangerRations::Division DivideAfter(std::chrono::milliseconds time) {
+    now_ += time;
+    return rations_.Divide(now_);
+  }
+
+  std::deque<TcpPair> pairs_;
+  StrangerRations rations_{kMost};
+  StrangerRations::Clock::time_point now_ = StrangerRations::Clock::now();
+};
+
+TEST_F(StrangerRationsTest, EachGetsAllThatOneMayHaveWhileThereIsPlenty) {
+  rations_.Share(UINT64_MAX);
+  for (int i = 0; i < 3; ++i) {
+    const int fd = Enter(kMost + 1'000);
+    EXPECT_EQ(CountsOf(fd).received, kMost + StrangerRations::kGreetingBytes);
+    EXPECT_EQ(Note(fd), Use::kAll);
+  }
+  EXPECT_EQ(rations_.held(), 3 * kMost);
+  EXPECT_FALSE(DivideAfter(std::chrono::seconds(5)).end.has_value()) << "nobody can get more";
+}
+
+TEST_F(StrangerRationsTest, TheSystemHoldsAllWhoAreInsideTogetherToTheTotal) {
+  uint64_t inside = 0;
+  for (int i = 0; i < 50; ++i) {
+    const int fd = Connect();
+    const bool is_inside = rations_.Add(fd, now_);
+    Send(fd, kTotal);
+    Note(fd);
+    if (is_inside) inside += CountsOf(fd).received;
+    EXPECT_LE(CountsOf(fd).received, kTotal);
+  }
+  EXPECT_LE(rations_.held(), kTotal);
+  EXPECT_LE(inside, kTotal + 50 * StrangerRations::kGreetingBytes);
+  EXPECT_GT(inside, kTotal - kTotal / 8) << "it is there to be used";
+}
+
+TEST_F(StrangerRationsTest, TheSystemHoldsWhoWaitsAtTheDoorToWhatANewcomerNeeds) {
+  rations_.Share(0);
+  const int fd = Connect();
+  EXPECT_FALSE(rations_.Add(fd, now_));
+  Send(fd, kTotal);
+  EXPECT_EQ(CountsOf(fd).received, StrangerRations::kGreetingBytes + StrangerRations::kNewcomerBytes);
+  EXPECT_EQ(rations_.held(), 0u);
+}
+
+TEST_F(StrangerRationsTest, WhoSentTooMuchBeforeHeCameInWaitsAtTheDoor) {
+  const int first = Enter(1'000);
+  const int patient = Connect(kCommon - 1'000);
+  EXPECT_FALSE(rations_.Add(patient, now_));
+  EXPECT_TRUE(DivideAfter(std::chrono::milliseconds(1)).enter.empty());
+  rations_.Lift(first);
+  EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).enter, std::vector<int>{patient});
+  EXPECT_TRUE(DivideAfter(std::chrono::milliseconds(1)).enter.empty()) << "once";
+}
+
+TEST_F(StrangerRationsTest, WhoWaitsAtTheDoorForLongHasToGo) {
+  const int patient = Connect(kTotal + 1'000);
+  EXPECT_FALSE(rations_.Add(patient, now_));
+  EXPECT_FALSE(DivideAfter(StrangerRations::kDoorPatience - std::chrono::milliseconds(1)).end.has_value());
+  EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).end, patient);
+}
+
+TEST_F(StrangerRationsTest, WhoSendsMuchLeavesAPartToNewcomers) {
+  EXPECT_TRUE(rations_.Add(Connect(kCommon), now_));
+  const int another = Connect(kCommon);
+  EXPECT_FALSE(rations_.Add(another, now_));
+  EXPECT_TRUE(DivideAfter(std::chrono::milliseconds(1)).enter.empty());
+  EXPECT_EQ(CountsOf(Enter(StrangerRations::kNewcomerBytes)).received, StrangerRations::kNewcomerBytes);
+}
+
+TEST_F(StrangerRationsTest, AnswersGiveABoundBackToWhoGotThem) {
+  const int fd = Enter(kTotal);
+  const uint64_t before = CountsOf(fd).received;
+  EXPECT_EQ(Note(fd), Use::kAll);
+  EXPECT_EQ(Note(fd, before), Use::kPart);
+  EXPECT_EQ(rations_.held(), before - StrangerRations::kGreetingBytes) << "what it may have unaccounted for";
+}
+
+TEST_F(StrangerRationsTest, WhoSendsAnsweredCallsAsFastAsHeCanSendsTooMuch) {
+  rations_.Share(UINT64_MAX);
+  const int fd = Enter(kMost + 1'000);
+  EXPECT_EQ(Note(fd, StrangerRations::kStepBytes / 2), Use::kAll);
+  EXPECT_EQ(Note(fd, 2 * StrangerRations::kStepBytes), Use::kTooMuch);
+}
+
+TEST_F(StrangerRationsTest, WhatTheSilentDoNotUseGoesToWhoWaits) {
+  const int silent = Enter(100);
+  const int patient = Connect(kCommon - 1'000);
+  EXPECT_FALSE(rations_.Add(patient, now_));
+  EXPECT_TRUE(DivideAfter(StrangerRations::kSilence - std::chrono::milliseconds(1)).enter.empty());
+  DivideAfter(std::chrono::milliseconds(StrangerRations::kWait));
+  EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).enter, std::vector<int>{patient});
+  Send(silent, 1'000);
+  EXPECT_EQ(CountsOf(silent).received, 100 + StrangerRations::kKnockBytes);
+  EXPECT_EQ(Note(silent), Use::kAll) << "it wants more";
+}
+
+TEST_F(StrangerRationsTest, WhoHasHeldMostForLongestHasToGoForThoseWhoWait) {
+  const int small = Enter(500), large = Enter(5'000);
+  now_ += StrangerRations::kStay;
+  const int waiting = Connect(kCommon - 2'000);
+  EXPECT_FALSE(rations_.Add(waiting, now_));
+  EXPECT_FALSE(DivideAfter(std::chrono::milliseconds(0)).end.has_value()) << "not at once";
+  EXPECT_EQ(DivideAfter(StrangerRations::kWait).end, large);
+  EXPECT_EQ(Note(small), Use::kPart);
+}
+
+TEST_F(StrangerRationsTest, NobodyHasToGoWhileNobodyWaits) {
+  Enter(5'000);
+  EXPECT_FALSE(DivideAfter(std::chrono::hours(1)).end.has_value());
+}
+
+TEST_F(StrangerRationsTest, WhatOneHasUsedWhoEndedCountsForAWhile) {
+  const int fd = Enter(5'000);
+  rations_.End(fd, now_);
+  EXPECT_EQ(rations_.held(), 5'000 - StrangerRations::kGreetingBytes);
+  DivideAfter(StrangerRations::kAftermath - std::chrono::milliseconds(1));
+  EXPECT_EQ(rations_.held(), 5'000 - StrangerRations::kGreetingBytes);
+  DivideAfter(std::chrono::milliseconds(1));
+  EXPECT_EQ(rations_.held(), 0u);
+}
+
+TEST_F(StrangerRationsTest, WhoIsLetInGetsWhatHeSentAndLeavesHisRation) {
+  const int fd = Enter(kTotal);
+  EXPECT_LT(CountsOf(fd).received, kTotal);
+  rations_.Lift(fd);
+  EXPECT_EQ(rations_.held(), 0u);
+  std::string all(kTotal, ' ');
+  EXPECT_EQ(recv(fd, all.data(), all.size(), MSG_WAITALL), static_cast<ssize_t>(kTotal));
+  EXPECT_EQ(Note(fd), Use::kPart);
+}
+
+}  // namespace
+}  // namespace curvd
