@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <future>
 #include <memory>
@@ -136,6 +137,39 @@ TEST(ConnectionAcceptorThreadTest, NoticesBytesThatGrpcHasReadBeforeItLooks) {
     EXPECT_EQ(connection.get().closed_for, StrangerReason::kUnaccountedBytes);
   }
   for (const int fd : {client, server, refused}) close(fd);
+}
+
+// gRPC reads whatever the system has received, so it must not get the connection before there is memory for that.
+TEST(ConnectionAcceptorThreadTest, KeepsAtTheDoorWhoSentMoreThanThereIsMemoryFor) {
+  std::promise<int> first_taken, second_taken;
+  class Pair final : public grpc::experimental::ExternalConnectionAcceptor {
+   public:
+    Pair(std::promise<int>& first, std::promise<int>& second) : taken_{&first, &second} {}
+    void HandleNewConnection(NewConnectionParameters* connection) override {
+      taken_.at(count_++)->set_value(connection->fd);
+    }
+
+   private:
+    std::array<std::promise<int>*, 2> taken_;
+    size_t count_ = 0;
+  };
+  ConnectionRegistry connections;
+  // Strangers together may send 28 KB, of which a part is for newcomers.
+  MemoryPressure memory(ResidentBytes());
+  ConnectionAcceptor acceptor(*ListeningSockets::Bind("listen", "127.0.0.1:0"), {2, 2}, connections, memory, {});
+  const std::string bytes(12'000, 'x');
+  const int clients[] = {ConnectTo(acceptor.port()), ConnectTo(acceptor.port())};
+  for (const int client : clients) {
+    ASSERT_EQ(send(client, bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
+  }
+  acceptor.Start(std::make_unique<Pair>(first_taken, second_taken));
+  const int first = first_taken.get_future().get();
+  std::future<int> second = second_taken.get_future();
+  EXPECT_EQ(second.wait_for(std::chrono::milliseconds(30)), std::future_status::timeout);
+  shutdown(first, SHUT_RDWR);
+  EXPECT_EQ(second.wait_for(std::chrono::minutes(1)), std::future_status::ready);
+  acceptor.Stop();
+  for (const int fd : {clients[0], clients[1], first, second.get()}) close(fd);
 }
 
 TEST_F(ConnectionAcceptorTest, ForgetsConnectionsWhenItStops) {
