@@ -31,7 +31,7 @@ class ConnectionGuard {
   static constexpr size_t kLooksInTurn = 50;
   // How often a connection is looked at in vain until it counts as quiet.
   static constexpr int kQuietLooks = 10;
-  // What gRPC makes of a byte at worst: a call in 15 bytes takes 17 KiB. Strangers together may send as much as fits
+  // What gRPC makes of a byte at worst: a call in 15 bytes takes 13 KiB. Strangers together may send as much as fits
   // the memory that is left.
   static constexpr uint64_t kWorstGrowth = 1'200;
   // What strangers that are spared one by one may have sent together while memory is high, and while it is critical, if
