@@ -139,7 +139,7 @@ TEST(LimitsTest, TheQueueIsBounded) {
   EXPECT_EQ(second.Finish().status.error_code(), StatusCode::CANCELLED);
   server.WaitForMetric("curvd_streams_open", 1);
   server.WaitForMetric("curvd_phase_seconds_count{phase=\"admit\"}", 1);
-  EXPECT_GT(server.Metric("curvd_phase_seconds_sum{phase=\"admit\"}"), 0.0);
+  EXPECT_GT(server.Metric("curvd_phase_seconds_sum{phase=\"admit\"}"), 0.0) << server.Scrape();
 }
 
 TEST(LimitsTest, CloudsOfUnknownSizeNeverTakeMoreThanTheLimit) {
