@@ -47,7 +47,7 @@ FAULTS = [
     *(_row(f"{_NAMES[name]}, 100 connections for 10 s", name, "--repeat=10", "--connections=100")
       for name in ("references", "rapid_reset", "long_string")),
     # Each connection sends less than what a caller may whose call waits: it may stay while nobody needs its ration.
-    *(_row(f"740 calls of 15 bytes, {connections} connections for 10 s{place}", "small_calls", "--repeat=10",
+    *(_row(f"740 calls of 15 bytes, {connections} connections for 10 s{place}", "small_calls", "--repeat=10", "--linger=3",
            f"--connections={connections}", *path, may_stay=True, **options)
       for place, connections, path, options in (("", 100, [], {}), (", TLS", 100, [], {"tls": True}),
                                                 (", health port", 30, ["--path", CHECK], {"health": True}))),
