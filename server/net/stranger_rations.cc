@@ -29,7 +29,7 @@ bool StrangerRations::Add(int fd, Clock::time_point now) {
   if (!beginning.has_value()) return true;
   ForgetEnded(now);
   if (left() < most_) TakeBackUnused(now);
-  Ration& ration = rations_.emplace(fd, Ration{*beginning, now, now}).first->second;
+  Ration& ration = rations_.emplace(fd, Ration{*beginning, now, now, now}).first->second;
   if (!BoundReceived(fd, ration.beginning, ration.bound())) {
     Lift(fd);
     return true;
@@ -86,12 +86,15 @@ void StrangerRations::Queue(int fd, Ration& ration) {
   (ration.used() < kNewcomerBytes ? newcomers_ : others_).push_back(fd);
 }
 
-StrangerRations::Use StrangerRations::Note(int fd, uint64_t received, uint64_t accounted, Clock::time_point now) {
+StrangerRations::Use StrangerRations::Note(int fd, uint64_t received, uint64_t read, uint64_t accounted,
+                                           Clock::time_point now) {
   const auto found = rations_.find(fd);
   if (found == rations_.end()) return Use::kPart;
   Ration& ration = found->second;
   if (received != ration.received) ration.changed = now;
   ration.received = received;
+  if (ration.held_by_grpc() == 0) ration.holds_since = now;
+  ration.read = read;
   if (!ration.inside) return Use::kAll;
   const bool full = received >= ration.bound();
   const uint64_t base = std::max(accounted, kGreetingBytes);
@@ -156,12 +159,12 @@ std::optional<int> StrangerRations::WhoHasToGo(Clock::time_point now) {
   std::optional<int> found;
   double most = 0.0;
   for (const auto& [fd, ration] : rations_) {
-    const std::chrono::duration<double> stay = now - ration.since;
-    if (!ration.inside && stay >= kDoorPatience) return fd;
-    const double held = ration.inside ? static_cast<double>(ration.used()) * stay.count() : 0.0;
+    if (!ration.inside && now - ration.since >= kDoorPatience) return fd;
+    const std::chrono::duration<double> stay = now - ration.holds_since;
+    const double held = static_cast<double>(ration.held_by_grpc()) * stay.count();
     if (held <= most) continue;
     most = held;
-    // Nobody has to go before who has held most is there for long enough: others might be honest, and slow.
+    // Nobody has to go before who has held most has done so for long enough: others might be honest, and slow.
     found = others_should && stay >= kStay ? std::optional(fd) : std::nullopt;
   }
   return found;

@@ -31,9 +31,10 @@ class StrangerRations {
   static constexpr uint64_t kStepBytes = 8 << 10;
   // For how long who is silent keeps what he does not use, while somebody waits.
   static constexpr std::chrono::milliseconds kSilence{50};
-  // How long somebody waits until somebody else has to go, who has been there for kStay at least.
+  // How long somebody waits until somebody else has to go, whose bytes gRPC has read for kStay at least: a busy server
+  // takes some time to let in who sent them.
   static constexpr std::chrono::milliseconds kWait{20};
-  static constexpr std::chrono::milliseconds kStay{100};
+  static constexpr std::chrono::milliseconds kStay{1'000};
   // For how long bytes of a connection count that has ended: gRPC frees what it held some time later. Those that wait
   // for it to pass are at most half of all, so that others can stay meanwhile.
   static constexpr std::chrono::milliseconds kAftermath{300};
@@ -64,9 +65,9 @@ class StrangerRations {
   void Lift(int fd);
   // The connection is to end: the same, and what it has used counts for kAftermath. No effect if it has no ration.
   void End(int fd, Clock::time_point now);
-  // The connection has received so many bytes, and so many of them are accounted for. REQUIRES: neither goes back, nor
-  // does `now`, here and below.
-  Use Note(int fd, uint64_t received, uint64_t accounted, Clock::time_point now);
+  // The connection has received so many bytes; gRPC has read so many of them, and so many are accounted for. REQUIRES:
+  // none of them goes back, nor does `now`, here and below.
+  Use Note(int fd, uint64_t received, uint64_t read, uint64_t accounted, Clock::time_point now);
   // Gives more to those who wait: newcomers first, of them the latest, and then others in the order in which they came.
   Division Divide(Clock::time_point now);
 
@@ -75,11 +76,13 @@ class StrangerRations {
 
  private:
   struct Ration {
-    uint32_t beginning;         // where its bytes begin
-    Clock::time_point since;    // when it came
-    Clock::time_point changed;  // when bytes came
-    uint64_t grant = 0;         // bytes beyond `base`
+    uint32_t beginning;             // where its bytes begin
+    Clock::time_point since;        // when it came
+    Clock::time_point changed;      // when bytes came
+    Clock::time_point holds_since;  // since when gRPC holds bytes
+    uint64_t grant = 0;             // bytes beyond `base`
     uint64_t received = 0;
+    uint64_t read = 0;               // by gRPC
     uint64_t base = kGreetingBytes;  // bytes that count for nothing
     bool inside = false;             // gRPC has the connection
     bool waits = false;
@@ -87,6 +90,7 @@ class StrangerRations {
     // The byte from which on none is received.
     uint64_t bound() const { return base + (inside ? grant : kNewcomerBytes); }
     uint64_t used() const { return received - (received < base ? received : base); }
+    uint64_t held_by_grpc() const { return read - (read < base ? read : base); }
   };
   struct Ended {
     Clock::time_point at;

@@ -44,7 +44,11 @@ class StrangerRationsTest : public ::testing::Test {
     const std::string sent(bytes, 'x');
     ASSERT_EQ(send(pair->client(), sent.data(), bytes, 0), static_cast<ssize_t>(bytes));
   }
-  Use Note(int fd, uint64_t accounted = 0) { return rations_.Note(fd, CountsOf(fd).received, accounted, now_); }
+  // gRPC has read all that was received.
+  Use Note(int fd, uint64_t accounted = 0) {
+    const uint64_t received = CountsOf(fd).received;
+    return rations_.Note(fd, received, received, accounted, now_);
+  }
   StrangerRations::Division DivideAfter(std::chrono::milliseconds time) {
     now_ += time;
     return rations_.Divide(now_);
@@ -150,6 +154,19 @@ TEST_F(StrangerRationsTest, WhoHasHeldMostForLongestHasToGoForThoseWhoWait) {
   EXPECT_FALSE(DivideAfter(std::chrono::milliseconds(0)).end.has_value()) << "not at once";
   EXPECT_EQ(DivideAfter(StrangerRations::kWait).end, large);
   EXPECT_EQ(Note(small), Use::kPart);
+}
+
+// A busy server may not have come to it.
+TEST_F(StrangerRationsTest, NobodyHasToGoForBytesThatGrpcHasNotReadForLong) {
+  const int late = Connect();
+  EXPECT_TRUE(rations_.Add(late, now_));
+  Send(late, 5'000);
+  EXPECT_EQ(rations_.Note(late, 5'000, 0, 0, now_), Use::kPart);
+  EXPECT_FALSE(rations_.Add(Connect(kCommon - 2'000), now_));
+  EXPECT_FALSE(DivideAfter(std::chrono::seconds(5)).end.has_value());
+  rations_.Note(late, 5'000, 5'000, 0, now_);
+  EXPECT_FALSE(DivideAfter(StrangerRations::kStay - std::chrono::milliseconds(1)).end.has_value());
+  EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).end, late);
 }
 
 TEST_F(StrangerRationsTest, NobodyHasToGoWhileNobodyWaits) {
