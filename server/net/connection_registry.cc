@@ -115,7 +115,8 @@ ConnectionRegistry::Sight ConnectionRegistry::Look(int watch, ByteAccount::Clock
   const ByteAccount::Verdict verdict = connection.account.Judge(received - unread, sent, now);
   connection.unaccounted = connection.account.unaccounted() + unread;
   if (connection.record.closed_for.has_value()) return Sight::kQuiet;
-  const StrangerRations::Use use = rations_.Note(watch, received, received - unread, connection.account.accounted(), now);
+  const StrangerRations::Use use =
+      rations_.Note(watch, received, received - unread, connection.account.accounted(), now);
   if (verdict == ByteAccount::Verdict::kTooMuch || use == StrangerRations::Use::kTooMuch) {
     End(watch, connection, StrangerReason::kUnaccountedBytes);
     return Sight::kEnded;
