@@ -74,7 +74,7 @@ class ConnectionAcceptor {
   ConnectionGuard guard_;
   const Events events_;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> target_;
-  // A connection that gRPC does not have yet, since it sent too much before it came in.
+  // A connection that gRPC does not have yet, since there is no ration for what it has sent.
   struct AtDoor {
     int listener;
     int fd;

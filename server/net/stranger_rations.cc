@@ -95,7 +95,7 @@ StrangerRations::Use StrangerRations::Note(int fd, uint64_t received, uint64_t r
   ration.received = received;
   if (ration.held_by_grpc() == 0) ration.holds_since = now;
   ration.read = read;
-  if (!ration.inside) return Use::kAll;
+  if (!ration.inside) return ration.used() < most_ ? Use::kAll : Use::kTooMuch;
   const bool full = received >= ration.bound();
   const uint64_t base = std::max(accounted, kGreetingBytes);
   if (base >= ration.base + std::min(kStepBytes, ration.grant / 4 + 1)) {

@@ -45,7 +45,9 @@ class StrangerRations {
   enum class Use {
     kPart,
     kAll,
-    kTooMuch,  // all that one may have, again and again: only who sends calls as fast as he can comes there
+    // All that one may have, again and again: only who sends calls as fast as he can comes there; or as much before it
+    // came in, so that it never could.
+    kTooMuch,
   };
   struct Division {
     std::vector<int> enter;  // sockets of connections that may come in now

@@ -16,7 +16,7 @@ namespace {
 
 using Use = StrangerRations::Use;
 
-constexpr uint64_t kMost = 96 << 10;
+constexpr uint64_t kMost = 48 << 10;  // less than the system receives before a connection is accepted
 constexpr uint64_t kTotal = 20 << 10;
 constexpr uint64_t kCommon = kTotal - kTotal / StrangerRations::kNewcomersShare;
 
@@ -109,6 +109,14 @@ TEST_F(StrangerRationsTest, WhoWaitsAtTheDoorForLongHasToGo) {
   EXPECT_FALSE(rations_.Add(patient, now_));
   EXPECT_FALSE(DivideAfter(StrangerRations::kDoorPatience - std::chrono::milliseconds(1)).end.has_value());
   EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).end, patient);
+}
+
+TEST_F(StrangerRationsTest, WhoSentMoreThanOneMayBeforeHeCameInSentTooMuch) {
+  const int greedy = Connect(StrangerRations::kGreetingBytes + kMost - 1), greedier = Connect(kMost + 1'000);
+  EXPECT_FALSE(rations_.Add(greedy, now_));
+  EXPECT_EQ(Note(greedy), Use::kAll);
+  EXPECT_FALSE(rations_.Add(greedier, now_));
+  EXPECT_EQ(Note(greedier), Use::kTooMuch);
 }
 
 TEST_F(StrangerRationsTest, WhoSendsMuchLeavesAPartToNewcomers) {
