@@ -17,15 +17,17 @@ void SearchGroupsKernel(const SpatialIndex& index, const SearchPlan& plan, bool 
   SearchScratch scratch;
   GroupPoints points;
   NeighborArrays neighbors;
-  float query[3], normal_sum[3];
+  QueryPoint query;
+  NormalSums normals;
   const auto unit = static_cast<float>(std::ldexp(1.0, -index.scale_exponent()));
   for (size_t group = 0; group < index.group_count(); ++group) {
     LoadGroup(index, group, points);
     GroupSearch search(index, plan, points.box, scratch);
     for (size_t i = 0; i < points.size; ++i) {
-      points.query.Get(i, query);
-      const float squared = collect ? search.Find(query, NeighborCollector(index, query, neighbors, normal_sum))
-                                    : search.Find(query, NormalSummer(index, normal_sum));
+      points.query.Get(i, query.position);
+      points.normal.Get(i, query.normal);
+      const float squared = collect ? search.Find(query.position, NeighborCollector(index, query, neighbors, normals))
+                                    : search.Find(query.position, NormalSummer(index, query, normals));
       radii[points.slot[i]] = std::sqrt(squared) * unit;
     }
     search.PassOn();

@@ -13,6 +13,7 @@ constexpr char kKindPayload[] = "curvd.core/error_kind";
 absl::StatusCode CodeOf(ErrorKind kind) {
   switch (kind) {
     case ErrorKind::kInvalid:
+    case ErrorKind::kOpposedNormals:
       return absl::StatusCode::kInvalidArgument;
     case ErrorKind::kOutOfMemory:
     case ErrorKind::kNeighborhoodTooLarge:

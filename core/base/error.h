@@ -12,6 +12,7 @@ enum class ErrorKind : uint8_t {
   kInvalid,               // an option or a point is out of its range; INVALID_ARGUMENT
   kOutOfMemory,           // the system gave no memory; RESOURCE_EXHAUSTED
   kNeighborhoodTooLarge,  // a radius gives a point more neighbors than max_neighbor_count; RESOURCE_EXHAUSTED
+  kOpposedNormals,        // normals contradict each other, and the caller wants no such cloud; INVALID_ARGUMENT
   kCancelled,             // somebody cancelled the work; CANCELLED
   kOther,                 // a status that the core did not make, or a defect
 };

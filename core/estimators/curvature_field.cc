@@ -19,6 +19,8 @@ const char* PointStatusName(PointStatus status) {
       return "inconsistent_normals";
     case PointStatus::kSingularFit:
       return "singular_fit";
+    case PointStatus::kOpposedNormals:
+      return "opposed_normals";
   }
   return "unknown";
 }

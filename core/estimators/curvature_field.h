@@ -18,8 +18,9 @@ enum class PointStatus : uint8_t {
   kInvalidInput = 4,
   kInconsistentNormals = 5,
   kSingularFit = 6,
+  kOpposedNormals = 7,
 };
-inline constexpr int kPointStatusEnd = 7;  // one past the largest value
+inline constexpr int kPointStatusEnd = 8;  // one past the largest value
 
 // The word for a status in files and messages: "ok", "too_few_neighbors", ...
 const char* PointStatusName(PointStatus status);

@@ -13,6 +13,7 @@
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
 #include "core/estimators/neighbors-inl.h"
+#include "core/estimators/seams/find_seam-inl.h"
 #include "core/search/group_search-inl.h"
 #include "hwy/highway.h"
 
@@ -26,6 +27,7 @@ template <typename Fill>
 HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch& s, PointCurvature* results,
                            Fill fill) {
   LoadGroup(index, group, s.points, s.first_point);
+  s.seam_points = 0;
   // Results are in another order; they are written when all are done.
   for (size_t i = 0; i < s.points.size; ++i) __builtin_prefetch(&results[s.points.slot[i]], 1);
   for (size_t i = s.points.size; i < SpatialIndex::kGroupPoints; ++i) {
@@ -34,29 +36,43 @@ HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch
   }
 }
 
-// Finds the neighborhood of each point of the group, records its size, and calls `visit(i, leaves)` with the leaves
-// that were searched, to which s.search.found.positions refers. `visitor` sees each neighborhood first; it must sum the
-// normals into normal_sum[0..2]. query[0..2] is the point of the moment, for visitors that refer to it.
+// Looks for a seam in the neighborhood of point i, which the last search found: marks the point if it may be beside
+// one.
+HWY_NOINLINE inline void LookForSeam(const SpatialIndex& index, const QueryPoint& query, size_t i, GroupScratch& s) {
+  // A step for each point of the leaves, twice.
+  s.search.work += 2 * s.search.found.leaf_count * SpatialIndex::kLeafSize;
+  const SeamFinding finding = FindSeam(index, s.search.found, query);
+  if (finding.may_be_beside_seam && s.seams != nullptr) s.seams->Mark(s.points.place[i]);
+  if (!finding.is_beside_seam) return;
+  s.seam_points |= uint64_t{1} << i;
+  s.opposed_pairs[i] = static_cast<uint8_t>(finding.opposed_pairs);
+}
+
+// Finds the neighborhood of each point of the group, records its size, looks for seams, and calls `visit(i, leaves)`
+// with the leaves that were searched, to which s.search.found.positions refers. `visitor` sees each neighborhood first;
+// it must set `normals`. `query` is the point of the moment, for visitors that refer to it.
 // Returns an error at the first neighborhood that is too large, and once the scratch is stopped. A group without points
 // searches nothing, and leaves what searches have learned to the next one. Ends the group after the point with which
 // the run has become long.
 template <typename Visitor, typename Visit>
-HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const NeighborhoodPlan& plan, float* query,
-                                            const float* normal_sum, const Visitor& visitor, GroupScratch& s,
+HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const NeighborhoodPlan& plan, QueryPoint& query,
+                                            const NormalSums& normals, const Visitor& visitor, GroupScratch& s,
                                             Visit visit) {
   if (s.points.size == 0) return absl::OkStatus();
   const uint64_t began = s.search.work;
   s.search.stopped = s.stopped;
   GroupSearch search(index, plan.search, s.points.box, s.search);
   for (size_t i = 0; i < s.points.size; ++i) {
-    s.points.query.Get(i, query);
-    s.neighborhoods.squared_radius[i] = search.Find(query, visitor);
+    s.points.query.Get(i, query.position);
+    s.points.normal.Get(i, query.normal);
+    s.neighborhoods.squared_radius[i] = search.Find(query.position, visitor);
     if (s.IsStopped()) return Stopped();
     if (s.neighborhoods.squared_radius[i] == GroupSearch::kTooLarge) {
       return NeighborhoodTooLarge(plan, s.points.rank[i]);
     }
     s.neighborhoods.count[i] = static_cast<float>(s.search.found.count);
-    s.neighborhoods.normal_sum.Set(i, normal_sum);
+    s.neighborhoods.normal_sum.Set(i, normals.sum);
+    if (HWY_UNLIKELY(normals.least_agreement < kNoneOpposed)) LookForSeam(index, query, i, s);
     visit(i, search.leaves());
     if (HWY_UNLIKELY(s.IsLongSince(began)) && i + 1 < s.points.size) s.LeaveRest(i + 1);
   }
@@ -68,17 +84,19 @@ HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const Nei
 template <typename Visit>
 HWY_INLINE absl::Status ForEachNormalSum(const SpatialIndex& index, const NeighborhoodPlan& plan, GroupScratch& s,
                                          Visit visit) {
-  float query[3], normal_sum[3];
-  return ForEachNeighborhood(index, plan, query, normal_sum, NormalSummer(index, normal_sum), s, visit);
+  QueryPoint query;
+  NormalSums normals;
+  return ForEachNeighborhood(index, plan, query, normals, NormalSummer(index, query, normals), s, visit);
 }
 
 // The same where the neighbors are wanted: they are in `neighbors` when `visit` is called.
 template <typename Visit>
 HWY_INLINE absl::Status ForEachCollected(const SpatialIndex& index, const NeighborhoodPlan& plan,
                                          NeighborArrays& neighbors, GroupScratch& s, Visit visit) {
-  float query[3], normal_sum[3];
-  const NeighborCollector collector(index, query, neighbors, normal_sum);
-  return ForEachNeighborhood(index, plan, query, normal_sum, collector, s, visit);
+  QueryPoint query;
+  NormalSums normals;
+  const NeighborCollector collector(index, query, neighbors, normals);
+  return ForEachNeighborhood(index, plan, query, normals, collector, s, visit);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -23,32 +23,77 @@ HWY_INLINE void StoreSums(FloatVec x, FloatVec y, FloatVec z, float* sums) {
   std::copy(four, four + 3, sums);
 }
 
-// Sums the neighbors' normals into sum[0..2].
+// Compares normals with that of a query, a vector of them at a time.
+class NormalComparer {
+ public:
+  HWY_INLINE NormalComparer() { x_ = y_ = z_ = least_ = hn::Zero(FloatTag()); }
+  HWY_INLINE void Start(const QueryPoint& query) {
+    const FloatTag d;
+    x_ = hn::Set(d, query.normal[0]), y_ = hn::Set(d, query.normal[1]), z_ = hn::Set(d, query.normal[2]);
+    least_ = hn::Set(d, 1.0f);
+  }
+  // Cosines, where all vectors have unit length.
+  HWY_INLINE FloatVec Agreement(FloatVec x, FloatVec y, FloatVec z) const {
+    return hn::MulAdd(z, z_, hn::MulAdd(y, y_, hn::Mul(x, x_)));
+  }
+  HWY_INLINE void Add(FloatVec agreement) { least_ = hn::Min(least_, agreement); }
+  HWY_INLINE void AddWhere(FloatMask mask, FloatVec agreement) {
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+    least_ = hn::IfThenElse(mask, hn::Min(least_, agreement), least_);  // one masked instruction
+#else
+    least_ = hn::Min(least_, hn::IfThenElseZero(mask, agreement));
+#endif
+  }
+  // At most 1; 0 instead of what is above, on some machines.
+  HWY_INLINE float Least() const { return hn::GetLane(hn::MinOfLanes(FloatTag(), least_)); }
+
+ private:
+  FloatVec x_, y_, z_, least_;
+};
+
+// Sums the normals of the neighbors of `query`, and compares them with its own.
 class NormalSummer {
  public:
-  NormalSummer(const SpatialIndex& index, float* sum) : index_(&index), sum_(sum) { Start(0); }
+  // `query` is that of the moment, whenever the search shows neighbors.
+  NormalSummer(const SpatialIndex& index, const QueryPoint& query, NormalSums& sums)
+      : index_(&index), query_(&query), sums_(&sums) {
+    x_ = y_ = z_ = hn::Zero(FloatTag());
+  }
 
-  HWY_INLINE void Start(size_t) { x_ = y_ = z_ = hn::Zero(FloatTag()); }
+  HWY_INLINE void Start(size_t) {
+    x_ = y_ = z_ = hn::Zero(FloatTag());
+    comparer_.Start(*query_);
+  }
   HWY_INLINE void operator()(const NearPoints& points, FloatMask inside) {
     const FloatTag d;
     const SpatialIndex::LeafNormals& normals = index_->normals(points.leaf);
-    x_ = AddWhere(inside, x_, hn::Load(d, normals.x + points.place));
-    y_ = AddWhere(inside, y_, hn::Load(d, normals.y + points.place));
-    z_ = AddWhere(inside, z_, hn::Load(d, normals.z + points.place));
+    const FloatVec x = hn::Load(d, normals.x + points.place);
+    const FloatVec y = hn::Load(d, normals.y + points.place);
+    const FloatVec z = hn::Load(d, normals.z + points.place);
+    x_ = AddWhere(inside, x_, x);
+    y_ = AddWhere(inside, y_, y);
+    z_ = AddWhere(inside, z_, z);
+    comparer_.AddWhere(inside, comparer_.Agreement(x, y, z));
   }
-  HWY_INLINE void Finish() { StoreSums(x_, y_, z_, sum_); }
+  HWY_INLINE void Finish() {
+    StoreSums(x_, y_, z_, sums_->sum);
+    sums_->least_agreement = comparer_.Least();
+  }
 
  private:
   const SpatialIndex* index_;
-  float* sum_;
+  const QueryPoint* query_;
+  NormalSums* sums_;
   FloatVec x_, y_, z_;
+  NormalComparer comparer_;
 };
 
-// Collects the neighbors of query[0..2], and sums their normals into sum[0..2].
+// Collects the neighbors of `query`, sums their normals, and compares them with its own.
 class NeighborCollector {
  public:
-  NeighborCollector(const SpatialIndex& index, const float* query, NeighborArrays& neighbors, float* sum)
-      : index_(&index), query_(query), neighbors_(&neighbors), sum_(sum) {}
+  // `query` is that of the moment, whenever the search shows neighbors.
+  NeighborCollector(const SpatialIndex& index, const QueryPoint& query, NeighborArrays& neighbors, NormalSums& sums)
+      : index_(&index), query_(&query), neighbors_(&neighbors), sums_(&sums) {}
 
   HWY_INLINE void Start(size_t count) {
     neighbors_->Reserve(count);
@@ -62,7 +107,7 @@ class NeighborCollector {
     if (kept == 0) return;
     const SpatialIndex::LeafPositions& points = index_->positions(near.leaf);
     const SpatialIndex::LeafNormals& normals = index_->normals(near.leaf);
-    const QueryVectors q(query_);
+    const QueryVectors q(query_->position);
     const size_t i = near.place;
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + i), q.x), inside), d, dx_ + count_);
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.y + i), q.y), inside), d, dy_ + count_);
@@ -77,19 +122,24 @@ class NeighborCollector {
     for (float* array : {dx_, dy_, dz_, nx_, ny_, nz_}) hn::StoreU(hn::Zero(d), d, array + count_);
     neighbors_->count = count_;
     FloatVec x = hn::Zero(d), y = hn::Zero(d), z = hn::Zero(d);
+    NormalComparer comparer;
+    comparer.Start(*query_);
     for (size_t j = 0; j < count_; j += hn::Lanes(d)) {
-      x = hn::Add(x, hn::Load(d, nx_ + j));
-      y = hn::Add(y, hn::Load(d, ny_ + j));
-      z = hn::Add(z, hn::Load(d, nz_ + j));
+      const FloatVec nx = hn::Load(d, nx_ + j), ny = hn::Load(d, ny_ + j), nz = hn::Load(d, nz_ + j);
+      x = hn::Add(x, nx);
+      y = hn::Add(y, ny);
+      z = hn::Add(z, nz);
+      comparer.Add(comparer.Agreement(nx, ny, nz));  // 0 for the padding
     }
-    StoreSums(x, y, z, sum_);
+    StoreSums(x, y, z, sums_->sum);
+    sums_->least_agreement = comparer.Least();
   }
 
  private:
   const SpatialIndex* index_;
-  const float* query_;
+  const QueryPoint* query_;
   NeighborArrays* neighbors_;
-  float* sum_;
+  NormalSums* sums_;
   float *dx_ = nullptr, *dy_ = nullptr, *dz_ = nullptr, *nx_ = nullptr, *ny_ = nullptr, *nz_ = nullptr;
   size_t count_ = 0;
 };

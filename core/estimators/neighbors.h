@@ -7,6 +7,18 @@
 
 namespace curvd {
 
+// The point whose neighbors are looked at.
+struct QueryPoint {
+  float position[3];  // in the index's unit
+  float normal[3];    // of unit length
+};
+
+// What the normals of one query's neighbors, itself among them, come to.
+struct NormalSums {
+  float sum[3];
+  float least_agreement;  // the least cosine between one of them and the query's own
+};
+
 // The neighbors of one query in tree order: their offsets from it, in the index's unit, and their normals. Set by
 // NeighborCollector (core/estimators/neighbors-inl.h) for one query at a time; zeros follow the last neighbor up to the
 // end of a vector.

@@ -20,6 +20,12 @@ struct NeighborRadius {
   double radius = 0.0;
 };
 
+// What is done where normals point to opposite sides of one surface.
+enum class OpposedNormalsPolicy : uint8_t {
+  kMark,    // points whose neighborhoods reach across such a seam get PointStatus::kOpposedNormals
+  kReject,  // the estimate fails
+};
+
 inline constexpr uint32_t kMinNeighborCount = 4;
 inline constexpr uint32_t kMaxTriangleCount = 10'000;
 inline constexpr uint32_t kMaxRotations = 4;
@@ -42,7 +48,8 @@ struct EstimatorOptions {
   bool even_weights = false;  // DEFAULT: false
   // Most points that one neighborhood may hold: bounds NeighborCount, and the size that a radius neighborhood may reach
   // before the whole estimate fails with RESOURCE_EXHAUSTED.
-  uint32_t max_neighbor_count = 10'000;  // DEFAULT: 10,000
+  uint32_t max_neighbor_count = 10'000;                                // DEFAULT: 10,000
+  OpposedNormalsPolicy opposed_normals = OpposedNormalsPolicy::kMark;  // DEFAULT: kMark
 
   // INVALID_ARGUMENT naming field, value and limit if a field is out of its range.
   absl::Status Validate() const;

@@ -14,6 +14,8 @@
 #include "absl/status/status.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/options.h"
+#include "core/estimators/seams/normals_agreement.h"
+#include "core/estimators/seams/seam_marks.h"
 #include "core/index/spatial_index.h"
 
 namespace curvd {
@@ -44,6 +46,10 @@ struct WorkerScratch {
 
   // How many points it has written, by PointStatus.
   std::array<uint64_t, kPointStatusEnd> status_counts{};
+
+  // Where points beside a seam are marked, for all workers; null: nowhere. What the normals came to is counted anyway.
+  SeamMarks* seams = nullptr;
+  NormalsAgreement agreement;
 };
 
 // One pass over the groups of an index. Phases run one after the other; the groups of a phase in any order, on any

@@ -17,6 +17,7 @@
 #include "core/job/group_phase.h"
 #include "core/job/index_phases.h"
 #include "core/job/phased_job.h"
+#include "core/job/seam_phase.h"
 
 namespace curvd {
 namespace {
@@ -25,7 +26,7 @@ namespace {
 constexpr std::string_view kFieldPhase = "field";
 
 // The phases of an estimate in order: the index's; the field, with the points that the index does not hold; the
-// strategy's.
+// strategy's; the seams.
 class CurvatureJob final : public EstimationJob, public PhasedJob {
  public:
   CurvatureJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, CallerKey caller)
@@ -133,14 +134,18 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       FillTooFew();
       return absl::OkStatus();
     }
+    absl::StatusOr<SeamMarks> seams = SeamMarks::Create(index_.group_count());
+    if (!seams.ok()) return seams.status();
+    seams_ = *std::move(seams);
     run_ = strategy.start(options_, index_, field_.points.data());
-    scratch_.emplace(*run_, thread_count_);
+    scratch_.emplace(*run_, thread_count_, &seams_);
     std::vector<GroupPhase> phases = run_->Phases();
     for (size_t i = 0; i < phases.size(); ++i) {
       const bool is_last = i + 1 == phases.size();
       AddPhase(MakeGroupPhase(std::move(phases[i]), index_, GroupsPerBlock(options_), *scratch_,
                               is_last ? &points_estimated_ : nullptr));
     }
+    AddPhase(MakeSeamPhase({options_, index_, seams_, *scratch_, field_.points.data(), refused_}));
     return absl::OkStatus();
   }
 
@@ -166,22 +171,31 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 
   size_t HeldBytes() const override {
     const size_t building = builder_.has_value() ? builder_->bytes() : 0;
-    return building + index_.bytes() + field_.points.bytes() + (run_ != nullptr ? run_->bytes() : 0);
+    return building + index_.bytes() + seams_.bytes() + field_.points.bytes() + (run_ != nullptr ? run_->bytes() : 0);
   }
 
   void OnEnd(absl::Status status) override {
     Callback callback = std::move(callback_);
     std::array<uint64_t, kPointStatusEnd> counts{};
-    if (scratch_.has_value()) counts = scratch_->status_counts();
+    NormalsAgreement agreement;
+    if (scratch_.has_value()) {
+      counts = scratch_->status_counts();
+      agreement = scratch_->agreement();
+    }
     // Gone before the callback: what it needs memory for may be an error that says that there was none.
     scratch_.reset();
     run_.reset();
     builder_.reset();
+    seams_ = SeamMarks();
     index_ = SpatialIndex();
-    for (int i = 0; i < kPointStatusEnd; ++i) field_.status_counts[i] += counts[i];
+    uint64_t& opposed = field_.status_counts[static_cast<size_t>(PointStatus::kOpposedNormals)];
+    for (int i = 0; i < kPointStatusEnd; ++i) {
+      field_.status_counts[i] += counts[i] - refused_[i];
+      opposed += refused_[i];
+    }
     absl::StatusOr<EstimationResult> result = CatchBadAlloc([&]() -> absl::StatusOr<EstimationResult> {
       if (!status.ok()) return std::move(status);
-      return EstimationResult{std::move(field_), Cost()};
+      return EstimationResult{std::move(field_), agreement, Cost()};
     });
     if (!result.ok()) field_ = CurvatureField();
     callback(std::move(result));
@@ -201,6 +215,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   SpatialIndex index_;
   CurvatureField field_;
   const int thread_count_;
+  SeamMarks seams_;
+  std::array<std::atomic<uint64_t>, kPointStatusEnd> refused_{};
   std::unique_ptr<StrategyRun> run_;
   std::optional<ScratchSet> scratch_;
   std::atomic<size_t> points_estimated_ = 0;

@@ -12,6 +12,7 @@
 #include "core/cloud/cloud.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/options.h"
+#include "core/estimators/seams/normals_agreement.h"
 #include "core/job/phased_job.h"
 #include "core/job/worker_pool.h"
 
@@ -40,6 +41,7 @@ struct JobCost {
 
 struct EstimationResult {
   CurvatureField field;
+  NormalsAgreement agreement;  // zeros where no neighborhood was looked at
   JobCost cost;
 };
 
@@ -56,6 +58,7 @@ class EstimationJob {
   // Called once on a worker thread (or before Start returns, if options are invalid or there is no memory). Must not
   // throw. Errors are told apart by KindOf (core/base/error.h):
   // - kInvalid: options.Validate() failed, or the cloud has no normals and options.estimator needs them.
+  // - kOpposedNormals: normals point to opposite sides of one surface, and options.opposed_normals is kReject.
   // - kNeighborhoodTooLarge: a radius neighborhood exceeds max_neighbor_count.
   // - kOutOfMemory: the system gave no memory, on whatever thread.
   // - kCancelled: Cancel was called in time.

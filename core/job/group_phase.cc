@@ -107,7 +107,10 @@ size_t GroupsPerBlock(const EstimatorOptions& options) {
 
 WorkerScratch& ScratchSet::of(int worker) {
   std::unique_ptr<WorkerScratch>& scratch = scratch_[worker];
-  if (scratch == nullptr) scratch = run_.MakeScratch();
+  if (scratch == nullptr) {
+    scratch = run_.MakeScratch();
+    scratch->seams = seams_;
+  }
   return *scratch;
 }
 
@@ -118,6 +121,14 @@ std::array<uint64_t, kPointStatusEnd> ScratchSet::status_counts() const {
     for (int status = 0; status < kPointStatusEnd; ++status) counts[status] += scratch->status_counts[status];
   }
   return counts;
+}
+
+NormalsAgreement ScratchSet::agreement() const {
+  NormalsAgreement agreement;
+  for (const auto& scratch : scratch_) {
+    if (scratch != nullptr) agreement.Add(scratch->agreement);
+  }
+  return agreement;
 }
 
 std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block,

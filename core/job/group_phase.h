@@ -18,15 +18,19 @@ namespace curvd {
 // Scratch of each thread of a pool, made when the thread first needs it.
 class ScratchSet {
  public:
-  // REQUIRES: `run` outlives the set.
-  ScratchSet(const StrategyRun& run, int thread_count) : run_(run), scratch_(thread_count) {}
+  // Points beside a seam are marked in `seams`, if it is not null. REQUIRES: `run` and `seams` outlive the set.
+  ScratchSet(const StrategyRun& run, int thread_count, SeamMarks* seams = nullptr)
+      : run_(run), seams_(seams), scratch_(thread_count) {}
   // REQUIRES: one thread at a time asks for the same worker. Throws std::bad_alloc.
   WorkerScratch& of(int worker);
   // How many points ended in each status. REQUIRES: no other thread uses the set.
   std::array<uint64_t, kPointStatusEnd> status_counts() const;
+  // What the normals of all points came to. REQUIRES: as above.
+  NormalsAgreement agreement() const;
 
  private:
   const StrategyRun& run_;
+  SeamMarks* const seams_;
   std::vector<std::unique_ptr<WorkerScratch>> scratch_;
 };
 

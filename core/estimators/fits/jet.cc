@@ -28,9 +28,11 @@ class RepeatedSearch {
       return false;
     }
     if (!search_.has_value()) search_.emplace(index_, plan_.neighborhood.search, s_.points.box, s_.search);
-    float query[3], normal_sum[3];
-    s_.points.query.Get(i, query);
-    search_->Find(query, NeighborCollector(index_, query, s_.neighbors, normal_sum));
+    QueryPoint query;
+    NormalSums normals;
+    s_.points.query.Get(i, query.position);
+    s_.points.normal.Get(i, query.normal);
+    search_->Find(query.position, NeighborCollector(index_, query, s_.neighbors, normals));
     // A step for every four multiplications and additions of the factorization.
     const auto size = static_cast<size_t>(JetSize(plan_.degree));
     s_.search.work += s_.neighbors.count * size * size / 2;

@@ -188,15 +188,16 @@ TEST(EstimationJobTest, JetsNeedNormalsOnlyForTheSign) {
   TestPoints points = Waves(2000, 0.0, 1);
   const EstimatorOptions options = WithEstimator("jet");
   const EstimationResult upward = MustEstimate(points.ToCloud(), options);
-  for (size_t i = 0; i < points.size(); i += 2) {
-    for (float& component : points.normals[i]) component = -component;
-  }
-  const EstimationResult mixed = MustEstimate(points.ToCloud(), options);
+  // Tilted by up to 40 degrees, and to the other side.
   for (size_t i = 0; i < points.size(); ++i) {
-    const float sign = i % 2 == 0 ? -1.0f : 1.0f;
-    ASSERT_EQ(mixed.field.points[i].status, PointStatus::kOk);
-    ASSERT_EQ(mixed.field.points[i].mean, sign * upward.field.points[i].mean);
-    ASSERT_EQ(mixed.field.points[i].gaussian, upward.field.points[i].gaussian);
+    for (float& component : points.normals[i]) component = -component;
+    points.normals[i][i % 3] += i % 2 == 0 ? 0.4f : -0.4f;
+  }
+  const EstimationResult downward = MustEstimate(points.ToCloud(), options);
+  for (size_t i = 0; i < points.size(); ++i) {
+    ASSERT_EQ(downward.field.points[i].status, PointStatus::kOk);
+    ASSERT_EQ(downward.field.points[i].mean, -upward.field.points[i].mean);
+    ASSERT_EQ(downward.field.points[i].gaussian, upward.field.points[i].gaussian);
   }
 }
 
@@ -214,15 +215,18 @@ TEST(EstimationJobTest, PlaneIsExactlyFlat) {
   }
 }
 
-TEST(EstimationJobTest, CancellingNormalsAreInconsistent) {
-  TestPoints sheet = RandomPoints(Layout::kCoplanar, 2000, 2);
-  for (size_t i = 0; i < sheet.size(); ++i) sheet.normals[i] = {0, 0, i % 2 == 0 ? 1.0f : -1.0f};
-  const EstimationResult result = MustEstimate(sheet.ToCloud(), {});
-  EXPECT_GT(CountOf(result, PointStatus::kInconsistentNormals), 0u);
-  const EstimatorOptions sphere = WithEstimator("aso");
-  EXPECT_GT(CountOf(MustEstimate(sheet.ToCloud(), sphere), PointStatus::kInconsistentNormals), 0u);
-  for (size_t i = 0; i < sheet.size(); ++i) sheet.normals[i] = {0, 0, i == 77 ? -1.0f : 1.0f};
-  EXPECT_EQ(MustEstimate(sheet.ToCloud(), {}).field.points[77].status, PointStatus::kInconsistentNormals);
+TEST(EstimationJobTest, CancellingNormalsOfTwoSheetsAreInconsistent) {
+  TestPoints sheets = RandomPoints(Layout::kCoplanar, 2000, 2);
+  for (size_t i = 0; i < sheets.size(); ++i) {
+    const float side = i % 2 == 0 ? 1.0f : -1.0f;
+    sheets.positions[i][2] += 0.02f * side;
+    sheets.normals[i] = {0, 0, side};
+  }
+  for (const std::string_view estimator : {"avg-hexagram", "aso"}) {
+    const EstimationResult result = MustEstimate(sheets.ToCloud(), WithEstimator(estimator));
+    EXPECT_GT(CountOf(result, PointStatus::kInconsistentNormals), 0u) << estimator;
+    EXPECT_EQ(CountOf(result, PointStatus::kOpposedNormals), 0u) << estimator;
+  }
 }
 
 TEST(EstimationJobTest, InvalidPointsAreSkippedAndNobodysNeighbors) {

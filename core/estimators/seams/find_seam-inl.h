@@ -1,0 +1,123 @@
+// Looks for a seam in one neighborhood: normals that point to opposite sides of one sheet.
+
+#if defined(CURVD_CORE_ESTIMATORS_SEAMS_FIND_SEAM_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_SEAMS_FIND_SEAM_INL_H_
+#undef CURVD_CORE_ESTIMATORS_SEAMS_FIND_SEAM_INL_H_
+#else
+#define CURVD_CORE_ESTIMATORS_SEAMS_FIND_SEAM_INL_H_
+#endif
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/estimators/neighbors.h"
+#include "core/estimators/seams/normals_agreement.h"
+#include "core/estimators/seams/one_sheet.h"
+#include "core/search/neighborhood-inl.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// Where the least agreement of a neighborhood (NormalSums) is above this, none of its normals is opposed to the
+// query's: kAlong with room for vectors that round differently.
+inline constexpr float kNoneOpposed = -kAlong + 1e-4f;
+
+// The smallest of the values that were added, in ascending order.
+template <size_t kMost>
+class SmallestValues {
+ public:
+  void Add(float value) {
+    if (size_ == kMost && !(value < values_[kMost - 1])) return;
+    size_t i = size_ < kMost ? size_++ : kMost - 1;
+    for (; i > 0 && value < values_[i - 1]; --i) values_[i] = values_[i - 1];
+    values_[i] = value;
+  }
+  size_t size() const { return size_; }
+  // REQUIRES: size() > 0.
+  float largest() const { return values_[size_ - 1]; }
+
+ private:
+  size_t size_ = 0;
+  float values_[kMost] = {};
+};
+
+// A neighbor beside its query.
+struct ComparedNeighbor {
+  float squared_distance;
+  float agreement;   // the cosine between the normals
+  double along;      // its offset along the query's normal
+  double along_own;  // and along its own
+};
+
+// Calls visit(neighbor) for each neighbor that the last search found, the query among them. The operations are the same
+// on every instruction set.
+template <typename Visit>
+HWY_INLINE void ForEachCompared(const SpatialIndex& index, const Neighborhood& found, const QueryPoint& query,
+                                Visit visit) {
+  const auto compare = [&](const NearPoints& near, FloatMask inside) CURVD_INLINED {
+    const SpatialIndex::LeafPositions& points = index.positions(near.leaf);
+    const SpatialIndex::LeafNormals& normals = index.normals(near.leaf);
+    for (uint64_t bits = BitsFromMask(inside); bits != 0; bits &= bits - 1) {
+      const size_t i = near.place + static_cast<size_t>(std::countr_zero(bits));
+      const float d[3] = {points.x[i] - query.position[0], points.y[i] - query.position[1],
+                          points.z[i] - query.position[2]};
+      const float n[3] = {normals.x[i], normals.y[i], normals.z[i]};
+      const float* const own = query.normal;
+      visit(ComparedNeighbor{found.squared_distances[near.near * SpatialIndex::kLeafSize + i],
+                             (n[0] * own[0] + n[1] * own[1]) + n[2] * own[2],
+                             (double{d[0]} * own[0] + double{d[1]} * own[1]) + double{d[2]} * own[2],
+                             (double{d[0]} * n[0] + double{d[1]} * n[1]) + double{d[2]} * n[2]});
+    }
+  };
+  ForEachInside(index, found, compare);
+}
+
+struct SeamFinding {
+  bool may_be_beside_seam = false;
+  bool is_beside_seam = false;  // without doubt
+  uint32_t opposed_pairs = 0;   // of the query and its nearest neighbors; 0 unless it is beside a seam
+};
+
+// Judges the neighborhood that the last search found for `query` by the nearest of its points whose normals are opposed
+// to the query's. Two passes over the neighbors, and no memory.
+HWY_NOINLINE inline SeamFinding FindSeam(const SpatialIndex& index, const Neighborhood& found,
+                                         const QueryPoint& query) {
+  constexpr size_t kJudged = 8;
+  constexpr size_t kAlongOf = 4, kOf = 5;  // this share of the neighbors must agree or be opposed
+  SmallestValues<kJudged> opposed_distances;
+  SmallestValues<NormalsAgreement::kNearest + 1> distances;  // the query's own among them
+  ForEachCompared(index, found, query, [&](const ComparedNeighbor& neighbor) {
+    distances.Add(neighbor.squared_distance);
+    if (neighbor.agreement < -kAlong) opposed_distances.Add(neighbor.squared_distance);
+  });
+  if (opposed_distances.size() == 0) return {};
+  const float reach = opposed_distances.largest(), near = distances.largest();
+  SheetHeights agreeing, opposed;
+  double distance_sum = 0.0;
+  size_t judged = 0;
+  uint32_t opposed_pairs = 0;
+  ForEachCompared(index, found, query, [&](const ComparedNeighbor& neighbor) {
+    if (neighbor.squared_distance > reach) return;
+    ++judged;
+    if (neighbor.agreement > kAlong) agreeing.Add((neighbor.along + neighbor.along_own) / 2);
+    if (!(neighbor.agreement < -kAlong)) return;
+    opposed.Add((neighbor.along - neighbor.along_own) / 2);
+    distance_sum += std::sqrt(double{neighbor.squared_distance});
+    opposed_pairs += neighbor.squared_distance <= near ? 1 : 0;
+  });
+  const double distance = distance_sum / static_cast<double>(opposed.count());
+  if (!MayLieOnOneSheet(agreeing, opposed, distance)) return {};
+  // A point whose own normal errs by half a right angle is no judge: few normals lie along it, to either side.
+  const bool is_judge = kOf * (agreeing.count() + opposed.count()) >= kAlongOf * judged;
+  if (!is_judge || !LieOnOneSheet(agreeing, opposed, distance)) return {.may_be_beside_seam = true};
+  return {true, true, std::min<uint32_t>(opposed_pairs, NormalsAgreement::kNearest)};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#endif  // CURVD_CORE_ESTIMATORS_SEAMS_FIND_SEAM_INL_H_

@@ -1,0 +1,25 @@
+// How far the normals of a cloud agree about the sides of its surface.
+#pragma once
+
+#include <cstdint>
+
+namespace curvd {
+
+// Counts over the points that were estimated. Where all normals point to one side, `opposed_pairs` and `seam_points`
+// are 0.
+struct NormalsAgreement {
+  // A near pair is a point and one of its this many nearest neighbors.
+  static constexpr int kNearest = 6;
+
+  uint64_t near_pairs = 0;
+  uint64_t opposed_pairs = 0;  // near pairs on one sheet whose normals point to its opposite sides
+  uint64_t seam_points = 0;    // points beside a seam: a neighbor on their sheet has an opposed normal
+
+  void Add(const NormalsAgreement& other) {
+    near_pairs += other.near_pairs;
+    opposed_pairs += other.opposed_pairs;
+    seam_points += other.seam_points;
+  }
+};
+
+}  // namespace curvd

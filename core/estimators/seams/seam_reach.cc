@@ -1,0 +1,170 @@
+#include "core/estimators/seams/seam_reach.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <variant>
+
+#include "core/estimators/neighborhood_plan.h"
+
+namespace curvd {
+namespace {
+
+using Normal = std::array<float, 3>;
+
+float Dot(const Normal& a, const Normal& b) { return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]; }
+
+float SquaredGap(const Box& a, const Box& b) {
+  float squared[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float gap = std::max({a.lo[axis] - b.hi[axis], b.lo[axis] - a.hi[axis], 0.0f});
+    squared[axis] = gap * gap;
+  }
+  return (squared[0] + squared[1]) + squared[2];
+}
+
+// Calls visit(leaf) for the leaves whose box is within a squared distance of `box`, until a visit returns true; returns
+// whether one did, or more than `most_leaves` are so near.
+template <typename Visit>
+bool AnyLeaf(const SpatialIndex& index, const Box& box, float squared_reach, size_t most_leaves, Visit visit) {
+  struct Pending {
+    size_t node, first_leaf, leaves;
+  };
+  constexpr size_t kMaxDepth = 64;  // the tree is balanced over fewer than 2^31 leaves
+  Pending stack[kMaxDepth] = {{0, 0, index.leaf_count()}};
+  for (size_t depth = 1; depth > 0;) {
+    const Pending top = stack[--depth];
+    if (!(SquaredGap(index.node(top.node).box, box) <= squared_reach)) continue;
+    if (top.leaves == 1) {
+      if (most_leaves-- == 0 || visit(top.first_leaf)) return true;
+      continue;
+    }
+    const size_t left = SpatialIndex::LeftLeaves(top.leaves);
+    stack[depth++] = {SpatialIndex::RightChild(top.node, top.leaves), top.first_leaf + left, top.leaves - left};
+    stack[depth++] = {top.node + 1, top.first_leaf, left};
+  }
+  return false;
+}
+
+// One point of the group that gets a result.
+struct Query {
+  std::array<float, 3> position;
+  Normal normal;
+  size_t place;
+  size_t slot;
+};
+
+// Calls visit(query) for each of them.
+template <typename Visit>
+void ForEachQuery(const SpatialIndex& index, size_t group, Visit visit) {
+  const size_t first = group * SpatialIndex::kGroupLeaves;
+  const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index.leaf_count());
+  for (size_t leaf = first; leaf < last; ++leaf) {
+    const SpatialIndex::LeafPositions& points = index.positions(leaf);
+    const SpatialIndex::LeafNormals& normals = index.normals(leaf);
+    for (int i = 0; i < index.LeafPoints(leaf); ++i) {
+      if (!index.point_set().is_query(points.id[i])) continue;
+      visit(Query{{points.x[i], points.y[i], points.z[i]},
+                  {normals.x[i], normals.y[i], normals.z[i]},
+                  leaf * SpatialIndex::kLeafSize + static_cast<size_t>(i),
+                  index.point_set().slot_of(points.id[i])});
+    }
+  }
+}
+
+class GroupJudge {
+ public:
+  GroupJudge(const SpatialIndex& index, const SeamMarks& marks, size_t most_neighbors)
+      : index_(index), marks_(marks), most_neighbors_(most_neighbors) {}
+
+  // The square of a result's radius in the index's unit, rounded up.
+  float SquaredReach(float radius) const {
+    constexpr double kRoundingOfFloats = 1e-6;
+    const double scaled = std::ldexp(double{radius}, index_.scale_exponent());
+    const double squared = scaled * scaled * (1.0 + kRoundingOfFloats);
+    return static_cast<float>(std::min<double>(squared, std::numeric_limits<float>::max()));
+  }
+
+  // Whether the leaf of a marked point is that near to the box; also where that takes too long to find out.
+  bool IsNearMarks(const Box& box, float squared_reach) const {
+    return AnyLeaf(index_, box, squared_reach, MostLeaves(), [&](size_t leaf) { return marks_.InLeaf(leaf) != 0; });
+  }
+
+  // Whether a marked point is that near to the query, and normals on the other side of its own or of the query's. True
+  // also where so many points tie that it takes too long to find out.
+  bool ReachesAcross(const Query& query, float squared_reach) const {
+    const Box box{query.position, query.position};
+    const auto is_near = [&](const SpatialIndex::LeafPositions& points, int i) {
+      const float position[3] = {points.x[i], points.y[i], points.z[i]};
+      return SquaredDistance(position, box) <= squared_reach;
+    };
+    Normal marked{};
+    const bool has_marked = AnyLeaf(index_, box, squared_reach, MostLeaves(), [&](size_t leaf) {
+      for (uint32_t bits = marks_.InLeaf(leaf); bits != 0; bits &= bits - 1) {
+        const int i = std::countr_zero(bits);
+        if (!is_near(index_.positions(leaf), i)) continue;
+        const SpatialIndex::LeafNormals& normals = index_.normals(leaf);
+        marked = {normals.x[i], normals.y[i], normals.z[i]};
+        return true;
+      }
+      return false;
+    });
+    if (!has_marked) return false;
+    size_t neighbors = 0;
+    return AnyLeaf(index_, box, squared_reach, MostLeaves(), [&](size_t leaf) {
+      const SpatialIndex::LeafNormals& normals = index_.normals(leaf);
+      for (int i = 0; i < index_.LeafPoints(leaf); ++i) {
+        if (!is_near(index_.positions(leaf), i)) continue;
+        if (++neighbors > kMostTied * most_neighbors_) return true;
+        const Normal normal = {normals.x[i], normals.y[i], normals.z[i]};
+        if (Dot(normal, query.normal) < 0.0f || Dot(normal, marked) < 0.0f) return true;
+      }
+      return false;
+    });
+  }
+
+ private:
+  // So many times the points of a neighborhood may be as near as its last one, as on a lattice.
+  static constexpr size_t kMostTied = 4;
+  // Leaves around a point or a group, where no more points tie than a neighborhood holds.
+  size_t MostLeaves() const { return most_neighbors_ + 256; }
+
+  const SpatialIndex& index_;
+  const SeamMarks& marks_;
+  const size_t most_neighbors_;
+};
+
+}  // namespace
+
+void RefuseAtSeams(const EstimatorOptions& options, const SpatialIndex& index, const SeamMarks& marks, size_t group,
+                   PointCurvature* results, RefusedCounts& refused) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const bool by_radius = std::holds_alternative<NeighborRadius>(options.neighborhood);
+  const GroupJudge judge(index, marks, MostNeighbors(options, index.point_count()));
+  Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+  float squared_reach = 0.0f;
+  ForEachQuery(index, group, [&](const Query& query) {
+    for (int axis = 0; axis < 3; ++axis) {
+      box.lo[axis] = std::min(box.lo[axis], query.position[axis]);
+      box.hi[axis] = std::max(box.hi[axis], query.position[axis]);
+    }
+    const PointCurvature& result = results[query.slot];
+    if (result.status == PointStatus::kOk) squared_reach = std::max(squared_reach, judge.SquaredReach(result.radius));
+  });
+  if (!judge.IsNearMarks(box, squared_reach)) return;
+  ForEachQuery(index, group, [&](const Query& query) {
+    PointCurvature& result = results[query.slot];
+    const bool is_ok = result.status == PointStatus::kOk;
+    const bool is_refused = marks.IsMarked(query.place)
+                                ? is_ok || result.status == PointStatus::kInconsistentNormals
+                                : is_ok && judge.ReachesAcross(query, judge.SquaredReach(result.radius));
+    if (!is_refused) return;
+    ++refused[static_cast<size_t>(result.status)];
+    const float radius = result.radius;
+    result = UndefinedCurvature(PointStatus::kOpposedNormals);
+    if (by_radius) result.radius = radius;
+  });
+}
+
+}  // namespace curvd

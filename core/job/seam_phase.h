@@ -1,0 +1,37 @@
+// The last phase of an estimate: no point whose neighborhood reaches across a seam keeps a result.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+
+#include "core/estimators/curvature_field.h"
+#include "core/estimators/options.h"
+#include "core/estimators/seams/seam_marks.h"
+#include "core/index/spatial_index.h"
+#include "core/job/group_phase.h"
+#include "core/job/phase.h"
+
+namespace curvd {
+
+inline constexpr std::string_view kSeamPhase = "seams";
+
+// What the phase works on; all of it outlives the phase.
+struct SeamWork {
+  const EstimatorOptions& options;
+  const SpatialIndex& index;
+  const SeamMarks& marks;     // set by the phases before
+  const ScratchSet& scratch;  // of those phases
+  PointCurvature* results;    // of the whole cloud, by slot
+  // How many points lost each status, by PointStatus, to kOpposedNormals.
+  std::array<std::atomic<uint64_t>, kPointStatusEnd>& refused;
+};
+
+// Has nothing to do, and takes no time, where no point is beside a seam without doubt, whatever is marked. Where
+// options.opposed_normals refuses such clouds, a seam is an error of kind kOpposedNormals, which says how many points
+// are beside one, and names the first marked point. Does not depend on the order of blocks.
+std::unique_ptr<Phase> MakeSeamPhase(const SeamWork& work);
+
+}  // namespace curvd
