@@ -186,6 +186,7 @@ void EstimateCall::SendResults(EstimationResult result) {
     points = field_.points.size();
     CallRecord& record = account().record();
     record.status_counts = field_.status_counts;
+    record.agreement = result.agreement;
     record.peak_bytes = result.cost.peak_bytes;
     phases_.SetJobSeconds(result.cost.queue_seconds, result.cost.index_seconds, result.cost.estimate_seconds);
     phases_.StartSending(Clock::now());

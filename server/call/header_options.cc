@@ -116,6 +116,18 @@ absl::Status ResolveEnums(const v1::CloudHeader& header, CallOptions& options) {
       return InvalidOption("header.invalid_point_policy", absl::StrCat(static_cast<int>(header.invalid_point_policy())),
                            "1 (reject) or 2 (skip)");
   }
+  switch (header.opposed_normals_policy()) {
+    case v1::OPPOSED_NORMALS_POLICY_UNSPECIFIED:
+    case v1::OPPOSED_NORMALS_POLICY_MARK:
+      options.estimator.opposed_normals = OpposedNormalsPolicy::kMark;
+      break;
+    case v1::OPPOSED_NORMALS_POLICY_REJECT:
+      options.estimator.opposed_normals = OpposedNormalsPolicy::kReject;
+      break;
+    default:
+      return InvalidOption("header.opposed_normals_policy",
+                           absl::StrCat(static_cast<int>(header.opposed_normals_policy())), "1 (mark) or 2 (reject)");
+  }
   switch (header.priority()) {
     case v1::PRIORITY_UNSPECIFIED:
       break;

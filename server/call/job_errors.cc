@@ -15,6 +15,8 @@ absl::Status ExplainJobError(absl::Status status) {
       return ExplainOutOfMemory(std::move(status));
     case ErrorKind::kNeighborhoodTooLarge:
       return WithDetail(std::move(status), {kReasonNeighborhoodTooLarge, "header.options.radius", "", "", {}});
+    case ErrorKind::kOpposedNormals:
+      return WithDetail(std::move(status), {kReasonOpposedNormals, "chunk.normals", "", "", {}});
     case ErrorKind::kInvalid:
       return WithDetail(std::move(status), {kReasonInvalidOption, "header.options", "", "", {}});
     case ErrorKind::kCancelled:
@@ -32,6 +34,7 @@ absl::Status ExplainCloudError(absl::Status status) {
     case ErrorKind::kInvalid:
       return WithDetail(std::move(status), {kReasonInvalidPoint, "chunk", "", "", {}});
     case ErrorKind::kNeighborhoodTooLarge:
+    case ErrorKind::kOpposedNormals:
     case ErrorKind::kCancelled:
     case ErrorKind::kOther:
       break;

@@ -6,7 +6,8 @@
 
 namespace curvd {
 
-// Everything in the summary comes from the record.
+// Everything in the summary comes from the record: also the warnings, of which there is one where normals contradict
+// each other.
 void FillSummary(const CallRecord& record, curvature::v1::Summary* summary);
 
 }  // namespace curvd

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "core/estimators/curvature_field.h"
+#include "core/estimators/seams/normals_agreement.h"
 #include "server/rpc/rpc_method.h"
 
 namespace curvd {
@@ -31,6 +32,7 @@ struct CallRecord {
   absl::Status status;
   uint64_t points_received = 0;
   std::array<uint64_t, kPointStatusEnd> status_counts{};  // of a call that was estimated
+  NormalsAgreement agreement;                             // likewise
   uint64_t normals_rescaled = 0;
   uint64_t bytes_received = 0;
   uint64_t bytes_sent = 0;

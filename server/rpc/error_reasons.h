@@ -14,6 +14,7 @@ inline constexpr char kReasonChunkLength[] = "CHUNK_LENGTH";
 inline constexpr char kReasonPointCountMismatch[] = "POINT_COUNT_MISMATCH";
 inline constexpr char kReasonCloudIncomplete[] = "CLOUD_INCOMPLETE";
 inline constexpr char kReasonInvalidPoint[] = "INVALID_POINT";
+inline constexpr char kReasonOpposedNormals[] = "OPPOSED_NORMALS";
 
 // UNAUTHENTICATED, PERMISSION_DENIED: the caller is not let in.
 inline constexpr char kReasonTokenMissing[] = "TOKEN_MISSING";
@@ -47,34 +48,16 @@ inline constexpr char kReasonInternal[] = "INTERNAL";
 
 // All of the above.
 inline constexpr const char* kAllReasons[] = {
-    kReasonHeaderMissing,
-    kReasonHeaderRepeated,
-    kReasonMessageEmpty,
-    kReasonMessageMalformed,
-    kReasonInvalidOption,
-    kReasonChunkOutOfOrder,
-    kReasonChunkLength,
-    kReasonPointCountMismatch,
-    kReasonCloudIncomplete,
-    kReasonInvalidPoint,
-    kReasonTokenMissing,
-    kReasonTokenInvalid,
-    kReasonClientNotAllowed,
-    kReasonPeerStreamLimit,
-    kReasonTooManyPoints,
-    kReasonChunkTooLarge,
-    kReasonNeighborhoodTooLarge,
-    kReasonMemoryLimit,
-    kReasonStreamLimit,
-    kReasonQueueFull,
-    kReasonMemoryBusy,
-    kReasonOutOfMemory,
-    kReasonDraining,
-    kReasonDrainTimeout,
-    kReasonCancelled,
-    kReasonDeadlineExceeded,
-    kReasonStalled,
-    kReasonInternal,
+    kReasonHeaderMissing,    kReasonHeaderRepeated,     kReasonMessageEmpty,
+    kReasonMessageMalformed, kReasonInvalidOption,      kReasonChunkOutOfOrder,
+    kReasonChunkLength,      kReasonPointCountMismatch, kReasonCloudIncomplete,
+    kReasonInvalidPoint,     kReasonOpposedNormals,     kReasonTokenMissing,
+    kReasonTokenInvalid,     kReasonClientNotAllowed,   kReasonPeerStreamLimit,
+    kReasonTooManyPoints,    kReasonChunkTooLarge,      kReasonNeighborhoodTooLarge,
+    kReasonMemoryLimit,      kReasonStreamLimit,        kReasonQueueFull,
+    kReasonMemoryBusy,       kReasonOutOfMemory,        kReasonDraining,
+    kReasonDrainTimeout,     kReasonCancelled,          kReasonDeadlineExceeded,
+    kReasonStalled,          kReasonInternal,
 };
 
 }  // namespace curvd

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -20,6 +21,7 @@ namespace v1 = curvature::v1;
 constexpr char kOk = static_cast<char>(v1::POINT_STATUS_OK);
 constexpr char kTooFew = static_cast<char>(v1::POINT_STATUS_TOO_FEW_NEIGHBORS);
 constexpr char kDegenerate = static_cast<char>(v1::POINT_STATUS_DEGENERATE_AREA);
+constexpr char kOpposed = static_cast<char>(v1::POINT_STATUS_OPPOSED_NORMALS);
 constexpr char kInvalid = static_cast<char>(v1::POINT_STATUS_INVALID_INPUT);
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -55,6 +57,28 @@ TEST_F(EstimateTest, SphereHasTheInverseOfItsRadius) {
   EXPECT_EQ(result.point_status, std::string(20'000, kOk));
   EXPECT_NEAR(MeanOfMeans(result), 0.5, 0.005);  // 1 %: the estimator's bias at this K
   for (size_t i = 0; i < result.size(); ++i) ASSERT_LE(result.K1(i), result.K2(i));
+}
+
+TEST_F(EstimateTest, NormalsThatContradictEachOtherAreAWarningOrAnError) {
+  TestCloud cloud = Sphere(2'000, 1.0f);
+  for (size_t i = 0; i < cloud.normals.size() / 2; ++i) cloud.normals[i] = -cloud.normals[i];
+  const CallResult marked = Run(cloud);
+  ASSERT_TRUE(Succeeded(marked, 2'000));
+  const auto opposed = std::count(marked.point_status.begin(), marked.point_status.end(), kOpposed);
+  EXPECT_GT(opposed, 0);
+  EXPECT_LT(opposed, 2'000);
+  EXPECT_EQ(marked.summary->status_counts().opposed_normals(), opposed);
+  ASSERT_EQ(marked.summary->warnings_size(), 1);
+  EXPECT_EQ(marked.summary->warnings(0).code(), v1::WARNING_CODE_OPPOSED_NORMALS);
+  EXPECT_EQ(marked.summary->warnings(0).point_count(), opposed);
+  for (size_t i = 0; i < marked.size(); ++i) {
+    if (marked.point_status[i] == kOpposed) ExpectAllNaN(marked, i);
+  }
+
+  v1::CloudHeader header = HeaderFor(cloud);
+  header.set_opposed_normals_policy(v1::OPPOSED_NORMALS_POLICY_REJECT);
+  EXPECT_TRUE(FailedWith(Run(header, cloud), grpc::StatusCode::INVALID_ARGUMENT, "OPPOSED_NORMALS",
+                         {"opposed to those of neighbors"}));
 }
 
 TEST_F(EstimateTest, AcceptedTellsOptionsLimitsAndRequestId) {
@@ -249,12 +273,19 @@ TEST_F(EstimateTest, FlippedNormalsFlipTheSign) {
   EXPECT_NEAR(MeanOfMeans(result), -1.0, 0.02);
 }
 
-TEST_F(EstimateTest, AFewFlippedNormalsStayAmongThemselves) {
+TEST_F(EstimateTest, AFlippedNormalCostsThoseAroundItAlone) {
   TestCloud cloud = Sphere(2'000, 1.0f);
+  const CallResult expected = Run(cloud);
   for (int axis = 0; axis < 3; ++axis) cloud.normals[3 * 1'000 + axis] *= -1.0f;
   const CallResult result = Run(cloud);
   ASSERT_TRUE(Succeeded(result, 2'000));
-  EXPECT_GE(result.summary->status_counts().ok(), 1'999u);
+  // 50 neighbors, and as many have it as a neighbor.
+  EXPECT_NEAR(static_cast<double>(result.summary->status_counts().opposed_normals()), 50.0, 5.0);
+  for (size_t i = 0; i < result.size(); ++i) {
+    if (result.point_status[i] == kOpposed) continue;
+    ASSERT_EQ(result.point_status[i], kOk);
+    ASSERT_EQ(result.Mean(i), expected.Mean(i));
+  }
 }
 
 TEST_F(EstimateTest, OneOutlierDoesNotTouchTheRest) {

@@ -32,6 +32,7 @@ TEST(ResolveHeaderTest, GivesAnEmptyHeaderTheDocumentedDefaults) {
   EXPECT_EQ(options->estimator.average_normal_weight, 0.5);
   EXPECT_EQ(options->estimator.max_neighbor_count, 100u);
   EXPECT_EQ(options->invalid_point_policy, InvalidPointPolicy::kReject);
+  EXPECT_EQ(options->estimator.opposed_normals, OpposedNormalsPolicy::kMark);
   EXPECT_FALSE(options->priority.has_value());
   for (const v1::Quantity quantity : curvature::wire::Quantities()) EXPECT_TRUE(options->quantities.Has(quantity));
 }
@@ -40,6 +41,17 @@ TEST(ResolveHeaderTest, RefusesAnUnknownPriority) {
   v1::CloudHeader header;
   header.set_priority(static_cast<v1::Priority>(3));
   EXPECT_TRUE(IsError(Refusal(header), kInvalid, kReasonInvalidOption, {"header.priority", "3", "batch"}));
+}
+
+TEST(ResolveHeaderTest, TakesAPolicyForOpposedNormals) {
+  v1::CloudHeader header;
+  header.set_opposed_normals_policy(v1::OPPOSED_NORMALS_POLICY_REJECT);
+  EXPECT_EQ(ResolveHeader(header, kLimits)->estimator.opposed_normals, OpposedNormalsPolicy::kReject);
+  header.set_opposed_normals_policy(v1::OPPOSED_NORMALS_POLICY_MARK);
+  EXPECT_EQ(ResolveHeader(header, kLimits)->estimator.opposed_normals, OpposedNormalsPolicy::kMark);
+  header.set_opposed_normals_policy(static_cast<v1::OpposedNormalsPolicy>(3));
+  EXPECT_TRUE(
+      IsError(Refusal(header), kInvalid, kReasonInvalidOption, {"header.opposed_normals_policy", "3", "reject"}));
 }
 
 TEST(ResolveHeaderTest, TakesEveryFieldAsGiven) {

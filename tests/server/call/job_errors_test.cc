@@ -16,6 +16,11 @@ TEST(ExplainJobErrorTest, TellsALargeNeighborhoodFromALackOfMemory) {
                       absl::StatusCode::kResourceExhausted, kReasonOutOfMemory, {"no pages"}));
 }
 
+TEST(ExplainJobErrorTest, TellsOpposedNormals) {
+  EXPECT_TRUE(IsError(ExplainJobError(MakeCoreError(ErrorKind::kOpposedNormals, "normals of 7 points are opposed")),
+                      absl::StatusCode::kInvalidArgument, kReasonOpposedNormals, {"7 points"}));
+}
+
 TEST(ExplainJobErrorTest, AnythingElseIsADefect) {
   EXPECT_TRUE(IsError(ExplainJobError(absl::CancelledError("nobody asked")), absl::StatusCode::kInternal,
                       kReasonInternal, {"nobody asked"}));

@@ -1,26 +1,31 @@
 #include "server/call/summary_message.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace curvd {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
 TEST(FillSummaryTest, TellsWhatTheRecordHolds) {
   CallRecord record;
-  record.points_received = 21;
-  record.status_counts = {0, 1, 2, 3, 4, 5, 6};
+  record.points_received = 28;
+  record.status_counts = {0, 1, 2, 3, 4, 5, 6, 7};
   record.normals_rescaled = 6;
   record.peak_bytes = 7;
   record.seconds = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
   curvature::v1::Summary summary;
   FillSummary(record, &summary);
-  EXPECT_EQ(summary.point_count(), 21u);
+  EXPECT_EQ(summary.point_count(), 28u);
   EXPECT_EQ(summary.status_counts().ok(), 1u);
   EXPECT_EQ(summary.status_counts().too_few_neighbors(), 2u);
   EXPECT_EQ(summary.status_counts().degenerate_area(), 3u);
   EXPECT_EQ(summary.status_counts().invalid_input(), 4u);
   EXPECT_EQ(summary.status_counts().inconsistent_normals(), 5u);
   EXPECT_EQ(summary.status_counts().singular_fit(), 6u);
+  EXPECT_EQ(summary.status_counts().opposed_normals(), 7u);
   EXPECT_EQ(summary.normals_rescaled(), 6u);
   EXPECT_EQ(summary.peak_bytes(), 7u);
   EXPECT_EQ(summary.seconds().receive(), 0.1);
@@ -28,6 +33,24 @@ TEST(FillSummaryTest, TellsWhatTheRecordHolds) {
   EXPECT_EQ(summary.seconds().index(), 0.4);
   EXPECT_EQ(summary.seconds().estimate(), 0.5);
   EXPECT_EQ(summary.seconds().send(), 0.6);
+  EXPECT_EQ(summary.warnings_size(), 0);
+}
+
+TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {
+  CallRecord record;
+  record.points_received = 2000;
+  record.status_counts[static_cast<size_t>(PointStatus::kOpposedNormals)] = 700;
+  record.agreement = {.near_pairs = 12'000, .opposed_pairs = 750, .seam_points = 300};
+  curvature::v1::Summary summary;
+  FillSummary(record, &summary);
+  ASSERT_EQ(summary.warnings_size(), 1);
+  const curvature::v1::Warning& warning = summary.warnings(0);
+  EXPECT_EQ(warning.code(), curvature::v1::WARNING_CODE_OPPOSED_NORMALS);
+  EXPECT_EQ(warning.point_count(), 700u);
+  EXPECT_EQ(warning.pair_count(), 12'000u);
+  EXPECT_EQ(warning.opposed_pair_count(), 750u);
+  EXPECT_THAT(warning.message(), AllOf(HasSubstr("around 700 of 2000 points"), HasSubstr("6.2 % of the pairs"),
+                                       HasSubstr("make all normals point to one side")));
 }
 
 }  // namespace
