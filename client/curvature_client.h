@@ -106,6 +106,9 @@ struct EstimateOptions {
   std::array<double, 3> origin{};
   // Give unusable points a status, instead of refusing the cloud. DEFAULT: refuse.
   bool skip_invalid = false;
+  // Refuse a cloud whose normals point to opposite sides of one surface, instead of giving the points around such
+  // places a status and the summary a warning. DEFAULT: false.
+  bool reject_opposed_normals = false;
   // Changes when the result comes, never what it is. DEFAULT: kBySize.
   Priority priority = Priority::kBySize;
   // For the server's log; at most 128 bytes of printable ASCII. DEFAULT: empty.
@@ -136,10 +139,19 @@ struct EstimateCallbacks {
   std::stop_token stop;
 };
 
+// What is wrong with a cloud that was estimated nevertheless: show it to whoever reads the results.
+struct EstimateWarning {
+  std::string code;            // "OPPOSED_NORMALS", or what the contract has gained since (enum WarningCode)
+  std::string message;         // what was found and what to do
+  uint64_t points = 0;         // without results because of it
+  uint64_t pairs = 0;          // of a point and one of its six nearest neighbors
+  uint64_t opposed_pairs = 0;  // of them, those on one surface with normals to its opposite sides
+};
+
 // What the server said about the whole cloud.
 struct EstimateSummary {
   uint64_t points = 0;
-  std::array<uint64_t, kStatusWords.size()> status_counts{};  // by PointStatus
+  std::array<uint64_t, kStatusWords.size()> status_counts{};  // by PointStatus; [0]: those without a word here
   uint64_t normals_rescaled = 0;                              // normals that were not of unit length
   // Wall-clock seconds of the server's phases.
   double receive_seconds = 0.0;
@@ -148,6 +160,7 @@ struct EstimateSummary {
   double estimate_seconds = 0.0;
   double send_seconds = 0.0;
   uint64_t peak_bytes = 0;
+  std::vector<EstimateWarning> warnings;
   std::string request_id;  // as in the server's log
   int attempts = 1;
 };

@@ -49,6 +49,8 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
   if (options.average_normal_weight) estimator.set_average_normal_weight(*options.average_normal_weight);
   header.set_invalid_point_policy(options.skip_invalid ? v1::INVALID_POINT_POLICY_SKIP
                                                        : v1::INVALID_POINT_POLICY_REJECT);
+  header.set_opposed_normals_policy(options.reject_opposed_normals ? v1::OPPOSED_NORMALS_POLICY_REJECT
+                                                                   : v1::OPPOSED_NORMALS_POLICY_MARK);
   for (const std::string& name : options.quantities) header.add_quantities(*curvature::wire::QuantityOf(name));
   header.set_request_tag(options.request_tag);
   header.set_priority(ToProto(options.priority));

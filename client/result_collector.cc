@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
 
 namespace curv {
@@ -45,6 +46,13 @@ wire::BulkMessage InPlace(const ResultChunk& chunk) {
     read.arrays[column.field] = {chunk.GetReflection()->GetStringReference(chunk, field, &scratch)};
   }
   return read;
+}
+
+EstimateWarning FromProto(const v1::Warning& warning) {
+  const std::string name = v1::WarningCode_Name(warning.code());  // empty for a code that is new
+  return {name.empty() ? absl::StrCat(static_cast<int>(warning.code()))
+                       : std::string(absl::StripPrefix(name, "WARNING_CODE_")),
+          warning.message(), warning.point_count(), warning.pair_count(), warning.opposed_pair_count()};
 }
 
 // Appends the values in `pieces`; false if they are not `count`.
@@ -205,7 +213,8 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
                        counts.degenerate_area(),
                        counts.invalid_input(),
                        counts.inconsistent_normals(),
-                       counts.singular_fit()};
+                       counts.singular_fit(),
+                       counts.opposed_normals()};
   const std::vector<uint8_t>& statuses = Statuses();
   std::array<uint64_t, kStatusWords.size()> counted{};
   uint64_t rest = points_;  // mostly none after the first
@@ -213,7 +222,7 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
     counted[status] = std::count(statuses.begin(), statuses.end(), status);
     rest -= counted[status];
   }
-  counted[0] = rest;
+  counted[0] = out.status_counts[0] = rest;  // of statuses that the contract has gained since
   if (counted != out.status_counts) return Broken("the summary's status counts are not those of the results");
   out.points = points_;
   out.normals_rescaled = summary.normals_rescaled();
@@ -223,6 +232,8 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
   out.estimate_seconds = summary.seconds().estimate();
   out.send_seconds = summary.seconds().send();
   out.peak_bytes = summary.peak_bytes();
+  out.warnings.clear();
+  for (const v1::Warning& warning : summary.warnings()) out.warnings.push_back(FromProto(warning));
   summarized_ = true;
   return absl::OkStatus();
 }

@@ -35,6 +35,8 @@ ExitCode FailCall(const absl::Status& status) {
   return Fail(code, absl::StrCat(absl::StatusCodeToString(status.code()), ": ", status.message()));
 }
 
+void PrintWarning(const std::string& message) { std::fprintf(stderr, "curv: warning: %s\n", message.c_str()); }
+
 void PrintNote(const std::string& message) { std::fprintf(stderr, "curv: note: %s\n", message.c_str()); }
 
 }  // namespace curv

@@ -47,6 +47,8 @@ ExitCode Fail(ExitCode code, const std::string& message);
 ExitCode Fail(ExitCode code, const absl::Status& status);
 // Prints an error that a server gave, or the way to it, and returns the code that follows from its status.
 ExitCode FailCall(const absl::Status& status);
+// Prints "curv: warning: MESSAGE" on stderr.
+void PrintWarning(const std::string& message);
 // Prints "curv: note: MESSAGE" on stderr.
 void PrintNote(const std::string& message);
 

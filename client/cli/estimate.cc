@@ -73,9 +73,20 @@ absl::StatusOr<CurvatureResult> Call(const Connection& connection, const Oriente
 
 // The server's error, with the flag that helps where there is one.
 absl::Status WithRemedy(const absl::Status& status) {
-  if (ErrorReason(status) != "INVALID_POINT") return status;
-  return absl::Status(status.code(),
-                      absl::StrCat(status.message(), ". With --on-invalid=skip such points get a status"));
+  const std::string reason = ErrorReason(status);
+  const char* remedy = nullptr;
+  if (reason == "INVALID_POINT") remedy = "With --on-invalid=skip such points get a status";
+  if (reason == "OPPOSED_NORMALS") {
+    remedy = "--orient does that; with --on-opposed-normals=mark the points around get a status";
+  }
+  return remedy == nullptr ? status : absl::Status(status.code(), absl::StrCat(status.message(), ". ", remedy));
+}
+
+void PrintWarnings(const EstimateSummary& summary, bool oriented) {
+  for (const EstimateWarning& warning : summary.warnings) {
+    const bool can_orient = warning.code == "OPPOSED_NORMALS" && !oriented;
+    PrintWarning(absl::StrCat(warning.message, can_orient ? " (--orient)" : ""));
+  }
 }
 
 void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options, bool oriented) {
@@ -83,7 +94,7 @@ void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options,
     PrintNote("no point could be estimated: the summary tells why");
   }
   const uint64_t inconsistent = summary.status_counts[static_cast<size_t>(PointStatus::kInconsistentNormals)];
-  if (inconsistent > 0 && !oriented) {
+  if (inconsistent > 0 && !oriented && summary.warnings.empty()) {
     PrintNote(absl::StrCat("the normals around ", WithCommas(inconsistent),
                            " points contradict each other. Where they do not all point to one side of the surface, "
                            "signs of curvature are wrong: try --orient"));
@@ -125,6 +136,7 @@ ExitCode Run(const EstimateFlags& flags) {
   const absl::Time write_start = absl::Now();
   PointTable output = MakeResultTable(*std::move(table), *std::move(result));
   if (!flags.color.empty()) AddColors(FindQuantity(flags.color)->column, output);
+  PrintWarnings(report.summary, flags.orient);
   PrintAdvice(report.summary, flags.options, flags.orient);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
   if (absl::Status status = SaveTable(output, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
@@ -220,6 +232,13 @@ void AddEstimate(CLI::App& app, Action& action) {
           "--on-invalid", [flags](const std::string& policy) { flags->options.skip_invalid = policy == "skip"; },
           "reject [default]: refuse a cloud with an unusable point; skip: give the point a status")
       ->check(CLI::IsMember({"reject", "skip"}).description(""))
+      ->option_text("POLICY");
+  command
+      ->add_option_function<std::string>(
+          "--on-opposed-normals",
+          [flags](const std::string& policy) { flags->options.reject_opposed_normals = policy == "reject"; },
+          "mark [default]: points near normals to opposite sides of one surface get a status; reject: refuse the cloud")
+      ->check(CLI::IsMember({"mark", "reject"}).description(""))
       ->option_text("POLICY");
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))

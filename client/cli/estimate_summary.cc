@@ -120,6 +120,14 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
   json["seconds"] = std::move(seconds);
   json["normals_rescaled"] = report.summary.normals_rescaled;
   json["server_peak_bytes"] = report.summary.peak_bytes;
+  json["warnings"] = nlohmann::ordered_json::array();
+  for (const EstimateWarning& warning : report.summary.warnings) {
+    json["warnings"].push_back({{"code", warning.code},
+                                {"message", warning.message},
+                                {"points", warning.points},
+                                {"pairs", warning.pairs},
+                                {"opposed_pairs", warning.opposed_pairs}});
+  }
   return ToJsonLine(json);
 }
 

@@ -52,6 +52,8 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //   quantities            what the result shall have beside status, of "meanCurvature", "gaussianCurvature",
 //                         "principalCurvatures" (k1, k2), "principalDirections" (d1, d2), "radius"; [] for all. DEFAULT: all
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
+//   rejectOpposedNormals  fail the call if normals point to opposite sides of one surface, instead of giving the points
+//                         around such places a status, and warning. DEFAULT: false
 //   priority              "interactive" if somebody waits, "batch" if it can wait. DEFAULT: interactive up to 100,000
 //                         points, batch above
 //   requestTag            free text for the server's log
@@ -61,7 +63,9 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //
 // Resolves to { meanCurvature, gaussianCurvature, k1, k2, d1, d2, radius, status, summary }: Float32Arrays of N scalars
 // (d1, d2: 3 N) and a Uint8Array of PointStatus; arrays of quantities that were not asked for are missing. Rejects with a
-// CurvdError if the call fails, with a TypeError if the arguments make no request.
+// CurvdError if the call fails, with a TypeError if the arguments make no request. What the server finds wrong with a cloud
+// that it estimates nevertheless (summary.warnings) is emitted as a process warning of the type "CurvdWarning", whose code
+// is "CURVD_" and the contract's word: "CURVD_OPPOSED_NORMALS".
 export async function estimateCurvature(positions, normals, options = {}) {
   checkArrays(positions, normals);
   const header = cloudHeader(positions, options);
@@ -75,7 +79,11 @@ export async function estimateCurvature(positions, normals, options = {}) {
   const { timeoutMs, maxAttempts = 6 } = options;
   try {
     const attempt = (client, timeLeft) => call(client, header, positions, normals, arrays, timeLeft, callMetadata(options.security));
-    return await callWithRetries(clients, attempt, { timeoutMs, maxAttempts });
+    const estimate = await callWithRetries(clients, attempt, { timeoutMs, maxAttempts });
+    for (const { code, message } of estimate.summary.warnings) {
+      process.emitWarning(message, { type: "CurvdWarning", code: `CURVD_${String(code).replace(/^WARNING_CODE_/, "")}` });
+    }
+    return estimate;
   } finally {
     clients.forEach((client) => client.close());
   }
@@ -131,6 +139,7 @@ function cloudHeader(positions, options) {
       ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
     },
     quantities: quantityNames(options.quantities),
+    opposedNormalsPolicy: options.rejectOpposedNormals ? "OPPOSED_NORMALS_POLICY_REJECT" : "OPPOSED_NORMALS_POLICY_MARK",
     invalidPointPolicy: options.skipInvalid ? "INVALID_POINT_POLICY_SKIP" : "INVALID_POINT_POLICY_REJECT",
     priority: PRIORITIES[options.priority] ?? "PRIORITY_UNSPECIFIED",
     requestTag: options.requestTag ?? "",

@@ -9,6 +9,7 @@ export const PointStatus = Object.freeze({
   INVALID_INPUT: 4,
   INCONSISTENT_NORMALS: 5,
   SINGULAR_FIT: 6,
+  OPPOSED_NORMALS: 7,
 });
 
 // Takes ResultChunks in order. Throws, saying what is wrong, if a server breaks the protocol.

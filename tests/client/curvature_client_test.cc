@@ -54,6 +54,32 @@ TEST(CurvatureClientTest, JetDegreeReachesTheServer) {
   EXPECT_EQ(result->summary.status_counts[static_cast<size_t>(PointStatus::kSingularFit)], 500u);
 }
 
+TEST(CurvatureClientTest, WarnsOfOpposedNormalsOrRefusesThem) {
+  const auto server = StartServer();
+  const auto client = *CurvatureClient::Connect(AddressOf(server->port()));
+  const SphereCloud sphere = Sphere(2000);
+  std::vector<float> normals = sphere.points;
+  for (size_t i = 0; i < normals.size(); ++i) normals[i] *= sphere.points[i - i % 3] > 0.0f ? -1.0f : 1.0f;
+  const CloudView cloud(sphere.points, normals);
+  const absl::StatusOr<CurvatureResult> result = client->Estimate(cloud, {});
+  ASSERT_TRUE(result.ok()) << result.status();
+  const uint64_t opposed = result->summary.status_counts[static_cast<size_t>(PointStatus::kOpposedNormals)];
+  EXPECT_GT(opposed, 0u);
+  ASSERT_EQ(result->summary.warnings.size(), 1u);
+  const EstimateWarning& warning = result->summary.warnings[0];
+  EXPECT_EQ(warning.code, "OPPOSED_NORMALS");
+  EXPECT_EQ(warning.points, opposed);
+  EXPECT_EQ(warning.pairs, 12'000u);
+  EXPECT_GT(warning.opposed_pairs, 0u);
+  EXPECT_THAT(warning.message, ::testing::HasSubstr("make all normals point to one side"));
+
+  EstimateOptions reject;
+  reject.reject_opposed_normals = true;
+  const absl::Status refused = client->Estimate(cloud, reject).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(refused)) << refused;
+  EXPECT_EQ(ErrorReason(refused), "OPPOSED_NORMALS");
+}
+
 TEST(CurvatureClientTest, EstimatesASphere) {
   const auto server = StartServer();
   const auto client = *CurvatureClient::Connect(AddressOf(server->port()));

@@ -39,6 +39,7 @@ TEST(PackHeaderTest, TellsTheOptions) {
   options.radius = 0.25;
   options.origin = {1.0, 2.0, 3.0};
   options.skip_invalid = true;
+  options.reject_opposed_normals = true;
   options.request_tag = "tag";
   options.priority = Priority::kBatch;
   options.quantities = {"radius", "mean_curvature"};
@@ -51,6 +52,7 @@ TEST(PackHeaderTest, TellsTheOptions) {
   EXPECT_EQ(header.options().radius(), 0.25);
   EXPECT_EQ(header.origin().z(), 3.0);
   EXPECT_EQ(header.invalid_point_policy(), v1::INVALID_POINT_POLICY_SKIP);
+  EXPECT_EQ(header.opposed_normals_policy(), v1::OPPOSED_NORMALS_POLICY_REJECT);
   EXPECT_EQ(header.request_tag(), "tag");
   EXPECT_EQ(header.priority(), v1::PRIORITY_BATCH);
   ASSERT_EQ(header.quantities_size(), 2);

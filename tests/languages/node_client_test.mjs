@@ -181,6 +181,22 @@ test("even weights reach the server", async () => {
   assert.notDeepEqual(fading.meanCurvature, even.meanCurvature);
 });
 
+test("opposed normals are warned of or refused", async () => {
+  const [positions, normals] = sphere(2_000, 2);
+  for (let i = 0; i < normals.length / 2; i++) normals[i] *= -1;
+  const warned = new Promise((resolve) => process.once("warning", resolve));
+  const { status, summary } = await estimateCurvature(positions, normals, { server });
+  const warning = await warned;
+  assert.equal(warning.name, "CurvdWarning");
+  assert.equal(warning.code, "CURVD_OPPOSED_NORMALS");
+  assert.match(warning.message, /make all normals point to one side/);
+  const opposed = status.filter((each) => each === PointStatus.OPPOSED_NORMALS).length;
+  assert.ok(opposed > 0);
+  assert.equal(summary.warnings[0].pointCount, opposed);
+  const error = await failure(estimateCurvature(positions, normals, { server, rejectOpposedNormals: true }));
+  assert.equal(error.reason, "OPPOSED_NORMALS");
+});
+
 test("priorities do not change a byte", async () => {
   const cloud = sphere(1_000, 1);
   const { k1 } = await estimateCurvature(...cloud, { server });

@@ -14,7 +14,7 @@ from google.protobuf import any_pb2
 
 from curvature.v1 import curvature_pb2 as pb
 from curvature.v1 import curvature_pb2_grpc
-from curvd_client import RESULT_DTYPE, CurvdError, PointStatus, Security, errors, estimate_curvature
+from curvd_client import RESULT_DTYPE, CurvdError, CurvdWarning, PointStatus, Security, errors, estimate_curvature
 
 
 def sphere(point_count, radius, dtype=np.float32):
@@ -113,6 +113,20 @@ class RealServerTest(unittest.TestCase):
         fading, _ = estimate_curvature(positions, normals, **delaunay)
         even, _ = estimate_curvature(positions, normals, even_weights=True, **delaunay)
         self.assertFalse(np.array_equal(fading["mean_curvature"], even["mean_curvature"]))
+
+    def test_opposed_normals_are_warned_of_or_refused(self):
+        positions, normals = sphere(2_000, radius=2.0)
+        normals[:1_000] *= -1
+        with self.assertWarns(CurvdWarning) as caught:
+            points, summary = estimate_curvature(positions, normals, server=self.server)
+        self.assertEqual(caught.warning.code, "OPPOSED_NORMALS")
+        self.assertIn("make all normals point to one side", str(caught.warning))
+        self.assertEqual(pathlib.Path(caught.filename).name, pathlib.Path(__file__).name)
+        self.assertEqual(summary.warnings[0].point_count, np.sum(points["status"] == PointStatus.OPPOSED_NORMALS))
+        self.assertGreater(summary.warnings[0].point_count, 0)
+        with self.assertRaises(CurvdError) as refused:
+            estimate_curvature(positions, normals, server=self.server, reject_opposed_normals=True)
+        self.assertEqual(refused.exception.reason, "OPPOSED_NORMALS")
 
     def test_priorities_do_not_change_a_byte(self):
         positions, normals = sphere(1_000, radius=2.0)

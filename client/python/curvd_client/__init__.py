@@ -1,8 +1,17 @@
 """Curvature of oriented point clouds, estimated by a curvd server: numpy arrays in, a numpy array out."""
 
 from curvd_client.client import Estimate, estimate_curvature
-from curvd_client.errors import CurvdError
+from curvd_client.errors import CurvdError, CurvdWarning
 from curvd_client.results import QUANTITIES, RESULT_DTYPE, PointStatus
 from curvd_client.security import Security
 
-__all__ = ["CurvdError", "Estimate", "PointStatus", "QUANTITIES", "RESULT_DTYPE", "Security", "estimate_curvature"]
+__all__ = [
+    "CurvdError",
+    "CurvdWarning",
+    "Estimate",
+    "PointStatus",
+    "QUANTITIES",
+    "RESULT_DTYPE",
+    "Security",
+    "estimate_curvature",
+]

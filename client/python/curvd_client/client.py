@@ -2,12 +2,13 @@
 
 import contextlib
 import typing
+import warnings
 
 import grpc
 import numpy as np
 
 from curvature.v1 import curvature_pb2, curvature_pb2_grpc
-from curvd_client.errors import CurvdError, from_rpc_error
+from curvd_client.errors import CurvdError, CurvdWarning, from_rpc_error
 from curvd_client.results import ResultCollector, quantity_number
 from curvd_client.retries import call_with_retries
 from curvd_client.security import Security
@@ -74,6 +75,7 @@ def estimate_curvature(
     average_normal_weight=None,
     quantities=None,
     skip_invalid=False,
+    reject_opposed_normals=False,
     priority=None,
     request_tag="",
     timeout=None,
@@ -97,6 +99,8 @@ def estimate_curvature(
     quantities:            names of QUANTITIES that the result shall have, beside `status`; none, or [], for all.
                            DEFAULT: all.
     skip_invalid:          give an unusable point a status instead of failing the call.
+    reject_opposed_normals: fail the call if normals point to opposite sides of one surface, instead of giving the points
+                           around such places a status, and warning.
     priority:              "interactive" if somebody waits, "batch" if it can wait. DEFAULT: interactive up to 100,000
                            points, batch above.
     request_tag:           free text for the server's log.
@@ -106,7 +110,8 @@ def estimate_curvature(
     security:              TLS and token, see Security. DEFAULT: plain text, no token.
     channel:               a channel of your own instead of `server`; security's token is not checked for plain text then.
 
-    Returns an Estimate. Raises CurvdError if the call fails, ValueError if the arguments make no request. Thread-safe.
+    Returns an Estimate. Raises CurvdError if the call fails, ValueError if the arguments make no request. What the server
+    finds wrong with a cloud that it estimates nevertheless (summary.warnings) is issued as a CurvdWarning. Thread-safe.
     """
     positions, normals = _packed_arrays(positions, normals)
     options = _estimator_options(
@@ -130,6 +135,11 @@ def estimate_curvature(
         invalid_point_policy=(
             curvature_pb2.INVALID_POINT_POLICY_SKIP if skip_invalid else curvature_pb2.INVALID_POINT_POLICY_REJECT
         ),
+        opposed_normals_policy=(
+            curvature_pb2.OPPOSED_NORMALS_POLICY_REJECT
+            if reject_opposed_normals
+            else curvature_pb2.OPPOSED_NORMALS_POLICY_MARK
+        ),
         priority=_priority(priority),
         request_tag=request_tag,
     )
@@ -138,13 +148,22 @@ def estimate_curvature(
         if channel is None:
             addresses = [address.strip() for address in server.split(",")]
             channels = [opened.enter_context(security.open_channel(each, _CHANNEL_OPTIONS)) for each in addresses]
-        return call_with_retries(
+        estimate = call_with_retries(
             channels,
             lambda target, time_left: _call(target, header, positions, normals, time_left, security.metadata()),
             await_connection=_await_connection,
             timeout=timeout,
             max_attempts=max_attempts,
         )
+    for warning in estimate.summary.warnings:
+        warnings.warn(CurvdWarning(_warning_code(warning.code), warning.message), stacklevel=2)
+    return estimate
+
+
+def _warning_code(number):
+    """Its name in the contract without prefix; the number, if the contract has gained it since."""
+    value = curvature_pb2.WarningCode.DESCRIPTOR.values_by_number.get(number)
+    return str(number) if value is None else value.name.removeprefix("WARNING_CODE_")
 
 
 def _packed_arrays(positions, normals):

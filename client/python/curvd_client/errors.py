@@ -30,6 +30,14 @@ class CurvdError(Exception):
         self.transient = transient
 
 
+class CurvdWarning(UserWarning):
+    """A call succeeded, but something is wrong with its cloud; `code` says what for a program: "OPPOSED_NORMALS"."""
+
+    def __init__(self, code, message):
+        super().__init__(message)
+        self.code = code
+
+
 def from_rpc_error(error):
     """The CurvdError for a grpc.RpcError that a call raised. Details that cannot be decoded are left out."""
     curvd_error = CurvdError(error.code(), error.details() or "")

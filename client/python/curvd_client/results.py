@@ -51,6 +51,7 @@ class PointStatus(enum.IntEnum):
     INVALID_INPUT = 4
     INCONSISTENT_NORMALS = 5
     SINGULAR_FIT = 6
+    OPPOSED_NORMALS = 7
 
 
 class ResultCollector:

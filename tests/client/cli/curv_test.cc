@@ -250,6 +250,33 @@ TEST_F(CurvTest, BadOutputFailsBeforeTheWorkAndChangesNothing) {
   EXPECT_EQ(dir_.FileCount(), 2u);  // the cloud and the link
 }
 
+TEST_F(CurvTest, WarnsOfNormalsThatContradictEachOther) {
+  PointTable table = *LoadTable(Cloud());
+  for (const char* name : {"nx", "ny", "nz"}) {
+    std::vector<float> normals(table.size());
+    for (size_t i = 0; i < table.size(); ++i) {
+      normals[i] = static_cast<float>((table.Find("x")->At(i) > 0.0 ? -1.0 : 1.0) * table.Find(name)->At(i));
+    }
+    table.Set({name, std::move(normals)});
+  }
+  const std::string input = dir_.File("half.ply"), out = dir_.File("out.ply");
+  ASSERT_TRUE(SaveTable(table, input).ok());
+  const CurvRun marked = RunCurv({"estimate", input, "-o", out, "--summary=json"});
+  EXPECT_EQ(marked.exit_code, 0);
+  EXPECT_THAT(marked.err, AllOf(HasSubstr("curv: warning: normals point to opposite sides of one surface"),
+                                HasSubstr("--orient"), Not(HasSubstr("note"))));
+  EXPECT_THAT(marked.out, AllOf(HasSubstr("\"opposed_normals\":"),
+                                HasSubstr("\"warnings\":[{\"code\":\"OPPOSED_NORMALS\",\"message\":\"normals")));
+  const CurvRun refused = RunCurv({"estimate", input, "-o", out, "--on-opposed-normals=reject"});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("INVALID_ARGUMENT"), HasSubstr("--orient does that"),
+                                 HasSubstr("--on-opposed-normals=mark")));
+  const CurvRun oriented = RunCurv({"estimate", input, "-o", out, "--orient", "--summary=json"});
+  EXPECT_EQ(oriented.exit_code, 0) << oriented.err;
+  EXPECT_THAT(oriented.err, Not(HasSubstr("warning")));
+  EXPECT_THAT(oriented.out, HasSubstr("\"warnings\":[]"));
+}
+
 TEST_F(CurvTest, RefusalsNameThePointAndTheWayOut) {
   const std::string input = dir_.Write("nan.xyz", "1 2 3 0 0 1\n1 2 nan 0 0 1\n");
   const CurvRun refused = RunCurv({"estimate", input, "-o", dir_.File("out.ply")});
