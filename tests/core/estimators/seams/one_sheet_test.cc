@@ -49,6 +49,12 @@ TEST(LieOnOneSheetTest, APointAwayFromItsSheetChangesNothing) {
   }
 }
 
+TEST(LieOnOneSheetTest, InDoubtOnlyTheHeightCounts) {
+  EXPECT_TRUE(MayLieOnOneSheet(Heights({0, 0, 0}), Heights({0.25}), 1.0));
+  EXPECT_FALSE(LieOnOneSheet(Heights({0, 0, 0}), Heights({0.25}), 1.0));
+  EXPECT_FALSE(MayLieOnOneSheet(Heights({-1, 0, 1}), Heights({0.31}), 1.0));
+}
+
 TEST(LieOnOneSheetTest, LengthsHaveNoUnit) {
   for (const double unit : {1e-12, 1.0, 1e12}) {
     EXPECT_TRUE(LieOnOneSheet(Heights({0, 0, 0}), Heights({0.009 * unit}), unit));
