@@ -146,6 +146,8 @@ struct EstimateWarning {
   uint64_t points = 0;         // without results because of it
   uint64_t pairs = 0;          // of a point and one of its six nearest neighbors
   uint64_t opposed_pairs = 0;  // of them, those on one surface with normals to its opposite sides
+  // Parts of surfaces, of ten points and more, that must be turned for their normals to agree with their largest part.
+  uint64_t flipped_patches = 0;
 };
 
 // What the server said about the whole cloud.

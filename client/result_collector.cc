@@ -52,7 +52,11 @@ EstimateWarning FromProto(const v1::Warning& warning) {
   const std::string name = v1::WarningCode_Name(warning.code());  // empty for a code that is new
   return {name.empty() ? absl::StrCat(static_cast<int>(warning.code()))
                        : std::string(absl::StripPrefix(name, "WARNING_CODE_")),
-          warning.message(), warning.point_count(), warning.pair_count(), warning.opposed_pair_count()};
+          warning.message(),
+          warning.point_count(),
+          warning.pair_count(),
+          warning.opposed_pair_count(),
+          warning.flipped_patch_count()};
 }
 
 // Appends the values in `pieces`; false if they are not `count`.

@@ -126,7 +126,8 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
                                 {"message", warning.message},
                                 {"points", warning.points},
                                 {"pairs", warning.pairs},
-                                {"opposed_pairs", warning.opposed_pairs}});
+                                {"opposed_pairs", warning.opposed_pairs},
+                                {"flipped_patches", warning.flipped_patches}});
   }
   return ToJsonLine(json);
 }

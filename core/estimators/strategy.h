@@ -67,12 +67,12 @@ struct GroupPhase {
   std::function<absl::Status(size_t group, WorkerScratch& scratch)> run;
 };
 
-// One estimate: what all workers share.
+// One estimate, or another walk over the groups of an index: what all workers share.
 class StrategyRun {
  public:
   virtual ~StrategyRun() = default;
   virtual std::unique_ptr<WorkerScratch> MakeScratch() const = 0;
-  // The phases, in order, which refer to this run. The last one writes every result.
+  // The phases, in order, which refer to this run. The last one of a strategy writes every result.
   virtual std::vector<GroupPhase> Phases() = 0;
   // Bytes that its phases have allocated for all workers together.
   virtual size_t bytes() const { return 0; }

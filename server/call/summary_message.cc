@@ -14,10 +14,10 @@ std::string OpposedNormalsText(uint64_t points, const CallRecord& record) {
                        static_cast<double>(std::max<uint64_t>(record.agreement.near_pairs, 1));
   return absl::StrFormat(
       "normals point to opposite sides of one surface around %u of %u points, which therefore have no curvature "
-      "(opposed_normals); %.2g %% of the pairs of nearest neighbors are opposed. Elsewhere the sign of curvature may "
-      "be "
-      "wrong: make all normals point to one side, outward on closed surfaces, and estimate again",
-      points, record.points_received, 100.0 * share);
+      "(opposed_normals); %.2g %% of the pairs of nearest neighbors are opposed, %u patches flipped. Elsewhere the "
+      "sign of curvature may be wrong: make all normals point to one side, outward on closed surfaces, and estimate "
+      "again",
+      points, record.points_received, 100.0 * share, record.agreement.flipped_patches);
 }
 
 void AddWarnings(const CallRecord& record, curvature::v1::Summary* summary) {
@@ -29,6 +29,7 @@ void AddWarnings(const CallRecord& record, curvature::v1::Summary* summary) {
   warning->set_point_count(points);
   warning->set_pair_count(record.agreement.near_pairs);
   warning->set_opposed_pair_count(record.agreement.opposed_pairs);
+  warning->set_flipped_patch_count(record.agreement.flipped_patches);
 }
 
 }  // namespace

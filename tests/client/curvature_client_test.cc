@@ -71,6 +71,7 @@ TEST(CurvatureClientTest, WarnsOfOpposedNormalsOrRefusesThem) {
   EXPECT_EQ(warning.points, opposed);
   EXPECT_EQ(warning.pairs, 12'000u);
   EXPECT_GT(warning.opposed_pairs, 0u);
+  EXPECT_EQ(warning.flipped_patches, 1u);
   EXPECT_THAT(warning.message, ::testing::HasSubstr("make all normals point to one side"));
 
   EstimateOptions reject;

@@ -71,6 +71,7 @@ TEST_F(EstimateTest, NormalsThatContradictEachOtherAreAWarningOrAnError) {
   ASSERT_EQ(marked.summary->warnings_size(), 1);
   EXPECT_EQ(marked.summary->warnings(0).code(), v1::WARNING_CODE_OPPOSED_NORMALS);
   EXPECT_EQ(marked.summary->warnings(0).point_count(), opposed);
+  EXPECT_EQ(marked.summary->warnings(0).flipped_patch_count(), 1u);
   for (size_t i = 0; i < marked.size(); ++i) {
     if (marked.point_status[i] == kOpposed) ExpectAllNaN(marked, i);
   }

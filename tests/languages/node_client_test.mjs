@@ -193,6 +193,7 @@ test("opposed normals are warned of or refused", async () => {
   const opposed = status.filter((each) => each === PointStatus.OPPOSED_NORMALS).length;
   assert.ok(opposed > 0);
   assert.equal(summary.warnings[0].pointCount, opposed);
+  assert.equal(summary.warnings[0].flippedPatchCount, 1);
   const error = await failure(estimateCurvature(positions, normals, { server, rejectOpposedNormals: true }));
   assert.equal(error.reason, "OPPOSED_NORMALS");
 });

@@ -124,6 +124,7 @@ class RealServerTest(unittest.TestCase):
         self.assertEqual(pathlib.Path(caught.filename).name, pathlib.Path(__file__).name)
         self.assertEqual(summary.warnings[0].point_count, np.sum(points["status"] == PointStatus.OPPOSED_NORMALS))
         self.assertGreater(summary.warnings[0].point_count, 0)
+        self.assertEqual(summary.warnings[0].flipped_patch_count, 1)
         with self.assertRaises(CurvdError) as refused:
             estimate_curvature(positions, normals, server=self.server, reject_opposed_normals=True)
         self.assertEqual(refused.exception.reason, "OPPOSED_NORMALS")

@@ -46,10 +46,18 @@ class SmallestValues {
 
 // A neighbor beside its query.
 struct ComparedNeighbor {
+  size_t place;  // in the tree order
   float squared_distance;
   float agreement;   // the cosine between the normals
   double along;      // its offset along the query's normal
   double along_own;  // and along its own
+
+  double Distance() const { return std::sqrt(double{squared_distance}); }
+  bool Agrees() const { return agreement > kAlong; }
+  bool IsOpposed() const { return agreement < -kAlong; }
+  // Heights over the query's sheet (SheetHeights). REQUIRES: it agrees; it is opposed.
+  double AgreeingHeight() const { return (along + along_own) / 2; }
+  double OpposedHeight() const { return (along - along_own) / 2; }
 };
 
 // Calls visit(neighbor) for each neighbor that the last search found, the query among them. The operations are the same
@@ -66,7 +74,8 @@ HWY_INLINE void ForEachCompared(const SpatialIndex& index, const Neighborhood& f
                           points.z[i] - query.position[2]};
       const float n[3] = {normals.x[i], normals.y[i], normals.z[i]};
       const float* const own = query.normal;
-      visit(ComparedNeighbor{found.squared_distances[near.near * SpatialIndex::kLeafSize + i],
+      visit(ComparedNeighbor{near.leaf * size_t{SpatialIndex::kLeafSize} + i,
+                             found.squared_distances[near.near * SpatialIndex::kLeafSize + i],
                              (n[0] * own[0] + n[1] * own[1]) + n[2] * own[2],
                              (double{d[0]} * own[0] + double{d[1]} * own[1]) + double{d[2]} * own[2],
                              (double{d[0]} * n[0] + double{d[1]} * n[1]) + double{d[2]} * n[2]});
@@ -91,7 +100,7 @@ HWY_NOINLINE inline SeamFinding FindSeam(const SpatialIndex& index, const Neighb
   SmallestValues<NormalsAgreement::kNearest + 1> distances;  // the query's own among them
   ForEachCompared(index, found, query, [&](const ComparedNeighbor& neighbor) {
     distances.Add(neighbor.squared_distance);
-    if (neighbor.agreement < -kAlong) opposed_distances.Add(neighbor.squared_distance);
+    if (neighbor.IsOpposed()) opposed_distances.Add(neighbor.squared_distance);
   });
   if (opposed_distances.size() == 0) return {};
   const float reach = opposed_distances.largest(), near = distances.largest();
@@ -99,17 +108,21 @@ HWY_NOINLINE inline SeamFinding FindSeam(const SpatialIndex& index, const Neighb
   double distance_sum = 0.0;
   size_t judged = 0;
   uint32_t opposed_pairs = 0;
+  bool has_one_on_sheet = false;
   ForEachCompared(index, found, query, [&](const ComparedNeighbor& neighbor) {
     if (neighbor.squared_distance > reach) return;
     ++judged;
-    if (neighbor.agreement > kAlong) agreeing.Add((neighbor.along + neighbor.along_own) / 2);
-    if (!(neighbor.agreement < -kAlong)) return;
-    opposed.Add((neighbor.along - neighbor.along_own) / 2);
-    distance_sum += std::sqrt(double{neighbor.squared_distance});
+    if (neighbor.Agrees()) agreeing.Add(neighbor.AgreeingHeight());
+    if (!neighbor.IsOpposed()) return;
+    const double neighbor_distance = neighbor.Distance();
+    opposed.Add(neighbor.OpposedHeight());
+    distance_sum += neighbor_distance;
     opposed_pairs += neighbor.squared_distance <= near ? 1 : 0;
+    has_one_on_sheet = has_one_on_sheet || MayLieOnOneSheet(neighbor.OpposedHeight(), neighbor_distance);
   });
   const double distance = distance_sum / static_cast<double>(opposed.count());
-  if (!MayLieOnOneSheet(agreeing, opposed, distance)) return {};
+  // One neighbor alone decides where the others lie on another sheet, and hide it in their mean.
+  if (!has_one_on_sheet && !MayLieOnOneSheet(agreeing, opposed, distance)) return {};
   // A point whose own normal errs by half a right angle is no judge: few normals lie along it, to either side.
   const bool is_judge = kOf * (agreeing.count() + opposed.count()) >= kAlongOf * judged;
   if (!is_judge || !LieOnOneSheet(agreeing, opposed, distance)) return {.may_be_beside_seam = true};

@@ -29,7 +29,9 @@ bool LieOnOneSheet(const SheetHeights& agreeing, const SheetHeights& opposed, do
 }
 
 bool MayLieOnOneSheet(const SheetHeights& agreeing, const SheetHeights& opposed, double distance) {
-  return std::abs(opposed.Mean() - agreeing.Mean()) <= kMostHeight * distance;
+  return MayLieOnOneSheet(opposed.Mean() - agreeing.Mean(), distance);
 }
+
+bool MayLieOnOneSheet(double height, double distance) { return std::abs(height) <= kMostHeight * distance; }
 
 }  // namespace curvd

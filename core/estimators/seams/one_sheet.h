@@ -37,5 +37,7 @@ class SheetHeights {
 bool LieOnOneSheet(const SheetHeights& agreeing, const SheetHeights& opposed, double distance);
 // The same in doubt: false only where they lie so high that no noise explains it.
 bool MayLieOnOneSheet(const SheetHeights& agreeing, const SheetHeights& opposed, double distance);
+// The same of one neighbor alone, with a normal that agrees or is opposed, by its height and distance.
+bool MayLieOnOneSheet(double height, double distance);
 
 }  // namespace curvd

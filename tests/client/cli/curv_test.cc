@@ -266,7 +266,8 @@ TEST_F(CurvTest, WarnsOfNormalsThatContradictEachOther) {
   EXPECT_THAT(marked.err, AllOf(HasSubstr("curv: warning: normals point to opposite sides of one surface"),
                                 HasSubstr("--orient"), Not(HasSubstr("note"))));
   EXPECT_THAT(marked.out, AllOf(HasSubstr("\"opposed_normals\":"),
-                                HasSubstr("\"warnings\":[{\"code\":\"OPPOSED_NORMALS\",\"message\":\"normals")));
+                                HasSubstr("\"warnings\":[{\"code\":\"OPPOSED_NORMALS\",\"message\":\"normals"),
+                                HasSubstr("\"flipped_patches\":1}")));
   const CurvRun refused = RunCurv({"estimate", input, "-o", out, "--on-opposed-normals=reject"});
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_THAT(refused.err, AllOf(HasSubstr("INVALID_ARGUMENT"), HasSubstr("--orient does that"),

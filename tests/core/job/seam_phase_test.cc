@@ -186,6 +186,43 @@ TEST(SeamPhaseTest, CountsNearPairs) {
   EXPECT_EQ(agreement.seam_points, kPoints);
 }
 
+uint64_t FlippedPatchesOf(const TestPoints& points) {
+  return MustEstimate(points.ToCloud(), {}).agreement.flipped_patches;
+}
+
+TEST(SeamPhaseTest, CountsFlippedPatches) {
+  const auto cap = [](double x, double y, double z, double cosine) {
+    return [=](const std::array<float, 3>& p) { return p[0] * x + p[1] * y + p[2] * z > cosine; };
+  };
+  TestPoints points = Sphere(kPoints, 1.0);
+  EXPECT_EQ(FlippedPatchesOf(points), 0u);
+  FlipWhere(cap(0, 0, 1, 0.9), points);
+  EXPECT_EQ(FlippedPatchesOf(points), 1u);
+  FlipWhere(cap(0, 0, -1, 0.5), points);
+  FlipWhere(cap(1, 0, 0, 0.95), points);
+  EXPECT_EQ(FlippedPatchesOf(points), 3u);
+  FlipWhere(cap(0, 0, -1, 0.9), points);  // right again, in the midst of a flipped one
+  EXPECT_EQ(FlippedPatchesOf(points), 4u);
+}
+
+TEST(SeamPhaseTest, SinglePointsAreNoPatchesNorAreSheetsThatAgreeNowhere) {
+  TestPoints points = Sphere(kPoints, 1.0);
+  FlipAtRandom(0.01, 15, points);
+  EXPECT_EQ(FlippedPatchesOf(points), 0u);
+  TestPoints plate = Plate(kPoints, 2.0, 16);
+  FlipWhere([](const std::array<float, 3>& p) { return p[2] > 0.0f && std::hypot(p[0] - 1.0f, p[1] - 1.0f) < 0.4f; },
+            plate);
+  EXPECT_EQ(FlippedPatchesOf(plate), 1u);
+}
+
+TEST(SeamPhaseTest, ThreadsDoNotChangeTheNumberOfPatches) {
+  TestPoints points = RandomSphere(20 * kPoints, 1.0, 17);
+  FlipAtRandom(0.45, 18, points);
+  const uint64_t patches = MustEstimate(points.ToCloud(), {}, 1).agreement.flipped_patches;
+  EXPECT_GT(patches, 0u);
+  EXPECT_EQ(MustEstimate(points.ToCloud(), {}, 8).agreement.flipped_patches, patches);
+}
+
 TEST(SeamPhaseTest, StatusCountsAreThoseOfTheField) {
   TestPoints points = Sphere(kPoints, 1.0);
   FlipAtRandom(0.2, 12, points);

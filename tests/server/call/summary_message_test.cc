@@ -40,7 +40,7 @@ TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {
   CallRecord record;
   record.points_received = 2000;
   record.status_counts[static_cast<size_t>(PointStatus::kOpposedNormals)] = 700;
-  record.agreement = {.near_pairs = 12'000, .opposed_pairs = 750, .seam_points = 300};
+  record.agreement = {.near_pairs = 12'000, .opposed_pairs = 750, .seam_points = 300, .flipped_patches = 4};
   curvature::v1::Summary summary;
   FillSummary(record, &summary);
   ASSERT_EQ(summary.warnings_size(), 1);
@@ -49,8 +49,10 @@ TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {
   EXPECT_EQ(warning.point_count(), 700u);
   EXPECT_EQ(warning.pair_count(), 12'000u);
   EXPECT_EQ(warning.opposed_pair_count(), 750u);
-  EXPECT_THAT(warning.message(), AllOf(HasSubstr("around 700 of 2000 points"), HasSubstr("6.2 % of the pairs"),
-                                       HasSubstr("make all normals point to one side")));
+  EXPECT_EQ(warning.flipped_patch_count(), 4u);
+  EXPECT_THAT(warning.message(),
+              AllOf(HasSubstr("around 700 of 2000 points"), HasSubstr("6.2 % of the pairs"),
+                    HasSubstr("4 patches flipped"), HasSubstr("make all normals point to one side")));
 }
 
 }  // namespace
