@@ -85,7 +85,7 @@ absl::Status WithRemedy(const absl::Status& status) {
 void PrintWarnings(const EstimateSummary& summary, bool oriented) {
   for (const EstimateWarning& warning : summary.warnings) {
     const bool can_orient = warning.code == "OPPOSED_NORMALS" && !oriented;
-    PrintWarning(absl::StrCat(warning.message, can_orient ? " (--orient)" : ""));
+    PrintWarning(absl::StrCat(warning.message, can_orient ? ": try --orient" : ""));
   }
 }
 

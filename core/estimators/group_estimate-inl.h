@@ -27,7 +27,7 @@ template <typename Fill>
 HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch& s, PointCurvature* results,
                            Fill fill) {
   LoadGroup(index, group, s.points, s.first_point);
-  s.seam_points = 0;
+  s.beside_seam = 0;
   // Results are in another order; they are written when all are done.
   for (size_t i = 0; i < s.points.size; ++i) __builtin_prefetch(&results[s.points.slot[i]], 1);
   for (size_t i = s.points.size; i < SpatialIndex::kGroupPoints; ++i) {
@@ -43,9 +43,7 @@ HWY_NOINLINE inline void LookForSeam(const SpatialIndex& index, const QueryPoint
   s.search.work += 2 * s.search.found.leaf_count * SpatialIndex::kLeafSize;
   const SeamFinding finding = FindSeam(index, s.search.found, query);
   if (finding.may_be_beside_seam && s.seams != nullptr) s.seams->Mark(s.points.place[i]);
-  if (!finding.is_beside_seam) return;
-  s.seam_points |= uint64_t{1} << i;
-  s.opposed_pairs[i] = static_cast<uint8_t>(finding.opposed_pairs);
+  if (finding.is_beside_seam) s.beside_seam |= uint64_t{1} << i;
 }
 
 // Finds the neighborhood of each point of the group, records its size, looks for seams, and calls `visit(i, leaves)`

@@ -18,10 +18,8 @@ struct GroupScratch : WorkerScratch {
   GroupPoints points;
   GroupNeighborhoods neighborhoods;
   GroupFrames frames;
-  // Points of the group that are beside a seam, a bit each, and how many of their nearest neighbors are opposed to
-  // them.
-  uint64_t seam_points = 0;
-  uint8_t opposed_pairs[SpatialIndex::kGroupPoints];
+  // Points of the group that are beside a seam without doubt, a bit each.
+  uint64_t beside_seam = 0;
 
   uint64_t work() const final { return search.work; }
 

@@ -7,7 +7,6 @@
 #define CURVD_CORE_ESTIMATORS_PRINCIPAL_INL_H_
 #endif
 
-#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -97,28 +96,19 @@ HWY_INLINE void ScaleCurvature(const NeighborhoodPlan& plan, const GroupScalars&
   }
 }
 
-// Adds what the normals of the group's points have come to.
-HWY_INLINE void CountAgreement(GroupScratch& scratch) {
-  const GroupPoints& points = scratch.points;
-  constexpr float kNearest = NormalsAgreement::kNearest;
-  float near_pairs = 0.0f;
-  for (size_t i = 0; i < points.size; ++i) {
-    near_pairs += std::min(scratch.neighborhoods.count[i] - 1.0f, kNearest);  // the point itself is among them
-  }
-  scratch.agreement.near_pairs += static_cast<uint64_t>(near_pairs);
-  for (uint64_t bits = scratch.seam_points; bits != 0; bits &= bits - 1) {
-    const auto i = static_cast<size_t>(std::countr_zero(bits));
-    if (i >= points.size) break;
-    ++scratch.agreement.seam_points;
-    scratch.agreement.opposed_pairs += scratch.opposed_pairs[i];
-  }
+// Adds the points of the group that are beside a seam. A run that leaves points to another may have seen theirs.
+HWY_INLINE void CountSeamPoints(GroupScratch& scratch) {
+  const size_t size = scratch.points.size;
+  if (size == 0) return;
+  const uint64_t written = ~uint64_t{0} >> (SpatialIndex::kGroupPoints - size);
+  scratch.seam_points += static_cast<uint64_t>(std::popcount(scratch.beside_seam & written));
 }
 
 // Writes the points of the group, whose curvature is in the caller's unit, to their slots, and counts their status.
 HWY_INLINE void WriteGroup(const NeighborhoodPlan& plan, const GroupCurvature& c, GroupScratch& scratch,
                            PointCurvature* results) {
   const GroupPoints& points = scratch.points;
-  CountAgreement(scratch);
+  CountSeamPoints(scratch);
   for (size_t i = 0; i < points.size; ++i) {
     const float k1 = c.mean[i] - c.half_difference[i], k2 = c.mean[i] + c.half_difference[i];
     PointStatus status = points.status[i];

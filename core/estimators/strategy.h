@@ -14,7 +14,6 @@
 #include "absl/status/status.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/options.h"
-#include "core/estimators/seams/normals_agreement.h"
 #include "core/estimators/seams/seam_marks.h"
 #include "core/index/spatial_index.h"
 
@@ -47,9 +46,10 @@ struct WorkerScratch {
   // How many points it has written, by PointStatus.
   std::array<uint64_t, kPointStatusEnd> status_counts{};
 
-  // Where points beside a seam are marked, for all workers; null: nowhere. What the normals came to is counted anyway.
+  // Where points that may be beside a seam are marked, for all workers; null: nowhere.
   SeamMarks* seams = nullptr;
-  NormalsAgreement agreement;
+  // How many of the points that it has written are beside one without doubt.
+  uint64_t seam_points = 0;
 };
 
 // One pass over the groups of an index. Phases run one after the other; the groups of a phase in any order, on any

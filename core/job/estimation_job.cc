@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/out_of_memory.h"
 #include "core/base/stop_sign.h"
-#include "core/estimators/seams/flipped_patches.h"
+#include "core/estimators/seams/agreement_run.h"
 #include "core/estimators/strategies.h"
 #include "core/index/index_builder.h"
 #include "core/index/spatial_index.h"
@@ -27,7 +27,7 @@ namespace {
 constexpr std::string_view kFieldPhase = "field";
 
 // The phases of an estimate in order: the index's; the field, with the points that the index does not hold; the
-// strategy's; the seams; the patches between them.
+// strategy's; the seams; how far the normals agree, if there are any.
 class CurvatureJob final : public EstimationJob, public PhasedJob {
  public:
   CurvatureJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, CallerKey caller)
@@ -113,14 +113,15 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     CurvatureJob& job_;
   };
 
-  class AgreementPhase final : public Phase {
+  // Ends what counts over the estimate itself.
+  class CountPhase final : public Phase {
    public:
-    explicit AgreementPhase(CurvatureJob& job) : job_(job) {}
+    explicit CountPhase(CurvatureJob& job) : job_(job) {}
     std::string_view name() const override { return kSeamPhase; }
     absl::StatusOr<size_t> Begin() override { return 0; }
     absl::Status RunBlock(const BlockContext& /*context*/) override { return absl::OkStatus(); }
     absl::Status End() override {
-      job_.AddPatches();
+      job_.AddAgreement();
       return absl::OkStatus();
     }
 
@@ -162,22 +163,29 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
                               is_last ? &points_estimated_ : nullptr));
     }
     AddPhase(MakeSeamPhase({options_, index_, seams_, *scratch_, field_.points.data(), refused_}));
-    AddPhase(std::make_unique<AgreementPhase>(*this));
+    AddPhase(std::make_unique<CountPhase>(*this));
     return absl::OkStatus();
   }
 
-  // Takes what the workers have counted, and adds the phases that count patches where there are seams.
-  void AddPatches() {
+  // Takes what the workers have counted, and adds the phases that count more where there are seams.
+  void AddAgreement() {
     const auto counts = scratch_->status_counts();
     for (int i = 0; i < kPointStatusEnd; ++i) field_.status_counts[i] += counts[i];
-    agreement_ = scratch_->agreement();
-    if (agreement_.seam_points == 0) return;
-    patches_.emplace(index_, seams_);
-    scratch_.emplace(*patches_, thread_count_);
+    seam_points_ = scratch_->seam_points();
+    if (seam_points_ == 0) return;
+    agreement_run_.emplace(index_, seams_);
+    scratch_.emplace(*agreement_run_, thread_count_);
     run_.reset();
-    for (GroupPhase& phase : patches_->Phases()) {
+    for (GroupPhase& phase : agreement_run_->Phases()) {
       AddPhase(MakeGroupPhase(std::move(phase), index_, GroupsPerBlock({}), *scratch_, nullptr));
     }
+  }
+
+  NormalsAgreement Agreement() const {
+    if (!agreement_run_.has_value()) return {};
+    NormalsAgreement agreement = agreement_run_->agreement();
+    agreement.seam_points = seam_points_;
+    return agreement;
   }
 
   // For a cloud with fewer points than a neighborhood.
@@ -203,15 +211,15 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   size_t HeldBytes() const override {
     const size_t building = builder_.has_value() ? builder_->bytes() : 0;
     return building + index_.bytes() + seams_.bytes() + field_.points.bytes() + (run_ != nullptr ? run_->bytes() : 0) +
-           (patches_.has_value() ? patches_->bytes() : 0);
+           (agreement_run_.has_value() ? agreement_run_->bytes() : 0);
   }
 
   void OnEnd(absl::Status status) override {
     Callback callback = std::move(callback_);
-    if (patches_.has_value()) agreement_.flipped_patches = patches_->count();
+    const NormalsAgreement agreement = Agreement();
     // Gone before the callback: what it needs memory for may be an error that says that there was none.
     scratch_.reset();
-    patches_.reset();
+    agreement_run_.reset();
     run_.reset();
     builder_.reset();
     seams_ = SeamMarks();
@@ -223,7 +231,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     }
     absl::StatusOr<EstimationResult> result = CatchBadAlloc([&]() -> absl::StatusOr<EstimationResult> {
       if (!status.ok()) return std::move(status);
-      return EstimationResult{std::move(field_), agreement_, Cost()};
+      return EstimationResult{std::move(field_), agreement, Cost()};
     });
     if (!result.ok()) field_ = CurvatureField();
     callback(std::move(result));
@@ -246,9 +254,9 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   SeamMarks seams_;
   std::array<std::atomic<uint64_t>, kPointStatusEnd> refused_{};
   std::unique_ptr<StrategyRun> run_;
-  NormalsAgreement agreement_;
-  std::optional<FlippedPatches> patches_;
-  std::optional<ScratchSet> scratch_;  // of run_, then of patches_
+  uint64_t seam_points_ = 0;
+  std::optional<AgreementRun> agreement_run_;
+  std::optional<ScratchSet> scratch_;  // of run_, then of agreement_run_
   std::atomic<size_t> points_estimated_ = 0;
 };
 

@@ -41,7 +41,7 @@ struct JobCost {
 
 struct EstimationResult {
   CurvatureField field;
-  NormalsAgreement agreement;  // zeros where no neighborhood was looked at
+  NormalsAgreement agreement;
   JobCost cost;
 };
 

@@ -123,12 +123,10 @@ std::array<uint64_t, kPointStatusEnd> ScratchSet::status_counts() const {
   return counts;
 }
 
-NormalsAgreement ScratchSet::agreement() const {
-  NormalsAgreement agreement;
-  for (const auto& scratch : scratch_) {
-    if (scratch != nullptr) agreement.Add(scratch->agreement);
-  }
-  return agreement;
+uint64_t ScratchSet::seam_points() const {
+  uint64_t count = 0;
+  for (const auto& scratch : scratch_) count += scratch == nullptr ? 0 : scratch->seam_points;
+  return count;
 }
 
 std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block,

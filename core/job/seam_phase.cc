@@ -17,7 +17,7 @@ class SeamPhase final : public Phase {
   std::string_view name() const override { return kSeamPhase; }
 
   absl::StatusOr<size_t> Begin() override {
-    const uint64_t seam_points = work_.scratch.agreement().seam_points;
+    const uint64_t seam_points = work_.scratch.seam_points();
     if (seam_points == 0) return 0;
     if (work_.options.opposed_normals == OpposedNormalsPolicy::kReject) return Refusal(seam_points);
     block_count_ = (work_.index.group_count() + groups_per_block_ - 1) / groups_per_block_;

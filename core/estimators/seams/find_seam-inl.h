@@ -7,12 +7,10 @@
 #define CURVD_CORE_ESTIMATORS_SEAMS_FIND_SEAM_INL_H_
 #endif
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 
 #include "core/estimators/neighbors.h"
-#include "core/estimators/seams/normals_agreement.h"
 #include "core/estimators/seams/one_sheet.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
@@ -21,9 +19,9 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Where the least agreement of a neighborhood (NormalSums) is above this, none of its normals is opposed to the
-// query's: kAlong with room for vectors that round differently.
-inline constexpr float kNoneOpposed = -kAlong + 1e-4f;
+// Where the least agreement of a neighborhood (NormalSums) is above this, none of its normals may be opposed to the
+// query's: kMayOppose with room for vectors that round differently.
+inline constexpr float kNoneOpposed = -kMayOppose + 1e-4f;
 
 // The smallest of the values that were added, in ascending order.
 template <size_t kMost>
@@ -55,7 +53,8 @@ struct ComparedNeighbor {
   double Distance() const { return std::sqrt(double{squared_distance}); }
   bool Agrees() const { return agreement > kAlong; }
   bool IsOpposed() const { return agreement < -kAlong; }
-  // Heights over the query's sheet (SheetHeights). REQUIRES: it agrees; it is opposed.
+  bool MayBeOpposed() const { return agreement < -kMayOppose; }
+  // Heights over the query's sheet (SheetHeights). REQUIRES: it agrees; it may be opposed.
   double AgreeingHeight() const { return (along + along_own) / 2; }
   double OpposedHeight() const { return (along - along_own) / 2; }
 };
@@ -87,7 +86,6 @@ HWY_INLINE void ForEachCompared(const SpatialIndex& index, const Neighborhood& f
 struct SeamFinding {
   bool may_be_beside_seam = false;
   bool is_beside_seam = false;  // without doubt
-  uint32_t opposed_pairs = 0;   // of the query and its nearest neighbors; 0 unless it is beside a seam
 };
 
 // Judges the neighborhood that the last search found for `query` by the nearest of its points whose normals are opposed
@@ -96,37 +94,36 @@ HWY_NOINLINE inline SeamFinding FindSeam(const SpatialIndex& index, const Neighb
                                          const QueryPoint& query) {
   constexpr size_t kJudged = 8;
   constexpr size_t kAlongOf = 4, kOf = 5;  // this share of the neighbors must agree or be opposed
-  SmallestValues<kJudged> opposed_distances;
-  SmallestValues<NormalsAgreement::kNearest + 1> distances;  // the query's own among them
+  SmallestValues<kJudged> opposed_distances, doubted_distances;
   ForEachCompared(index, found, query, [&](const ComparedNeighbor& neighbor) {
-    distances.Add(neighbor.squared_distance);
     if (neighbor.IsOpposed()) opposed_distances.Add(neighbor.squared_distance);
+    if (neighbor.MayBeOpposed()) doubted_distances.Add(neighbor.squared_distance);
   });
-  if (opposed_distances.size() == 0) return {};
-  const float reach = opposed_distances.largest(), near = distances.largest();
+  if (doubted_distances.size() == 0) return {};
+  const float reach = opposed_distances.size() == 0 ? -1.0f : opposed_distances.largest();
+  const float doubted_reach = doubted_distances.largest();
   SheetHeights agreeing, opposed;
   double distance_sum = 0.0;
   size_t judged = 0;
-  uint32_t opposed_pairs = 0;
   bool has_one_on_sheet = false;
   ForEachCompared(index, found, query, [&](const ComparedNeighbor& neighbor) {
+    if (neighbor.MayBeOpposed() && neighbor.squared_distance <= doubted_reach) {
+      has_one_on_sheet = has_one_on_sheet || MayLieOnOneSheet(neighbor.OpposedHeight(), neighbor.Distance());
+    }
     if (neighbor.squared_distance > reach) return;
     ++judged;
     if (neighbor.Agrees()) agreeing.Add(neighbor.AgreeingHeight());
     if (!neighbor.IsOpposed()) return;
-    const double neighbor_distance = neighbor.Distance();
     opposed.Add(neighbor.OpposedHeight());
-    distance_sum += neighbor_distance;
-    opposed_pairs += neighbor.squared_distance <= near ? 1 : 0;
-    has_one_on_sheet = has_one_on_sheet || MayLieOnOneSheet(neighbor.OpposedHeight(), neighbor_distance);
+    distance_sum += neighbor.Distance();
   });
+  if (opposed.count() == 0) return {.may_be_beside_seam = has_one_on_sheet};
   const double distance = distance_sum / static_cast<double>(opposed.count());
-  // One neighbor alone decides where the others lie on another sheet, and hide it in their mean.
+  // One neighbor alone raises doubt where the others lie on another sheet, and hide it in their mean.
   if (!has_one_on_sheet && !MayLieOnOneSheet(agreeing, opposed, distance)) return {};
   // A point whose own normal errs by half a right angle is no judge: few normals lie along it, to either side.
   const bool is_judge = kOf * (agreeing.count() + opposed.count()) >= kAlongOf * judged;
-  if (!is_judge || !LieOnOneSheet(agreeing, opposed, distance)) return {.may_be_beside_seam = true};
-  return {true, true, std::min<uint32_t>(opposed_pairs, NormalsAgreement::kNearest)};
+  return {true, is_judge && LieOnOneSheet(agreeing, opposed, distance)};
 }
 
 }  // namespace HWY_NAMESPACE

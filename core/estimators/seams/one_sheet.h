@@ -8,6 +8,8 @@ namespace curvd {
 // Two unit normals are opposed, or agree, if the cosine of their angle is below -kAlong, or above kAlong: 135 and 45
 // degrees. Below 135 degrees, right normals of an edge are common, and so is noise.
 inline constexpr float kAlong = 0.7f;
+// Below -kMayOppose, 120 degrees, they may be opposed where the surface bends as well.
+inline constexpr float kMayOppose = 0.5f;
 
 // Heights of some neighbors of a point: how far they lie from its sheet, along the normals of both. Sums in doubles.
 class SheetHeights {

@@ -22,6 +22,10 @@ struct PairScratch final : WorkerScratch {
     return SearchPlan::ByCount(std::min<size_t>(NormalsAgreement::kNearest + 1, point_count));
   }
 
+  size_t PlaceOf(size_t i) const { return static_cast<size_t>(points.place[i]); }
+  // Whether point i of the group gets a result, and is not a neighbor alone.
+  bool IsQuery(size_t i) const { return points.slot[i] != GroupPoints::kNoSlot; }
+
   size_t bytes() const override { return sizeof(*this) + search.bytes(); }
   uint64_t work() const override { return search.work; }
 };

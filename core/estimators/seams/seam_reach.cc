@@ -94,39 +94,64 @@ class GroupJudge {
   // Whether a marked point is that near to the query, and normals on the other side of its own or of the query's. True
   // also where so many points tie that it takes too long to find out.
   bool ReachesAcross(const Query& query, float squared_reach) const {
-    const Box box{query.position, query.position};
-    const auto is_near = [&](const SpatialIndex::LeafPositions& points, int i) {
-      const float position[3] = {points.x[i], points.y[i], points.z[i]};
-      return SquaredDistance(position, box) <= squared_reach;
-    };
     Normal marked{};
-    const bool has_marked = AnyLeaf(index_, box, squared_reach, MostLeaves(), [&](size_t leaf) {
-      for (uint32_t bits = marks_.InLeaf(leaf); bits != 0; bits &= bits - 1) {
-        const int i = std::countr_zero(bits);
-        if (!is_near(index_.positions(leaf), i)) continue;
-        const SpatialIndex::LeafNormals& normals = index_.normals(leaf);
-        marked = {normals.x[i], normals.y[i], normals.z[i]};
-        return true;
-      }
-      return false;
+    const bool has_marked = AnyMarked(query, squared_reach, [&](const Normal& normal) {
+      marked = normal;
+      return true;
     });
     if (!has_marked) return false;
-    size_t neighbors = 0;
-    return AnyLeaf(index_, box, squared_reach, MostLeaves(), [&](size_t leaf) {
-      const SpatialIndex::LeafNormals& normals = index_.normals(leaf);
-      for (int i = 0; i < index_.LeafPoints(leaf); ++i) {
-        if (!is_near(index_.positions(leaf), i)) continue;
-        if (++neighbors > kMostTied * most_neighbors_) return true;
-        const Normal normal = {normals.x[i], normals.y[i], normals.z[i]};
-        if (Dot(normal, query.normal) < 0.0f || Dot(normal, marked) < 0.0f) return true;
-      }
+    if (HasOtherSide({query.normal, marked}, query, squared_reach)) return true;
+    // Of all marked points, those see the other side first that turn farthest from the ones before.
+    std::array<Normal, 2> farthest = {marked, marked};
+    AnyMarked(query, squared_reach, [&](const Normal& normal) {
+      if (Dot(normal, query.normal) < Dot(farthest[0], query.normal)) farthest[0] = normal;
+      if (Dot(normal, marked) < Dot(farthest[1], marked)) farthest[1] = normal;
       return false;
     });
+    return HasOtherSide(farthest, query, squared_reach);
   }
 
  private:
   // So many times the points of a neighborhood may be as near as its last one, as on a lattice.
   static constexpr size_t kMostTied = 4;
+
+  static bool IsNear(const SpatialIndex::LeafPositions& points, int i, const Box& box, float squared_reach) {
+    const float position[3] = {points.x[i], points.y[i], points.z[i]};
+    return SquaredDistance(position, box) <= squared_reach;
+  }
+
+  // Calls visit(normal) for the marked points that are that near to the query, until a visit returns true; returns
+  // whether one did.
+  template <typename Visit>
+  bool AnyMarked(const Query& query, float squared_reach, Visit visit) const {
+    const Box box{query.position, query.position};
+    return AnyLeaf(index_, box, squared_reach, MostLeaves(), [&](size_t leaf) {
+      const SpatialIndex::LeafNormals& normals = index_.normals(leaf);
+      for (uint32_t bits = marks_.InLeaf(leaf); bits != 0; bits &= bits - 1) {
+        const int i = std::countr_zero(bits);
+        if (!IsNear(index_.positions(leaf), i, box, squared_reach)) continue;
+        if (visit(Normal{normals.x[i], normals.y[i], normals.z[i]})) return true;
+      }
+      return false;
+    });
+  }
+
+  // Whether the normal of a point that is that near to the query is more than a right angle from one of `sides`.
+  bool HasOtherSide(const std::array<Normal, 2>& sides, const Query& query, float squared_reach) const {
+    const Box box{query.position, query.position};
+    size_t neighbors = 0;
+    return AnyLeaf(index_, box, squared_reach, MostLeaves(), [&](size_t leaf) {
+      const SpatialIndex::LeafNormals& normals = index_.normals(leaf);
+      for (int i = 0; i < index_.LeafPoints(leaf); ++i) {
+        if (!IsNear(index_.positions(leaf), i, box, squared_reach)) continue;
+        if (++neighbors > kMostTied * most_neighbors_) return true;
+        const Normal normal = {normals.x[i], normals.y[i], normals.z[i]};
+        if (Dot(normal, sides[0]) < 0.0f || Dot(normal, sides[1]) < 0.0f) return true;
+      }
+      return false;
+    });
+  }
+
   // Leaves around a point or a group, where no more points tie than a neighborhood holds.
   size_t MostLeaves() const { return most_neighbors_ + 256; }
 

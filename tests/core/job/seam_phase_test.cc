@@ -110,7 +110,7 @@ TEST(SeamPhaseTest, PointsAwayFromTheSeamKeepTheirResults) {
 }
 
 TEST(SeamPhaseTest, FlippedPatchesOfThinPlatesAreSeen) {
-  for (const double thickness : {4.0, 6.0}) {
+  for (const double thickness : {2.0, 4.0}) {
     SCOPED_TRACE(thickness);
     TestPoints points = Plate(kPoints, thickness, 4);
     const Flips flips = FlipWhere(
@@ -177,7 +177,7 @@ TEST(SeamPhaseTest, KnifeEdgesAreLeftAlone) {
 
 TEST(SeamPhaseTest, CountsNearPairs) {
   TestPoints points = Sphere(kPoints, 1.0);
-  EXPECT_EQ(MustEstimate(points.ToCloud(), {}).agreement.near_pairs, 6 * kPoints);
+  EXPECT_EQ(MustEstimate(points.ToCloud(), {}).agreement.near_pairs, 0u);  // nothing to tell
   FlipAtRandom(0.5, 11, points);
   const NormalsAgreement agreement = MustEstimate(points.ToCloud(), {}).agreement;
   EXPECT_EQ(agreement.near_pairs, 6 * kPoints);
