@@ -40,7 +40,7 @@ TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {
   CallRecord record;
   record.points_received = 2000;
   record.status_counts[static_cast<size_t>(PointStatus::kOpposedNormals)] = 700;
-  record.agreement = {.near_pairs = 12'000, .opposed_pairs = 750, .seam_points = 300, .flipped_patches = 4};
+  record.agreement = {.seam_points = 300, .near_pairs = 12'000, .opposed_pairs = 750, .flipped_patches = 4};
   curvature::v1::Summary summary;
   FillSummary(record, &summary);
   ASSERT_EQ(summary.warnings_size(), 1);
