@@ -9,8 +9,8 @@ case.
 
 A result is the file that `curv estimate` writes, less its comments: every point with its status, and every quantity. The cases are every
 estimator with each of its options, by count and by radius, on clouds in float32 and in float64, with noise, with
-invalid points, with ties in distance, with duplicates, with two densities, and too small to be estimated, on one worker
-thread and on two. Hashes hold for one kind of CPU: vectors of another width add in another order.
+invalid points, with ties in distance, with duplicates, with two densities, with sheets that lie close to each other, and
+too small to be estimated, on one worker thread and on two. Hashes hold for one kind of CPU: vectors of another width add in another order.
 """
 
 import argparse
@@ -92,6 +92,21 @@ def make_clouds(folder, curv):
     dense, dense_normals = sphere(5000, rng)
     both = np.concatenate([points[:2000], dense * 1e-3 + [5.0, 0.0, 0.0]])
     add("two-densities", both, np.concatenate([normals[:2000], dense_normals]), (0.4,))
+
+    # Sheets whose normals are opposed by right: 2 spacings apart, meeting at an edge, and touching in a point.
+    count = 6000
+    side = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)
+    across = rng.uniform(0.0, 2.0, (count, 2))
+    flat = np.zeros(count)
+    plate = np.column_stack([across, side * np.sqrt(8.0 / count)])
+    add("thin-plate", plate, np.column_stack([flat, flat, side]), (0.15,))
+    slope = np.radians(10.0)
+    knife = np.column_stack([across, side * across[:, 1] * np.sin(slope)])
+    knife[:, 1] *= np.cos(slope)
+    add("knife", knife, np.column_stack([flat, flat - np.sin(slope), side * np.cos(slope)]), (0.15,))
+    unit, unit_normals = points[:6000] / 2.0, normals[:6000]
+    add("touching-spheres", np.concatenate([unit[:3000], unit[3000:] + [2.0, 0.0, 0.0]]), unit_normals, (0.2,))
+
     line = np.zeros((500, 3))
     line[:, 0] = np.arange(500) * 0.1
     add("line", line, np.tile([0.0, 0.0, 1.0], (500, 1)), (1.0,))

@@ -27,7 +27,6 @@ template <typename Fill>
 HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch& s, PointCurvature* results,
                            Fill fill) {
   LoadGroup(index, group, s.points, s.first_point);
-  s.beside_seam = 0;
   // Results are in another order; they are written when all are done.
   for (size_t i = 0; i < s.points.size; ++i) __builtin_prefetch(&results[s.points.slot[i]], 1);
   for (size_t i = s.points.size; i < SpatialIndex::kGroupPoints; ++i) {
@@ -42,8 +41,7 @@ HWY_NOINLINE inline void LookForSeam(const SpatialIndex& index, const QueryPoint
   // A step for each point of the leaves, twice.
   s.search.work += 2 * s.search.found.leaf_count * SpatialIndex::kLeafSize;
   const SeamFinding finding = FindSeam(index, s.search.found, query);
-  if (finding.may_be_beside_seam && s.seams != nullptr) s.seams->Mark(s.points.place[i]);
-  if (finding.is_beside_seam) s.beside_seam |= uint64_t{1} << i;
+  if (finding.may_be_beside_seam) s.seams->Mark(s.points.place[i], finding.is_beside_seam);
 }
 
 // Finds the neighborhood of each point of the group, records its size, looks for seams, and calls `visit(i, leaves)`
@@ -70,7 +68,7 @@ HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const Nei
     }
     s.neighborhoods.count[i] = static_cast<float>(s.search.found.count);
     s.neighborhoods.normal_sum.Set(i, normals.sum);
-    if (HWY_UNLIKELY(normals.least_agreement < kNoneOpposed)) LookForSeam(index, query, i, s);
+    if (HWY_UNLIKELY(normals.least_agreement < kNoneOpposed) && s.seams != nullptr) LookForSeam(index, query, i, s);
     visit(i, search.leaves());
     if (HWY_UNLIKELY(s.IsLongSince(began)) && i + 1 < s.points.size) s.LeaveRest(i + 1);
   }

@@ -18,8 +18,6 @@ struct GroupScratch : WorkerScratch {
   GroupPoints points;
   GroupNeighborhoods neighborhoods;
   GroupFrames frames;
-  // Points of the group that are beside a seam without doubt, a bit each.
-  uint64_t beside_seam = 0;
 
   uint64_t work() const final { return search.work; }
 

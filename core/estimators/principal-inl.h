@@ -7,7 +7,6 @@
 #define CURVD_CORE_ESTIMATORS_PRINCIPAL_INL_H_
 #endif
 
-#include <bit>
 #include <cstring>
 
 #include "core/estimators/group_scratch.h"
@@ -96,19 +95,10 @@ HWY_INLINE void ScaleCurvature(const NeighborhoodPlan& plan, const GroupScalars&
   }
 }
 
-// Adds the points of the group that are beside a seam. A run that leaves points to another may have seen theirs.
-HWY_INLINE void CountSeamPoints(GroupScratch& scratch) {
-  const size_t size = scratch.points.size;
-  if (size == 0) return;
-  const uint64_t written = ~uint64_t{0} >> (SpatialIndex::kGroupPoints - size);
-  scratch.seam_points += static_cast<uint64_t>(std::popcount(scratch.beside_seam & written));
-}
-
 // Writes the points of the group, whose curvature is in the caller's unit, to their slots, and counts their status.
 HWY_INLINE void WriteGroup(const NeighborhoodPlan& plan, const GroupCurvature& c, GroupScratch& scratch,
                            PointCurvature* results) {
   const GroupPoints& points = scratch.points;
-  CountSeamPoints(scratch);
   for (size_t i = 0; i < points.size; ++i) {
     const float k1 = c.mean[i] - c.half_difference[i], k2 = c.mean[i] + c.half_difference[i];
     PointStatus status = points.status[i];

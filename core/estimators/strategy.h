@@ -48,8 +48,6 @@ struct WorkerScratch {
 
   // Where points that may be beside a seam are marked, for all workers; null: nowhere.
   SeamMarks* seams = nullptr;
-  // How many of the points that it has written are beside one without doubt.
-  uint64_t seam_points = 0;
 };
 
 // One pass over the groups of an index. Phases run one after the other; the groups of a phase in any order, on any

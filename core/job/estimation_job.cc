@@ -162,7 +162,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       AddPhase(MakeGroupPhase(std::move(phases[i]), index_, GroupsPerBlock(options_), *scratch_,
                               is_last ? &points_estimated_ : nullptr));
     }
-    AddPhase(MakeSeamPhase({options_, index_, seams_, *scratch_, field_.points.data(), refused_}));
+    AddPhase(MakeSeamPhase({options_, index_, seams_, field_.points.data(), refused_}));
     AddPhase(std::make_unique<CountPhase>(*this));
     return absl::OkStatus();
   }
@@ -171,8 +171,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   void AddAgreement() {
     const auto counts = scratch_->status_counts();
     for (int i = 0; i < kPointStatusEnd; ++i) field_.status_counts[i] += counts[i];
-    seam_points_ = scratch_->seam_points();
-    if (seam_points_ == 0) return;
+    if (!seams_.ShowSeam()) return;
     agreement_run_.emplace(index_, seams_);
     scratch_.emplace(*agreement_run_, thread_count_);
     run_.reset();
@@ -184,7 +183,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   NormalsAgreement Agreement() const {
     if (!agreement_run_.has_value()) return {};
     NormalsAgreement agreement = agreement_run_->agreement();
-    agreement.seam_points = seam_points_;
+    agreement.seam_points = seams_.SurePoints();
     return agreement;
   }
 
@@ -254,7 +253,6 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   SeamMarks seams_;
   std::array<std::atomic<uint64_t>, kPointStatusEnd> refused_{};
   std::unique_ptr<StrategyRun> run_;
-  uint64_t seam_points_ = 0;
   std::optional<AgreementRun> agreement_run_;
   std::optional<ScratchSet> scratch_;  // of run_, then of agreement_run_
   std::atomic<size_t> points_estimated_ = 0;

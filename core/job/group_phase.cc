@@ -123,12 +123,6 @@ std::array<uint64_t, kPointStatusEnd> ScratchSet::status_counts() const {
   return counts;
 }
 
-uint64_t ScratchSet::seam_points() const {
-  uint64_t count = 0;
-  for (const auto& scratch : scratch_) count += scratch == nullptr ? 0 : scratch->seam_points;
-  return count;
-}
-
 std::unique_ptr<Phase> MakeGroupPhase(GroupPhase groups, const SpatialIndex& index, size_t groups_per_block,
                                       ScratchSet& scratch, std::atomic<size_t>* points_done, BlockClock now) {
   return std::make_unique<GroupBlocks>(std::move(groups), index, groups_per_block, scratch, points_done, now);

@@ -25,8 +25,6 @@ class ScratchSet {
   WorkerScratch& of(int worker);
   // How many points ended in each status. REQUIRES: no other thread uses the set.
   std::array<uint64_t, kPointStatusEnd> status_counts() const;
-  // How many points are beside a seam without doubt. REQUIRES: as above.
-  uint64_t seam_points() const;
 
  private:
   const StrategyRun& run_;

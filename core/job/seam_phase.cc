@@ -17,9 +17,8 @@ class SeamPhase final : public Phase {
   std::string_view name() const override { return kSeamPhase; }
 
   absl::StatusOr<size_t> Begin() override {
-    const uint64_t seam_points = work_.scratch.seam_points();
-    if (seam_points == 0) return 0;
-    if (work_.options.opposed_normals == OpposedNormalsPolicy::kReject) return Refusal(seam_points);
+    if (!work_.marks.ShowSeam()) return 0;
+    if (work_.options.opposed_normals == OpposedNormalsPolicy::kReject) return Refusal(work_.marks.SurePoints());
     block_count_ = (work_.index.group_count() + groups_per_block_ - 1) / groups_per_block_;
     return block_count_;
   }
@@ -53,14 +52,14 @@ class SeamPhase final : public Phase {
         absl::StrFormat(
             "normals of %u points are opposed to those of neighbors on the same surface, such as around point "
             "%d; make all normals point to one side",
-            seam_points, FirstMarked()));
+            seam_points, FirstSure()));
   }
 
-  int32_t FirstMarked() const {
+  int32_t FirstSure() const {
     int32_t first = SpatialIndex::kPaddingId;
     for (size_t place = 0; place < work_.index.point_count(); ++place) {
       constexpr size_t kLeaf = SpatialIndex::kLeafSize;
-      if (work_.marks.IsMarked(place)) first = std::min(first, work_.index.positions(place / kLeaf).id[place % kLeaf]);
+      if (work_.marks.IsSure(place)) first = std::min(first, work_.index.positions(place / kLeaf).id[place % kLeaf]);
     }
     return first;
   }

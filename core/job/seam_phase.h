@@ -22,16 +22,15 @@ inline constexpr std::string_view kSeamPhase = "seams";
 struct SeamWork {
   const EstimatorOptions& options;
   const SpatialIndex& index;
-  const SeamMarks& marks;     // set by the phases before
-  const ScratchSet& scratch;  // of those phases
-  PointCurvature* results;    // of the whole cloud, by slot
+  const SeamMarks& marks;   // set by the phases before
+  PointCurvature* results;  // of the whole cloud, by slot
   // How many points lost each status, by PointStatus, to kOpposedNormals.
   std::array<std::atomic<uint64_t>, kPointStatusEnd>& refused;
 };
 
-// Has nothing to do, and takes no time, where no point is beside a seam without doubt, whatever is marked. Where
+// Has nothing to do, and takes no time, where the marks show no seam (SeamMarks::ShowSeam). Where
 // options.opposed_normals refuses such clouds, a seam is an error of kind kOpposedNormals, which says how many points
-// are beside one, and names the first marked point. Does not depend on the order of blocks.
+// are beside one, and names the first of them. Does not depend on the order of blocks.
 std::unique_ptr<Phase> MakeSeamPhase(const SeamWork& work);
 
 }  // namespace curvd

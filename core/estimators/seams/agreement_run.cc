@@ -72,6 +72,7 @@ absl::Status JoinAgreeing(const SpatialIndex& index, size_t group, PairScratch& 
 // Links regions at seams. Adds the number of opposed pairs, and of the links that made one piece of two.
 absl::Status LinkRegions(const SpatialIndex& index, const SeamMarks& marks, size_t group, PairScratch& s,
                          RegionForest& regions, std::atomic<uint64_t>& opposed_pairs, std::atomic<uint64_t>& links) {
+  if (!marks.AnyInGroup(group)) return absl::OkStatus();
   uint64_t opposed = 0, linked = 0;
   const auto is_region = [&](size_t place) { return regions.MeasuredSize(place) >= NormalsAgreement::kLeastPatch; };
   const auto is_marked = [&](size_t place) { return marks.IsMarked(place); };

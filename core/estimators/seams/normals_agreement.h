@@ -5,7 +5,7 @@
 
 namespace curvd {
 
-// All are 0 where no point is beside a seam; only then are pairs counted.
+// All are 0 where no seam shows (SeamMarks::ShowSeam); pairs are not counted then.
 struct NormalsAgreement {
   // A near pair is a point that gets a result and one of its this many nearest neighbors.
   static constexpr int kNearest = 6;

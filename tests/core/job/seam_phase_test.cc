@@ -175,6 +175,31 @@ TEST(SeamPhaseTest, KnifeEdgesAreLeftAlone) {
   }
 }
 
+TEST(SeamPhaseTest, NoiseMakesNoSeamOfKnifeEdges) {
+  for (const double degrees : {30.0, 45.0, 60.0}) {
+    for (uint64_t seed = 0; seed < 3; ++seed) {
+      TestPoints wedge = Wedge(kPoints, degrees, seed);
+      AddNoise(0.0, 0.1, seed + 40, wedge);
+      ExpectNoSeams(wedge, 0.15, std::to_string(degrees) + " degrees");
+    }
+  }
+}
+
+TEST(SeamPhaseTest, SpheresThatTouchAreLeftAlone) {
+  for (const size_t count : {kPoints, 10 * kPoints}) {
+    for (uint64_t seed = 0; seed < 3; ++seed) {
+      TestPoints points = RandomSphere(count, 1.0, seed);
+      const TestPoints other = RandomSphere(count, 1.0, seed + 50);
+      for (size_t i = 0; i < count; ++i) {
+        const auto& p = other.positions[i];
+        const auto& n = other.normals[i];
+        points.Add(p[0] + 2.0, p[1], p[2], n[0], n[1], n[2]);
+      }
+      ExpectNoSeams(points, count == kPoints ? 0.2 : 0.07, "spheres of " + std::to_string(count));
+    }
+  }
+}
+
 TEST(SeamPhaseTest, CountsNearPairs) {
   TestPoints points = Sphere(kPoints, 1.0);
   EXPECT_EQ(MustEstimate(points.ToCloud(), {}).agreement.near_pairs, 0u);  // nothing to tell
