@@ -109,8 +109,9 @@ std::unique_ptr<WorkerScratch> AgreementRun::MakeScratch() const { return std::m
 std::vector<GroupPhase> AgreementRun::Phases() {
   const auto begin = [this]() -> absl::Status {
     absl::StatusOr<RegionForest> regions = RegionForest::Create(index_.point_count());
-    if (regions.ok()) regions_ = *std::move(regions);
-    return regions.status();
+    if (!regions.ok()) return regions.status();
+    regions_ = *std::move(regions);
+    return absl::OkStatus();
   };
   const auto join = [this](size_t group, WorkerScratch& scratch) {
     auto& s = static_cast<PairScratch&>(scratch);
