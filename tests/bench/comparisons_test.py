@@ -15,6 +15,11 @@ def run(script, *arguments):
     return done.returncode, done.stdout, done.stderr
 
 
+def ply(points, comment="of one build"):
+    """A command that writes a PLY file with that comment and those points to $out."""
+    return f'printf "ply\\ncomment {comment}\\nend_header\\n{points}" >$out'
+
+
 class ComparisonsTest(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -73,12 +78,17 @@ class ComparisonsTest(unittest.TestCase):
         return run("same_bytes.py", *(self.folder / str(i) for i in range(len(estimates))), f"--only={only}")
 
     def test_same_bytes_are_the_same(self):
-        status, output, errors = self.bytes_of("echo ply >$out", "echo ply >$out")
+        status, output, errors = self.bytes_of(ply("one"), ply("one"))
+        self.assertEqual(status, 0, errors)
+        self.assertIn("0 differ, 0 failed", output)
+
+    def test_comments_may_differ(self):
+        status, output, errors = self.bytes_of(ply("one"), ply("one", comment="of another build"))
         self.assertEqual(status, 0, errors)
         self.assertIn("0 differ, 0 failed", output)
 
     def test_other_bytes_differ(self):
-        status, output, _ = self.bytes_of("echo ply >$out", "echo other >$out", only="17-points --estimator=aso --k=50")
+        status, output, _ = self.bytes_of(ply("one"), ply("two"), only="17-points --estimator=aso --k=50")
         self.assertEqual(status, 1)
         self.assertIn("2 results compared: 2 differ", output)
 
@@ -90,7 +100,7 @@ class ComparisonsTest(unittest.TestCase):
         self.assertIn("2 results compared: 0 differ, 2 failed", output)
 
     def test_no_case_is_a_failure(self):
-        self.assertEqual(self.bytes_of("echo ply >$out", "echo ply >$out", only="no such case")[0], 1)
+        self.assertEqual(self.bytes_of(ply("one"), ply("one"), only="no such case")[0], 1)
 
 
 if __name__ == "__main__":
