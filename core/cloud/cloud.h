@@ -89,6 +89,8 @@ class Cloud {
   PointSet TakePointSet() { return std::exchange(point_set_, PointSet()); }
   // Points whose normal differed from unit length by more than 1 %.
   size_t rescaled_count() const { return rescaled_count_; }
+  // What was subtracted from every position that was given: zeros for float32. REQUIRES: Finish was called.
+  std::array<double, 3> origin() const { return origin_.value_or(std::array<double, 3>{}); }
   // Bytes held.
   size_t bytes() const;
 

@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
+#include "absl/status/status.h"
 #include "core/base/page_array.h"
 #include "core/cloud/point_record.h"
 #include "core/cloud/point_set.h"
@@ -34,7 +36,9 @@ struct TreeNode {
 // infinity with id kPaddingId. The tree has no links: a node over n leaves has its left child, over LeftLeaves(n)
 // leaves, right after it, and its right child after all of those.
 //
-// Immutable once built (core/index/index_builder.h); const methods are thread-safe.
+// Positions are immutable once built (core/index/index_builder.h). Normals may be made, or turned, by phases that run
+// before all that read them (core/normals/). Const methods are thread-safe; distinct leaves' normals may be written
+// concurrently.
 class SpatialIndex {
  public:
   static constexpr int kLeafSize = kLeafRecords;
@@ -80,6 +84,16 @@ class SpatialIndex {
   const LeafPositions& positions(size_t leaf) const { return positions_[leaf]; }
   // REQUIRES: has_normals().
   const LeafNormals& normals(size_t leaf) const { return normals_[leaf]; }
+  // Makes room for normals, which have any values, in an index without. Errors: ErrorKind::kOutOfMemory.
+  absl::Status MakeNormals() {
+    if (has_normals()) return absl::OkStatus();
+    auto normals = PageArray<LeafNormals>::Create(leaf_count());
+    if (!normals.ok()) return normals.status();
+    normals_ = *std::move(normals);
+    normals_[leaf_count() - 1] = LeafNormals{};  // padding
+    return absl::OkStatus();
+  }
+  LeafNormals& mutable_normals(size_t leaf) { return normals_[leaf]; }
   bool has_normals() const { return normals_.size() > 0 || point_count_ == 0; }
   // Roles, ids and slots of the points, by their rank: the id beside their position.
   const PointSet& point_set() const { return point_set_; }

@@ -17,6 +17,7 @@
 #include "core/index/spatial_index.h"
 #include "core/job/group_phase.h"
 #include "core/job/index_phases.h"
+#include "core/job/normal_phases.h"
 #include "core/job/phased_job.h"
 #include "core/job/seam_phase.h"
 
@@ -26,13 +27,17 @@ namespace {
 // Of what happens to the field before the strategy begins; it counts as part of the estimate.
 constexpr std::string_view kFieldPhase = "field";
 
-// The phases of an estimate in order: the index's; the field, with the points that the index does not hold; the
-// strategy's; the seams; how far the normals agree, if there are any.
+// The phases of an estimate in order: the index's; those of normals that do not stay as they came; the field, with the
+// points that the index does not hold; the strategy's; the seams; how far the normals agree, if there are any.
 class CurvatureJob final : public EstimationJob, public PhasedJob {
  public:
-  CurvatureJob(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool, JobPriority priority, CallerKey caller)
+  CurvatureJob(Cloud cloud, const EstimatorOptions& options, const NormalOptions& normal_options, WorkerPool& pool,
+               JobPriority priority, CallerKey caller)
       : PhasedJob(pool, priority, caller),
         options_(options),
+        normal_options_(normal_options),
+        size_(cloud.size()),
+        origin_(cloud.origin()),
         query_count_(cloud.point_set().query_count()),
         invalid_count_(cloud.invalid_query_count()),
         builder_(std::in_place, std::move(cloud), StopSign(&stopped())),
@@ -46,7 +51,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       AddPhase(MakeCollectPhase(*builder_));
       AddPhase(MakeCollectPhase(*builder_));
       AddPhase(MakeTreePhase(*builder_));
-      AddPhase(std::make_unique<FieldPhase>(*this));
+      AddPhase(std::make_unique<NormalsPhase>(*this));
       return absl::OkStatus();
     }));
   }
@@ -80,11 +85,41 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     std::string_view name() const override { return kIndexPhase; }
     absl::StatusOr<size_t> Begin() override {
       absl::Status status = job_.options_.Validate();
+      if (status.ok()) status = job_.normal_options_.Validate(job_.size_);
       if (status.ok()) status = job_.builder_->Start();
       if (!status.ok()) return status;
       return 0;
     }
     absl::Status RunBlock(const BlockContext& /*context*/) override { return absl::OkStatus(); }
+
+   private:
+    CurvatureJob& job_;
+  };
+
+  // Takes the index, and adds the phases of normals, which those of the field follow.
+  class NormalsPhase final : public Phase {
+   public:
+    explicit NormalsPhase(CurvatureJob& job) : job_(job) {}
+    std::string_view name() const override { return kIndexPhase; }
+    absl::StatusOr<size_t> Begin() override { return 0; }
+    absl::Status RunBlock(const BlockContext& /*context*/) override { return absl::OkStatus(); }
+    absl::Status End() override { return job_.AddNormals(); }
+
+   private:
+    CurvatureJob& job_;
+  };
+
+  // Takes the results of points without a normal back, once the strategy has run.
+  class WithoutNormalPhase final : public Phase {
+   public:
+    explicit WithoutNormalPhase(CurvatureJob& job) : job_(job) {}
+    std::string_view name() const override { return kFieldPhase; }
+    absl::StatusOr<size_t> Begin() override { return 0; }
+    absl::Status RunBlock(const BlockContext& /*context*/) override { return absl::OkStatus(); }
+    absl::Status End() override {
+      job_.RefuseWithoutNormal();
+      return absl::OkStatus();
+    }
 
    private:
     CurvatureJob& job_;
@@ -129,9 +164,45 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     CurvatureJob& job_;
   };
 
-  absl::Status MakeField() {
+  absl::Status AddNormals() {
     index_ = builder_->Take();
     builder_.reset();  // the index holds all that is needed
+    if (normal_options_.source == NormalSource::kGiven && !normal_options_.returns_normals) return AddField();
+    if (normal_options_.source != NormalSource::kEstimate && !index_.has_normals()) {
+      return MakeCoreError(ErrorKind::kInvalid, "the cloud has no normals; ask for estimated ones");
+    }
+    normals_.emplace(
+        normal_options_, origin_, index_, thread_count_, [this](auto phase) { AddPhase(std::move(phase)); },
+        [this] { return CollectNormals(); });
+    return normal_options_.source == NormalSource::kGiven ? CollectNormals() : normals_->Start();
+  }
+
+  absl::Status CollectNormals() {
+    if (!normal_options_.returns_normals) return AddField();
+    return normals_->AddCollection(normal_field_, [this] { return AddField(); });
+  }
+
+  absl::Status AddField() {
+    AddPhase(std::make_unique<FieldPhase>(*this));
+    return absl::OkStatus();
+  }
+
+  void RefuseWithoutNormal() {
+    const PointSet& set = index_.point_set();
+    for (size_t place = 0; place < index_.point_count(); ++place) {
+      const PointStatus status = normals_->status(place);
+      if (status == PointStatus::kOk) continue;
+      const int32_t rank = index_.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
+      if (!set.is_query(rank)) continue;
+      PointCurvature& point = field_.points[set.slot_of(rank)];
+      // The counts of the scratch, which have the other status, are added at the end.
+      --field_.status_counts[static_cast<size_t>(point.status)];
+      ++field_.status_counts[static_cast<size_t>(status)];
+      point = Undefined(status);
+    }
+  }
+
+  absl::Status MakeField() {
     auto points = PageArray<PointCurvature>::Create(query_count_);
     if (!points.ok()) return points.status();
     field_.points = *std::move(points);
@@ -162,6 +233,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       AddPhase(MakeGroupPhase(std::move(phases[i]), index_, GroupsPerBlock(options_), *scratch_,
                               is_last ? &points_estimated_ : nullptr));
     }
+    if (normals_.has_value()) AddPhase(std::make_unique<WithoutNormalPhase>(*this));
     AddPhase(MakeSeamPhase({options_, index_, seams_, field_.points.data(), refused_}));
     AddPhase(std::make_unique<CountPhase>(*this));
     return absl::OkStatus();
@@ -209,8 +281,9 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 
   size_t HeldBytes() const override {
     const size_t building = builder_.has_value() ? builder_->bytes() : 0;
-    return building + index_.bytes() + seams_.bytes() + field_.points.bytes() + (run_ != nullptr ? run_->bytes() : 0) +
-           (agreement_run_.has_value() ? agreement_run_->bytes() : 0);
+    const size_t normals = normal_field_.bytes() + (normals_.has_value() ? normals_->bytes() : 0);
+    return building + index_.bytes() + normals + seams_.bytes() + field_.points.bytes() +
+           (run_ != nullptr ? run_->bytes() : 0) + (agreement_run_.has_value() ? agreement_run_->bytes() : 0);
   }
 
   void OnEnd(absl::Status status) override {
@@ -220,6 +293,9 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     scratch_.reset();
     agreement_run_.reset();
     run_.reset();
+    std::optional<NormalReport> report;
+    if (status.ok() && normal_options_.source != NormalSource::kGiven) report = normals_->report();
+    normals_.reset();
     builder_.reset();
     seams_ = SeamMarks();
     index_ = SpatialIndex();
@@ -230,9 +306,10 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     }
     absl::StatusOr<EstimationResult> result = CatchBadAlloc([&]() -> absl::StatusOr<EstimationResult> {
       if (!status.ok()) return std::move(status);
-      return EstimationResult{std::move(field_), agreement, Cost()};
+      return EstimationResult{std::move(field_), agreement, Cost(), report, std::move(normal_field_)};
     });
     if (!result.ok()) field_ = CurvatureField();
+    if (!result.ok()) normal_field_ = NormalField();
     callback(std::move(result));
   }
 
@@ -243,11 +320,16 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   }
 
   const EstimatorOptions options_;
+  const NormalOptions normal_options_;
   Callback callback_;
+  const size_t size_;  // of the cloud
+  const std::array<double, 3> origin_;
   const size_t query_count_;
   const size_t invalid_count_;
   std::optional<IndexBuilder> builder_;
   SpatialIndex index_;
+  std::optional<NormalPhases> normals_;  // none where they stay as they came
+  NormalField normal_field_;
   CurvatureField field_;
   const int thread_count_;
   SeamMarks seams_;
@@ -269,22 +351,33 @@ class EndedJob final : public EstimationJob {
 
 }  // namespace
 
-size_t EstimationBytesPerPoint(const EstimatorOptions& options) {
+size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOptions& normals) {
   constexpr size_t kCloudAndIndex = 48;
-  return kCloudAndIndex + sizeof(PointCurvature) + FindStrategy(options.estimator)->bytes_per_point;
+  return kCloudAndIndex + NormalBytesPerPoint(normals) + sizeof(PointCurvature) +
+         FindStrategy(options.estimator)->bytes_per_point;
 }
 
-size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count) {
+size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count,
+                              const NormalOptions& normals) {
   const size_t block_points = GroupsPerBlock(options) * SpatialIndex::kGroupPoints;
   const size_t blocks = (point_count + block_points - 1) / block_points;
-  return std::min<size_t>(thread_count, blocks) * FindStrategy(options.estimator)->scratch_bytes(options, point_count);
+  // Normals are done, and their scratch is gone, before the strategy begins.
+  return std::max(
+      std::min<size_t>(thread_count, blocks) * FindStrategy(options.estimator)->scratch_bytes(options, point_count),
+      NormalScratchBytes(normals, point_count, thread_count));
 }
 
 std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
                                                     JobPriority priority, Callback callback, CallerKey caller) {
+  return Start(std::move(cloud), options, NormalOptions(), pool, priority, std::move(callback), caller);
+}
+
+std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options,
+                                                    const NormalOptions& normals, WorkerPool& pool,
+                                                    JobPriority priority, Callback callback, CallerKey caller) {
   std::shared_ptr<CurvatureJob> job;
   absl::Status status = CatchBadAlloc([&] {
-    job = std::make_shared<CurvatureJob>(std::move(cloud), options, pool, priority, caller);
+    job = std::make_shared<CurvatureJob>(std::move(cloud), options, normals, pool, priority, caller);
     return absl::OkStatus();
   });
   if (!status.ok()) {
@@ -297,9 +390,14 @@ std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const Estimator
 }
 
 absl::StatusOr<EstimationResult> EstimateCurvature(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool) {
+  return EstimateCurvature(std::move(cloud), options, NormalOptions(), pool);
+}
+
+absl::StatusOr<EstimationResult> EstimateCurvature(Cloud cloud, const EstimatorOptions& options,
+                                                   const NormalOptions& normals, WorkerPool& pool) {
   absl::StatusOr<EstimationResult> result;
   std::latch done(1);
-  EstimationJob::Start(std::move(cloud), options, pool, JobPriority::kBatch, [&](auto estimated) {
+  EstimationJob::Start(std::move(cloud), options, normals, pool, JobPriority::kBatch, [&](auto estimated) {
     result = std::move(estimated);
     done.count_down();
   });

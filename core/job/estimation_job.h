@@ -15,6 +15,8 @@
 #include "core/estimators/seams/normals_agreement.h"
 #include "core/job/phased_job.h"
 #include "core/job/worker_pool.h"
+#include "core/normals/normal_options.h"
+#include "core/normals/normals.h"
 
 namespace curvd {
 
@@ -36,28 +38,32 @@ struct JobCost {
   double index_seconds = 0.0;
   double estimate_seconds = 0.0;  // all phases after the index
   std::vector<PhaseTime> phases;  // the same time by phase (SecondsOf)
-  size_t peak_bytes = 0;          // of large arrays: cloud, index, field, and what the strategy makes of them
+  size_t peak_bytes = 0;          // of large arrays: cloud, index, field, and what is made of them on the way
 };
 
 struct EstimationResult {
   CurvatureField field;
   NormalsAgreement agreement;
   JobCost cost;
+  std::optional<NormalReport> normal_report = std::nullopt;  // unless normals were taken as they came
+  NormalField normals = {};                                  // the ones in use, if NormalOptions::returns_normals
 };
 
 // Bytes that estimating one point needs at the peak, cloud and field included: what admission should reserve.
-size_t EstimationBytesPerPoint(const EstimatorOptions& options);
+size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOptions& normals = {});
 
 // The most bytes of scratch that the threads of a pool hold while they estimate a cloud of `point_count` points:
 // threads that get no block of a small cloud need none.
-size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count);
+size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count,
+                              const NormalOptions& normals = {});
 
 // Thread-safe.
 class EstimationJob {
  public:
   // Called once on a worker thread (or before Start returns, if options are invalid or there is no memory). Must not
   // throw. Errors are told apart by KindOf (core/base/error.h):
-  // - kInvalid: options.Validate() failed, or the cloud has no normals and options.estimator needs them.
+  // - kInvalid: options.Validate() failed, or the cloud has no normals, none were to be estimated, and options.estimator
+  //   needs them, or they were to be oriented.
   // - kOpposedNormals: normals point to opposite sides of one surface, and options.opposed_normals is kReject.
   // - kNeighborhoodTooLarge: a radius neighborhood exceeds max_neighbor_count.
   // - kOutOfMemory: the system gave no memory, on whatever thread.
@@ -71,6 +77,12 @@ class EstimationJob {
   // REQUIRES: cloud.Finish() was called.
   static std::shared_ptr<EstimationJob> Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
                                               JobPriority priority, Callback callback, CallerKey caller = 0);
+  // The same with normals that are first made, or oriented, as `normals` says. A point for which no normal can be
+  // estimated has no curvature; its status is that of PointNormal. Points whose estimate uses its normal have none
+  // either (docs/numerics.md). REQUIRES: what `normals` refers to lives until the callback is called.
+  static std::shared_ptr<EstimationJob> Start(Cloud cloud, const EstimatorOptions& options,
+                                              const NormalOptions& normals, WorkerPool& pool, JobPriority priority,
+                                              Callback callback, CallerKey caller = 0);
 
   virtual ~EstimationJob() = default;
   // Asks the job to end with kCancelled; returns at once. No other work block of the job begins. Those that run end
@@ -85,5 +97,7 @@ class EstimationJob {
 
 // Runs a job and waits for it. REQUIRES: not called on a thread of `pool`.
 absl::StatusOr<EstimationResult> EstimateCurvature(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool);
+absl::StatusOr<EstimationResult> EstimateCurvature(Cloud cloud, const EstimatorOptions& options,
+                                                   const NormalOptions& normals, WorkerPool& pool);
 
 }  // namespace curvd

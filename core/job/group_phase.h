@@ -11,7 +11,7 @@
 #include "absl/status/status.h"
 #include "core/estimators/strategy.h"
 #include "core/index/spatial_index.h"
-#include "core/job/phase.h"
+#include "core/base/phase.h"
 
 namespace curvd {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "core/index/index_builder.h"
-#include "core/job/phase.h"
+#include "core/base/phase.h"
 
 namespace curvd {
 

@@ -12,7 +12,7 @@
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "core/base/mutex.h"
-#include "core/job/phase.h"
+#include "core/base/phase.h"
 #include "core/job/worker_pool.h"
 
 namespace curvd {

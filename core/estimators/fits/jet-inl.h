@@ -28,8 +28,14 @@ namespace HWY_NAMESPACE {
 // of what one monomial adds to those before it. Above this one, coefficients are good to 1e-9 (docs/numerics.md).
 inline constexpr double kMinJetPivot = 1e-6;
 
-// Sets the fitting frame of point i: `axis` is the direction in which the neighbors spread least.
-HWY_INLINE void SetJetFrame(const NeighborArrays& n, double unit, size_t i, JetSystems& jets) {
+// How the neighbors of a point lie around it, in units of rho.
+struct NeighborSpread {
+  double mean[3];        // offset
+  double squares[6];     // mean products of offsets: xx xy xz yy yz zz
+  double covariance[6];  // the same about the mean
+};
+
+HWY_INLINE NeighborSpread MeasureSpread(const NeighborArrays& n, double unit) {
   const DoubleTag d;
   const DoubleVec scale = hn::Set(d, unit);
   DoubleVec sx = hn::Zero(d), sy = sx, sz = sx, xx = sx, xy = sx, xz = sx, yy = sx, yz = sx, zz = sx;
@@ -46,12 +52,21 @@ HWY_INLINE void SetJetFrame(const NeighborArrays& n, double unit, size_t i, JetS
   StoreFourSums(xy, xz, yy, yz, sums + 4);
   StoreFourSums(zz, zz, zz, zz, sums + 8);
   const double per_count = 1.0 / static_cast<double>(n.count);
-  const double mean[3] = {sums[0] * per_count, sums[1] * per_count, sums[2] * per_count};
-  const double covariance[6] = {sums[3] * per_count - mean[0] * mean[0], sums[4] * per_count - mean[0] * mean[1],
-                                sums[5] * per_count - mean[0] * mean[2], sums[6] * per_count - mean[1] * mean[1],
-                                sums[7] * per_count - mean[1] * mean[2], sums[8] * per_count - mean[2] * mean[2]};
+  NeighborSpread spread;
+  for (int axis = 0; axis < 3; ++axis) spread.mean[axis] = sums[axis] * per_count;
+  for (int entry = 0; entry < 6; ++entry) spread.squares[entry] = sums[3 + entry] * per_count;
+  for (int a = 0, entry = 0; a < 3; ++a) {
+    for (int b = a; b < 3; ++b, ++entry) {
+      spread.covariance[entry] = spread.squares[entry] - spread.mean[a] * spread.mean[b];
+    }
+  }
+  return spread;
+}
+
+// Sets the fitting frame of point i: `axis` is the direction in which the neighbors spread least.
+HWY_INLINE void SetJetFrame(const NeighborSpread& spread, size_t i, JetSystems& jets) {
   double axis[3];
-  LeastAxis(covariance, axis);
+  LeastAxis(spread.covariance, axis);
   // The fit is the same for any two axes of the plane (Duff et al., "Building an orthonormal basis, revisited", 2017).
   const double sign = std::copysign(1.0, axis[2]);
   const double a = -1.0 / (sign + axis[2]), b = axis[0] * axis[1] * a;
@@ -121,16 +136,22 @@ HWY_INLINE void SumProducts(double* const* left, int degree, const JetColumns& c
   }
 }
 
-// Sets up the least squares problem of point i from its neighbors.
-HWY_NOINLINE inline void SumJet(const NeighborArrays& n, float rho, int degree, size_t i, FitColumns& column_room,
-                                JetSystems& jets) {
-  const double unit = 1.0 / rho;
-  SetJetFrame(n, unit, i, jets);
+// Sets up the least squares problem of point i, whose fitting frame is set, from its neighbors.
+HWY_INLINE void SumJetInFrame(const NeighborArrays& n, double unit, int degree, size_t i, FitColumns& column_room,
+                              JetSystems& jets) {
   const JetColumns columns(degree, n.count, column_room);
   FillJetColumns(n, unit, i, jets, columns);
   SumProducts(columns.x, 2 * degree, columns, n.count, i, jets.moments);
   SumProducts(columns.zx, degree, columns, n.count, i, jets.heights);
   jets.moments[0][i] = static_cast<double>(n.count);  // the sum of ones counts the padding
+}
+
+// Sets the fitting frame of point i, and sets up its least squares problem, from its neighbors.
+HWY_NOINLINE inline void SumJet(const NeighborArrays& n, float rho, int degree, size_t i, FitColumns& column_room,
+                                JetSystems& jets) {
+  const double unit = 1.0 / rho;
+  SetJetFrame(MeasureSpread(n, unit), i, jets);
+  SumJetInFrame(n, unit, degree, i, column_room, jets);
 }
 
 // Solves the normal equations of points i, i + 1, ... by Cholesky's method.
@@ -206,22 +227,29 @@ HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetS
   StoreShapes(s, i, out);
 }
 
-// Shapes of all points of the group, whose problems are set up. `find(i)` collects the neighbors of point i as
-// `neighbors` once more, where that is needed; `qr_room` is scratch for those. Where it returns false, no point from
-// there on has a shape. Lowers the status of points without a jet.
+// Solves the problems of all points of the group. `find(i)` collects the neighbors of point i as `neighbors` once more,
+// where that is needed; `qr_room` is scratch for those. Where it returns false, no point from there on has a jet.
+// Lowers the status of points without a jet.
 template <typename FindNeighbors>
-HWY_NOINLINE void SolveJets(int degree, const GroupScalars& rho, const NeighborArrays& neighbors,
-                            ScratchArray<double>& qr_room, GroupPoints& points, JetSystems& jets, GroupShapes& shapes,
-                            FindNeighbors find) {
-  const size_t lanes = hn::Lanes(DoubleTag());
-  for (size_t i = 0; i < points.size; i += lanes) SolveNormalEquations(degree, i, jets);
+HWY_NOINLINE void SolveJetSystems(int degree, const GroupScalars& rho, const NeighborArrays& neighbors,
+                                  ScratchArray<double>& qr_room, GroupPoints& points, JetSystems& jets,
+                                  FindNeighbors find) {
+  for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) SolveNormalEquations(degree, i, jets);
   for (size_t i = 0; i < points.size; ++i) {
     if (points.status[i] != PointStatus::kOk) continue;
     if (jets.least_pivot[i] > kMinJetPivot * jets.moments[0][i]) continue;
     if (!find(i)) break;
     if (!SolveJetByQr(neighbors, i, 1.0 / rho[i], degree, qr_room, jets)) points.status[i] = PointStatus::kSingularFit;
   }
-  for (size_t i = 0; i < points.size; i += lanes) StoreJetShapes(points.normal, i, jets, shapes);
+}
+
+// The same, and the shapes of the jets.
+template <typename FindNeighbors>
+HWY_NOINLINE void SolveJets(int degree, const GroupScalars& rho, const NeighborArrays& neighbors,
+                            ScratchArray<double>& qr_room, GroupPoints& points, JetSystems& jets, GroupShapes& shapes,
+                            FindNeighbors find) {
+  SolveJetSystems(degree, rho, neighbors, qr_room, points, jets, find);
+  for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) StoreJetShapes(points.normal, i, jets, shapes);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -270,6 +270,94 @@ TEST(EstimationJobTest, RadiusThatCoversTheCloudIsRefusedByTheLimit) {
   EXPECT_NE(result.status().message().find("1000"), std::string::npos) << result.status();
 }
 
+// The points without their normals.
+Cloud BareCloud(const TestPoints& points) {
+  Cloud cloud(ScalarType::kFloat32, InvalidPointPolicy::kSkip, NormalsInput::kAbsent);
+  const size_t bytes = points.size() * sizeof(points.positions[0]);
+  EXPECT_TRUE(cloud.Append({reinterpret_cast<const char*>(points.positions.data()), bytes}, {}).ok());
+  EXPECT_TRUE(cloud.Finish().ok());
+  return cloud;
+}
+
+NormalOptions Estimated() {
+  NormalOptions options;
+  options.source = NormalSource::kEstimate;
+  return options;
+}
+
+TEST(EstimationJobTest, SpheresHaveTheirCurvatureWithoutNormalsToo) {
+  WorkerPool pool(2);
+  for (std::string_view estimator : kEstimators) {
+    const auto result = EstimateCurvature(BareCloud(Sphere(20'000, 2.0)), WithEstimator(estimator), Estimated(), pool);
+    ASSERT_TRUE(result.ok()) << result.status();
+    for (size_t i = 0; i < result->field.points.size(); ++i) {
+      ASSERT_EQ(result->field.points[i].status, PointStatus::kOk);
+      ASSERT_NEAR(result->field.points[i].mean, 0.5f, 0.01f) << estimator;
+    }
+    EXPECT_EQ(result->normal_report->closed_piece_count, 1u);
+    EXPECT_EQ(result->normals.size(), 0u);
+  }
+}
+
+TEST(EstimationJobTest, TurnedNormalsAreOrientedOnRequest) {
+  WorkerPool pool(2);
+  TestPoints sphere = Sphere(5'000, 2.0);
+  const auto expected = EstimateCurvature(sphere.ToCloud(), EstimatorOptions(), pool);
+  for (size_t i = 0; i < sphere.size(); i += 2) {
+    for (float& component : sphere.normals[i]) component = -component;
+  }
+  NormalOptions normals;
+  normals.source = NormalSource::kOrient;
+  normals.returns_normals = true;
+  const auto result = EstimateCurvature(sphere.ToCloud(), EstimatorOptions(), normals, pool);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_TRUE(SameBytes(result->field, expected->field));
+  EXPECT_EQ(result->normal_report->flipped_count, 2'500u);
+  ASSERT_EQ(result->normals.size(), sphere.size());
+  EXPECT_GT(result->normals[0].normal[2], 0.0f);  // the first point is at the top
+}
+
+TEST(EstimationJobTest, ThreadsDoNotChangeAByteOfWhatEstimatedNormalsGive) {
+  const TestPoints points = Waves(30'000, 0.002, 3);
+  WorkerPool one(1), four(4);
+  const auto first = EstimateCurvature(BareCloud(points), EstimatorOptions(), Estimated(), one);
+  const auto second = EstimateCurvature(BareCloud(points), EstimatorOptions(), Estimated(), four);
+  EXPECT_TRUE(SameBytes(first->field, second->field));
+}
+
+TEST(EstimationJobTest, PointsWithoutANormalHaveItsStatusAndSpoilNoOther) {
+  WorkerPool pool(2);
+  for (std::string_view estimator : kEstimators) {
+    TestPoints points = Sphere(5'000, 1.0);
+    for (int i = 0; i < 200; ++i) points.Add(5.0, 0, 0, 0, 0, 1);          // at one place
+    for (int i = 0; i < 200; ++i) points.Add(-5.0, 0.01 * i, 0, 0, 0, 1);  // on a line
+    const auto result = EstimateCurvature(BareCloud(points), WithEstimator(estimator), Estimated(), pool);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(CountOf(*result, PointStatus::kDegenerateArea), 200u) << estimator;
+    EXPECT_EQ(CountOf(*result, PointStatus::kSingularFit), 200u) << estimator;
+    EXPECT_EQ(CountOf(*result, PointStatus::kOk), 5'000u) << estimator;
+    EXPECT_TRUE(std::isnan(result->field.points[5'100].mean));
+  }
+}
+
+TEST(EstimationJobTest, AbsentNormalsAreAnErrorThatSaysWhatToDo) {
+  WorkerPool pool(1);
+  NormalOptions orient;
+  orient.source = NormalSource::kOrient;
+  EXPECT_EQ(KindOf(EstimateCurvature(BareCloud(Sphere(100, 1.0)), {}, pool).status()), ErrorKind::kInvalid);
+  EXPECT_EQ(KindOf(EstimateCurvature(BareCloud(Sphere(100, 1.0)), {}, orient, pool).status()), ErrorKind::kInvalid);
+}
+
+TEST(EstimationJobTest, PeakWithEstimatedNormalsStaysBelowThePromise) {
+  WorkerPool pool(2);
+  NormalOptions normals = Estimated();
+  for (const bool returns : {false, true}) {
+    normals.returns_normals = returns;
+    const auto result = EstimateCurvature(BareCloud(Sphere(300'000, 1.0)), EstimatorOptions(), normals, pool);
+    EXPECT_LE(result->cost.peak_bytes, 300'000 * EstimationBytesPerPoint(EstimatorOptions(), normals));
+  }
+}
+
 TEST(EstimationJobTest, CancelEndsTheJob) {
   WorkerPool pool(1);
   std::latch done(1);

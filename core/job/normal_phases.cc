@@ -1,0 +1,194 @@
+#include "core/job/normal_phases.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <variant>
+
+namespace curvd {
+namespace {
+
+constexpr std::string_view kFitPhase = "normals";
+
+// A phase of functions.
+class FunctionPhase final : public Phase {
+ public:
+  FunctionPhase(std::string_view name, size_t blocks, std::function<void(size_t block)> run,
+                std::function<absl::Status()> end)
+      : name_(name), blocks_(blocks), run_(std::move(run)), end_(std::move(end)) {}
+  std::string_view name() const override { return name_; }
+  absl::StatusOr<size_t> Begin() override { return blocks_; }
+  absl::Status RunBlock(const BlockContext& context) override {
+    run_(context.block);
+    return absl::OkStatus();
+  }
+  absl::Status End() override { return end_(); }
+
+ private:
+  const std::string_view name_;
+  const size_t blocks_;
+  const std::function<void(size_t)> run_;
+  const std::function<absl::Status()> end_;
+};
+
+bool IsAutomatic(const NormalOptions& options) {
+  return std::holds_alternative<AutoNeighborhood>(options.neighborhood);
+}
+
+// The fit that options ask for. REQUIRES: it is not automatic.
+NormalFit WantedFit(const NormalOptions& options) {
+  NormalFit fit;
+  fit.method = options.method.value_or(NormalMethod::kJet2);
+  fit.max_neighbor_count = options.max_neighbor_count;
+  if (const auto* count = std::get_if<NeighborCount>(&options.neighborhood)) fit.neighborhood = *count;
+  if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) fit.neighborhood = *radius;
+  return fit;
+}
+
+PointNormal Undefined(PointStatus status) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  return {{kNan, kNan, kNan}, kNan, kNan, status};
+}
+
+}  // namespace
+
+size_t NormalBytesPerPoint(const NormalOptions& options) {
+  size_t bytes = options.returns_normals ? sizeof(PointNormal) : 0;
+  if (options.source == NormalSource::kEstimate) {
+    bytes += 3 * sizeof(float) + sizeof(PointStatus) + (options.returns_normals ? 2 * sizeof(float) : 0);
+  }
+  return bytes + Orientation::BytesPerPoint(options);
+}
+
+size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count) {
+  if (options.source == NormalSource::kGiven) return 0;
+  size_t most = Orientation::ScratchBytes(options, point_count);
+  if (options.source == NormalSource::kEstimate) {
+    const size_t fit = IsAutomatic(options) ? ScalePilot::ScratchBytes(point_count, options.max_neighbor_count)
+                                            : NormalScratch::MostBytes(WantedFit(options), point_count);
+    most = std::max(most, fit);
+  }
+  return static_cast<size_t>(thread_count) * most;
+}
+
+NormalPhases::NormalPhases(const NormalOptions& options, const std::array<double, 3>& origin, SpatialIndex& index,
+                           int thread_count, PhaseSink add_phase, std::function<absl::Status()> then)
+    : options_(options),
+      index_(index),
+      thread_count_(thread_count),
+      add_phase_(add_phase),
+      orientation_(index, options_, origin, thread_count, std::move(add_phase), std::move(then)) {}
+
+absl::Status NormalPhases::Start() {
+  if (options_.source == NormalSource::kOrient || index_.point_count() == 0) {
+    orientation_.Start();
+    return absl::OkStatus();
+  }
+  if (absl::Status status = index_.MakeNormals(); !status.ok()) return status;
+  const size_t places = index_.leaf_count() * SpatialIndex::kLeafSize;
+  if (absl::Status status = quality_.Create(places, options_.returns_normals); !status.ok()) return status;
+  if (!IsAutomatic(options_)) {
+    scale_.fit = WantedFit(options_);
+    return AddFit();
+  }
+  pilot_.emplace(index_, options_.method, options_.max_neighbor_count, thread_count_);
+  add_phase_(MakePilotPhase(*pilot_));
+  add_phase_(std::make_unique<FunctionPhase>(kFitPhase, 0, nullptr, [this] {
+    scale_ = pilot_->Choose();
+    pilot_.reset();
+    return AddFit();
+  }));
+  return absl::OkStatus();
+}
+
+absl::Status NormalPhases::AddFit() {
+  fit_report_.method = scale_.fit.method;
+  fit_report_.sigma = scale_.sigma;
+  const auto* count = std::get_if<NeighborCount>(&scale_.fit.neighborhood);
+  if (count != nullptr) fit_report_.neighbor_count = count->count;
+  const size_t least = LeastNeighborCount(scale_.fit.method);
+  if (index_.point_count() < (count != nullptr ? std::max<size_t>(count->count, least) : 1)) {
+    FillTooFew();
+    return EndFit();
+  }
+  fit_ = StartNormalFit(scale_.fit, index_, quality_);
+  scratch_.emplace(*fit_, thread_count_);
+  GroupPhase groups = std::move(fit_->Phases().front());
+  add_phase_(
+      MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(scale_.fit.ToEstimatorOptions()), *scratch_, nullptr));
+  add_phase_(std::make_unique<FunctionPhase>(kFitPhase, 0, nullptr, [this] { return EndFit(); }));
+  return absl::OkStatus();
+}
+
+// For a cloud with fewer points than a neighborhood.
+void NormalPhases::FillTooFew() {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  for (size_t place = 0; place < index_.point_count(); ++place) {
+    SpatialIndex::LeafNormals& normals = index_.mutable_normals(place / SpatialIndex::kLeafSize);
+    const size_t lane = place % SpatialIndex::kLeafSize;
+    normals.x[lane] = normals.y[lane] = normals.z[lane] = kNan;
+    quality_.status[place] = PointStatus::kTooFewNeighbors;
+    if (quality_.residual.size() > 0) quality_.residual[place] = quality_.variance_ratio[place] = kNan;
+  }
+}
+
+absl::Status NormalPhases::EndFit() {
+  scratch_.reset();
+  fit_.reset();
+  orientation_.Start();
+  return absl::OkStatus();
+}
+
+PointStatus NormalPhases::status(size_t place) const {
+  return quality_.status.size() > 0 ? quality_.status[place] : PointStatus::kOk;
+}
+
+NormalReport NormalPhases::report() const {
+  NormalReport report = fit_report_;
+  const PointSet& set = index_.point_set();
+  for (size_t place = 0; place < index_.point_count(); ++place) {
+    const int32_t rank = index_.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
+    if (set.is_query(rank)) ++report.status_counts[static_cast<size_t>(status(place))];
+  }
+  orientation_.Report(report);
+  return report;
+}
+
+absl::Status NormalPhases::AddCollection(NormalField& field, std::function<absl::Status()> then) {
+  constexpr size_t kBlockPoints = 65'536;
+  const size_t points = index_.point_count();
+  auto created = NormalField::Create(index_.point_set().query_count());
+  if (!created.ok()) return created.status();
+  field = *std::move(created);
+  // The index does not hold points that are not valid.
+  std::fill(field.data(), field.data() + field.size(), Undefined(PointStatus::kInvalidInput));
+  add_phase_(std::make_unique<FunctionPhase>(
+      kOrientationPhase, (points + kBlockPoints - 1) / kBlockPoints,
+      [this, &field, points](size_t block) {
+        Collect(block * kBlockPoints, std::min((block + 1) * kBlockPoints, points), field);
+      },
+      std::move(then)));
+  return absl::OkStatus();
+}
+
+void NormalPhases::Collect(size_t first, size_t last, NormalField& field) const {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  const PointSet& set = index_.point_set();
+  for (size_t place = first; place < last; ++place) {
+    const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
+    const int32_t rank = index_.positions(leaf).id[lane];
+    if (!set.is_query(rank)) continue;
+    const SpatialIndex::LeafNormals& n = index_.normals(leaf);
+    const bool has_quality = quality_.residual.size() > 0;
+    field[set.slot_of(rank)] = {{n.x[lane], n.y[lane], n.z[lane]},
+                                has_quality ? quality_.residual[place] : kNan,
+                                has_quality ? quality_.variance_ratio[place] : kNan,
+                                status(place)};
+  }
+}
+
+size_t NormalPhases::bytes() const {
+  return quality_.bytes() + (pilot_.has_value() ? pilot_->bytes() : 0) + orientation_.bytes();
+}
+
+}  // namespace curvd

@@ -1,0 +1,68 @@
+// The phases that give an index normals, or turn those that it has.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "absl/status/status.h"
+#include "core/index/spatial_index.h"
+#include "core/job/group_phase.h"
+#include "core/normals/normal_fit.h"
+#include "core/normals/normal_options.h"
+#include "core/normals/normals.h"
+#include "core/normals/orientation.h"
+#include "core/normals/scale_pilot.h"
+
+namespace curvd {
+
+// Bytes a point that making normals as `options` say needs beyond the cloud and the index, normals themselves included;
+// and those of the points that are handed out.
+size_t NormalBytesPerPoint(const NormalOptions& options);
+// The most bytes of scratch that the threads of a pool hold meanwhile, for a cloud of `point_count` points.
+size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count);
+
+// Makes normals as options say: estimates them, in phases called "normals", then orients them, in phases called
+// "orientation" (core/normals/orientation.h). Each phase adds what follows it. The normals depend on the cloud and the
+// options alone: not on threads.
+class NormalPhases {
+ public:
+  // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and
+  // their source is not kGiven; `index` has normals if it is kOrient; `index`, what `options` refers to, and this
+  // outlive the phases. `origin` is the cloud's.
+  NormalPhases(const NormalOptions& options, const std::array<double, 3>& origin, SpatialIndex& index, int thread_count,
+               PhaseSink add_phase, std::function<absl::Status()> then);
+
+  // Adds the first phases. Errors: ErrorKind::kOutOfMemory; may throw std::bad_alloc.
+  absl::Status Start();
+
+  // What was found out. REQUIRES: `then` was called.
+  NormalReport report() const;
+  // Whether the point has a normal, and why not. REQUIRES: `then` was called, or is.
+  PointStatus status(size_t place) const;
+  // Copies the normals in use to a field, in phases that call `then` at their end. REQUIRES: `then` was called, or is.
+  absl::Status AddCollection(NormalField& field, std::function<absl::Status()> then);
+  size_t bytes() const;
+
+ private:
+  absl::Status AddFit();
+  void FillTooFew();
+  absl::Status EndFit();
+  void Collect(size_t first, size_t last, NormalField& field) const;
+
+  const NormalOptions options_;
+  SpatialIndex& index_;
+  const int thread_count_;
+  const PhaseSink add_phase_;
+  NormalQuality quality_;  // empty for given normals
+  std::optional<ScalePilot> pilot_;
+  ChosenScale scale_;
+  std::unique_ptr<StrategyRun> fit_;
+  std::optional<ScratchSet> scratch_;
+  NormalReport fit_report_;
+  Orientation orientation_;
+};
+
+}  // namespace curvd

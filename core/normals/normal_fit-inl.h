@@ -1,0 +1,191 @@
+// Fits the points of one group.
+
+#if defined(CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
+#undef CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
+#else
+#define CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/estimators/fits/jet-inl.h"
+#include "core/estimators/group_estimate-inl.h"
+#include "core/normals/normal_fit.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// Neighbors that spread less than this in their middle direction, compared with the widest and squared, lie on a line.
+inline constexpr double kMinLineSpread = 1e-6;
+// A point whose neighbors' mean is farther away than this many times their spread, squared, lies by itself. In the tip
+// of a wedge, however narrow, it is 8 times.
+inline constexpr double kMaxSeclusion = 12.0;
+
+// Collects the offsets of the neighbors of query[0..2]. Normals are not read: other threads may write them.
+class OffsetCollector {
+ public:
+  OffsetCollector(const SpatialIndex& index, const float* query, NeighborArrays& neighbors)
+      : index_(&index), query_(query), neighbors_(&neighbors) {}
+
+  HWY_INLINE void Start(size_t count) {
+    neighbors_->Reserve(count);
+    dx_ = neighbors_->dx.data(), dy_ = neighbors_->dy.data(), dz_ = neighbors_->dz.data();
+    count_ = 0;
+  }
+  HWY_INLINE void operator()(const NearPoints& near, FloatMask inside) {
+    const FloatTag d;
+    const size_t kept = hn::CountTrue(d, inside);
+    if (kept == 0) return;
+    const SpatialIndex::LeafPositions& points = index_->positions(near.leaf);
+    const QueryVectors q(query_);
+    const size_t i = near.place;
+    hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + i), q.x), inside), d, dx_ + count_);
+    hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.y + i), q.y), inside), d, dy_ + count_);
+    hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.z + i), q.z), inside), d, dz_ + count_);
+    count_ += kept;
+  }
+  HWY_INLINE void Finish() {
+    for (float* array : {dx_, dy_, dz_}) hn::StoreU(hn::Zero(FloatTag()), FloatTag(), array + count_);
+    neighbors_->count = count_;
+  }
+
+ private:
+  const SpatialIndex* index_;
+  const float* query_;
+  NeighborArrays* neighbors_;
+  float *dx_ = nullptr, *dy_ = nullptr, *dz_ = nullptr;
+  size_t count_ = 0;
+};
+
+// Collects the neighbors of single points of a group once more.
+class RepeatedOffsets {
+ public:
+  RepeatedOffsets(const SpatialIndex& index, const SearchPlan& plan, NormalScratch& s)
+      : index_(index), plan_(plan), s_(s) {}
+
+  HWY_NOINLINE void operator()(size_t i) {
+    if (!search_.has_value()) search_.emplace(index_, plan_, s_.points.box, s_.search);
+    float query[3];
+    s_.points.query.Get(i, query);
+    search_->Find(query, OffsetCollector(index_, query, s_.neighbors));
+  }
+
+ private:
+  const SpatialIndex& index_;
+  const SearchPlan& plan_;
+  NormalScratch& s_;
+  std::optional<GroupSearch> search_;
+};
+
+// x' m y for m = xx xy xz yy yz zz.
+inline double SymmetricProduct(const double* x, const double* m, const double* y) {
+  return x[0] * (m[0] * y[0] + m[1] * y[1] + m[2] * y[2]) + x[1] * (m[1] * y[0] + m[3] * y[1] + m[4] * y[2]) +
+         x[2] * (m[2] * y[0] + m[4] * y[1] + m[5] * y[2]);
+}
+
+inline void GetVector(const GroupDoubleVectors& from, size_t i, double* to) {
+  to[0] = from.x[i], to[1] = from.y[i], to[2] = from.z[i];
+}
+
+// Whether the neighbors lie together, away from the point, which is one of `count`.
+inline bool IsSecluded(const NeighborSpread& spread, size_t count) {
+  const double others = static_cast<double>(count) / static_cast<double>(count - 1);
+  double squared_mean = 0.0;
+  for (const double component : spread.mean) squared_mean += component * others * component * others;
+  const double squares = (spread.squares[0] + spread.squares[3] + spread.squares[5]) * others;
+  return squared_mean > kMaxSeclusion * (squares - squared_mean);
+}
+
+// Sets the frame of point i, and what the spread of its neighbors says about the plane in which they lie best.
+inline PointStatus SetPlane(const NeighborSpread& spread, size_t count, size_t i, NormalScratch& s) {
+  SetJetFrame(spread, i, s.system);
+  double u[3], v[3], axis[3];
+  GetVector(s.system.u, i, u);
+  GetVector(s.system.v, i, v);
+  GetVector(s.system.axis, i, axis);
+  const double uu = SymmetricProduct(u, spread.covariance, u), uv = SymmetricProduct(u, spread.covariance, v);
+  const double vv = SymmetricProduct(v, spread.covariance, v);
+  const double half = 0.5 * (uu - vv), root = std::sqrt(half * half + uv * uv);
+  const double widest = 0.5 * (uu + vv) + root, middle = 0.5 * (uu + vv) - root;
+  const double least = std::max(SymmetricProduct(axis, spread.covariance, axis), 0.0);
+  s.normal.Set(i, axis);
+  s.mean_square[i] = least;
+  s.mean_square_height[i] = SymmetricProduct(axis, spread.squares, axis);
+  s.variance_ratio[i] = std::min(least / middle, 1.0);
+  if (IsSecluded(spread, count)) return PointStatus::kTooFewNeighbors;
+  return middle > kMinLineSpread * widest ? PointStatus::kOk : PointStatus::kSingularFit;
+}
+
+// Takes the normals and residuals of the points whose jets are solved.
+inline void TakeJets(int degree, NormalScratch& s) {
+  const JetSystems& jets = s.system;
+  for (size_t i = 0; i < s.points.size; ++i) {
+    if (s.points.status[i] != PointStatus::kOk) continue;
+    const double a = jets.coefficients[JetIndex(1, 0)][i], b = jets.coefficients[JetIndex(0, 1)][i];
+    const double per_length = 1.0 / std::sqrt(1.0 + a * a + b * b);
+    const double normal[3] = {(jets.axis.x[i] - a * jets.u.x[i] - b * jets.v.x[i]) * per_length,
+                              (jets.axis.y[i] - a * jets.u.y[i] - b * jets.v.y[i]) * per_length,
+                              (jets.axis.z[i] - a * jets.u.z[i] - b * jets.v.z[i]) * per_length};
+    s.normal.Set(i, normal);
+    // At the solution, the heights' squares less what the polynomial explains.
+    double explained = 0.0;
+    for (int c = 0; c < JetSize(degree); ++c) explained += jets.coefficients[c][i] * jets.heights[c][i];
+    s.mean_square[i] = std::max(s.mean_square_height[i] - explained / jets.moments[0][i], 0.0);
+  }
+}
+
+// Leaves the first point of each leaf.
+inline void ThinGroup(GroupPoints& points) {
+  size_t kept = 0;
+  for (size_t i = 0; i < points.size; ++i) {
+    if (points.place[i] % SpatialIndex::kLeafSize != 0) continue;
+    float position[3];
+    points.query.Get(i, position);
+    points.query.Set(kept, position);
+    points.rank[kept] = points.rank[i];
+    points.slot[kept] = points.slot[i];
+    points.place[kept++] = points.place[i];
+  }
+  points.size = kept;
+}
+
+inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
+                                   NormalScratch& s) {
+  LoadGroup<true>(index, group, s.points);
+  if (sample == GroupSample::kOneOfEachLeaf) ThinGroup(s.points);
+  const auto fill = [](size_t) {};
+  const auto size = static_cast<size_t>(JetSize(plan.degree));
+  const auto fit = [&](size_t i, const LeafList&) {
+    PointStatus& status = s.points.status[i];
+    PreparePoints<false>(OnePoint(), plan.neighborhood, s.neighborhoods, i, s.points, s.frames, fill);
+    if (status != PointStatus::kOk) return;
+    const double unit = 1.0 / s.frames.rho[i];
+    status = SetPlane(MeasureSpread(s.neighbors, unit), s.neighbors.count, i, s);
+    if (status != PointStatus::kOk || plan.degree == 0) return;
+    if (s.neighbors.count < size) {
+      status = PointStatus::kSingularFit;
+      return;
+    }
+    SumJetInFrame(s.neighbors, unit, plan.degree, i, s.columns, s.system);
+  };
+  float query[3];
+  const float no_normal_sum[3] = {};
+  const OffsetCollector collector(index, query, s.neighbors);
+  const absl::Status status = ForEachNeighborhood(index, plan.neighborhood, query, no_normal_sum, collector, s, fit);
+  if (!status.ok() || plan.degree == 0) return status;
+  SolveJetSystems(plan.degree, s.frames.rho, s.neighbors, s.qr_room, s.points, s.system,
+                  RepeatedOffsets(index, plan.neighborhood.search, s));
+  TakeJets(plan.degree, s);
+  return status;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#endif  // CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_

@@ -1,0 +1,99 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/normals/normal_fit.cc"
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+// Must come after foreach_target.h.
+#include "core/normals/normal_fit-inl.h"
+#include "hwy/highway.h"
+
+#if HWY_ONCE
+
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/normals/normal_fit.h"
+
+namespace curvd {
+namespace {
+
+HWY_EXPORT(FitGroupKernel);
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+class NormalFitRun final : public StrategyRun {
+ public:
+  NormalFitRun(const NormalFit& fit, SpatialIndex& index, NormalQuality& quality)
+      : index_(index), plan_(fit, index), quality_(quality) {}
+
+  std::unique_ptr<WorkerScratch> MakeScratch() const override { return std::make_unique<NormalScratch>(); }
+
+  std::vector<GroupPhase> Phases() override {
+    return {{"normals", nullptr, [this](size_t group, WorkerScratch& scratch) {
+               return RunGroup(group, static_cast<NormalScratch&>(scratch));
+             }}};
+  }
+
+ private:
+  absl::Status RunGroup(size_t group, NormalScratch& s) const {
+    if (absl::Status status = FitGroup(index_, plan_, group, GroupSample::kAll, s); !status.ok()) return status;
+    for (size_t i = 0; i < s.points.size; ++i) Write(i, s);
+    return absl::OkStatus();
+  }
+
+  void Write(size_t i, NormalScratch& s) const {
+    const auto place = static_cast<size_t>(s.points.place[i]);
+    SpatialIndex::LeafNormals& normals = index_.mutable_normals(place / SpatialIndex::kLeafSize);
+    const size_t lane = place % SpatialIndex::kLeafSize;
+    const PointStatus status = s.points.status[i];
+    const bool ok = status == PointStatus::kOk;
+    normals.x[lane] = ok ? static_cast<float>(s.normal.x[i]) : kNan;
+    normals.y[lane] = ok ? static_cast<float>(s.normal.y[i]) : kNan;
+    normals.z[lane] = ok ? static_cast<float>(s.normal.z[i]) : kNan;
+    quality_.status[place] = status;
+    if (quality_.residual.size() > 0) {
+      quality_.residual[place] = ok ? static_cast<float>(std::sqrt(s.mean_square[i])) : kNan;
+      quality_.variance_ratio[place] = ok ? static_cast<float>(s.variance_ratio[i]) : kNan;
+    }
+    if (s.points.slot[i] != GroupPoints::kNoSlot) ++s.status_counts[static_cast<size_t>(status)];
+  }
+
+  SpatialIndex& index_;
+  const NormalPlan plan_;
+  NormalQuality& quality_;
+};
+
+}  // namespace
+
+EstimatorOptions NormalFit::ToEstimatorOptions() const {
+  EstimatorOptions options;
+  options.estimator = "jet";
+  options.neighborhood = neighborhood;
+  options.jet_degree = static_cast<uint32_t>(std::max(JetDegree(method), 1));
+  options.max_neighbor_count = max_neighbor_count;
+  return options;
+}
+
+absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
+                      NormalScratch& scratch) {
+  return HWY_DYNAMIC_DISPATCH(FitGroupKernel)(index, plan, group, sample, scratch);
+}
+
+absl::Status NormalQuality::Create(size_t places, bool wants_all) {
+  auto statuses = PageArray<PointStatus>::Create(places);
+  if (!statuses.ok()) return statuses.status();
+  status = *std::move(statuses);
+  for (PageArray<float>* array : {&residual, &variance_ratio}) {
+    auto values = PageArray<float>::Create(wants_all ? places : 0);
+    if (!values.ok()) return values.status();
+    *array = *std::move(values);
+  }
+  return absl::OkStatus();
+}
+
+std::unique_ptr<StrategyRun> StartNormalFit(const NormalFit& fit, SpatialIndex& index, NormalQuality& quality) {
+  return std::make_unique<NormalFitRun>(fit, index, quality);
+}
+
+}  // namespace curvd
+
+#endif  // HWY_ONCE

@@ -1,0 +1,77 @@
+// Normals of unoriented points: fits to the positions of each point's neighbors.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "core/base/page_array.h"
+#include "core/estimators/fits/fit_scratch.h"
+#include "core/estimators/neighborhood_plan.h"
+#include "core/estimators/strategy.h"
+#include "core/index/spatial_index.h"
+#include "core/normals/normal_options.h"
+
+namespace curvd {
+
+// One way to make normals, of those that NormalOptions may ask for.
+struct NormalFit {
+  NormalMethod method = NormalMethod::kJet2;
+  std::variant<NeighborCount, NeighborRadius> neighborhood{};
+  uint32_t max_neighbor_count = 10'000;
+
+  // The options of an estimate that has the same neighborhoods, and needs the same scratch.
+  EstimatorOptions ToEstimatorOptions() const;
+};
+
+// A fit to the neighborhoods of one index. REQUIRES: by count, the index holds as many points.
+struct NormalPlan {
+  NormalPlan(const NormalFit& fit, const SpatialIndex& index)
+      : neighborhood(NeighborhoodPlan::Make(fit.ToEstimatorOptions(), index)), degree(JetDegree(fit.method)) {}
+
+  NeighborhoodPlan neighborhood;
+  int degree;  // of the polynomial; 0: no polynomial
+};
+
+// What one thread fits normals with: a group of points at a time.
+struct NormalScratch : JetScratch {
+  // Of each point of the group whose status is kOk:
+  GroupDoubleVectors normal{};        // of unit length
+  GroupDoubles mean_square{};         // distance of the neighbors from the fit, squared, in units of rho
+  GroupDoubles variance_ratio{};      // as PointNormal has it
+  GroupDoubles mean_square_height{};  // of the neighbors along the axis of least spread, in units of rho
+
+  size_t bytes() const override { return JetScratch::bytes() - sizeof(JetScratch) + sizeof(*this); }
+  static size_t MostBytes(const NormalFit& fit, size_t point_count) {
+    return JetScratch::MostBytes(fit.ToEstimatorOptions(), point_count) - sizeof(JetScratch) + sizeof(NormalScratch);
+  }
+};
+
+// Which points of a group are fitted: all, or the first one of each leaf.
+enum class GroupSample : uint8_t { kAll, kOneOfEachLeaf };
+
+// Fits the points of a group, halo included; what comes out is in `scratch`, with the status of each point. Writes
+// nothing else, and reads no normals of other groups. Thread-safe for distinct scratch.
+// Errors: ErrorKind::kNeighborhoodTooLarge; kCancelled once the scratch is stopped. May throw std::bad_alloc.
+// REQUIRES: index.has_normals(); they may have any values.
+absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
+                      NormalScratch& scratch);
+
+// Quality of the normals of an index, by place in the tree order: leaf * SpatialIndex::kLeafSize + lane.
+struct NormalQuality {
+  PageArray<PointStatus> status;
+  // Empty unless they are wanted.
+  PageArray<float> residual;
+  PageArray<float> variance_ratio;
+
+  // Errors: ErrorKind::kOutOfMemory.
+  absl::Status Create(size_t places, bool wants_all);
+  size_t bytes() const { return status.bytes() + residual.bytes() + variance_ratio.bytes(); }
+};
+
+// A run of one phase, "normals", which fits every point, halo included, and writes its normal to the index, NaN where
+// there is none, and its quality. The counts of its scratch are of the points that get a result. Normals have any sign.
+// REQUIRES: index.has_normals(); `quality` has a place for each point of each leaf; both outlive the run.
+std::unique_ptr<StrategyRun> StartNormalFit(const NormalFit& fit, SpatialIndex& index, NormalQuality& quality);
+
+}  // namespace curvd

@@ -1,0 +1,59 @@
+// What becomes of the normals of a cloud: each point's, and what can be said of all of them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "core/base/page_array.h"
+#include "core/estimators/curvature_field.h"
+#include "core/normals/normal_options.h"
+
+namespace curvd {
+
+// A point's normal and its quality. All values are NaN unless status is kOk; quality is NaN for normals that were
+// given.
+struct PointNormal {
+  std::array<float, 3> normal;  // of unit length
+  float residual;               // root of the mean squared distance of the neighbors from the fit, over their radius
+  float
+      variance_ratio;  // least variance of the neighbors' positions over the middle one: 0 a plane, 1 a line or a ball
+  // kOk, or why there is none:
+  // - kTooFewNeighbors: fewer than kMinNeighborCount within the radius, or the point lies far away from all of them,
+  // - kDegenerateArea: the neighbors coincide,
+  // - kSingularFit: they lie on a line, or fix no polynomial,
+  // - kInvalidInput: the point was not usable.
+  PointStatus status;
+};
+
+// In the order of the points in the cloud; of those that get a result.
+using NormalField = PageArray<PointNormal>;
+
+// A certificate above this says that normals point to both sides of a closed surface: 0.001 to 0.17 were measured where
+// all were right, and 1.0 where a side was turned.
+inline constexpr double kMaxTrustedCertificate = 0.25;
+
+// What was found out about a cloud while its normals were made.
+struct NormalReport {
+  // Of estimated normals: what was used, and what was found.
+  std::optional<NormalMethod> method;
+  uint32_t neighbor_count = 0;  // 0 for a radius
+  // Standard deviation of the noise of positions along the normal, in the caller's length unit; where the neighborhood
+  // was chosen automatically and a sample of the points could tell.
+  std::optional<double> sigma;
+  std::array<uint64_t, kPointStatusEnd> status_counts{};  // of the points that get a result, by PointStatus
+
+  // Of oriented normals: how many of the points with a normal were turned; for estimated ones that says nothing.
+  size_t flipped_count = 0;
+  // Of consistent sides: connected pieces, how many of them are closed, and the share of the area that those have.
+  size_t piece_count = 0;
+  size_t closed_piece_count = 0;
+  double closed_area_share = 0.0;
+  // Where nearly all of the area is closed: how far the winding number of the cloud's own normals is from one half at
+  // its points; 0 is perfect, kMaxTrustedCertificate the most that can be trusted, 1 says that sides cancel, and 2 that
+  // the normals point inward.
+  std::optional<double> certificate;
+};
+
+}  // namespace curvd

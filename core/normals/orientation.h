@@ -1,0 +1,92 @@
+// Turns the normals of an index so that they point to one side of the surface: the phases that do it.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "core/base/phase.h"
+#include "core/index/spatial_index.h"
+#include "core/normals/normal_options.h"
+#include "core/normals/normals.h"
+#include "core/normals/piece_sides.h"
+#include "core/normals/side_tree.h"
+#include "core/normals/winding_certificate.h"
+
+namespace curvd {
+
+// Where the phases of a job are put: at the end of its list (PhasedJob::AddPhase).
+using PhaseSink = std::function<void(std::unique_ptr<Phase>)>;
+
+// The name of all phases that orient.
+inline constexpr std::string_view kOrientationPhase = "orientation";
+
+// Orients the normals of one index by phases, each of which adds what follows it. The result depends on the index and
+// the options alone: not on threads.
+class Orientation {
+ public:
+  // `origin`: what was subtracted from the input's positions (Cloud::origin). `then` is called once all normals point
+  // where they should; it adds the phases that follow. REQUIRES: index.has_normals(); NaN where a point has none.
+  // `index`, what `options` refers to, and the orientation outlive the phases.
+  Orientation(SpatialIndex& index, const NormalOptions& options, const std::array<double, 3>& origin, int thread_count,
+              PhaseSink add_phase, std::function<absl::Status()> then);
+
+  // Adds the first phase.
+  void Start();
+
+  // Adds to the report what was found. REQUIRES: `then` was called.
+  void Report(NormalReport& report) const;
+
+  // Bytes held now, but for the workers' scratch; none once `then` is called.
+  size_t bytes() const;
+  // Bytes a point that the phases allocate: links, the tree, and areas.
+  static size_t BytesPerPoint(const NormalOptions& options);
+  // Bytes that the scratch of one worker holds at most.
+  static size_t ScratchBytes(const NormalOptions& options, size_t point_count);
+
+ private:
+  struct Step;
+  struct WorkerScratch {
+    LinkScratch links;
+    ForestScratch forest;
+  };
+
+  void Add(Step step);
+  // The steps, each of which is a phase that adds the next one.
+  void AddLinks();
+  absl::Status AddRound();
+  absl::Status AddPieces();
+  void AddTurns();
+  absl::Status AddCertificate();
+  void AddSamples();
+  void AddDirectTurns();
+  // Gives memory back, and goes on.
+  absl::Status Finish();
+
+  absl::Status LinkChunk(size_t chunk, int worker, const std::atomic<bool>& stopped);
+  // Turns the normals of a chunk where is_turned(place) says so.
+  template <typename IsTurned>
+  void TurnChunk(size_t chunk, const IsTurned& is_turned);
+  void TurnPieces(size_t chunk);
+  void TurnDirectly(size_t chunk);
+  size_t chunk_count() const { return tree_.chunk_count(); }
+
+  SpatialIndex& index_;
+  const NormalOptions& options_;
+  const std::array<double, 3> origin_;
+  const PhaseSink add_phase_;
+  const std::function<absl::Status()> then_;
+  SideTree tree_;
+  std::optional<PieceSides> sides_;
+  std::optional<WindingCertificate> winding_;
+  std::vector<std::unique_ptr<WorkerScratch>> scratch_;
+  std::atomic<size_t> flipped_ = 0;
+  size_t piece_count_ = 0, closed_count_ = 0;
+  double closed_share_ = 0.0;
+  std::optional<double> certificate_;
+};
+
+}  // namespace curvd

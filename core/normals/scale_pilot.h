@@ -1,0 +1,103 @@
+// Finds from a sample of the points how many neighbors normals should be made of, and by which method.
+//
+// Each sampled point gets normals from jets of degree 2 and 4 at a ladder of neighbor counts. What noise does to a
+// normal follows from the residuals of the fits and from where the neighbors lie: the covariance of the coefficients of
+// least squares. What the surface's bends beyond the jet do to it shows in how the normal changes with
+// K, in excess of what noise explains. The sum of both, of bends with a larger weight, is least at the chosen scale:
+// who uses the normals can average their noise, but not undo what was smoothed away.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/base/phase.h"
+#include "core/index/spatial_index.h"
+#include "core/normals/normal_fit.h"
+
+namespace curvd {
+
+struct ChosenScale {
+  NormalFit fit;
+  std::optional<double> sigma;  // of the positions' noise, in the caller's unit; none where no point of the sample told
+};
+
+// Usage: block_count blocks of RunBlock, in any order and on any threads; then Choose. What is chosen depends on the
+// index alone, not on threads. RunBlock is thread-safe for distinct blocks and workers.
+class ScalePilot {
+ public:
+  // At most so many points are sampled.
+  static constexpr size_t kMostGroups = 128;
+  static constexpr size_t kPointsPerGroup = SpatialIndex::kGroupLeaves;
+
+  // `method`: the one to find a scale for; none: the better of kJet2 and kJet4. No neighborhood is larger than
+  // max_neighbor_count. REQUIRES: `index` has normals, of any values, and outlives the pilot.
+  ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> method, uint32_t max_neighbor_count,
+             int thread_count);
+
+  // 0 where the cloud is too small for a choice.
+  size_t block_count() const { return candidates_.empty() ? 0 : groups_.size(); }
+  // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
+  absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
+  // REQUIRES: all blocks have run.
+  ChosenScale Choose() const;
+
+  // Bytes that the pilot holds, but for its workers' scratch; and that the scratch of one worker holds at most.
+  size_t bytes() const { return outcomes_.capacity() * sizeof(Outcome); }
+  static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count);
+
+ private:
+  struct Candidate {
+    NormalFit fit;
+    NormalPlan plan;
+    uint32_t count() const { return std::get<NeighborCount>(fit.neighborhood).count; }
+  };
+  // Of one candidate at one sampled point. Lengths are in the index's unit.
+  struct Outcome {
+    std::array<float, 3> normal;
+    float radius;
+    float mean_square;  // of the distances of the neighbors from the fit
+    float noise;        // the squared error of the normal that noise of unit standard deviation makes
+    bool ok;
+  };
+
+  Outcome& outcome(size_t candidate, size_t sample) { return outcomes_[candidate * sample_count() + sample]; }
+  const Outcome& outcome(size_t candidate, size_t sample) const {
+    return outcomes_[candidate * sample_count() + sample];
+  }
+  size_t sample_count() const { return groups_.size() * kPointsPerGroup; }
+  void AddCandidates(NormalMethod method, size_t most);
+  // Over the points that the candidate fits: the median radius, and the median variance of the noise as its residuals
+  // show it; none where no point is fitted.
+  struct Medians {
+    double radius;
+    double variance;
+  };
+  std::optional<Medians> MediansOf(size_t candidate) const;
+  std::optional<double> Sigma() const;
+  // The squared error of a candidate's normals that noise makes.
+  double Noise(size_t candidate, double sigma) const;
+  // The squared error of the normals at `large` that bends make, as far as their change since `small` shows it beyond
+  // what noise explains.
+  double Bends(size_t small, size_t large, double sigma) const;
+  double ErrorOf(size_t candidate, double sigma) const;
+  // Whether the neighborhoods are so much larger than the noise that a fit finds the surface in it.
+  bool IsLargeEnough(size_t candidate, double sigma) const;
+
+  const SpatialIndex& index_;
+  std::vector<size_t> groups_;
+  std::vector<Candidate> candidates_;
+  std::vector<Outcome> outcomes_;
+  std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
+  ChosenScale fallback_;
+};
+
+// Runs the pilot's blocks, under the name "normals". REQUIRES: it outlives the phase.
+std::unique_ptr<Phase> MakePilotPhase(ScalePilot& pilot);
+
+}  // namespace curvd

@@ -1,0 +1,40 @@
+// Clouds whose normals are known, and what became of them.
+#pragma once
+
+#include <cstdint>
+
+#include "core/job/normals_job.h"
+#include "core/normals/normal_options.h"
+#include "core/normals/normals.h"
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+
+// A torus around the z axis with radii 6 and 2, evenly spread at random.
+TestPoints Torus(size_t points, uint64_t seed);
+// A box of 2 x 2 x thickness, of about `points` points on a grid that is shaken by a third of its spacing.
+TestPoints Plate(size_t points, double thickness, uint64_t seed);
+// Moves each coordinate by a Gaussian of standard deviation sigma.
+void AddNoise(double sigma, uint64_t seed, TestPoints& points);
+void Shift(double x, double y, double z, TestPoints& points);
+// Turns normals by turns of a random stream.
+void TurnAtRandom(uint64_t seed, TestPoints& points);
+void Append(const TestPoints& more, TestPoints& points);
+
+// The points without their normals.
+Cloud BareCloud(const TestPoints& points);
+
+// Makes normals with `threads` threads; fails the test on error.
+NormalResult MustMakeNormals(Cloud cloud, const NormalOptions& options, int threads = 2);
+
+// Estimates by `method` of `count` neighbors.
+NormalOptions EstimateBy(NormalMethod method, uint32_t count);
+
+// Mean angle in degrees between the lines of the normals made and those of `points`, over the points that have one.
+double MeanAngle(const NormalField& normals, const TestPoints& points);
+// The share of the points with a normal whose normal points to the other side than that of `points`.
+double FlippedShare(const NormalField& normals, const TestPoints& points);
+// Whether all bytes that are values agree.
+bool SameBytes(const NormalField& a, const NormalField& b);
+
+}  // namespace curvd::testing

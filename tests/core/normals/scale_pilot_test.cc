@@ -1,0 +1,87 @@
+#include "core/normals/scale_pilot.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/core/normals/normal_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+NormalOptions Automatic() {
+  NormalOptions options;
+  options.source = NormalSource::kEstimate;
+  return options;
+}
+
+TEST(ScalePilotTest, CleanSurfacesGetSmallNeighborhoodsOfHighDegree) {
+  const NormalResult result = MustMakeNormals(BareCloud(Torus(25'000, 1)), Automatic());
+  EXPECT_EQ(result.report.method, NormalMethod::kJet4);
+  EXPECT_LE(result.report.neighbor_count, 48u);
+  EXPECT_LT(*result.report.sigma, 1e-3);
+}
+
+TEST(ScalePilotTest, FindsTheNoise) {
+  for (const double sigma : {0.03, 0.1, 0.2}) {
+    TestPoints torus = Torus(25'000, 1);
+    AddNoise(sigma, 2, torus);
+    const NormalResult result = MustMakeNormals(BareCloud(torus), Automatic());
+    // The median of a chi-squared variable is a little below its mean.
+    EXPECT_NEAR(*result.report.sigma, sigma, 0.1 * sigma);
+  }
+}
+
+// Within 1.3 times of what the best of all scales and methods reaches.
+TEST(ScalePilotTest, ChoosesNearlyTheBestScale) {
+  for (const double sigma : {0.0, 0.03, 0.1}) {
+    TestPoints torus = Torus(15'000, 3);
+    AddNoise(sigma, 4, torus);
+    double best = 180.0;
+    for (const NormalMethod method : {NormalMethod::kPca, NormalMethod::kJet2, NormalMethod::kJet4}) {
+      for (const uint32_t count : {24u, 48u, 96u, 192u, 384u}) {
+        const NormalResult result = MustMakeNormals(BareCloud(torus), EstimateBy(method, count));
+        best = std::min(best, MeanAngle(result.normals, torus));
+      }
+    }
+    const NormalResult chosen = MustMakeNormals(BareCloud(torus), Automatic());
+    EXPECT_LT(MeanAngle(chosen.normals, torus), 1.3 * best)
+        << sigma << ": " << NormalMethodName(*chosen.report.method) << " " << chosen.report.neighbor_count;
+  }
+}
+
+TEST(ScalePilotTest, NothingDependsOnTheUnit) {
+  TestPoints torus = Torus(5'000, 5);
+  AddNoise(0.05, 6, torus);
+  const NormalResult one = MustMakeNormals(BareCloud(torus), Automatic());
+  for (auto& position : torus.positions) {
+    for (float& coordinate : position) coordinate *= 0x1p20f;
+  }
+  const NormalResult other = MustMakeNormals(BareCloud(torus), Automatic());
+  EXPECT_TRUE(SameBytes(one.normals, other.normals));
+  EXPECT_EQ(*other.report.sigma, *one.report.sigma * 0x1p20);
+}
+
+TEST(ScalePilotTest, SmallAndHopelessCloudsGetAFallback) {
+  for (const size_t points : {size_t{4}, size_t{11}, size_t{30}, size_t{40}}) {
+    const NormalResult result = MustMakeNormals(BareCloud(Sphere(points, 1.0)), Automatic());
+    EXPECT_EQ(result.report.status_counts[static_cast<size_t>(PointStatus::kOk)], points);
+  }
+  TestPoints line;
+  for (int i = 0; i < 2000; ++i) line.Add(0.001 * i, 0, 0, 0, 0, 1);
+  const NormalResult result = MustMakeNormals(BareCloud(line), Automatic());
+  EXPECT_FALSE(result.report.sigma.has_value());
+  EXPECT_EQ(result.report.status_counts[static_cast<size_t>(PointStatus::kSingularFit)], 2000u);
+}
+
+TEST(ScalePilotTest, KeepsToTheWantedMethodAndLimit) {
+  TestPoints torus = Torus(10'000, 7);
+  AddNoise(0.2, 8, torus);
+  NormalOptions options = Automatic();
+  options.method = NormalMethod::kPca;
+  options.max_neighbor_count = 40;
+  const NormalResult result = MustMakeNormals(BareCloud(torus), options);
+  EXPECT_EQ(result.report.method, NormalMethod::kPca);
+  EXPECT_LE(result.report.neighbor_count, 40u);
+}
+
+}  // namespace
+}  // namespace curvd::testing
