@@ -18,6 +18,8 @@ constexpr uint32_t kLeastForJet4 = 24;
 constexpr size_t kLargestShare = 3;
 // Errors from bends count so much more than those from noise.
 constexpr double kBendWeight = 3.0;
+// Of fits whose squared error is at most this many times the least, the cheapest is taken.
+constexpr double kGoodEnough = 1.5;
 // Sampled differences above this quantile are cut down to it: edges of the surface are few.
 constexpr double kClipQuantile = 0.95;
 // Neighborhoods whose radius is less than this many standard deviations of the noise are balls of points more than
@@ -253,18 +255,26 @@ double ScalePilot::ErrorOf(size_t candidate, double sigma) const {
   return noise + kBendWeight * bends;
 }
 
+const ScalePilot::Candidate& ScalePilot::LargestOf(NormalMethod method) const {
+  const auto is_it = [&](const Candidate& candidate) { return candidate.fit.method == method; };
+  return *std::find_if(candidates_.rbegin(), candidates_.rend(), is_it);
+}
+
 ChosenScale ScalePilot::Choose() const {
   const std::optional<double> sigma = candidates_.empty() ? std::nullopt : Sigma();
   if (!sigma.has_value()) return fallback_;
   ChosenScale chosen = fallback_;
-  double least = std::numeric_limits<double>::infinity();
-  chosen.fit = candidates_.back().fit;  // the largest neighborhood, if all are too small
+  std::vector<double> errors;
   for (size_t c = 0; c < candidates_.size(); ++c) {
-    const double error = IsLargeEnough(c, *sigma) ? ErrorOf(c, *sigma) : std::numeric_limits<double>::infinity();
-    if (!(error < least)) continue;
-    least = error;
-    chosen.fit = candidates_[c].fit;
+    errors.push_back(IsLargeEnough(c, *sigma) ? ErrorOf(c, *sigma) : std::numeric_limits<double>::infinity());
   }
+  const double least = *std::min_element(errors.begin(), errors.end());
+  const Candidate* cheapest = nullptr;
+  for (size_t c = 0; c < candidates_.size(); ++c) {
+    const bool is_good = errors[c] < std::numeric_limits<double>::infinity() && errors[c] <= kGoodEnough * least;
+    if (is_good && (cheapest == nullptr || candidates_[c].cost() < cheapest->cost())) cheapest = &candidates_[c];
+  }
+  chosen.fit = cheapest != nullptr ? cheapest->fit : LargestOf(candidates_.front().fit.method).fit;
   chosen.fit.max_neighbor_count = fallback_.fit.max_neighbor_count;
   chosen.sigma = std::ldexp(*sigma, -index_.scale_exponent());
   return chosen;

@@ -56,6 +56,8 @@ class ScalePilot {
     NormalFit fit;
     NormalPlan plan;
     uint32_t count() const { return std::get<NeighborCount>(fit.neighborhood).count; }
+    // Of a fit, in any unit: a search, and the products of monomials over the neighbors.
+    size_t cost() const { return count() * static_cast<size_t>(8 + JetSize(2 * plan.degree)); }
   };
   // Of one candidate at one sampled point. Lengths are in the index's unit.
   struct Outcome {
@@ -86,6 +88,8 @@ class ScalePilot {
   // what noise explains.
   double Bends(size_t small, size_t large, double sigma) const;
   double ErrorOf(size_t candidate, double sigma) const;
+  // REQUIRES: there is a candidate of the method.
+  const Candidate& LargestOf(NormalMethod method) const;
   // Whether the neighborhoods are so much larger than the noise that a fit finds the surface in it.
   bool IsLargeEnough(size_t candidate, double sigma) const;
 
