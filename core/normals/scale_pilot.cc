@@ -11,15 +11,18 @@
 namespace curvd {
 namespace {
 
-// Two rungs double the count. Fewer neighbors than the first have no residual to tell noise by.
-constexpr uint32_t kLadder[] = {12, 17, 24, 34, 48, 68, 96, 136, 192, 272, 384, 544, 768, 1086};
-constexpr uint32_t kLeastForJet4 = 24;
+// Two rungs double the count. Fewer neighbors than the first have no residual to tell noise by; what more neighbors
+// than the last could still smooth, whoever uses the normals can, at less cost.
+constexpr uint32_t kLadder[] = {12, 17, 24, 34, 48, 68, 96, 136, 192, 272, 384, 544};
+constexpr uint32_t kLeastForJet4 = 24, kMostForJet4 = 384;
 // A neighborhood of more than this share of the cloud is no neighborhood.
 constexpr size_t kLargestShare = 3;
 // Errors from bends count so much more than those from noise.
 constexpr double kBendWeight = 3.0;
 // Of fits whose squared error is at most this many times the least, the cheapest is taken.
 constexpr double kGoodEnough = 1.5;
+// Errors below this are all good enough: squared radians.
+constexpr double kNegligible = 1e-8;
 // Sampled differences above this quantile are cut down to it: edges of the surface are few.
 constexpr double kClipQuantile = 0.95;
 // Neighborhoods whose radius is less than this many standard deviations of the noise are balls of points more than
@@ -135,7 +138,8 @@ ScalePilot::ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> me
 
 void ScalePilot::AddCandidates(NormalMethod method, size_t most) {
   for (const uint32_t count : kLadder) {
-    if (count > most || (method == NormalMethod::kJet4 && count < kLeastForJet4)) continue;
+    if (count > most) continue;
+    if (method == NormalMethod::kJet4 && (count < kLeastForJet4 || count > kMostForJet4)) continue;
     NormalFit fit;
     fit.method = method;
     fit.neighborhood = NeighborCount{count};
@@ -271,7 +275,8 @@ ChosenScale ScalePilot::Choose() const {
   const double least = *std::min_element(errors.begin(), errors.end());
   const Candidate* cheapest = nullptr;
   for (size_t c = 0; c < candidates_.size(); ++c) {
-    const bool is_good = errors[c] < std::numeric_limits<double>::infinity() && errors[c] <= kGoodEnough * least;
+    const bool is_good =
+        errors[c] < std::numeric_limits<double>::infinity() && errors[c] <= std::max(kGoodEnough * least, kNegligible);
     if (is_good && (cheapest == nullptr || candidates_[c].cost() < cheapest->cost())) cheapest = &candidates_[c];
   }
   chosen.fit = cheapest != nullptr ? cheapest->fit : LargestOf(candidates_.front().fit.method).fit;

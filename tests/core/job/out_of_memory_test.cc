@@ -23,7 +23,7 @@ struct Outcome {
 
 // Runs a job of which an allocation fails: the one after `first` others, or all from there on.
 Outcome RunWithFailure(const TestPoints& points, const EstimatorOptions& options, int threads, size_t first,
-                       FailingNew::Failing failing) {
+                       FailingNew::Failing failing, const NormalOptions& normals) {
   Outcome outcome;
   Cloud cloud = points.ToCloud();
   WorkerPool pool(threads);
@@ -40,7 +40,7 @@ Outcome RunWithFailure(const TestPoints& points, const EstimatorOptions& options
   };
   FailingNew failure(first, failing);
   const std::shared_ptr<EstimationJob> job =
-      EstimationJob::Start(std::move(cloud), options, pool, JobPriority::kBatch, std::move(callback));
+      EstimationJob::Start(std::move(cloud), options, normals, pool, JobPriority::kBatch, std::move(callback));
   done.wait();
   failure.Stop();
   EXPECT_EQ(job->progress().phase, JobPhase::kDone);
@@ -51,11 +51,11 @@ Outcome RunWithFailure(const TestPoints& points, const EstimatorOptions& options
 
 // Runs the job with one failure after the other, until there is none.
 void FailEachAllocation(const TestPoints& points, const EstimatorOptions& options, int threads,
-                        FailingNew::Failing failing) {
-  (void)RunWithFailure(points, options, threads, size_t{1} << 40, failing);  // makes what lives on
+                        FailingNew::Failing failing, const NormalOptions& normals = {}) {
+  (void)RunWithFailure(points, options, threads, size_t{1} << 40, failing, normals);  // makes what lives on
   for (size_t first = 0;; ++first) {
     const ptrdiff_t before = LiveAllocations();
-    const Outcome outcome = RunWithFailure(points, options, threads, first, failing);
+    const Outcome outcome = RunWithFailure(points, options, threads, first, failing, normals);
     ASSERT_EQ(outcome.calls, 1) << "allocation " << first;
     ASSERT_EQ(LiveAllocations(), before) << "allocation " << first;
     if (!outcome.has_failed) {
@@ -85,6 +85,16 @@ TEST_P(StrategyOutOfMemoryTest, AnyAllocationThatFailsIsOutOfMemoryAndNothingLea
 TEST_P(StrategyOutOfMemoryTest, AllAllocationsThatFailFromSomeOneOnAreOutOfMemory) {
   const EstimatorOptions options = {.estimator = GetParam(), .neighborhood = NeighborCount{8}};
   FailEachAllocation(ManyPoints(), options, 2, FailingNew::Failing::kAllFromThere);
+}
+
+TEST(NormalsOutOfMemoryTest, AnyAllocationThatFailsIsOutOfMemoryAndNothingLeaks) {
+  const EstimatorOptions options = {.neighborhood = NeighborCount{8}};
+  NormalOptions normals;
+  normals.source = NormalSource::kEstimate;
+  normals.returns_normals = true;
+  FailEachAllocation(Sphere(3'000, 1.0), options, 1, FailingNew::Failing::kOne, normals);
+  normals.neighborhood = NeighborCount{8};
+  FailEachAllocation(Sphere(10'000, 1.0), options, 2, FailingNew::Failing::kAllFromThere, normals);
 }
 
 class EmptyPhase final : public Phase {
