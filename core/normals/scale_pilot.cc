@@ -22,7 +22,7 @@ constexpr double kBendWeight = 3.0;
 // Of fits whose squared error is at most this many times the least, the cheapest is taken.
 constexpr double kGoodEnough = 1.5;
 // Errors below this are all good enough: squared radians.
-constexpr double kNegligible = 1e-8;
+constexpr double kNegligible = 1e-10;
 // Sampled differences above this quantile are cut down to it: edges of the surface are few.
 constexpr double kClipQuantile = 0.95;
 // Neighborhoods whose radius is less than this many standard deviations of the noise are balls of points more than
