@@ -19,6 +19,9 @@ struct NormalSums {
   float least_agreement;  // the least cosine between one of them and the query's own
 };
 
+// For searches that take no normals.
+inline constexpr NormalSums kNoNormals{{}, 1.0f};
+
 // The neighbors of one query in tree order: their offsets from it, in the index's unit, and their normals. Set by
 // NeighborCollector (core/estimators/neighbors-inl.h) for one query at a time; zeros follow the last neighbor up to the
 // end of a vector.

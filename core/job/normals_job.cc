@@ -27,7 +27,7 @@ class IndexedNormalsJob final : public NormalsJob, public PhasedJob {
         size_(cloud.size()),
         invalid_count_(cloud.invalid_query_count()),
         origin_(cloud.origin()),
-        builder_(std::in_place, std::move(cloud), &stopped()) {}
+        builder_(std::in_place, std::move(cloud), StopSign(&stopped())) {}
 
   // From here on `callback` will be called, whatever happens.
   void Start(Callback callback) {

@@ -7,12 +7,12 @@
 #include <memory>
 #include <string_view>
 
+#include "core/base/phase.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/options.h"
 #include "core/estimators/seams/seam_marks.h"
 #include "core/index/spatial_index.h"
 #include "core/job/group_phase.h"
-#include "core/job/phase.h"
 
 namespace curvd {
 

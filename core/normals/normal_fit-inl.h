@@ -9,9 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "core/estimators/fits/jet-inl.h"
+#include "core/estimators/fits/repeated_search-inl.h"
 #include "core/estimators/group_estimate-inl.h"
 #include "core/normals/normal_fit.h"
 #include "hwy/highway.h"
@@ -26,11 +26,11 @@ inline constexpr double kMinLineSpread = 1e-6;
 // of a wedge, however narrow, it is 8 times.
 inline constexpr double kMaxSeclusion = 12.0;
 
-// Collects the offsets of the neighbors of query[0..2]. Normals are not read: other threads may write them.
+// Collects the offsets of the neighbors of a query. Normals are not read: other threads may write them.
 class OffsetCollector {
  public:
-  OffsetCollector(const SpatialIndex& index, const float* query, NeighborArrays& neighbors)
-      : index_(&index), query_(query), neighbors_(&neighbors) {}
+  OffsetCollector(const SpatialIndex& index, const QueryPoint& query, NeighborArrays& neighbors)
+      : index_(&index), query_(&query), neighbors_(&neighbors) {}
 
   HWY_INLINE void Start(size_t count) {
     neighbors_->Reserve(count);
@@ -42,7 +42,7 @@ class OffsetCollector {
     const size_t kept = hn::CountTrue(d, inside);
     if (kept == 0) return;
     const SpatialIndex::LeafPositions& points = index_->positions(near.leaf);
-    const QueryVectors q(query_);
+    const QueryVectors q(query_->position);
     const size_t i = near.place;
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + i), q.x), inside), d, dx_ + count_);
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.y + i), q.y), inside), d, dy_ + count_);
@@ -56,30 +56,10 @@ class OffsetCollector {
 
  private:
   const SpatialIndex* index_;
-  const float* query_;
+  const QueryPoint* query_;
   NeighborArrays* neighbors_;
   float *dx_ = nullptr, *dy_ = nullptr, *dz_ = nullptr;
   size_t count_ = 0;
-};
-
-// Collects the neighbors of single points of a group once more.
-class RepeatedOffsets {
- public:
-  RepeatedOffsets(const SpatialIndex& index, const SearchPlan& plan, NormalScratch& s)
-      : index_(index), plan_(plan), s_(s) {}
-
-  HWY_NOINLINE void operator()(size_t i) {
-    if (!search_.has_value()) search_.emplace(index_, plan_, s_.points.box, s_.search);
-    float query[3];
-    s_.points.query.Get(i, query);
-    search_->Find(query, OffsetCollector(index_, query, s_.neighbors));
-  }
-
- private:
-  const SpatialIndex& index_;
-  const SearchPlan& plan_;
-  NormalScratch& s_;
-  std::optional<GroupSearch> search_;
 };
 
 // x' m y for m = xx xy xz yy yz zz.
@@ -156,7 +136,7 @@ inline void ThinGroup(GroupPoints& points) {
 
 inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
                                    NormalScratch& s) {
-  LoadGroup<true>(index, group, s.points);
+  LoadGroup<true>(index, group, s.points, s.first_point);
   if (sample == GroupSample::kOneOfEachLeaf) ThinGroup(s.points);
   const auto fill = [](size_t) {};
   const auto size = static_cast<size_t>(JetSize(plan.degree));
@@ -173,13 +153,17 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
     }
     SumJetInFrame(s.neighbors, unit, plan.degree, i, s.columns, s.system);
   };
-  float query[3];
-  const float no_normal_sum[3] = {};
+  QueryPoint query;
   const OffsetCollector collector(index, query, s.neighbors);
-  const absl::Status status = ForEachNeighborhood(index, plan.neighborhood, query, no_normal_sum, collector, s, fit);
+  const absl::Status status = ForEachNeighborhood(index, plan.neighborhood, query, kNoNormals, collector, s, fit);
   if (!status.ok() || plan.degree == 0) return status;
+  const auto collect = [&](GroupSearch& search, size_t i) HWY_ATTR {
+    s.points.query.Get(i, query.position);
+    search.Find(query.position, collector);
+  };
   SolveJetSystems(plan.degree, s.frames.rho, s.neighbors, s.qr_room, s.points, s.system,
-                  RepeatedOffsets(index, plan.neighborhood.search, s));
+                  RepeatedSearch(index, plan.neighborhood.search, plan.degree, s, collect));
+  if (s.IsStopped()) return Stopped();
   TakeJets(plan.degree, s);
   return status;
 }

@@ -34,8 +34,8 @@ struct alignas(64) LinkNeighbors {
 
 class LinkCollector {
  public:
-  LinkCollector(const SpatialIndex& index, const float* query, LinkNeighbors& out)
-      : index_(&index), query_(query), out_(&out) {}
+  LinkCollector(const SpatialIndex& index, const QueryPoint& query, LinkNeighbors& out)
+      : index_(&index), query_(&query), out_(&out) {}
 
   HWY_INLINE void Start(size_t) { count_ = 0; }
   HWY_INLINE void operator()(const NearPoints& near, FloatMask inside) {
@@ -45,7 +45,7 @@ class LinkCollector {
     if (kept == 0) return;
     const SpatialIndex::LeafPositions& points = index_->positions(near.leaf);
     const SpatialIndex::LeafNormals& normals = index_->normals(near.leaf);
-    const QueryVectors q(query_);
+    const QueryVectors q(query_->position);
     const size_t i = near.place;
     const auto first = static_cast<int32_t>(near.leaf * SpatialIndex::kLeafSize + i);
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + i), q.x), inside), d, out_->dx + count_);
@@ -62,7 +62,7 @@ class LinkCollector {
 
  private:
   const SpatialIndex* index_;
-  const float* query_;
+  const QueryPoint* query_;
   LinkNeighbors* out_;
   size_t count_ = 0;
 };
@@ -104,10 +104,9 @@ inline void AppendLinksOf(uint32_t place, const LinkNeighbors& n, LinkScratch& s
 
 inline absl::Status AppendLinksKernel(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
                                       LinkScratch& s, PackedArea* areas) {
-  LoadGroup<true>(index, group, s.points);
+  LoadGroup<true>(index, group, s.points, s.first_point);
   LinkNeighbors neighbors;
-  float query[3];
-  const float no_normal_sum[3] = {};
+  QueryPoint query;
   const auto compare = [&](size_t i, const LeafList&) HWY_ATTR {
     const auto place = static_cast<uint32_t>(s.points.place[i]);
     areas[place] = 0;
@@ -118,7 +117,7 @@ inline absl::Status AppendLinksKernel(const SpatialIndex& index, const Neighborh
     std::nth_element(neighbors.squared, middle, neighbors.squared + neighbors.count);
     areas[place] = PackArea(*middle);
   };
-  return ForEachNeighborhood(index, plan, query, no_normal_sum, LinkCollector(index, query, neighbors), s, compare);
+  return ForEachNeighborhood(index, plan, query, kNoNormals, LinkCollector(index, query, neighbors), s, compare);
 }
 
 }  // namespace HWY_NAMESPACE

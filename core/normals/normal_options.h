@@ -39,8 +39,13 @@ struct AutoNeighborhood {};
 
 // Normals of neighbors agree, each connected piece for itself. A closed piece gets normals that point outward. An open
 // one keeps the side that most of its area had, if normals were given; else the largest component of its mean normal
-// is positive.
-struct ConsistentSides {};
+// is positive. Where that leaves sides that no closed surface has, but others would fit one, those are taken
+// (core/normals/side_repair.h).
+struct ConsistentSides {
+  // Whether the cloud is known to be of closed surfaces, whatever holes it has: every piece then gets normals that
+  // point outward, and a certificate. DEFAULT: what the sum of a piece's normals says.
+  bool closed = false;
+};
 // Each normal points to the side from which the surface is seen from `viewpoint`, in the coordinates of the input.
 struct SidesTowardViewpoint {
   std::array<double, 3> viewpoint;

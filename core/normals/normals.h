@@ -50,10 +50,14 @@ struct NormalReport {
   size_t piece_count = 0;
   size_t closed_piece_count = 0;
   double closed_area_share = 0.0;
-  // Where nearly all of the area is closed: how far the winding number of the cloud's own normals is from one half at
-  // its points; 0 is perfect, kMaxTrustedCertificate the most that can be trusted, 1 says that sides cancel, and 2 that
-  // the normals point inward.
+  // Points with a normal that the repair turned, and so saved from the wrong side.
+  size_t repaired_count = 0;
+  // Where nearly all of the area is closed, or was said to be: how much the winding number of the cloud's own normals
+  // varies over its points; 0 is perfect, kMaxTrustedCertificate the most that can be trusted, 1 says that sides
+  // cancel, and 2 that the normals point inward.
   std::optional<double> certificate;
+  // Whether the orientation cannot be trusted, as far as the certificate tells.
+  bool is_doubtful() const { return certificate.has_value() && !(*certificate <= kMaxTrustedCertificate); }
 };
 
 }  // namespace curvd

@@ -56,8 +56,7 @@ void Orientation::AddLinks() {
   // A phase of its own takes the memory, so that an error is the job's.
   Add({0, nullptr, [this] {
          if (absl::Status status = tree_.Start(); !status.ok()) return status;
-         Add({chunk_count(),
-              [this](const BlockContext& context) { return LinkChunk(context.block, context.worker, context.stopped); },
+         Add({chunk_count(), [this](const BlockContext& context) { return LinkBlock(context); },
               [this] {
                 scratch_.clear();
                 return AddRound();
@@ -66,11 +65,22 @@ void Orientation::AddLinks() {
        }});
 }
 
-absl::Status Orientation::LinkChunk(size_t chunk, int worker, const std::atomic<bool>& stopped) {
-  std::unique_ptr<WorkerScratch>& scratch = scratch_[static_cast<size_t>(worker)];
+absl::Status Orientation::LinkBlock(const BlockContext& context) {
+  std::unique_ptr<WorkerScratch>& scratch = scratch_[static_cast<size_t>(context.worker)];
   if (scratch == nullptr) scratch = std::make_unique<WorkerScratch>();
-  scratch->links.stopped = &stopped;
-  return tree_.Link(chunk, scratch->links, scratch->forest);
+  scratch->links.stopped = &context.stopped;
+  // A block past the first ones is the rest of a chunk, from the place that its number tells.
+  const bool is_rest = context.block >= chunk_count();
+  const size_t first = is_rest ? context.block - chunk_count() : context.block * SideTree::kChunkPoints;
+  const absl::StatusOr<size_t> rest = tree_.Link(first, scratch->links, scratch->forest);
+  if (!rest.ok()) return rest.status();
+  if (*rest != SideTree::kNoRest) context.add_block(chunk_count() + *rest);
+  return absl::OkStatus();
+}
+
+bool Orientation::all_closed() const {
+  const auto* consistent = std::get_if<ConsistentSides>(&options_.sides);
+  return consistent != nullptr && consistent->closed;
 }
 
 absl::Status Orientation::AddRound() {
@@ -99,11 +109,11 @@ absl::Status Orientation::AddPieces() {
          return absl::OkStatus();
        },
        [this] {
-         sides_->Finish(piece_count_, options_.source == NormalSource::kOrient);
+         sides_->Finish(piece_count_, {options_.source == NormalSource::kOrient, all_closed()});
          double area = 0.0, closed = 0.0;
          for (const PieceSums& piece : sides_->pieces()) {
            area += piece.area;
-           if (!IsClosed(piece)) continue;
+           if (!IsClosed(piece) && !all_closed()) continue;
            ++closed_count_;
            closed += piece.area;
          }
@@ -120,7 +130,7 @@ void Orientation::AddTurns() {
          TurnPieces(context.block);
          return absl::OkStatus();
        },
-       [this] { return closed_share_ >= kMostlyClosed ? AddCertificate() : Finish(); }});
+       [this] { return closed_share_ >= kMostlyClosed || all_closed() ? AddCertificate() : Finish(); }});
 }
 
 template <typename IsTurned>
@@ -220,6 +230,7 @@ void Orientation::Report(NormalReport& report) const {
   report.piece_count = piece_count_;
   report.closed_piece_count = closed_count_;
   report.closed_area_share = closed_share_;
+  report.repaired_count = repaired_count_;
   report.certificate = certificate_;
 }
 

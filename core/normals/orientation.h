@@ -66,13 +66,14 @@ class Orientation {
   // Gives memory back, and goes on.
   absl::Status Finish();
 
-  absl::Status LinkChunk(size_t chunk, int worker, const std::atomic<bool>& stopped);
+  absl::Status LinkBlock(const BlockContext& context);
   // Turns the normals of a chunk where is_turned(place) says so.
   template <typename IsTurned>
   void TurnChunk(size_t chunk, const IsTurned& is_turned);
   void TurnPieces(size_t chunk);
   void TurnDirectly(size_t chunk);
   size_t chunk_count() const { return tree_.chunk_count(); }
+  bool all_closed() const;
 
   SpatialIndex& index_;
   const NormalOptions& options_;
@@ -86,6 +87,7 @@ class Orientation {
   std::atomic<size_t> flipped_ = 0;
   size_t piece_count_ = 0, closed_count_ = 0;
   double closed_share_ = 0.0;
+  size_t repaired_count_ = 0;
   std::optional<double> certificate_;
 };
 

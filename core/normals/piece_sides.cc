@@ -43,8 +43,8 @@ bool IsClosed(const PieceSums& piece) {
   return piece.area > 0.0 && Norm(piece.normal_sum) <= kMostClosedShare * piece.area;
 }
 
-bool IsToBeTurned(const PieceSums& piece, bool keeps_majority) {
-  if (IsClosed(piece)) {
+bool IsToBeTurned(const PieceSums& piece, const SideRule& rule) {
+  if (IsClosed(piece) || (rule.all_closed && piece.area > 0.0)) {
     // By the divergence theorem, the flux of the position is three times the volume inside. Taken about the center, so
     // that holes matter less.
     double about_center = piece.flux;
@@ -53,7 +53,7 @@ bool IsToBeTurned(const PieceSums& piece, bool keeps_majority) {
     }
     return about_center < 0.0;
   }
-  if (keeps_majority) {
+  if (rule.keeps_majority) {
     return piece.area > 0.0 ? piece.kept_area < 0.5 * piece.area : 2 * piece.kept_points < piece.points;
   }
   const auto less = [](double a, double b) { return std::abs(a) < std::abs(b); };
@@ -79,14 +79,14 @@ void PieceSides::SumChunk(size_t chunk) {
   sums.shrink_to_fit();
 }
 
-void PieceSides::Finish(size_t piece_count, bool keeps_majority) {
+void PieceSides::Finish(size_t piece_count, const SideRule& rule) {
   pieces_.resize(piece_count);
   for (size_t i = 0; i < piece_count; ++i) pieces_[i].piece = static_cast<uint32_t>(i);
   for (std::vector<PieceSums>& chunk : chunks_) {
     for (const PieceSums& sums : chunk) pieces_[sums.piece].Add(sums);
     chunk = {};
   }
-  for (const PieceSums& piece : pieces_) turned_.push_back(IsToBeTurned(piece, keeps_majority) ? 1 : 0);
+  for (const PieceSums& piece : pieces_) turned_.push_back(IsToBeTurned(piece, rule) ? 1 : 0);
 }
 
 size_t PieceSides::bytes() const {

@@ -29,10 +29,15 @@ struct PieceSums {
 inline constexpr double kMostClosedShare = 0.25;
 
 bool IsClosed(const PieceSums& piece);
+// How the side of a piece is chosen.
+struct SideRule {
+  bool keeps_majority = false;  // normals were given: an open piece keeps the side that most of them have
+  bool all_closed = false;      // pieces are closed whatever the sum of their normals
+};
 // Whether the normals of a piece have to be turned, all of them, once they agree with the root: a closed piece is to
 // have normals that point outward; an open one keeps the side that most of its area has, or most of its points if they
-// lie at one place, if `keeps_majority`; else the largest component of its mean normal is to be positive.
-bool IsToBeTurned(const PieceSums& piece, bool keeps_majority);
+// lie at one place, if rule.keeps_majority; else the largest component of its mean normal is to be positive.
+bool IsToBeTurned(const PieceSums& piece, const SideRule& rule);
 
 // Sums the pieces of a tree. Usage: SumChunk for each chunk of the tree, in any order and on any threads; then Finish.
 // The sums depend on the index and the tree alone.
@@ -44,7 +49,7 @@ class PieceSides {
 
   // May throw std::bad_alloc.
   void SumChunk(size_t chunk);
-  void Finish(size_t piece_count, bool keeps_majority);
+  void Finish(size_t piece_count, const SideRule& rule);
 
   const std::vector<PieceSums>& pieces() const { return pieces_; }
   // REQUIRES: Finish was called.

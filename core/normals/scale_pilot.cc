@@ -149,27 +149,32 @@ void ScalePilot::AddCandidates(NormalMethod method, size_t most) {
 
 absl::Status ScalePilot::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
   std::unique_ptr<NormalScratch>& scratch = scratch_[static_cast<size_t>(worker)];
-  if (scratch == nullptr) scratch = std::make_unique<NormalScratch>();
-  scratch->stopped = &stopped;
-  for (size_t c = 0; c < candidates_.size(); ++c) {
-    const absl::Status status =
-        FitGroup(index_, candidates_[c].plan, groups_[block], GroupSample::kOneOfEachLeaf, *scratch);
-    if (!status.ok()) return status;
-    for (size_t i = 0; i < kPointsPerGroup; ++i) {
-      Outcome& out = outcome(c, block * kPointsPerGroup + i);
-      out.ok = i < scratch->points.size && scratch->points.status[i] == PointStatus::kOk;
-      if (!out.ok) continue;
-      out.normal = {static_cast<float>(scratch->normal.x[i]), static_cast<float>(scratch->normal.y[i]),
-                    static_cast<float>(scratch->normal.z[i])};
-      out.radius = scratch->frames.rho[i];
-      const int degree = candidates_[c].plan.degree;
-      const double variance =
-          degree == 0 ? PlaneVariance(candidates_[c].count()) : SlopeVariance(scratch->system, degree, i);
-      out.mean_square = static_cast<float>(scratch->mean_square[i]) * out.radius * out.radius;
-      out.noise = static_cast<float>(variance) / (out.radius * out.radius);
-    }
+  if (scratch == nullptr) {
+    scratch = std::make_unique<NormalScratch>();
+    scratch->most_work = std::numeric_limits<uint64_t>::max();  // four points are few
   }
-  return absl::OkStatus();
+  scratch->stopped = &stopped;
+  const size_t c = block / groups_.size(), group = block % groups_.size();
+  const absl::Status status =
+      FitGroup(index_, candidates_[c].plan, groups_[group], GroupSample::kOneOfEachLeaf, *scratch);
+  for (size_t i = 0; status.ok() && i < kPointsPerGroup; ++i) {
+    outcome(c, group * kPointsPerGroup + i) = OutcomeOf(candidates_[c], *scratch, i);
+  }
+  return status;
+}
+
+ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, const NormalScratch& fits, size_t i) {
+  Outcome out{};
+  out.ok = i < fits.points.size && fits.points.status[i] == PointStatus::kOk;
+  if (!out.ok) return out;
+  out.normal = {static_cast<float>(fits.normal.x[i]), static_cast<float>(fits.normal.y[i]),
+                static_cast<float>(fits.normal.z[i])};
+  out.radius = fits.frames.rho[i];
+  const int degree = candidate.plan.degree;
+  const double variance = degree == 0 ? PlaneVariance(candidate.count()) : SlopeVariance(fits.system, degree, i);
+  out.mean_square = static_cast<float>(fits.mean_square[i]) * out.radius * out.radius;
+  out.noise = static_cast<float>(variance) / (out.radius * out.radius);
+  return out;
 }
 
 std::optional<ScalePilot::Medians> ScalePilot::MediansOf(size_t candidate) const {

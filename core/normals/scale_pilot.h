@@ -41,7 +41,7 @@ class ScalePilot {
              int thread_count);
 
   // 0 where the cloud is too small for a choice.
-  size_t block_count() const { return candidates_.empty() ? 0 : groups_.size(); }
+  size_t block_count() const { return candidates_.size() * groups_.size(); }
   // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
   absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
   // REQUIRES: all blocks have run.
@@ -68,6 +68,7 @@ class ScalePilot {
     bool ok;
   };
 
+  static Outcome OutcomeOf(const Candidate& candidate, const NormalScratch& fits, size_t i);
   Outcome& outcome(size_t candidate, size_t sample) { return outcomes_[candidate * sample_count() + sample]; }
   const Outcome& outcome(size_t candidate, size_t sample) const {
     return outcomes_[candidate * sample_count() + sample];

@@ -37,27 +37,36 @@ absl::Status SideTree::Start() {
   return status;
 }
 
-absl::Status SideTree::Link(size_t chunk, LinkScratch& scratch, ForestScratch& forest) {
-  const size_t first = chunk * kChunkPoints, last = ChunkEnd(chunk);
-  scratch.link_count = 0;
-  const size_t first_group = chunk * kChunkGroups,
-               end_group = std::min(first_group + kChunkGroups, index_.group_count());
-  for (size_t group = first_group; group < end_group; ++group) {
+absl::StatusOr<size_t> SideTree::Link(size_t first, LinkScratch& scratch, ForestScratch& forest) {
+  const size_t chunk = first / kChunkPoints, begin = chunk * kChunkPoints, last = ChunkEnd(chunk);
+  std::vector<NormalLink>& kept_links = links_[chunk];
+  scratch.link_count = kept_links.size();  // of the points before
+  scratch.links.Reserve(scratch.link_count);
+  std::copy(kept_links.begin(), kept_links.end(), scratch.links.data());
+  const uint64_t began = scratch.work();
+  size_t next = first;
+  while (next < last && scratch.work() - began <= WorkerScratch::kMostRunWork) {
+    const size_t group = next / SpatialIndex::kGroupPoints;
+    scratch.first_point = next % SpatialIndex::kGroupPoints;
+    scratch.rest = 0;
     const absl::Status status = AppendLinks(index_, plan_, group, scratch, areas_.data());
     if (!status.ok()) return status;
+    next = scratch.rest > 0 ? group * SpatialIndex::kGroupPoints + scratch.rest
+                            : std::min((group + 1) * SpatialIndex::kGroupPoints, last);
   }
   NormalLink* const links = scratch.links.data();
   const size_t kept =
-      KeepForest(links, scratch.link_count, static_cast<uint32_t>(first), static_cast<uint32_t>(last), forest);
+      KeepForest(links, scratch.link_count, static_cast<uint32_t>(begin), static_cast<uint32_t>(last), forest);
   // More than two links a point have nearly all their ends in other chunks; the dearest of those are given up.
-  links_[chunk].assign(links, links + std::min(kept, kMostKept));
-  for (size_t place = first; place < last; ++place) {
-    const SpatialIndex::LeafNormals& normals = index_.normals(place / SpatialIndex::kLeafSize);
-    const float x = normals.x[place % SpatialIndex::kLeafSize];
-    parents_[place] = x == x ? Join(static_cast<uint32_t>(place), 0) : kNone;
-    offers_[place] = kNoLink;
-  }
-  return absl::OkStatus();
+  kept_links.assign(links, links + (next == last ? std::min(kept, kMostKept) : kept));
+  for (size_t place = first; place < next; ++place) StartPlace(place);
+  return next == last ? kNoRest : next;
+}
+
+void SideTree::StartPlace(size_t place) {
+  const float x = index_.normals(place / SpatialIndex::kLeafSize).x[place % SpatialIndex::kLeafSize];
+  parents_[place] = x == x ? Join(static_cast<uint32_t>(place), 0) : kNone;
+  offers_[place] = kNoLink;
 }
 
 bool SideTree::HasLinks() const {

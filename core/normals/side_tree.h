@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/base/page_array.h"
 #include "core/index/spatial_index.h"
 #include "core/normals/link_forest.h"
@@ -17,14 +18,15 @@ namespace curvd {
 // for why it leads): in each round every piece finds its cheapest link to another one, and half of the pieces or more
 // follow it. ComesBefore makes the forest unique, whatever the threads do.
 //
-// Usage: Start; Link for each chunk; then, while Sort says so, rounds: Propose for each chunk, Follow for each chunk,
-// Flatten for each chunk. Calls of one kind may run concurrently for distinct chunks, and all of a kind must have
-// returned before the next kind begins. A chunk is kChunkGroups groups of the index.
+// Usage: Start; Link for each chunk; then, while HasLinks says so, rounds: Propose for each chunk, Follow for each
+// chunk, Flatten for each chunk. Calls of one kind may run concurrently for distinct chunks, and all of a kind must
+// have returned before the next kind begins. A chunk is kChunkGroups groups of the index.
 class SideTree {
  public:
   static constexpr size_t kChunkGroups = 64;
   static constexpr size_t kChunkPoints = kChunkGroups * SpatialIndex::kGroupPoints;
   static constexpr uint32_t kNoPiece = ~uint32_t{0};
+  static constexpr size_t kNoRest = ~size_t{0};
 
   explicit SideTree(const SpatialIndex& index) : index_(index), plan_(LinkSearch(index)) {}
 
@@ -32,9 +34,11 @@ class SideTree {
   // Takes memory. Errors: ErrorKind::kOutOfMemory; may throw std::bad_alloc.
   absl::Status Start();
 
-  // Compares the normals of the chunk's points with their neighbors', and keeps the links that matter.
+  // Compares the normals of a chunk's points with their neighbors', from the place `first` on, which is that of the
+  // chunk's first point, or what another call has returned; and keeps the links that matter. Returns kNoRest, or once
+  // the searches have become long (WorkerScratch::kMostRunWork), the place from which another call is to go on.
   // Errors: ErrorKind::kCancelled once the scratch is stopped. May throw std::bad_alloc.
-  absl::Status Link(size_t chunk, LinkScratch& links, ForestScratch& forest);
+  absl::StatusOr<size_t> Link(size_t first, LinkScratch& links, ForestScratch& forest);
   // Whether there are links between pieces. Not concurrent with anything.
   bool HasLinks() const;
   void Propose(size_t chunk);
@@ -72,6 +76,7 @@ class SideTree {
   static uint32_t Join(uint32_t place, uint32_t opposite) { return place << 1 | opposite; }
   size_t ChunkEnd(size_t chunk) const;
   bool IsRoot(size_t place) const { return parents_[place] >> 1 == place && parents_[place] != kNone; }
+  void StartPlace(size_t place);
   void Offer(uint32_t root, uint64_t offer);
 
   const SpatialIndex& index_;

@@ -9,6 +9,8 @@ namespace {
 
 // A node is a dipole to points that are farther away than this many times its reach, squared.
 constexpr double kFarSquared = 6.0;
+// Nodes that are looked into for one point; ordinary clouds of 10 million points need a few thousand.
+constexpr size_t kMostVisited = 50'000;
 // Neighborhoods of so many points have the area that SideTree gives to their middle one.
 constexpr double kPointsPerArea = 0.5 * (kLinksPerPoint + 1);
 
@@ -139,7 +141,7 @@ double WindingCertificate::WindingNumber(size_t place) const {
   size_t count = 0;
   open[count++] = {0, 0, 0, index_.leaf_count()};
   double sum = 0.0;
-  while (count > 0) {
+  for (size_t visited = 0; count > 0; ++visited) {
     const Place at = open[--count];
     const Node& node = nodes_[at.node];
     if (node.area == 0.0f) continue;
@@ -147,7 +149,7 @@ double WindingCertificate::WindingNumber(size_t place) const {
                               static_cast<double>(node.center[1]) - query[1],
                               static_cast<double>(node.center[2]) - query[2]};
     const double squared = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
-    if (squared > kFarSquared * node.reach * node.reach) {
+    if (squared > kFarSquared * node.reach * node.reach || visited > kMostVisited) {
       const double moment[3] = {node.moment[0], node.moment[1], node.moment[2]};
       sum += Dipole(offset, moment, softening);
     } else if (at.is_group()) {

@@ -2,9 +2,8 @@
 #define HWY_TARGET_INCLUDE "core/estimators/fits/jet.cc"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
-#include <optional>
-
 #include "core/estimators/fits/jet-inl.h"
+#include "core/estimators/fits/repeated_search-inl.h"
 #include "core/estimators/fits/shape_operator-inl.h"
 #include "core/estimators/group_estimate-inl.h"
 #include "hwy/highway.h"
@@ -12,40 +11,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
-
-// Collects the neighbors of single points of a group once more.
-class RepeatedSearch {
- public:
-  RepeatedSearch(const SpatialIndex& index, const JetPlan& plan, JetScratch& s)
-      : index_(index), plan_(plan), s_(s), began_(s.search.work) {}
-
-  // Returns false, and collects nothing, once nobody wants the result, or the group has been ended before point i
-  // because the factorizations of those before it took so much.
-  HWY_NOINLINE bool operator()(size_t i) {
-    if (s_.IsStopped()) return false;
-    if (i > 0 && s_.IsLongSince(began_)) {
-      s_.LeaveRest(i);
-      return false;
-    }
-    if (!search_.has_value()) search_.emplace(index_, plan_.neighborhood.search, s_.points.box, s_.search);
-    QueryPoint query;
-    NormalSums normals;
-    s_.points.query.Get(i, query.position);
-    s_.points.normal.Get(i, query.normal);
-    search_->Find(query.position, NeighborCollector(index_, query, s_.neighbors, normals));
-    // A step for every four multiplications and additions of the factorization.
-    const auto size = static_cast<size_t>(JetSize(plan_.degree));
-    s_.search.work += s_.neighbors.count * size * size / 2;
-    return true;
-  }
-
- private:
-  const SpatialIndex& index_;
-  const JetPlan& plan_;
-  JetScratch& s_;
-  const uint64_t began_;
-  std::optional<GroupSearch> search_;
-};
 
 absl::Status EstimateJets(const SpatialIndex& index, const JetPlan& plan, size_t group, JetScratch& s,
                           PointCurvature* results) {
@@ -64,8 +29,15 @@ absl::Status EstimateJets(const SpatialIndex& index, const JetPlan& plan, size_t
   };
   const absl::Status status = ForEachCollected(index, plan.neighborhood, s.neighbors, s, sum);
   if (!status.ok()) return status;
+  const auto collect = [&](GroupSearch& search, size_t i) HWY_ATTR {
+    QueryPoint query;
+    NormalSums normals;
+    s.points.query.Get(i, query.position);
+    s.points.normal.Get(i, query.normal);
+    search.Find(query.position, NeighborCollector(index, query, s.neighbors, normals));
+  };
   SolveJets(plan.degree, s.frames.rho, s.neighbors, s.qr_room, s.points, s.system, s.shapes,
-            RepeatedSearch(index, plan, s));
+            RepeatedSearch(index, plan.neighborhood.search, plan.degree, s, collect));
   if (s.IsStopped()) return Stopped();
   WriteShapes(plan.neighborhood, s.shapes, s, results);
   return status;
