@@ -22,7 +22,7 @@ TEST(NormalsJobTest, ThreadsDoNotChangeAByte) {
   TestPoints torus = Torus(60'000, 1);
   AddNoise(0.1, 2, torus);
   TestPoints turned = torus;
-  TurnAtRandom(3, turned);
+  FlipAtRandom(0.5, 3, turned);
   NormalOptions orient;
   orient.source = NormalSource::kOrient;
   const NormalResult estimated = MustMakeNormals(BareCloud(torus), Estimated(), 1);

@@ -38,7 +38,7 @@ TestPoints Torus(size_t points, uint64_t seed) {
   return torus;
 }
 
-TestPoints Plate(size_t points, double thickness, uint64_t seed) {
+TestPoints ClosedPlate(size_t points, double thickness, uint64_t seed) {
   TestPoints plate;
   const double spacing = std::sqrt((8.0 + 8.0 * thickness) / static_cast<double>(points));
   uint64_t stream = 0;
@@ -75,13 +75,6 @@ void AddNoise(double sigma, uint64_t seed, TestPoints& points) {
 void Shift(double x, double y, double z, TestPoints& points) {
   for (auto& p : points.positions) {
     p = {static_cast<float>(p[0] + x), static_cast<float>(p[1] + y), static_cast<float>(p[2] + z)};
-  }
-}
-
-void TurnAtRandom(uint64_t seed, TestPoints& points) {
-  for (size_t i = 0; i < points.size(); ++i) {
-    if (RandomStream(seed, i).Next() % 2 == 0) continue;
-    for (float& component : points.normals[i]) component = -component;
   }
 }
 

@@ -6,19 +6,19 @@
 #include "core/job/normals_job.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
+#include "tests/core/seam_clouds.h"
 #include "tests/core/test_clouds.h"
 
 namespace curvd::testing {
 
 // A torus around the z axis with radii 6 and 2, evenly spread at random.
 TestPoints Torus(size_t points, uint64_t seed);
-// A box of 2 x 2 x thickness, of about `points` points on a grid that is shaken by a third of its spacing.
-TestPoints Plate(size_t points, double thickness, uint64_t seed);
+// A box of 2 x 2 x thickness, its narrow sides included, of about `points` points on a grid that is shaken by a third
+// of its spacing.
+TestPoints ClosedPlate(size_t points, double thickness, uint64_t seed);
 // Moves each coordinate by a Gaussian of standard deviation sigma.
 void AddNoise(double sigma, uint64_t seed, TestPoints& points);
 void Shift(double x, double y, double z, TestPoints& points);
-// Turns normals by turns of a random stream.
-void TurnAtRandom(uint64_t seed, TestPoints& points);
 void Append(const TestPoints& more, TestPoints& points);
 
 // The points without their normals.

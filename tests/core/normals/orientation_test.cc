@@ -19,7 +19,7 @@ NormalOptions Orient() {
 
 // Orients the given normals after half of them, chosen at random, were turned.
 NormalResult OrientTurned(TestPoints points, int threads = 2) {
-  TurnAtRandom(9, points);
+  FlipAtRandom(0.5, 9, points);
   return MustMakeNormals(points.ToCloud(), Orient(), threads);
 }
 
@@ -129,7 +129,7 @@ TEST(OrientationSidesTest, PointsAtOnePlaceKeepTheSideOfTheMajority) {
 TEST(OrientationSidesTest, TheCertificateSaysWhenSidesCannotBeTold) {
   constexpr size_t kPoints = 20'000;
   const double spacing = std::sqrt(8.0 / kPoints);
-  const TestPoints thin = Plate(kPoints, spacing, 1), thick = Plate(kPoints, 12.0 * spacing, 1);
+  const TestPoints thin = ClosedPlate(kPoints, spacing, 1), thick = ClosedPlate(kPoints, 12.0 * spacing, 1);
   const NormalResult wrong = MustMakeNormals(BareCloud(thin), EstimateBy(NormalMethod::kPca, 16));
   EXPECT_GT(FlippedShare(wrong.normals, thin), 0.02);
   EXPECT_GT(wrong.report.certificate.value_or(2.0), kMaxTrustedCertificate);
