@@ -68,7 +68,7 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
                                             : NormalScratch::MostBytes(WantedFit(options), point_count);
     most = std::max(most, fit);
   }
-  return static_cast<size_t>(thread_count) * most;
+  return std::max(static_cast<size_t>(thread_count) * most, Orientation::FieldBytes(options, point_count));
 }
 
 NormalPhases::NormalPhases(const NormalOptions& options, const std::array<double, 3>& origin, SpatialIndex& index,

@@ -52,9 +52,9 @@ struct NormalReport {
   double closed_area_share = 0.0;
   // Points with a normal that the repair turned, and so saved from the wrong side.
   size_t repaired_count = 0;
-  // Where nearly all of the area is closed, or was said to be: how much the winding number of the cloud's own normals
-  // varies over its points; 0 is perfect, kMaxTrustedCertificate the most that can be trusted, 1 says that sides
-  // cancel, and 2 that the normals point inward.
+  // How much the winding number of a piece's own normals varies over its points: that of the worst piece, of those that
+  // are large and closed, or were said to be, or would fit a closed surface with other sides. 0 is perfect,
+  // kMaxTrustedCertificate the most that can be trusted, 1 says that sides cancel, and 2 that the normals point inward.
   std::optional<double> certificate;
   // Whether the orientation cannot be trusted, as far as the certificate tells.
   bool is_doubtful() const { return certificate.has_value() && !(*certificate <= kMaxTrustedCertificate); }

@@ -7,12 +7,6 @@
 #include <vector>
 
 namespace curvd {
-namespace {
-
-// Where less of the area is closed, winding numbers say nothing about the cloud.
-constexpr double kMostlyClosed = 0.9;
-
-}  // namespace
 
 // What a phase runs; `end` adds what follows.
 struct Orientation::Step {
@@ -84,7 +78,7 @@ bool Orientation::all_closed() const {
 }
 
 absl::Status Orientation::AddRound() {
-  if (!tree_.HasLinks()) return AddPieces();
+  if (!tree_.BeginRound()) return AddPieces();
   const auto each_chunk = [this](void (SideTree::*run)(size_t), std::function<absl::Status()> end) {
     Add({chunk_count(),
          [this, run](const BlockContext& context) {
@@ -96,12 +90,13 @@ absl::Status Orientation::AddRound() {
   const auto nothing = [] { return absl::OkStatus(); };
   each_chunk(&SideTree::Propose, nothing);
   each_chunk(&SideTree::Follow, nothing);
-  each_chunk(&SideTree::Flatten, [this] { return AddRound(); });
+  each_chunk(&SideTree::Flatten, nothing);
+  each_chunk(&SideTree::Count, [this] { return AddRound(); });
   return absl::OkStatus();
 }
 
 absl::Status Orientation::AddPieces() {
-  piece_count_ = tree_.NumberPieces();
+  tree_.JoinClusters();
   sides_.emplace(index_, tree_);
   Add({chunk_count(),
        [this](const BlockContext& context) {
@@ -109,28 +104,119 @@ absl::Status Orientation::AddPieces() {
          return absl::OkStatus();
        },
        [this] {
-         sides_->Finish(piece_count_, {options_.source == NormalSource::kOrient, all_closed()});
-         double area = 0.0, closed = 0.0;
-         for (const PieceSums& piece : sides_->pieces()) {
-           area += piece.area;
-           if (!IsClosed(piece) && !all_closed()) continue;
-           ++closed_count_;
-           closed += piece.area;
-         }
-         closed_share_ = area > 0.0 ? closed / area : 0.0;
-         AddTurns();
+         sides_->Finish({options_.source == NormalSource::kOrient, all_closed()});
+         AddField();
          return absl::OkStatus();
        }});
   return absl::OkStatus();
 }
 
+// The winding numbers of those pieces that they say something about: closed ones, and those whose clusters may have got
+// the wrong sides, as far as they are large.
+void Orientation::AddField() {
+  const std::vector<PieceSums>& pieces = sides_->pieces();
+  std::vector<uint32_t> cluster_counts(pieces.size()), wanted;
+  for (const Cluster& cluster : tree_.clusters()) ++cluster_counts[cluster.piece];
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    piece_is_closed_.push_back(IsClosed(pieces[i]) || (all_closed() && pieces[i].area > 0.0) ? 1 : 0);
+    const bool is_large = pieces[i].points >= tree_.least_points();
+    if (is_large && (IsPieceClosed(i) || cluster_counts[i] > 1)) wanted.push_back(static_cast<uint32_t>(i));
+  }
+  if (wanted.empty()) return AddTurns();
+  field_.emplace(index_, tree_, wanted);
+  Add({chunk_count(),
+       [this](const BlockContext& context) {
+         field_->SumChunk(context.block);
+         return absl::OkStatus();
+       },
+       [this] {
+         field_->Finish();
+         AddSamples();
+         return absl::OkStatus();
+       }});
+}
+
+void Orientation::AddSamples() {
+  Add({field_->block_count(),
+       [this](const BlockContext& context) {
+         field_->Sample(context.block, context.stopped);
+         return absl::OkStatus();
+       },
+       [this] {
+         for (const FieldPiece& piece : field_->pieces()) {
+           std::vector<uint8_t> turned;
+           for (const uint32_t cluster : piece.clusters) turned.push_back(sides_->is_turned(cluster) ? 1 : 0);
+           repairs_.emplace_back(piece, std::move(turned));
+         }
+         AddDescents(0, 1);
+         return absl::OkStatus();
+       }});
+}
+
+// First one descent for each piece; then all others, where the first one finds something.
+void Orientation::AddDescents(size_t first, size_t last) {
+  std::vector<size_t> wanted;
+  for (size_t i = 0; i < repairs_.size(); ++i) {
+    const bool is_promising = first == 0 || IsPieceClosed(field_->pieces()[i].piece) || repairs_[i].IsPromising();
+    if (repairs_[i].IsWanted() && is_promising) wanted.push_back(i);
+  }
+  const size_t starts = last - first;
+  Add({wanted.size() * starts,
+       [this, wanted, first, starts](const BlockContext& context) {
+         if (!context.stopped) repairs_[wanted[context.block / starts]].Descend(first + context.block % starts);
+         return absl::OkStatus();
+       },
+       [this, first] {
+         if (first == 0) {
+           AddDescents(1, SideRepair::kStarts);
+         } else {
+           TakeRepairs();
+           AddTurns();
+         }
+         return absl::OkStatus();
+       }});
+}
+
+void Orientation::TakeRepairs() {
+  constexpr size_t kLeastSamples = 64;  // for a certificate that means something
+  for (size_t i = 0; i < repairs_.size(); ++i) {
+    const FieldPiece& field = field_->pieces()[i];
+    uint8_t& is_closed = piece_is_closed_[field.piece];
+    // Sides that fit a closed surface much better, but not well enough to be taken.
+    bool is_doubtful = is_closed == 0 && repairs_[i].IsPromising();
+    if (repairs_[i].Accept()) {
+      is_closed = 1;
+      for (size_t c = 0; c < field.clusters.size(); ++c) {
+        const uint32_t cluster = field.clusters[c];
+        if ((repairs_[i].turned()[c] != 0) == sides_->is_turned(cluster)) continue;
+        sides_->Turn(cluster);
+        repaired_count_ += tree_.clusters()[cluster].points;
+      }
+    }
+    if ((is_closed == 0 && !is_doubtful) || field.samples.size() < kLeastSamples) continue;
+    certificate_ = std::max(certificate_.value_or(0.0), repairs_[i].certificate());
+  }
+}
+
 void Orientation::AddTurns() {
+  const std::vector<PieceSums>& pieces = sides_->pieces();
+  double area = 0.0, closed = 0.0;
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    area += pieces[i].area;
+    if (!IsPieceClosed(i)) continue;
+    ++closed_count_;
+    closed += pieces[i].area;
+  }
+  piece_count_ = pieces.size();
+  closed_share_ = area > 0.0 ? closed / area : 0.0;
+  repairs_.clear();
+  field_.reset();
   Add({chunk_count(),
        [this](const BlockContext& context) {
          TurnPieces(context.block);
          return absl::OkStatus();
        },
-       [this] { return closed_share_ >= kMostlyClosed || all_closed() ? AddCertificate() : Finish(); }});
+       [this] { return Finish(); }});
 }
 
 template <typename IsTurned>
@@ -152,37 +238,9 @@ void Orientation::TurnChunk(size_t chunk, const IsTurned& is_turned) {
 
 void Orientation::TurnPieces(size_t chunk) {
   TurnChunk(chunk, [this](size_t place) {
-    const uint32_t piece = tree_.piece(place);
-    return piece != SideTree::kNoPiece && tree_.is_opposite(place) != sides_->is_turned(piece);
+    const uint32_t cluster = tree_.cluster(place);
+    return cluster != SideTree::kNoCluster && tree_.is_opposite(place) != sides_->is_turned(cluster);
   });
-}
-
-absl::Status Orientation::AddCertificate() {
-  winding_.emplace(index_, tree_);
-  if (absl::Status status = winding_->Start(); !status.ok()) return status;
-  Add({chunk_count(),
-       [this](const BlockContext& context) {
-         winding_->SumChunk(context.block);
-         return absl::OkStatus();
-       },
-       [this] {
-         winding_->SumNodes();
-         AddSamples();
-         return absl::OkStatus();
-       }});
-  return absl::OkStatus();
-}
-
-void Orientation::AddSamples() {
-  Add({winding_->block_count(),
-       [this](const BlockContext& context) {
-         winding_->Sample(context.block, context.stopped);
-         return absl::OkStatus();
-       },
-       [this] {
-         certificate_ = winding_->value();
-         return Finish();
-       }});
 }
 
 void Orientation::AddDirectTurns() {
@@ -219,7 +277,6 @@ void Orientation::TurnDirectly(size_t chunk) {
 }
 
 absl::Status Orientation::Finish() {
-  winding_.reset();
   sides_.reset();
   tree_.Clear();
   return then_();
@@ -235,17 +292,21 @@ void Orientation::Report(NormalReport& report) const {
 }
 
 size_t Orientation::bytes() const {
-  return tree_.bytes() + (sides_.has_value() ? sides_->bytes() : 0) + (winding_.has_value() ? winding_->bytes() : 0);
+  return tree_.bytes() + (sides_.has_value() ? sides_->bytes() : 0) + (field_.has_value() ? field_->bytes() : 0);
 }
 
 size_t Orientation::BytesPerPoint(const NormalOptions& options) {
-  // Of the tree 8 bytes for the cheapest link, 4 each for parent and piece, 2 for the area, and 1.2 links a point.
+  // Of the tree 8 bytes for the cheapest link, 4 each for parent and cluster, 2 for the area, and 1.2 links a point.
   constexpr size_t kTree = 33;
   return options.source != NormalSource::kGiven && std::holds_alternative<ConsistentSides>(options.sides) ? kTree : 0;
 }
 
 size_t Orientation::ScratchBytes(const NormalOptions& options, size_t point_count) {
   return BytesPerPoint(options) == 0 ? 0 : SideTree::ScratchBytes(point_count);
+}
+
+size_t Orientation::FieldBytes(const NormalOptions& options, size_t point_count) {
+  return BytesPerPoint(options) == 0 ? 0 : WindingField::MostBytes(point_count);
 }
 
 }  // namespace curvd

@@ -7,14 +7,16 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "core/base/phase.h"
 #include "core/index/spatial_index.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
 #include "core/normals/piece_sides.h"
+#include "core/normals/side_repair.h"
 #include "core/normals/side_tree.h"
-#include "core/normals/winding_certificate.h"
+#include "core/normals/winding_field.h"
 
 namespace curvd {
 
@@ -46,6 +48,8 @@ class Orientation {
   static size_t BytesPerPoint(const NormalOptions& options);
   // Bytes that the scratch of one worker holds at most.
   static size_t ScratchBytes(const NormalOptions& options, size_t point_count);
+  // Bytes of the winding numbers at most, once the workers' scratch is gone.
+  static size_t FieldBytes(const NormalOptions& options, size_t point_count);
 
  private:
   struct Step;
@@ -59,9 +63,11 @@ class Orientation {
   void AddLinks();
   absl::Status AddRound();
   absl::Status AddPieces();
-  void AddTurns();
-  absl::Status AddCertificate();
+  void AddField();
   void AddSamples();
+  void AddDescents(size_t first, size_t last);
+  void TakeRepairs();
+  void AddTurns();
   void AddDirectTurns();
   // Gives memory back, and goes on.
   absl::Status Finish();
@@ -74,6 +80,7 @@ class Orientation {
   void TurnDirectly(size_t chunk);
   size_t chunk_count() const { return tree_.chunk_count(); }
   bool all_closed() const;
+  bool IsPieceClosed(size_t piece) const { return piece_is_closed_[piece] != 0; }
 
   SpatialIndex& index_;
   const NormalOptions& options_;
@@ -82,7 +89,9 @@ class Orientation {
   const std::function<absl::Status()> then_;
   SideTree tree_;
   std::optional<PieceSides> sides_;
-  std::optional<WindingCertificate> winding_;
+  std::optional<WindingField> field_;
+  std::vector<SideRepair> repairs_;       // of the field's pieces
+  std::vector<uint8_t> piece_is_closed_;  // by piece
   std::vector<std::unique_ptr<WorkerScratch>> scratch_;
   std::atomic<size_t> flipped_ = 0;
   size_t piece_count_ = 0, closed_count_ = 0;

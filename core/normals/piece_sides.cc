@@ -27,6 +27,15 @@ double Norm(const std::array<double, 3>& v) { return std::sqrt(v[0] * v[0] + v[1
 
 }  // namespace
 
+PieceSums PieceSums::Turned() const {
+  PieceSums turned = *this;
+  turned.kept_points = points - kept_points;
+  turned.kept_area = area - kept_area;
+  for (double& component : turned.normal_sum) component = -component;
+  turned.flux = -flux;
+  return turned;
+}
+
 void PieceSums::Add(const PieceSums& other) {
   points += other.points;
   kept_points += other.kept_points;
@@ -67,26 +76,35 @@ void PieceSides::SumChunk(size_t chunk) {
   const size_t first = chunk * SideTree::kChunkPoints;
   const size_t end = std::min(first + SideTree::kChunkPoints, index_.point_count());
   for (size_t place = first; place < end; ++place) {
-    const uint32_t piece = tree_.piece(place);
-    if (piece == SideTree::kNoPiece) continue;
-    if (last >= sums.size() || sums[last].piece != piece) {
-      const auto found = std::find_if(sums.begin(), sums.end(), [&](const PieceSums& s) { return s.piece == piece; });
+    const uint32_t cluster = tree_.cluster(place);
+    if (cluster == SideTree::kNoCluster) continue;
+    if (last >= sums.size() || sums[last].number != cluster) {
+      const auto found =
+          std::find_if(sums.begin(), sums.end(), [&](const PieceSums& s) { return s.number == cluster; });
       last = static_cast<size_t>(found - sums.begin());
-      if (found == sums.end()) sums.push_back({.piece = piece});
+      if (found == sums.end()) sums.push_back({.number = cluster});
     }
     sums[last].Add(SumsOfPoint(index_, tree_, place));
   }
   sums.shrink_to_fit();
 }
 
-void PieceSides::Finish(size_t piece_count, const SideRule& rule) {
-  pieces_.resize(piece_count);
-  for (size_t i = 0; i < piece_count; ++i) pieces_[i].piece = static_cast<uint32_t>(i);
+void PieceSides::Finish(const SideRule& rule) {
+  const std::vector<Cluster>& clusters = tree_.clusters();
+  pieces_.resize(tree_.piece_count());
+  for (size_t i = 0; i < pieces_.size(); ++i) pieces_[i].number = static_cast<uint32_t>(i);
   for (std::vector<PieceSums>& chunk : chunks_) {
-    for (const PieceSums& sums : chunk) pieces_[sums.piece].Add(sums);
+    for (const PieceSums& sums : chunk) {
+      const Cluster& cluster = clusters[sums.number];
+      pieces_[cluster.piece].Add(cluster.is_opposite ? sums.Turned() : sums);
+    }
     chunk = {};
   }
-  for (const PieceSums& piece : pieces_) turned_.push_back(IsToBeTurned(piece, rule) ? 1 : 0);
+  std::vector<uint8_t> is_piece_turned;
+  for (const PieceSums& piece : pieces_) is_piece_turned.push_back(IsToBeTurned(piece, rule) ? 1 : 0);
+  for (const Cluster& cluster : clusters) {
+    turned_.push_back(is_piece_turned[cluster.piece] ^ (cluster.is_opposite ? 1 : 0));
+  }
 }
 
 size_t PieceSides::bytes() const {

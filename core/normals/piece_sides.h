@@ -11,9 +11,9 @@
 
 namespace curvd {
 
-// Sums over the points of a piece, whose normals are taken in the root's orientation.
+// Sums over the points of a cluster, or of a piece, whose normals are taken in its root's orientation.
 struct PieceSums {
-  uint32_t piece = 0;
+  uint32_t number = 0;  // of the cluster, or of the piece
   uint64_t points = 0;
   uint64_t kept_points = 0;  // whose normals agree with the root's
   double area = 0.0;
@@ -22,6 +22,8 @@ struct PieceSums {
   std::array<double, 3> normal_sum{};  // times area
   double flux = 0.0;                   // of the position
 
+  // The same sums where the root is turned.
+  PieceSums Turned() const;
   void Add(const PieceSums& other);
 };
 
@@ -43,17 +45,19 @@ bool IsToBeTurned(const PieceSums& piece, const SideRule& rule);
 // The sums depend on the index and the tree alone.
 class PieceSides {
  public:
-  // REQUIRES: NumberPieces was called. `tree` and `index` outlive the sides.
+  // REQUIRES: JoinClusters was called. `tree` and `index` outlive the sides.
   PieceSides(const SpatialIndex& index, const SideTree& tree)
       : index_(index), tree_(tree), chunks_(tree.chunk_count()) {}
 
   // May throw std::bad_alloc.
   void SumChunk(size_t chunk);
-  void Finish(size_t piece_count, const SideRule& rule);
+  void Finish(const SideRule& rule);
 
+  // REQUIRES for all that follows: Finish was called.
   const std::vector<PieceSums>& pieces() const { return pieces_; }
-  // REQUIRES: Finish was called.
-  bool is_turned(uint32_t piece) const { return turned_[piece] != 0; }
+  // Whether the normals of a cluster have to be turned, besides those that are opposite to its root's.
+  bool is_turned(uint32_t cluster) const { return turned_[cluster] != 0; }
+  void Turn(uint32_t cluster) { turned_[cluster] ^= 1; }
   size_t bytes() const;
 
  private:
@@ -61,7 +65,7 @@ class PieceSides {
   const SideTree& tree_;
   std::vector<std::vector<PieceSums>> chunks_;
   std::vector<PieceSums> pieces_;
-  std::vector<uint8_t> turned_;
+  std::vector<uint8_t> turned_;  // by cluster
 };
 
 }  // namespace curvd

@@ -30,6 +30,7 @@ size_t SideTree::ChunkEnd(size_t chunk) const { return std::min((chunk + 1) * kC
 absl::Status SideTree::Start() {
   const size_t points = index_.point_count();
   links_.resize(chunk_count());
+  least_points_ = static_cast<uint32_t>(std::max(kLeastCluster, points / kMostLargeClusters));
   absl::Status status = CreateArray(points, parents_);
   if (status.ok()) status = CreateArray(points, offers_);
   if (status.ok()) status = CreateArray(points, pieces_);
@@ -67,10 +68,17 @@ void SideTree::StartPlace(size_t place) {
   const float x = index_.normals(place / SpatialIndex::kLeafSize).x[place % SpatialIndex::kLeafSize];
   parents_[place] = x == x ? Join(static_cast<uint32_t>(place), 0) : kNone;
   offers_[place] = kNoLink;
+  pieces_[place] = 1;
 }
 
-bool SideTree::HasLinks() const {
-  return std::any_of(links_.begin(), links_.end(), [](const auto& links) { return !links.empty(); });
+bool SideTree::BeginRound() {
+  if (stage_ == Stage::kStart) {
+    stage_ = Stage::kCertain;
+  } else if (joined_ == 0) {
+    stage_ = stage_ == Stage::kCertain ? Stage::kUncertain : Stage::kDone;
+  }
+  joined_ = 0;
+  return stage_ != Stage::kDone;
 }
 
 void SideTree::Offer(uint32_t root, uint64_t offer) {
@@ -89,47 +97,116 @@ void SideTree::Propose(size_t chunk) {
     const uint64_t name = chunk << kLinkBits | kept;
     const uint64_t offer = uint64_t{std::bit_cast<uint32_t>(link.cost)} << 32 | name;
     links[kept++] = link;
-    Offer(root_a, offer);
-    Offer(root_b, offer);
+    const bool is_certain = link.cost <= kCertain;
+    if (stage_ == Stage::kCertain && !is_certain) continue;
+    if (is_certain || IsSmall(root_a)) Offer(root_a, offer);
+    if (is_certain || IsSmall(root_b)) Offer(root_b, offer);
   }
   links.resize(kept);
 }
 
 void SideTree::Follow(size_t chunk) {
+  size_t joined = 0;
   for (size_t place = chunk * kChunkPoints; place < ChunkEnd(chunk); ++place) {
     if (!IsRoot(place)) continue;
     const auto root = static_cast<uint32_t>(place);
-    pieces_[root] = Join(root, 0);
-    if (offers_[root] == kNoLink) continue;
-    const auto name = static_cast<uint32_t>(offers_[root]);
-    const NormalLink& link = links_[name >> kLinkBits][name & (kMostKept - 1)];
-    const uint32_t a = parents_[link.a], b = parents_[link.b];
-    const uint32_t other = a >> 1 == root ? b >> 1 : a >> 1;
-    if (RankOf(other) < RankOf(root)) pieces_[root] = Join(other, (a ^ b ^ link.opposite) & 1);
+    uint32_t target = Join(root, 0);
+    if (offers_[root] != kNoLink) {
+      const auto name = static_cast<uint32_t>(offers_[root]);
+      const NormalLink& link = links_[name >> kLinkBits][name & (kMostKept - 1)];
+      const uint32_t a = parents_[link.a], b = parents_[link.b];
+      const uint32_t other = a >> 1 == root ? b >> 1 : a >> 1;
+      // Large clusters follow nothing that is uncertain, so that what follows them closes no circle.
+      const bool follows_large = stage_ == Stage::kUncertain && !IsSmall(other);
+      if (follows_large || RankOf(other) < RankOf(root)) target = Join(other, (a ^ b ^ link.opposite) & 1);
+    }
+    offers_[root] = target;
+    joined += target >> 1 != root ? 1 : 0;
   }
+  joined_ += joined;
+}
+
+// The root that `root` comes to by following, and the side relative to it.
+uint32_t SideTree::TargetOf(uint32_t root) const {
+  uint32_t opposite = 0;
+  for (auto next = static_cast<uint32_t>(offers_[root]); next >> 1 != root;
+       next = static_cast<uint32_t>(offers_[root])) {
+    root = next >> 1;
+    opposite ^= next & 1;
+  }
+  return Join(root, opposite);
 }
 
 void SideTree::Flatten(size_t chunk) {
   for (size_t place = chunk * kChunkPoints; place < ChunkEnd(chunk); ++place) {
-    offers_[place] = kNoLink;
-    if (parents_[place] == kNone) continue;
-    uint32_t root = parents_[place] >> 1, opposite = parents_[place] & 1;
-    for (uint32_t next = pieces_[root]; next >> 1 != root; next = pieces_[root]) {
-      root = next >> 1;
-      opposite ^= next & 1;
-    }
-    parents_[place] = Join(root, opposite);
+    pieces_[place] = 0;
+    if (parents_[place] != kNone) parents_[place] = TargetOf(parents_[place] >> 1) ^ (parents_[place] & 1);
   }
 }
 
-size_t SideTree::NumberPieces() {
-  offers_ = {};
-  links_ = {};
-  size_t count = 0;
-  for (size_t place = 0; place < index_.point_count(); ++place) {
-    if (IsRoot(place)) pieces_[place] = static_cast<uint32_t>(count++);
+void SideTree::Count(size_t chunk) {
+  uint32_t root = kNone, points = 0;
+  const auto add = [&] {
+    if (points > 0) std::atomic_ref<uint32_t>(pieces_[root]).fetch_add(points, std::memory_order_relaxed);
+    points = 0;
+  };
+  for (size_t place = chunk * kChunkPoints; place < ChunkEnd(chunk); ++place) {
+    offers_[place] = kNoLink;
+    if (parents_[place] == kNone) continue;
+    if (parents_[place] >> 1 != root) add();
+    root = parents_[place] >> 1;
+    ++points;
   }
-  return count;
+  add();
+}
+
+void SideTree::NumberClusters() {
+  for (size_t place = 0; place < index_.point_count(); ++place) {
+    if (!IsRoot(place)) continue;
+    const auto root = static_cast<uint32_t>(place), number = static_cast<uint32_t>(clusters_.size());
+    clusters_.push_back({root, pieces_[place], number, false});
+    pieces_[place] = number;
+  }
+}
+
+void SideTree::JoinClusters() {
+  offers_ = {};
+  NumberClusters();
+  std::vector<NormalLink> left;
+  for (std::vector<NormalLink>& links : links_) {
+    left.insert(left.end(), links.begin(), links.end());
+    links = {};
+  }
+  links_ = {};
+  std::sort(left.begin(), left.end(), ComesBefore);
+  // A cluster's `piece` is first another cluster of the same piece, of a lower number, or itself.
+  const auto find = [this](uint32_t cluster) {
+    uint32_t opposite = 0;
+    while (clusters_[cluster].piece != cluster) {
+      opposite ^= clusters_[cluster].is_opposite ? 1 : 0;
+      cluster = clusters_[cluster].piece;
+    }
+    return Join(cluster, opposite);
+  };
+  for (const NormalLink& link : left) {
+    const uint32_t a = find(cluster(link.a)), b = find(cluster(link.b));
+    if (a >> 1 == b >> 1) continue;
+    const uint32_t sides = (a ^ b ^ link.opposite ^ parents_[link.a] ^ parents_[link.b]) & 1;
+    Cluster& later = clusters_[std::max(a >> 1, b >> 1)];
+    later.piece = std::min(a >> 1, b >> 1);
+    later.is_opposite = sides != 0;
+  }
+  for (uint32_t i = 0; i < clusters_.size(); ++i) {
+    Cluster& cluster = clusters_[i];
+    if (cluster.piece == i) {
+      cluster.piece = static_cast<uint32_t>(piece_count_++);
+      continue;
+    }
+    // Those before are done: their `piece` is a number, and their side that of the whole way.
+    const Cluster& before = clusters_[cluster.piece];
+    cluster.piece = before.piece;
+    cluster.is_opposite = cluster.is_opposite != before.is_opposite;
+  }
 }
 
 void SideTree::Clear() {
@@ -138,10 +215,12 @@ void SideTree::Clear() {
   offers_ = {};
   pieces_ = {};
   areas_ = {};
+  clusters_ = {};
 }
 
 size_t SideTree::bytes() const {
-  size_t bytes = parents_.bytes() + offers_.bytes() + pieces_.bytes() + areas_.bytes();
+  size_t bytes =
+      parents_.bytes() + offers_.bytes() + pieces_.bytes() + areas_.bytes() + clusters_.capacity() * sizeof(Cluster);
   for (const auto& links : links_) bytes += links.capacity() * sizeof(NormalLink);
   return bytes;
 }

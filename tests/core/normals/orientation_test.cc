@@ -101,13 +101,16 @@ TEST(OrientationSidesTest, PiecesAreOrientedEachForItself) {
   EXPECT_EQ(FlippedShare(result.normals, points), 0.0);
 }
 
-// Where they touch, one surface cannot be told from the other.
-TEST(OrientationSidesTest, TouchingSpheresPointOutwardOrTheCertificateSaysNo) {
+// Where they touch, links across are as cheap as those along, and estimated normals are of both.
+TEST(OrientationSidesTest, TouchingSpheresPointOutward) {
   TestPoints points = Sphere(20'000, 1.0), other = Sphere(20'000, 1.0);
   Shift(2.0, 0, 0, other);
   Append(other, points);
-  const NormalResult result = OrientTurned(points);
-  EXPECT_TRUE(FlippedShare(result.normals, points) < 0.001 || *result.report.certificate > kMaxTrustedCertificate);
+  NormalOptions options;
+  options.source = NormalSource::kEstimate;
+  const NormalResult result = MustMakeNormals(BareCloud(points), options);
+  EXPECT_LT(FlippedShare(result.normals, points), 0.01);
+  EXPECT_FALSE(result.report.is_doubtful());
 }
 
 TEST(OrientationSidesTest, ConsistentCloudsStayAsTheyAre) {
@@ -126,16 +129,102 @@ TEST(OrientationSidesTest, PointsAtOnePlaceKeepTheSideOfTheMajority) {
   }
 }
 
-TEST(OrientationSidesTest, TheCertificateSaysWhenSidesCannotBeTold) {
+// At a thickness of one spacing, links across a plate are as cheap as those along it, and the tree turns half of it.
+TEST(OrientationSidesTest, TheRepairSavesThinPlates) {
   constexpr size_t kPoints = 20'000;
-  const double spacing = std::sqrt(8.0 / kPoints);
-  const TestPoints thin = ClosedPlate(kPoints, spacing, 1), thick = ClosedPlate(kPoints, 12.0 * spacing, 1);
-  const NormalResult wrong = MustMakeNormals(BareCloud(thin), EstimateBy(NormalMethod::kPca, 16));
-  EXPECT_GT(FlippedShare(wrong.normals, thin), 0.02);
-  EXPECT_GT(wrong.report.certificate.value_or(2.0), kMaxTrustedCertificate);
-  const NormalResult right = MustMakeNormals(BareCloud(thick), EstimateBy(NormalMethod::kPca, 16));
-  EXPECT_LT(FlippedShare(right.normals, thick), 0.005);
-  EXPECT_LT(*right.report.certificate, kMaxTrustedCertificate);
+  for (const double spacings : {1.0, 2.0, 4.0, 12.0}) {
+    const TestPoints plate = ClosedPlate(kPoints, spacings * std::sqrt(8.0 / kPoints), 1);
+    const NormalResult result = MustMakeNormals(BareCloud(plate), EstimateBy(NormalMethod::kPca, 12));
+    EXPECT_LT(FlippedShare(result.normals, plate), 0.01) << spacings;
+    EXPECT_LT(*result.report.certificate, kMaxTrustedCertificate) << spacings;
+    EXPECT_FALSE(result.report.is_doubtful()) << spacings;
+    EXPECT_EQ(result.report.repaired_count > 0, spacings == 1.0) << spacings;
+  }
+}
+
+TEST(OrientationSidesTest, TheRepairSavesThinShells) {
+  for (const double spacings : {4.0, 6.0}) {
+    const TestPoints lens = Lens(20'000, spacings, 4);
+    const NormalResult estimated = MustMakeNormals(BareCloud(lens), EstimateBy(NormalMethod::kPca, 12));
+    EXPECT_LT(FlippedShare(estimated.normals, lens), 0.05) << spacings;
+    EXPECT_GT(estimated.report.repaired_count, 0u) << spacings;
+    EXPECT_EQ(FlippedShare(OrientTurned(lens).normals, lens), 0.0) << spacings;
+  }
+}
+
+TEST(OrientationSidesTest, TheCertificateSaysWhenSidesCannotBeTold) {
+  const TestPoints lens = Lens(20'000, 2.0, 4);
+  const NormalResult wrong = MustMakeNormals(BareCloud(lens), EstimateBy(NormalMethod::kPca, 12));
+  EXPECT_GT(FlippedShare(wrong.normals, lens), 0.02);
+  EXPECT_TRUE(wrong.report.is_doubtful());
+  // Joined where they touch, by a link that turns one of them.
+  TestPoints touching = Sphere(20'000, 1.0), other = Sphere(20'000, 1.0);
+  Shift(2.0, 0, 0, other);
+  Append(other, touching);
+  const NormalResult half = OrientTurned(touching);
+  EXPECT_TRUE(FlippedShare(half.normals, touching) < 0.02 || half.report.is_doubtful());
+}
+
+TEST(OrientationSidesTest, NoisyOpenSheetsAreNotTurnedIntoClosedOnes) {
+  for (const double sigma : {0.005, 0.02}) {
+    TestPoints waves = Waves(20'000, 0.0, 1);
+    AddNoise(sigma, 2, waves);
+    NormalOptions options;
+    options.source = NormalSource::kEstimate;
+    const NormalResult result = MustMakeNormals(BareCloud(waves), options);
+    EXPECT_LT(FlippedShare(result.normals, waves), 0.001) << sigma;
+    EXPECT_EQ(result.report.repaired_count, 0u) << sigma;
+    EXPECT_EQ(result.report.closed_piece_count, 0u) << sigma;
+  }
+}
+
+TEST(OrientationSidesTest, PiecesThatAreSaidToBeClosedPointOutwardWhateverTheirHoles) {
+  TestPoints bowl;
+  const TestPoints sphere = Sphere(20'000, 1.0);
+  for (size_t i = 0; i < sphere.size(); ++i) {
+    const auto &p = sphere.positions[i], &n = sphere.normals[i];
+    if (p[2] < 0.2f) bowl.Add(p[0], p[1], p[2], n[0], n[1], n[2]);
+  }
+  NormalOptions options = EstimateBy(NormalMethod::kJet2, 20);
+  const NormalResult open = MustMakeNormals(BareCloud(bowl), options);
+  EXPECT_EQ(FlippedShare(open.normals, bowl), 1.0);
+  EXPECT_EQ(open.report.closed_piece_count, 0u);
+  EXPECT_FALSE(open.report.certificate.has_value());
+  options.sides = ConsistentSides{.closed = true};
+  const NormalResult closed = MustMakeNormals(BareCloud(bowl), options);
+  EXPECT_EQ(FlippedShare(closed.normals, bowl), 0.0);
+  EXPECT_EQ(closed.report.closed_piece_count, 1u);
+  EXPECT_LT(*closed.report.certificate, kMaxTrustedCertificate);
+}
+
+TEST(OrientationSidesTest, NestedPiecesPointOutwardEachForItself) {
+  TestPoints points = Sphere(8000, 1.0);
+  Append(Sphere(4000, 0.5), points);
+  const NormalResult result = OrientTurned(points);
+  EXPECT_EQ(FlippedShare(result.normals, points), 0.0);
+  EXPECT_EQ(result.report.closed_piece_count, 2u);
+  EXPECT_LT(*result.report.certificate, 0.05);
+}
+
+// A scene as a scanner sees it: ground, a wall and a ball, from one place, at distances that thin the points out.
+TEST(OrientationSidesTest, AScannedSceneLooksAtItsScanner) {
+  TestPoints scene;
+  for (int row = -60; row < 90; ++row) {
+    for (int column = 0; column < 400; ++column) {
+      const double up = row * 0.01, around = column * 0.004 - 0.8;
+      const double x = std::cos(up) * std::cos(around), y = std::cos(up) * std::sin(around), z = std::sin(up);
+      // From the origin: the plane x = 10, and the ground z = -1.5, whichever comes first.
+      const double wall = 10.0 / x, ground = z < 0.0 ? -1.5 / z : 1e9, range = std::min(wall, ground);
+      if (range > 40.0) continue;
+      ground < wall ? scene.Add(range * x, range * y, range * z, 0, 0, 1)
+                    : scene.Add(range * x, range * y, range * z, -1, 0, 0);
+    }
+  }
+  NormalOptions options = EstimateBy(NormalMethod::kJet2, 20);
+  options.sides = SidesTowardViewpoint{{0, 0, 0}};
+  const NormalResult result = MustMakeNormals(BareCloud(scene), options);
+  EXPECT_LT(FlippedShare(result.normals, scene), 0.002);  // at the edge between the planes
+  EXPECT_LT(MeanAngle(result.normals, scene), 1.0);
 }
 
 TEST(OrientationSidesTest, ViewpointsAndDirectionsDecideEachPoint) {
