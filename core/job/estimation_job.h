@@ -62,8 +62,8 @@ class EstimationJob {
  public:
   // Called once on a worker thread (or before Start returns, if options are invalid or there is no memory). Must not
   // throw. Errors are told apart by KindOf (core/base/error.h):
-  // - kInvalid: options.Validate() failed, or the cloud has no normals, none were to be estimated, and options.estimator
-  //   needs them, or they were to be oriented.
+  // - kInvalid: options.Validate() failed; or the cloud has no normals, none were to be estimated, and they were to be
+  //   oriented, or options.estimator needs them.
   // - kOpposedNormals: normals point to opposite sides of one surface, and options.opposed_normals is kReject.
   // - kNeighborhoodTooLarge: a radius neighborhood exceeds max_neighbor_count.
   // - kOutOfMemory: the system gave no memory, on whatever thread.

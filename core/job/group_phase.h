@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/base/phase.h"
 #include "core/estimators/strategy.h"
 #include "core/index/spatial_index.h"
-#include "core/base/phase.h"
 
 namespace curvd {
 

@@ -4,8 +4,8 @@
 #include <memory>
 #include <string_view>
 
-#include "core/index/index_builder.h"
 #include "core/base/phase.h"
+#include "core/index/index_builder.h"
 
 namespace curvd {
 

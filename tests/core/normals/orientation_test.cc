@@ -269,6 +269,27 @@ TEST(OrientationSidesTest, LayoutsOfAnyKindAreOriented) {
   }
 }
 
+TEST(OrientationSidesTest, HostileCloudsEndWithStatuses) {
+  constexpr size_t kPoints = 20'000;
+  TestPoints equal, line, outlier = Sphere(kPoints, 1.0);
+  for (size_t i = 0; i < kPoints; ++i) {
+    equal.Add(1, 2, 3, 0, 0, 1);
+    line.Add(0.001 * static_cast<double>(i), 0, 0, 0, 0, 1);
+  }
+  outlier.Add(1e30, 0, 0, 1, 0, 0);
+  NormalOptions options;
+  options.source = NormalSource::kEstimate;
+  const auto count = [&](const TestPoints& points, PointStatus status) {
+    return MustMakeNormals(BareCloud(points), options).report.status_counts[static_cast<size_t>(status)];
+  };
+  EXPECT_EQ(count(equal, PointStatus::kDegenerateArea), kPoints);
+  EXPECT_EQ(count(line, PointStatus::kSingularFit), kPoints);
+  EXPECT_EQ(count(outlier, PointStatus::kOk), kPoints);
+  for (const TestPoints& points : {equal, line, outlier}) {
+    EXPECT_EQ(MustMakeNormals(points.ToCloud(), Orient()).normals.size(), points.size());
+  }
+}
+
 TEST(OrientationSidesTest, SmallCloudsAreOriented) {
   for (const size_t points : {size_t{0}, size_t{1}, size_t{2}, size_t{12}, size_t{13}, size_t{14}, size_t{65}}) {
     EXPECT_EQ(MustMakeNormals(Sphere(points, 1.0).ToCloud(), Orient()).normals.size(), points);
