@@ -19,7 +19,7 @@ Figures RunCore(const BenchCloud& cloud, const EstimatorOptions& options, Worker
   }
   // The job's own clock is the wall's; its proportions split the CPU time.
   const JobCost& cost = result->cost;
-  const double build = cpu * cost.index_seconds / (cost.index_seconds + cost.estimate_seconds);
+  const double build = cpu * *cost.seconds.index / (*cost.seconds.index + *cost.seconds.estimate);
   if (field != nullptr) *field = std::move(result->field);
   return {{"total", cpu}, {"build", build}, {"query", cpu - build}, {"wall", wall}};
 }

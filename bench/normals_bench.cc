@@ -97,7 +97,7 @@ void MeasureTimes(const Flags& flags, Table& table, Targets& targets) {
       const NormalReport& report = times.last.report;
       const JobCost& cost = times.last.cost;
       table.AddRow({torus.name, absl::StrCat(points), Digits(spacings), absl::StrCat(threads), Digits(times.wall),
-                    Digits(times.cpu), Digits(cost.index_seconds), Digits(SecondsOf(cost.phases, "normals")),
+                    Digits(times.cpu), Digits(*cost.seconds.index), Digits(SecondsOf(cost.phases, "normals")),
                     Digits(SecondsOf(cost.phases, "orientation")),
                     Digits(static_cast<double>(cost.peak_bytes) / static_cast<double>(points)),
                     std::string(NormalMethodName(*report.method)), absl::StrCat(report.neighbor_count),

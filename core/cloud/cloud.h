@@ -83,6 +83,7 @@ class Cloud {
   // Invalid points that get a result, which says so. Complete once Finish was called, as is invalid_count.
   size_t invalid_query_count() const { return invalid_query_count_; }
   bool has_normals() const { return normals_ == NormalsInput::kGiven; }
+  InvalidPointPolicy policy() const { return policy_; }
   // Roles, ids and slots of the points.
   const PointSet& point_set() const { return point_set_; }
   // Gives them away; the cloud then knows of none.

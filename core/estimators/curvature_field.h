@@ -40,12 +40,12 @@ struct PointCurvature {
 
 enum class ColumnType : uint8_t { kFloat32, kUint8 };
 
-// A part of PointCurvature that callers can ask for.
+// A part of the result of a point, such as PointCurvature, that callers can ask for.
 struct Column {
   std::string_view name;
   ColumnType type;
   size_t width;   // scalars
-  size_t offset;  // in PointCurvature, bytes
+  size_t offset;  // in the result, bytes
 
   constexpr size_t bytes() const { return width * (type == ColumnType::kFloat32 ? sizeof(float) : sizeof(uint8_t)); }
 };
@@ -64,12 +64,14 @@ inline constexpr std::array kColumns = {
 };
 inline constexpr size_t kColumnCount = kColumns.size();
 
-// Returns the place of a column in kColumns, or kColumnCount if there is none of that name.
-constexpr size_t ColumnIndex(std::string_view name) {
+// Returns the place of the column of that name, or columns.size() if there is none.
+template <size_t kCount>
+constexpr size_t ColumnIndex(std::string_view name, const std::array<Column, kCount>& columns) {
   size_t i = 0;
-  while (i < kColumnCount && kColumns[i].name != name) ++i;
+  while (i < kCount && columns[i].name != name) ++i;
   return i;
 }
+constexpr size_t ColumnIndex(std::string_view name) { return ColumnIndex(name, kColumns); }
 
 // Bytes of all columns of one point.
 constexpr size_t ColumnBytesPerPoint() {

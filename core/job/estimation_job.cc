@@ -26,16 +26,25 @@ namespace {
 
 // Of what happens to the field before the strategy begins; it counts as part of the estimate.
 constexpr std::string_view kFieldPhase = "field";
+// Of a point, at the peak.
+constexpr size_t kCloudAndIndexBytes = 48;
+
+NormalOptions Returning(NormalOptions normals) {
+  normals.returns_normals = true;
+  return normals;
+}
 
 // The phases of an estimate in order: the index's; those of normals that do not stay as they came; the field, with the
 // points that the index does not hold; the strategy's; the seams; how far the normals agree, if there are any.
 class CurvatureJob final : public EstimationJob, public PhasedJob {
  public:
-  CurvatureJob(Cloud cloud, const EstimatorOptions& options, const NormalOptions& normal_options, WorkerPool& pool,
-               JobPriority priority, CallerKey caller)
+  // Without `options`, no curvature is estimated.
+  CurvatureJob(Cloud cloud, const std::optional<EstimatorOptions>& options, const NormalOptions& normal_options,
+               WorkerPool& pool, JobPriority priority, CallerKey caller)
       : PhasedJob(pool, priority, caller),
-        options_(options),
-        normal_options_(normal_options),
+        wants_curvature_(options.has_value()),
+        options_(options.value_or(EstimatorOptions())),
+        normal_options_(wants_curvature_ ? normal_options : Returning(normal_options)),
         size_(cloud.size()),
         origin_(cloud.origin()),
         query_count_(cloud.point_set().query_count()),
@@ -62,15 +71,22 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     JobProgress progress;
     progress.points_estimated = points_estimated_;
     VisitPhaseTimes([&progress](const PhaseTime& phase) {
+      JobSeconds& seconds = progress.seconds;
       if (phase.name == kQueuePhase) {
         progress.phase = JobPhase::kQueued;
-        progress.queue_seconds = phase.seconds;
+        seconds.queue = phase.seconds;
       } else if (phase.name == kIndexPhase) {
         progress.phase = JobPhase::kIndexing;
-        progress.index_seconds = phase.seconds;
+        seconds.index = phase.seconds;
+      } else if (phase.name == kNormalsPhase) {
+        progress.phase = JobPhase::kMakingNormals;
+        seconds.normals = phase.seconds;
+      } else if (phase.name == kOrientationPhase) {
+        progress.phase = JobPhase::kOrienting;
+        seconds.orientation = phase.seconds;
       } else {
         progress.phase = JobPhase::kEstimating;
-        progress.estimate_seconds = progress.estimate_seconds.value_or(0.0) + phase.seconds;
+        seconds.estimate = seconds.estimate.value_or(0.0) + phase.seconds;
       }
     });
     if (ended()) progress.phase = JobPhase::kDone;
@@ -183,6 +199,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   }
 
   absl::Status AddField() {
+    if (!wants_curvature_) return absl::OkStatus();
     AddPhase(std::make_unique<FieldPhase>(*this));
     return absl::OkStatus();
   }
@@ -294,7 +311,14 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     agreement_run_.reset();
     run_.reset();
     std::optional<NormalReport> report;
-    if (status.ok() && normal_options_.source != NormalSource::kGiven) report = normals_->report();
+    if (status.ok() && normals_.has_value()) {
+      report = normals_->report();
+      if (!wants_curvature_) {
+        field_.status_counts = report->status_counts;
+        field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] += invalid_count_;
+      }
+      if (normal_options_.source == NormalSource::kGiven) report.reset();
+    }
     normals_.reset();
     builder_.reset();
     seams_ = SeamMarks();
@@ -313,12 +337,9 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     callback(std::move(result));
   }
 
-  JobCost Cost() const {
-    const JobProgress times = progress();
-    return {times.queue_seconds, times.index_seconds.value_or(0.0), times.estimate_seconds.value_or(0.0), phase_times(),
-            peak_bytes()};
-  }
+  JobCost Cost() const { return {progress().seconds, phase_times(), peak_bytes()}; }
 
+  const bool wants_curvature_;
   const EstimatorOptions options_;
   const NormalOptions normal_options_;
   Callback callback_;
@@ -344,17 +365,22 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 class EndedJob final : public EstimationJob {
  public:
   void Cancel() override {}
-  JobProgress progress() const override {
-    return {.phase = JobPhase::kDone, .index_seconds = {}, .estimate_seconds = {}};
-  }
+  JobProgress progress() const override { return {.phase = JobPhase::kDone, .seconds = {}}; }
 };
 
 }  // namespace
 
 size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOptions& normals) {
-  constexpr size_t kCloudAndIndex = 48;
-  return kCloudAndIndex + NormalBytesPerPoint(normals) + sizeof(PointCurvature) +
+  return kCloudAndIndexBytes + NormalBytesPerPoint(normals) + sizeof(PointCurvature) +
          FindStrategy(options.estimator)->bytes_per_point;
+}
+
+size_t NormalsJobBytesPerPoint(NormalOptions normals) {
+  return kCloudAndIndexBytes + NormalBytesPerPoint(Returning(normals));
+}
+
+size_t NormalsJobScratchBytes(const NormalOptions& normals, size_t point_count, int thread_count) {
+  return NormalScratchBytes(normals, point_count, thread_count);
 }
 
 size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count,
@@ -372,9 +398,11 @@ std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const Estimator
   return Start(std::move(cloud), options, NormalOptions(), pool, priority, std::move(callback), caller);
 }
 
-std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options,
-                                                    const NormalOptions& normals, WorkerPool& pool,
-                                                    JobPriority priority, Callback callback, CallerKey caller) {
+namespace {
+
+std::shared_ptr<EstimationJob> StartJob(Cloud cloud, const std::optional<EstimatorOptions>& options,
+                                        const NormalOptions& normals, WorkerPool& pool, JobPriority priority,
+                                        EstimationJob::Callback callback, CallerKey caller) {
   std::shared_ptr<CurvatureJob> job;
   absl::Status status = CatchBadAlloc([&] {
     job = std::make_shared<CurvatureJob>(std::move(cloud), options, normals, pool, priority, caller);
@@ -387,6 +415,19 @@ std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const Estimator
   }
   job->Start(std::move(callback));
   return job;
+}
+
+}  // namespace
+
+std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options,
+                                                    const NormalOptions& normals, WorkerPool& pool,
+                                                    JobPriority priority, Callback callback, CallerKey caller) {
+  return StartJob(std::move(cloud), options, normals, pool, priority, std::move(callback), caller);
+}
+
+std::shared_ptr<EstimationJob> EstimationJob::StartNormals(Cloud cloud, const NormalOptions& normals, WorkerPool& pool,
+                                                           JobPriority priority, Callback callback, CallerKey caller) {
+  return StartJob(std::move(cloud), std::nullopt, normals, pool, priority, std::move(callback), caller);
 }
 
 absl::StatusOr<EstimationResult> EstimateCurvature(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool) {

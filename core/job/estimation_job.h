@@ -1,4 +1,4 @@
-// One cloud's way through the core: index, neighborhoods, estimates, field.
+// One cloud's way through the core: index, normals, neighborhoods, estimates, field.
 #pragma once
 
 #include <atomic>
@@ -20,23 +20,27 @@
 
 namespace curvd {
 
-enum class JobPhase : uint8_t { kQueued, kIndexing, kEstimating, kDone };
+enum class JobPhase : uint8_t { kQueued, kIndexing, kMakingNormals, kOrienting, kEstimating, kDone };
+
+// Wall-clock seconds of the phases that a job came to; of the last one until now, or until the job's end.
+struct JobSeconds {
+  double queue = 0.0;  // from Start to the first work block
+  std::optional<double> index;
+  std::optional<double> normals;      // making them of the positions
+  std::optional<double> orientation;  // turning them to one side, and handing them out
+  std::optional<double> estimate;     // all phases of curvature
+};
 
 // What a job may be asked while it runs, and afterwards.
 struct JobProgress {
   JobPhase phase = JobPhase::kQueued;
   size_t points_estimated = 0;  // those that get a result; of the work blocks that have ended
-  // Wall-clock seconds of the phases that it came to; of the last one until now, or until the job's end.
-  double queue_seconds = 0.0;
-  std::optional<double> index_seconds;
-  std::optional<double> estimate_seconds;
+  JobSeconds seconds;
 };
 
 // What a job cost, complete once its callback is called.
 struct JobCost {
-  double queue_seconds = 0.0;  // from Start to the first work block
-  double index_seconds = 0.0;
-  double estimate_seconds = 0.0;  // all phases after the index
+  JobSeconds seconds;
   std::vector<PhaseTime> phases;  // the same time by phase (SecondsOf)
   size_t peak_bytes = 0;          // of large arrays: cloud, index, field, and what is made of them on the way
 };
@@ -56,6 +60,10 @@ size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOpti
 // threads that get no block of a small cloud need none.
 size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count,
                               const NormalOptions& normals = {});
+
+// The same for a job that makes normals alone.
+size_t NormalsJobBytesPerPoint(NormalOptions normals);
+size_t NormalsJobScratchBytes(const NormalOptions& normals, size_t point_count, int thread_count);
 
 // Thread-safe.
 class EstimationJob {
@@ -83,6 +91,11 @@ class EstimationJob {
   static std::shared_ptr<EstimationJob> Start(Cloud cloud, const EstimatorOptions& options,
                                               const NormalOptions& normals, WorkerPool& pool, JobPriority priority,
                                               Callback callback, CallerKey caller = 0);
+
+  // The same without curvature: makes normals as `normals` says, and hands them out whatever normals.returns_normals
+  // says. The field has no points, and its counts are those of the normals.
+  static std::shared_ptr<EstimationJob> StartNormals(Cloud cloud, const NormalOptions& normals, WorkerPool& pool,
+                                                     JobPriority priority, Callback callback, CallerKey caller = 0);
 
   virtual ~EstimationJob() = default;
   // Asks the job to end with kCancelled; returns at once. No other work block of the job begins. Those that run end

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/estimators/curvature_field.h"
+#include "core/normals/normals.h"
 
 namespace curvd {
 
@@ -14,5 +15,9 @@ using ColumnPlaces = std::array<char*, kColumnCount>;
 
 // Writes the columns of `points` to `places`. The arrays must not overlap. Takes about 3 ns a point.
 void SplitField(std::span<const PointCurvature> points, const ColumnPlaces& places);
+
+// The same for normals, in the order of kNormalColumns.
+using NormalPlaces = std::array<char*, kNormalColumns.size()>;
+void SplitNormals(std::span<const PointNormal> points, const NormalPlaces& places);
 
 }  // namespace curvd

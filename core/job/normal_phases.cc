@@ -8,8 +8,6 @@
 namespace curvd {
 namespace {
 
-constexpr std::string_view kFitPhase = "normals";
-
 // A phase of functions.
 class FunctionPhase final : public Phase {
  public:
@@ -93,7 +91,7 @@ absl::Status NormalPhases::Start() {
   }
   pilot_.emplace(index_, options_.method, options_.max_neighbor_count, thread_count_);
   add_phase_(MakePilotPhase(*pilot_));
-  add_phase_(std::make_unique<FunctionPhase>(kFitPhase, 0, nullptr, [this] {
+  add_phase_(std::make_unique<FunctionPhase>(kNormalsPhase, 0, nullptr, [this] {
     scale_ = pilot_->Choose();
     pilot_.reset();
     return AddFit();
@@ -116,7 +114,7 @@ absl::Status NormalPhases::AddFit() {
   GroupPhase groups = std::move(fit_->Phases().front());
   add_phase_(
       MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(scale_.fit.ToEstimatorOptions()), *scratch_, nullptr));
-  add_phase_(std::make_unique<FunctionPhase>(kFitPhase, 0, nullptr, [this] { return EndFit(); }));
+  add_phase_(std::make_unique<FunctionPhase>(kNormalsPhase, 0, nullptr, [this] { return EndFit(); }));
   return absl::OkStatus();
 }
 

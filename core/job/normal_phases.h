@@ -18,13 +18,16 @@
 
 namespace curvd {
 
+// The name of all phases that make normals; those that turn them, or copy them, are called kOrientationPhase.
+inline constexpr std::string_view kNormalsPhase = "normals";
+
 // Bytes a point that making normals as `options` say needs beyond the cloud and the index, normals themselves included;
 // and those of the points that are handed out.
 size_t NormalBytesPerPoint(const NormalOptions& options);
 // The most bytes of scratch that the threads of a pool hold meanwhile, for a cloud of `point_count` points.
 size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count);
 
-// Makes normals as options say: estimates them, in phases called "normals", then orients them, in phases called
+// Makes normals as options say: estimates them, in phases called kNormalsPhase, then orients them, in phases called
 // "orientation" (core/normals/orientation.h). Each phase adds what follows it. The normals depend on the cloud and the
 // options alone: not on threads.
 class NormalPhases {

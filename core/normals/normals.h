@@ -27,6 +27,14 @@ struct PointNormal {
   PointStatus status;
 };
 
+// Every column of normals, with offsets in PointNormal; as kColumns has them of curvature.
+inline constexpr std::array kNormalColumns = {
+    Column{"status", ColumnType::kUint8, 1, offsetof(PointNormal, status)},
+    Column{"normal", ColumnType::kFloat32, 3, offsetof(PointNormal, normal)},
+    Column{"normal_residual", ColumnType::kFloat32, 1, offsetof(PointNormal, residual)},
+    Column{"normal_variance_ratio", ColumnType::kFloat32, 1, offsetof(PointNormal, variance_ratio)},
+};
+
 // In the order of the points in the cloud; of those that get a result.
 using NormalField = PageArray<PointNormal>;
 

@@ -397,9 +397,9 @@ TEST(EstimationJobTest, CancelEndsTheJobWhileUmbrellasAreBuilt) {
   EXPECT_EQ(KindOf(status), ErrorKind::kCancelled);
   EXPECT_EQ(status.message(), "cancelled in the phase \"umbrellas\"");
   const JobProgress progress = job->progress();
-  EXPECT_GT(progress.index_seconds, 0.0);
-  EXPECT_GT(progress.estimate_seconds, 0.0);
-  EXPECT_EQ(job->progress().estimate_seconds, progress.estimate_seconds);  // its time has stopped
+  EXPECT_GT(progress.seconds.index, 0.0);
+  EXPECT_GT(progress.seconds.estimate, 0.0);
+  EXPECT_EQ(job->progress().seconds.estimate, progress.seconds.estimate);  // its time has stopped
 }
 
 TEST(EstimationJobTest, AJobThatIsCancelledInTheQueueHasNoOtherPhase) {
@@ -415,9 +415,9 @@ TEST(EstimationJobTest, AJobThatIsCancelledInTheQueueHasNoOtherPhase) {
   job->Cancel();
   cancelled.count_down();
   done.wait();
-  EXPECT_GT(job->progress().queue_seconds, 0.0);
-  EXPECT_FALSE(job->progress().index_seconds.has_value());
-  EXPECT_FALSE(job->progress().estimate_seconds.has_value());
+  EXPECT_GT(job->progress().seconds.queue, 0.0);
+  EXPECT_FALSE(job->progress().seconds.index.has_value());
+  EXPECT_FALSE(job->progress().seconds.estimate.has_value());
 }
 
 TEST(EstimationJobTest, ReportsTheUmbrellasAsPartOfTheEstimate) {
@@ -425,7 +425,7 @@ TEST(EstimationJobTest, ReportsTheUmbrellasAsPartOfTheEstimate) {
     const JobCost cost = MustEstimate(Sphere(20'000, 1.0).ToCloud(), WithEstimator(estimator)).cost;
     const double umbrella_seconds = SecondsOf(cost.phases, "umbrellas");
     EXPECT_EQ(umbrella_seconds > 0.0, estimator == "delaunay");
-    EXPECT_LT(umbrella_seconds, cost.estimate_seconds);
+    EXPECT_LT(umbrella_seconds, cost.seconds.estimate);
   }
 }
 

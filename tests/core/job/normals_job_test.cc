@@ -67,14 +67,45 @@ TEST(NormalsJobTest, CancelEndsTheJob) {
   WorkerPool pool(1);
   std::latch done(1);
   absl::Status status;
-  const auto job = NormalsJob::Start(BareCloud(Sphere(200'000, 1.0)), Estimated(), pool, JobPriority::kBatch,
-                                     [&](absl::StatusOr<NormalResult> result) {
-                                       status = result.status();
-                                       done.count_down();
-                                     });
+  const auto job = EstimationJob::StartNormals(BareCloud(Sphere(200'000, 1.0)), Estimated(), pool, JobPriority::kBatch,
+                                               [&](absl::StatusOr<EstimationResult> result) {
+                                                 status = result.status();
+                                                 done.count_down();
+                                               });
   job->Cancel();
   done.wait();
   EXPECT_EQ(KindOf(status), ErrorKind::kCancelled);
+}
+
+TEST(NormalsJobTest, ComesToThePhasesOfNormalsAndToNoneOfCurvature) {
+  WorkerPool pool(2);
+  std::latch done(1);
+  EstimationResult result;
+  const auto job = EstimationJob::StartNormals(BareCloud(Torus(20'000, 3)), Estimated(), pool, JobPriority::kBatch,
+                                               [&](absl::StatusOr<EstimationResult> made) {
+                                                 if (made.ok()) result = *std::move(made);
+                                                 done.count_down();
+                                               });
+  done.wait();
+  const JobSeconds seconds = job->progress().seconds;
+  EXPECT_GT(seconds.index, 0.0);
+  EXPECT_GT(seconds.normals, 0.0);
+  EXPECT_GT(seconds.orientation, 0.0);
+  EXPECT_FALSE(seconds.estimate.has_value());
+  EXPECT_EQ(result.cost.seconds.normals, seconds.normals);
+  EXPECT_EQ(result.field.points.size(), 0u);
+  EXPECT_EQ(result.field.status_counts[static_cast<size_t>(PointStatus::kOk)], 20'000u);
+  EXPECT_EQ(result.normals.size(), 20'000u) << "handed out, whatever the options say";
+}
+
+TEST(NormalsJobTest, CountsInvalidPointsOfNormalsThatAreGiven) {
+  TestPoints points = Sphere(100, 1.0);
+  points.normals[3] = {0.0f, 0.0f, 0.0f};
+  WorkerPool pool(1);
+  const auto result = MakeNormals(points.ToCloud(), NormalOptions(), pool);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->report.status_counts[static_cast<size_t>(PointStatus::kOk)], 99u);
+  EXPECT_EQ(result->report.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)], 1u);
 }
 
 TEST(NormalsJobTest, HaloPointsGetNormalsAndNoResult) {
