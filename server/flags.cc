@@ -14,7 +14,7 @@ namespace curvd {
 namespace {
 
 constexpr char kDescription[] =
-    "curvd estimates the curvature of oriented point clouds that clients stream to it over gRPC.\n"
+    "curvd estimates the curvature of point clouds, and their normals, that clients stream to it over gRPC.\n"
     "It serves curvature.v1.CurvatureService, health and reflection on --listen, and Prometheus metrics on\n"
     "--metrics-listen. SIGTERM or SIGINT drains: no new calls, accepted ones finish; a second signal ends at once.";
 

@@ -5,6 +5,8 @@
 #include "absl/strings/str_cat.h"
 #include "core/estimators/curvature_field.h"
 #include "core/job/estimation_job.h"
+#include "core/normals/normals.h"
+#include "server/call/chunk/viewpoints.h"
 #include "server/call/result_encoder.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
@@ -22,8 +24,23 @@ constexpr uint64_t kChunkCopies = 3;
 // A result message may still be on its way while the next one is packed.
 constexpr uint64_t kResultCopies = 2;
 
-uint64_t ResultMessageBytes(uint64_t points) {
-  return kResultCopies * kResultBytesPerPoint * std::min<uint64_t>(points, kResultChunkPoints);
+uint64_t ResultMessageBytes(uint64_t points, const QuantitySet& quantities) {
+  return kResultCopies * ResultBytesPerPoint(quantities) * std::min<uint64_t>(points, ResultChunkPoints(quantities));
+}
+
+// Of the core's arrays.
+uint64_t JobBytes(uint64_t points, const CallOptions& options, int thread_count) {
+  if (!options.quantities.HasCurvature()) {
+    return points * NormalsJobBytesPerPoint(options.normals) +
+           NormalsJobScratchBytes(options.normals, points, thread_count);
+  }
+  return points * EstimationBytesPerPoint(options.estimator, options.normals) +
+         EstimationScratchBytes(options.estimator, points, thread_count, options.normals);
+}
+
+uint64_t ViewpointBytes(uint64_t points, const CallOptions& options) {
+  if (!options.has_viewpoints()) return 0;
+  return points * Viewpoints::kBytesPerPoint * (options.point_count == 0 ? Viewpoints::kGrowing : 1);
 }
 
 }  // namespace
@@ -34,22 +51,23 @@ Admission::Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max
       small_(memory_bytes / kSmallLaneShare, max_waiting),
       large_(memory_bytes - memory_bytes / kSmallLaneShare, max_waiting) {}
 
-uint64_t Admission::CallBytes(uint64_t points, ScalarType type, const EstimatorOptions& options,
-                              bool more_may_follow) const {
-  const uint64_t point_bytes = 6 * ScalarBytes(type);
-  const uint64_t chunk = more_may_follow ? max_chunk_bytes_ : std::min(max_chunk_bytes_, points * point_bytes);
-  return kFixedCallBytes + points * EstimationBytesPerPoint(options) +
-         EstimationScratchBytes(options, points, thread_count_) + kChunkCopies * chunk + ResultMessageBytes(points);
+uint64_t Admission::CallBytes(uint64_t points, const CallOptions& options, bool more_may_follow) const {
+  const uint64_t chunk =
+      more_may_follow ? max_chunk_bytes_ : std::min<uint64_t>(max_chunk_bytes_, points * options.point_bytes());
+  return kFixedCallBytes + JobBytes(points, options, thread_count_) + ViewpointBytes(points, options) +
+         kChunkCopies * chunk + ResultMessageBytes(points, options.quantities);
 }
 
-uint64_t Admission::SendingBytes(uint64_t points) const {
-  return kFixedCallBytes + points * sizeof(PointCurvature) + ResultMessageBytes(points);
+uint64_t Admission::SendingBytes(uint64_t points, const QuantitySet& quantities) const {
+  const uint64_t point_bytes =
+      (quantities.HasCurvature() ? sizeof(PointCurvature) : 0) + (quantities.HasNormals() ? sizeof(PointNormal) : 0);
+  return kFixedCallBytes + points * point_bytes + ResultMessageBytes(points, quantities);
 }
 
-absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Admission::Enter(uint64_t point_count, ScalarType type,
-                                                                            const EstimatorOptions& options,
+absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Admission::Enter(const CallOptions& options,
                                                                             uint64_t caller) {
-  const uint64_t bytes = CallBytes(point_count, type, options, point_count == 0);
+  const uint64_t point_count = options.point_count;
+  const uint64_t bytes = CallBytes(point_count, options, point_count == 0);
   if (bytes > large_.limit()) {
     return MakeError(absl::StatusCode::kResourceExhausted,
                      {kReasonMemoryLimit,

@@ -7,9 +7,8 @@
 #include <string_view>
 
 #include "absl/status/statusor.h"
-#include "core/cloud/cloud.h"
-#include "core/estimators/options.h"
 #include "server/admission/memory_budget.h"
+#include "server/call/header_options.h"
 
 namespace curvd {
 
@@ -22,16 +21,17 @@ class Admission {
   // At most `max_waiting` calls wait for memory in each lane. `thread_count` workers estimate.
   Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max_waiting, int thread_count);
 
-  // Bytes that a call with `points` points holds at its peak: cloud, index, results, the workers' scratch and messages
-  // in flight. `more_may_follow`: another chunk may be on its way, and be larger than what was sent so far.
-  uint64_t CallBytes(uint64_t points, ScalarType type, const EstimatorOptions& options, bool more_may_follow) const;
+  // Bytes that a call with `points` points holds at its peak: cloud, index, what normals and their orientation take,
+  // results, the workers' scratch and messages in flight. `more_may_follow`: another chunk may be on its way, and be
+  // larger than what was sent so far.
+  uint64_t CallBytes(uint64_t points, const CallOptions& options, bool more_may_follow) const;
   // Bytes that it holds while it sends its results.
-  uint64_t SendingBytes(uint64_t points) const;
+  uint64_t SendingBytes(uint64_t points, const QuantitySet& quantities) const;
 
-  // An empty reservation in the lane for a call with `point_count` points (0: unknown). RESOURCE_EXHAUSTED if it could
-  // never be granted. `caller` stands for whose call it is (TurnKey). The reservation must not outlive this object.
-  absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Enter(uint64_t point_count, ScalarType type,
-                                                                   const EstimatorOptions& options, uint64_t caller);
+  // An empty reservation in the lane for a call with options.point_count points (0: unknown). RESOURCE_EXHAUSTED if it
+  // could never be granted. `caller` stands for whose call it is (TurnKey). The reservation must not outlive this
+  // object.
+  absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Enter(const CallOptions& options, uint64_t caller);
   // To be called now and then: serves those who wait and may go now that time has gone by.
   void Tick() {
     small_.Tick();

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <chrono>
 #include <utility>
+#include <variant>
 
 #include "core/base/out_of_memory.h"
 #include "server/call/job_errors.h"
 #include "server/call/progress_message.h"
-#include "server/call/result_encoder.h"
 #include "server/call/summary_message.h"
 
 namespace curvd {
@@ -50,8 +50,7 @@ EstimateCall::EstimateCall(ServiceContext& service, const RpcArrival& arrival, B
     : BidiStream(service, RpcMethod::kEstimateCurvature, arrival, transport),
       limits_(LimitsFor(CallerOf(account()), service.limits)),
       turn_key_(TurnKey(CallerOf(account()))),
-      requests_(limits_),
-      responses_(kResultChunkPoints) {}
+      requests_(limits_) {}
 
 void EstimateCall::Receive(grpc::ByteBuffer& message) {
   const bool is_header = !requests_.has_header();
@@ -59,7 +58,7 @@ void EstimateCall::Receive(grpc::ByteBuffer& message) {
   message.Clear();
   const uint64_t new_points = requests_.points_received() - account().record().points_received;
   // A header is as good as one byte; a chunk without points brings nothing.
-  CountProgress(is_header ? 1 : new_points * 6 * ScalarBytes(requests_.options().scalar_type));
+  CountProgress(is_header ? 1 : new_points * requests_.options().point_bytes());
   account().record().points_received = requests_.points_received();
   points_received_.store(requests_.points_received(), std::memory_order_relaxed);
   if (is_header) {
@@ -72,7 +71,7 @@ void EstimateCall::Receive(grpc::ByteBuffer& message) {
 void EstimateCall::AcceptHeader() {
   const CallOptions& options = requests_.options();
   account().record().request_tag = options.request_tag;
-  auto reservation = service().admission.Enter(options.point_count, options.scalar_type, options.estimator, turn_key_);
+  auto reservation = service().admission.Enter(options, turn_key_);
   if (!reservation.ok()) return End(reservation.status());
   {
     MutexLock lock(mutex_);
@@ -89,7 +88,7 @@ void EstimateCall::AcceptHeader() {
 void EstimateCall::ReserveThenRead() {
   const CallOptions& options = requests_.options();
   const auto bytes_for = [&](uint64_t points, bool more_may_follow) {
-    return service().admission.CallBytes(points, options.scalar_type, options.estimator, more_may_follow);
+    return service().admission.CallBytes(points, options, more_may_follow);
   };
   const bool size_is_known = options.point_count != 0;
   const uint64_t so_far = bytes_for(requests_.points_received(), true);
@@ -135,8 +134,23 @@ void EstimateCall::ReceiveEnd() {
   StartJob();
 }
 
+std::shared_ptr<EstimationJob> EstimateCall::MakeJob(EstimationJob::Callback done) {
+  const CallOptions& options = requests_.options();
+  const JobPriority priority = PriorityOf(options, requests_.points_received());
+  NormalOptions normals = options.normals;
+  if (options.has_viewpoints()) {
+    viewpoints_ = requests_.TakeViewpoints();
+    normals.sides = SidesTowardViewpoints{viewpoints_.span()};
+  }
+  if (!options.quantities.HasCurvature()) {
+    return EstimationJob::StartNormals(requests_.TakeCloud(), normals, service().pool, priority, std::move(done),
+                                       turn_key_);
+  }
+  return EstimationJob::Start(requests_.TakeCloud(), options.estimator, normals, service().pool, priority,
+                              std::move(done), turn_key_);
+}
+
 void EstimateCall::StartJob() {
-  const JobPriority priority = PriorityOf(requests_.options(), requests_.points_received());
   EstimationJob::Callback done;
   const absl::Status made = CatchBadAlloc([&] {
     done = [self = shared_from_this(), this](absl::StatusOr<EstimationResult> result) {
@@ -150,8 +164,7 @@ void EstimateCall::StartJob() {
     return absl::OkStatus();
   });
   if (!made.ok()) return End(ExplainJobError(made));
-  std::shared_ptr<EstimationJob> job = EstimationJob::Start(requests_.TakeCloud(), requests_.options().estimator,
-                                                            service().pool, priority, std::move(done), turn_key_);
+  const std::shared_ptr<EstimationJob> job = MakeJob(std::move(done));
   bool cancel = false;
   {
     MutexLock lock(mutex_);
@@ -164,36 +177,46 @@ void EstimateCall::StartJob() {
 
 void EstimateCall::OnJobDone(absl::StatusOr<EstimationResult> result) {
   std::shared_ptr<EstimationJob> job;
+  bool came_to_curvature = !std::holds_alternative<NeighborRadius>(requests_.options().normals.neighborhood);
   {
     MutexLock lock(mutex_);
     job_is_done_ = true;
     job = std::move(job_);
     if (has_stopped_) return;
-    if (!result.ok() && job != nullptr) NoteJobSeconds(job->progress());
+    if (!result.ok() && job != nullptr) {
+      const JobProgress progress = job->progress();
+      NoteJobSeconds(progress);
+      came_to_curvature |= progress.seconds.estimate.has_value();
+    }
   }
-  if (!result.ok()) return End(ExplainJobError(result.status()));
+  if (!result.ok()) {
+    return End(ExplainJobError(result.status(), came_to_curvature ? "header.options.radius" : "header.normals.radius"));
+  }
   SendResults(*std::move(result));
 }
 
 void EstimateCall::SendResults(EstimationResult result) {
   JudgeWrites();
+  viewpoints_ = Viewpoints();
+  const QuantitySet& quantities = requests_.options().quantities;
   std::shared_ptr<MemoryBudget::Reservation> reservation;
   uint64_t points = 0;
   {
     MutexLock lock(mutex_);
     if (has_stopped_) return;
-    field_ = std::move(result.field);
-    points = field_.points.size();
+    results_ = {std::move(result.field.points), std::move(result.normals)};
+    points = results_.size();
     CallRecord& record = account().record();
-    record.status_counts = field_.status_counts;
+    record.status_counts = result.field.status_counts;
     record.agreement = result.agreement;
+    record.normal_report = result.normal_report;
     record.peak_bytes = result.cost.peak_bytes;
-    phases_.SetJobSeconds(result.cost.queue_seconds, result.cost.index_seconds, result.cost.estimate_seconds);
+    phases_.SetJobSeconds(result.cost.seconds);
     phases_.StartSending(Clock::now());
-    responses_.Complete(points);
+    responses_.Complete(points, ResultChunkPoints(quantities));
     reservation = reservation_;
   }
-  reservation->ShrinkTo(service().admission.SendingBytes(points));
+  reservation->ShrinkTo(service().admission.SendingBytes(points, quantities));
   WriteNext();
 }
 
@@ -214,7 +237,7 @@ absl::StatusOr<EstimateCall::Made> EstimateCall::PackNext(grpc::ByteBuffer& mess
   if (next.kind == ResponseSession::Kind::kNothing) return Made::kNothing;
   if (next.kind == ResponseSession::Kind::kEnd) return Made::kLast;
   if (next.kind == ResponseSession::Kind::kResults) {
-    const auto packed = PackResults(field_.points, next.first, next.count, requests_.options().quantities);
+    const auto packed = PackResults(results_, next.first, next.count, requests_.options().quantities);
     if (!packed.ok()) return packed.status();
     grpc::ByteBuffer results(&*packed, 1);
     message.Swap(&results);
@@ -313,8 +336,6 @@ void EstimateCall::CompleteRecord(CallRecord& record) {
   record.seconds = phases_.times();
 }
 
-void EstimateCall::NoteJobSeconds(const JobProgress& job) {
-  phases_.SetJobSeconds(job.queue_seconds, job.index_seconds, job.estimate_seconds);
-}
+void EstimateCall::NoteJobSeconds(const JobProgress& job) { phases_.SetJobSeconds(job.seconds); }
 
 }  // namespace curvd

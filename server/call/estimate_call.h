@@ -13,10 +13,12 @@
 #include "core/job/estimation_job.h"
 #include "curvature/v1/curvature.pb.h"
 #include "server/admission/memory_budget.h"
+#include "server/call/chunk/viewpoints.h"
 #include "server/call/phase_clock.h"
 #include "server/call/request_limits.h"
 #include "server/call/request_session.h"
 #include "server/call/response_session.h"
+#include "server/call/result_encoder.h"
 #include "server/rpc/bidi_stream.h"
 
 namespace curvd {
@@ -42,6 +44,8 @@ class EstimateCall final : public BidiStream {
   void ReserveThenRead();
   void OnMemoryGranted(absl::Status status);
   void StartJob();
+  // Hands the cloud to a job of its kind.
+  std::shared_ptr<EstimationJob> MakeJob(EstimationJob::Callback done);
   void OnJobDone(absl::StatusOr<EstimationResult> result);
   void SendResults(EstimationResult result);
 
@@ -68,7 +72,8 @@ class EstimateCall final : public BidiStream {
   RequestSession requests_;                   // of the reading chain
   std::atomic<uint64_t> points_received_{0};  // written by the reading chain
 
-  CurvatureField field_;  // set before the responses are complete, then of the writing chain
+  Viewpoints viewpoints_;  // of the cloud that the job has
+  CallResults results_;    // set before the responses are complete, then of the writing chain
 
   Mutex mutex_;
   bool has_stopped_ ABSL_GUARDED_BY(mutex_) = false;

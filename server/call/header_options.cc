@@ -9,6 +9,8 @@
 #include "absl/strings/str_format.h"
 #include "core/estimators/strategies.h"
 #include "proto/result_columns.h"
+#include "server/call/invalid_option.h"
+#include "server/call/wire_normals.h"
 #include "server/call/wire_options.h"
 #include "server/call/wire_strategies.h"
 #include "server/rpc/error_detail.h"
@@ -20,11 +22,6 @@ namespace {
 namespace v1 = curvature::v1;
 
 constexpr size_t kMaxTagBytes = 128;
-
-absl::Status InvalidOption(std::string field, std::string value, std::string limit) {
-  return MakeError(absl::StatusCode::kInvalidArgument,
-                   {kReasonInvalidOption, std::move(field), std::move(value), std::move(limit), {}});
-}
 
 absl::Status ResolveEstimator(v1::Estimator proto, std::string_view& estimator) {
   if (proto == v1::ESTIMATOR_UNSPECIFIED) return absl::OkStatus();
@@ -73,8 +70,11 @@ absl::Status ResolveEstimatorOptions(const v1::EstimatorOptions& proto, const Ca
   return status;
 }
 
-absl::Status ResolveQuantities(const v1::CloudHeader& header, QuantitySet& set) {
-  if (header.quantities().empty()) return absl::OkStatus();
+absl::Status ResolveQuantities(const v1::CloudHeader& header, NormalSource normals, QuantitySet& set) {
+  if (header.quantities().empty()) {
+    if (normals != NormalSource::kGiven) set.Add(v1::QUANTITY_NORMALS);
+    return absl::OkStatus();
+  }
   set = QuantitySet::None();
   for (int i = 0; i < header.quantities_size(); ++i) {
     const std::string field = absl::StrCat("header.quantities[", i, "]");
@@ -189,7 +189,11 @@ absl::StatusOr<CallOptions> ResolveHeader(const v1::CloudHeader& header, const C
   if (absl::Status status = ResolveEstimatorOptions(header.options(), limits, options.estimator); !status.ok()) {
     return status;
   }
-  if (absl::Status status = ResolveQuantities(header, options.quantities); !status.ok()) return status;
+  if (absl::Status status = ReadNormals(header.normals(), limits, options.normals); !status.ok()) return status;
+  if (absl::Status status = ResolveQuantities(header, options.normals.source, options.quantities); !status.ok()) {
+    return status;
+  }
+  options.normals.returns_normals = options.quantities.HasNormals();
   if (absl::Status status = CheckTag(header.request_tag()); !status.ok()) return status;
   options.request_tag = header.request_tag();
   return options;
@@ -207,6 +211,7 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
     proto->set_neighbor_count(std::get<NeighborCount>(options.estimator.neighborhood).count);
   }
   WriteOptions(options.estimator, *proto);
+  WriteNormals(options.normals, *accepted->mutable_normals());
   for (const v1::Quantity quantity : curvature::wire::Quantities()) {
     if (options.quantities.Has(quantity)) accepted->add_quantities(quantity);
   }

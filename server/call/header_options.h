@@ -4,47 +4,42 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "absl/status/statusor.h"
 #include "core/cloud/cloud.h"
 #include "core/estimators/options.h"
 #include "core/job/worker_pool.h"
+#include "core/normals/normal_options.h"
 #include "curvature/v1/curvature.pb.h"
+#include "server/call/quantity_set.h"
 #include "server/call/request_limits.h"
 
 namespace curvd {
-
-// Quantities that the results carry, beside the status. DEFAULT: all that the contract knows.
-class QuantitySet {
- public:
-  static QuantitySet None() { return QuantitySet(0); }
-  QuantitySet() = default;
-
-  void Add(curvature::v1::Quantity quantity) { bits_ |= BitOf(quantity); }
-  bool Has(curvature::v1::Quantity quantity) const { return (bits_ & BitOf(quantity)) != 0; }
-
- private:
-  static_assert(curvature::v1::Quantity_ARRAYSIZE <= 64);
-  explicit QuantitySet(uint64_t bits) : bits_(bits) {}
-  static uint64_t BitOf(curvature::v1::Quantity quantity) { return uint64_t{1} << quantity; }
-
-  uint64_t bits_ = ~uint64_t{0};
-};
 
 struct CallOptions {
   uint64_t point_count = 0;       // 0: unknown
   bool marks_last_chunk = false;  // a cloud without a marked chunk is incomplete
   ScalarType scalar_type = ScalarType::kFloat32;
   EstimatorOptions estimator;
+  NormalOptions normals;  // without the viewpoints of points, which come with them
   QuantitySet quantities;
   InvalidPointPolicy invalid_point_policy = InvalidPointPolicy::kReject;
   std::string request_tag;
   std::optional<JobPriority> priority;  // none: by the cloud's size
+
+  // What comes with the positions of points.
+  bool has_normals() const { return normals.source != NormalSource::kEstimate; }
+  bool has_viewpoints() const { return std::holds_alternative<SidesTowardViewpoints>(normals.sides); }
+  // Bytes of one point in all arrays of a chunk.
+  size_t point_bytes() const {
+    return (1 + (has_normals() ? 1 : 0) + (has_viewpoints() ? 1 : 0)) * 3 * ScalarBytes(scalar_type);
+  }
 };
 
 // The options that `header` asks for. Errors, each with its ErrorDetail:
 // - INVALID_ARGUMENT: a field is out of its range.
-// - RESOURCE_EXHAUSTED: point_count or neighbor_count is over the limit of this server.
+// - RESOURCE_EXHAUSTED: point_count or a neighbor_count is over the limit of this server.
 absl::StatusOr<CallOptions> ResolveHeader(const curvature::v1::CloudHeader& header, const CallLimits& limits);
 
 // The answer to a header that was resolved.

@@ -9,12 +9,12 @@
 
 namespace curvd {
 
-absl::Status ExplainJobError(absl::Status status) {
+absl::Status ExplainJobError(absl::Status status, const char* radius_field) {
   switch (KindOf(status)) {
     case ErrorKind::kOutOfMemory:
       return ExplainOutOfMemory(std::move(status));
     case ErrorKind::kNeighborhoodTooLarge:
-      return WithDetail(std::move(status), {kReasonNeighborhoodTooLarge, "header.options.radius", "", "", {}});
+      return WithDetail(std::move(status), {kReasonNeighborhoodTooLarge, radius_field, "", "", {}});
     case ErrorKind::kOpposedNormals:
       return WithDetail(std::move(status), {kReasonOpposedNormals, "chunk.normals", "", "", {}});
     case ErrorKind::kInvalid:

@@ -6,8 +6,8 @@
 namespace curvd {
 
 // Returns an error of an EstimationJob with the reason that callers see, by its kind (core/base/error.h); one of an
-// unexpected kind is INTERNAL. REQUIRES: !status.ok().
-absl::Status ExplainJobError(absl::Status status);
+// unexpected kind is INTERNAL. `radius_field` is the radius that was in use last. REQUIRES: !status.ok().
+absl::Status ExplainJobError(absl::Status status, const char* radius_field = "header.options.radius");
 
 // The same for an error of a Cloud that takes points, whose messages already name point and value.
 // REQUIRES: !status.ok().

@@ -17,11 +17,12 @@ void PhaseClock::EndWaiting(Clock::time_point now) {
   waiting_since_.reset();
 }
 
-void PhaseClock::SetJobSeconds(std::optional<double> queue, std::optional<double> index,
-                               std::optional<double> estimate) {
-  times_.queue = queue;
-  times_.index = index;
-  times_.estimate = estimate;
+void PhaseClock::SetJobSeconds(const JobSeconds& seconds) {
+  times_.queue = seconds.queue;
+  times_.index = seconds.index;
+  times_.normals = seconds.normals;
+  times_.orientation = seconds.orientation;
+  times_.estimate = seconds.estimate;
 }
 
 void PhaseClock::EndSending(Clock::time_point now) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <optional>
 
+#include "core/job/estimation_job.h"
 #include "server/rpc/call_record.h"
 
 namespace curvd {
@@ -23,7 +24,7 @@ class PhaseClock {
   // The call was refused at once: it has not waited.
   void ForgetWaiting() { waiting_since_.reset(); }
   // What the job spent, so far or in all; nothing on a phase that it has not come to.
-  void SetJobSeconds(std::optional<double> queue, std::optional<double> index, std::optional<double> estimate);
+  void SetJobSeconds(const JobSeconds& seconds);
   void StartSending(Clock::time_point now) { sending_since_ = now; }
   void EndSending(Clock::time_point now);
 

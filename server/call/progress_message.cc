@@ -11,6 +11,10 @@ v1::Progress::Phase PhaseOf(JobPhase phase) {
       return v1::Progress::PHASE_QUEUED;
     case JobPhase::kIndexing:
       return v1::Progress::PHASE_INDEXING;
+    case JobPhase::kMakingNormals:
+      return v1::Progress::PHASE_ESTIMATING_NORMALS;
+    case JobPhase::kOrienting:
+      return v1::Progress::PHASE_ORIENTING;
     case JobPhase::kEstimating:
       return v1::Progress::PHASE_ESTIMATING;
     case JobPhase::kDone:

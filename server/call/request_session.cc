@@ -9,7 +9,7 @@
 #include "core/base/out_of_memory.h"
 #include "core/base/page_pool.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
-#include "server/call/append_chunk.h"
+#include "server/call/chunk/append_chunk.h"
 #include "server/call/job_errors.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
@@ -21,7 +21,8 @@ namespace v1 = curvature::v1;
 namespace wire = curvature::wire;
 
 constexpr wire::BulkLayout kPointChunk({v1::PointChunk::kFirstIndexFieldNumber, v1::PointChunk::kIsLastFieldNumber},
-                                       {v1::PointChunk::kPositionsFieldNumber, v1::PointChunk::kNormalsFieldNumber});
+                                       {v1::PointChunk::kPositionsFieldNumber, v1::PointChunk::kNormalsFieldNumber,
+                                        v1::PointChunk::kViewpointsFieldNumber});
 
 absl::Status Invalid(const char* reason, std::string field, std::string value, std::string limit) {
   return MakeError(absl::StatusCode::kInvalidArgument,
@@ -52,7 +53,8 @@ absl::Status RequestSession::ReceiveMessage(grpc::ByteBuffer& message) {
   if (wire::ReadBulkMessage(message, v1::EstimateCurvatureRequest::kChunkFieldNumber, kPointChunk, chunk)) {
     return ReceiveChunk(
         {chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber], chunk.numbers[v1::PointChunk::kIsLastFieldNumber] != 0,
-         chunk.arrays[v1::PointChunk::kPositionsFieldNumber], chunk.arrays[v1::PointChunk::kNormalsFieldNumber]});
+         chunk.arrays[v1::PointChunk::kPositionsFieldNumber], chunk.arrays[v1::PointChunk::kNormalsFieldNumber],
+         chunk.arrays[v1::PointChunk::kViewpointsFieldNumber]});
   }
   const size_t bytes = message.Length();
   v1::EstimateCurvatureRequest request;
@@ -71,7 +73,8 @@ absl::Status RequestSession::ReceiveRequest(const v1::EstimateCurvatureRequest& 
       return ReceiveChunk({request.chunk().first_index(),
                            request.chunk().is_last(),
                            {request.chunk().positions()},
-                           {request.chunk().normals()}});
+                           {request.chunk().normals()},
+                           {request.chunk().viewpoints()}});
     case v1::EstimateCurvatureRequest::MESSAGE_NOT_SET:
       break;
   }
@@ -85,8 +88,10 @@ absl::Status RequestSession::ReceiveHeader(const v1::CloudHeader& header) {
   absl::StatusOr<CallOptions> options = ResolveHeader(header, limits_);
   if (!options.ok()) return options.status();
   options_ = *std::move(options);
-  cloud_ = Cloud(options_->scalar_type, options_->invalid_point_policy);
+  cloud_ = Cloud(options_->scalar_type, options_->invalid_point_policy,
+                 options_->has_normals() ? NormalsInput::kGiven : NormalsInput::kAbsent);
   cloud_.Expect(options_->point_count);
+  viewpoints_.Expect(options_->point_count);
   return absl::OkStatus();
 }
 
@@ -105,13 +110,10 @@ absl::Status RequestSession::CheckOrder(const Chunk& chunk) const {
 
 absl::Status RequestSession::ReceiveChunk(const Chunk& chunk) {
   if (absl::Status status = CheckOrder(chunk); !status.ok()) return status;
-  const wire::Pieces &positions = chunk.positions, &normals = chunk.normals;
-  const absl::StatusOr<uint64_t> count = CheckLengths(wire::SizeOf(positions), wire::SizeOf(normals));
+  const absl::StatusOr<uint64_t> count = CheckLengths(chunk);
   if (!count.ok()) return count.status();
   if (absl::Status status = CheckTotal(points_received_ + *count); !status.ok()) return status;
-  if (absl::Status status = AppendPieces(positions, normals, options_->scalar_type, cloud_); !status.ok()) {
-    return ExplainCloudError(std::move(status));
-  }
+  if (absl::Status status = AppendPoints(chunk); !status.ok()) return ExplainCloudError(std::move(status));
   points_received_ += *count;
   has_last_chunk_ = chunk.is_last;
   // gRPC takes memory for the next message, and ends the process when it gets none.
@@ -119,10 +121,19 @@ absl::Status RequestSession::ReceiveChunk(const Chunk& chunk) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<uint64_t> RequestSession::CheckLengths(size_t positions, size_t normals) const {
-  const uint64_t bytes = uint64_t{positions} + normals;
+absl::Status RequestSession::AppendPoints(const Chunk& chunk) {
+  const ScalarType type = options_->scalar_type;
+  if (!options_->has_viewpoints()) return AppendPieces(chunk.positions, chunk.normals, type, cloud_);
+  if (absl::Status status = viewpoints_.Append(chunk.viewpoints, type); !status.ok()) return status;
+  return AppendSeenPieces(chunk.positions, chunk.normals, type, viewpoints_, cloud_);
+}
+
+absl::StatusOr<uint64_t> RequestSession::CheckLengths(const Chunk& chunk) const {
+  const uint64_t positions = wire::SizeOf(chunk.positions), normals = wire::SizeOf(chunk.normals);
+  const uint64_t viewpoints = wire::SizeOf(chunk.viewpoints), bytes = positions + normals + viewpoints;
   if (bytes > limits_.max_chunk_bytes) {
-    return OverLimit(kReasonChunkTooLarge, "chunk.positions and chunk.normals together", absl::StrCat(bytes, " bytes"),
+    return OverLimit(kReasonChunkTooLarge, "chunk.positions and the other arrays together",
+                     absl::StrCat(bytes, " bytes"),
                      absl::StrCat("at most ", limits_.max_chunk_bytes, " bytes (max_chunk_bytes)"));
   }
   if (positions % point_bytes() != 0) {
@@ -131,11 +142,34 @@ absl::StatusOr<uint64_t> RequestSession::CheckLengths(size_t positions, size_t n
         kReasonChunkLength, "chunk.positions", absl::StrCat(positions, " bytes"),
         absl::StrCat("a multiple of ", point_bytes(), " bytes (3 ", is_float ? "float32" : "float64", " a point)"));
   }
-  if (normals != positions) {
-    return Invalid(kReasonChunkLength, "chunk.normals", absl::StrCat(normals, " bytes"),
-                   absl::StrCat(positions, " bytes, as chunk.positions: every point needs a normal"));
-  }
+  if (absl::Status status = CheckNormals(normals, positions); !status.ok()) return status;
+  if (absl::Status status = CheckViewpoints(viewpoints, positions); !status.ok()) return status;
   return positions / point_bytes();
+}
+
+absl::Status RequestSession::CheckNormals(size_t normals, size_t positions) const {
+  if (normals == (options_->has_normals() ? positions : 0)) return absl::OkStatus();
+  const std::string value = absl::StrCat(normals, " bytes");
+  if (!options_->has_normals()) {
+    return Invalid(kReasonChunkLength, "chunk.normals", value,
+                   "absent: header.normals.source asks for estimated ones; to use these, set it to given or orient");
+  }
+  const char* remedy = normals == 0 ? "; without normals, set header.normals.source to estimate" : "";
+  return Invalid(kReasonChunkLength, "chunk.normals", value,
+                 absl::StrCat(positions, " bytes, as chunk.positions: every point needs a normal", remedy));
+}
+
+absl::Status RequestSession::CheckViewpoints(size_t viewpoints, size_t positions) const {
+  if (viewpoints == (options_->has_viewpoints() ? positions : 0)) return absl::OkStatus();
+  const std::string value = absl::StrCat(viewpoints, " bytes");
+  if (!options_->has_viewpoints()) {
+    return Invalid(kReasonChunkLength, "chunk.viewpoints", value,
+                   "absent unless header.normals.orientation is 4 (point viewpoints)");
+  }
+  return Invalid(kReasonChunkLength, "chunk.viewpoints", value,
+                 absl::StrCat(positions,
+                              " bytes, as chunk.positions: every point needs a viewpoint "
+                              "(header.normals.orientation is 4)"));
 }
 
 absl::Status RequestSession::CheckTotal(uint64_t total) const {

@@ -9,6 +9,7 @@
 #include "curvature/v1/curvature.pb.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "proto/bulk_message.h"
+#include "server/call/chunk/viewpoints.h"
 #include "server/call/header_options.h"
 #include "server/call/request_limits.h"
 
@@ -40,6 +41,8 @@ class RequestSession {
 
   // The cloud, complete. REQUIRES: HalfClose returned OK; called once.
   Cloud TakeCloud() { return std::move(cloud_); }
+  // Where its points were seen from, if the header asked for that; empty else. REQUIRES: as above.
+  Viewpoints TakeViewpoints() { return std::move(viewpoints_); }
 
  private:
   absl::Status ReceiveMessage(grpc::ByteBuffer& message);
@@ -50,12 +53,16 @@ class RequestSession {
     bool is_last;
     const curvature::wire::Pieces& positions;
     const curvature::wire::Pieces& normals;
+    const curvature::wire::Pieces& viewpoints;
   };
   absl::Status ReceiveChunk(const Chunk& chunk);
   // The chunk comes where a chunk may come.
   absl::Status CheckOrder(const Chunk& chunk) const;
-  // The number of points in a chunk with arrays of so many bytes, if those are right.
-  absl::StatusOr<uint64_t> CheckLengths(size_t positions, size_t normals) const;
+  // The number of points in a chunk, if the lengths of its arrays are right.
+  absl::StatusOr<uint64_t> CheckLengths(const Chunk& chunk) const;
+  absl::Status CheckNormals(size_t normals, size_t positions) const;
+  absl::Status CheckViewpoints(size_t viewpoints, size_t positions) const;
+  absl::Status AppendPoints(const Chunk& chunk);
   absl::Status CheckTotal(uint64_t total) const;
   absl::Status Keep(absl::Status status);
   // Bytes of one position. REQUIRES: has_header().
@@ -67,6 +74,7 @@ class RequestSession {
   uint64_t points_received_ = 0;
   bool has_last_chunk_ = false;
   Cloud cloud_;
+  Viewpoints viewpoints_;
 };
 
 }  // namespace curvd

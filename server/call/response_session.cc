@@ -9,10 +9,11 @@ void ResponseSession::Accept() { is_accepted_ = accepted_due_ = true; }
 
 void ResponseSession::SetProgressDue(bool is_due) { progress_due_ = is_due && is_accepted_ && !is_complete_; }
 
-void ResponseSession::Complete(uint64_t points) {
+void ResponseSession::Complete(uint64_t points, uint64_t chunk_points) {
   is_complete_ = summary_due_ = true;
   progress_due_ = false;
   points_ = points;
+  chunk_points_ = chunk_points;
 }
 
 ResponseSession::Message ResponseSession::Next() {

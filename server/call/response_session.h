@@ -18,23 +18,20 @@ class ResponseSession {
     uint64_t count = 0;
   };
 
-  // A ResultChunk holds `chunk_points` points, the last one perhaps fewer. REQUIRES: chunk_points > 0.
-  explicit ResponseSession(uint64_t chunk_points) : chunk_points_(chunk_points) {}
-
   // The header is right: Accepted is due. REQUIRES: called once.
   void Accept();
   // Whether a Progress is due, until the next call of this. Has an effect between Accept and Complete only.
   void SetProgressDue(bool is_due);
-  // All of the cloud's points are estimated: its results are due, then the summary. REQUIRES: Accept was called; called
-  // once.
-  void Complete(uint64_t points);
+  // All of the cloud's points are estimated: its results are due, `chunk_points` in each ResultChunk, the last one
+  // perhaps fewer; then the summary. REQUIRES: Accept was called; called once; chunk_points > 0.
+  void Complete(uint64_t points, uint64_t chunk_points);
 
   // The message that is to be written now, if any. It counts as written: each is handed out once. After kEnd, which
   // says that all were handed out, it is kEnd for ever.
   Message Next();
 
  private:
-  const uint64_t chunk_points_;
+  uint64_t chunk_points_ = 1;
   bool is_accepted_ = false;
   bool accepted_due_ = false;
   bool progress_due_ = false;

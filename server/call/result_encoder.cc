@@ -2,6 +2,8 @@
 
 #include <grpc/support/log.h>
 
+#include <algorithm>
+#include <array>
 #include <vector>
 
 #include "core/base/out_of_memory.h"
@@ -16,18 +18,30 @@ namespace {
 using curvature::v1::EstimateCurvatureResponse;
 using curvature::v1::ResultChunk;
 
-// A column of the contract and its place among the core's.
+constexpr size_t kMostMessageBytes = size_t{1} << 20;
+// What a message has beside its arrays, at most.
+constexpr size_t kMessageRoom = 128;
+
+// A column of the contract and its place among the core's, which has the status among normals as well.
 struct PackedColumn {
   const curvature::wire::ResultColumn* wire;
-  size_t index;
+  size_t curvature_index;  // kColumnCount: none
+  size_t normal_index;     // kNormalColumns.size(): none
 };
+
+template <size_t kCount>
+bool IsRight(size_t index, const std::array<Column, kCount>& columns, const curvature::wire::ResultColumn& wire) {
+  return index == kCount || columns[index].bytes() == wire.bytes_per_point;
+}
 
 std::vector<PackedColumn> MatchColumns() {
   std::vector<PackedColumn> columns;
   for (const curvature::wire::ResultColumn& wire : curvature::wire::ResultColumns()) {
-    const size_t index = ColumnIndex(wire.name);
-    GPR_ASSERT(index < kColumnCount && kColumns[index].bytes() == wire.bytes_per_point);  // a defect of the build
-    columns.push_back({&wire, index});
+    const size_t curvature_index = ColumnIndex(wire.name), normal_index = ColumnIndex(wire.name, kNormalColumns);
+    // A defect of the build.
+    GPR_ASSERT(curvature_index < kColumnCount || normal_index < kNormalColumns.size());
+    GPR_ASSERT(IsRight(curvature_index, kColumns, wire) && IsRight(normal_index, kNormalColumns, wire));
+    columns.push_back({&wire, curvature_index, normal_index});
   }
   return columns;
 }
@@ -37,22 +51,45 @@ const std::vector<PackedColumn>& PackedColumns() {
   return columns;
 }
 
+bool IsWanted(const PackedColumn& column, const QuantitySet& quantities) {
+  const curvature::v1::Quantity quantity = column.wire->quantity;
+  return quantity == curvature::v1::QUANTITY_UNSPECIFIED || quantities.Has(quantity);
+}
+
 }  // namespace
 
-absl::StatusOr<grpc::Slice> PackResults(const PageArray<PointCurvature>& points, size_t first, size_t count,
+size_t ResultBytesPerPoint(const QuantitySet& quantities) {
+  size_t bytes = 0;
+  for (const PackedColumn& column : PackedColumns()) {
+    if (IsWanted(column, quantities)) bytes += column.wire->bytes_per_point;
+  }
+  return bytes;
+}
+
+size_t ResultChunkPoints(const QuantitySet& quantities) {
+  return std::min(kResultChunkPoints, (kMostMessageBytes - kMessageRoom) / ResultBytesPerPoint(quantities));
+}
+
+absl::StatusOr<grpc::Slice> PackResults(const CallResults& results, size_t first, size_t count,
                                         const QuantitySet& quantities) {
   // The message, and what gRPC makes of it on its way.
-  if (!ProcessPages().HasRoomFor(2 * count * kResultBytesPerPoint)) return OutOfMemoryError();
+  if (!ProcessPages().HasRoomFor(2 * count * ResultBytesPerPoint(quantities))) return OutOfMemoryError();
   ColumnPlaces places{};
+  NormalPlaces normal_places{};
   curvature::wire::BulkWriter writer(EstimateCurvatureResponse::kResultFieldNumber);
   writer.AddNumber(ResultChunk::kFirstIndexFieldNumber, first);
   writer.AddNumber(ResultChunk::kPointCountFieldNumber, count);
+  const bool has_curvature = results.curvature.size() > 0;
   for (const PackedColumn& column : PackedColumns()) {
-    const curvature::v1::Quantity quantity = column.wire->quantity;
-    if (quantity != curvature::v1::QUANTITY_UNSPECIFIED && !quantities.Has(quantity)) continue;
-    writer.AddArray(column.wire->field, count * column.wire->bytes_per_point, &places[column.index]);
+    if (!IsWanted(column, quantities)) continue;
+    const bool is_curvature = has_curvature && column.curvature_index < kColumnCount;
+    char** place = is_curvature ? &places[column.curvature_index] : &normal_places[column.normal_index];
+    writer.AddArray(column.wire->field, count * column.wire->bytes_per_point, place);
   }
-  return writer.Finish([&] { SplitField(points.span().subspan(first, count), places); });
+  return writer.Finish([&] {
+    if (has_curvature) SplitField(results.curvature.span().subspan(first, count), places);
+    if (results.normals.size() > 0) SplitNormals(results.normals.span().subspan(first, count), normal_places);
+  });
 }
 
 }  // namespace curvd

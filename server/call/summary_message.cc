@@ -4,23 +4,46 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
+#include "server/call/wire_normals.h"
 
 namespace curvd {
 namespace {
 
-// What a person should know who has sent normals that contradict each other.
+// What to do where normals contradict each other, which depends on who made them.
+const char* RemedyFor(const CallRecord& record) {
+  const bool were_estimated = record.normal_report.has_value() && record.normal_report->method.has_value();
+  return were_estimated ? "the points there may be no surface, as in trees; or their normals need more neighbors"
+                        : "make all normals point to one side, outward on closed surfaces, and estimate again";
+}
+
+// What a person should know whose normals contradict each other.
 std::string OpposedNormalsText(uint64_t points, const CallRecord& record) {
   const double share = static_cast<double>(record.agreement.opposed_pairs) /
                        static_cast<double>(std::max<uint64_t>(record.agreement.near_pairs, 1));
   return absl::StrFormat(
       "normals point to opposite sides of one surface around %u of %u points, which therefore have no curvature "
       "(opposed_normals); %.2g %% of the pairs of nearest neighbors are opposed, %u patches flipped. Elsewhere the "
-      "sign of curvature may be wrong: make all normals point to one side, outward on closed surfaces, and estimate "
-      "again",
-      points, record.points_received, 100.0 * share, record.agreement.flipped_patches);
+      "sign of curvature may be wrong: %s",
+      points, record.points_received, 100.0 * share, record.agreement.flipped_patches, RemedyFor(record));
 }
 
-void AddWarnings(const CallRecord& record, curvature::v1::Summary* summary) {
+// And one whose normals the server could not orient.
+std::string DoubtfulOrientationText(const NormalReport& report) {
+  return absl::StrFormat(
+      "some of the oriented normals point to the wrong side: their certificate is %.2g, at most %.2g can be trusted, "
+      "and the sign of curvature is as doubtful. That happens where two sheets are as near to each other as points of one "
+      "sheet are. Send more points, or say where they were seen from",
+      *report.certificate, kMaxTrustedCertificate);
+}
+
+void AddOrientationWarning(const CallRecord& record, curvature::v1::Summary* summary) {
+  if (!record.normal_report.has_value() || !record.normal_report->is_doubtful()) return;
+  curvature::v1::Warning* warning = summary->add_warnings();
+  warning->set_code(curvature::v1::WARNING_CODE_DOUBTFUL_ORIENTATION);
+  warning->set_message(DoubtfulOrientationText(*record.normal_report));
+}
+
+void AddSeamWarning(const CallRecord& record, curvature::v1::Summary* summary) {
   if (record.agreement.seam_points == 0) return;
   const uint64_t points = record.status_counts[static_cast<size_t>(PointStatus::kOpposedNormals)];
   curvature::v1::Warning* warning = summary->add_warnings();
@@ -53,9 +76,13 @@ void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
   seconds->set_receive(record.seconds.receive.value_or(0.0));
   seconds->set_queue(record.seconds.queue.value_or(0.0));
   seconds->set_index(record.seconds.index.value_or(0.0));
+  seconds->set_normals(record.seconds.normals.value_or(0.0));
+  seconds->set_orientation(record.seconds.orientation.value_or(0.0));
   seconds->set_estimate(record.seconds.estimate.value_or(0.0));
   seconds->set_send(record.seconds.send.value_or(0.0));
-  AddWarnings(record, summary);
+  AddSeamWarning(record, summary);
+  AddOrientationWarning(record, summary);
+  if (record.normal_report.has_value()) WriteReport(*record.normal_report, *summary->mutable_normals());
 }
 
 }  // namespace curvd

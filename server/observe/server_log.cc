@@ -92,8 +92,10 @@ JsonLine CallLine(const CallRecord& record) {
       .Add("peak_bytes", record.peak_bytes)
       .Add("seconds", record.total_seconds);
   const std::pair<const char*, std::optional<double>> phases[] = {
-      {"receive_seconds", seconds.receive}, {"admit_seconds", seconds.admit},       {"queue_seconds", seconds.queue},
-      {"index_seconds", seconds.index},     {"estimate_seconds", seconds.estimate}, {"send_seconds", seconds.send}};
+      {"receive_seconds", seconds.receive},   {"admit_seconds", seconds.admit},
+      {"queue_seconds", seconds.queue},       {"index_seconds", seconds.index},
+      {"normals_seconds", seconds.normals},   {"orientation_seconds", seconds.orientation},
+      {"estimate_seconds", seconds.estimate}, {"send_seconds", seconds.send}};
   for (const auto& [name, time] : phases) {
     if (time.has_value()) line.Add(name, *time);
   }

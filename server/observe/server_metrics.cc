@@ -29,7 +29,15 @@ using prometheus::Labels;
 using prometheus::Registry;
 
 constexpr int kCodeEnd = 17;  // one past grpc::StatusCode's UNAUTHENTICATED
-constexpr const char* kPhases[] = {"receive", "admit", "queue", "index", "estimate", "send"};
+// A phase as its label names it, and its time.
+struct Phase {
+  const char* name;
+  std::optional<double> PhaseTimes::*time;
+};
+constexpr Phase kPhases[] = {{"receive", &PhaseTimes::receive},   {"admit", &PhaseTimes::admit},
+                             {"queue", &PhaseTimes::queue},       {"index", &PhaseTimes::index},
+                             {"normals", &PhaseTimes::normals},   {"orientation", &PhaseTimes::orientation},
+                             {"estimate", &PhaseTimes::estimate}, {"send", &PhaseTimes::send}};
 
 Histogram::BucketBoundaries SecondsBuckets() {
   return {0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30, 60, 120, 300, 600};
@@ -123,7 +131,8 @@ struct ServerMetrics::Families {
     }
     auto& phase_family =
         Histograms(*registry, "curvd_phase_seconds", "Time that calls spend in each phase that they come to.");
-    for (size_t i = 0; i < phases.size(); ++i) phases[i] = &phase_family.Add({{"phase", kPhases[i]}}, SecondsBuckets());
+    for (size_t i = 0; i < phases.size(); ++i)
+      phases[i] = &phase_family.Add({{"phase", kPhases[i].name}}, SecondsBuckets());
     auto& failure_family = Counters(*registry, "curvd_failures_total", "Calls that failed, by reason.");
     for (const char* reason : kAllReasons) failures[reason] = &failure_family.Add({{"reason", reason}});
     prometheus::BuildGauge()
@@ -144,7 +153,7 @@ struct ServerMetrics::Families {
   Histogram& cloud_points = Histograms(*registry, "curvd_cloud_points", "Points of the clouds whose calls succeeded.")
                                 .Add({}, PointsBuckets());
   std::array<Counter*, kPointStatusEnd> points{};
-  std::array<Histogram*, 6> phases{};
+  std::array<Histogram*, std::size(kPhases)> phases{};
   std::map<std::string, Counter*> failures;
 };
 
@@ -177,11 +186,9 @@ void ServerMetrics::CountCall(const CallRecord& record) {
   for (int status = 1; status < kPointStatusEnd; ++status) {
     if (record.status_counts[status] > 0) families_->points[status]->Increment(record.status_counts[status]);
   }
-  const PhaseTimes& seconds = record.seconds;
-  const std::optional<double> times[] = {seconds.receive, seconds.admit,    seconds.queue,
-                                         seconds.index,   seconds.estimate, seconds.send};
   for (size_t i = 0; i < families_->phases.size(); ++i) {
-    if (times[i].has_value()) families_->phases[i]->Observe(*times[i]);
+    const std::optional<double>& time = record.seconds.*kPhases[i].time;
+    if (time.has_value()) families_->phases[i]->Observe(*time);
   }
   if (!record.status.ok()) {
     const auto found = families_->failures.find(ReasonOf(record.status));

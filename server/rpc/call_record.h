@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/seams/normals_agreement.h"
+#include "core/normals/normals.h"
 #include "server/rpc/rpc_method.h"
 
 namespace curvd {
@@ -19,6 +20,8 @@ struct PhaseTimes {
   std::optional<double> admit;    // waiting for memory, which may be between two chunks
   std::optional<double> queue;    // waiting for a worker
   std::optional<double> index;
+  std::optional<double> normals;      // making them
+  std::optional<double> orientation;  // turning them
   std::optional<double> estimate;
   std::optional<double> send;  // first result to summary
 };
@@ -33,6 +36,7 @@ struct CallRecord {
   uint64_t points_received = 0;
   std::array<uint64_t, kPointStatusEnd> status_counts{};  // of a call that was estimated
   NormalsAgreement agreement;                             // likewise
+  std::optional<NormalReport> normal_report;              // likewise, unless normals were taken as given
   uint64_t normals_rescaled = 0;
   uint64_t bytes_received = 0;
   uint64_t bytes_sent = 0;

@@ -104,7 +104,7 @@ class Call {
 
  private:
   void Complete(uint64_t points) {
-    responses_.Complete(points_ = points);
+    responses_.Complete(points_ = points, kChunkPoints);
     is_complete_ = true;
     JudgeWrites();
   }
@@ -153,7 +153,7 @@ class Call {
   }
 
   StreamState state_;
-  ResponseSession responses_{kChunkPoints};
+  ResponseSession responses_;
   Written written_;
   bool is_accepted_ = false;
   bool is_complete_ = false;

@@ -32,6 +32,7 @@ void CheckAccepted(const v1::CloudHeader& header, const CallOptions& options) {
   v1::CloudHeader resolved = header;
   *resolved.mutable_options() = accepted.options();
   *resolved.mutable_quantities() = accepted.quantities();
+  *resolved.mutable_normals() = accepted.normals();
   const absl::StatusOr<CallOptions> again = curvd::ResolveHeader(resolved, Limits());
   fuzz::Require(again.ok(), "resolved options are valid");
   fuzz::Require(AcceptedFor(*again).SerializeAsString() == accepted.SerializeAsString(),
@@ -49,6 +50,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
     return 0;
   }
   fuzz::Require(options->estimator.Validate().ok(), "the estimator takes resolved options");
+  fuzz::Require(options->normals.Validate(0).ok(), "normals take resolved options");
   fuzz::Require(options->request_tag.empty() || fuzz::IsShowable(options->request_tag), "tags are printable");
   CheckAccepted(header, *options);
   return 0;

@@ -109,6 +109,12 @@ def protocol(proto):
     yield "header", "radius", radius.SerializeToString()
     yield "header", "defaults", proto.CloudHeader(point_count=1 << 24, scalar_type=2, priority=2).SerializeToString()
 
+    estimate = proto.NormalOptions(source=3, method=1, neighbor_count=12, orientation=3, viewpoint=proto.Vector3(x=1, y=-2, z=3))
+    orient = proto.NormalOptions(source=2, orientation=5, direction=proto.Vector3(z=1))
+    seen = proto.NormalOptions(source=3, method=4, radius=0.5, orientation=4)
+    for name, options in (("estimate", estimate), ("orient", orient), ("seen", seen)):
+        yield "header", name, proto.CloudHeader(normals=options, quantities=[1, 6, 7]).SerializeToString()
+
     positions = struct.pack("<9f", 1, 2, 3, 4, 5, 6, 7, 8, 9)
     normals = struct.pack("<9f", 0, 0, 1, 0, 2, 0, 0, 0, 0)
     chunk = proto.EstimateCurvatureRequest(chunk=proto.PointChunk(positions=positions, normals=normals))
@@ -122,6 +128,12 @@ def protocol(proto):
     yield "session", "marked", (b"\1" + block(proto.CloudHeader(marks_last_chunk=True)) + b"\2\1" + positions[:12] + normals[:12]
                                 + b"\2\x80\3")
     yield "session", "cut_off", b"\1" + block(proto.CloudHeader(marks_last_chunk=True)) + b"\2\1" + positions[:12] + normals[:12]
+    yield "session", "bare", b"\1" + block(proto.CloudHeader(normals=estimate)) + b"\2\3" + positions + b"\3"
+    yield "session", "normals_unasked", b"\1" + block(proto.CloudHeader(normals=estimate)) + b"\2\x41" + positions[:12] + normals[:12] + b"\3"
+    nowhere = struct.pack("<6f", 1, 2, 3, 4, float("nan"), 6)
+    for name, policy in (("seen", 1), ("seen_skipping", 2)):
+        yield "session", name, (b"\1" + block(proto.CloudHeader(normals=seen, invalid_point_policy=policy))
+                                + b"\2\2" + positions[:24] + nowhere + b"\3")
     yield "session", "empty", b"\1" + block(proto.CloudHeader()) + b"\3"
 
     accepted = proto.EstimateCurvatureResponse(accepted=proto.Accepted(

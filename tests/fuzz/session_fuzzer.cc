@@ -22,7 +22,8 @@ using curvd::RequestSession;
 constexpr curvd::CallLimits kLimits = {500, 4096, 100, 1 << 30, 10};
 constexpr size_t kMaxChunkPoints = 32;
 
-// A chunk whose index is right; its arrays are as long as the input allows.
+// A chunk whose index is right; its arrays are those that the header asks for, unless the shape says otherwise, and as
+// long as the input allows.
 v1::PointChunk NextChunk(const RequestSession& session, fuzz::Input& input) {
   const bool is_double = session.has_header() && session.options().scalar_type == curvd::ScalarType::kFloat64;
   const uint8_t shape = input.Byte();
@@ -31,7 +32,11 @@ v1::PointChunk NextChunk(const RequestSession& session, fuzz::Input& input) {
   chunk.set_is_last(shape >= 128);
   chunk.set_first_index(session.points_received());
   chunk.set_positions(std::string(input.Bytes(bytes)));
-  chunk.set_normals(std::string(input.Bytes(bytes)));
+  const bool is_odd = (shape & 64) != 0;
+  const bool has_normals = !session.has_header() || session.options().has_normals();
+  const bool has_viewpoints = session.has_header() && session.options().has_viewpoints();
+  if (has_normals != is_odd) chunk.set_normals(std::string(input.Bytes(bytes)));
+  if (has_viewpoints) chunk.set_viewpoints(std::string(input.Bytes(bytes)));
   return chunk;
 }
 
@@ -74,9 +79,19 @@ void CheckPoint(const Cloud& cloud, size_t i, size_t& invalid) {
   double length2 = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     fuzz::Require(std::isfinite(cloud.position(i)[axis]), "the positions of valid points are finite");
+    if (!cloud.has_normals()) continue;
     length2 += static_cast<double>(cloud.normal(i)[axis]) * cloud.normal(i)[axis];
   }
+  if (!cloud.has_normals()) return;
   fuzz::Require(std::abs(length2 - 1.0) < 1e-6, "the normals of valid points have unit length, to float rounding");
+}
+
+void CheckViewpoints(const Cloud& cloud, const curvd::Viewpoints& viewpoints) {
+  fuzz::Require(viewpoints.size() == cloud.size(), "every point has a viewpoint");
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    fuzz::Require(std::isnan(cloud.position(i)[0]) || viewpoints.FiniteRun(i, 1) == 1,
+                  "the viewpoints of valid points are finite");
+  }
 }
 
 void CheckCloud(const RequestSession& session, const Cloud& cloud) {
@@ -106,7 +121,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   const absl::Status closed = session.HalfClose();
   fuzz::Require(status.ok() || closed == status, "a session that failed stays so");
   if (closed.ok()) {
-    CheckCloud(session, session.TakeCloud());
+    const Cloud cloud = session.TakeCloud();
+    CheckCloud(session, cloud);
+    if (session.options().has_viewpoints()) CheckViewpoints(cloud, session.TakeViewpoints());
   } else {
     fuzz::CheckRequestError(closed);
   }

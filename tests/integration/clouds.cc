@@ -14,6 +14,7 @@ constexpr double kStepV = 0.5698402909980532;
 double Fraction(double x) { return x - std::floor(x); }
 
 std::string Pack(const std::vector<float>& values, size_t first, size_t count) {
+  if (values.empty()) return "";
   return std::string(reinterpret_cast<const char*>(values.data() + 3 * first), 3 * count * sizeof(float));
 }
 
@@ -26,6 +27,7 @@ void TestCloud::Add(float x, float y, float z, float nx, float ny, float nz) {
 
 std::string TestCloud::PackedPositions(size_t first, size_t count) const { return Pack(positions, first, count); }
 std::string TestCloud::PackedNormals(size_t first, size_t count) const { return Pack(normals, first, count); }
+std::string TestCloud::PackedViewpoints(size_t first, size_t count) const { return Pack(viewpoints, first, count); }
 
 TestCloud Sphere(size_t count, float radius) {
   TestCloud cloud;

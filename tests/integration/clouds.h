@@ -10,13 +10,15 @@ namespace curvd {
 
 struct TestCloud {
   std::vector<float> positions;
-  std::vector<float> normals;
+  std::vector<float> normals;     // none, or one for each point
+  std::vector<float> viewpoints;  // likewise
 
   size_t size() const { return positions.size() / 3; }
   void Add(float x, float y, float z, float nx, float ny, float nz);
-  // Packed points [first, first + count).
+  // Packed points [first, first + count); empty where there are none.
   std::string PackedPositions(size_t first, size_t count) const;
   std::string PackedNormals(size_t first, size_t count) const;
+  std::string PackedViewpoints(size_t first, size_t count) const;
 };
 
 // Evenly spread over a sphere (golden-angle spiral), outward normals.

@@ -45,7 +45,13 @@ float CallResult::Mean(size_t i) const { return FloatAt(mean, i); }
 float CallResult::K1(size_t i) const { return FloatAt(k1, i); }
 float CallResult::K2(size_t i) const { return FloatAt(k2, i); }
 
-std::string CallResult::AllBytes() const { return point_status + mean + gaussian + k1 + k2 + d1 + d2 + radius; }
+std::array<float, 3> CallResult::Normal(size_t i) const {
+  return {FloatAt(normal, 3 * i), FloatAt(normal, 3 * i + 1), FloatAt(normal, 3 * i + 2)};
+}
+
+std::string CallResult::AllBytes() const {
+  return point_status + mean + gaussian + k1 + k2 + d1 + d2 + radius + normal + normal_residual + normal_variance_ratio;
+}
 
 TestCall::TestCall(const std::shared_ptr<grpc::Channel>& channel, std::optional<std::chrono::milliseconds> timeout,
                    grpc_compression_algorithm compression,
@@ -76,6 +82,7 @@ bool TestCall::SendPoints(const TestCloud& cloud, size_t first, size_t count) {
   message.mutable_chunk()->set_first_index(first);
   message.mutable_chunk()->set_positions(cloud.PackedPositions(first, count));
   message.mutable_chunk()->set_normals(cloud.PackedNormals(first, count));
+  message.mutable_chunk()->set_viewpoints(cloud.PackedViewpoints(first, count));
   return Send(message);
 }
 
@@ -129,6 +136,9 @@ void TestCall::Take(const Response& message, CallResult& result) {
   result.d1 += chunk.d1();
   result.d2 += chunk.d2();
   result.radius += chunk.radius();
+  result.normal += chunk.normal();
+  result.normal_residual += chunk.normal_residual();
+  result.normal_variance_ratio += chunk.normal_variance_ratio();
 }
 
 CallResult TestCall::Finish() {

@@ -4,6 +4,7 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <map>
@@ -31,11 +32,13 @@ struct CallResult {
   // All chunks one behind the other.
   std::string point_status;
   std::string mean, gaussian, k1, k2, d1, d2, radius;
+  std::string normal, normal_residual, normal_variance_ratio;
 
   size_t size() const { return point_status.size(); }
   float Mean(size_t i) const;
   float K1(size_t i) const;
   float K2(size_t i) const;
+  std::array<float, 3> Normal(size_t i) const;
   // Everything that was sent, as one string to compare.
   std::string AllBytes() const;
 };

@@ -4,6 +4,7 @@
 
 #include "core/estimators/delaunay/umbrella.h"
 #include "core/job/estimation_job.h"
+#include "core/job/normal_phases.h"
 #include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
@@ -20,20 +21,27 @@ EstimatorOptions Delaunay() {
   return options;
 }
 
+CallOptions Call(const EstimatorOptions& estimator, uint64_t point_count = 1'000'000) {
+  CallOptions options;
+  options.point_count = point_count;
+  options.estimator = estimator;
+  return options;
+}
+
 void MustNotBeAnswered(const absl::Status& status) { FAIL() << "unexpected answer: " << status; }
 
 TEST(AdmissionTest, ReservesForEveryPointAndForMessagesInFlight) {
   const Admission admission(1024 * kMiB, 4 * kMiB, 10, kThreads);
-  const uint64_t million = admission.CallBytes(1'000'000, ScalarType::kFloat32, kHexagram, false);
+  const uint64_t million = admission.CallBytes(1'000'000, Call(kHexagram), false);
   EXPECT_GE(million, 1'000'000 * EstimationBytesPerPoint(kHexagram) + 4 * kMiB);
   EXPECT_LE(million, 1'000'000 * EstimationBytesPerPoint(kHexagram) + 20 * kMiB);
-  EXPECT_LT(admission.SendingBytes(1'000'000), million);
+  EXPECT_LT(admission.SendingBytes(1'000'000, QuantitySet()), million);
 }
 
 TEST(AdmissionTest, ReservesForTheUmbrellasOfEveryPoint) {
   const Admission admission(1024 * kMiB, 4 * kMiB, 10, kThreads);
-  const uint64_t hexagram = admission.CallBytes(1'000'000, ScalarType::kFloat32, kHexagram, false);
-  const uint64_t delaunay = admission.CallBytes(1'000'000, ScalarType::kFloat32, Delaunay(), false);
+  const uint64_t hexagram = admission.CallBytes(1'000'000, Call(kHexagram), false);
+  const uint64_t delaunay = admission.CallBytes(1'000'000, Call(Delaunay()), false);
   const uint64_t scratch =
       EstimationScratchBytes(Delaunay(), 1'000'000, kThreads) - EstimationScratchBytes(kHexagram, 1'000'000, kThreads);
   EXPECT_EQ(delaunay - hexagram, 1'000'000 * sizeof(Umbrella) + scratch);
@@ -42,8 +50,7 @@ TEST(AdmissionTest, ReservesForTheUmbrellasOfEveryPoint) {
 TEST(AdmissionTest, ReservesScratchForEachWorkerThatHasABlock) {
   const Admission one(1024 * kMiB, 4 * kMiB, 10, 1), eight(1024 * kMiB, 4 * kMiB, 10, 8);
   const auto difference = [&](uint64_t points, const EstimatorOptions& options) {
-    return eight.CallBytes(points, ScalarType::kFloat32, options, false) -
-           one.CallBytes(points, ScalarType::kFloat32, options, false);
+    return eight.CallBytes(points, Call(options), false) - one.CallBytes(points, Call(options), false);
   };
   EXPECT_EQ(difference(1'000, kHexagram), 0u);
   EXPECT_EQ(difference(1'000'000, kHexagram), 7 * EstimationScratchBytes(kHexagram, 1'000'000, 1));
@@ -52,36 +59,80 @@ TEST(AdmissionTest, ReservesScratchForEachWorkerThatHasABlock) {
   EXPECT_GT(difference(1'000'000, by_radius), 7 * kMiB) << "a radius may reach max_neighbor_count points";
 }
 
+TEST(AdmissionTest, ReservesForNormalsAndTheirOrientation) {
+  const Admission admission(4096 * kMiB, 4 * kMiB, 10, kThreads);
+  CallOptions options = Call(kHexagram);
+  const uint64_t given = admission.CallBytes(1'000'000, options, false);
+  options.normals.source = NormalSource::kEstimate;
+  const uint64_t estimated = admission.CallBytes(1'000'000, options, false);
+  EXPECT_GE(estimated - given, 1'000'000 * NormalBytesPerPoint(options.normals) - 4 * kMiB) << "chunks have no normals";
+  options.normals.returns_normals = true;
+  options.quantities.Add(curvature::v1::QUANTITY_NORMALS);
+  EXPECT_GE(admission.CallBytes(1'000'000, options, false), estimated + 1'000'000 * sizeof(PointNormal));
+  EXPECT_EQ(admission.SendingBytes(1'000'000, options.quantities) / 1'000'000,
+            sizeof(PointNormal) + sizeof(PointCurvature) + 1)
+      << "and messages";
+}
+
+TEST(AdmissionTest, ReservesNothingForCurvatureWhereNormalsAloneAreWanted) {
+  const Admission admission(4096 * kMiB, 4 * kMiB, 10, kThreads);
+  CallOptions options = Call(kHexagram);
+  options.normals.source = NormalSource::kEstimate;
+  options.normals.returns_normals = true;
+  options.quantities.Add(curvature::v1::QUANTITY_NORMALS);
+  const uint64_t both = admission.CallBytes(1'000'000, options, false);
+  options.quantities = QuantitySet::None();
+  options.quantities.Add(curvature::v1::QUANTITY_NORMALS);
+  EXPECT_LE(admission.CallBytes(1'000'000, options, false), both - 1'000'000 * sizeof(PointCurvature));
+}
+
+TEST(AdmissionTest, ReservesForTheViewpointsOfPoints) {
+  const Admission admission(4096 * kMiB, 4 * kMiB, 10, kThreads);
+  CallOptions one = Call(kHexagram);
+  one.normals.source = NormalSource::kEstimate;
+  one.normals.sides = SidesTowardViewpoint{{0.0, 0.0, 0.0}};
+  CallOptions each = one;
+  each.normals.sides = SidesTowardViewpoints{};
+  EXPECT_GE(admission.CallBytes(1'000'000, each, false) - admission.CallBytes(1'000'000, one, false),
+            1'000'000 * 3 * sizeof(double));
+  CallOptions unknown = each;
+  unknown.point_count = 0;
+  EXPECT_GE(admission.CallBytes(1'000'000, unknown, false) - admission.CallBytes(1'000'000, each, false),
+            2 * 1'000'000 * 3 * sizeof(double))
+      << "an array that grows is there twice";
+}
+
 TEST(AdmissionTest, AnOrdinaryCallFitsASmallServer) {
   Admission admission(256 * kMiB, 4 * kMiB, 10, 8);
-  EXPECT_TRUE(admission.Enter(500'000, ScalarType::kFloat32, kHexagram, 0).ok());
-  EXPECT_TRUE(admission.Enter(0, ScalarType::kFloat32, kHexagram, 0).ok());
+  EXPECT_TRUE(admission.Enter(Call(kHexagram, 500'000), 0).ok());
+  EXPECT_TRUE(admission.Enter(Call(kHexagram, 0), 0).ok());
 }
 
 TEST(AdmissionTest, ReservesLittleForLittleClouds) {
   const Admission admission(1024 * kMiB, 4 * kMiB, 10, kThreads);
-  EXPECT_LT(admission.CallBytes(1, ScalarType::kFloat64, kHexagram, false), 192u << 10);
-  EXPECT_GT(admission.CallBytes(1, ScalarType::kFloat64, kHexagram, true), 4 * kMiB) << "a large chunk may follow";
+  CallOptions doubles = Call(kHexagram);
+  doubles.scalar_type = ScalarType::kFloat64;
+  EXPECT_LT(admission.CallBytes(1, doubles, false), 192u << 10);
+  EXPECT_GT(admission.CallBytes(1, doubles, true), 4 * kMiB) << "a large chunk may follow";
 }
 
 TEST(AdmissionTest, RefusesACloudThatCouldNeverFit) {
   Admission admission(64 * kMiB, 4 * kMiB, 10, kThreads);
-  EXPECT_TRUE(IsError(admission.Enter(10'000'000, ScalarType::kFloat32, kHexagram, 0).status(),
-                      absl::StatusCode::kResourceExhausted, kReasonMemoryLimit,
-                      {"header.point_count", "10000000", absl::StrCat(56 * kMiB), "memory_limit"}));
+  EXPECT_TRUE(IsError(admission.Enter(Call(kHexagram, 10'000'000), 0).status(), absl::StatusCode::kResourceExhausted,
+                      kReasonMemoryLimit, {"header.point_count", "10000000", absl::StrCat(56 * kMiB), "memory_limit"}));
 }
 
 TEST(AdmissionTest, SmallCallsDoNotWaitForLargeOnes) {
   Admission admission(1024 * kMiB, 4 * kMiB, 10, kThreads);
-  auto large = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram, 0);
-  auto second = admission.Enter(8'000'000, ScalarType::kFloat32, kHexagram, 0);
-  auto small = admission.Enter(10'000, ScalarType::kFloat32, kHexagram, 0);
+  auto large = admission.Enter(Call(kHexagram, 8'000'000), 0);
+  auto second = admission.Enter(Call(kHexagram, 8'000'000), 0);
+  auto small = admission.Enter(Call(kHexagram, 10'000), 0);
   ASSERT_TRUE(large.ok() && second.ok() && small.ok());
-  const uint64_t bytes = admission.CallBytes(8'000'000, ScalarType::kFloat32, kHexagram, false);
+  const uint64_t bytes = admission.CallBytes(8'000'000, Call(kHexagram), false);
   EXPECT_TRUE(*(*large)->GrowTo(bytes, MustNotBeAnswered));
   EXPECT_FALSE(*(*second)->GrowTo(bytes, [](const absl::Status&) {}));
   EXPECT_EQ(admission.waiting(), 1u);
-  const uint64_t small_bytes = admission.CallBytes(10'000, ScalarType::kFloat32, kHexagram, false);
+  const uint64_t small_bytes = admission.CallBytes(10'000, Call(kHexagram), false);
   EXPECT_TRUE(*(*small)->GrowTo(small_bytes, MustNotBeAnswered));
   EXPECT_EQ(admission.reserved(), bytes + small_bytes);
   EXPECT_EQ(admission.limit(), 1024 * kMiB);

@@ -34,7 +34,46 @@ TEST(ResolveHeaderTest, GivesAnEmptyHeaderTheDocumentedDefaults) {
   EXPECT_EQ(options->invalid_point_policy, InvalidPointPolicy::kReject);
   EXPECT_EQ(options->estimator.opposed_normals, OpposedNormalsPolicy::kMark);
   EXPECT_FALSE(options->priority.has_value());
-  for (const v1::Quantity quantity : curvature::wire::Quantities()) EXPECT_TRUE(options->quantities.Has(quantity));
+  EXPECT_EQ(options->normals.source, NormalSource::kGiven);
+  EXPECT_FALSE(options->normals.returns_normals);
+  for (const v1::Quantity quantity : curvature::wire::Quantities()) {
+    const bool is_normal = quantity == v1::QUANTITY_NORMALS || quantity == v1::QUANTITY_NORMAL_QUALITY;
+    EXPECT_EQ(options->quantities.Has(quantity), !is_normal);
+  }
+}
+
+TEST(ResolveHeaderTest, NormalsThatTheServerMakesComeBackUnlessOtherQuantitiesAreAskedFor) {
+  v1::CloudHeader header;
+  header.mutable_normals()->set_source(v1::NORMAL_SOURCE_ESTIMATE);
+  const auto all = ResolveHeader(header, kLimits);
+  ASSERT_TRUE(all.ok()) << all.status();
+  EXPECT_EQ(all->normals.source, NormalSource::kEstimate);
+  EXPECT_TRUE(all->quantities.Has(v1::QUANTITY_NORMALS) && all->normals.returns_normals);
+  EXPECT_TRUE(all->quantities.HasCurvature());
+  EXPECT_FALSE(all->quantities.Has(v1::QUANTITY_NORMAL_QUALITY));
+  header.add_quantities(v1::QUANTITY_MEAN_CURVATURE);
+  const auto mean = ResolveHeader(header, kLimits);
+  EXPECT_FALSE(mean->quantities.HasNormals() || mean->normals.returns_normals);
+}
+
+TEST(ResolveHeaderTest, ACallMayAskForNormalsAlone) {
+  v1::CloudHeader header;
+  header.add_quantities(v1::QUANTITY_NORMALS);
+  header.add_quantities(v1::QUANTITY_NORMAL_QUALITY);
+  const auto options = ResolveHeader(header, kLimits);
+  ASSERT_TRUE(options.ok()) << options.status();
+  EXPECT_FALSE(options->quantities.HasCurvature());
+  EXPECT_TRUE(options->normals.returns_normals);
+}
+
+TEST(ResolveHeaderTest, KnowsWhatComesWithEachPoint) {
+  CallOptions options;
+  EXPECT_EQ(options.point_bytes(), 24u);
+  options.normals.source = NormalSource::kEstimate;
+  EXPECT_EQ(options.point_bytes(), 12u);
+  options.normals.sides = SidesTowardViewpoints{};
+  options.scalar_type = ScalarType::kFloat64;
+  EXPECT_EQ(options.point_bytes(), 48u);
 }
 
 TEST(ResolveHeaderTest, RefusesAnUnknownPriority) {

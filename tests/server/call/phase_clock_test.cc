@@ -57,12 +57,14 @@ TEST(PhaseClockTest, TheEndEndsTheSendingThatGoesOn) {
   clock.StartWaiting(At(10));
   clock.EndWaiting(At(10));
   clock.EndReceiving(At(12));
-  clock.SetJobSeconds(1.0, 2.0, std::nullopt);
+  clock.SetJobSeconds({.queue = 1.0, .index = 2.0, .normals = 4.0, .orientation = {}, .estimate = {}});
   clock.StartSending(At(20));
   clock.End(At(23));
   EXPECT_EQ(clock.times().receive, 2.0);
   EXPECT_EQ(clock.times().queue, 1.0);
   EXPECT_EQ(clock.times().index, 2.0);
+  EXPECT_EQ(clock.times().normals, 4.0);
+  EXPECT_FALSE(clock.times().orientation.has_value());
   EXPECT_FALSE(clock.times().estimate.has_value());
   EXPECT_EQ(clock.times().send, 3.0);
 }

@@ -16,10 +16,13 @@ TEST(FillProgressTest, ReceivesUntilThereIsAJob) {
 }
 
 TEST(FillProgressTest, TellsThePhaseOfTheJob) {
-  const std::pair<JobPhase, v1::Progress::Phase> phases[] = {{JobPhase::kQueued, v1::Progress::PHASE_QUEUED},
-                                                             {JobPhase::kIndexing, v1::Progress::PHASE_INDEXING},
-                                                             {JobPhase::kEstimating, v1::Progress::PHASE_ESTIMATING},
-                                                             {JobPhase::kDone, v1::Progress::PHASE_SENDING}};
+  const std::pair<JobPhase, v1::Progress::Phase> phases[] = {
+      {JobPhase::kQueued, v1::Progress::PHASE_QUEUED},
+      {JobPhase::kIndexing, v1::Progress::PHASE_INDEXING},
+      {JobPhase::kMakingNormals, v1::Progress::PHASE_ESTIMATING_NORMALS},
+      {JobPhase::kOrienting, v1::Progress::PHASE_ORIENTING},
+      {JobPhase::kEstimating, v1::Progress::PHASE_ESTIMATING},
+      {JobPhase::kDone, v1::Progress::PHASE_SENDING}};
   for (const auto& [phase, shown] : phases) {
     JobProgress job;
     job.phase = phase;

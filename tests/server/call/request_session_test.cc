@@ -250,6 +250,97 @@ TEST(RequestSessionTest, SkipsInvalidPointsOnRequest) {
   EXPECT_EQ(session.TakeCloud().invalid_count(), 1u);
 }
 
+v1::EstimateCurvatureRequest HeaderWith(v1::NormalSource source) {
+  v1::EstimateCurvatureRequest message = Header();
+  message.mutable_header()->mutable_normals()->set_source(source);
+  return message;
+}
+
+v1::EstimateCurvatureRequest BareChunk(uint64_t first, size_t count) {
+  v1::EstimateCurvatureRequest message = Chunk(first, count);
+  message.mutable_chunk()->clear_normals();
+  return message;
+}
+
+TEST(RequestSessionTest, NamesTheOptionThatMakesNormalsWhereThereAreNone) {
+  for (const v1::NormalSource source : {v1::NORMAL_SOURCE_GIVEN, v1::NORMAL_SOURCE_ORIENT}) {
+    RequestSession session(kLimits);
+    ASSERT_TRUE(Receive(session, HeaderWith(source)).ok());
+    ASSERT_TRUE(Receive(session, Chunk(0, 2)).ok());
+    EXPECT_TRUE(IsError(Receive(session, BareChunk(2, 2)), kInvalid, kReasonChunkLength,
+                        {"chunk.normals", "0 bytes", "24 bytes", "header.normals.source", "estimate"}));
+  }
+}
+
+TEST(RequestSessionTest, TakesACloudWithoutNormalsWhereTheyAreEstimated) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, HeaderWith(v1::NORMAL_SOURCE_ESTIMATE)).ok());
+  ASSERT_TRUE(Receive(session, BareChunk(0, 3)).ok());
+  ASSERT_TRUE(session.HalfClose().ok());
+  const Cloud cloud = session.TakeCloud();
+  EXPECT_EQ(cloud.size(), 3u);
+  EXPECT_FALSE(cloud.has_normals());
+}
+
+TEST(RequestSessionTest, RefusesNormalsWhereTheyAreEstimated) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, HeaderWith(v1::NORMAL_SOURCE_ESTIMATE)).ok());
+  ASSERT_TRUE(Receive(session, BareChunk(0, 3)).ok());
+  EXPECT_TRUE(IsError(Receive(session, Chunk(3, 1)), kInvalid, kReasonChunkLength,
+                      {"chunk.normals", "12 bytes", "absent", "header.normals.source"}));
+}
+
+v1::EstimateCurvatureRequest SeenHeader() {
+  v1::EstimateCurvatureRequest message = HeaderWith(v1::NORMAL_SOURCE_ESTIMATE);
+  message.mutable_header()->mutable_normals()->set_orientation(v1::ORIENTATION_POINT_VIEWPOINTS);
+  return message;
+}
+
+v1::EstimateCurvatureRequest SeenChunk(uint64_t first, size_t count, const std::vector<float>& viewpoints) {
+  v1::EstimateCurvatureRequest message = BareChunk(first, count);
+  message.mutable_chunk()->set_viewpoints(Pack(viewpoints));
+  return message;
+}
+
+TEST(RequestSessionTest, TakesAViewpointForEachPoint) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, SeenHeader()).ok());
+  ASSERT_TRUE(Receive(session, SeenChunk(0, 1, {1, 2, 3})).ok());
+  ASSERT_TRUE(Receive(session, SeenChunk(1, 2, {4, 5, 6, 7, 8, 9})).ok());
+  ASSERT_TRUE(session.HalfClose().ok());
+  const Viewpoints viewpoints = session.TakeViewpoints();
+  ASSERT_EQ(viewpoints.size(), 3u);
+  EXPECT_EQ(viewpoints[2], (std::array<double, 3>{7, 8, 9}));
+}
+
+TEST(RequestSessionTest, RefusesViewpointsThatAreTooFewOrNotAskedFor) {
+  for (const std::vector<float>& viewpoints : {std::vector<float>{}, {1, 2, 3}, {1, 2, 3, 4, 5, 6, 7, 8, 9}}) {
+    RequestSession session(kLimits);
+    ASSERT_TRUE(Receive(session, SeenHeader()).ok());
+    EXPECT_TRUE(IsError(
+        Receive(session, SeenChunk(0, 2, viewpoints)), kInvalid, kReasonChunkLength,
+        {"chunk.viewpoints", absl::StrCat(4 * viewpoints.size(), " bytes"), "24 bytes", "header.normals.orientation"}));
+  }
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, HeaderWith(v1::NORMAL_SOURCE_ESTIMATE)).ok());
+  EXPECT_TRUE(IsError(Receive(session, SeenChunk(0, 1, {1, 2, 3})), kInvalid, kReasonChunkLength,
+                      {"chunk.viewpoints", "12 bytes", "absent", "header.normals.orientation"}));
+}
+
+TEST(RequestSessionTest, RefusesAViewpointThatIsNotFinite) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, SeenHeader()).ok());
+  EXPECT_TRUE(IsError(Receive(session, SeenChunk(0, 2, {1, 2, 3, 4, std::nanf(""), 6})), kInvalid, kReasonInvalidPoint,
+                      {"viewpoint of point 1", "nan"}));
+}
+
+TEST(RequestSessionTest, CountsViewpointsInTheByteLimit) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, SeenHeader()).ok());
+  EXPECT_TRUE(IsError(Receive(session, SeenChunk(0, 100, std::vector<float>(303))),
+                      absl::StatusCode::kResourceExhausted, kReasonChunkTooLarge, {"2412 bytes", "2400"}));
+}
+
 TEST(RequestSessionTest, CountsNormalsThatWereRescaled) {
   RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, Header()).ok());

@@ -8,14 +8,14 @@ namespace {
 using Kind = ResponseSession::Kind;
 
 TEST(ResponseSessionTest, HasNothingToSayBeforeTheHeader) {
-  ResponseSession session(10);
+  ResponseSession session;
   EXPECT_EQ(session.Next().kind, Kind::kNothing);
   session.SetProgressDue(true);
   EXPECT_EQ(session.Next().kind, Kind::kNothing);
 }
 
 TEST(ResponseSessionTest, AcceptedComesFirstAndOnce) {
-  ResponseSession session(10);
+  ResponseSession session;
   session.Accept();
   session.SetProgressDue(true);
   EXPECT_EQ(session.Next().kind, Kind::kAccepted);
@@ -24,7 +24,7 @@ TEST(ResponseSessionTest, AcceptedComesFirstAndOnce) {
 }
 
 TEST(ResponseSessionTest, AProgressIsSentOnceForEachTimeThatItIsDue) {
-  ResponseSession session(10);
+  ResponseSession session;
   session.Accept();
   session.Next();
   session.SetProgressDue(true);
@@ -37,10 +37,10 @@ TEST(ResponseSessionTest, AProgressIsSentOnceForEachTimeThatItIsDue) {
 }
 
 TEST(ResponseSessionTest, ResultsCoverTheCloudInOrderThenTheSummary) {
-  ResponseSession session(10);
+  ResponseSession session;
   session.Accept();
   session.Next();
-  session.Complete(25);
+  session.Complete(25, 10);
   for (const auto& [first, count] : {std::pair(0, 10), std::pair(10, 10), std::pair(20, 5)}) {
     const ResponseSession::Message message = session.Next();
     ASSERT_EQ(message.kind, Kind::kResults);
@@ -53,29 +53,29 @@ TEST(ResponseSessionTest, ResultsCoverTheCloudInOrderThenTheSummary) {
 }
 
 TEST(ResponseSessionTest, TheLastChunkMayBeFull) {
-  ResponseSession session(10);
+  ResponseSession session;
   session.Accept();
   session.Next();
-  session.Complete(10);
+  session.Complete(10, 10);
   EXPECT_EQ(session.Next().count, 10u);
   EXPECT_EQ(session.Next().kind, Kind::kSummary);
 }
 
 TEST(ResponseSessionTest, ACloudWithoutPointsHasASummary) {
-  ResponseSession session(10);
+  ResponseSession session;
   session.Accept();
-  session.Complete(0);
+  session.Complete(0, 10);
   EXPECT_EQ(session.Next().kind, Kind::kAccepted);
   EXPECT_EQ(session.Next().kind, Kind::kSummary);
   EXPECT_EQ(session.Next().kind, Kind::kEnd);
 }
 
 TEST(ResponseSessionTest, NoProgressComesBetweenResults) {
-  ResponseSession session(10);
+  ResponseSession session;
   session.Accept();
   session.Next();
   session.SetProgressDue(true);
-  session.Complete(20);
+  session.Complete(20, 10);
   EXPECT_EQ(session.Next().kind, Kind::kResults);
   session.SetProgressDue(true);
   EXPECT_EQ(session.Next().kind, Kind::kResults);

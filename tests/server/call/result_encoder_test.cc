@@ -17,10 +17,19 @@ float FloatAt(const std::string& bytes, size_t i) {
   return value;
 }
 
-PageArray<PointCurvature> Points(size_t count) {
+CallResults Points(size_t count) {
   PageArray<PointCurvature> points = *PageArray<PointCurvature>::Create(count);
   for (size_t i = 0; i < count; ++i) points[i] = NumberedPoint(i);
-  return points;
+  return {std::move(points), {}};
+}
+
+NormalField Normals(size_t count) {
+  NormalField normals = *NormalField::Create(count);
+  for (size_t i = 0; i < count; ++i) {
+    const auto n = static_cast<float>(1000 * i);
+    normals[i] = {{n + 1.0f, n + 2.0f, n + 3.0f}, n + 4.0f, n + 5.0f, PointStatus::kDegenerateArea};
+  }
+  return normals;
 }
 
 QuantitySet Only(curvature::v1::Quantity quantity) {
@@ -29,7 +38,7 @@ QuantitySet Only(curvature::v1::Quantity quantity) {
   return set;
 }
 
-std::string Packed(const PageArray<PointCurvature>& points, size_t first, size_t count, const QuantitySet& quantities) {
+std::string Packed(const CallResults& points, size_t first, size_t count, const QuantitySet& quantities) {
   const grpc::Slice message = *PackResults(points, first, count, quantities);
   return {reinterpret_cast<const char*>(message.begin()), message.size()};
 }
@@ -67,11 +76,16 @@ TEST(PackResultsTest, LeavesOutWhatWasNotAskedFor) {
 }
 
 TEST(PackResultsTest, TheBytesAreThoseOfProtobuf) {
-  const PageArray<PointCurvature> points = Points(40'000);
+  CallResults points = Points(40'000);
+  points.normals = Normals(40'000);
+  QuantitySet everything;
+  everything.Add(curvature::v1::QUANTITY_NORMALS);
+  everything.Add(curvature::v1::QUANTITY_NORMAL_QUALITY);
   for (const size_t first : {0, 1, 127, 128, 16'384, 20'000}) {
     for (const size_t count : {1, 4, 31, 32, 127, 128, 5'000, 16'384}) {
       for (const QuantitySet& quantities :
-           {QuantitySet(), Only(curvature::v1::QUANTITY_PRINCIPAL_DIRECTIONS), Only(curvature::v1::QUANTITY_RADIUS)}) {
+           {QuantitySet(), everything, Only(curvature::v1::QUANTITY_PRINCIPAL_DIRECTIONS),
+            Only(curvature::v1::QUANTITY_RADIUS)}) {
         const std::string packed = Packed(points, first, count, quantities);
         curvature::v1::EstimateCurvatureResponse response;
         ASSERT_TRUE(response.ParseFromString(packed));
@@ -84,23 +98,60 @@ TEST(PackResultsTest, TheBytesAreThoseOfProtobuf) {
 }
 
 TEST(PackResultsTest, EveryColumnOfTheCoreGoesIntoTheFieldOfItsName) {
-  const PageArray<PointCurvature> points = Points(3);
+  const CallResults points = Points(3);
   const curvature::v1::ResultChunk chunk = Parsed(Packed(points, 0, 3, QuantitySet()));
   for (const Column& column : kColumns) {
     const auto* field = curvature::v1::ResultChunk::descriptor()->FindFieldByName(std::string(column.name));
     ASSERT_NE(field, nullptr) << column.name;
     std::string expected;
     for (size_t i = 0; i < 3; ++i) {
-      expected.append(reinterpret_cast<const char*>(&points[i]) + column.offset, column.bytes());
+      expected.append(reinterpret_cast<const char*>(&points.curvature[i]) + column.offset, column.bytes());
     }
     EXPECT_EQ(chunk.GetReflection()->GetString(chunk, field), expected) << column.name;
   }
 }
 
-TEST(PackResultsTest, HasTheSizeThatIsPromised) {
-  const size_t size = Packed(Points(kResultChunkPoints), 0, kResultChunkPoints, QuantitySet()).size();
-  EXPECT_GE(size, kResultChunkPoints * kResultBytesPerPoint);
-  EXPECT_LE(size, kResultChunkPoints * kResultBytesPerPoint + 100);
+TEST(PackResultsTest, PacksNormalsBesideCurvature) {
+  CallResults results = Points(5);
+  results.normals = Normals(5);
+  QuantitySet quantities = Only(curvature::v1::QUANTITY_MEAN_CURVATURE);
+  quantities.Add(curvature::v1::QUANTITY_NORMALS);
+  const curvature::v1::ResultChunk chunk = Parsed(Packed(results, 1, 3, quantities));
+  EXPECT_EQ(chunk.status(), std::string("\x02\x03\x04")) << "that of curvature";
+  EXPECT_EQ(FloatAt(chunk.mean_curvature(), 0), 101.0f);
+  ASSERT_EQ(chunk.normal().size(), 36u);
+  EXPECT_EQ(FloatAt(chunk.normal(), 0), 1001.0f);
+  EXPECT_EQ(FloatAt(chunk.normal(), 8), 3003.0f);
+  EXPECT_TRUE(chunk.normal_residual().empty());
+}
+
+TEST(PackResultsTest, PacksNormalsAlone) {
+  QuantitySet quantities = Only(curvature::v1::QUANTITY_NORMALS);
+  quantities.Add(curvature::v1::QUANTITY_NORMAL_QUALITY);
+  const CallResults results = {{}, Normals(2)};
+  ASSERT_EQ(results.size(), 2u);
+  const curvature::v1::ResultChunk chunk = Parsed(Packed(results, 0, 2, quantities));
+  EXPECT_EQ(chunk.status(), std::string("\x03\x03")) << "that of the normal";
+  EXPECT_EQ(FloatAt(chunk.normal(), 3), 1001.0f);
+  EXPECT_EQ(FloatAt(chunk.normal_residual(), 1), 1004.0f);
+  EXPECT_EQ(FloatAt(chunk.normal_variance_ratio(), 0), 5.0f);
+  EXPECT_TRUE(chunk.mean_curvature().empty());
+}
+
+TEST(PackResultsTest, MessagesStayBelowAMebibyte) {
+  QuantitySet everything;
+  everything.Add(curvature::v1::QUANTITY_NORMALS);
+  everything.Add(curvature::v1::QUANTITY_NORMAL_QUALITY);
+  EXPECT_EQ(ResultChunkPoints(QuantitySet()), kResultChunkPoints);
+  for (const QuantitySet& quantities : {QuantitySet(), everything}) {
+    const size_t points = ResultChunkPoints(quantities);
+    CallResults results = Points(points);
+    if (quantities.HasNormals()) results.normals = Normals(points);
+    const size_t size = Packed(results, 0, points, quantities).size();
+    EXPECT_GE(size, points * ResultBytesPerPoint(quantities));
+    EXPECT_LE(size, points * ResultBytesPerPoint(quantities) + 100);
+    EXPECT_LT(size, size_t{1} << 20);
+  }
 }
 
 }  // namespace

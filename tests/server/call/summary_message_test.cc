@@ -15,7 +15,7 @@ TEST(FillSummaryTest, TellsWhatTheRecordHolds) {
   record.status_counts = {0, 1, 2, 3, 4, 5, 6, 7};
   record.normals_rescaled = 6;
   record.peak_bytes = 7;
-  record.seconds = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
+  record.seconds = {0.1, 0.2, 0.3, 0.4, 0.7, 0.8, 0.5, 0.6};
   curvature::v1::Summary summary;
   FillSummary(record, &summary);
   EXPECT_EQ(summary.point_count(), 28u);
@@ -31,9 +31,12 @@ TEST(FillSummaryTest, TellsWhatTheRecordHolds) {
   EXPECT_EQ(summary.seconds().receive(), 0.1);
   EXPECT_EQ(summary.seconds().queue(), 0.3);
   EXPECT_EQ(summary.seconds().index(), 0.4);
+  EXPECT_EQ(summary.seconds().normals(), 0.7);
+  EXPECT_EQ(summary.seconds().orientation(), 0.8);
   EXPECT_EQ(summary.seconds().estimate(), 0.5);
   EXPECT_EQ(summary.seconds().send(), 0.6);
   EXPECT_EQ(summary.warnings_size(), 0);
+  EXPECT_FALSE(summary.has_normals());
 }
 
 TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {
@@ -53,6 +56,29 @@ TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {
   EXPECT_THAT(warning.message(),
               AllOf(HasSubstr("around 700 of 2000 points"), HasSubstr("6.2 % of the pairs"),
                     HasSubstr("4 patches flipped"), HasSubstr("make all normals point to one side")));
+
+  record.normal_report.emplace().method = NormalMethod::kJet2;
+  curvature::v1::Summary of_estimated;
+  FillSummary(record, &of_estimated);
+  EXPECT_THAT(of_estimated.warnings(0).message(), HasSubstr("their normals need more neighbors"));
+}
+
+TEST(FillSummaryTest, WarnsOfSidesThatCannotBeTrusted) {
+  CallRecord record;
+  record.normal_report.emplace();
+  record.normal_report->certificate = kMaxTrustedCertificate;
+  curvature::v1::Summary trusted;
+  FillSummary(record, &trusted);
+  EXPECT_EQ(trusted.warnings_size(), 0);
+  EXPECT_FALSE(trusted.normals().doubtful());
+
+  record.normal_report->certificate = 0.98;
+  curvature::v1::Summary doubtful;
+  FillSummary(record, &doubtful);
+  EXPECT_TRUE(doubtful.normals().doubtful());
+  ASSERT_EQ(doubtful.warnings_size(), 1);
+  EXPECT_EQ(doubtful.warnings(0).code(), curvature::v1::WARNING_CODE_DOUBTFUL_ORIENTATION);
+  EXPECT_THAT(doubtful.warnings(0).message(), AllOf(HasSubstr("certificate is 0.98"), HasSubstr("at most 0.25")));
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
-#include "server/call/append_chunk.h"
+#include "server/call/chunk/append_chunk.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -66,6 +68,66 @@ TEST(AppendPiecesTest, NamesTheInvalidPointWhereverItIsCut) {
     EXPECT_NE(status.message().find("normal of point 7"), std::string::npos) << status;
     EXPECT_EQ(cloud.size(), 7u);
   }
+}
+
+TEST(AppendPiecesTest, TakesPositionsAlone) {
+  const std::string positions = Packed<float>(200, 0.0);
+  for (const size_t piece_bytes : {1, 5, 12, 13, 100, 10'000}) {
+    Cloud cloud(ScalarType::kFloat32, InvalidPointPolicy::kReject, NormalsInput::kAbsent);
+    ASSERT_TRUE(AppendPieces(Cut(positions, piece_bytes, 3), {}, ScalarType::kFloat32, cloud).ok());
+    ASSERT_TRUE(cloud.Finish().ok());
+    ASSERT_EQ(cloud.size(), 200u);
+    EXPECT_EQ(cloud.position(199)[2], 599.0f);
+  }
+}
+
+// Points 3 and 4 of ten were seen from nowhere.
+template <typename Scalar>
+std::string SeenFrom() {
+  std::string viewpoints = Packed<Scalar>(10, 2.0);
+  const Scalar nowhere[] = {std::numeric_limits<Scalar>::infinity(), std::numeric_limits<Scalar>::quiet_NaN()};
+  std::memcpy(viewpoints.data() + 3 * 3 * sizeof(Scalar), &nowhere[0], sizeof(Scalar));
+  std::memcpy(viewpoints.data() + (4 * 3 + 2) * sizeof(Scalar), &nowhere[1], sizeof(Scalar));
+  return viewpoints;
+}
+
+template <typename Scalar>
+void CheckViewpoints(ScalarType type) {
+  const std::string positions = Packed<Scalar>(10, 0.0), normals = Packed<Scalar>(10, 1.0), seen = SeenFrom<Scalar>();
+  for (const size_t piece_bytes : {5, 12, 90, 1000}) {
+    Viewpoints viewpoints;
+    ASSERT_TRUE(viewpoints.Append(Cut(seen, piece_bytes, 1), type).ok());
+    ASSERT_EQ(viewpoints.size(), 10u);
+    EXPECT_EQ(viewpoints[9][2], 31.0);
+
+    Cloud strict(type);
+    const absl::Status refused =
+        AppendSeenPieces(Cut(positions, piece_bytes, 0), Cut(normals, piece_bytes, 3), type, viewpoints, strict);
+    EXPECT_TRUE(absl::IsInvalidArgument(refused));
+    EXPECT_NE(refused.message().find("viewpoint of point 3 is (inf, 12, 13)"), std::string::npos) << refused;
+    EXPECT_EQ(strict.size(), 3u);
+
+    Cloud lenient(type, InvalidPointPolicy::kSkip);
+    ASSERT_TRUE(
+        AppendSeenPieces(Cut(positions, piece_bytes, 0), Cut(normals, piece_bytes, 3), type, viewpoints, lenient).ok());
+    ASSERT_TRUE(lenient.Finish().ok());
+    EXPECT_EQ(lenient.size(), 10u);
+    EXPECT_EQ(lenient.invalid_count(), 2u);
+    EXPECT_TRUE(std::isnan(lenient.position(4)[0]));
+    EXPECT_FALSE(std::isnan(lenient.position(5)[0]));
+  }
+}
+
+TEST(AppendSeenPiecesTest, APointSeenFromNowhereIsInvalid) { CheckViewpoints<float>(ScalarType::kFloat32); }
+TEST(AppendSeenPiecesTest, APointSeenFromNowhereInDoublesIsInvalid) { CheckViewpoints<double>(ScalarType::kFloat64); }
+
+TEST(ViewpointsTest, GrowAsChunksCome) {
+  Viewpoints viewpoints;
+  const std::string some = Packed<float>(50'000, 0.0);
+  for (int chunk = 0; chunk < 3; ++chunk) ASSERT_TRUE(viewpoints.Append({some}, ScalarType::kFloat32).ok());
+  ASSERT_EQ(viewpoints.span().size(), 150'000u);
+  EXPECT_EQ(viewpoints[100'001][1], 4.0);
+  EXPECT_EQ(viewpoints.FiniteRun(0, 150'000), 150'000u);
 }
 
 TEST(AppendPiecesTest, TakesNothing) {

@@ -1,0 +1,32 @@
+// Says which quantities the results of a call carry.
+#pragma once
+
+#include <cstdint>
+
+#include "curvature/v1/curvature.pb.h"
+
+namespace curvd {
+
+// Quantities beside the status. DEFAULT: all of curvature that the contract knows.
+class QuantitySet {
+ public:
+  static QuantitySet None() { return QuantitySet(0); }
+  QuantitySet() = default;
+
+  void Add(curvature::v1::Quantity quantity) { bits_ |= BitOf(quantity); }
+  bool Has(curvature::v1::Quantity quantity) const { return (bits_ & BitOf(quantity)) != 0; }
+  // Whether a quantity of curvature, or of normals, is among them.
+  bool HasCurvature() const { return (bits_ & ~kNormalBits) != 0; }
+  bool HasNormals() const { return (bits_ & kNormalBits) != 0; }
+
+ private:
+  static_assert(curvature::v1::Quantity_ARRAYSIZE <= 64);
+  static constexpr uint64_t BitOf(curvature::v1::Quantity quantity) { return uint64_t{1} << quantity; }
+  static constexpr uint64_t kNormalBits =
+      uint64_t{1} << curvature::v1::QUANTITY_NORMALS | uint64_t{1} << curvature::v1::QUANTITY_NORMAL_QUALITY;
+  explicit QuantitySet(uint64_t bits) : bits_(bits) {}
+
+  uint64_t bits_ = ~kNormalBits;
+};
+
+}  // namespace curvd
