@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <span>
 #include <utility>
+#include <variant>
 
 #include "absl/random/random.h"
 #include "absl/strings/str_cat.h"
@@ -20,13 +23,33 @@ namespace {
 // Does not jump when somebody sets the machine's time.
 using Clock = std::chrono::steady_clock;
 
-absl::Status CheckArrays(const CloudView& cloud) {
-  const size_t positions = cloud.positions().size(), normals = cloud.normals().size();
-  if (positions % cloud.point_bytes() == 0 && normals == positions) return absl::OkStatus();
-  const size_t scalar_bytes = cloud.point_bytes() / 3;
-  return absl::InvalidArgumentError(absl::StrCat("positions hold ", positions / scalar_bytes, " scalars and normals ",
-                                                 normals / scalar_bytes,
-                                                 ": both must hold three for each point, as many"));
+// Checks an array that comes with the positions if it `is_wanted`; `remedy` is for one that does not fit.
+absl::Status CheckArray(const CloudView& cloud, const char* name, std::span<const std::byte> array, bool is_wanted,
+                        const char* remedy) {
+  const size_t scalar_bytes = cloud.point_bytes() / 3, wanted = is_wanted ? cloud.positions().size() : 0;
+  if (array.size() == wanted) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("positions hold ", cloud.positions().size() / scalar_bytes,
+                                                 " scalars and ", name, " ", array.size() / scalar_bytes, ": ",
+                                                 remedy));
+}
+
+absl::Status CheckArrays(const CloudView& cloud, const NormalOptions& normals) {
+  if (cloud.positions().size() % cloud.point_bytes() != 0) {
+    return absl::InvalidArgumentError(absl::StrCat("positions hold ",
+                                                   3 * cloud.positions().size() / cloud.point_bytes(),
+                                                   " scalars: they must hold three for each point"));
+  }
+  const bool has_normals = normals.source != NormalSource::kEstimate;
+  const char* remedy = !has_normals ? "options.normals.source asks for estimated ones, so that none may be given"
+                       : cloud.normals().empty() ? "set options.normals.source to kEstimate, and the server makes them"
+                                                 : "both must hold three for each point, as many";
+  absl::Status status = CheckArray(cloud, "normals", cloud.normals(), has_normals, remedy);
+  if (!status.ok()) return status;
+  const bool has_viewpoints =
+      normals.source != NormalSource::kGiven && std::holds_alternative<SidesTowardViewpoints>(normals.sides);
+  return CheckArray(cloud, "viewpoints", cloud.viewpoints(), has_viewpoints,
+                    has_viewpoints ? "options.normals.sides asks for one at each point"
+                                   : "only SidesTowardViewpoints of options.normals.sides takes them");
 }
 
 std::vector<std::string> ListQuantityNames() {
@@ -89,7 +112,7 @@ CurvatureClient::~CurvatureClient() = default;
 
 absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud, const EstimateOptions& options,
                                                           const EstimateCallbacks& callbacks) const {
-  if (absl::Status status = CheckArrays(cloud); !status.ok()) return status;
+  if (absl::Status status = CheckArrays(cloud, options.normals); !status.ok()) return status;
   if (absl::Status status = CheckQuantities(options.quantities); !status.ok()) return status;
   const Clock::time_point start = Clock::now();
   const auto time_left = [&] { return options.timeout - absl::FromChrono(Clock::now() - start); };

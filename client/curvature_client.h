@@ -1,7 +1,11 @@
-// Curvature of an oriented cloud from a curvd server: one call on arrays.
+// Curvature of a cloud, and its normals, from a curvd server: one call on arrays.
 //
 //   auto client = curv::CurvatureClient::Connect("localhost:50061");
 //   auto result = (*client)->Estimate(curv::CloudView(positions, normals), {});
+//
+// Without normals, the server makes them:
+//   options.normals.source = curv::NormalSource::kEstimate;
+//   result = (*client)->Estimate(curv::CloudView(positions), options);
 #pragma once
 
 #include <array>
@@ -22,6 +26,7 @@
 #include "absl/time/time.h"
 #include "client/connect_options.h"
 #include "client/io/point_status.h"
+#include "client/normal_options.h"
 
 namespace grpc {
 class Channel;
@@ -29,18 +34,26 @@ class Channel;
 
 namespace curv {
 
-// Somebody else's points: x y z and the outward normal of each, both in float or both in double. Coordinates far from
-// zero (georeferenced scans) keep their precision in double only.
+// Somebody else's points: x y z of each, its normal if there is one, and where it was seen from if that is known; all
+// in float or all in double. Coordinates far from zero (georeferenced scans) keep their precision in double only.
 class CloudView {
  public:
   // REQUIRES: the arrays outlive the view.
+  explicit CloudView(std::span<const float> positions) : CloudView(positions, {}) {}
+  explicit CloudView(std::span<const double> positions) : CloudView(positions, {}) {}
   CloudView(std::span<const float> positions, std::span<const float> normals)
       : positions_(std::as_bytes(positions)), normals_(std::as_bytes(normals)), scalar_bytes_(sizeof(float)) {}
   CloudView(std::span<const double> positions, std::span<const double> normals)
       : positions_(std::as_bytes(positions)), normals_(std::as_bytes(normals)), scalar_bytes_(sizeof(double)) {}
 
+  // The same points with a viewpoint each, for SidesTowardViewpoints. REQUIRES: the type is that of the positions; the
+  // array outlives the view.
+  CloudView SeenFrom(std::span<const float> viewpoints) const { return WithViewpoints(std::as_bytes(viewpoints)); }
+  CloudView SeenFrom(std::span<const double> viewpoints) const { return WithViewpoints(std::as_bytes(viewpoints)); }
+
   std::span<const std::byte> positions() const { return positions_; }
-  std::span<const std::byte> normals() const { return normals_; }
+  std::span<const std::byte> normals() const { return normals_; }        // may be none
+  std::span<const std::byte> viewpoints() const { return viewpoints_; }  // may be none
   bool is_double() const { return scalar_bytes_ == sizeof(double); }
   // Bytes of one position.
   size_t point_bytes() const { return 3 * scalar_bytes_; }
@@ -48,8 +61,15 @@ class CloudView {
   size_t size() const { return positions_.size() / point_bytes(); }
 
  private:
+  CloudView WithViewpoints(std::span<const std::byte> viewpoints) const {
+    CloudView view = *this;
+    view.viewpoints_ = viewpoints;
+    return view;
+  }
+
   std::span<const std::byte> positions_;
   std::span<const std::byte> normals_;
+  std::span<const std::byte> viewpoints_;
   size_t scalar_bytes_;
 };
 
@@ -72,8 +92,8 @@ std::string_view EstimatorName(Estimator estimator);
 // The estimator of that name, or nothing.
 std::optional<Estimator> EstimatorOf(std::string_view name);
 
-// "mean_curvature", "gaussian_curvature", "principal_curvatures", "principal_directions", "radius", and what the
-// contract has beside them (enum Quantity).
+// "mean_curvature", "gaussian_curvature", "principal_curvatures", "principal_directions", "radius", "normals",
+// "normal_quality", and what the contract has beside them (enum Quantity).
 const std::vector<std::string>& QuantityNames();
 
 // Whose work the server does first. kBySize: kInteractive up to 100,000 points, kBatch above.
@@ -99,8 +119,11 @@ struct EstimateOptions {
   uint64_t seed = 0;
   // In [0, 1]; none: the server's default. DEFAULT: none.
   std::optional<double> average_normal_weight;
-  // Quantities to send, of QuantityNames(), each at most once; of the others the result has empty arrays.
-  // DEFAULT: empty, which asks for all.
+  // Where normals come from. DEFAULT: with the cloud.
+  NormalOptions normals;
+  // Quantities to send, of QuantityNames(), each at most once; of the others the result has empty arrays. If none is of
+  // curvature, none is estimated. DEFAULT: empty, which asks for all of curvature, and for the normals unless they are
+  // given.
   std::vector<std::string> quantities;
   // What the positions are relative to. Curvature does not depend on it. DEFAULT: zero.
   std::array<double, 3> origin{};
@@ -123,7 +146,16 @@ struct EstimateOptions {
 
 // What is known about a running call. Counts restart when the cloud is sent again.
 struct EstimateProgress {
-  enum class Phase : uint8_t { kConnecting, kSending, kQueued, kIndexing, kEstimating, kReceiving };
+  enum class Phase : uint8_t {
+    kConnecting,
+    kSending,
+    kQueued,
+    kIndexing,
+    kMakingNormals,
+    kOrienting,
+    kEstimating,
+    kReceiving
+  };
   Phase phase = Phase::kConnecting;
   int attempt = 1;      // counted from 1
   uint64_t points = 0;  // of the cloud
@@ -141,7 +173,7 @@ struct EstimateCallbacks {
 
 // What is wrong with a cloud that was estimated nevertheless: show it to whoever reads the results.
 struct EstimateWarning {
-  std::string code;            // "OPPOSED_NORMALS", or what the contract has gained since (enum WarningCode)
+  std::string code;  // "OPPOSED_NORMALS", "DOUBTFUL_ORIENTATION", or what the contract has gained since (WarningCode)
   std::string message;         // what was found and what to do
   uint64_t points = 0;         // without results because of it
   uint64_t pairs = 0;          // of a point and one of its six nearest neighbors
@@ -159,11 +191,14 @@ struct EstimateSummary {
   double receive_seconds = 0.0;
   double queue_seconds = 0.0;
   double index_seconds = 0.0;
+  double normals_seconds = 0.0;      // making them
+  double orientation_seconds = 0.0;  // turning them
   double estimate_seconds = 0.0;
   double send_seconds = 0.0;
   uint64_t peak_bytes = 0;
   std::vector<EstimateWarning> warnings;
-  std::string request_id;  // as in the server's log
+  std::optional<NormalsReport> normals;  // none where they were given
+  std::string request_id;                // as in the server's log
   int attempts = 1;
 };
 
@@ -174,16 +209,22 @@ struct NamedColumn {
   std::variant<std::vector<float>, std::vector<uint8_t>> values;
 };
 
-// One entry a point (three for d1 and d2), in the order of the cloud. NaN where status is not kOk, save `radius` with
-// radius neighborhoods. Empty for quantities that were not asked for.
+// One entry a point (three for d1, d2 and normals), in the order of the cloud. NaN where status is not kOk, save
+// `radius` with radius neighborhoods, and normals, which are NaN where there are none. Empty for quantities that were
+// not asked for.
 struct CurvatureResult {
   std::vector<float> mean;  // (k1 + k2) / 2; 1 / r on a ball with outward normals
   std::vector<float> gaussian;
   std::vector<float> k1;  // <= k2
   std::vector<float> k2;
-  std::vector<float> d1;            // x y z of the unit direction of k1
-  std::vector<float> d2;            // x y z of the unit direction of k2; d1 x d2 is along the normal
-  std::vector<float> radius;        // of the neighborhood
+  std::vector<float> d1;       // x y z of the unit direction of k1
+  std::vector<float> d2;       // x y z of the unit direction of k2; d1 x d2 is along the normal
+  std::vector<float> radius;   // of the neighborhood
+  std::vector<float> normals;  // x y z of the unit normal in use
+  // Of estimated normals: how far the neighbors lie from the fit, over their radius, and how little they tell of their
+  // plane: 0 for a plane, 1 for a line or a ball.
+  std::vector<float> normal_residual;
+  std::vector<float> normal_variance_ratio;
   std::vector<uint8_t> status;      // values of PointStatus
   std::vector<NamedColumn> others;  // what else was asked for, in the order of the contract
   EstimateSummary summary;
@@ -224,8 +265,11 @@ class CurvatureClient {
   // the message ends with the reason and metadata that it gave. Retries while servers are UNAVAILABLE, say that waiting
   // helps, or die behind a proxy (UNKNOWN or INTERNAL without a reason): at once on the next server, then with growing
   // pauses, the cloud sent again each time. Further errors:
-  // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals as positions; a quantity
-  //   is unknown or given twice.
+  // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals or viewpoints as
+  // positions,
+  //   or the cloud has those that options.normals does not ask for, or lacks them; a quantity is unknown or given
+  //   twice.
+  // - UNIMPLEMENTED: the server is too old to make or orient normals.
   // - DEADLINE_EXCEEDED, CANCELLED: timeout, stop.
   // - INTERNAL: the server's answer has gaps, wrong lengths or no summary.
   absl::StatusOr<CurvatureResult> Estimate(const CloudView& cloud, const EstimateOptions& options,

@@ -34,6 +34,10 @@ Phase PhaseOf(const v1::Progress& progress) {
       return Phase::kQueued;
     case v1::Progress::PHASE_INDEXING:
       return Phase::kIndexing;
+    case v1::Progress::PHASE_ESTIMATING_NORMALS:
+      return Phase::kMakingNormals;
+    case v1::Progress::PHASE_ORIENTING:
+      return Phase::kOrienting;
     case v1::Progress::PHASE_ESTIMATING:
       return Phase::kEstimating;
     case v1::Progress::PHASE_SENDING:
@@ -48,7 +52,7 @@ Phase PhaseOf(const v1::Progress& progress) {
 class Attempt {
  public:
   Attempt(const CloudView& cloud, const EstimateOptions& options, const EstimateCallbacks& callbacks, int attempt)
-      : cloud_(cloud), options_(options), callbacks_(callbacks), collector_(cloud.size(), options.quantities) {
+      : cloud_(cloud), options_(options), callbacks_(callbacks), collector_(cloud.size(), options) {
     progress_.points = cloud.size();
     progress_.attempt = attempt;
   }
@@ -158,7 +162,8 @@ class Attempt {
       return;
     }
     const uint64_t chunk_bytes = std::min<uint64_t>(allowed, options_.chunk_bytes);
-    const size_t chunk_points = std::max<size_t>(1, chunk_bytes / (2 * cloud_.point_bytes()));
+    const size_t arrays = 1 + (cloud_.normals().empty() ? 0 : 1) + (cloud_.viewpoints().empty() ? 0 : 1);
+    const size_t chunk_points = std::max<size_t>(1, chunk_bytes / (arrays * cloud_.point_bytes()));
     const size_t count = std::min(chunk_points, cloud_.size() - next_point_);
     grpc::Slice chunk = PackChunk(cloud_, next_point_, count);
     next_point_ += count;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/ascii.h"
@@ -41,7 +42,26 @@ const std::vector<NamedEstimator>& Estimators() {
   return *estimators;
 }
 
+constexpr std::pair<NormalMethod, std::string_view> kNormalMethods[] = {{NormalMethod::kPca, "pca"},
+                                                                        {NormalMethod::kJet1, "jet-1"},
+                                                                        {NormalMethod::kJet2, "jet-2"},
+                                                                        {NormalMethod::kJet4, "jet-4"}};
+
 }  // namespace
+
+std::string_view NormalMethodName(NormalMethod method) {
+  for (const auto& [value, name] : kNormalMethods) {
+    if (value == method) return name;
+  }
+  return "unknown";  // of a server that is newer
+}
+
+std::optional<NormalMethod> NormalMethodOf(std::string_view name) {
+  for (const auto& [value, word] : kNormalMethods) {
+    if (word == name) return value;
+  }
+  return std::nullopt;
+}
 
 std::span<const std::string_view> EstimatorNames() {
   static const auto* const names = [] {

@@ -9,13 +9,14 @@
 namespace {
 
 int Run(int argc, char** argv) {
-  CLI::App app("curv estimates the curvature of oriented point clouds with a curvd server.", "curv");
+  CLI::App app("curv estimates the curvature of point clouds, and their normals, with a curvd server.", "curv");
   app.set_version_flag("--version", "curv " CURV_VERSION);
   app.footer(curv::kExitCodesHelp);
   app.require_subcommand(0, 1);
   curv::Action action;
   curv::AddEstimate(app, action);
   curv::AddGenerate(app, action);
+  curv::AddNormals(app, action);
   curv::AddOrient(app, action);
   curv::AddEvaluate(app, action);
   curv::AddRender(app, action);

@@ -1,7 +1,9 @@
 #include "client/request_encoder.h"
 
+#include <array>
 #include <cstring>
 #include <string>
+#include <variant>
 
 #include "curvature/v1/curvature.pb.h"
 #include "proto/bulk_message.h"
@@ -24,6 +26,38 @@ v1::Priority ToProto(Priority priority) {
   return v1::PRIORITY_UNSPECIFIED;
 }
 
+void Set(const std::array<double, 3>& from, v1::Vector3* to) {
+  to->set_x(from[0]);
+  to->set_y(from[1]);
+  to->set_z(from[2]);
+}
+
+void FillOrientation(const NormalOptions& options, v1::NormalOptions& proto) {
+  if (const auto* consistent = std::get_if<ConsistentSides>(&options.sides)) {
+    proto.set_orientation(consistent->closed ? v1::ORIENTATION_CLOSED : v1::ORIENTATION_CONSISTENT);
+  } else if (const auto* one = std::get_if<SidesTowardViewpoint>(&options.sides)) {
+    proto.set_orientation(v1::ORIENTATION_VIEWPOINT);
+    Set(one->viewpoint, proto.mutable_viewpoint());
+  } else if (const auto* along = std::get_if<SidesAlongDirection>(&options.sides)) {
+    proto.set_orientation(v1::ORIENTATION_DIRECTION);
+    Set(along->direction, proto.mutable_direction());
+  } else {
+    proto.set_orientation(v1::ORIENTATION_POINT_VIEWPOINTS);
+  }
+}
+
+void FillNormals(const NormalOptions& options, v1::NormalOptions& proto) {
+  proto.set_source(static_cast<v1::NormalSource>(options.source));
+  FillOrientation(options, proto);
+  if (options.source != NormalSource::kEstimate) return;
+  if (options.method) proto.set_method(static_cast<v1::NormalMethod>(*options.method));
+  if (options.radius) {
+    proto.set_radius(*options.radius);
+  } else if (options.neighbor_count != 0) {
+    proto.set_neighbor_count(options.neighbor_count);
+  }
+}
+
 }  // namespace
 
 grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
@@ -31,9 +65,7 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
   v1::CloudHeader& header = *request.mutable_header();
   header.set_point_count(cloud.size());
   header.set_scalar_type(cloud.is_double() ? v1::SCALAR_TYPE_FLOAT64 : v1::SCALAR_TYPE_FLOAT32);
-  header.mutable_origin()->set_x(options.origin[0]);
-  header.mutable_origin()->set_y(options.origin[1]);
-  header.mutable_origin()->set_z(options.origin[2]);
+  Set(options.origin, header.mutable_origin());
   v1::EstimatorOptions& estimator = *header.mutable_options();
   estimator.set_estimator(static_cast<v1::Estimator>(options.estimator));
   if (options.radius) {
@@ -52,6 +84,7 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
   header.set_opposed_normals_policy(options.reject_opposed_normals ? v1::OPPOSED_NORMALS_POLICY_REJECT
                                                                    : v1::OPPOSED_NORMALS_POLICY_MARK);
   for (const std::string& name : options.quantities) header.add_quantities(*curvature::wire::QuantityOf(name));
+  if (options.normals.source != NormalSource::kGiven) FillNormals(options.normals, *header.mutable_normals());
   header.set_request_tag(options.request_tag);
   header.set_priority(ToProto(options.priority));
   return grpc::Slice(request.SerializeAsString());
@@ -59,14 +92,16 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
 
 grpc::Slice PackChunk(const CloudView& cloud, size_t first, size_t count) {
   const size_t offset = first * cloud.point_bytes(), bytes = count * cloud.point_bytes();
-  char *positions = nullptr, *normals = nullptr;
+  char *positions = nullptr, *normals = nullptr, *viewpoints = nullptr;
   curvature::wire::BulkWriter writer(v1::EstimateCurvatureRequest::kChunkFieldNumber);
   writer.AddNumber(v1::PointChunk::kFirstIndexFieldNumber, first);
   writer.AddArray(v1::PointChunk::kPositionsFieldNumber, bytes, &positions);
-  writer.AddArray(v1::PointChunk::kNormalsFieldNumber, bytes, &normals);
+  if (!cloud.normals().empty()) writer.AddArray(v1::PointChunk::kNormalsFieldNumber, bytes, &normals);
+  if (!cloud.viewpoints().empty()) writer.AddArray(v1::PointChunk::kViewpointsFieldNumber, bytes, &viewpoints);
   return writer.Finish([&] {
     std::memcpy(positions, cloud.positions().data() + offset, bytes);
-    std::memcpy(normals, cloud.normals().data() + offset, bytes);
+    if (normals != nullptr) std::memcpy(normals, cloud.normals().data() + offset, bytes);
+    if (viewpoints != nullptr) std::memcpy(viewpoints, cloud.viewpoints().data() + offset, bytes);
   });
 }
 

@@ -59,6 +59,22 @@ EstimateWarning FromProto(const v1::Warning& warning) {
           warning.flipped_patch_count()};
 }
 
+NormalsReport FromProto(const v1::NormalsReport& report) {
+  NormalsReport out;
+  if (report.method() != v1::NORMAL_METHOD_UNSPECIFIED) out.method = static_cast<NormalMethod>(report.method());
+  out.neighbor_count = report.neighbor_count();
+  if (report.has_noise()) out.noise = report.noise();
+  out.missing = report.missing_count();
+  out.turned = report.turned_count();
+  out.pieces = report.piece_count();
+  out.closed_pieces = report.closed_piece_count();
+  out.closed_area_share = report.closed_area_share();
+  out.repaired = report.repaired_count();
+  if (report.has_certificate()) out.certificate = report.certificate();
+  out.doubtful = report.doubtful();
+  return out;
+}
+
 // Appends the values in `pieces`; false if they are not `count`.
 template <typename Value>
 bool Append(const wire::Pieces& pieces, size_t count, std::vector<Value>& values) {
@@ -85,6 +101,9 @@ constexpr std::pair<std::string_view, std::vector<float> CurvatureResult::*> kMe
     {"d1", &CurvatureResult::d1},
     {"d2", &CurvatureResult::d2},
     {"radius", &CurvatureResult::radius},
+    {"normal", &CurvatureResult::normals},
+    {"normal_residual", &CurvatureResult::normal_residual},
+    {"normal_variance_ratio", &CurvatureResult::normal_variance_ratio},
 };
 
 void Store(NamedColumn column, CurvatureResult& result) {
@@ -139,9 +158,13 @@ absl::Status ResultCollector::TakeAccepted(const v1::Accepted& accepted) {
   accepted_ = true;
   limits_ = accepted.limits();
   summary_.request_id = accepted.request_id();
+  if (normals_ != NormalSource::kGiven && accepted.normals().source() != static_cast<v1::NormalSource>(normals_)) {
+    return absl::UnimplementedError("the server is too old to make or orient normals: it takes them as they are given");
+  }
   const auto comes = [&accepted](v1::Quantity quantity) {
     const auto& told = accepted.quantities();
-    return told.empty() || std::find(told.begin(), told.end(), quantity) != told.end();
+    const bool is_curvature = quantity < v1::QUANTITY_NORMALS;  // servers that tell nothing know no other
+    return told.empty() ? is_curvature : std::find(told.begin(), told.end(), quantity) != told.end();
   };
   for (const std::string& name : quantities_) {
     if (const auto quantity = wire::QuantityOf(name); !quantity || !comes(*quantity)) {
@@ -233,9 +256,12 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
   out.receive_seconds = summary.seconds().receive();
   out.queue_seconds = summary.seconds().queue();
   out.index_seconds = summary.seconds().index();
+  out.normals_seconds = summary.seconds().normals();
+  out.orientation_seconds = summary.seconds().orientation();
   out.estimate_seconds = summary.seconds().estimate();
   out.send_seconds = summary.seconds().send();
   out.peak_bytes = summary.peak_bytes();
+  if (summary.has_normals()) out.normals = FromProto(summary.normals());
   out.warnings.clear();
   for (const v1::Warning& warning : summary.warnings()) out.warnings.push_back(FromProto(warning));
   summarized_ = true;

@@ -54,6 +54,65 @@ TEST(CurvatureClientTest, JetDegreeReachesTheServer) {
   EXPECT_EQ(result->summary.status_counts[static_cast<size_t>(PointStatus::kSingularFit)], 500u);
 }
 
+TEST(CurvatureClientTest, EstimatesACloudWithoutNormals) {
+  const auto server = StartServer();
+  const auto client = *CurvatureClient::Connect(AddressOf(server->port()));
+  const SphereCloud sphere = Sphere(5000);
+  EstimateOptions options;
+  const CloudView bare(sphere.points);
+  const absl::StatusOr<CurvatureResult> refused = client->Estimate(bare, options);
+  EXPECT_TRUE(absl::IsInvalidArgument(refused.status()));
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("options.normals.source to kEstimate"));
+
+  options.normals.source = NormalSource::kEstimate;
+  const absl::StatusOr<CurvatureResult> result = client->Estimate(bare, options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  ASSERT_EQ(result->normals.size(), 15'000u);
+  EXPECT_EQ(result->mean.size(), 5000u);
+  for (size_t i = 0; i < 3 * 5000; i += 997) EXPECT_NEAR(result->normals[i], sphere.points[i], 0.02);
+  ASSERT_TRUE(result->summary.normals.has_value());
+  EXPECT_EQ(result->summary.normals->closed_pieces, 1u);
+  EXPECT_GT(result->summary.normals_seconds, 0.0);
+
+  const absl::StatusOr<CurvatureResult> both = client->Estimate(sphere.view(), options);
+  EXPECT_TRUE(absl::IsInvalidArgument(both.status()));
+  EXPECT_THAT(std::string(both.status().message()), HasSubstr("options.normals.source asks for estimated ones"));
+}
+
+TEST(CurvatureClientTest, TurnsNormalsAndNothingElseOnRequest) {
+  const auto server = StartServer();
+  const auto client = *CurvatureClient::Connect(AddressOf(server->port()));
+  const SphereCloud sphere = Sphere(2000);
+  std::vector<float> mixed = sphere.points;
+  for (size_t i = 0; i < 3 * 500; ++i) mixed[i] = -mixed[i];
+  EstimateOptions options;
+  options.quantities = {"normals"};
+  options.normals.source = NormalSource::kOrient;
+  const absl::StatusOr<CurvatureResult> result = client->Estimate(CloudView(sphere.points, mixed), options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_TRUE(result->mean.empty());
+  EXPECT_EQ(result->summary.estimate_seconds, 0.0);
+  for (size_t i = 0; i < mixed.size(); ++i) ASSERT_NEAR(result->normals[i], sphere.points[i], 1e-6);
+}
+
+TEST(CurvatureClientTest, ViewpointsMustBeAskedForAndAsManyAsPoints) {
+  const auto server = StartServer();
+  const auto client = *CurvatureClient::Connect(AddressOf(server->port()));
+  const SphereCloud sphere = Sphere(2000);
+  const CloudView bare(sphere.points);
+  EstimateOptions options;
+  options.quantities = {"normals"};
+  options.normals.source = NormalSource::kEstimate;
+  EXPECT_THAT(std::string(client->Estimate(bare.SeenFrom(sphere.points), options).status().message()),
+              HasSubstr("only SidesTowardViewpoints"));
+  options.normals.sides = SidesTowardViewpoints();
+  EXPECT_THAT(std::string(client->Estimate(bare, options).status().message()), HasSubstr("viewpoints 0"));
+  const std::vector<float> inside(3 * 2000);
+  const absl::StatusOr<CurvatureResult> result = client->Estimate(bare.SeenFrom(inside), options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  for (size_t i = 0; i < 3 * 2000; i += 997) EXPECT_NEAR(result->normals[i], -sphere.points[i], 0.05);
+}
+
 TEST(CurvatureClientTest, WarnsOfOpposedNormalsOrRefusesThem) {
   const auto server = StartServer();
   const auto client = *CurvatureClient::Connect(AddressOf(server->port()));

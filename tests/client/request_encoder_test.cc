@@ -60,5 +60,56 @@ TEST(PackHeaderTest, TellsTheOptions) {
   EXPECT_EQ(header.quantities(1), v1::QUANTITY_MEAN_CURVATURE);
 }
 
+TEST(PackChunkTest, LeavesOutWhatTheCloudDoesNotHave) {
+  const std::vector<float> positions = {1, 2, 3, 4, 5, 6}, viewpoints = {7, 8, 9, 10, 11, 12};
+  v1::EstimateCurvatureRequest request;
+  request.mutable_chunk()->set_first_index(1);
+  request.mutable_chunk()->set_positions(&positions[3], 12);
+  const CloudView bare(positions);
+  EXPECT_EQ(Bytes(PackChunk(bare, 1, 1)), request.SerializeAsString());
+  request.mutable_chunk()->set_viewpoints(&viewpoints[3], 12);
+  EXPECT_EQ(Bytes(PackChunk(bare.SeenFrom(viewpoints), 1, 1)), request.SerializeAsString());
+}
+
+v1::NormalOptions NormalsFor(const NormalOptions& normals) {
+  const std::vector<float> scalars(3);
+  EstimateOptions options;
+  options.normals = normals;
+  v1::EstimateCurvatureRequest request;
+  EXPECT_TRUE(request.ParseFromString(Bytes(PackHeader(CloudView(scalars, scalars), options))));
+  return request.header().normals();
+}
+
+TEST(PackHeaderTest, SaysNothingOfNormalsThatAreGiven) {
+  EXPECT_EQ(NormalsFor({}).SerializeAsString(), "");
+  EXPECT_EQ(NormalsFor({.sides = SidesAlongDirection{{0, 0, 1}}}).SerializeAsString(), "") << "it has no effect";
+}
+
+TEST(PackHeaderTest, TellsHowNormalsAreMade) {
+  const v1::NormalOptions chosen = NormalsFor({.source = NormalSource::kEstimate});
+  EXPECT_EQ(chosen.source(), v1::NORMAL_SOURCE_ESTIMATE);
+  EXPECT_EQ(chosen.method(), v1::NORMAL_METHOD_UNSPECIFIED);
+  EXPECT_EQ(chosen.neighborhood_case(), v1::NormalOptions::NEIGHBORHOOD_NOT_SET);
+  EXPECT_EQ(chosen.orientation(), v1::ORIENTATION_CONSISTENT);
+  const v1::NormalOptions own =
+      NormalsFor({.source = NormalSource::kEstimate, .method = NormalMethod::kPca, .neighbor_count = 12});
+  EXPECT_EQ(own.method(), v1::NORMAL_METHOD_PCA);
+  EXPECT_EQ(own.neighbor_count(), 12u);
+  EXPECT_EQ(NormalsFor({.source = NormalSource::kEstimate, .radius = 0.5}).radius(), 0.5);
+  EXPECT_FALSE(NormalsFor({.source = NormalSource::kOrient, .radius = 0.5}).has_radius()) << "it has no effect";
+}
+
+TEST(PackHeaderTest, TellsWhichSideIsOut) {
+  const auto toward = [](const auto& sides) { return NormalsFor({.source = NormalSource::kOrient, .sides = sides}); };
+  EXPECT_EQ(toward(ConsistentSides{.closed = true}).orientation(), v1::ORIENTATION_CLOSED);
+  EXPECT_EQ(toward(SidesTowardViewpoints()).orientation(), v1::ORIENTATION_POINT_VIEWPOINTS);
+  const v1::NormalOptions one = toward(SidesTowardViewpoint{{1, 2, 3}});
+  EXPECT_EQ(one.orientation(), v1::ORIENTATION_VIEWPOINT);
+  EXPECT_EQ(one.viewpoint().y(), 2.0);
+  const v1::NormalOptions along = toward(SidesAlongDirection{{4, 5, 6}});
+  EXPECT_EQ(along.orientation(), v1::ORIENTATION_DIRECTION);
+  EXPECT_EQ(along.direction().z(), 6.0);
+}
+
 }  // namespace
 }  // namespace curv

@@ -152,8 +152,14 @@ v1::EstimateCurvatureResponse RadiusOf(uint32_t count) {
   return response;
 }
 
+EstimateOptions Asking(std::vector<std::string> quantities) {
+  EstimateOptions options;
+  options.quantities = std::move(quantities);
+  return options;
+}
+
 TEST(ResultCollectorTest, CollectsWhatAcceptedTellsOfAndNothingElse) {
-  ResultCollector collector(2, {"radius"});
+  ResultCollector collector(2, Asking({"radius"}));
   const absl::Status status = Feed(collector, {AcceptedFor({v1::QUANTITY_RADIUS}), RadiusOf(2), Summary(2, 2)});
   ASSERT_TRUE(status.ok()) << status;
   const CurvatureResult result = collector.Release();
@@ -165,10 +171,53 @@ TEST(ResultCollectorTest, CollectsWhatAcceptedTellsOfAndNothingElse) {
 TEST(ResultCollectorTest, RefusesQuantitiesThatAreMissingOrTooMany) {
   EXPECT_THAT(Problem(2, {AcceptedFor({v1::QUANTITY_RADIUS}), Result(0, 2)}), HasSubstr("does not tell of"));
   EXPECT_THAT(Problem(2, {AcceptedFor({v1::QUANTITY_MEAN_CURVATURE}), RadiusOf(2)}), HasSubstr("mean_curvature"));
-  ResultCollector collector(2, {"radius"});
+  ResultCollector collector(2, Asking({"radius"}));
   const absl::Status status = Feed(collector, {AcceptedFor({v1::QUANTITY_MEAN_CURVATURE})});
   EXPECT_TRUE(absl::IsInternal(status));
   EXPECT_THAT(std::string(status.message()), HasSubstr("without the quantity radius"));
+}
+
+TEST(ResultCollectorTest, CollectsNormalsAndWhatWasFoundOutAboutThem) {
+  EstimateOptions options = Asking({"normals", "normal_quality"});
+  options.normals.source = NormalSource::kEstimate;
+  ResultCollector collector(2, options);
+  v1::EstimateCurvatureResponse accepted = AcceptedFor({v1::QUANTITY_NORMALS, v1::QUANTITY_NORMAL_QUALITY});
+  accepted.mutable_accepted()->mutable_normals()->set_source(v1::NORMAL_SOURCE_ESTIMATE);
+  v1::EstimateCurvatureResponse chunk;
+  chunk.mutable_result()->set_point_count(2);
+  chunk.mutable_result()->set_status(std::string(2, '\1'));
+  chunk.mutable_result()->set_normal(std::string(24, '\0'));
+  chunk.mutable_result()->set_normal_residual(std::string(8, '\0'));
+  chunk.mutable_result()->set_normal_variance_ratio(std::string(8, '\0'));
+  v1::EstimateCurvatureResponse summary = Summary(2, 2);
+  v1::NormalsReport& report = *summary.mutable_summary()->mutable_normals();
+  report.set_method(v1::NORMAL_METHOD_JET_4);
+  report.set_neighbor_count(24);
+  report.set_piece_count(3);
+  report.set_certificate(0.5);
+  report.set_doubtful(true);
+  const absl::Status status = Feed(collector, {accepted, chunk, summary});
+  ASSERT_TRUE(status.ok()) << status;
+  const CurvatureResult result = collector.Release();
+  EXPECT_EQ(result.normals.size(), 6u);
+  EXPECT_EQ(result.normal_residual.size(), 2u);
+  EXPECT_EQ(result.normal_variance_ratio.size(), 2u);
+  EXPECT_TRUE(result.others.empty());
+  ASSERT_TRUE(result.summary.normals.has_value());
+  EXPECT_EQ(result.summary.normals->method, NormalMethod::kJet4);
+  EXPECT_EQ(result.summary.normals->neighbor_count, 24u);
+  EXPECT_EQ(result.summary.normals->pieces, 3u);
+  EXPECT_EQ(result.summary.normals->certificate, 0.5);
+  EXPECT_FALSE(result.summary.normals->noise.has_value());
+  EXPECT_TRUE(result.summary.normals->doubtful);
+}
+
+TEST(ResultCollectorTest, NoticesAServerThatTakesNormalsAsGiven) {
+  EstimateOptions options;
+  options.normals.source = NormalSource::kOrient;
+  ResultCollector collector(2, options);
+  const absl::Status status = Feed(collector, {AcceptedFor({v1::QUANTITY_RADIUS})});
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnimplemented) << status;
 }
 
 TEST(ResultCollectorTest, RefusesArraysOfWrongLength) {
