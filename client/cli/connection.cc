@@ -1,7 +1,9 @@
 #include "client/cli/connection.h"
 
 #include <utility>
+#include <variant>
 
+#include "client/cli/progress_bar.h"
 #include "server/curvature_server.h"
 
 namespace curv {
@@ -27,7 +29,21 @@ class EmbeddedConnection : public Connection {
   CurvatureClient client_;
 };
 
+template <typename Scalar>
+CloudView ViewOf(const PackedCloud<Scalar>& packed) {
+  const CloudView view(packed.positions, packed.normals);
+  return packed.viewpoints.empty() ? view : view.SeenFrom(packed.viewpoints);
+}
+
 }  // namespace
+
+absl::StatusOr<CurvatureResult> CallServer(const Connection& connection, const OrientedCloud& cloud,
+                                           const EstimateOptions& options, const std::stop_token& stop) {
+  ProgressBar bar;
+  const EstimateCallbacks callbacks{[&bar](const EstimateProgress& progress) { bar.Show(progress); }, stop};
+  return std::visit(
+      [&](const auto& packed) { return connection.client().Estimate(ViewOf(packed), options, callbacks); }, cloud);
+}
 
 absl::StatusOr<std::unique_ptr<Connection>> Connection::Create(const ConnectionFlags& flags, int threads) {
   if (!flags.server.empty()) {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 
 #include "absl/status/statusor.h"
 #include "client/cli/connection_flags.h"
 #include "client/curvature_client.h"
+#include "client/io/oriented_cloud.h"
 
 namespace curv {
 
@@ -20,5 +22,9 @@ class Connection {
 
   virtual const CurvatureClient& client() const = 0;
 };
+
+// Sends a cloud as CurvatureClient::Estimate does, and shows a progress bar meanwhile.
+absl::StatusOr<CurvatureResult> CallServer(const Connection& connection, const OrientedCloud& cloud,
+                                           const EstimateOptions& options, const std::stop_token& stop);
 
 }  // namespace curv

@@ -12,8 +12,8 @@
 #include "client/cli/estimate_summary.h"
 #include "client/cli/flags.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/normals/normal_flags.h"
 #include "client/cli/numbers.h"
-#include "client/cli/progress_bar.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/table_vectors.h"
 #include "client/io/oriented_cloud.h"
@@ -27,6 +27,7 @@ constexpr char kEstimateExamples[] =
     "  curv estimate scan.ply -o curvature.ply                             in this process\n"
     "  curv estimate scan.ply -o curvature.ply --server=localhost:50061   on a server\n"
     "  curv estimate scan.xyz -o curvature.csv --radius=0.05 --estimator=uniform --triangles=200\n"
+    "  curv estimate terrain.pcd -o curvature.ply --normals=estimate --up  of a cloud without normals\n"
     "Output columns: x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius status (of "
     "the\n"
     "quantities asked for), then the other columns of the input.";
@@ -40,7 +41,7 @@ struct EstimateFlags {
   double timeout = 0.0;  // seconds; 0: none
   std::string summary = "text";
   std::string color;
-  bool orient = false;
+  NormalFlags normals;
   EstimateOptions options;
 };
 
@@ -59,17 +60,6 @@ void CheckColor(const EstimateFlags& flags) {
 }
 
 double SecondsSince(absl::Time start) { return absl::ToDoubleSeconds(absl::Now() - start); }
-
-absl::StatusOr<CurvatureResult> Call(const Connection& connection, const OrientedCloud& cloud,
-                                     const EstimateOptions& options, const std::stop_token& stop) {
-  ProgressBar bar;
-  const EstimateCallbacks callbacks{[&bar](const EstimateProgress& progress) { bar.Show(progress); }, stop};
-  return std::visit(
-      [&](const auto& packed) {
-        return connection.client().Estimate(CloudView(packed.positions, packed.normals), options, callbacks);
-      },
-      cloud);
-}
 
 // The server's error, with the flag that helps where there is one.
 absl::Status WithRemedy(const absl::Status& status) {
@@ -116,28 +106,34 @@ ExitCode Run(const EstimateFlags& flags) {
   absl::StatusOr<PointTable> table = LoadTable(flags.input);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
-  absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table);
+  std::string note;
+  report.options.normals = OptionsFor(flags.normals, *table, note);
+  absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table, NeedsOf(report.options.normals));
   if (!cloud.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", cloud.status().message()));
-  if (flags.orient) {
-    PrintNote(absl::StrCat("negated ", WithCommas(OrientTable(*table, flags.threads)), " normals (--orient)"));
-    cloud = ExtractCloud(*table);
-  }
+  if (!note.empty()) PrintNote(note);
+  const bool were_given = flags.normals.source == NormalSource::kGiven;
+  // The file has the normals in use, whatever else was asked for.
+  if (!were_given && !report.options.quantities.empty()) AddQuantity("normals", report.options.quantities);
   report.read_seconds = SecondsSince(start);
 
   absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.connection, flags.threads);
   if (!connection.ok()) return Fail(ExitCode::kUsage, connection.status());
   const absl::Time call_start = absl::Now();
-  absl::StatusOr<CurvatureResult> result = Call(**connection, *cloud, flags.options, interrupt.token());
+  absl::StatusOr<CurvatureResult> result = CallServer(**connection, *cloud, report.options, interrupt.token());
   if (!result.ok()) return FailCall(WithRemedy(result.status()));
   report.call_seconds = SecondsSince(call_start);
   report.summary = result->summary;
   *cloud = OrientedCloud();
 
   const absl::Time write_start = absl::Now();
+  if (flags.normals.source == NormalSource::kOrient) {
+    PrintNote(absl::StrCat("negated ", WithCommas(TurnTable(result->normals, *table)), " normals"));
+    result->normals.clear();  // the table's have more digits
+  }
   PointTable output = MakeResultTable(*std::move(table), *std::move(result));
   if (!flags.color.empty()) AddColors(FindQuantity(flags.color)->column, output);
-  PrintWarnings(report.summary, flags.orient);
-  PrintAdvice(report.summary, flags.options, flags.orient);
+  PrintWarnings(report.summary, !were_given);
+  PrintAdvice(report.summary, flags.options, !were_given);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
   if (absl::Status status = SaveTable(output, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
   report.write_seconds = SecondsSince(write_start);
@@ -197,7 +193,7 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
 
 void AddEstimate(CLI::App& app, Action& action) {
   auto flags = std::make_shared<EstimateFlags>();
-  CLI::App* command = app.add_subcommand("estimate", "Estimate the curvature of a point cloud with normals");
+  CLI::App* command = app.add_subcommand("estimate", "Estimate the curvature of a point cloud");
   command->footer(absl::StrCat(kEstimateExamples, "\n", kExitCodesHelp));
   command->add_option("input", flags->input, absl::StrCat("the cloud: ", kReadableExtensions))
       ->required()
@@ -210,7 +206,7 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->check(Whole(0, 1024))
       ->option_text("COUNT");
   AddEstimatorFlags(*command, *flags);
-  command->add_flag("--orient", flags->orient, "first make the normals point to one side, see curv orient");
+  AddSourceFlags(*command, flags->normals);
   command->add_option("--timeout", flags->timeout, "seconds until the call is given up [none]")
       ->check(FinitePositive())
       ->option_text("SECONDS");
@@ -261,6 +257,7 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->check(CLI::IsMember({"mean", "gaussian", "k1", "k2"}).description(""));
   command->callback([flags, &action] {
     CheckColor(*flags);
+    CheckSource(flags->normals);
     if (flags->radius > 0.0) flags->options.radius = flags->radius;
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     action = [flags] { return Run(*flags); };

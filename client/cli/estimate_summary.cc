@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/json.h"
+#include "client/cli/normals/normals_text.h"
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
 
@@ -39,11 +40,20 @@ Spread SpreadOf(const PointTable& table, const std::string& column) {
 
 std::vector<std::pair<const char*, double>> PhaseSeconds(const EstimateReport& report) {
   const EstimateSummary& s = report.summary;
-  return {
-      {"read", report.read_seconds},    {"receive", s.receive_seconds},
-      {"queue", s.queue_seconds},       {"index", s.index_seconds},
-      {"estimate", s.estimate_seconds}, {"send", s.send_seconds},
-      {"write", report.write_seconds},  {"total", report.read_seconds + report.call_seconds + report.write_seconds}};
+  std::vector<std::pair<const char*, double>> seconds = {{"read", report.read_seconds},
+                                                         {"receive", s.receive_seconds},
+                                                         {"queue", s.queue_seconds},
+                                                         {"index", s.index_seconds}};
+  if (s.normals.has_value()) {
+    seconds.emplace_back("normals", s.normals_seconds);
+    seconds.emplace_back("orientation", s.orientation_seconds);
+  }
+  for (const auto& phase : {std::pair("estimate", s.estimate_seconds), std::pair("send", s.send_seconds),
+                            std::pair("write", report.write_seconds),
+                            std::pair("total", report.read_seconds + report.call_seconds + report.write_seconds)}) {
+    seconds.emplace_back(phase);
+  }
+  return seconds;
 }
 
 std::string NeighborhoodText(const EstimateOptions& options) {
@@ -70,6 +80,7 @@ std::string SummaryText(const EstimateReport& report, const PointTable& result) 
   std::string text = absl::StrFormat(
       "%s: %s points, %s, %s, server %s\n", report.input, WithCommas(report.summary.points),
       std::string(EstimatorName(report.options.estimator)), NeighborhoodText(report.options), report.server);
+  if (report.summary.normals.has_value()) absl::StrAppend(&text, "  ", NormalsText(*report.summary.normals), "\n");
   for (size_t status = 1; status < kStatusWords.size(); ++status) {
     const uint64_t count = report.summary.status_counts[status];
     if (status > 1 && count == 0) continue;
@@ -120,15 +131,8 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
   json["seconds"] = std::move(seconds);
   json["normals_rescaled"] = report.summary.normals_rescaled;
   json["server_peak_bytes"] = report.summary.peak_bytes;
-  json["warnings"] = nlohmann::ordered_json::array();
-  for (const EstimateWarning& warning : report.summary.warnings) {
-    json["warnings"].push_back({{"code", warning.code},
-                                {"message", warning.message},
-                                {"points", warning.points},
-                                {"pairs", warning.pairs},
-                                {"opposed_pairs", warning.opposed_pairs},
-                                {"flipped_patches", warning.flipped_patches}});
-  }
+  if (report.summary.normals.has_value()) json["normals"] = NormalsJson(*report.summary.normals);
+  json["warnings"] = WarningsJson(report.summary);
   return ToJsonLine(json);
 }
 

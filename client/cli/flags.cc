@@ -1,5 +1,6 @@
 #include "client/cli/flags.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
@@ -41,6 +42,48 @@ CLI::Validator Whole(uint64_t low, uint64_t high) {
 
 CLI::Validator NotEmpty() {
   return CLI::Validator([](std::string& text) -> std::string { return text.empty() ? "must not be empty" : ""; }, "");
+}
+
+CLI::Validator FiniteVector() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        std::array<double, 3> vector;
+        return ParseVector(text, vector) ? "" : absl::StrCat("\"", text, "\" must be three finite numbers: X,Y,Z");
+      },
+      "");
+}
+
+CLI::Validator Direction() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        std::array<double, 3> direction;
+        if (ParseDirection(text, direction)) return "";
+        return absl::StrCat("\"", text, "\" must be x, y, z, -x, -y, -z or three finite numbers, not all 0: X,Y,Z");
+      },
+      "");
+}
+
+bool ParseVector(const std::string& text, std::array<double, 3>& vector) {
+  std::string_view rest = text;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const size_t comma = axis < 2 ? rest.find(',') : rest.size();
+    if (comma == std::string_view::npos) return false;
+    if (!ParseNumber(rest.substr(0, comma), vector[axis]) || !std::isfinite(vector[axis])) return false;
+    rest.remove_prefix(std::min(comma + 1, rest.size()));
+  }
+  return true;
+}
+
+bool ParseDirection(const std::string& text, std::array<double, 3>& direction) {
+  constexpr std::string_view kAxes = "xyz";
+  const bool is_negative = !text.empty() && text.front() == '-';
+  const size_t axis = text.size() == (is_negative ? 2 : 1) ? kAxes.find(text.back()) : std::string_view::npos;
+  if (axis != std::string_view::npos) {
+    direction = {};
+    direction[axis] = is_negative ? -1.0 : 1.0;
+    return true;
+  }
+  return ParseVector(text, direction) && direction != std::array<double, 3>{};
 }
 
 bool ParseRange(const std::string& text, double& low, double& high) {

@@ -1,6 +1,7 @@
 // Checks and parses the values of flags that several commands share. Errors name flag, value and limit.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -16,6 +17,14 @@ CLI::Validator Whole(uint64_t low, uint64_t high);
 
 // Refuses an empty text, which comes from a shell variable that is not set.
 CLI::Validator NotEmpty();
+
+// These accept "X,Y,Z", three finite numbers; Direction also x, y, z, -x, -y and -z, and not 0,0,0.
+CLI::Validator FiniteVector();
+CLI::Validator Direction();
+
+// Parses what FiniteVector, or Direction, accepts. Returns false if `text` is anything else.
+bool ParseVector(const std::string& text, std::array<double, 3>& vector);
+bool ParseDirection(const std::string& text, std::array<double, 3>& direction);
 
 // Parses "LO:HI" with LO < HI; both and their difference are finite. Returns false if `text` is anything else.
 bool ParseRange(const std::string& text, double& low, double& high);

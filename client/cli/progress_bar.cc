@@ -16,7 +16,8 @@ namespace {
 using Phase = EstimateProgress::Phase;
 
 const char* Word(Phase phase) {
-  static constexpr const char* kWords[] = {"connecting", "sending", "waiting", "indexing", "estimating", "receiving"};
+  static constexpr const char* kWords[] = {"connecting", "sending",   "waiting",    "indexing",
+                                           "normals",    "orienting", "estimating", "receiving"};
   return kWords[static_cast<size_t>(phase)];
 }
 

@@ -38,10 +38,11 @@ void AddOther(NamedColumn column, PointTable& table) {
   }
 }
 
-// The names of all columns that a result can have in a file.
+// The names of all columns that a result can have in a file, but for normals, which input may have.
 std::set<std::string> ResultNames() {
   std::set<std::string> names;
   for (const curvature::wire::ResultColumn& column : curvature::wire::ResultColumns()) {
+    if (column.quantity == curvature::v1::QUANTITY_NORMALS) continue;
     if (column.width == 3) {
       names.insert({column.name + "x", column.name + "y", column.name + "z"});
     } else {
@@ -58,6 +59,7 @@ constexpr std::pair<const char*, const char*> kShortWords[] = {
 
 void Move(std::vector<Column>& columns, const char* name, PointTable& table) {
   const auto found = std::find_if(columns.begin(), columns.end(), [&](const Column& c) { return c.name == name; });
+  if (found == columns.end()) return;
   table.Set(std::move(*found));
   columns.erase(found);
 }
@@ -88,6 +90,7 @@ PointTable MakeResultTable(PointTable input, CurvatureResult result) {
   std::vector<Column> columns = input.Release();
   PointTable table;
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) Move(columns, name, table);
+  AddVector("n", result.normals, table);  // in the place of the input's
   AddScalars("mean_curvature", std::move(result.mean), table);
   AddScalars("gaussian_curvature", std::move(result.gaussian), table);
   AddScalars("k1", std::move(result.k1), table);
@@ -95,6 +98,8 @@ PointTable MakeResultTable(PointTable input, CurvatureResult result) {
   AddVector("d1", result.d1, table);
   AddVector("d2", result.d2, table);
   AddScalars("radius", std::move(result.radius), table);
+  AddScalars("normal_residual", std::move(result.normal_residual), table);
+  AddScalars("normal_variance_ratio", std::move(result.normal_variance_ratio), table);
   for (NamedColumn& other : result.others) AddOther(std::move(other), table);
   table.Set({"status", std::move(result.status)});
   // An earlier estimate must not stand beside this one as if it were a part of it.

@@ -38,8 +38,8 @@ std::string ContractName(const std::string& word);
 
 // Returns the columns x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius, as far as
 // the result has them, then what else it has, then status, then the other columns of `input`. Those that results can
-// have are dropped from the input, asked for or not: they are of an earlier estimate. REQUIRES: `input` has positions
-// and normals, and as many points as `result`.
+// have are dropped from the input, asked for or not: they are of an earlier estimate. Normals are those of the result,
+// or else of the input. REQUIRES: `input` has positions, and as many points as `result`.
 PointTable MakeResultTable(PointTable input, CurvatureResult result);
 
 // Adds the columns red, green and blue for the values of a column, and returns the scale of the colors.

@@ -1,8 +1,8 @@
 #include "client/cli/table_vectors.h"
 
+#include <cstdint>
 #include <type_traits>
-
-#include "client/orient/orient_normals.h"
+#include <utility>
 
 namespace curv {
 namespace {
@@ -32,14 +32,22 @@ std::vector<Vec3> VectorsOf(const PointTable& table, const std::string& prefix) 
   return vectors;
 }
 
-size_t OrientTable(PointTable& table, int threads) {
-  const Orientation orientation = OrientNormals(VectorsOf(table, ""), VectorsOf(table, "n"), threads);
+size_t TurnTable(const std::vector<float>& normals, PointTable& table) {
+  const Column* const axes[] = {table.Find("nx"), table.Find("ny"), table.Find("nz")};
+  std::vector<uint8_t> flip(table.size());
+  size_t flipped = 0;
+  for (size_t i = 0; i < flip.size(); ++i) {
+    double agreement = 0.0;
+    for (size_t axis = 0; axis < 3; ++axis) agreement += axes[axis]->At(i) * normals[3 * i + axis];
+    flip[i] = agreement < 0.0 ? 1 : 0;
+    flipped += flip[i];
+  }
   for (const char* name : {"nx", "ny", "nz"}) {
     Column column = *table.Find(name);
-    Negate(orientation.flip, column);
+    Negate(flip, column);
     table.Set(std::move(column));
   }
-  return orientation.flipped;
+  return flipped;
 }
 
 }  // namespace curv

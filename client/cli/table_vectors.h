@@ -1,4 +1,4 @@
-// Reads vectors from three columns of a table, and orients its normals.
+// Reads vectors from three columns of a table, and turns its normals.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,9 @@ namespace curv {
 // Returns the columns prefix + x, y and z as vectors. REQUIRES: the table has them.
 std::vector<Vec3> VectorsOf(const PointTable& table, const std::string& prefix);
 
-// Orients the normals of the table on `threads` threads, see OrientNormals, and returns how many were negated.
-// REQUIRES: ExtractCloud succeeds on the table; threads >= 0.
-size_t OrientTable(PointTable& table, int threads);
+// Negates the normals of the table that point against `normals`, x y z of each point, and returns how many. Others stay
+// as they are, to the last digit; so do those whose counterpart is not a number. REQUIRES: ExtractCloud succeeds on the
+// table; as many normals as it has points.
+size_t TurnTable(const std::vector<float>& normals, PointTable& table);
 
 }  // namespace curv

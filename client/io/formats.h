@@ -18,7 +18,8 @@ namespace curv {
 absl::StatusOr<PointTable> ReadPly(std::string_view bytes);
 
 // Reads PCD 0.5 to 0.7, ascii, binary or binary_compressed. normal_x normal_y normal_z become nx ny nz. Fields with a
-// COUNT other than 1 and padding ("_") are left out, with a note; 64-bit integers become doubles.
+// COUNT other than 1 and padding ("_") are left out, with a note; 64-bit integers become doubles. A VIEWPOINT other
+// than 0 0 0 becomes that of the table.
 absl::StatusOr<PointTable> ReadPcd(std::string_view bytes);
 
 // Reads text with one point a line: x y z, then nx ny nz, then any further columns, which are named column7, column8

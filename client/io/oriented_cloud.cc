@@ -14,7 +14,7 @@ namespace {
 
 using Axes = std::array<const Column*, 3>;
 
-Axes FindAxes(const PointTable& table, const std::array<const char*, 3>& names) {
+Axes FindAxes(const PointTable& table, const std::array<std::string, 3>& names) {
   return {table.Find(names[0]), table.Find(names[1]), table.Find(names[2])};
 }
 
@@ -45,6 +45,7 @@ bool FitsFloat(const Column* column) {
 
 template <typename Scalar>
 std::vector<Scalar> Interleave(const Axes& axes) {
+  if (!IsComplete(axes)) return {};
   std::vector<Scalar> packed(3 * axes[0]->size());
   for (size_t axis = 0; axis < 3; ++axis) {
     std::visit(
@@ -56,28 +57,47 @@ std::vector<Scalar> Interleave(const Axes& axes) {
   return packed;
 }
 
+template <typename Scalar>
+PackedCloud<Scalar> Pack(const Axes& positions, const Axes& normals, const Axes& viewpoints) {
+  return {Interleave<Scalar>(positions), Interleave<Scalar>(normals), Interleave<Scalar>(viewpoints)};
+}
+
 }  // namespace
 
-absl::StatusOr<OrientedCloud> ExtractCloud(const PointTable& table) {
+absl::StatusOr<OrientedCloud> ExtractCloud(const PointTable& table, const CloudNeeds& needs) {
   const Axes positions = FindAxes(table, {"x", "y", "z"});
-  const Axes normals = FindAxes(table, {"nx", "ny", "nz"});
+  const Axes normals = needs.normals ? FindAxes(table, {"nx", "ny", "nz"}) : Axes{};
   if (!IsComplete(positions)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "the file has no complete positions: x, y and z are needed, it has the columns: ", NamesOf(table)));
   }
-  if (!IsComplete(normals)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "the file has no normals: nx, ny and nz are needed, it has the columns: ", NamesOf(table),
-        ". Curvature needs an outward normal at every point, because its sign and the surface's orientation come from "
-        "them. Estimate normals with a consistent orientation first and save them with the points, for example with "
-        "CloudCompare (Edit > Normals > Compute, orientation by minimum spanning tree), with Open3D "
-        "(estimate_normals, then orient_normals_consistent_tangent_plane), or with PCL (NormalEstimation with the "
-        "scanner's viewpoint)"));
+  if (needs.normals && !IsComplete(normals)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the file has no normals: nx, ny and nz are needed, it has the columns: ", NamesOf(table),
+                     ". Curvature needs a normal at every point, whose side tells its sign. With --normals=estimate, "
+                     "curv estimate makes them of the positions; curv normals writes them into a file"));
   }
+  const auto names = needs.viewpoints ? FindViewpoints(table) : std::nullopt;
+  if (needs.viewpoints && !names.has_value()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the file does not tell where points were seen from: vp_x, vp_y and vp_z are needed, it has the "
+                     "columns: ",
+                     NamesOf(table)));
+  }
+  const Axes viewpoints = names.has_value() ? FindAxes(table, *names) : Axes{};
   if (std::all_of(positions.begin(), positions.end(), FitsFloat)) {
-    return OrientedCloud(PackedCloud<float>{Interleave<float>(positions), Interleave<float>(normals)});
+    return OrientedCloud(Pack<float>(positions, normals, viewpoints));
   }
-  return OrientedCloud(PackedCloud<double>{Interleave<double>(positions), Interleave<double>(normals)});
+  return OrientedCloud(Pack<double>(positions, normals, viewpoints));
+}
+
+std::optional<std::array<std::string, 3>> FindViewpoints(const PointTable& table) {
+  for (const char* prefix : {"vp_", "viewpoint_", "sensor_", "scanner_"}) {
+    const std::array<std::string, 3> names = {absl::StrCat(prefix, "x"), absl::StrCat(prefix, "y"),
+                                              absl::StrCat(prefix, "z")};
+    if (IsComplete(FindAxes(table, names))) return names;
+  }
+  return std::nullopt;
 }
 
 }  // namespace curv

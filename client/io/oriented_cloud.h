@@ -1,7 +1,10 @@
-// Takes from a table what an estimate needs: packed positions and normals.
+// Takes from a table what a call needs: packed positions, normals and viewpoints.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -10,18 +13,29 @@
 
 namespace curv {
 
-// Holds x y z of each point, and nx ny nz of each point.
+// Holds x y z of each point, and, if they are needed, its normal and where it was seen from.
 template <typename Scalar>
 struct PackedCloud {
   std::vector<Scalar> positions;
   std::vector<Scalar> normals;
+  std::vector<Scalar> viewpoints;
 };
 
 // A cloud is in floats if the table has x, y and z as floats or as integers that fit into floats, else in doubles.
 using OrientedCloud = std::variant<PackedCloud<float>, PackedCloud<double>>;
 
-// Copies positions and normals out of the table. INVALID_ARGUMENT if it lacks a coordinate of either; the message says
-// what is missing, what is there, and how normals can be made.
-absl::StatusOr<OrientedCloud> ExtractCloud(const PointTable& table);
+// What is needed of a table beside positions.
+struct CloudNeeds {
+  bool normals = true;
+  bool viewpoints = false;
+};
+
+// Copies what is needed out of the table. INVALID_ARGUMENT if it lacks a coordinate; the message says what is missing,
+// what is there, and how normals can be made.
+absl::StatusOr<OrientedCloud> ExtractCloud(const PointTable& table, const CloudNeeds& needs = {});
+
+// The names of the columns that tell where each point was seen from: vp_x vp_y vp_z, viewpoint_x ..., sensor_x ... or
+// scanner_x ..., the first that are complete; nothing if there are none.
+std::optional<std::array<std::string, 3>> FindViewpoints(const PointTable& table);
 
 }  // namespace curv

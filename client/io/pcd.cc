@@ -84,6 +84,7 @@ class PcdBody {
  private:
   PointTable Finish() {
     PointTable table;
+    table.viewpoint = header_.viewpoint;
     for (Column& column : columns_) table.Set(std::move(column));
     for (const PcdField& field : header_.fields) {
       if (field.kept() || field.name == "_") continue;

@@ -1,5 +1,7 @@
 #include "client/io/pcd_header.h"
 
+#include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <type_traits>
@@ -18,6 +20,7 @@ struct HeaderLines {
   std::optional<uint64_t> points;
   std::optional<uint64_t> width;
   std::optional<uint64_t> height;
+  std::optional<std::array<double, 3>> viewpoint;
   std::string encoding;
 };
 
@@ -56,9 +59,19 @@ absl::Status ReadCount(std::string_view rest, size_t line, const std::string& ke
   return absl::OkStatus();
 }
 
+// The position in "x y z" and the scanner's turn; nothing where it is 0 0 0, or no position.
+std::optional<std::array<double, 3>> ReadViewpoint(std::string_view rest) {
+  std::array<double, 3> position;
+  for (double& coordinate : position) {
+    if (!ParseNumber(NextField(rest), coordinate) || !std::isfinite(coordinate)) return std::nullopt;
+  }
+  if (position == std::array<double, 3>{}) return std::nullopt;
+  return position;
+}
+
 absl::Status ReadHeaderLine(std::string_view line, size_t number, HeaderLines& header) {
   const std::string keyword(NextField(line));
-  if (keyword.empty() || keyword.front() == '#' || keyword == "VERSION" || keyword == "VIEWPOINT") {
+  if (keyword.empty() || keyword.front() == '#' || keyword == "VERSION") {
     return absl::OkStatus();
   }
   if (keyword == "FIELDS" || keyword == "COLUMNS") {
@@ -74,6 +87,10 @@ absl::Status ReadHeaderLine(std::string_view line, size_t number, HeaderLines& h
   if (keyword == "WIDTH") return ReadCount(line, number, keyword, header.width);
   if (keyword == "HEIGHT") return ReadCount(line, number, keyword, header.height);
   if (keyword == "POINTS") return ReadCount(line, number, keyword, header.points);
+  if (keyword == "VIEWPOINT") {
+    header.viewpoint = ReadViewpoint(line);
+    return absl::OkStatus();
+  }
   if (keyword == "DATA") {
     header.encoding = std::string(NextField(line));
     return absl::OkStatus();
@@ -127,7 +144,8 @@ absl::StatusOr<PcdHeader> ReadPcdHeader(std::string_view bytes) {
     if (absl::Status status = ReadHeaderLine(line, lines.number(), header); !status.ok()) return status;
   }
   if (absl::Status status = CheckHeader(lines.number(), header); !status.ok()) return status;
-  return PcdHeader{std::move(header.fields), *header.points, std::move(header.encoding), lines.number(), lines.rest()};
+  return PcdHeader{std::move(header.fields),   *header.points, header.viewpoint,
+                   std::move(header.encoding), lines.number(), lines.rest()};
 }
 
 }  // namespace curv

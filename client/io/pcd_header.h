@@ -1,8 +1,10 @@
 // Reads the header of a PCD file.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,7 +27,8 @@ struct PcdField {
 struct PcdHeader {
   std::vector<PcdField> fields;  // of 1, 2, 4 or 8 bytes; at most 65,536 values in a row
   uint64_t points;
-  std::string encoding;  // the word after DATA, which may be none that is known
+  std::optional<std::array<double, 3>> viewpoint;  // unless it is 0 0 0, which is what writers say who do not know it
+  std::string encoding;                            // the word after DATA, which may be none that is known
   size_t lines;
   std::string_view body;  // the bytes after the header
 };

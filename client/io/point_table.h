@@ -1,8 +1,10 @@
 // Holds a file's points in memory: named columns of equal length, in the types that the file had.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -52,6 +54,9 @@ class PointTable {
 
   // Takes the columns out; the table is empty then.
   std::vector<Column> Release();
+
+  // From where the points were seen, if the file tells: in the coordinates of x y z.
+  std::optional<std::array<double, 3>> viewpoint;
 
   // Tells the user what a reader left out of the table, in one sentence for each thing.
   std::vector<std::string> notes;

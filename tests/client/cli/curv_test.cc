@@ -46,6 +46,8 @@ TEST_F(CurvTest, HelpTeachesAndSucceeds) {
   for (const auto& words : std::vector<std::vector<std::string>>{{"--help"},
                                                                  {"estimate", "--help"},
                                                                  {"generate", "-h"},
+                                                                 {"normals", "-h"},
+                                                                 {"orient", "-h"},
                                                                  {"evaluate", "-h"},
                                                                  {"render", "-h"},
                                                                  {"info", "-h"}}) {
@@ -213,7 +215,7 @@ TEST_F(CurvTest, BadInputSaysWhatToDo) {
   };
   EXPECT_THAT(message(dir_.File("missing.ply")), HasSubstr("missing.ply: No such file"));
   EXPECT_THAT(message(dir_.Write("bare.xyz", "1 2 3\n")),
-              AllOf(HasSubstr("bare.xyz: the file has no normals"), HasSubstr("CloudCompare")));
+              AllOf(HasSubstr("bare.xyz: the file has no normals"), HasSubstr("--normals=estimate")));
   EXPECT_THAT(message(dir_.Write("bad.xyz", "1 2 3 0 0 1\n1 2\n")), HasSubstr("bad.xyz: line 2"));
   EXPECT_THAT(message(dir_.Write("cloud.e57", "")), HasSubstr(".e57"));
   EXPECT_THAT(message(dir_.Write("empty.xyz", "")), HasSubstr("empty.xyz: the file holds no points, it is empty"));
@@ -364,10 +366,122 @@ TEST_F(CurvTest, OrientsNormals) {
   EXPECT_THAT(orient.out, HasSubstr("negated 334 of 1,000 normals"));
   EXPECT_EQ(dir_.Read("oriented.ply"), dir_.Read("sphere.ply"));
 
-  EXPECT_THAT(RunCurv({"estimate", mixed, "-o", dir_.File("a.ply")}).err, HasSubstr("try --orient"));
+  EXPECT_THAT(RunCurv({"estimate", mixed, "-o", dir_.File("a.ply")}).err, HasSubstr("--orient"));
   ASSERT_EQ(RunCurv({"estimate", mixed, "-o", dir_.File("a.ply"), "--orient"}).exit_code, 0);
   ASSERT_EQ(RunCurv({"estimate", cloud, "-o", dir_.File("b.ply")}).exit_code, 0);
   EXPECT_EQ(dir_.Read("a.ply"), dir_.Read("b.ply"));
+}
+
+// A file of the cloud's positions alone, as rows of text, with `columns` of constants behind them.
+std::string Positions(const TempDir& dir, const std::string& name, const PointTable& table,
+                      const char* constants = "") {
+  std::string rows = *constants == '\0' ? "x,y,z\n" : "x,y,z,vp_x,vp_y,vp_z\n";
+  for (size_t i = 0; i < table.size(); ++i) {
+    absl::StrAppend(&rows, table.Find("x")->At(i), ",", table.Find("y")->At(i), ",", table.Find("z")->At(i), constants,
+                    "\n");
+  }
+  return dir.Write(name, rows);
+}
+
+// How many normals of `made` point to the side of those of `truth`.
+size_t RightSides(const PointTable& made, const PointTable& truth) {
+  size_t right = 0;
+  for (size_t i = 0; i < made.size(); ++i) {
+    double agreement = 0.0;
+    for (const char* name : {"nx", "ny", "nz"}) agreement += made.Find(name)->At(i) * truth.Find(name)->At(i);
+    right += agreement > 0.0 ? 1 : 0;
+  }
+  return right;
+}
+
+TEST_F(CurvTest, EstimatesACloudWithoutNormals) {
+  const PointTable sphere = *LoadTable(Cloud("sphere", "5000"));
+  const std::string bare = Positions(dir_, "bare.csv", sphere), out = dir_.File("out.ply");
+  const CurvRun refused = RunCurv({"estimate", bare, "-o", out});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("no normals"), HasSubstr("--normals=estimate")));
+
+  const CurvRun run = RunCurv({"estimate", bare, "-o", out, "--normals=estimate"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("normals by jet-"), HasSubstr("1 piece, closed, certificate"),
+                             HasSubstr(" normals 0."), HasSubstr(" orientation 0.")));
+  const PointTable result = *LoadTable(out);
+  EXPECT_EQ(ColumnNames(result)[3], "nx");
+  EXPECT_EQ(RightSides(result, sphere), 5000u);
+  EXPECT_NEAR(result.Find("mean_curvature")->At(7), 1.0, 0.05);
+
+  const CurvRun json = RunCurv({"estimate", bare, "-o", out, "--normals=estimate", "--quantities=mean", "--normal-k=20",
+                                "--normal-method=pca", "--closed", "--summary=json"});
+  ASSERT_EQ(json.exit_code, 0) << json.err;
+  EXPECT_THAT(json.out, HasSubstr("\"normals\":{\"method\":\"pca\",\"neighbor_count\":20,"));
+  EXPECT_EQ(ColumnNames(*LoadTable(out)),
+            (std::vector<std::string>{"x", "y", "z", "nx", "ny", "nz", "mean_curvature", "status"}));
+}
+
+TEST_F(CurvTest, WritesNormalsAlone) {
+  const PointTable torus = *LoadTable(Cloud("torus", "5000"));
+  const std::string bare = Positions(dir_, "bare.csv", torus), out = dir_.File("out.ply");
+  const CurvRun run = RunCurv({"normals", bare, "-o", out});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("out.ply: 5,000 points, normals by"), HasSubstr("certificate")));
+  const PointTable result = *LoadTable(out);
+  EXPECT_EQ(ColumnNames(result), (std::vector<std::string>{"x", "y", "z", "nx", "ny", "nz", "normal_residual",
+                                                           "normal_variance_ratio", "status"}));
+  EXPECT_EQ(RightSides(result, torus), 5000u);
+  EXPECT_EQ(RunCurv({"estimate", out, "-o", dir_.File("curvature.ply")}).exit_code, 0);
+  EXPECT_THAT(RunCurv({"normals", bare, "-o", out, "--method=jet-2", "--k=20", "--summary=json"}).out,
+              AllOf(HasSubstr("\"method\":\"jet-2\",\"neighbor_count\":20"), HasSubstr("\"warnings\":[]")));
+}
+
+TEST_F(CurvTest, SidesFollowFlagsThenTheFile) {
+  const PointTable plane = *LoadTable(Cloud("plane", "1000"));  // normals along z
+  const std::string bare = Positions(dir_, "bare.csv", plane), out = dir_.File("out.ply");
+  const auto right = [&](const std::string& file, const std::vector<std::string>& flags) {
+    std::vector<std::string> words = {"normals", file, "-o", out, "--k=12"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    const CurvRun run = RunCurv(words);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return RightSides(*LoadTable(out), plane);
+  };
+  EXPECT_EQ(right(bare, {"--up"}), 1000u);
+  EXPECT_EQ(right(bare, {"--up=-z"}), 0u);
+  EXPECT_EQ(right(bare, {"--up=0.1,0,-1"}), 0u);
+  EXPECT_EQ(right(bare, {"--viewpoint=0,0,-9"}), 0u);
+  const std::string seen = Positions(dir_, "seen.csv", plane, ",0,0,-9");
+  EXPECT_EQ(right(seen, {}), 0u);
+  EXPECT_EQ(right(seen, {"--up"}), 1000u) << "flags win";
+  EXPECT_EQ(right(seen, {"--consistent"}), 1000u);
+  EXPECT_THAT(RunCurv({"normals", seen, "-o", out}).err, HasSubstr("the columns vp_x vp_y vp_z"));
+
+  std::string pcd = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1000\nHEIGHT 1\n";
+  absl::StrAppend(&pcd, "VIEWPOINT 0 0 -9 1 0 0 0\nPOINTS 1000\nDATA ascii\n");
+  for (size_t i = 0; i < 1000; ++i) {
+    absl::StrAppend(&pcd, plane.Find("x")->At(i), " ", plane.Find("y")->At(i), " ", plane.Find("z")->At(i), "\n");
+  }
+  const std::string file = dir_.Write("seen.pcd", pcd);
+  EXPECT_EQ(right(file, {}), 0u);
+  EXPECT_THAT(RunCurv({"normals", file, "-o", out}).err, HasSubstr("the viewpoint of the file, 0,0,-9"));
+}
+
+TEST_F(CurvTest, FlagsOfNormalsThatMakeNoSenseAreRefused) {
+  const std::string cloud = Cloud(), out = dir_.File("out.ply");
+  const auto message = [&](std::vector<std::string> flags) {
+    std::vector<std::string> words = {"estimate", cloud, "-o", out};
+    words.insert(words.end(), flags.begin(), flags.end());
+    const CurvRun run = RunCurv(words);
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    return run.err;
+  };
+  EXPECT_THAT(message({"--normals=guess"}), AllOf(HasSubstr("guess"), HasSubstr("orient")));
+  EXPECT_THAT(message({"--up"}), HasSubstr("--normals=orient or --normals=estimate"));
+  EXPECT_THAT(message({"--normals=orient", "--normal-k=20"}), HasSubstr("need --normals=estimate"));
+  EXPECT_THAT(message({"--normals=estimate", "--normal-k=3"}), AllOf(HasSubstr("\"3\""), HasSubstr("auto")));
+  EXPECT_THAT(message({"--normals=estimate", "--normal-k=auto", "--normal-radius=1"}), HasSubstr("--normal-k"));
+  EXPECT_THAT(message({"--normals=estimate", "--viewpoint=1,2"}), HasSubstr("three finite numbers"));
+  EXPECT_THAT(message({"--normals=estimate", "--viewpoint=1,nan,2"}), HasSubstr("1,nan,2"));
+  EXPECT_THAT(message({"--normals=estimate", "--up=0,0,0"}), HasSubstr("not all 0"));
+  EXPECT_THAT(message({"--normals=estimate", "--up", "--closed"}), HasSubstr("excludes"));
+  EXPECT_THAT(message({"--orient", "--normals=given"}), HasSubstr("excludes"));
 }
 
 TEST_F(CurvTest, NotesWhatItLeavesOut) {

@@ -2,11 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/flags.h"
 #include "client/cli/json.h"
+#include "client/cli/normals/normals_text.h"
 #include "client/cli/numbers.h"
 #include "client/cli/progress_bar.h"
 
@@ -72,6 +74,46 @@ TEST(ProgressLineTest, SurvivesNothingAndMore) {
   EstimateProgress progress{.attempt = 2, .points = 10, .points_received = 11};
   progress.phase = EstimateProgress::Phase::kReceiving;
   EXPECT_THAT(ProgressLine(progress, 1e-9), HasSubstr("(attempt 2)"));
+}
+
+TEST(ProgressLineTest, NamesThePhasesOfNormals) {
+  EstimateProgress progress{.points = 10, .points_sent = 10};
+  progress.phase = EstimateProgress::Phase::kMakingNormals;
+  EXPECT_THAT(ProgressLine(progress, 1.0), HasSubstr("normals "));
+  progress.phase = EstimateProgress::Phase::kOrienting;
+  EXPECT_THAT(ProgressLine(progress, 1.0), HasSubstr("orienting "));
+  progress.phase = EstimateProgress::Phase::kReceiving;
+  EXPECT_THAT(ProgressLine(progress, 1.0), HasSubstr("receiving "));
+}
+
+TEST(NormalsTextTest, TellsHowNormalsWereMadeAndHowFarTheyCanBeTrusted) {
+  NormalsReport report{.method = NormalMethod::kJet4, .neighbor_count = 24, .pieces = 1, .closed_pieces = 1};
+  EXPECT_EQ(NormalsText(report), "normals by jet-4 of 24 points; 1 piece, closed");
+  report.noise = 0.00123456;
+  report.certificate = 0.0042;
+  report.missing = 1000;
+  EXPECT_EQ(
+      NormalsText(report),
+      "normals by jet-4 of 24 points, noise 0.00123; 1 piece, closed, certificate 0.0042; 1,000 points have none");
+  EXPECT_EQ(NormalsText({.turned = 12'345, .pieces = 3, .closed_pieces = 1, .repaired = 7}),
+            "12,345 normals turned; 3 pieces, 1 closed, 7 normals repaired");
+  EXPECT_EQ(NormalsText({.method = NormalMethod::kPca}), "normals by pca");
+}
+
+TEST(FlagsTest, ParsesVectorsAndDirections) {
+  std::array<double, 3> vector;
+  EXPECT_TRUE(ParseVector("1,-2.5,3e2", vector));
+  EXPECT_EQ(vector, (std::array<double, 3>{1.0, -2.5, 300.0}));
+  for (const char* text : {"", "1", "1,2", "1,2,", ",2,3", "1,2,3,4", "1,2,nan", "1,inf,2", "1, 2,3", "a,b,c"}) {
+    EXPECT_FALSE(ParseVector(text, vector)) << text;
+  }
+  EXPECT_TRUE(ParseDirection("-y", vector));
+  EXPECT_EQ(vector, (std::array<double, 3>{0.0, -1.0, 0.0}));
+  EXPECT_TRUE(ParseDirection("z", vector));
+  EXPECT_EQ(vector, (std::array<double, 3>{0.0, 0.0, 1.0}));
+  EXPECT_TRUE(ParseDirection("0,0,-2", vector));
+  for (const char* text : {"", "-", "w", "xy", "--x", "0,0,0", "1,2"})
+    EXPECT_FALSE(ParseDirection(text, vector)) << text;
 }
 
 TEST(FlagsTest, ParsesRangesAndSizes) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string>
+
 namespace curv {
 namespace {
 
@@ -48,11 +50,35 @@ TEST(OrientedCloudTest, SaysWhatIsMissingAndWhatToDo) {
   PointTable table;
   for (const char* name : {"x", "y", "z", "intensity"}) table.Set({name, std::vector<float>{1}});
   EXPECT_THAT(ExtractCloud(table).status().message(),
-              AllOf(HasSubstr("no normals"), HasSubstr("x y z intensity"), HasSubstr("CloudCompare"),
-                    HasSubstr("consistent orientation")));
+              AllOf(HasSubstr("no normals"), HasSubstr("x y z intensity"), HasSubstr("--normals=estimate"),
+                    HasSubstr("curv normals")));
   PointTable flat;
   flat.Set({"x", std::vector<float>{1}});
   EXPECT_THAT(ExtractCloud(flat).status().message(), HasSubstr("x, y and z are needed"));
+}
+
+TEST(OrientedCloudTest, TakesPositionsAloneWhereNormalsAreNotNeeded) {
+  PointTable table;
+  for (const char* name : {"x", "y", "z"}) table.Set({name, std::vector<float>{1, 2}});
+  const absl::StatusOr<OrientedCloud> cloud = ExtractCloud(table, {.normals = false});
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  const auto& packed = std::get<PackedCloud<float>>(*cloud);
+  EXPECT_THAT(packed.positions, ElementsAre(1, 1, 1, 2, 2, 2));
+  EXPECT_TRUE(packed.normals.empty() && packed.viewpoints.empty());
+}
+
+TEST(OrientedCloudTest, FindsWhereEachPointWasSeenFrom) {
+  for (const std::string prefix : {"vp_", "viewpoint_", "sensor_", "scanner_"}) {
+    PointTable table = Table<float>();
+    EXPECT_FALSE(FindViewpoints(table).has_value());
+    float value = 100;
+    for (const char* axis : {"x", "y", "z"}) table.Set({prefix + axis, std::vector<double>{++value, value + 10}});
+    EXPECT_EQ((*FindViewpoints(table))[2], prefix + "z");
+    const absl::StatusOr<OrientedCloud> cloud = ExtractCloud(table, {.normals = false, .viewpoints = true});
+    ASSERT_TRUE(cloud.ok()) << cloud.status();
+    EXPECT_THAT(std::get<PackedCloud<float>>(*cloud).viewpoints, ElementsAre(101, 102, 103, 111, 112, 113));
+  }
+  EXPECT_THAT(ExtractCloud(Table<float>(), {.viewpoints = true}).status().message(), HasSubstr("vp_x, vp_y and vp_z"));
 }
 
 TEST(OrientedCloudTest, NamesAFewColumnsAsATerminalMayShowThem) {

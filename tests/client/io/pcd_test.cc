@@ -37,6 +37,19 @@ void ExpectTwoPoints(const absl::StatusOr<PointTable>& table) {
 const std::string kRows = Pack(1.5f, 0.25, uint16_t{65535}) + Pack(-2.5f, 0.5, uint16_t{3});
 const std::string kColumns = Pack(1.5f, -2.5f) + Pack(0.25, 0.5) + Pack(uint16_t{65535}, uint16_t{3});
 
+TEST(PcdTest, TakesAViewpointThatSomebodySet) {
+  const auto viewpoint = [](const std::string& words) {
+    std::string file = Header("ascii") + "1.5 0.25 65535\n-2.5 0.5 3\n";
+    file.replace(file.find("0 0 0 1 0 0 0"), std::string("0 0 0 1 0 0 0").size(), words);
+    const absl::StatusOr<PointTable> table = ReadPcd(file);
+    EXPECT_TRUE(table.ok()) << table.status();
+    return table->viewpoint;
+  };
+  EXPECT_EQ(viewpoint("1.5 -2 1e3 1 0 0 0"), (std::array<double, 3>{1.5, -2.0, 1000.0}));
+  EXPECT_EQ(viewpoint("0 0 0 1 0 0 0"), std::nullopt) << "which writers say who do not know it";
+  for (const char* words : {"", "1 2", "1 nan 3 1 0 0 0", "here"}) EXPECT_EQ(viewpoint(words), std::nullopt) << words;
+}
+
 TEST(PcdTest, ReadsAscii) { ExpectTwoPoints(ReadPcd(Header("ascii") + "1.5 0.25 65535\n-2.5 0.5 3\n")); }
 
 TEST(PcdTest, ReadsBinary) { ExpectTwoPoints(ReadPcd(Header("binary") + kRows)); }

@@ -1,0 +1,69 @@
+#include "client/cli/normals/normals_text.h"
+
+#include <nlohmann/json.hpp>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/numbers.h"
+
+namespace curv {
+namespace {
+
+std::string MethodText(const NormalsReport& report) {
+  if (!report.method.has_value()) return absl::StrCat(WithCommas(report.turned), " normals turned");
+  std::string text = absl::StrCat("normals by ", std::string(NormalMethodName(*report.method)));
+  if (report.neighbor_count > 0) absl::StrAppend(&text, " of ", report.neighbor_count, " points");
+  if (report.noise.has_value()) absl::StrAppendFormat(&text, ", noise %.3g", *report.noise);
+  return text;
+}
+
+}  // namespace
+
+std::string NormalsText(const NormalsReport& report) {
+  std::string text = MethodText(report);
+  if (report.pieces > 0) {
+    absl::StrAppend(&text, "; ", WithCommas(report.pieces), report.pieces == 1 ? " piece" : " pieces", ", ",
+                    report.closed_pieces == report.pieces ? "closed" : absl::StrCat(report.closed_pieces, " closed"));
+  }
+  if (report.certificate.has_value()) absl::StrAppendFormat(&text, ", certificate %.2g", *report.certificate);
+  if (report.repaired > 0) absl::StrAppend(&text, ", ", WithCommas(report.repaired), " normals repaired");
+  if (report.missing > 0) {
+    absl::StrAppend(&text, "; ", WithCommas(report.missing),
+                    report.missing == 1 ? " point has none" : " points have none");
+  }
+  return text;
+}
+
+nlohmann::ordered_json NormalsJson(const NormalsReport& report) {
+  nlohmann::ordered_json json;
+  if (report.method.has_value()) {
+    json["method"] = NormalMethodName(*report.method);
+    if (report.neighbor_count > 0) json["neighbor_count"] = report.neighbor_count;
+    if (report.noise.has_value()) json["noise"] = *report.noise;
+  } else {
+    json["turned"] = report.turned;
+  }
+  json["missing"] = report.missing;
+  json["pieces"] = report.pieces;
+  json["closed_pieces"] = report.closed_pieces;
+  json["closed_area_share"] = report.closed_area_share;
+  json["repaired"] = report.repaired;
+  if (report.certificate.has_value()) json["certificate"] = *report.certificate;
+  json["doubtful"] = report.doubtful;
+  return json;
+}
+
+nlohmann::ordered_json WarningsJson(const EstimateSummary& summary) {
+  nlohmann::ordered_json warnings = nlohmann::ordered_json::array();
+  for (const EstimateWarning& warning : summary.warnings) {
+    warnings.push_back({{"code", warning.code},
+                        {"message", warning.message},
+                        {"points", warning.points},
+                        {"pairs", warning.pairs},
+                        {"opposed_pairs", warning.opposed_pairs},
+                        {"flipped_patches", warning.flipped_patches}});
+  }
+  return warnings;
+}
+
+}  // namespace curv
