@@ -1,7 +1,8 @@
-// One call: a cloud goes out in chunks, its curvature comes back.
+// One call: a cloud goes out in chunks, its curvature or normals come back.
 import { once } from "node:events";
 import grpc from "@grpc/grpc-js";
 import { CurvdError, fromServiceError } from "./errors.mjs";
+import { normalOptions } from "./normals.mjs";
 import { CurvatureService, enumValues, QUANTITIES, resultArrays } from "./protocol.mjs";
 import { ResultCollector } from "./results.mjs";
 import { callWithRetries } from "./retries.mjs";
@@ -33,10 +34,11 @@ const ESTIMATORS = Object.fromEntries(
 
 const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH" };
 
-// Estimates the curvature at every point of an oriented cloud.
+// Estimates the curvature at every point of a cloud.
 //
 // positions, normals: Float32Array or Float64Array of 3 N scalars, both of the same type; normals point outward, of any
-// length above zero. Options:
+// length above zero. Where normals is null, the server estimates and orients them, and the result has them as `normal`.
+// Options:
 //   server                HOST:PORT, or several with commas between: replicas, each call starting with any of them.
 //                         DEFAULT: "localhost:50061"
 //   security              TLS and token, see connectionTo in security.mjs. DEFAULT: plain text, no token
@@ -49,8 +51,18 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //   jetDegree             of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2
 //   evenWeights           count all triangles of delaunay alike, as the paper does. DEFAULT: false
 //   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
+//   orientation           which side is out: "consistent" (neighbors agree, closed pieces are seen from outside) or
+//                         "closed" (the same for closed surfaces with holes). Normals that are given are then turned, as
+//                         with the next three. DEFAULT: given normals stay; estimated ones are consistent
+//   viewpoint             instead: where the surface was seen from, [x, y, z]
+//   viewpoints            instead: where each point was seen from, an array as positions
+//   direction             instead: no normal points against it, [x, y, z]
+//   normalMethod          of estimated normals: "pca", "jet-1", "jet-2" or "jet-4". DEFAULT: as the points ask for
+//   normalNeighborCount, normalRadius  of which points normals are estimated. DEFAULT: as their noise asks for
 //   quantities            what the result shall have beside status, of "meanCurvature", "gaussianCurvature",
-//                         "principalCurvatures" (k1, k2), "principalDirections" (d1, d2), "radius"; [] for all. DEFAULT: all
+//                         "principalCurvatures" (k1, k2), "principalDirections" (d1, d2), "radius", "normals" (normal),
+//                         "normalQuality" (normalResidual, normalVarianceRatio). DEFAULT, and []: all of curvature, and
+//                         "normals" unless they stay as they are given
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
 //   rejectOpposedNormals  fail the call if normals point to opposite sides of one surface, instead of giving the points
 //                         around such places a status, and warning. DEFAULT: false
@@ -67,8 +79,32 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 // that it estimates nevertheless (summary.warnings) is emitted as a process warning of the type "CurvdWarning", whose code
 // is "CURVD_" and the contract's word: "CURVD_OPPOSED_NORMALS".
 export async function estimateCurvature(positions, normals, options = {}) {
-  checkArrays(positions, normals);
-  const header = cloudHeader(positions, options);
+  const normalsFrom = {
+    ...options,
+    method: options.normalMethod,
+    neighborCount: options.normalNeighborCount,
+    radius: options.normalRadius,
+  };
+  return run({ positions, normals, viewpoints: options.viewpoints ?? null }, curvatureHeader(options), normalsFrom, options);
+}
+
+// Estimates the normal at every point of a cloud; or turns those that are given, as orientation, viewpoint, viewpoints or
+// direction says. The options `method`, `neighborCount` and `radius` are those that estimateCurvature has for normals; all
+// others but those of estimators and quantities are as there.
+//
+// Resolves to { normal, normalResidual, normalVarianceRatio, status, summary }: unit normals, 3 N scalars; the other two are
+// NaN for normals that were given; status says why there is no normal where it is not PointStatus.OK. summary.normals
+// tells how they were made, and whether their sides can be trusted. Rejects and warns as estimateCurvature.
+export async function estimateNormals(positions, normals = null, options = {}) {
+  const asked = { ...options, quantities: ["normals", "normalQuality"] };
+  return run({ positions, normals, viewpoints: options.viewpoints ?? null }, commonHeader(asked), options, asked);
+}
+
+async function run(cloud, header, normalsFrom, options) {
+  checkArrays(cloud);
+  header.pointCount = cloud.positions.length / 3;
+  header.scalarType = cloud.positions instanceof Float64Array ? "SCALAR_TYPE_FLOAT64" : "SCALAR_TYPE_FLOAT32";
+  header.normals = normalOptions(cloud.normals !== null, normalsFrom);
   const arrays = resultArrays(options.quantities);
   const servers = (options.server ?? "localhost:50061").split(",").map((server) => server.trim());
   const connections = servers.map((server) => connectionTo(server, options.security));
@@ -78,7 +114,7 @@ export async function estimateCurvature(positions, normals, options = {}) {
   });
   const { timeoutMs, maxAttempts = 6 } = options;
   try {
-    const attempt = (client, timeLeft) => call(client, header, positions, normals, arrays, timeLeft, callMetadata(options.security));
+    const attempt = (client, timeLeft) => call(client, header, cloud, arrays, timeLeft, callMetadata(options.security));
     const estimate = await callWithRetries(clients, attempt, { timeoutMs, maxAttempts });
     for (const { code, message } of estimate.summary.warnings) {
       process.emitWarning(message, { type: "CurvdWarning", code: `CURVD_${String(code).replace(/^WARNING_CODE_/, "")}` });
@@ -89,15 +125,20 @@ export async function estimateCurvature(positions, normals, options = {}) {
   }
 }
 
-function checkArrays(positions, normals) {
-  const isFloats = (array) => array instanceof Float32Array || array instanceof Float64Array;
-  if (!isFloats(positions) || normals?.constructor !== positions.constructor) {
-    throw new TypeError("positions and normals must both be Float32Array or both be Float64Array");
-  }
-  if (positions.length % 3 !== 0 || positions.length !== normals.length) {
+function checkArrays({ positions, normals, viewpoints }) {
+  const isFloats = positions instanceof Float32Array || positions instanceof Float64Array;
+  const isAlike = (array) => array === null || array?.constructor === positions.constructor;
+  if (!isFloats || !isAlike(normals)) {
     throw new TypeError(
-      `positions has ${positions.length} scalars and normals ${normals.length}; both need 3 for each point`,
+      "positions and normals must both be Float32Array or both be Float64Array; to have normals estimated, give null",
     );
+  }
+  if (!isAlike(viewpoints)) throw new TypeError("viewpoints must be of the type of positions");
+  for (const [name, array] of Object.entries({ normals, viewpoints })) {
+    const length = array?.length ?? positions.length;
+    if (positions.length % 3 !== 0 || positions.length !== length) {
+      throw new TypeError(`positions has ${positions.length} scalars and ${name} ${length}; both need 3 for each point`);
+    }
   }
 }
 
@@ -112,21 +153,17 @@ function quantityNames(quantities = []) {
   return names;
 }
 
-function cloudHeader(positions, options) {
+function curvatureHeader(options) {
   const { estimator = "avg-hexagram", neighborCount, radius } = options;
   if (!Object.hasOwn(ESTIMATORS, estimator)) {
     const names = Object.keys(ESTIMATORS).join(", ");
     throw new TypeError(`estimator is ${JSON.stringify(estimator)}; it must be one of ${names}`);
   }
-  if (options.priority !== undefined && !Object.hasOwn(PRIORITIES, options.priority)) {
-    throw new TypeError(`priority is ${JSON.stringify(options.priority)}; it must be interactive or batch`);
-  }
   if (neighborCount !== undefined && radius !== undefined) {
     throw new TypeError("neighborCount and radius exclude each other");
   }
   return {
-    pointCount: positions.length / 3,
-    scalarType: positions instanceof Float64Array ? "SCALAR_TYPE_FLOAT64" : "SCALAR_TYPE_FLOAT32",
+    ...commonHeader(options),
     options: {
       estimator: ESTIMATORS[estimator],
       ...(neighborCount !== undefined && { neighborCount }),
@@ -138,18 +175,28 @@ function cloudHeader(positions, options) {
       seed: options.seed ?? 0,
       ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
     },
-    quantities: quantityNames(options.quantities),
     opposedNormalsPolicy: options.rejectOpposedNormals ? "OPPOSED_NORMALS_POLICY_REJECT" : "OPPOSED_NORMALS_POLICY_MARK",
+  };
+}
+
+// What curvature and normals are asked for with alike.
+function commonHeader(options) {
+  if (options.priority !== undefined && !Object.hasOwn(PRIORITIES, options.priority)) {
+    throw new TypeError(`priority is ${JSON.stringify(options.priority)}; it must be interactive or batch`);
+  }
+  return {
+    quantities: quantityNames(options.quantities),
     invalidPointPolicy: options.skipInvalid ? "INVALID_POINT_POLICY_SKIP" : "INVALID_POINT_POLICY_REJECT",
     priority: PRIORITIES[options.priority] ?? "PRIORITY_UNSPECIFIED",
     requestTag: options.requestTag ?? "",
   };
 }
 
-function call(client, header, positions, normals, arrays, timeoutMs, metadata) {
+function call(client, header, cloud, arrays, timeoutMs, metadata) {
   const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
   const stream = client.estimateCurvature(metadata, { deadline });
-  const collector = new ResultCollector(header.pointCount, arrays);
+  const { source } = header.normals;
+  const collector = new ResultCollector(header.pointCount, arrays, source !== "NORMAL_SOURCE_GIVEN");
   let summary = null;
   return new Promise((resolve, reject) => {
     const breach = (error) => {
@@ -158,6 +205,10 @@ function call(client, header, positions, normals, arrays, timeoutMs, metadata) {
     };
     stream.on("data", (response) => {
       try {
+        if (response.message === "accepted" && source !== "NORMAL_SOURCE_GIVEN" && response.accepted.normals?.source !== source) {
+          stream.cancel();
+          reject(new CurvdError(grpc.status.UNIMPLEMENTED, "the server is too old to make or orient normals"));
+        }
         if (response.message === "result") collector.add(response.result);
         if (response.message === "summary") summary = response.summary;
       } catch (error) {
@@ -172,23 +223,21 @@ function call(client, header, positions, normals, arrays, timeoutMs, metadata) {
         resolve({ ...collector.arrays, summary });
       })
       .catch(breach);
-    sendCloud(stream, header, positions, normals).catch(reject);
+    sendCloud(stream, header, cloud).catch(reject);
   });
 }
 
 // Writes the cloud no faster than the server reads it, and half-closes. Stops quietly when the call has ended: its
 // status tells why.
-async function sendCloud(stream, header, positions, normals) {
+async function sendCloud(stream, header, cloud) {
   const ended = new AbortController();
   stream.once("status", () => ended.abort());
   stream.write({ header });
-  const step = Math.floor(CHUNK_BYTES / (6 * positions.BYTES_PER_ELEMENT));
+  const arrays = Object.entries(cloud).filter(([, array]) => array !== null);
+  const step = Math.floor(CHUNK_BYTES / (3 * arrays.length * cloud.positions.BYTES_PER_ELEMENT));
   for (let first = 0; first < header.pointCount && !ended.signal.aborted; first += step) {
-    const chunk = {
-      firstIndex: first,
-      positions: bytesOf(positions, first, first + step),
-      normals: bytesOf(normals, first, first + step),
-    };
+    const chunk = { firstIndex: first };
+    for (const [name, array] of arrays) chunk[name] = bytesOf(array, first, first + step);
     if (!stream.write({ chunk })) {
       await once(stream, "drain", { signal: ended.signal }).catch(() => {});
     }

@@ -1,4 +1,4 @@
-// Curvature of oriented point clouds, estimated by a curvd server: typed arrays in, typed arrays out.
-export { estimateCurvature } from "./client.mjs";
+// Curvature of point clouds, and their normals, from a curvd server: typed arrays in, typed arrays out.
+export { estimateCurvature, estimateNormals } from "./client.mjs";
 export { CurvdError } from "./errors.mjs";
 export { PointStatus } from "./results.mjs";

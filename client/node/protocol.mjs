@@ -44,7 +44,12 @@ export const QUANTITIES = new Map(
 const ARRAYS_OF = new Map([
   ["principalCurvatures", ["k1", "k2"]],
   ["principalDirections", ["d1", "d2"]],
+  ["normals", ["normal"]],
+  ["normalQuality", ["normalResidual", "normalVarianceRatio"]],
 ]);
+// Those of normals come only where they are asked for, or made.
+const NORMAL_ARRAYS = ["normal", "normalResidual", "normalVarianceRatio"];
+export const CURVATURE_ARRAYS = RESULT_ARRAYS.filter((name) => name !== "status" && !NORMAL_ARRAYS.includes(name));
 
 // Names of the arrays, beside status, that a call must get which asks for those quantities. All of them if it asks for
 // none, which is to ask for all: null, because an older server may not know one of them.

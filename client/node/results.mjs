@@ -1,5 +1,5 @@
 // Collects the results of a call into typed arrays and checks that none is missing.
-import { RESULT_ARRAYS } from "./protocol.mjs";
+import { CURVATURE_ARRAYS, RESULT_ARRAYS } from "./protocol.mjs";
 
 // What became of a point; the values of `status` in the result.
 export const PointStatus = Object.freeze({
@@ -16,19 +16,20 @@ export const PointStatus = Object.freeze({
 //
 // `arrays` has a Uint8Array for `status` and a Float32Array for each array of `names`, without which a chunk is refused;
 // where `names` is null, for each that comes. How many scalars a point has in an array follows from the length of the
-// first chunk's, and must not change. Of an empty cloud all arrays are empty.
+// first chunk's, and must not change. Of an empty cloud all arrays are empty; those of normals are there if they are among
+// `names`, or if `names` is null and `madeNormals` says that the server makes or turns normals.
 export class ResultCollector {
   #received = 0;
   #pointCount;
   #names;
   #widths = {};
 
-  constructor(pointCount, names = null) {
+  constructor(pointCount, names = null, madeNormals = false) {
     this.#pointCount = pointCount;
     this.#names = names;
     this.arrays = { status: new Uint8Array(pointCount) };
     if (pointCount > 0) return;
-    for (const name of names ?? RESULT_ARRAYS.filter((array) => array !== "status")) {
+    for (const name of names ?? [...CURVATURE_ARRAYS, ...(madeNormals ? ["normal"] : [])]) {
       this.arrays[name] = new Float32Array();
     }
   }

@@ -1,6 +1,6 @@
-"""Curvature of oriented point clouds, estimated by a curvd server: numpy arrays in, a numpy array out."""
+"""Curvature of point clouds, and their normals, from a curvd server: numpy arrays in, a numpy array out."""
 
-from curvd_client.client import Estimate, estimate_curvature
+from curvd_client.client import Estimate, estimate_curvature, estimate_normals
 from curvd_client.errors import CurvdError, CurvdWarning
 from curvd_client.results import QUANTITIES, RESULT_DTYPE, PointStatus
 from curvd_client.security import Security
@@ -14,4 +14,5 @@ __all__ = [
     "RESULT_DTYPE",
     "Security",
     "estimate_curvature",
+    "estimate_normals",
 ]

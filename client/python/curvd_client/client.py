@@ -1,4 +1,4 @@
-"""One call: a cloud goes out in chunks, its curvature comes back."""
+"""One call: a cloud goes out in chunks, its curvature or normals come back."""
 
 import contextlib
 import typing
@@ -9,6 +9,7 @@ import numpy as np
 
 from curvature.v1 import curvature_pb2, curvature_pb2_grpc
 from curvd_client.errors import CurvdError, CurvdWarning, from_rpc_error
+from curvd_client.normals import normal_options
 from curvd_client.results import ResultCollector, quantity_number
 from curvd_client.retries import call_with_retries
 from curvd_client.security import Security
@@ -52,7 +53,7 @@ _PRIORITIES = {
 
 
 class Estimate(typing.NamedTuple):
-    """points: structured array, one element a point, of RESULT_DTYPE or the fields of it that were asked for.
+    """points: structured array, one element a point: the fields of RESULT_DTYPE that were asked for, and those of normals.
     summary: the stream's Summary message."""
 
     points: np.ndarray
@@ -61,7 +62,7 @@ class Estimate(typing.NamedTuple):
 
 def estimate_curvature(
     positions,
-    normals,
+    normals=None,
     *,
     server="localhost:50061",
     estimator="avg-hexagram",
@@ -73,6 +74,12 @@ def estimate_curvature(
     even_weights=False,
     seed=0,
     average_normal_weight=None,
+    orientation=None,
+    viewpoint=None,
+    direction=None,
+    normal_method=None,
+    normal_neighbor_count=None,
+    normal_radius=None,
     quantities=None,
     skip_invalid=False,
     reject_opposed_normals=False,
@@ -83,10 +90,12 @@ def estimate_curvature(
     security=Security(),
     channel=None,
 ):
-    """Estimates the curvature at every point of an oriented cloud.
+    """Estimates the curvature at every point of a cloud.
 
     positions, normals:    arrays of shape (N, 3). float64 positions are sent as such, which keeps georeferenced scans
                            exact; everything else is sent as float32. Normals point outward, of any length above zero.
+                           Without normals (None), the server estimates and orients them, and the result has them as
+                           `normal`.
     server:                HOST:PORT, or several with commas between: replicas, each call starting with any of them.
     estimator:             "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet" or "aso".
     neighbor_count:        the K nearest points, the point itself included. DEFAULT: 50, if there is no radius.
@@ -96,8 +105,17 @@ def estimate_curvature(
     jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2.
     even_weights:          count all triangles of delaunay alike, as the paper does.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
-    quantities:            names of QUANTITIES that the result shall have, beside `status`; none, or [], for all.
-                           DEFAULT: all.
+    orientation:           which side is out: "consistent" (neighbors agree, closed pieces are seen from outside) or
+                           "closed" (the same for closed surfaces with holes). Normals that are given are then turned, as
+                           with viewpoint and direction. DEFAULT: given normals stay; estimated ones are consistent.
+    viewpoint:             instead: where the surface was seen from, shape (3,), or where each point was, (N, 3).
+    direction:             instead: no normal points against it, shape (3,).
+    normal_method:         of estimated normals: "pca", "jet-1", "jet-2" or "jet-4". DEFAULT: jet-2 or jet-4, as the points
+                           ask for.
+    normal_neighbor_count, normal_radius: of which points normals are estimated. DEFAULT: as many as the noise of the
+                           points asks for.
+    quantities:            names of QUANTITIES that the result shall have, beside `status`. DEFAULT (none, or []): all of
+                           curvature, and "normals" unless they stay as they are given.
     skip_invalid:          give an unusable point a status instead of failing the call.
     reject_opposed_normals: fail the call if normals point to opposite sides of one surface, instead of giving the points
                            around such places a status, and warning.
@@ -113,7 +131,15 @@ def estimate_curvature(
     Returns an Estimate. Raises CurvdError if the call fails, ValueError if the arguments make no request. What the server
     finds wrong with a cloud that it estimates nevertheless (summary.warnings) is issued as a CurvdWarning. Thread-safe.
     """
-    positions, normals = _packed_arrays(positions, normals)
+    normals_from, viewpoints = normal_options(
+        normals is not None,
+        orientation=orientation,
+        viewpoint=viewpoint,
+        direction=direction,
+        method=normal_method,
+        neighbor_count=normal_neighbor_count,
+        radius=normal_radius,
+    )
     options = _estimator_options(
         estimator,
         neighbor_count,
@@ -126,10 +152,7 @@ def estimate_curvature(
         average_normal_weight=average_normal_weight,
     )
     header = curvature_pb2.CloudHeader(
-        point_count=len(positions),
-        scalar_type=(
-            curvature_pb2.SCALAR_TYPE_FLOAT64 if positions.itemsize == 8 else curvature_pb2.SCALAR_TYPE_FLOAT32
-        ),
+        normals=normals_from,
         options=options,
         quantities=_quantity_numbers(quantities),
         invalid_point_policy=(
@@ -143,6 +166,66 @@ def estimate_curvature(
         priority=_priority(priority),
         request_tag=request_tag,
     )
+    return _run(header, positions, normals, viewpoints, server, timeout, max_attempts, security, channel)
+
+
+def estimate_normals(
+    positions,
+    normals=None,
+    *,
+    server="localhost:50061",
+    orientation=None,
+    viewpoint=None,
+    direction=None,
+    method=None,
+    neighbor_count=None,
+    radius=None,
+    skip_invalid=False,
+    priority=None,
+    request_tag="",
+    timeout=None,
+    max_attempts=6,
+    security=Security(),
+    channel=None,
+):
+    """Estimates the normal at every point of a cloud; or turns those that are given, as orientation, viewpoint or
+    direction says.
+
+    method, neighbor_count, radius: as estimate_curvature has them for normals.
+    All others:                     as there.
+
+    Returns an Estimate whose points have `normal`, of unit length, `normal_residual`, `normal_variance_ratio` (both NaN for
+    normals that were given) and `status`, which says why there is no normal where it is not PointStatus.OK.
+    summary.normals tells how they were made, and whether their sides can be trusted. Raises and warns as
+    estimate_curvature. Thread-safe.
+    """
+    normals_from, viewpoints = normal_options(
+        normals is not None,
+        orientation=orientation,
+        viewpoint=viewpoint,
+        direction=direction,
+        method=method,
+        neighbor_count=neighbor_count,
+        radius=radius,
+    )
+    header = curvature_pb2.CloudHeader(
+        normals=normals_from,
+        quantities=[curvature_pb2.QUANTITY_NORMALS, curvature_pb2.QUANTITY_NORMAL_QUALITY],
+        invalid_point_policy=(
+            curvature_pb2.INVALID_POINT_POLICY_SKIP if skip_invalid else curvature_pb2.INVALID_POINT_POLICY_REJECT
+        ),
+        priority=_priority(priority),
+        request_tag=request_tag,
+    )
+    return _run(header, positions, normals, viewpoints, server, timeout, max_attempts, security, channel)
+
+
+def _run(header, positions, normals, viewpoints, server, timeout, max_attempts, security, channel):
+    """Sends the cloud under the header, and warns two frames up."""
+    cloud = _packed_arrays(positions, normals, viewpoints)
+    header.point_count = len(cloud["positions"])
+    is_double = cloud["positions"].itemsize == 8
+    header.scalar_type = curvature_pb2.SCALAR_TYPE_FLOAT64 if is_double else curvature_pb2.SCALAR_TYPE_FLOAT32
     with contextlib.ExitStack() as opened:
         channels = [channel]
         if channel is None:
@@ -150,13 +233,13 @@ def estimate_curvature(
             channels = [opened.enter_context(security.open_channel(each, _CHANNEL_OPTIONS)) for each in addresses]
         estimate = call_with_retries(
             channels,
-            lambda target, time_left: _call(target, header, positions, normals, time_left, security.metadata()),
+            lambda target, time_left: _call(target, header, cloud, time_left, security.metadata()),
             await_connection=_await_connection,
             timeout=timeout,
             max_attempts=max_attempts,
         )
     for warning in estimate.summary.warnings:
-        warnings.warn(CurvdWarning(_warning_code(warning.code), warning.message), stacklevel=2)
+        warnings.warn(CurvdWarning(_warning_code(warning.code), warning.message), stacklevel=3)
     return estimate
 
 
@@ -166,15 +249,17 @@ def _warning_code(number):
     return str(number) if value is None else value.name.removeprefix("WARNING_CODE_")
 
 
-def _packed_arrays(positions, normals):
-    positions, normals = np.asarray(positions), np.asarray(normals)
-    for name, array in (("positions", positions), ("normals", normals)):
+def _packed_arrays(positions, normals, viewpoints):
+    """The arrays of PointChunk that there are, by their names."""
+    given = {"positions": positions, "normals": normals, "viewpoints": viewpoints}
+    cloud = {name: np.asarray(array) for name, array in given.items() if array is not None}
+    for name, array in cloud.items():
         if array.ndim != 2 or array.shape[1] != 3:
             raise ValueError(f"{name} has shape {array.shape}; it must be (N, 3)")
-    if len(positions) != len(normals):
-        raise ValueError(f"{len(positions)} positions but {len(normals)} normals")
-    scalar = "<f8" if positions.dtype == np.float64 else "<f4"
-    return np.ascontiguousarray(positions, scalar), np.ascontiguousarray(normals, scalar)
+        if len(array) != len(cloud["positions"]):
+            raise ValueError(f"{len(cloud['positions'])} positions but {len(array)} {name}")
+    scalar = "<f8" if cloud["positions"].dtype == np.float64 else "<f4"
+    return {name: np.ascontiguousarray(array, scalar) for name, array in cloud.items()}
 
 
 def _quantity_numbers(names):
@@ -207,17 +292,12 @@ def _estimator_options(estimator, neighbor_count, radius, **others):
     return options
 
 
-def _requests(header, positions, normals):
+def _requests(header, cloud):
     yield curvature_pb2.EstimateCurvatureRequest(header=header)
-    step = _CHUNK_BYTES // (6 * positions.itemsize)
-    for first in range(0, len(positions), step):
-        yield curvature_pb2.EstimateCurvatureRequest(
-            chunk=curvature_pb2.PointChunk(
-                first_index=first,
-                positions=positions[first : first + step].tobytes(),
-                normals=normals[first : first + step].tobytes(),
-            )
-        )
+    step = _CHUNK_BYTES // (len(cloud) * 3 * cloud["positions"].itemsize)
+    for first in range(0, header.point_count, step):
+        arrays = {name: array[first : first + step].tobytes() for name, array in cloud.items()}
+        yield curvature_pb2.EstimateCurvatureRequest(chunk=curvature_pb2.PointChunk(first_index=first, **arrays))
 
 
 def _await_connection(channel):
@@ -226,15 +306,26 @@ def _await_connection(channel):
         grpc.channel_ready_future(channel).result(_CONNECT_SECONDS)
 
 
-def _call(channel, header, positions, normals, timeout, metadata):
+def _check_accepted(accepted, asked):
+    """Raises CurvdError if the server takes normals as given that it was to make or orient."""
+    given = curvature_pb2.NORMAL_SOURCE_GIVEN
+    if asked not in (given, accepted.normals.source):
+        raise CurvdError(grpc.StatusCode.UNIMPLEMENTED, "the server is too old to make or orient normals")
+
+
+def _call(channel, header, cloud, timeout, metadata):
     stub = curvature_pb2_grpc.CurvatureServiceStub(channel)
-    call = stub.EstimateCurvature(_requests(header, positions, normals), timeout=timeout, metadata=metadata)
-    collector = ResultCollector(len(positions), header.quantities)
+    call = stub.EstimateCurvature(_requests(header, cloud), timeout=timeout, metadata=metadata)
+    collector = ResultCollector(
+        header.point_count, header.quantities, header.normals.source != curvature_pb2.NORMAL_SOURCE_GIVEN
+    )
     summary = None
     try:
         for response in call:
             kind = response.WhichOneof("message")
-            if kind == "result":
+            if kind == "accepted":
+                _check_accepted(response.accepted, header.normals.source)
+            elif kind == "result":
                 collector.add(response.result)
             elif kind == "summary":
                 summary = response.summary

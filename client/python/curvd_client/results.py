@@ -22,8 +22,18 @@ def quantity_number(name):
     return curvature_pb2.Quantity.Value(_PREFIX + name.upper())
 
 
-def result_dtype(quantities=None):
-    """The type of a result: the columns of those quantities (numbers; none: all), as the contract has them, and status."""
+# Of normals; all others are of curvature.
+_OF_NORMALS = (curvature_pb2.QUANTITY_NORMALS, curvature_pb2.QUANTITY_NORMAL_QUALITY)
+
+
+def result_dtype(quantities=None, made_normals=False):
+    """The type of a result: the columns of those quantities (numbers), as the contract has them, and status.
+
+    No quantities: all of curvature, and normals if the server makes or orients them.
+    """
+    if not quantities:
+        quantities = {number for number in curvature_pb2.Quantity.values() if number not in _OF_NORMALS}
+        quantities |= {curvature_pb2.QUANTITY_NORMALS} if made_normals else set()
     fields, status = [], []
     for field in curvature_pb2.ResultChunk.DESCRIPTOR.fields:
         if not field.GetOptions().HasExtension(curvature_pb2.column):
@@ -32,12 +42,12 @@ def result_dtype(quantities=None):
         scalar, shape = _SCALARS.get(column.type, np.float32), (column.width,) if column.width > 1 else ()
         if column.quantity == curvature_pb2.QUANTITY_UNSPECIFIED:
             status.append((field.name, scalar, shape))
-        elif not quantities or column.quantity in quantities:
+        elif column.quantity in quantities:
             fields.append((field.name, scalar, shape))
     return np.dtype(fields + status)
 
 
-# One element a point, with all quantities. Scalars in the caller's length unit as the contract has them; NaN where
+# One element a point, with all quantities of curvature. Scalars in the caller's length unit as the contract has them; NaN where
 # `status` is not OK.
 RESULT_DTYPE = result_dtype()
 
@@ -57,9 +67,9 @@ class PointStatus(enum.IntEnum):
 class ResultCollector:
     """Takes ResultChunks in order. Raises ValueError, saying what is wrong, if a server breaks the protocol."""
 
-    def __init__(self, point_count, quantities=None):
+    def __init__(self, point_count, quantities=None, made_normals=False):
         self._asked = bool(quantities)
-        self.points = np.zeros(point_count, result_dtype(quantities))
+        self.points = np.zeros(point_count, result_dtype(quantities, made_normals))
         for name in self.points.dtype.names:
             if self.points.dtype[name].base.kind == "f":
                 self.points[name] = np.nan

@@ -1,0 +1,78 @@
+"""Where the normals of a cloud come from, and which side of its surface is out."""
+
+import numpy as np
+
+from curvature.v1 import curvature_pb2
+
+_METHODS = {
+    "pca": curvature_pb2.NORMAL_METHOD_PCA,
+    "jet-1": curvature_pb2.NORMAL_METHOD_JET_1,
+    "jet-2": curvature_pb2.NORMAL_METHOD_JET_2,
+    "jet-4": curvature_pb2.NORMAL_METHOD_JET_4,
+}
+_ORIENTATIONS = {
+    "consistent": curvature_pb2.ORIENTATION_CONSISTENT,
+    "closed": curvature_pb2.ORIENTATION_CLOSED,
+}
+
+
+def normal_options(has_normals, *, orientation, viewpoint, direction, method, neighbor_count, radius):
+    """Returns the contract's NormalOptions and the viewpoints of points, None if there are none.
+
+    Normals that are given stay as they are unless orientation, viewpoint or direction says which side is out; those that
+    are not are estimated. Raises ValueError, naming the argument, for arguments that make no sense together.
+    """
+    if sum(side is not None for side in (orientation, viewpoint, direction)) > 1:
+        raise ValueError("orientation, viewpoint and direction exclude each other")
+    options = curvature_pb2.NormalOptions(source=_source(has_normals, (orientation, viewpoint, direction)))
+    viewpoints = _set_side(options, orientation, viewpoint, direction)
+    _set_method(options, has_normals, method, neighbor_count, radius)
+    return options, viewpoints
+
+
+def _source(has_normals, sides):
+    if not has_normals:
+        return curvature_pb2.NORMAL_SOURCE_ESTIMATE
+    if all(side is None for side in sides):
+        return curvature_pb2.NORMAL_SOURCE_GIVEN
+    return curvature_pb2.NORMAL_SOURCE_ORIENT
+
+
+def _set_side(options, orientation, viewpoint, direction):
+    if orientation is not None:
+        if orientation not in _ORIENTATIONS:
+            raise ValueError(f"orientation is {orientation!r}; it must be consistent or closed")
+        options.orientation = _ORIENTATIONS[orientation]
+    if direction is not None:
+        options.orientation = curvature_pb2.ORIENTATION_DIRECTION
+        options.direction.x, options.direction.y, options.direction.z = _vector("direction", direction)
+    if viewpoint is None:
+        return None
+    if np.ndim(viewpoint) == 2:
+        options.orientation = curvature_pb2.ORIENTATION_POINT_VIEWPOINTS
+        return np.asarray(viewpoint)
+    options.orientation = curvature_pb2.ORIENTATION_VIEWPOINT
+    options.viewpoint.x, options.viewpoint.y, options.viewpoint.z = _vector("viewpoint", viewpoint)
+    return None
+
+
+def _vector(name, value):
+    vector = np.asarray(value, float)
+    if vector.shape != (3,):
+        raise ValueError(f"{name} has shape {vector.shape}; it must be (3,)")
+    return vector.tolist()
+
+
+def _set_method(options, has_normals, method, neighbor_count, radius):
+    if has_normals and (method is not None or neighbor_count is not None or radius is not None):
+        raise ValueError("normals are given: a method, neighbor_count or radius for them goes with normals=None")
+    if neighbor_count is not None and radius is not None:
+        raise ValueError("neighbor_count and radius of normals exclude each other")
+    if method is not None:
+        if method not in _METHODS:
+            raise ValueError(f"the method of normals is {method!r}; it must be one of {', '.join(_METHODS)}")
+        options.method = _METHODS[method]
+    if radius is not None:
+        options.radius = radius
+    elif neighbor_count is not None:
+        options.neighbor_count = neighbor_count
