@@ -27,12 +27,12 @@ std::string OpposedNormalsText(uint64_t points, const CallRecord& record) {
       points, record.points_received, 100.0 * share, record.agreement.flipped_patches, RemedyFor(record));
 }
 
-// And one whose normals the server could not orient.
+// What a person should know whose normals the server could not orient.
 std::string DoubtfulOrientationText(const NormalReport& report) {
   return absl::StrFormat(
       "some of the oriented normals point to the wrong side: their certificate is %.2g, at most %.2g can be trusted, "
-      "and the sign of curvature is as doubtful. That happens where two sheets are as near to each other as points of one "
-      "sheet are. Send more points, or say where they were seen from",
+      "and the sign of curvature is as doubtful. That happens where two sheets are as near to each other as points of "
+      "one sheet are. Send more points, or say where they were seen from",
       *report.certificate, kMaxTrustedCertificate);
 }
 
