@@ -187,9 +187,13 @@ class RealServerTest(unittest.TestCase):
         self.assertTrue(np.all(down["normal"][:, 2] <= 0))
 
     def test_sides_that_cannot_be_trusted_are_warned_of(self):
-        grid = np.stack(np.meshgrid(np.arange(60), np.arange(60), (0, 1)), axis=-1).reshape(-1, 3)
+        # A Moebius strip, which has one side alone.
+        random = np.random.default_rng(4)
+        around, across = random.uniform(0, 2 * np.pi, 4_000), random.uniform(-0.4, 0.4, 4_000)
+        radius = 1 + across * np.cos(around / 2)
+        strip = np.stack([radius * np.cos(around), radius * np.sin(around), across * np.sin(around / 2)], axis=1)
         with self.assertWarns(CurvdWarning) as caught:
-            _, summary = estimate_normals(grid, server=self.server, method="pca", neighbor_count=16, orientation="closed")
+            _, summary = estimate_normals(strip, server=self.server, orientation="closed")
         self.assertEqual(caught.warning.code, "DOUBTFUL_ORIENTATION")
         self.assertEqual(pathlib.Path(caught.filename).name, pathlib.Path(__file__).name)
         self.assertTrue(summary.normals.doubtful)
