@@ -20,7 +20,7 @@ namespace HWY_NAMESPACE {
 
 // The neighbors of one point, itself included, with room for a vector more.
 struct alignas(64) LinkNeighbors {
-  static constexpr size_t kRoom = 2 * SpatialIndex::kLeafSize;
+  static constexpr size_t kRoom = size_t{2} * SpatialIndex::kLeafSize;
   static_assert(kLinksPerPoint + 1 <= SpatialIndex::kLeafSize);
 
   float dx[kRoom], dy[kRoom], dz[kRoom];  // offsets
@@ -47,7 +47,7 @@ class LinkCollector {
     const SpatialIndex::LeafNormals& normals = index_->normals(near.leaf);
     const QueryVectors q(query_->position);
     const size_t i = near.place;
-    const auto first = static_cast<int32_t>(near.leaf * SpatialIndex::kLeafSize + i);
+    const auto first = static_cast<int32_t>(size_t{near.leaf} * SpatialIndex::kLeafSize + i);
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + i), q.x), inside), d, out_->dx + count_);
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.y + i), q.y), inside), d, out_->dy + count_);
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.z + i), q.z), inside), d, out_->dz + count_);

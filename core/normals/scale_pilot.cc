@@ -101,8 +101,8 @@ NormalFit FallbackFit(size_t points, std::optional<NormalMethod> wanted, uint32_
   const size_t count = std::min<size_t>({points, max_neighbor_count, kEnough});
   fit.neighborhood = NeighborCount{static_cast<uint32_t>(count)};
   fit.max_neighbor_count = max_neighbor_count;
-  fit.method =
-      wanted.value_or(count >= 2 * LeastNeighborCount(NormalMethod::kJet2) ? NormalMethod::kJet2 : NormalMethod::kPca);
+  fit.method = wanted.value_or(count >= size_t{2} * LeastNeighborCount(NormalMethod::kJet2) ? NormalMethod::kJet2
+                                                                                            : NormalMethod::kPca);
   return fit;
 }
 

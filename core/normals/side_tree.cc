@@ -19,8 +19,9 @@ uint32_t RankOf(uint32_t root) {
 template <typename T>
 absl::Status CreateArray(size_t size, PageArray<T>& array) {
   auto created = PageArray<T>::Create(size);
-  if (created.ok()) array = *std::move(created);
-  return created.status();
+  if (!created.ok()) return created.status();
+  array = *std::move(created);
+  return absl::OkStatus();
 }
 
 }  // namespace

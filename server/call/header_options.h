@@ -33,7 +33,8 @@ struct CallOptions {
   bool has_viewpoints() const { return std::holds_alternative<SidesTowardViewpoints>(normals.sides); }
   // Bytes of one point in all arrays of a chunk.
   size_t point_bytes() const {
-    return (1 + (has_normals() ? 1 : 0) + (has_viewpoints() ? 1 : 0)) * 3 * ScalarBytes(scalar_type);
+    const size_t arrays = 1 + (has_normals() ? 1 : 0) + (has_viewpoints() ? 1 : 0);
+    return arrays * 3 * ScalarBytes(scalar_type);
   }
 };
 
