@@ -16,7 +16,6 @@ namespace {
 namespace v1 = curvature::v1;
 
 constexpr CallLimits kLimits = {1000, 4096, 100, 1 << 30, 10};
-constexpr auto kInvalidArgument = absl::StatusCode::kInvalidArgument;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 v1::NormalOptions From(v1::NormalSource source) {
@@ -46,7 +45,7 @@ NormalOptions Read(const v1::NormalOptions& proto) {
 
 ::testing::AssertionResult Refuses(const v1::NormalOptions& proto, std::initializer_list<std::string> words) {
   NormalOptions options;
-  return IsError(ReadNormals(proto, kLimits, options), kInvalidArgument, kReasonInvalidOption, words);
+  return IsError(ReadNormals(proto, kLimits, options), absl::StatusCode::kInvalidArgument, kReasonInvalidOption, words);
 }
 
 TEST(ReadNormalsTest, DefaultsToGivenNormals) {
