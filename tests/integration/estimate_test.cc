@@ -18,7 +18,6 @@ namespace {
 
 namespace v1 = curvature::v1;
 
-constexpr char kOk = static_cast<char>(v1::POINT_STATUS_OK);
 constexpr char kTooFew = static_cast<char>(v1::POINT_STATUS_TOO_FEW_NEIGHBORS);
 constexpr char kDegenerate = static_cast<char>(v1::POINT_STATUS_DEGENERATE_AREA);
 constexpr char kOpposed = static_cast<char>(v1::POINT_STATUS_OPPOSED_NORMALS);
@@ -35,18 +34,6 @@ class EstimateTest : public ::testing::Test {
   std::shared_ptr<grpc::Channel> channel_ = server_.NewChannel();
 };
 
-// Of points that were estimated.
-double MeanOfMeans(const CallResult& result) {
-  double sum = 0.0;
-  size_t count = 0;
-  for (size_t i = 0; i < result.size(); ++i) {
-    if (result.point_status[i] != kOk) continue;
-    sum += result.Mean(i);
-    ++count;
-  }
-  return sum / static_cast<double>(count);
-}
-
 void ExpectAllNaN(const CallResult& result, size_t i) {
   EXPECT_TRUE(std::isnan(result.Mean(i)) && std::isnan(result.K1(i)) && std::isnan(result.K2(i))) << "point " << i;
 }
@@ -54,7 +41,7 @@ void ExpectAllNaN(const CallResult& result, size_t i) {
 TEST_F(EstimateTest, SphereHasTheInverseOfItsRadius) {
   const CallResult result = Run(Sphere(20'000, 2.0f));
   ASSERT_TRUE(Succeeded(result, 20'000));
-  EXPECT_EQ(result.point_status, std::string(20'000, kOk));
+  EXPECT_EQ(result.point_status, std::string(20'000, kPointOk));
   EXPECT_NEAR(MeanOfMeans(result), 0.5, 0.005);  // 1 %: the estimator's bias at this K
   for (size_t i = 0; i < result.size(); ++i) ASSERT_LE(result.K1(i), result.K2(i));
 }
@@ -190,7 +177,7 @@ TEST_F(EstimateTest, APlaneIsFlat) {
   const CallResult result = Run(Square(2'000), 20);
   ASSERT_TRUE(Succeeded(result, 2'000));
   for (size_t i = 0; i < result.size(); ++i) {
-    if (result.point_status[i] != kOk) continue;
+    if (result.point_status[i] != kPointOk) continue;
     ASSERT_EQ(result.Mean(i), 0.0f) << "normals are all equal, so that nothing turns";
     ASSERT_EQ(result.K1(i), 0.0f);
   }
@@ -284,7 +271,7 @@ TEST_F(EstimateTest, AFlippedNormalCostsThoseAroundItAlone) {
   EXPECT_NEAR(static_cast<double>(result.summary->status_counts().opposed_normals()), 50.0, 5.0);
   for (size_t i = 0; i < result.size(); ++i) {
     if (result.point_status[i] == kOpposed) continue;
-    ASSERT_EQ(result.point_status[i], kOk);
+    ASSERT_EQ(result.point_status[i], kPointOk);
     ASSERT_EQ(result.Mean(i), expected.Mean(i));
   }
 }

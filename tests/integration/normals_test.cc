@@ -20,8 +20,6 @@ namespace {
 namespace v1 = curvature::v1;
 using ::testing::UnorderedElementsAre;
 
-constexpr char kOk = static_cast<char>(v1::POINT_STATUS_OK);
-
 class NormalsTest : public ::testing::Test {
  protected:
   CallResult Run(const v1::CloudHeader& header, const TestCloud& cloud) { return Estimate(channel_, header, cloud); }
@@ -63,17 +61,11 @@ size_t RightSides(const CallResult& result, const TestCloud& cloud) {
   return right;
 }
 
-double MeanOfMeans(const CallResult& result) {
-  double sum = 0.0;
-  for (size_t i = 0; i < result.size(); ++i) sum += result.Mean(i);
-  return sum / static_cast<double>(result.size());
-}
-
 TEST_F(NormalsTest, PositionsAloneHaveTheCurvatureOfTheirSurface) {
   const TestCloud sphere = Sphere(20'000, 2.0f);
   const CallResult result = Run(HeaderFor(sphere, v1::NORMAL_SOURCE_ESTIMATE), WithoutNormals(sphere));
   ASSERT_TRUE(Succeeded(result, 20'000));
-  EXPECT_EQ(result.point_status, std::string(20'000, kOk));
+  EXPECT_EQ(result.point_status, std::string(20'000, kPointOk));
   EXPECT_NEAR(MeanOfMeans(result), 0.5, 0.005);  // 1 %: the estimator's bias at this K
   EXPECT_EQ(RightSides(result, sphere), 20'000u) << "the normals come without being asked for, and point outward";
   EXPECT_TRUE(result.normal_residual.empty());

@@ -199,4 +199,15 @@ CallResult Estimate(const std::shared_ptr<grpc::Channel>& channel, const v1::Clo
   return ::testing::AssertionSuccess();
 }
 
+double MeanOfMeans(const CallResult& result) {
+  double sum = 0.0;
+  size_t count = 0;
+  for (size_t i = 0; i < result.size(); ++i) {
+    if (result.point_status[i] != kPointOk) continue;
+    sum += result.Mean(i);
+    ++count;
+  }
+  return sum / static_cast<double>(count);
+}
+
 }  // namespace curvd

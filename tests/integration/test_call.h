@@ -83,6 +83,12 @@ class TestCall {
   std::string request_id_;
 };
 
+// As CallResult::point_status has it.
+inline constexpr char kPointOk = static_cast<char>(curvature::v1::POINT_STATUS_OK);
+
+// The mean of the mean curvatures, of points that were estimated.
+double MeanOfMeans(const CallResult& result);
+
 // A header with the cloud's size, and K if it is not 0.
 curvature::v1::CloudHeader HeaderFor(const TestCloud& cloud, uint32_t neighbor_count = 0);
 
