@@ -13,10 +13,11 @@ extern const Strategy kIndependent;
 extern const Strategy kDelaunay;
 extern const Strategy kJet;
 extern const Strategy kAso;
+extern const Strategy kNormalRegression;
 
 std::span<const Strategy* const> Strategies() {
-  static constexpr std::array<const Strategy*, 7> kStrategies = {&kAvgHexagram, &kHexagram, &kUniform, &kIndependent,
-                                                                 &kDelaunay,    &kJet,      &kAso};
+  static constexpr std::array<const Strategy*, 8> kStrategies = {
+      &kAvgHexagram, &kHexagram, &kUniform, &kIndependent, &kDelaunay, &kJet, &kAso, &kNormalRegression};
   return kStrategies;
 }
 

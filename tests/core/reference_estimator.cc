@@ -91,17 +91,22 @@ std::vector<int> Ids(const std::vector<Ranked>& ranked, size_t count) {
   return ids;
 }
 
-// Avg-hexagram or hexagram, from a neighborhood whose radius and margin are already in `result`.
-void EstimateByHexagrams(const TestPoints& points, size_t i, const std::vector<int>& ids,
-                         const EstimatorOptions& options, ReferenceCurvature& result) {
-  const bool hexagram = options.estimator == "hexagram";
+// The direction between the point's own normal and the mean of its neighbors'.
+Vector3d BlendedNormal(const TestPoints& points, size_t i, const std::vector<int>& ids,
+                       const EstimatorOptions& options) {
   Vector3d mean_normal = Vector3d::Zero();
   for (int id : ids) mean_normal += ToVector(points.normals[id]);
   mean_normal /= static_cast<double>(ids.size());
   const double w = options.average_normal_weight;
-  const Vector3d n = ((1.0 - w) * ToVector(points.normals[i]) + w * mean_normal).normalized();
+  return ((1.0 - w) * ToVector(points.normals[i]) + w * mean_normal).normalized();
+}
+
+// Avg-hexagram or hexagram, from a neighborhood whose radius and margin are already in `result`.
+void EstimateByHexagrams(const TestPoints& points, size_t i, const std::vector<int>& ids,
+                         const EstimatorOptions& options, ReferenceCurvature& result) {
+  const bool hexagram = options.estimator == "hexagram";
   Vector3d axes[2];
-  TangentAxes(n, axes);
+  TangentAxes(BlendedNormal(points, i, ids, options), axes);
 
   ReferenceMeasures sum;
   const uint32_t rotations = hexagram ? 1 : options.rotation_count;
@@ -120,9 +125,15 @@ void EstimateByHexagrams(const TestPoints& points, size_t i, const std::vector<i
 void EstimateByFit(const TestPoints& points, size_t i, const std::vector<int>& ids, const EstimatorOptions& options,
                    ReferenceCurvature& result) {
   const ReferenceNeighborhood neighborhood = NeighborhoodOf(points, i, ids);
-  const std::optional<Eigen::Matrix2d> shape =
-      options.estimator == "jet" ? JetShapeOperator(neighborhood, static_cast<int>(options.jet_degree))
-                                 : AlgebraicShapeOperator(neighborhood, result.radius);
+  std::optional<Eigen::Matrix2d> shape;
+  if (options.estimator == "jet") {
+    shape = JetShapeOperator(neighborhood, static_cast<int>(options.jet_degree));
+  } else if (options.estimator == "aso") {
+    shape = AlgebraicShapeOperator(neighborhood, result.radius);
+  } else {
+    constexpr int kCubic = 3;
+    shape = NormalRegressionOperator(neighborhood, result.radius, BlendedNormal(points, i, ids, options), kCubic);
+  }
   if (!shape.has_value()) return;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(*shape, Eigen::EigenvaluesOnly);
   result.estimated = true;

@@ -16,7 +16,7 @@ std::vector<int> NearestIds(const TestPoints& points, size_t i, size_t k);
 // Ids of the points at distance <= radius of point i.
 std::vector<int> IdsWithin(const TestPoints& points, size_t i, double radius);
 
-// REQUIRES: options.estimator is kAvgHexagram, kHexagram, kJetFitting or kAlgebraicShapeOperator.
+// REQUIRES: options.estimator is avg-hexagram, hexagram, jet, aso or normal-regression.
 ReferenceCurvature ReferenceEstimate(const TestPoints& points, size_t i, const EstimatorOptions& options);
 
 }  // namespace curvd::testing

@@ -60,6 +60,16 @@ Jet2 Weight(const Vector3d& offset, double radius) {
   return inner.value > 1e-6 ? inner * inner : Jet2();
 }
 
+// The monomials of x and y up to a degree.
+Eigen::RowVectorXd Monomials(const Eigen::Vector2d& x, int degree) {
+  Eigen::RowVectorXd row((degree + 1) * (degree + 2) / 2);
+  Eigen::Index column = 0;
+  for (int k = 0; k <= degree; ++k) {
+    for (int j = 0; j <= k; ++j) row[column++] = std::pow(x[0], k - j) * std::pow(x[1], j);
+  }
+  return row;
+}
+
 }  // namespace
 
 ReferenceNeighborhood NeighborhoodOf(const TestPoints& points, size_t i, const std::vector<int>& ids) {
@@ -87,10 +97,7 @@ std::optional<Eigen::Matrix2d> JetShapeOperator(const ReferenceNeighborhood& nei
   for (Eigen::Index row = 0; row < rows; ++row) {
     const Vector3d offset = neighborhood.offsets[static_cast<size_t>(row)] / unit;
     const Eigen::Vector2d x = plane.transpose() * offset;
-    Eigen::Index column = 0;
-    for (int k = 0; k <= degree; ++k) {
-      for (int j = 0; j <= k; ++j) monomials(row, column++) = std::pow(x[0], k - j) * std::pow(x[1], j);
-    }
+    monomials.row(row) = Monomials(x, degree);
     heights[row] = axis.dot(offset);
   }
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(monomials, Eigen::ComputeThinU | Eigen::ComputeThinV);
@@ -143,6 +150,39 @@ std::optional<Eigen::Matrix2d> AlgebraicShapeOperator(const ReferenceNeighborhoo
   if (gradient.dot(neighborhood.own_normal) <= 0.0) return std::nullopt;
   const Eigen::Matrix<double, 3, 2> plane = TangentBasis(gradient.normalized());
   return plane.transpose() * hessian * plane / gradient.norm();
+}
+
+std::optional<Eigen::Matrix2d> NormalRegressionOperator(const ReferenceNeighborhood& neighborhood, double radius,
+                                                        const Vector3d& axis, int degree) {
+  const Eigen::Matrix<double, 3, 2> plane = TangentBasis(axis);
+  const auto rows = static_cast<Eigen::Index>(neighborhood.offsets.size());
+  const Eigen::Index columns = (degree + 1) * (degree + 2) / 2;
+  if (rows < columns) return std::nullopt;
+  Eigen::MatrixXd monomials(rows, columns), normals(rows, 3);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const auto j = static_cast<size_t>(row);
+    const Eigen::Vector2d x = plane.transpose() * neighborhood.offsets[j] / radius;
+    const double root = std::sqrt(std::max(1.0 - x.squaredNorm(), 0.0));
+    monomials.row(row) = root * Monomials(x, degree);
+    normals.row(row) = root * neighborhood.normals[j].transpose();
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(monomials, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  if (svd.singularValues()[columns - 1] < 1e-4 * svd.singularValues()[0]) return std::nullopt;
+  const Eigen::MatrixXd c = svd.solve(normals);
+
+  // A surface over the plane that has the fitted normal at the point, its tangents along x and y, and its forms.
+  const Vector3d normal = c.row(0).normalized().transpose();
+  if (c.row(0).dot(axis) < 0.1) return std::nullopt;
+  Eigen::Matrix<double, 3, 2> tangents, derivatives;
+  for (int a = 0; a < 2; ++a) {
+    tangents.col(a) = plane.col(a) - plane.col(a).dot(normal) / axis.dot(normal) * axis;
+    derivatives.col(a) = c.row(1 + a).transpose() / (c.row(0).norm() * radius);
+  }
+  const Eigen::Matrix2d first = tangents.transpose() * tangents;
+  const Eigen::Matrix2d product = tangents.transpose() * derivatives;
+  const Eigen::Matrix2d second = 0.5 * (product + product.transpose());
+  const Eigen::Matrix2d root = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(first).operatorInverseSqrt();
+  return root * second * root;
 }
 
 }  // namespace curvd::testing

@@ -1,5 +1,5 @@
 // Surfaces fitted to one neighborhood in plain doubles with Eigen: the oracle for core/estimators/fits/jet-inl.h and
-// core/estimators/fits/algebraic_sphere-inl.h.
+// core/estimators/fits/algebraic_sphere-inl.h and core/estimators/fits/normal_regression-inl.h.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,5 +26,12 @@ std::optional<Eigen::Matrix2d> JetShapeOperator(const ReferenceNeighborhood& nei
 // The symmetric part of the derivative of the unit gradient of the field of algebraic spheres with weights
 // (1 - (d / radius)^2)^2. Differentiates every weighted sum in turn. Nothing if the neighbors fix no sphere.
 std::optional<Eigen::Matrix2d> AlgebraicShapeOperator(const ReferenceNeighborhood& neighborhood, double radius);
+
+// The derivative, over the tangent plane at the query point, of the field of unit normals that the polynomials of that
+// degree define which fit the neighbors' normals best over the plane normal to `axis`, with weights
+// 1 - (d / radius)^2, d being the distance within the plane. By singular values, and by the fundamental forms of a
+// surface with the fitted normal. Nothing if the least squares problem is ill-conditioned.
+std::optional<Eigen::Matrix2d> NormalRegressionOperator(const ReferenceNeighborhood& neighborhood, double radius,
+                                                        const Eigen::Vector3d& axis, int degree);
 
 }  // namespace curvd::testing

@@ -7,6 +7,7 @@
 #include "core/estimators/fits/group_shapes.h"
 #include "core/estimators/fits/jet_least_squares.h"
 #include "core/estimators/fits/jet_systems.h"
+#include "core/estimators/fits/regression_systems.h"
 #include "core/estimators/fits/sphere_sums.h"
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
@@ -42,6 +43,7 @@ struct JetScratch : FitScratch<JetSystems> {
   }
 };
 using SphereScratch = FitScratch<SphereSums>;
+using RegressionScratch = FitScratch<RegressionSystems>;
 
 struct JetPlan {
   JetPlan(const EstimatorOptions& options, const SpatialIndex& index)

@@ -26,6 +26,17 @@ struct ShapeOperator {
   DoubleVec yy, yz, zz;
 };
 
+// Sets the basis of the plane normal to n, of unit length: y x z = n (Duff et al., "Building an orthonormal basis,
+// revisited", 2017).
+HWY_INLINE void SetTangents(const DoubleTriple& n, ShapeOperator& out) {
+  const DoubleTag d;
+  const DoubleVec one = hn::Set(d, 1.0);
+  const DoubleVec sign = hn::CopySign(one, n.z);
+  const DoubleVec u = hn::Div(hn::Set(d, -1.0), hn::Add(sign, n.z)), v = hn::Mul(hn::Mul(n.x, n.y), u);
+  out.y = {hn::MulAdd(hn::Mul(sign, u), hn::Mul(n.x, n.x), one), hn::Mul(sign, v), hn::Neg(hn::Mul(sign, n.x))};
+  out.z = {v, hn::MulAdd(u, hn::Mul(n.y, n.y), sign), hn::Neg(n.y)};
+}
+
 HWY_INLINE void StoreTriple(const DoubleTriple& v, size_t i, GroupDoubleVectors& out) {
   const DoubleTag d;
   hn::Store(v.x, d, out.x + i);

@@ -119,12 +119,8 @@ HWY_INLINE void SolveSpheresAt(size_t i, const SphereSums& sums, const GroupVect
   const DoubleTriple gradient{field.gradient[0], field.gradient[1], field.gradient[2]};
   const DoubleVec per_length = hn::Div(one, hn::Sqrt(Dot(gradient, gradient)));
   const DoubleTriple n = Scale(gradient, per_length);
-  // Tangent axes with y x z = n (Duff et al., "Building an orthonormal basis, revisited", 2017).
-  const DoubleVec sign = hn::CopySign(one, n.z);
-  const DoubleVec u = hn::Div(hn::Set(d, -1.0), hn::Add(sign, n.z)), v = hn::Mul(hn::Mul(n.x, n.y), u);
   ShapeOperator s;
-  s.y = {hn::MulAdd(hn::Mul(sign, u), hn::Mul(n.x, n.x), one), hn::Mul(sign, v), hn::Neg(hn::Mul(sign, n.x))};
-  s.z = {v, hn::MulAdd(u, hn::Mul(n.y, n.y), sign), hn::Neg(n.y)};
+  SetTangents(n, s);
   s.yy = hn::Mul(Bilinear(s.y, field.hessian, s.y), per_length);
   s.yz = hn::Mul(Bilinear(s.y, field.hessian, s.z), per_length);
   s.zz = hn::Mul(Bilinear(s.z, field.hessian, s.z), per_length);
