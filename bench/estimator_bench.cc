@@ -21,7 +21,8 @@ constexpr NamedEstimator kEstimators[] = {{"avg-hexagram, 1 rotation", "avg-hexa
                                           {"independent, 100 triangles", "independent", 1},
                                           {"delaunay", "delaunay", 1},
                                           {"jet, degree 2", "jet", 1},
-                                          {"algebraic shape operator", "aso", 1}};
+                                          {"algebraic shape operator", "aso", 1},
+                                          {"normal regression", "normal-regression", 1}};
 
 double MicrosPerPoint(const BenchCloud& cloud, Figures& figures) {
   return 1e6 * figures["total"] / static_cast<double>(cloud.size());

@@ -31,6 +31,7 @@ ESTIMATORS = {
     "delaunay": [[], ["--even-weights"]],
     "jet": [[], ["--jet-degree=3"], ["--jet-degree=4"]],
     "aso": [[]],
+    "normal-regression": [[], ["--average-normal-weight=0"]],
 }
 COUNTS = (5, 15, 50, 300)
 # A jet that its normal equations cannot solve is solved by another factorization, whose rounding may change.

@@ -82,10 +82,11 @@ enum class Estimator : uint8_t {
   kDelaunay = 5,
   kJetFitting = 6,
   kAlgebraicShapeOperator = 7,
+  kNormalRegression = 8,
 };
 
-// "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso" and whatever else the contract has, in
-// its order.
+// "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso", "normal-regression" and whatever else
+// the contract has, in its order.
 std::span<const std::string_view> EstimatorNames();
 // The name of an estimator; empty if the contract does not have it.
 std::string_view EstimatorName(Estimator estimator);

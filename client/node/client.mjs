@@ -43,7 +43,8 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //                         DEFAULT: "localhost:50061"
 //   security              TLS and token, see connectionTo in security.mjs. DEFAULT: plain text, no token
 //   credentials           grpc.ChannelCredentials of your own instead of security's
-//   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform", "independent", "delaunay", "jet" or "aso"
+//   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform", "independent", "delaunay", "jet", "aso" or
+//                         "normal-regression"
 //   neighborCount         the K nearest points, the point itself included. DEFAULT: 50, if there is no radius
 //   radius                all points at most this far away, instead of neighborCount
 //   triangleCount, seed   of the random strategies. DEFAULT: 100 triangles, seed 0

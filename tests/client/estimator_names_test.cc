@@ -12,8 +12,8 @@ namespace {
 using ::testing::ElementsAre;
 
 TEST(EstimatorNamesTest, AreThoseOfTheContractInItsOrder) {
-  EXPECT_THAT(EstimatorNames(),
-              ElementsAre("avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso"));
+  EXPECT_THAT(EstimatorNames(), ElementsAre("avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet",
+                                            "aso", "normal-regression"));
 }
 
 TEST(EstimatorNamesTest, LeadBackToTheirEstimator) {

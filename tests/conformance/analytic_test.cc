@@ -16,7 +16,7 @@ using curvd::PointCurvature;
 using curvd::PointStatus;
 
 constexpr std::string_view kEstimators[] = {"avg-hexagram", "hexagram", "uniform", "independent",
-                                            "delaunay",     "jet",      "aso"};
+                                            "delaunay",     "jet",      "aso",     "normal-regression"};
 
 struct Samples {
   std::vector<Vec3> positions;
@@ -114,7 +114,8 @@ TEST(AnalyticTest, SignsAndOrderFollowTheConventions) {
 TEST(AnalyticTest, DirectionsFollowCylinderAndSaddle) {
   for (const char* name : {"cylinder", "saddle"}) {
     const Samples samples = Sample(name, 20'000);
-    for (std::string_view estimator : {"avg-hexagram", "hexagram", "uniform", "delaunay", "jet", "aso"}) {
+    for (std::string_view estimator :
+         {"avg-hexagram", "hexagram", "uniform", "delaunay", "jet", "aso", "normal-regression"}) {
       const std::vector<PointCurvature> points = Estimate(samples, With(estimator));
       std::vector<double> angles;
       for (size_t i = 0; i < points.size(); ++i) {
@@ -142,7 +143,7 @@ TEST(AnalyticTest, ErrorFallsWithTheSquareOfTheSpacing) {
 
 TEST(AnalyticTest, ScalesRotationsAndShiftsChangeNothingElse) {
   const Samples samples = Sample("goursat", 10'000);
-  for (std::string_view estimator : {"avg-hexagram", "hexagram", "delaunay", "jet", "aso"}) {
+  for (std::string_view estimator : {"avg-hexagram", "hexagram", "delaunay", "jet", "aso", "normal-regression"}) {
     const std::vector<PointCurvature> original = Estimate(samples, With(estimator));
     for (const Transform& transform : {Transform{.scale = 1e-6}, Transform{.scale = 1e6}, Transform{.shift = 5e6},
                                        Transform{.scale = 1e-3, .shift = 5e3}}) {
@@ -224,7 +225,7 @@ TEST(AnalyticTest, FittedSurfacesTurnWithTheCloud) {
   // Fits know no axes but their own: what is left is the rounding of turned coordinates to float, which moves a few
   // neighbors across a bound.
   const Samples samples = Sample("goursat", 10'000);
-  for (std::string_view estimator : {"jet", "aso"}) {
+  for (std::string_view estimator : {"jet", "aso", "normal-regression"}) {
     const std::vector<PointCurvature> original = Estimate(samples, With(estimator));
     const Transform transform{.angle = 1.0};
     const std::vector<PointCurvature> turned = Estimate(samples, With(estimator), transform);
@@ -243,7 +244,7 @@ TEST(AnalyticTest, FittedSurfacesTurnWithTheCloud) {
 
 TEST(AnalyticTest, FlippingAllNormalsFlipsTheSigns) {
   Samples samples = Sample("torus", 10'000);
-  for (std::string_view estimator : {"avg-hexagram", "jet", "aso"}) {
+  for (std::string_view estimator : {"avg-hexagram", "jet", "aso", "normal-regression"}) {
     for (auto& truth : samples.truth) truth.normal = -truth.normal;
     const std::vector<PointCurvature> inward = Estimate(samples, With(estimator));
     for (auto& truth : samples.truth) truth.normal = -truth.normal;

@@ -29,7 +29,8 @@ constexpr v1::Estimator kEstimators[] = {v1::ESTIMATOR_AVG_HEXAGRAM,
                                          v1::ESTIMATOR_INDEPENDENT,
                                          v1::ESTIMATOR_DELAUNAY,
                                          v1::ESTIMATOR_JET_FITTING,
-                                         v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR};
+                                         v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR,
+                                         v1::ESTIMATOR_NORMAL_REGRESSION};
 constexpr int kClients = 8;
 
 struct Flags {

@@ -82,9 +82,9 @@ TEST_F(EstimateTest, AcceptedTellsOptionsLimitsAndRequestId) {
 
 TEST_F(EstimateTest, EveryEstimatorWorks) {
   const TestCloud cloud = Sphere(2'000, 1.0f);
-  for (const v1::Estimator estimator :
-       {v1::ESTIMATOR_AVG_HEXAGRAM, v1::ESTIMATOR_HEXAGRAM, v1::ESTIMATOR_UNIFORM, v1::ESTIMATOR_INDEPENDENT,
-        v1::ESTIMATOR_DELAUNAY, v1::ESTIMATOR_JET_FITTING, v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR}) {
+  for (const v1::Estimator estimator : {v1::ESTIMATOR_AVG_HEXAGRAM, v1::ESTIMATOR_HEXAGRAM, v1::ESTIMATOR_UNIFORM,
+                                        v1::ESTIMATOR_INDEPENDENT, v1::ESTIMATOR_DELAUNAY, v1::ESTIMATOR_JET_FITTING,
+                                        v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR, v1::ESTIMATOR_NORMAL_REGRESSION}) {
     v1::CloudHeader header = HeaderFor(cloud);
     header.mutable_options()->set_estimator(estimator);
     const CallResult result = Run(header, cloud);

@@ -217,7 +217,7 @@ test("options reach the server", async () => {
 
 test("every estimator has a name", async () => {
   const cloud = sphere(20_000, 2);
-  for (const estimator of ["avg-hexagram", "hexagram", "delaunay", "jet", "aso"]) {
+  for (const estimator of ["avg-hexagram", "hexagram", "delaunay", "jet", "aso", "normal-regression"]) {
     assertSphere(await estimateCurvature(...cloud, { server, estimator }), 2);
   }
   for (const estimator of ["uniform", "independent"]) {

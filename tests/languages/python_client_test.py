@@ -97,7 +97,7 @@ class RealServerTest(unittest.TestCase):
 
     def test_every_estimator_has_a_name(self):
         positions, normals = sphere(20_000, radius=2.0)
-        for estimator in ("avg-hexagram", "hexagram", "delaunay", "jet", "aso"):
+        for estimator in ("avg-hexagram", "hexagram", "delaunay", "jet", "aso", "normal-regression"):
             with self.subTest(estimator):
                 points, _ = estimate_curvature(positions, normals, server=self.server, estimator=estimator)
                 self.assert_sphere(points, 2.0)

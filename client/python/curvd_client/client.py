@@ -97,7 +97,8 @@ def estimate_curvature(
                            Without normals (None), the server estimates and orients them, and the result has them as
                            `normal`.
     server:                HOST:PORT, or several with commas between: replicas, each call starting with any of them.
-    estimator:             "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet" or "aso".
+    estimator:             "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso" or
+                           "normal-regression".
     neighbor_count:        the K nearest points, the point itself included. DEFAULT: 50, if there is no radius.
     radius:                all points at most this far away, instead of neighbor_count.
     triangle_count, seed:  of the random strategies. DEFAULT: 100 triangles, seed 0.

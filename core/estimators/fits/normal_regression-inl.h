@@ -23,159 +23,320 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
+// Has the compiler unroll a loop of `n` rounds, so that what it indexes stays in registers.
+#ifndef CURVD_UNROLL
+#define CURVD_UNROLL_PRAGMA(text) _Pragma(#text)
+#define CURVD_UNROLL(n) CURVD_UNROLL_PRAGMA(GCC unroll n)
+#endif
+
 // What a monomial adds to those before it, in square mean, is at least this fraction of its own square mean where the
 // neighbors determine its coefficient.
 inline constexpr double kMinRegressionPivot = 1e-6;
+// The same where sums in floats are good enough: their rounding moves curvature by 1e-7 to 1e-5 of itself.
+inline constexpr double kMinFloatPivot = 1e-3;
+// Neighborhoods up to this size are summed in doubles: there it costs little beside the search, and many are near to
+// what determines no cubic polynomial.
+inline constexpr size_t kMaxDoubleCount = 64;
 // Neighbors that spread less than the root of this in one tangent direction, compared with the other, lie on a line.
 inline constexpr double kMinRegressionSpread = 1e-6;
 
-// The neighbors of one point over its tangent plane, some of them at a time.
+// Loads a vector of doubles or floats.
+HWY_INLINE DoubleVec LoadWide(DoubleTag, const float* from) { return Widen(from); }
+HWY_INLINE FloatVec LoadWide(FloatTag d, const float* from) { return hn::Load(d, from); }
+
+// Some neighbors of a point over its tangent plane.
+template <typename T>
 struct PlaneBlock {
-  static constexpr size_t kSize = 256;
-  alignas(64) double x[kSize];  // in units of rho
-  alignas(64) double y[kSize];
-  alignas(64) double w[kSize];  // weights; 0 for what pads the last vector
+  static constexpr size_t kSize = 2048 / sizeof(T);
+  alignas(64) T x[kSize];  // in units of rho
+  alignas(64) T y[kSize];
+  alignas(64) T w[kSize];  // weights; 0 for what pads the last vector
+};
+
+// The axes of the tangent plane, divided by rho.
+template <typename T>
+struct PlaneAxes {
+  T u[3], v[3];
+
+  PlaneAxes(const GroupFrames& frames, size_t i) {
+    const T unit = T{1} / static_cast<T>(frames.rho[i]);
+    const GroupScalars* from[2][3] = {{&frames.u.x, &frames.u.y, &frames.u.z}, {&frames.v.x, &frames.v.y, &frames.v.z}};
+    for (int axis = 0; axis < 3; ++axis) {
+      u[axis] = static_cast<T>((*from[0][axis])[i]) * unit;
+      v[axis] = static_cast<T>((*from[1][axis])[i]) * unit;
+    }
+  }
 };
 
 // Fills the block with `size` neighbors from `first` on.
-HWY_INLINE void FillBlock(const NeighborArrays& n, size_t first, size_t size, const double* u, const double* v,
-                          PlaneBlock& block) {
-  const DoubleTag d;
-  const DoubleTriple along_u{hn::Set(d, u[0]), hn::Set(d, u[1]), hn::Set(d, u[2])};
-  const DoubleTriple along_v{hn::Set(d, v[0]), hn::Set(d, v[1]), hn::Set(d, v[2])};
-  const DoubleVec one = hn::Set(d, 1.0), zero = hn::Zero(d);
+template <class D, typename T>
+HWY_INLINE void FillBlock(D d, const NeighborArrays& n, size_t first, size_t size, const PlaneAxes<T>& axes,
+                          PlaneBlock<T>& block) {
+  using V = hn::Vec<D>;
+  const V one = hn::Set(d, T{1}), zero = hn::Zero(d);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const size_t k = first + j;
-    const DoubleTriple offset{Widen(n.dx.data() + k), Widen(n.dy.data() + k), Widen(n.dz.data() + k)};
-    const DoubleVec x = Dot(offset, along_u), y = Dot(offset, along_v);
-    const DoubleVec w = hn::Max(hn::NegMulAdd(y, y, hn::NegMulAdd(x, x, one)), zero);
+    const V dx = LoadWide(d, n.dx.data() + k), dy = LoadWide(d, n.dy.data() + k), dz = LoadWide(d, n.dz.data() + k);
+    const auto along = [&](const T* axis) HWY_ATTR {
+      return hn::MulAdd(dz, hn::Set(d, axis[2]), hn::MulAdd(dy, hn::Set(d, axis[1]), hn::Mul(dx, hn::Set(d, axis[0]))));
+    };
+    const V x = along(axes.u), y = along(axes.v);
+    const V w = hn::Max(hn::NegMulAdd(y, y, hn::NegMulAdd(x, x, one)), zero);
     hn::Store(x, d, block.x + j);
     hn::Store(y, d, block.y + j);
     hn::Store(hn::IfThenElseZero(hn::FirstN(d, size - j), w), d, block.w + j);
   }
 }
 
-// The sums of one point, in the order of RegressionSystems.
-struct RegressionSums {
-  double moments[kRegressionMoments] = {};
-  double normals[3][kRegressionSize] = {};
-};
-
-HWY_INLINE void SumBlock(const PlaneBlock& block, const NeighborArrays& n, size_t first, size_t size,
-                         RegressionSums& sums) {
-  const DoubleTag d;
-  DoubleVec moments[kRegressionMoments], normals[3][kRegressionSize];
-  for (DoubleVec& sum : moments) sum = hn::Zero(d);
-  for (auto& component : normals) {
-    for (DoubleVec& sum : component) sum = hn::Zero(d);
-  }
-  for (size_t j = 0; j < size; j += hn::Lanes(d)) {
-    const DoubleVec x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j);
-    const DoubleVec normal[3] = {Widen(n.nx.data() + first + j), Widen(n.ny.data() + first + j),
-                                 Widen(n.nz.data() + first + j)};
-    DoubleVec monomials[kRegressionMoments];
-    monomials[0] = hn::Load(d, block.w + j);
-    for (int k = 1; k <= 2 * kRegressionDegree; ++k) {
-      for (int b = 0; b < k; ++b) monomials[JetIndex(k - b, b)] = hn::Mul(x, monomials[JetIndex(k - b - 1, b)]);
-      monomials[JetIndex(0, k)] = hn::Mul(y, monomials[JetIndex(0, k - 1)]);
-    }
-    for (int m = 0; m < kRegressionMoments; ++m) moments[m] = hn::Add(moments[m], monomials[m]);
-    for (int c = 0; c < 3; ++c) {
-      for (int m = 0; m < kRegressionSize; ++m) normals[c][m] = hn::MulAdd(normal[c], monomials[m], normals[c][m]);
-    }
-  }
-  for (int m = 0; m < kRegressionMoments; ++m) sums.moments[m] += hn::GetLane(hn::SumOfLanes(d, moments[m]));
-  for (int c = 0; c < 3; ++c) {
-    for (int m = 0; m < kRegressionSize; ++m) sums.normals[c][m] += hn::GetLane(hn::SumOfLanes(d, normals[c][m]));
+// Adds the lane sums of `sums` to out[0..count - 1].
+template <class D, class V>
+HWY_INLINE void AddLaneSums(D, const V* sums, int count, double* out) {
+  hn::TFromD<D> four[4];
+  for (int k = 0; k < count; k += 4) {
+    const auto at = [&](int m) HWY_ATTR { return sums[std::min(k + m, count - 1)]; };
+    StoreFourSums(at(0), at(1), at(2), at(3), four);
+    for (int m = 0; m < std::min(4, count - k); ++m) out[k + m] += four[m];
   }
 }
 
-// Sets up the problem of point i, whose tangent frame is set, from its neighbors.
-HWY_NOINLINE inline void SumNormals(const NeighborArrays& n, const GroupFrames& frames, size_t i,
-                                    RegressionSystems& systems) {
-  const double unit = 1.0 / frames.rho[i];
-  const double u[3] = {frames.u.x[i] * unit, frames.u.y[i] * unit, frames.u.z[i] * unit};
-  const double v[3] = {frames.v.x[i] * unit, frames.v.y[i] * unit, frames.v.z[i] * unit};
+// What a block adds to the sums of a point. Each of the following takes as many sums as registers hold: the loops over
+// them are unrolled.
+
+// Adds the sums of w x^a y^b for a, b <= 3 to out[4 b + a].
+template <class D, typename T>
+HWY_NOINLINE void SumLowMoments(D d, const PlaneBlock<T>& block, size_t size, double* out) {
+  using V = hn::Vec<D>;
+  V sums[16];
+  CURVD_UNROLL(16)
+  for (V& sum : sums) sum = hn::Zero(d);
+  for (size_t j = 0; j < size; j += hn::Lanes(d)) {
+    const V x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j);
+    const V x2 = hn::Mul(x, x), x3 = hn::Mul(x2, x);
+    V wy = hn::Load(d, block.w + j);
+    CURVD_UNROLL(4)
+    for (int b = 0; b < 4; ++b) {
+      sums[4 * b] = hn::Add(sums[4 * b], wy);
+      sums[4 * b + 1] = hn::MulAdd(x, wy, sums[4 * b + 1]);
+      sums[4 * b + 2] = hn::MulAdd(x2, wy, sums[4 * b + 2]);
+      sums[4 * b + 3] = hn::MulAdd(x3, wy, sums[4 * b + 3]);
+      wy = hn::Mul(wy, y);
+    }
+  }
+  AddLaneSums(d, sums, 16, out);
+}
+
+// Adds the sums of w x^4 times 1, x, x^2, y, x y, y^2, and the same with x and y in each other's place, to out[0..11].
+template <class D, typename T>
+HWY_NOINLINE void SumHighMoments(D d, const PlaneBlock<T>& block, size_t size, double* out) {
+  using V = hn::Vec<D>;
+  V sums[12];
+  CURVD_UNROLL(12)
+  for (V& sum : sums) sum = hn::Zero(d);
+  for (size_t j = 0; j < size; j += hn::Lanes(d)) {
+    const V x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j), w = hn::Load(d, block.w + j);
+    const V x2 = hn::Mul(x, x), xy = hn::Mul(x, y), y2 = hn::Mul(y, y);
+    const V wx4 = hn::Mul(hn::Mul(w, x2), x2), wy4 = hn::Mul(hn::Mul(w, y2), y2);
+    sums[0] = hn::Add(sums[0], wx4);
+    sums[1] = hn::MulAdd(wx4, x, sums[1]);
+    sums[2] = hn::MulAdd(wx4, x2, sums[2]);
+    sums[3] = hn::MulAdd(wx4, y, sums[3]);
+    sums[4] = hn::MulAdd(wx4, xy, sums[4]);
+    sums[5] = hn::MulAdd(wx4, y2, sums[5]);
+    sums[6] = hn::Add(sums[6], wy4);
+    sums[7] = hn::MulAdd(wy4, y, sums[7]);
+    sums[8] = hn::MulAdd(wy4, y2, sums[8]);
+    sums[9] = hn::MulAdd(wy4, x, sums[9]);
+    sums[10] = hn::MulAdd(wy4, xy, sums[10]);
+    sums[11] = hn::MulAdd(wy4, x2, sums[11]);
+  }
+  AddLaneSums(d, sums, 12, out);
+}
+
+// Five of the ten weighted monomials, by JetIndex: those from `5 kHalf` on.
+template <int kHalf, class V>
+HWY_INLINE void WeightedMonomials(V x, V y, V w, V* out) {
+  const V wx = hn::Mul(w, x), wy = hn::Mul(w, y);
+  if constexpr (kHalf == 0) {
+    out[0] = w, out[1] = wx, out[2] = wy, out[3] = hn::Mul(wx, x), out[4] = hn::Mul(wx, y);
+  } else {
+    const V wy2 = hn::Mul(wy, y), x2 = hn::Mul(x, x);
+    out[0] = wy2, out[1] = hn::Mul(wx, x2), out[2] = hn::Mul(wy, x2), out[3] = hn::Mul(wy2, x),
+    out[4] = hn::Mul(wy2, y);
+  }
+}
+
+// Adds the sums of the normals' components times five weighted monomials to out[3 m + component].
+template <int kHalf, class D, typename T>
+HWY_NOINLINE void SumNormalProducts(D d, const PlaneBlock<T>& block, const NeighborArrays& n, size_t first, size_t size,
+                                    double* out) {
+  using V = hn::Vec<D>;
+  V sums[15];
+  CURVD_UNROLL(15)
+  for (V& sum : sums) sum = hn::Zero(d);
+  for (size_t j = 0; j < size; j += hn::Lanes(d)) {
+    const size_t k = first + j;
+    const V nx = LoadWide(d, n.nx.data() + k), ny = LoadWide(d, n.ny.data() + k), nz = LoadWide(d, n.nz.data() + k);
+    V monomials[5];
+    WeightedMonomials<kHalf>(hn::Load(d, block.x + j), hn::Load(d, block.y + j), hn::Load(d, block.w + j), monomials);
+    CURVD_UNROLL(5)
+    for (int m = 0; m < 5; ++m) {
+      sums[3 * m] = hn::MulAdd(monomials[m], nx, sums[3 * m]);
+      sums[3 * m + 1] = hn::MulAdd(monomials[m], ny, sums[3 * m + 1]);
+      sums[3 * m + 2] = hn::MulAdd(monomials[m], nz, sums[3 * m + 2]);
+    }
+  }
+  AddLaneSums(d, sums, 15, out);
+}
+
+// The sums of one point.
+struct RegressionSums {
+  double low[16] = {};
+  double high[12] = {};
+  double normals[3 * kRegressionSize] = {};
+
+  // Copies them to point i.
+  void Store(size_t i, RegressionSystems& out) const {
+    for (int b = 0; b < 4; ++b) {
+      for (int a = 0; a < 4; ++a) out.moments[JetIndex(a, b)][i] = low[4 * b + a];
+    }
+    constexpr int kPowers[6][2] = {{4, 0}, {5, 0}, {6, 0}, {4, 1}, {5, 1}, {4, 2}};
+    for (int k = 0; k < 6; ++k) {
+      out.moments[JetIndex(kPowers[k][0], kPowers[k][1])][i] = high[k];
+      out.moments[JetIndex(kPowers[k][1], kPowers[k][0])][i] = high[6 + k];
+    }
+    for (int c = 0; c < 3; ++c) {
+      for (int m = 0; m < kRegressionSize; ++m) out.normals[c][m][i] = normals[3 * m + c];
+    }
+  }
+};
+
+// Sets up the problem of point i, whose tangent frame is set, from its neighbors, in numbers of the lanes' type.
+template <class D>
+HWY_NOINLINE void SumRegressionIn(D d, const NeighborArrays& n, const GroupFrames& frames, size_t i,
+                                  RegressionSystems& systems) {
+  using T = hn::TFromD<D>;
+  const PlaneAxes<T> axes(frames, i);
+  PlaneBlock<T> block;
   RegressionSums sums;
-  PlaneBlock block;
-  for (size_t first = 0; first < n.count; first += PlaneBlock::kSize) {
-    const size_t size = std::min(PlaneBlock::kSize, n.count - first);
-    FillBlock(n, first, size, u, v, block);
-    SumBlock(block, n, first, size, sums);
+  for (size_t first = 0; first < n.count; first += block.kSize) {
+    const size_t size = std::min(block.kSize, n.count - first);
+    FillBlock(d, n, first, size, axes, block);
+    SumLowMoments(d, block, size, sums.low);
+    SumHighMoments(d, block, size, sums.high);
+    SumNormalProducts<0>(d, block, n, first, size, sums.normals);
+    SumNormalProducts<1>(d, block, n, first, size, sums.normals + 15);
   }
-  for (int m = 0; m < kRegressionMoments; ++m) systems.moments[m][i] = sums.moments[m];
-  for (int c = 0; c < 3; ++c) {
-    for (int m = 0; m < kRegressionSize; ++m) systems.normals[c][m][i] = sums.normals[c][m];
-  }
+  sums.Store(i, systems);
+  systems.summed_in_floats[i] = sizeof(T) == sizeof(float);
+}
+
+// The same in floats where that is faster.
+HWY_INLINE void SumRegression(const NeighborArrays& n, const GroupFrames& frames, size_t i,
+                              RegressionSystems& systems) {
+  n.count > kMaxDoubleCount ? SumRegressionIn(FloatTag(), n, frames, i, systems)
+                            : SumRegressionIn(DoubleTag(), n, frames, i, systems);
 }
 
 // Value and derivatives by x and y, at the point, of the polynomials that fit the normals' components.
 struct FittedNormals {
   DoubleTriple value, by_x, by_y;
   DoubleVec degree;
+  DoubleMask needs_doubles;  // if the sums are those of floats
 };
 
-// Solves the normal equations of points i, i + 1, ... by Cholesky's method, each in the highest degree, up to 3, whose
-// monomials the neighbors tell apart. The factor of a lower degree is a part of that of a higher one.
-HWY_INLINE FittedNormals FitNormals(const RegressionSystems& systems, size_t i) {
-  const DoubleTag d;
-  const DoubleVec one = hn::Set(d, 1.0), zero = hn::Zero(d), least = hn::Set(d, kMinRegressionPivot);
-  DoubleVec rows[kRegressionSize + 3][kRegressionSize];  // the lower triangle, diagonals inverted, and the right sides
-  DoubleMask determined = hn::Gt(hn::Load(d, systems.moments[0] + i), zero);
-  DoubleVec degree = zero;
-  struct Powers {
-    int a, b;
-  } powers[kRegressionSize];
-  for (int k = 0; k <= kRegressionDegree; ++k) {
-    for (int b = 0; b <= k; ++b) powers[JetIndex(k - b, b)] = {k - b, b};
-  }
-  DoubleMask of_degree[kRegressionDegree + 1];
-  DoubleVec x_spread = zero;
-  for (int c = 0; c < kRegressionSize; ++c) {
-    const auto entry = [&](int r) HWY_ATTR {
-      return hn::Load(
-          d, (r >= kRegressionSize ? systems.normals[r - kRegressionSize][c]
-                                   : systems.moments[JetIndex(powers[r].a + powers[c].a, powers[r].b + powers[c].b)]) +
-                 i);
-    };
-    DoubleVec inverse = zero;
-    for (int r = c; r < kRegressionSize + 3; ++r) {
-      DoubleVec rest = entry(r);
-      for (int k = 0; k < c; ++k) rest = hn::NegMulAdd(rows[r][k], rows[c][k], rest);
-      if (r == c) {
-        const DoubleVec bound = hn::Mul(least, entry(r));
-        determined = hn::And(determined, hn::Gt(rest, bound));
-        if (c == JetIndex(1, 0)) x_spread = rest;
-        if (c == JetIndex(0, 1)) {
-          // Pivots of x and of y beside x: their product is the determinant of the covariance.
-          const DoubleVec y_spread = hn::MulAdd(rows[c][1], rows[c][1], rest), trace = hn::Add(x_spread, y_spread);
-          const DoubleVec narrow = hn::Mul(hn::Set(d, kMinRegressionSpread), hn::Mul(trace, trace));
-          determined = hn::And(determined, hn::Gt(hn::Mul(x_spread, rest), narrow));
-        }
-        inverse = hn::Div(one, hn::Sqrt(hn::Max(rest, bound)));
-        rows[c][c] = inverse;
-      } else {
-        rows[r][c] = hn::Mul(rest, inverse);
+// Powers of x and y in the monomials, by JetIndex.
+struct MonomialPowers {
+  int a[kRegressionSize], b[kRegressionSize];
+
+  constexpr MonomialPowers() : a{}, b{} {
+    for (int degree = 0; degree <= kRegressionDegree; ++degree) {
+      for (int y = 0; y <= degree; ++y) {
+        a[JetIndex(degree - y, y)] = degree - y;
+        b[JetIndex(degree - y, y)] = y;
       }
     }
-    const int k = powers[c].a + powers[c].b;
-    of_degree[k] = determined;
-    if (powers[c].a == 0) degree = hn::IfThenElse(determined, hn::Set(d, static_cast<double>(k)), degree);
   }
+};
+inline constexpr MonomialPowers kMonomials;
+
+// The normal equations of points i, i + 1, ... by Cholesky's method: the lower triangle, diagonals inverted, and the
+// right sides as three more rows. The factor of a lower degree is a part of that of a higher one.
+struct RegressionFactor {
+  DoubleVec rows[kRegressionSize + 3][kRegressionSize];
+  DoubleMask determined[kRegressionDegree + 1];  // whether the neighbors tell the monomials up to a degree apart
+  DoubleMask needs_doubles;
+};
+
+HWY_INLINE void FactorRegression(const RegressionSystems& systems, size_t i, RegressionFactor& f) {
+  const DoubleTag d;
+  const DoubleVec one = hn::Set(d, 1.0), least = hn::Set(d, kMinRegressionPivot);
+  DoubleMask determined = hn::Gt(hn::Load(d, systems.moments[0] + i), hn::Zero(d));
+  DoubleMask well_determined = determined;
+  DoubleVec x_spread = hn::Zero(d);
+  CURVD_UNROLL(10)
+  for (int c = 0; c < kRegressionSize; ++c) {
+    const double* squares = systems.moments[JetIndex(2 * kMonomials.a[c], 2 * kMonomials.b[c])] + i;
+    const DoubleVec square = hn::Load(d, squares), bound = hn::Mul(least, square);
+    DoubleVec pivot = square;
+    CURVD_UNROLL(10)
+    for (int k = 0; k < c; ++k) pivot = hn::NegMulAdd(f.rows[c][k], f.rows[c][k], pivot);
+    determined = hn::And(determined, hn::Gt(pivot, bound));
+    well_determined = hn::And(well_determined, hn::Gt(pivot, hn::Mul(hn::Set(d, kMinFloatPivot), square)));
+    if (c == JetIndex(1, 0)) x_spread = pivot;
+    if (c == JetIndex(0, 1)) {
+      // Pivots of x, and of y beside x: their product is the determinant of the covariance.
+      const DoubleVec trace = hn::Add(x_spread, hn::MulAdd(f.rows[c][1], f.rows[c][1], pivot));
+      const DoubleVec narrow = hn::Mul(hn::Set(d, kMinRegressionSpread), hn::Mul(trace, trace));
+      determined = hn::And(determined, hn::Gt(hn::Mul(x_spread, pivot), narrow));
+    }
+    const DoubleVec inverse = hn::Div(one, hn::Sqrt(hn::Max(pivot, bound)));
+    f.rows[c][c] = inverse;
+    CURVD_UNROLL(12)
+    for (int r = c + 1; r < kRegressionSize + 3; ++r) {
+      const double* entry =
+          r >= kRegressionSize
+              ? systems.normals[r - kRegressionSize][c]
+              : systems.moments[JetIndex(kMonomials.a[r] + kMonomials.a[c], kMonomials.b[r] + kMonomials.b[c])];
+      DoubleVec rest = hn::Load(d, entry + i);
+      CURVD_UNROLL(10)
+      for (int k = 0; k < c; ++k) rest = hn::NegMulAdd(f.rows[r][k], f.rows[c][k], rest);
+      f.rows[r][c] = hn::Mul(rest, inverse);
+    }
+    f.determined[kMonomials.a[c] + kMonomials.b[c]] = determined;
+  }
+  f.needs_doubles = hn::Not(well_determined);
+}
+
+// Solves the normal equations, each point in the highest degree, up to 3, whose monomials the neighbors tell apart.
+HWY_INLINE FittedNormals FitNormals(const RegressionSystems& systems, size_t i) {
+  const DoubleTag d;
+  RegressionFactor f;
+  FactorRegression(systems, i, f);
   DoubleVec solution[3][kRegressionSize];
+  CURVD_UNROLL(3)
   for (int side = 0; side < 3; ++side) {
+    CURVD_UNROLL(10)
     for (int c = kRegressionSize - 1; c >= 0; --c) {
-      DoubleVec rest = rows[kRegressionSize + side][c];
-      for (int r = c + 1; r < kRegressionSize; ++r) rest = hn::NegMulAdd(rows[r][c], solution[side][r], rest);
-      solution[side][c] = hn::IfThenElseZero(of_degree[powers[c].a + powers[c].b], hn::Mul(rest, rows[c][c]));
+      DoubleVec rest = f.rows[kRegressionSize + side][c];
+      CURVD_UNROLL(10)
+      for (int r = c + 1; r < kRegressionSize; ++r) rest = hn::NegMulAdd(f.rows[r][c], solution[side][r], rest);
+      solution[side][c] =
+          hn::IfThenElseZero(f.determined[kMonomials.a[c] + kMonomials.b[c]], hn::Mul(rest, f.rows[c][c]));
     }
   }
-  const auto coefficients = [&](int c) { return DoubleTriple{solution[0][c], solution[1][c], solution[2][c]}; };
-  return {coefficients(0), coefficients(1), coefficients(2), degree};
+  DoubleVec degree = hn::Zero(d);
+  for (int k = 1; k <= kRegressionDegree; ++k) {
+    degree = hn::Add(degree, hn::IfThenElseZero(f.determined[k], hn::Set(d, 1.0)));
+  }
+  const auto coefficients = [&](int c) HWY_ATTR {
+    return DoubleTriple{solution[0][c], solution[1][c], solution[2][c]};
+  };
+  return {coefficients(0), coefficients(1), coefficients(2), degree, f.needs_doubles};
 }
 
 // Solves the problems of points i, i + 1, ... and stores the shape operators of the fitted fields.
-HWY_INLINE void SolveNormalsAt(const GroupFrames& frames, size_t i, RegressionSystems& systems, GroupShapes& shapes) {
+HWY_INLINE void SolveRegressionsAt(const GroupFrames& frames, size_t i, RegressionSystems& systems,
+                                   GroupShapes& shapes) {
   const DoubleTag d;
   const DoubleVec one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
   const auto widen = [&](const GroupVectors& v) HWY_ATTR {
@@ -200,12 +361,26 @@ HWY_INLINE void SolveNormalsAt(const GroupFrames& frames, size_t i, RegressionSy
   StoreShapes(s, i, shapes);
   hn::Store(Dot(fit.value, axis), d, systems.outward + i);
   hn::Store(fit.degree, d, systems.degree + i);
+  hn::Store(hn::IfThenElseZero(fit.needs_doubles, one), d, systems.needs_doubles + i);
 }
 
-// Shapes of all points of the group, whose problems are set up. Lowers the status of points without a fit.
-HWY_NOINLINE inline void SolveNormals(const GroupFrames& frames, GroupPoints& points, RegressionSystems& systems,
-                                      GroupShapes& shapes) {
-  for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) SolveNormalsAt(frames, i, systems, shapes);
+// Solves the problems of all points of the group, and stores their shapes. `find(i)` collects the neighbors of point i
+// as `neighbors` once more, where its sums need more digits. Where it returns false, no point from there on has a
+// shape. Lowers the status of points without a fit.
+template <typename FindNeighbors>
+HWY_NOINLINE void SolveRegressions(const GroupFrames& frames, const NeighborArrays& neighbors, GroupPoints& points,
+                                   RegressionSystems& systems, GroupShapes& shapes, FindNeighbors find) {
+  const size_t lanes = hn::Lanes(DoubleTag());
+  for (size_t i = 0; i < points.size; i += lanes) SolveRegressionsAt(frames, i, systems, shapes);
+  bool any = false;
+  for (size_t i = 0; i < points.size; ++i) {
+    const bool again = systems.summed_in_floats[i] && systems.needs_doubles[i] != 0.0;
+    if (!again || points.status[i] != PointStatus::kOk) continue;
+    if (!find(i)) break;
+    SumRegressionIn(DoubleTag(), neighbors, frames, i, systems);
+    any = true;
+  }
+  for (size_t i = 0; any && i < points.size; i += lanes) SolveRegressionsAt(frames, i, systems, shapes);
   for (size_t i = 0; i < points.size; ++i) {
     if (points.status[i] != PointStatus::kOk) continue;
     if (!(systems.degree[i] >= 1.0)) {

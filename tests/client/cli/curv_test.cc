@@ -119,7 +119,8 @@ TEST_F(CurvTest, EstimatesEvaluatesAndRenders) {
 
 TEST_F(CurvTest, EstimatesWithTheEstimatorThatIsNamed) {
   const std::string cloud = Cloud(), result = dir_.File("result.csv");
-  for (const char* estimator : {"avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso"}) {
+  for (const char* estimator :
+       {"avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso", "normal-regression"}) {
     const CurvRun run = RunCurv({"estimate", cloud, "-o", result, absl::StrCat("--estimator=", estimator)});
     EXPECT_EQ(run.exit_code, 0) << estimator << ": " << run.err;
     EXPECT_THAT(run.out, HasSubstr(absl::StrCat("points, ", estimator, ", K = 50")));

@@ -70,7 +70,7 @@ bool SameValues(const PointCurvature& a, const PointCurvature& b) {
 }
 
 constexpr std::string_view kEstimators[] = {"avg-hexagram", "hexagram", "uniform", "independent",
-                                            "delaunay",     "jet",      "aso"};
+                                            "delaunay",     "jet",      "aso",     "normal-regression"};
 
 TEST(PointSetTest, HaloPointsChangeNoByteOfAQuery) {
   const TestPoints points = Sphere(6'000, 1.0);

@@ -50,7 +50,8 @@ TEST_P(KernelTest, RadiusIsThatOfTheKthNeighborOnEveryLayout) {
 }
 
 TEST_P(KernelTest, InstructionSetsAgreeToFloatRounding) {
-  for (std::string_view estimator : {"avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso"}) {
+  for (std::string_view estimator :
+       {"avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso", "normal-regression"}) {
     EstimatorOptions options;
     options.estimator = estimator;
     const TestPoints points = Sphere(3000, 2.0);

@@ -28,7 +28,7 @@ EstimatorOptions WithEstimator(std::string_view estimator) {
 }
 
 constexpr std::string_view kEstimators[] = {"avg-hexagram", "hexagram", "uniform", "independent",
-                                            "delaunay",     "jet",      "aso"};
+                                            "delaunay",     "jet",      "aso",     "normal-regression"};
 
 uint64_t CountOf(const EstimationResult& result, PointStatus status) {
   return result.field.status_counts[static_cast<size_t>(status)];
@@ -158,8 +158,8 @@ TEST(EstimationJobTest, CoincidentAndCollinearPointsAreDegenerate) {
       line.Add(0.001 * i, 0, 0, 0, 0, 1);
     }
     EXPECT_EQ(CountOf(MustEstimate(same.ToCloud(), WithEstimator(estimator)), PointStatus::kDegenerateArea), 5000u);
-    const PointStatus expected =
-        estimator == "jet" || estimator == "aso" ? PointStatus::kSingularFit : PointStatus::kDegenerateArea;
+    const bool is_fit = estimator == "jet" || estimator == "aso" || estimator == "normal-regression";
+    const PointStatus expected = is_fit ? PointStatus::kSingularFit : PointStatus::kDegenerateArea;
     EXPECT_EQ(CountOf(MustEstimate(line.ToCloud(), WithEstimator(estimator)), expected), 5000u);
   }
 }
@@ -222,7 +222,7 @@ TEST(EstimationJobTest, CancellingNormalsOfTwoSheetsAreInconsistent) {
     sheets.positions[i][2] += 0.02f * side;
     sheets.normals[i] = {0, 0, side};
   }
-  for (const std::string_view estimator : {"avg-hexagram", "aso"}) {
+  for (const std::string_view estimator : {"avg-hexagram", "aso", "normal-regression"}) {
     const EstimationResult result = MustEstimate(sheets.ToCloud(), WithEstimator(estimator));
     EXPECT_GT(CountOf(result, PointStatus::kInconsistentNormals), 0u) << estimator;
     EXPECT_EQ(CountOf(result, PointStatus::kOpposedNormals), 0u) << estimator;

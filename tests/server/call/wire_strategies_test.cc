@@ -32,6 +32,7 @@ TEST(WireStrategiesTest, ValuesThatNobodyKnowsAreNoStrategy) {
 TEST(WireStrategiesTest, NamesOfTheContractMayBeLonger) {
   EXPECT_EQ(StrategyOf(v1::ESTIMATOR_JET_FITTING), FindStrategy("jet"));
   EXPECT_EQ(StrategyOf(v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR), FindStrategy("aso"));
+  EXPECT_EQ(StrategyOf(v1::ESTIMATOR_NORMAL_REGRESSION), FindStrategy("normal-regression"));
   EXPECT_EQ(StrategyOf(v1::ESTIMATOR_AVG_HEXAGRAM), FindStrategy("avg-hexagram"));
 }
 
