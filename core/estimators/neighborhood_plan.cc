@@ -12,7 +12,9 @@ SearchPlan SearchSizes(const EstimatorOptions& options, size_t most_searched) {
   if (std::holds_alternative<NeighborRadius>(options.neighborhood)) {
     return SearchPlan::ByRadius(0.0f, options.max_neighbor_count);
   }
-  return SearchPlan::ByCount(std::min<size_t>(std::get<NeighborCount>(options.neighborhood).count, most_searched));
+  const auto* const scale = std::get_if<AutomaticScale>(&options.neighborhood);
+  const size_t count = scale != nullptr ? scale->most_count : std::get<NeighborCount>(options.neighborhood).count;
+  return SearchPlan::ByCount(std::min(count, most_searched));
 }
 
 size_t MostNeighbors(const EstimatorOptions& options, size_t point_count) {

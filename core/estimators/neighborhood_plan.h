@@ -25,12 +25,14 @@ struct NeighborhoodPlan {
 
   // By count, the search looks for `most_searched` neighbors at most; where that is fewer than the options ask for, the
   // radius is that of an even surface.
-  // REQUIRES: options.Validate() is OK; by count, the index holds as many points as are asked for.
+  // REQUIRES: options.Validate() is OK, and the neighborhood is not automatic; by count, the index holds as many points
+  // as are asked for.
   static NeighborhoodPlan Make(const EstimatorOptions& options, const SpatialIndex& index,
                                size_t most_searched = ~size_t{0});
 };
 
-// The search that Make plans, save for the radius: what the size of buffers depends on.
+// The search that Make plans, save for the radius: what the size of buffers depends on. An automatic scale may come to
+// its largest count.
 SearchPlan SearchSizes(const EstimatorOptions& options, size_t most_searched = ~size_t{0});
 
 // Most points that the search which SearchSizes describes may find, in an index of `point_count` points.

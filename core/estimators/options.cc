@@ -1,19 +1,24 @@
 #include "core/estimators/options.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/base/error.h"
 #include "core/estimators/option_specs.h"
+#include "core/estimators/scale_ladder.h"
 #include "core/estimators/strategies.h"
 
 namespace curvd {
 namespace {
 
 absl::Status ValidateEstimator(std::string_view estimator) {
+  if (estimator == kAutomaticEstimator) return absl::OkStatus();
   if (FindStrategy(estimator) != nullptr) return absl::OkStatus();
-  return MakeCoreError(ErrorKind::kInvalid,
-                       absl::StrFormat("estimator is \"%s\"; it must be one of %s", estimator, StrategyNames()));
+  return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("estimator is \"%s\"; it must be auto, or one of %s",
+                                                            estimator, StrategyNames()));
 }
 
 absl::Status ValidateCount(uint32_t count, uint32_t max_count) {
@@ -28,6 +33,42 @@ absl::Status ValidateRadius(double radius) {
                        absl::StrFormat("radius is %g; it must be finite and greater than 0", radius));
 }
 
+// The estimators that a choice knows, with what it takes of them.
+absl::Status ValidateAutomatic(const EstimatorOptions& options) {
+  if (options.estimator == kAutomaticEstimator) {
+    if (!std::holds_alternative<NeighborRadius>(options.neighborhood)) return absl::OkStatus();
+    return MakeCoreError(ErrorKind::kInvalid,
+                         "neighborhood is a radius; with estimator auto it must be a neighbor_count or automatic");
+  }
+  for (const ScaleMethod& method : kScaleMethods) {
+    if (options.estimator != method.estimator) continue;
+    if (method.jet_degree == 0 || options.jet_degree == method.jet_degree) return absl::OkStatus();
+    return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("jet_degree is %u; with an automatic scale it must be %u",
+                                                              options.jet_degree, method.jet_degree));
+  }
+  std::string known;
+  for (const ScaleMethod& method : kScaleMethods) absl::StrAppend(&known, ", ", std::string(method.estimator));
+  return MakeCoreError(ErrorKind::kInvalid,
+                       absl::StrFormat("estimator is \"%s\"; with an automatic scale it must be one of %s%s",
+                                       options.estimator, kAutomaticEstimator, known));
+}
+
+absl::Status ValidateScale(const AutomaticScale& scale, uint32_t max_neighbor_count) {
+  const uint32_t most = std::min(kMostAutomaticCount, max_neighbor_count);
+  if (scale.most_count < kLeastAutomaticCount || scale.most_count > most) {
+    return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("most_count is %u; it must be from %u to %u",
+                                                              scale.most_count, kLeastAutomaticCount, most));
+  }
+  if (scale.least_count < kLeastAutomaticCount || scale.least_count > scale.most_count) {
+    return MakeCoreError(ErrorKind::kInvalid,
+                         absl::StrFormat("least_count is %u; it must be from %u to most_count, %u", scale.least_count,
+                                         kLeastAutomaticCount, scale.most_count));
+  }
+  if (std::isfinite(scale.max_radius) && scale.max_radius >= 0.0) return absl::OkStatus();
+  return MakeCoreError(ErrorKind::kInvalid,
+                       absl::StrFormat("max_radius is %g; it must be finite, and 0 or more", scale.max_radius));
+}
+
 }  // namespace
 
 absl::Status EstimatorOptions::Validate() const {
@@ -35,9 +76,13 @@ absl::Status EstimatorOptions::Validate() const {
   if (!status.ok()) return status;
   if (const auto* count = std::get_if<NeighborCount>(&neighborhood)) {
     status = ValidateCount(count->count, max_neighbor_count);
+  } else if (const auto* scale = std::get_if<AutomaticScale>(&neighborhood)) {
+    status = ValidateScale(*scale, max_neighbor_count);
   } else {
     status = ValidateRadius(std::get<NeighborRadius>(neighborhood).radius);
   }
+  if (!status.ok()) return status;
+  if (is_automatic()) status = ValidateAutomatic(*this);
   if (!status.ok()) return status;
   for (const OptionSpec& spec : OptionSpecs()) {
     if (spec.InRange(*this)) continue;

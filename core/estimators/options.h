@@ -20,6 +20,22 @@ struct NeighborRadius {
   double radius = 0.0;
 };
 
+// Chosen from a sample of the points: by which estimators, and from how many nearest points, each point is estimated;
+// the estimates of the best are averaged (core/scale/scale_choice.h).
+struct AutomaticScale {
+  // No neighborhood has fewer points, or more, as far as a rung of core/estimators/scale_ladder.h lies between them.
+  uint32_t least_count = 16;   // DEFAULT: 16; in [kLeastAutomaticCount, most_count]
+  uint32_t most_count = 2048;  // DEFAULT: 2,048; at most kMostAutomaticCount
+  // No estimate looks farther than this, in the cloud's length unit; points that cannot be estimated within it have
+  // PointStatus::kTooFewNeighbors. DEFAULT (0): any distance.
+  double max_radius = 0.0;
+  // The same weights at every point, instead of those of the points nearby. DEFAULT: false.
+  bool per_cloud = false;
+};
+inline constexpr uint32_t kLeastAutomaticCount = 16, kMostAutomaticCount = 2048;
+// The name in EstimatorOptions::estimator that leaves the choice of the estimator open.
+inline constexpr std::string_view kAutomaticEstimator = "auto";
+
 // What is done where normals point to opposite sides of one surface.
 enum class OpposedNormalsPolicy : uint8_t {
   kMark,    // points whose neighborhoods reach across such a seam get PointStatus::kOpposedNormals
@@ -35,9 +51,9 @@ inline constexpr uint32_t kMaxJetDegree = 4;
 struct EstimatorOptions {
   // The name of a strategy (core/estimators/strategies.h); outlives the options. DEFAULT: avg-hexagram.
   std::string_view estimator = "avg-hexagram";
-  std::variant<NeighborCount, NeighborRadius> neighborhood{};  // DEFAULT: NeighborCount{50}
-  uint32_t triangle_count = 100;                               // DEFAULT: 100; uniform and independent only
-  uint64_t seed = 0;                                           // DEFAULT: 0; random strategies only
+  std::variant<NeighborCount, NeighborRadius, AutomaticScale> neighborhood{};  // DEFAULT: NeighborCount{50}
+  uint32_t triangle_count = 100;  // DEFAULT: 100; uniform and independent only
+  uint64_t seed = 0;              // DEFAULT: 0; random strategies only
   // Hexagrams that avg-hexagram averages over, turned by 60 / rotation_count degrees; 1 is the paper's estimator.
   uint32_t rotation_count = 2;  // DEFAULT: 2; in [1, kMaxRotations]
   // Of the polynomial that jet fitting fits; a fit needs (degree + 1) (degree + 2) / 2 neighbors. 4 is the more
@@ -51,7 +67,13 @@ struct EstimatorOptions {
   uint32_t max_neighbor_count = 10'000;                                // DEFAULT: 10,000
   OpposedNormalsPolicy opposed_normals = OpposedNormalsPolicy::kMark;  // DEFAULT: kMark
 
-  // INVALID_ARGUMENT naming field, value and limit if a field is out of its range.
+  // Whether the estimator or the scale is left open.
+  bool is_automatic() const {
+    return estimator == kAutomaticEstimator || std::holds_alternative<AutomaticScale>(neighborhood);
+  }
+
+  // INVALID_ARGUMENT naming field, value and limit if a field is out of its range, or if an automatic scale is asked of
+  // an estimator that the choice does not know, or the choice of an estimator for a radius.
   absl::Status Validate() const;
 };
 

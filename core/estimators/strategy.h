@@ -19,6 +19,8 @@
 
 namespace curvd {
 
+struct ScaleReport;
+
 // What one thread works with while it runs the phases of a strategy. Each strategy derives its own. Not thread-safe.
 struct WorkerScratch {
   virtual ~WorkerScratch() = default;
@@ -74,6 +76,8 @@ class StrategyRun {
   virtual std::vector<GroupPhase> Phases() = 0;
   // Bytes that its phases have allocated for all workers together.
   virtual size_t bytes() const { return 0; }
+  // What was chosen, complete once the last phase has run; null where nothing is.
+  virtual const ScaleReport* scale_report() const { return nullptr; }
 };
 
 // An option that a strategy reads, besides `neighborhood` and `average_normal_weight`, which all take; by its name in

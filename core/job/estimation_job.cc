@@ -12,7 +12,6 @@
 #include "core/base/out_of_memory.h"
 #include "core/base/stop_sign.h"
 #include "core/estimators/seams/agreement_run.h"
-#include "core/estimators/strategies.h"
 #include "core/index/index_builder.h"
 #include "core/index/spatial_index.h"
 #include "core/job/group_phase.h"
@@ -20,6 +19,7 @@
 #include "core/job/normal_phases.h"
 #include "core/job/phased_job.h"
 #include "core/job/seam_phase.h"
+#include "core/scale/automatic.h"
 
 namespace curvd {
 namespace {
@@ -229,13 +229,12 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 
   absl::Status AddStrategy() {
     if (index_.point_count() == 0) return absl::OkStatus();
-    const Strategy& strategy = *FindStrategy(options_.estimator);
+    const Strategy& strategy = StrategyFor(options_);
     if (strategy.needs_normals && !index_.has_normals()) {
       return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("the cloud has no normals, which the estimator ",
                                                              std::string(strategy.name), " needs"));
     }
-    if (const auto* neighbors = std::get_if<NeighborCount>(&options_.neighborhood);
-        neighbors != nullptr && index_.point_count() < neighbors->count) {
+    if (index_.point_count() < LeastPoints(options_)) {
       FillTooFew();
       return absl::OkStatus();
     }
@@ -260,6 +259,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   void AddAgreement() {
     const auto counts = scratch_->status_counts();
     for (int i = 0; i < kPointStatusEnd; ++i) field_.status_counts[i] += counts[i];
+    if (const ScaleReport* scale = run_->scale_report()) scale_report_ = *scale;
     if (!seams_.ShowSeam()) return;
     agreement_run_.emplace(index_, seams_);
     scratch_.emplace(*agreement_run_, thread_count_);
@@ -330,7 +330,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     }
     absl::StatusOr<EstimationResult> result = CatchBadAlloc([&]() -> absl::StatusOr<EstimationResult> {
       if (!status.ok()) return std::move(status);
-      return EstimationResult{std::move(field_), agreement, Cost(), report, std::move(normal_field_)};
+      return EstimationResult{std::move(field_),       agreement, Cost(), report, std::move(normal_field_),
+                              std::move(scale_report_)};
     });
     if (!result.ok()) field_ = CurvatureField();
     if (!result.ok()) normal_field_ = NormalField();
@@ -357,6 +358,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   std::array<std::atomic<uint64_t>, kPointStatusEnd> refused_{};
   std::unique_ptr<StrategyRun> run_;
   std::optional<AgreementRun> agreement_run_;
+  std::optional<ScaleReport> scale_report_;
   std::optional<ScratchSet> scratch_;  // of run_, then of agreement_run_
   std::atomic<size_t> points_estimated_ = 0;
 };
@@ -372,7 +374,7 @@ class EndedJob final : public EstimationJob {
 
 size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOptions& normals) {
   return kCloudAndIndexBytes + NormalBytesPerPoint(normals) + sizeof(PointCurvature) +
-         FindStrategy(options.estimator)->bytes_per_point;
+         StrategyFor(options).bytes_per_point;
 }
 
 size_t NormalsJobBytesPerPoint(NormalOptions normals) {
@@ -388,9 +390,8 @@ size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_coun
   const size_t block_points = GroupsPerBlock(options) * SpatialIndex::kGroupPoints;
   const size_t blocks = (point_count + block_points - 1) / block_points;
   // Normals are done, and their scratch is gone, before the strategy begins.
-  return std::max(
-      std::min<size_t>(thread_count, blocks) * FindStrategy(options.estimator)->scratch_bytes(options, point_count),
-      NormalScratchBytes(normals, point_count, thread_count));
+  return std::max(std::min<size_t>(thread_count, blocks) * StrategyFor(options).scratch_bytes(options, point_count),
+                  NormalScratchBytes(normals, point_count, thread_count));
 }
 
 std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,

@@ -17,6 +17,7 @@
 #include "core/job/worker_pool.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
+#include "core/scale/scale_report.h"
 
 namespace curvd {
 
@@ -51,6 +52,7 @@ struct EstimationResult {
   JobCost cost;
   std::optional<NormalReport> normal_report = std::nullopt;  // unless normals were taken as they came
   NormalField normals = {};                                  // the ones in use, if NormalOptions::returns_normals
+  std::optional<ScaleReport> scale_report = std::nullopt;    // of an automatic estimate
 };
 
 // Bytes that estimating one point needs at the peak, cloud and field included: what admission should reserve.

@@ -67,7 +67,7 @@ class NormalFitRun final : public StrategyRun {
 EstimatorOptions NormalFit::ToEstimatorOptions() const {
   EstimatorOptions options;
   options.estimator = "jet";
-  options.neighborhood = neighborhood;
+  std::visit([&options](const auto& points) { options.neighborhood = points; }, neighborhood);
   options.jet_degree = static_cast<uint32_t>(std::max(JetDegree(method), 1));
   options.max_neighbor_count = max_neighbor_count;
   return options;

@@ -1,0 +1,184 @@
+// Errors of automatic estimates beside those of every fixed estimator at every neighbor count, on the same clouds.
+//
+// Each row is one cloud: the least mean |H error| that a fixed estimator reaches at its best neighbor count, and what
+// the automatic choice reaches, with its weights per point and per cloud, as ratios to it. The fixed ones are those of
+// the paper and its peers: not the estimator of this library that nobody else has.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "bench/paper/errors.h"
+#include "bench/paper/samples.h"
+#include "core/estimators/scale_ladder.h"
+#include "core/job/estimation_job.h"
+
+namespace curvd::bench {
+namespace {
+
+struct Flags {
+  std::vector<std::string> surfaces = {"goursat", "torus"};
+  std::string sampling = "even";
+  std::vector<size_t> points = {10'000, 25'000, 50'000};
+  std::vector<double> position_noise = {0.0, 0.1, 0.2};
+  std::vector<double> normal_noise = {0.0, 0.1, 0.2};
+  uint64_t seed = 1;
+  std::string estimator = "auto";
+  bool scores = false;
+};
+
+Flags ParseFlags(int argc, char** argv) {
+  Flags flags;
+  CLI::App app("Errors of automatic estimates beside those of the best fixed ones");
+  app.add_option("--surfaces", flags.surfaces, "Names of surfaces, as curv generate has them")->delimiter(',');
+  app.add_option("--sampling", flags.sampling, "even, thinned or scanned")
+      ->check(CLI::IsMember({"even", "thinned", "scanned"}));
+  app.add_option("--points", flags.points, "Sizes of clouds")->delimiter(',');
+  app.add_option("--position-noise", flags.position_noise, "In the paper's unit: 1/20 of the surface's largest extent")
+      ->delimiter(',');
+  app.add_option("--normal-noise", flags.normal_noise, "Standard deviations")->delimiter(',');
+  app.add_option("--seed", flags.seed, "Of samples and noise");
+  app.add_option("--estimator", flags.estimator, "The one whose scale is chosen; auto: any");
+  app.add_flag("--scores", flags.scores, "Print what was judged");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    std::exit(app.exit(error));
+  }
+  return flags;
+}
+
+Samples MakeSamples(const Flags& flags, const std::string& surface, size_t points) {
+  if (flags.sampling == "thinned") return SampleThinned(surface, points, flags.seed);
+  if (flags.sampling == "scanned") return SampleScanned(surface);
+  return SampleEvenly(surface, points, flags.seed);
+}
+
+// The paper's noise is for surfaces that are about 20 wide.
+double NoiseUnit(const std::string& name) {
+  const auto surface = curv::MakeSurface(name);
+  if (!surface.ok()) {
+    std::fprintf(stderr, "%s\n", surface.status().ToString().c_str());
+    std::exit(1);
+  }
+  if (name == "goursat" || name == "torus") return 1.0;
+  const curv::Box box = (*surface)->bounds();
+  double extent = 0.0;
+  for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, box.high[axis] - box.low[axis]);
+  return extent / 20.0;
+}
+
+struct Outcome {
+  double mean = 1e300, gaussian = 1e300;
+  std::string what;
+};
+
+Outcome Run(const Samples& samples, const EstimatorOptions& options, WorkerPool& pool, ScaleReport* report = nullptr) {
+  const auto result = EstimateCurvature(ToCloud(samples), options, pool);
+  if (!result.ok()) {
+    std::fprintf(stderr, "%s\n", result.status().ToString().c_str());
+    std::exit(1);
+  }
+  if (report != nullptr && result->scale_report.has_value()) *report = *result->scale_report;
+  const FieldErrors errors = MeasureErrors(result->field.points.span(), samples.truth);
+  if (errors.estimated < 0.99 * static_cast<double>(samples.size())) {
+    return {1e300, 1e300, absl::StrCat(errors.failed, " points failed")};
+  }
+  return {errors.mean.mean, errors.gaussian.mean, ""};
+}
+
+// The best of the fixed ones, each quantity for itself.
+Outcome BestFixed(const Samples& samples, WorkerPool& pool) {
+  struct Fixed {
+    const char* estimator;
+    uint32_t degree;
+  };
+  Outcome best;
+  for (const Fixed& fixed :
+       {Fixed{"avg-hexagram", 2}, Fixed{"uniform", 2}, Fixed{"jet", 2}, Fixed{"jet", 4}, Fixed{"aso", 2}}) {
+    double least = 1e300;
+    for (const uint32_t count : kScaleRungs) {
+      if (count > samples.size() / 3 || (fixed.estimator == std::string("uniform") && count > 512)) break;
+      EstimatorOptions options{.estimator = fixed.estimator, .neighborhood = NeighborCount{count}};
+      options.jet_degree = fixed.degree;
+      const Outcome outcome = Run(samples, options, pool);
+      best.gaussian = std::min(best.gaussian, outcome.gaussian);
+      if (outcome.mean < best.mean) {
+        best.mean = outcome.mean;
+        best.what = absl::StrCat(fixed.estimator,
+                                 std::string(fixed.estimator) == "jet" ? absl::StrCat(fixed.degree) : "", " ", count);
+      }
+      // Errors fall, then rise.
+      if (outcome.mean < 1e299 && outcome.mean > 2.0 * least) break;
+      least = std::min(least, outcome.mean);
+    }
+  }
+  return best;
+}
+
+void PrintScores(const ScaleReport& report) {
+  for (const ScaleOutcome& o : report.outcomes) {
+    absl::PrintF("    %-18s %5d  error %9.3g  noise %9.3g  bias %9.3g  share %.3f\n", std::string(o.estimator),
+                 o.neighbor_count, o.error, o.noise, o.bias, o.share);
+  }
+}
+
+std::string Chosen(const ScaleReport& report) {
+  std::string text;
+  for (const ScaleOutcome& o : report.outcomes) {
+    if (o.share >= 0.1)
+      absl::StrAppend(&text, " ", std::string(o.estimator), ":", o.neighbor_count, absl::StrFormat("(%.2f)", o.share));
+  }
+  return text;
+}
+
+int Main(const Flags& flags) {
+  WorkerPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+  absl::PrintF("%-10s %7s %5s %5s | %9s %-18s | %6s %6s %6s | %s\n", "cloud", "points", "pos", "nrm", "best", "of",
+               "point", "cloud", "G", "chosen");
+  std::vector<double> by_point, by_cloud;
+  for (const std::string& surface : flags.surfaces) {
+    const double unit = NoiseUnit(surface);
+    for (const size_t points : flags.points) {
+      const Samples exact = MakeSamples(flags, surface, points);
+      for (const double position : flags.position_noise) {
+        for (const double normal : flags.normal_noise) {
+          const Samples samples = Perturbed(exact, position * unit, normal, flags.seed);
+          const Outcome best = BestFixed(samples, pool);
+          ScaleReport report;
+          EstimatorOptions options{.estimator = flags.estimator, .neighborhood = AutomaticScale{}};
+          if (flags.estimator == "jet") options.jet_degree = 4;
+          const Outcome local = Run(samples, options, pool, &report);
+          options.neighborhood = AutomaticScale{.per_cloud = true};
+          const Outcome global = Run(samples, options, pool);
+          by_point.push_back(local.mean / best.mean);
+          by_cloud.push_back(global.mean / best.mean);
+          absl::PrintF("%-10s %7d %5g %5g | %9.3g %-18s | %6.2f %6.2f %6.2f | sigma %.3g%s%s\n", surface,
+                       samples.size(), position * unit, normal, best.mean, best.what, by_point.back(), by_cloud.back(),
+                       local.gaussian / best.gaussian, report.sigma, Chosen(report), local.what);
+          if (flags.scores) PrintScores(report);
+          std::fflush(stdout);
+        }
+      }
+    }
+  }
+  for (auto* ratios : {&by_point, &by_cloud}) {
+    double logs = 0.0;
+    for (const double ratio : *ratios) logs += std::log(ratio);
+    const auto within = std::count_if(ratios->begin(), ratios->end(), [](double r) { return r <= 1.1; });
+    absl::PrintF("%s: geometric mean %.2f, largest %.2f, within 1.1: %d of %d\n",
+                 ratios == &by_point ? "per point" : "per cloud", std::exp(logs / static_cast<double>(ratios->size())),
+                 *std::max_element(ratios->begin(), ratios->end()), within, ratios->size());
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace curvd::bench
+
+int main(int argc, char** argv) { return curvd::bench::Main(curvd::bench::ParseFlags(argc, argv)); }

@@ -1,0 +1,43 @@
+// The scales and estimators among which an automatic estimate chooses.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace curvd {
+
+// Neighbor counts, each the square root of 2 times the one before.
+inline constexpr std::array<uint32_t, 15> kScaleRungs = {16,  23,  32,  45,  64,   91,   128, 181,
+                                                         256, 362, 512, 724, 1024, 1448, 2048};
+inline constexpr size_t kRungCount = kScaleRungs.size();
+
+// An estimator that the choice knows, and what of it the choice depends on.
+struct ScaleMethod {
+  std::string_view estimator;
+  uint32_t jet_degree;  // of "jet" alone
+  // Rungs to the next estimate that this one is compared with: neighborhoods that share too much show no difference.
+  size_t compared_rungs;
+  // Noise of standard deviation sigma in the positions moves a point along the surface, and what is estimated at it by
+  // about this many times sigma^2 |H| k^2, whatever the scale.
+  double noise_factor;
+};
+
+inline constexpr std::array<ScaleMethod, 3> kScaleMethods = {{
+    {"avg-hexagram", 0, 2, 0.3},
+    {"normal-regression", 0, 1, 8.0},
+    {"jet", 4, 1, 96.0},
+}};
+inline constexpr size_t kMethodCount = kScaleMethods.size();
+inline constexpr size_t kHexagramMethod = 0, kRegressionMethod = 1, kJetMethod = 2;
+
+// One way to estimate: an estimator at a scale.
+struct ScaleCandidate {
+  size_t method;
+  size_t rung;
+  uint32_t count() const { return kScaleRungs[rung]; }
+  friend bool operator==(const ScaleCandidate&, const ScaleCandidate&) = default;
+};
+
+}  // namespace curvd

@@ -1,0 +1,70 @@
+#include "core/scale/blend.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "Eigen/Geometry"
+
+namespace curvd {
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d ToVector(const std::array<float, 3>& v) { return Vector3d(v[0], v[1], v[2]); }
+
+std::array<float, 3> ToFloats(const Vector3d& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+
+}  // namespace
+
+void Blend::Add(const PointCurvature& estimate, double weight) {
+  if (estimate.status != PointStatus::kOk) {
+    if (weight > most_refused_) {
+      most_refused_ = weight;
+      refused_ = estimate.status;
+    }
+    return;
+  }
+  weight_ += weight;
+  mean_ += weight * estimate.mean;
+  gaussian_ += weight * estimate.gaussian;
+  radius_ = std::max(radius_, estimate.radius);
+  const Vector3d d1 = ToVector(estimate.d1), d2 = ToVector(estimate.d2), normal = d1.cross(d2);
+  for (int i = 0, place = 0; i < 3; ++i) {
+    normal_[static_cast<size_t>(i)] += weight * normal[i];
+    for (int j = i; j < 3; ++j, ++place) {
+      tensor_[static_cast<size_t>(place)] +=
+          weight * (double{estimate.k1} * d1[i] * d1[j] + double{estimate.k2} * d2[i] * d2[j]);
+    }
+  }
+}
+
+PointCurvature Blend::Finish() const {
+  if (!(weight_ > 0.0)) return UndefinedCurvature(refused_);
+  const Vector3d normal = Vector3d(normal_.data()).normalized();
+  if (!normal.allFinite() || normal.isZero()) return UndefinedCurvature(PointStatus::kInconsistentNormals);
+  Eigen::Matrix3d tensor;
+  tensor << tensor_[0], tensor_[1], tensor_[2],  //
+      tensor_[1], tensor_[3], tensor_[4],        //
+      tensor_[2], tensor_[4], tensor_[5];
+  tensor /= weight_;
+  const Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
+  const double a = 0.5 * (u.dot(tensor * u) - v.dot(tensor * v)), b = u.dot(tensor * v), r = std::hypot(a, b);
+  // The direction of the larger eigenvalue of [[a, b], [b, -a]].
+  const double angle = 0.5 * std::atan2(b, a);
+  const Vector3d d2 = std::cos(angle) * u + std::sin(angle) * v;
+  const double mean = mean_ / weight_;
+  const PointCurvature point = {static_cast<float>(mean),
+                                static_cast<float>(gaussian_ / weight_),
+                                static_cast<float>(mean - r),
+                                static_cast<float>(mean + r),
+                                ToFloats(d2.cross(normal)),
+                                ToFloats(d2),
+                                radius_,
+                                PointStatus::kOk};
+  const bool is_finite = std::isfinite(point.k1) && std::isfinite(point.k2) && std::isfinite(point.gaussian);
+  return is_finite ? point : UndefinedCurvature(PointStatus::kDegenerateArea);
+}
+
+}  // namespace curvd

@@ -1,0 +1,158 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/scale/pilot.cc"
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+// Must come after foreach_target.h.
+#include "core/scale/pilot_collect-inl.h"
+#include "hwy/highway.h"
+
+#if HWY_ONCE
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <span>
+
+#include "Eigen/Geometry"
+#include "core/scale/pilot.h"
+#include "core/scale/pilot_sums.h"
+
+namespace curvd {
+
+HWY_EXPORT(CollectKernel);
+
+namespace {
+
+using Eigen::Vector3d;
+
+// A neighborhood of more than this share of the cloud is no neighborhood.
+constexpr size_t kLargestShare = 3;
+// Neighbors whose normals make the frame.
+constexpr size_t kFrameCount = 32;
+
+// Sets s.order so that the first kScaleRungs[r] of the neighbors are those of rung r, for each rung; equal distances go
+// to the lower id.
+void OrderByRungs(size_t rung_count, PilotScratch& s) {
+  const NeighborArrays& n = s.neighbors;
+  s.squared.resize(n.count);
+  for (size_t j = 0; j < n.count; ++j) {
+    s.squared[j] = n.dx[j] * n.dx[j] + n.dy[j] * n.dy[j] + n.dz[j] * n.dz[j];
+  }
+  s.order.resize(n.count);
+  std::iota(s.order.begin(), s.order.end(), 0U);
+  const auto is_nearer = [&](uint32_t a, uint32_t b) {
+    return s.squared[a] != s.squared[b] ? s.squared[a] < s.squared[b] : s.ids[a] < s.ids[b];
+  };
+  auto end = s.order.end();
+  for (size_t rung = rung_count; rung-- > 0;) {
+    const auto last = s.order.begin() + kScaleRungs[rung];
+    if (last < end) std::nth_element(s.order.begin(), last, end, is_nearer);
+    end = last;
+  }
+  // Sums must not depend on the order of the tree.
+  auto begin = s.order.begin();
+  for (size_t rung = 0; rung < rung_count; ++rung) {
+    const auto last = s.order.begin() + kScaleRungs[rung];
+    std::sort(begin, last, is_nearer);
+    begin = last;
+  }
+}
+
+// Rows are the axes of the frame; the last is the mean of the nearest normals. Zero if they cancel out.
+Eigen::Matrix3d FrameOf(const PilotScratch& s) {
+  const NeighborArrays& n = s.neighbors;
+  Vector3d normal = Vector3d::Zero();
+  for (size_t k = 0; k < std::min(kFrameCount, n.count); ++k) {
+    const uint32_t j = s.order[k];
+    normal += Vector3d(n.nx[j], n.ny[j], n.nz[j]);
+  }
+  Eigen::Matrix3d frame = Eigen::Matrix3d::Zero();
+  if (!(normal.norm() > std::numeric_limits<float>::epsilon())) return frame;  // NaN included
+  frame.row(2) = normal.normalized();
+  frame.row(0) = frame.row(2).unitOrthogonal();
+  frame.row(1) = frame.row(2).cross(frame.row(0));
+  return frame;
+}
+
+PilotNeighbor NeighborInFrame(const NeighborArrays& n, uint32_t j, const Eigen::Matrix3d& frame, double unit) {
+  const Vector3d offset = frame * (unit * Vector3d(n.dx[j], n.dy[j], n.dz[j]));
+  const Vector3d normal = frame * Vector3d(n.nx[j], n.ny[j], n.nz[j]);
+  return {{offset.x(), offset.y(), offset.z()}, {normal.x(), normal.y(), normal.z()}};
+}
+
+// What all methods estimate of these sums, of curvature in units of `unit`.
+void EstimatePart(const PilotSums& sums, double radius, double unit, size_t rung, PilotPoint::Part part,
+                  PilotPoint& point) {
+  if (const auto hexagrams = sums.MeanOfHexagrams()) {
+    point.mean[kHexagramMethod][rung][part] = static_cast<float>(hexagrams->mean * unit);
+    if (part == PilotPoint::kAll) point.steepest[rung] = static_cast<float>(hexagrams->steepest * unit);
+  }
+  if (const auto mean = sums.MeanOfRegression(radius)) {
+    point.mean[kRegressionMethod][rung][part] = static_cast<float>(*mean * unit);
+  }
+  if (const auto jet = sums.MeanOfJet(radius)) {
+    point.mean[kJetMethod][rung][part] = static_cast<float>(jet->mean * unit);
+    if (part == PilotPoint::kAll) point.residual[rung] = static_cast<float>(jet->residual / unit);
+  }
+}
+
+}  // namespace
+
+size_t PilotScratch::bytes() const {
+  return sizeof(*this) + search.bytes() + neighbors.bytes() + ids.bytes() + order.capacity() * sizeof(uint32_t) +
+         squared.capacity() * sizeof(float);
+}
+
+size_t PilotScratch::MostBytes(const EstimatorOptions& options, size_t point_count) {
+  const size_t most = MostNeighbors(options, point_count);
+  return sizeof(PilotScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
+         NeighborArrays::MostBytes(most) + ScratchArray<int32_t>::MostBytes(most + NeighborArrays::kPad) +
+         most * (sizeof(uint32_t) + sizeof(float));
+}
+
+Pilot::Pilot(const SpatialIndex& index, uint32_t most_count) : index_(index) {
+  const size_t points = index.point_count();
+  const size_t most = std::min<size_t>(most_count, std::max<size_t>(points / kLargestShare, kScaleRungs[0]));
+  while (rung_count_ < kRungCount && kScaleRungs[rung_count_] <= std::min(most, points)) ++rung_count_;
+  if (rung_count_ == 0) return;
+  options_.neighborhood = NeighborCount{kScaleRungs[rung_count_ - 1]};
+  plan_ = NeighborhoodPlan::Make(options_, index);
+}
+
+absl::Status Pilot::SampleGroup(size_t group, PilotScratch& scratch, PilotTable& table) const {
+  const size_t first = group * SpatialIndex::kGroupLeaves;
+  const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index_.leaf_count());
+  bool is_sampled = false;
+  for (size_t leaf = first; leaf < last; ++leaf) is_sampled = is_sampled || IsSampled(leaf);
+  if (!is_sampled) return absl::OkStatus();
+  scratch.most_work = std::numeric_limits<uint64_t>::max();  // four points are few
+  return HWY_DYNAMIC_DISPATCH(CollectKernel)(*this, group, scratch, table);
+}
+
+void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
+  OrderByRungs(rung_count, s);
+  const Eigen::Matrix3d frame = FrameOf(s);
+  const double farthest = s.squared[s.order[kScaleRungs[rung_count - 1] - 1]];
+  if (frame.isZero() || !(farthest > 0.0)) return;
+  const double unit = 1.0 / std::sqrt(farthest);
+  PilotSums even, odd;
+  size_t next = 0;
+  for (size_t rung = 0; rung < rung_count; ++rung) {
+    for (; next < kScaleRungs[rung]; ++next) {
+      const uint32_t j = s.order[next];
+      (IsInEvenHalf(s.ids[j]) ? even : odd).Add(NeighborInFrame(s.neighbors, j, frame, unit));
+    }
+    const double radius = unit * std::sqrt(double{s.squared[s.order[next - 1]]});
+    point.radius[rung] = static_cast<float>(radius / unit);
+    if (!(radius > 0.0)) continue;
+    PilotSums all = even;
+    all += odd;
+    EstimatePart(all, radius, unit, rung, PilotPoint::kAll, point);
+    EstimatePart(even, radius, unit, rung, PilotPoint::kEven, point);
+    EstimatePart(odd, radius, unit, rung, PilotPoint::kOdd, point);
+  }
+}
+
+}  // namespace curvd
+
+#endif  // HWY_ONCE

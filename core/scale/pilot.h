@@ -1,0 +1,82 @@
+// Estimates the sampled points of a cloud at every scale.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/base/scratch_array.h"
+#include "core/estimators/group_scratch.h"
+#include "core/estimators/neighborhood_plan.h"
+#include "core/estimators/neighbors.h"
+#include "core/index/spatial_index.h"
+#include "core/scale/pilot_table.h"
+
+namespace curvd {
+
+// What one thread samples with. The neighbors are those of the point of the moment.
+struct PilotScratch : GroupScratch {
+  NeighborArrays neighbors;
+  ScratchArray<int32_t> ids;    // of the neighbors
+  std::vector<uint32_t> order;  // of the neighbors, by distance up to the rungs
+  std::vector<float> squared;   // distances of the neighbors
+
+  size_t bytes() const override;
+  static size_t MostBytes(const EstimatorOptions& options, size_t point_count);
+};
+
+// Samples points of an index: the first point that gets a result of leaves that lie evenly in the tree order. What is
+// estimated depends on the index alone, not on threads or instruction sets. Thread-safe.
+class Pilot {
+ public:
+  // At most so many points are sampled.
+  static constexpr size_t kMostPoints = 512;
+
+  // No neighborhood has more than `most_count` points, or a third of the cloud, and that of the first rung if that is
+  // more. REQUIRES: `index` has normals, and outlives the pilot.
+  Pilot(const SpatialIndex& index, uint32_t most_count);
+
+  // Rungs whose neighborhoods are not too large; 0: the cloud is too small for any.
+  size_t rung_count() const { return rung_count_; }
+  const EstimatorOptions& options() const { return options_; }
+
+  // Writes the sampled points of a group, which mostly has none, to their places in `table`, which has one for each
+  // sample. A point without a neighborhood has no estimates. Thread-safe for distinct groups and scratch. Errors:
+  // ErrorKind::kCancelled once the scratch is stopped. May throw std::bad_alloc. REQUIRES: rung_count() > 0.
+  absl::Status SampleGroup(size_t group, PilotScratch& scratch, PilotTable& table) const;
+
+  size_t sample_count() const { return std::min(kMostPoints, index_.leaf_count()); }
+  // The first sample whose leaf is not before this one.
+  size_t SampleFrom(size_t leaf) const {
+    const size_t leaves = index_.leaf_count();
+    return (leaf * sample_count() + leaves - 1) / leaves;
+  }
+  // The leaf of a sample. Each has one of its own.
+  size_t LeafOf(size_t sample) const { return sample * index_.leaf_count() / sample_count(); }
+  // Whether a point of the leaf is sampled.
+  bool IsSampled(size_t leaf) const { return SampleFrom(leaf) < sample_count() && LeafOf(SampleFrom(leaf)) == leaf; }
+  const SpatialIndex& index() const { return index_; }
+  const NeighborhoodPlan& plan() const { return plan_; }
+
+ private:
+  const SpatialIndex& index_;
+  size_t rung_count_ = 0;
+  EstimatorOptions options_;  // whose neighborhoods are the largest
+  NeighborhoodPlan plan_{};
+};
+
+// Which half of a neighborhood a point of this index in the cloud belongs to.
+inline bool IsInEvenHalf(int32_t id) {
+  // The finalizer of MurmurHash3: each bit of the index changes each bit of the hash half of the time.
+  auto hash = static_cast<uint32_t>(id);
+  hash = (hash ^ hash >> 16) * 0x85ebca6bU;
+  hash = (hash ^ hash >> 13) * 0xc2b2ae35U;
+  return ((hash ^ hash >> 16) & 1) == 0;
+}
+
+// Estimates the point of the moment from its neighbors. REQUIRES: they are as many as the largest rung of `rung_count`.
+void EstimateRungs(size_t rung_count, PilotScratch& scratch, PilotPoint& point);
+
+}  // namespace curvd

@@ -1,0 +1,210 @@
+#include "core/scale/pilot_sums.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "Eigen/Cholesky"
+#include "Eigen/Geometry"
+
+namespace curvd {
+namespace {
+
+using Eigen::Vector3d;
+
+// x^i y^j has this index among monomials.
+constexpr int IndexOf(int i, int j) { return (i + j) * (i + j + 1) / 2 + j; }
+
+// Pivots of normal equations below this, where 1 is what an even neighborhood has, are rounding errors.
+constexpr double kLeastPivot = 1e-10;
+// Neighbors more than a fit has coefficients, from which its residual says something.
+constexpr double kLeastFreedom = 4.0;
+
+// Which twelfth of the circle (x, y) lies in.
+size_t SectorOf(double x, double y) {
+  constexpr double kTan30 = 0.57735026918962576;
+  const double a = std::abs(x), b = std::abs(y);
+  const size_t within = b < a * kTan30 ? 0 : b * kTan30 < a ? 1 : 2;
+  if (y >= 0.0) return x >= 0.0 ? within : 5 - within;
+  return x < 0.0 ? 6 + within : 11 - within;
+}
+
+// Moments of a polynomial's degree, divided by those of unit length and by the weight of all neighbors.
+template <int kDegree>
+Eigen::Matrix<double, (kDegree + 1) * (kDegree + 2) / 2, (kDegree + 1) * (kDegree + 2) / 2> NormalMatrix(
+    const double* moments) {
+  constexpr int kSize = (kDegree + 1) * (kDegree + 2) / 2;
+  Eigen::Matrix<double, kSize, kSize> matrix;
+  for (int p = 0, row = 0; p <= kDegree; ++p) {
+    for (int b = 0; b <= p; ++b, ++row) {
+      for (int q = 0, column = 0; q <= kDegree; ++q) {
+        for (int d = 0; d <= q; ++d, ++column) matrix(row, column) = moments[IndexOf(p - b + q - d, b + d)];
+      }
+    }
+  }
+  return matrix;
+}
+
+// Writes sums of monomials up to `degree`, of lengths in units of `radius`, divided by `count`.
+void Normalize(const double* sums, int degree, double radius, double count, double* out) {
+  double factor = 1.0 / count;
+  for (int n = 0; n <= degree; ++n) {
+    for (int j = 0; j <= n; ++j) out[IndexOf(n - j, j)] = sums[IndexOf(n - j, j)] * factor;
+    factor /= radius;
+  }
+}
+
+// The sums of (1 - x^2 - y^2) times monomials up to `degree`, of those of monomials alone.
+void Weigh(const double* sums, int degree, double* out) {
+  for (int n = 0; n <= degree; ++n) {
+    for (int j = 0; j <= n; ++j) {
+      const int i = n - j;
+      out[IndexOf(i, j)] = sums[IndexOf(i, j)] - sums[IndexOf(i + 2, j)] - sums[IndexOf(i, j + 2)];
+    }
+  }
+}
+
+template <typename Matrix>
+bool Factor(const Matrix& matrix, Eigen::LLT<Matrix>& factors) {
+  factors.compute(matrix);
+  if (factors.info() != Eigen::Success) return false;
+  const double least = factors.matrixLLT().diagonal().minCoeff();
+  return least * least > kLeastPivot;
+}
+
+// Half the trace of the shape operator of a surface with these tangents and derivatives of its unit normal along them.
+double MeanOf(const Vector3d& tangent_x, const Vector3d& tangent_y, const Vector3d& normal_x,
+              const Vector3d& normal_y) {
+  const double e = tangent_x.squaredNorm(), f = tangent_x.dot(tangent_y), g = tangent_y.squaredNorm();
+  const double xx = tangent_x.dot(normal_x), yy = tangent_y.dot(normal_y);
+  const double xy = 0.5 * (tangent_x.dot(normal_y) + tangent_y.dot(normal_x));
+  return 0.5 * (g * xx - 2.0 * f * xy + e * yy) / (e * g - f * f);
+}
+
+// Corrected measures of triangles.
+struct Measures {
+  double area = 0.0, mean = 0.0, gaussian = 0.0;
+};
+
+}  // namespace
+
+void PilotSums::Add(const PilotNeighbor& neighbor) {
+  const auto [x, y, z] = neighbor.offset;
+  values_[kCount] += 1.0;
+  values_[kHeightSquares] += z * z;
+  std::array<double, MonomialCount(kMomentDegree)> monomials;
+  monomials[0] = 1.0;
+  for (int n = 1; n <= kMomentDegree; ++n) {
+    double* const row = &monomials[static_cast<size_t>(IndexOf(n, 0))];
+    const double* const before = &monomials[static_cast<size_t>(IndexOf(n - 1, 0))];
+    for (int j = 0; j < n; ++j) row[j] = x * before[j];
+    row[n] = y * before[n - 1];
+  }
+  for (size_t i = 0; i < monomials.size(); ++i) values_[kMoments + i] += monomials[i];
+  for (size_t i = 0; i < MonomialCount(kHeightDegree); ++i) values_[kHeights + i] += z * monomials[i];
+  for (size_t axis = 0; axis < 3; ++axis) {
+    double* const sums = &values_[kNormals + axis * MonomialCount(kNormalDegree)];
+    for (size_t i = 0; i < MonomialCount(kNormalDegree); ++i) sums[i] += neighbor.normal[axis] * monomials[i];
+  }
+  if (x == 0.0 && y == 0.0) return;
+  double* const sector = &values_[kSectorSums + SectorOf(x, y) * kSectorValues];
+  sector[0] += 1.0;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    sector[1 + axis] += neighbor.offset[axis];
+    sector[4 + axis] += neighbor.normal[axis];
+  }
+}
+
+PilotSums& PilotSums::operator+=(const PilotSums& other) {
+  for (size_t i = 0; i < kValues; ++i) values_[i] += other.values_[i];
+  return *this;
+}
+
+// The mean of what lies in a sixth of the circle that begins at the given twelfth; the point itself if there is
+// nothing.
+PilotSums::Corner PilotSums::CornerOf(size_t sector) const {
+  const double* const first = &values_[kSectorSums + sector % kSectors * kSectorValues];
+  const double* const second = &values_[kSectorSums + (sector + 1) % kSectors * kSectorValues];
+  const double count = first[0] + second[0];
+  if (count == 0.0) return {{0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}};
+  Corner corner{};
+  double squared = 0.0;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    corner.position[axis] = (first[1 + axis] + second[1 + axis]) / count;
+    corner.normal[axis] = first[4 + axis] + second[4 + axis];
+    squared += corner.normal[axis] * corner.normal[axis];
+  }
+  for (double& component : corner.normal) component /= std::sqrt(squared);
+  return corner;
+}
+
+std::optional<PilotSums::Hexagrams> PilotSums::MeanOfHexagrams() const {
+  Measures sum;
+  for (size_t rotation = 0; rotation < 2; ++rotation) {
+    for (size_t first = 0; first < 2; ++first) {
+      Vector3d position[3], normal[3];
+      for (size_t c = 0; c < 3; ++c) {
+        const Corner corner = CornerOf(2 * first + 4 * c + rotation);
+        position[c] = Vector3d(corner.position.data());
+        normal[c] = Vector3d(corner.normal.data());
+      }
+      const Vector3d middle = (normal[0] + normal[1] + normal[2]) / 3.0;
+      const Vector3d e1 = position[1] - position[0], e2 = position[2] - position[0];
+      const double area = 0.5 * middle.dot(e1.cross(e2));
+      const double sign = area < 0.0 ? -1.0 : 1.0;
+      sum.area += sign * area;
+      sum.mean += sign * 0.25 * middle.dot((normal[0] - normal[2]).cross(e1) + (normal[1] - normal[0]).cross(e2));
+      sum.gaussian += sign * 0.5 * normal[0].dot(normal[1].cross(normal[2]));
+    }
+  }
+  if (!(sum.area > 0.0)) return std::nullopt;
+  const double mean = sum.mean / sum.area, gaussian = sum.gaussian / sum.area;
+  return Hexagrams{mean, std::abs(mean) + std::sqrt(std::max(mean * mean - gaussian, 0.0))};
+}
+
+std::optional<double> PilotSums::MeanOfRegression(double radius) const {
+  constexpr int kDegree = 3, kSize = IndexOf(0, kDegree) + 1;
+  if (count() < kSize + kLeastFreedom) return std::nullopt;
+  double moments[MonomialCount(kMomentDegree)], weighted[MonomialCount(2 * kDegree)];
+  Normalize(&values_[kMoments], 2 * kDegree + 2, radius, count(), moments);
+  Weigh(moments, 2 * kDegree, weighted);
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+  Eigen::LLT<Matrix> factors;
+  if (!Factor<Matrix>(NormalMatrix<kDegree>(weighted), factors)) return std::nullopt;
+  Eigen::Matrix<double, kSize, 3> right;
+  for (int axis = 0; axis < 3; ++axis) {
+    double sums[MonomialCount(kNormalDegree)];
+    Normalize(&values_[kNormals + static_cast<size_t>(axis) * MonomialCount(kNormalDegree)], kNormalDegree, radius,
+              count(), sums);
+    Weigh(sums, kDegree, right.col(axis).data());
+  }
+  const Eigen::Matrix<double, kSize, 3> fit = factors.solve(right);
+  const Vector3d at_point = fit.row(IndexOf(0, 0)), dx = fit.row(IndexOf(1, 0)), dy = fit.row(IndexOf(0, 1));
+  // The normals of a neighborhood that is no piece of a surface cancel out, or contradict the frame.
+  constexpr double kLeastLength = 0.1, kLeastHeight = 0.2;
+  const double length = at_point.norm();
+  if (!(length > kLeastLength) || !(at_point.z() > kLeastHeight * length)) return std::nullopt;
+  const Vector3d unit = at_point / length;
+  const auto along_sphere = [&](const Vector3d& d) -> Vector3d { return (d - d.dot(unit) * unit) / length; };
+  const Vector3d tangent_x(1.0, 0.0, -unit.x() / unit.z()), tangent_y(0.0, 1.0, -unit.y() / unit.z());
+  return MeanOf(tangent_x, tangent_y, along_sphere(dx), along_sphere(dy)) / radius;
+}
+
+std::optional<PilotSums::Jet> PilotSums::MeanOfJet(double radius) const {
+  constexpr int kDegree = 4, kSize = IndexOf(0, kDegree) + 1;
+  if (count() < kSize + kLeastFreedom) return std::nullopt;
+  double moments[MonomialCount(2 * kDegree)];
+  Normalize(&values_[kMoments], 2 * kDegree, radius, count(), moments);
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+  Eigen::LLT<Matrix> factors;
+  if (!Factor<Matrix>(NormalMatrix<kDegree>(moments), factors)) return std::nullopt;
+  Eigen::Matrix<double, kSize, 1> heights;
+  Normalize(&values_[kHeights], kDegree, radius, count() * radius, heights.data());
+  const Eigen::Matrix<double, kSize, 1> fit = factors.solve(heights);
+  const double squares = values_[kHeightSquares] / (count() * radius * radius) - fit.dot(heights);
+  const double p = fit[IndexOf(1, 0)], q = fit[IndexOf(0, 1)], w = std::sqrt(1.0 + p * p + q * q);
+  const double xx = 2.0 * fit[IndexOf(2, 0)], xy = fit[IndexOf(1, 1)], yy = 2.0 * fit[IndexOf(0, 2)];
+  const double mean = -0.5 * ((1.0 + q * q) * xx - 2.0 * p * q * xy + (1.0 + p * p) * yy) / (w * w * w);
+  return Jet{mean / radius, std::sqrt(std::max(squares, 0.0) * count() / (count() - kSize)) * radius};
+}
+
+}  // namespace curvd

@@ -1,0 +1,65 @@
+// Estimates at one sampled point from sums over its neighbors, which grow from scale to scale. In doubles and without
+// vectors: what is chosen by them must be the same on every machine.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+namespace curvd {
+
+// A neighbor in the frame of the tangent plane at the sampled point, which is the origin; z along the normal.
+struct PilotNeighbor {
+  std::array<double, 3> offset;  // in units in which the largest neighborhood has radius 1
+  std::array<double, 3> normal;  // of unit length
+};
+
+// Monomials x^i y^j up to a degree.
+constexpr size_t MonomialCount(int degree) { return static_cast<size_t>((degree + 1) * (degree + 2) / 2); }
+
+// Sums over neighbors. Usage: Add each, or add up the sums of parts; then ask for estimates.
+class PilotSums {
+ public:
+  void Add(const PilotNeighbor& neighbor);
+  PilotSums& operator+=(const PilotSums& other);
+
+  double count() const { return values_[kCount]; }
+
+  // In each case lengths are in the unit of the neighbors, `radius` is that of the neighborhood, and nothing is
+  // returned where the neighbors fix no surface.
+  struct Hexagrams {
+    double mean;
+    double steepest;  // the larger principal curvature by magnitude
+  };
+  // What avg-hexagram with two rotations estimates.
+  std::optional<Hexagrams> MeanOfHexagrams() const;
+  // The mean curvature that the weighted cubic regression of the normals estimates.
+  std::optional<double> MeanOfRegression(double radius) const;
+  struct Jet {
+    double mean;
+    double residual;  // standard deviation of the positions about the surface
+  };
+  // What jet fitting of degree 4 estimates.
+  std::optional<Jet> MeanOfJet(double radius) const;
+
+ private:
+  // Sums of x^i y^j, of z x^i y^j, and of each component of the normal times x^i y^j, up to these degrees.
+  static constexpr int kMomentDegree = 8, kHeightDegree = 4, kNormalDegree = 5;
+  static constexpr size_t kSectors = 12, kSectorValues = 7;
+  // Places in values_.
+  static constexpr size_t kCount = 0, kHeightSquares = 1, kMoments = 2,
+                          kHeights = kMoments + MonomialCount(kMomentDegree),
+                          kNormals = kHeights + MonomialCount(kHeightDegree),
+                          kSectorSums = kNormals + 3 * MonomialCount(kNormalDegree),
+                          kValues = kSectorSums + kSectors * kSectorValues;
+
+  struct Corner {
+    std::array<double, 3> position;
+    std::array<double, 3> normal;
+  };
+  Corner CornerOf(size_t sector) const;
+
+  std::array<double, kValues> values_{};
+};
+
+}  // namespace curvd

@@ -1,0 +1,42 @@
+// What was estimated at the sampled points of a cloud, at every scale, by every method.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "core/estimators/scale_ladder.h"
+
+namespace curvd {
+
+// Lengths are in the index's unit. NaN: there was no estimate.
+struct PilotPoint {
+  static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  // Of all neighbors, and of each half of them: those with an even hash of the index, and the others.
+  enum Part : uint8_t { kAll, kEven, kOdd };
+  static constexpr size_t kParts = 3;
+
+  std::array<float, 3> position;
+  std::array<std::array<std::array<float, kParts>, kRungCount>, kMethodCount> mean;  // curvature
+  std::array<float, kRungCount> radius;                                              // of the neighborhood
+  std::array<float, kRungCount> steepest;  // principal curvature by magnitude, of the hexagrams
+  std::array<float, kRungCount> residual;  // of positions, from the jet
+
+  // Stands where no point was sampled.
+  static PilotPoint None() { return PilotPoint({kNone, kNone, kNone}); }
+  bool is_sampled() const { return position[0] == position[0]; }
+
+  // Without any estimate.
+  explicit PilotPoint(const std::array<float, 3>& at) : position(at) {
+    for (auto& rungs : mean) {
+      for (auto& parts : rungs) parts.fill(kNone);
+    }
+    for (auto* rungs : {&radius, &steepest, &residual}) rungs->fill(kNone);
+  }
+};
+
+using PilotTable = std::vector<PilotPoint>;
+
+}  // namespace curvd

@@ -1,0 +1,55 @@
+// Chooses, from estimates at sampled points, by which estimators and at which scales a cloud is estimated, and with
+// which weight each counts at each point (docs/numerics.md).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/estimators/scale_ladder.h"
+#include "core/scale/pilot_table.h"
+
+namespace curvd {
+
+// What one candidate's mean curvature is expected to be off by, in units of 1 / the index's length.
+struct ScaleScore {
+  ScaleCandidate candidate;
+  double error;        // all of it
+  double difference;   // from the next larger scale, as it is found at the sampled points
+  double noise;        // what differs between the halves of a neighborhood
+  double bias;         // what the halves have in common that smaller neighborhoods show otherwise
+  double share = 0.0;  // mean weight over the sampled points; 0: not among the chosen
+};
+
+// Which candidates may be chosen.
+struct ScaleBounds {
+  std::array<bool, kMethodCount> methods{true, true, true};
+  uint32_t least_count = kScaleRungs.front();
+  uint32_t most_count = kScaleRungs.back();
+  float most_radius = std::numeric_limits<float>::infinity();  // of the median neighborhood
+  bool per_cloud = false;                                      // the same weights at every point
+};
+
+// Candidates whose estimates are averaged, and how the weights change from place to place.
+struct ScaleChoice {
+  static constexpr size_t kMostChosen = 5;
+  // Sampled points that the weights at a point are taken from.
+  static constexpr size_t kNearest = 24;
+
+  std::vector<ScaleScore> scores;      // of all candidates that could be judged
+  std::vector<ScaleCandidate> chosen;  // at most kMostChosen, the largest share first; empty: none could be judged
+  std::vector<double> cloud_weights;   // of each chosen one, over the whole cloud; their sum is 1
+  // The expected error of each chosen candidate at each sampled point, kMostChosen values a point; empty: cloud_weights
+  // hold everywhere.
+  std::vector<std::array<float, kMostChosen>> local_errors;
+  double sigma = 0.0;  // standard deviation of the positions' noise, in the index's unit, as the residuals show it
+};
+
+// Thread-safe. The same table gives the same choice on every machine.
+ScaleChoice ChooseScales(const PilotTable& table, const ScaleBounds& bounds);
+
+// The weight of an estimate with this expected error.
+double ScaleWeight(double error);
+
+}  // namespace curvd

@@ -1,0 +1,32 @@
+// What an automatic estimate has chosen, and why.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+namespace curvd {
+
+// One way to estimate that the choice has looked at.
+struct ScaleOutcome {
+  std::string_view estimator;  // as in EstimatorOptions
+  uint32_t neighbor_count;
+  // Of the mean curvature over the sampled points, in 1 / the caller's length unit: what it is expected to be off by;
+  // how much of that is noise, as the difference of two halves of a neighborhood shows it; and how much is detail lost,
+  // as both halves show it.
+  double error;
+  double noise;
+  double bias;
+  // Its mean weight in the results, over the sampled points: 0 for those that were not chosen. The sum over all is 1.
+  double share;
+};
+
+struct ScaleReport {
+  std::vector<ScaleOutcome> outcomes;  // by estimator, then by neighbor count; empty: the cloud is too small to judge
+  uint32_t sampled_points = 0;
+  // Standard deviation of the noise of positions, in the caller's length unit, as the residuals of fits show it; detail
+  // that is smaller than a neighborhood counts as noise.
+  double sigma = 0.0;
+};
+
+}  // namespace curvd
