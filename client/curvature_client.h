@@ -24,6 +24,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "client/automatic_scale.h"
 #include "client/connect_options.h"
 #include "client/io/point_status.h"
 #include "client/normal_options.h"
@@ -83,6 +84,7 @@ enum class Estimator : uint8_t {
   kJetFitting = 6,
   kAlgebraicShapeOperator = 7,
   kNormalRegression = 8,
+  kAuto = 9,  // those that suit the cloud, averaged; EstimateSummary::scale tells which
 };
 
 // "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso", "normal-regression" and whatever else
@@ -107,6 +109,9 @@ struct EstimateOptions {
   uint32_t neighbor_count = 50;
   // Radius of the neighborhoods instead, in the cloud's length unit. DEFAULT: none.
   std::optional<double> radius;
+  // A number of neighbors that the server chooses instead, for kAuto and the estimators that it chooses among. A server
+  // that is too old for it fails the call with UNIMPLEMENTED. DEFAULT: none.
+  std::optional<AutomaticScale> automatic_scale;
   // Triangles of kUniform, and at most so many of kIndependent. DEFAULT: 100.
   uint32_t triangle_count = 100;
   // Hexagrams that kAvgHexagram averages over, 1 to 4; 1 is the paper's estimator. DEFAULT: 2.
@@ -199,6 +204,7 @@ struct EstimateSummary {
   uint64_t peak_bytes = 0;
   std::vector<EstimateWarning> warnings;
   std::optional<NormalsReport> normals;  // none where they were given
+  std::optional<ScaleReport> scale;      // of an automatic choice
   std::string request_id;                // as in the server's log
   int attempts = 1;
 };

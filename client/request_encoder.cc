@@ -58,6 +58,13 @@ void FillNormals(const NormalOptions& options, v1::NormalOptions& proto) {
   }
 }
 
+void Fill(const AutomaticScale& scale, v1::AutomaticScale& proto) {
+  proto.set_least_neighbor_count(scale.least_neighbor_count);
+  proto.set_most_neighbor_count(scale.most_neighbor_count);
+  proto.set_max_radius(scale.max_radius);
+  proto.set_per_cloud(scale.per_cloud);
+}
+
 }  // namespace
 
 grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
@@ -68,14 +75,19 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
   Set(options.origin, header.mutable_origin());
   v1::EstimatorOptions& estimator = *header.mutable_options();
   estimator.set_estimator(static_cast<v1::Estimator>(options.estimator));
-  if (options.radius) {
+  if (options.automatic_scale) {
+    Fill(*options.automatic_scale, *estimator.mutable_automatic_scale());
+  } else if (options.radius) {
     estimator.set_radius(*options.radius);
   } else {
     estimator.set_neighbor_count(options.neighbor_count);
   }
   estimator.set_triangle_count(options.triangle_count);
   estimator.set_rotation_count(options.rotation_count);
-  estimator.set_jet_degree(options.jet_degree);
+  // With an automatic scale, the server has another default.
+  if (!options.automatic_scale || options.jet_degree != EstimateOptions().jet_degree) {
+    estimator.set_jet_degree(options.jet_degree);
+  }
   estimator.set_even_weights(options.even_weights);
   estimator.set_seed(options.seed);
   if (options.average_normal_weight) estimator.set_average_normal_weight(*options.average_normal_weight);

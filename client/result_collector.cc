@@ -75,6 +75,17 @@ NormalsReport FromProto(const v1::NormalsReport& report) {
   return out;
 }
 
+ScaleReport FromProto(const v1::ScaleReport& report) {
+  ScaleReport out;
+  for (const v1::ScaleOutcome& one : report.outcomes()) {
+    out.outcomes.push_back({std::string(EstimatorName(static_cast<Estimator>(one.estimator()))), one.neighbor_count(),
+                            one.error(), one.noise(), one.bias(), one.share()});
+  }
+  out.sampled_points = report.sampled_point_count();
+  out.position_noise = report.position_noise();
+  return out;
+}
+
 // Appends the values in `pieces`; false if they are not `count`.
 template <typename Value>
 bool Append(const wire::Pieces& pieces, size_t count, std::vector<Value>& values) {
@@ -160,6 +171,9 @@ absl::Status ResultCollector::TakeAccepted(const v1::Accepted& accepted) {
   summary_.request_id = accepted.request_id();
   if (normals_ != NormalSource::kGiven && accepted.normals().source() != static_cast<v1::NormalSource>(normals_)) {
     return absl::UnimplementedError("the server is too old to make or orient normals: it takes them as they are given");
+  }
+  if (needs_scale_ && !accepted.options().has_automatic_scale()) {
+    return absl::UnimplementedError("the server is too old to choose a scale: it knows no automatic_scale");
   }
   const auto comes = [&accepted](v1::Quantity quantity) {
     const auto& told = accepted.quantities();
@@ -262,6 +276,7 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
   out.send_seconds = summary.seconds().send();
   out.peak_bytes = summary.peak_bytes();
   if (summary.has_normals()) out.normals = FromProto(summary.normals());
+  if (summary.has_scale()) out.scale = FromProto(summary.scale());
   out.warnings.clear();
   for (const v1::Warning& warning : summary.warnings()) out.warnings.push_back(FromProto(warning));
   summarized_ = true;

@@ -20,13 +20,16 @@ class ResultCollector {
  public:
   // For a cloud of `points` points, for which the request asked with those options.
   explicit ResultCollector(uint64_t points, const EstimateOptions& options = {})
-      : points_(points), quantities_(options.quantities), normals_(options.normals.source) {}
+      : points_(points),
+        quantities_(options.quantities),
+        normals_(options.normals.source),
+        needs_scale_(options.automatic_scale.has_value()) {}
 
   // Takes the next message; what remains in `message` is undefined. INTERNAL, naming what was found and expected, if
   // the protocol does not allow it here: bytes that are no EstimateCurvatureResponse, a result before Accepted or with
   // a gap, an array of the wrong length or one that Accepted does not tell of, a quantity that is left out, anything
   // after the Summary, a Summary that contradicts the results. UNIMPLEMENTED if the server takes normals as given that
-  // it was to make or orient. Nothing may follow an error.
+  // it was to make or orient, or chooses no scale where it was to. Nothing may follow an error.
   absl::Status Take(grpc::ByteBuffer& message);
 
   // Ends the stream. INTERNAL if it is not complete: no Summary.
@@ -55,6 +58,7 @@ class ResultCollector {
   uint64_t points_;
   std::vector<std::string> quantities_;
   NormalSource normals_;
+  bool needs_scale_;
   uint64_t received_ = 0;
   bool accepted_ = false;
   bool summarized_ = false;

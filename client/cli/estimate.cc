@@ -15,6 +15,7 @@
 #include "client/cli/normals/normal_flags.h"
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
+#include "client/cli/scale/scale_flags.h"
 #include "client/cli/table_vectors.h"
 #include "client/io/oriented_cloud.h"
 #include "client/io/table_file.h"
@@ -27,6 +28,7 @@ constexpr char kEstimateExamples[] =
     "  curv estimate scan.ply -o curvature.ply                             in this process\n"
     "  curv estimate scan.ply -o curvature.ply --server=localhost:50061   on a server\n"
     "  curv estimate scan.xyz -o curvature.csv --radius=0.05 --estimator=uniform --triangles=200\n"
+    "  curv estimate scan.ply -o curvature.ply --auto                      with the scale that suits the cloud\n"
     "  curv estimate terrain.pcd -o curvature.ply --normals=estimate --up  of a cloud without normals\n"
     "Output columns: x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius status (of "
     "the\n"
@@ -37,7 +39,7 @@ struct EstimateFlags {
   std::string output;
   ConnectionFlags connection;
   int threads = 0;
-  double radius = 0.0;
+  ScaleFlags scale;
   double timeout = 0.0;  // seconds; 0: none
   std::string summary = "text";
   std::string color;
@@ -90,7 +92,8 @@ void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options,
                            "signs of curvature are wrong: try --orient"));
   }
   const uint32_t coefficients = (options.jet_degree + 1) * (options.jet_degree + 2) / 2;
-  if (options.estimator == Estimator::kJetFitting && !options.radius && options.neighbor_count < coefficients) {
+  if (options.estimator == Estimator::kJetFitting && !options.radius && !options.automatic_scale &&
+      options.neighbor_count < coefficients) {
     PrintNote(absl::StrCat("a jet of degree ", options.jet_degree, " has ", coefficients,
                            " coefficients and needs as many neighbors: try --k=", coefficients, " or more"));
   }
@@ -157,14 +160,7 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
           EstimatorWords())
       ->check(CLI::IsMember(std::vector<std::string>(EstimatorNames().begin(), EstimatorNames().end())).description(""))
       ->option_text("NAME");
-  auto* k = command.add_option("--k", flags.options.neighbor_count, "points in a neighborhood, itself included")
-                ->check(Whole(4, 1'000'000))
-                ->default_str("50")
-                ->option_text("COUNT [50]");
-  command.add_option("--radius", flags.radius, "radius of the neighborhoods instead, in the cloud's length unit")
-      ->check(FinitePositive())
-      ->excludes(k)
-      ->option_text("LENGTH");
+  AddScaleFlags(command, flags.scale);
   command
       .add_option("--triangles", flags.options.triangle_count, "triangles of uniform, at most so many of independent")
       ->check(Whole(1, 10'000))
@@ -258,7 +254,7 @@ void AddEstimate(CLI::App& app, Action& action) {
   command->callback([flags, &action] {
     CheckColor(*flags);
     CheckSource(flags->normals);
-    if (flags->radius > 0.0) flags->options.radius = flags->radius;
+    ApplyScale(flags->scale, flags->options);
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     action = [flags] { return Run(*flags); };
   });

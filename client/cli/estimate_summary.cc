@@ -13,6 +13,7 @@
 #include "client/cli/normals/normals_text.h"
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
+#include "client/cli/scale/scale_text.h"
 
 namespace curv {
 namespace {
@@ -57,6 +58,7 @@ std::vector<std::pair<const char*, double>> PhaseSeconds(const EstimateReport& r
 }
 
 std::string NeighborhoodText(const EstimateOptions& options) {
+  if (options.automatic_scale) return "K = auto";
   return options.radius ? absl::StrFormat("radius %g", *options.radius)
                         : absl::StrFormat("K = %d", static_cast<int>(options.neighbor_count));
 }
@@ -81,6 +83,7 @@ std::string SummaryText(const EstimateReport& report, const PointTable& result) 
       "%s: %s points, %s, %s, server %s\n", report.input, WithCommas(report.summary.points),
       std::string(EstimatorName(report.options.estimator)), NeighborhoodText(report.options), report.server);
   if (report.summary.normals.has_value()) absl::StrAppend(&text, "  ", NormalsText(*report.summary.normals), "\n");
+  if (report.summary.scale.has_value()) absl::StrAppend(&text, ScaleText(*report.summary.scale));
   for (size_t status = 1; status < kStatusWords.size(); ++status) {
     const uint64_t count = report.summary.status_counts[status];
     if (status > 1 && count == 0) continue;
@@ -115,7 +118,9 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
                                  {"request_id", report.summary.request_id},
                                  {"attempts", report.summary.attempts},
                                  {"estimator", EstimatorName(report.options.estimator)}};
-  if (report.options.radius) {
+  if (report.options.automatic_scale) {
+    json["neighbor_count"] = "auto";
+  } else if (report.options.radius) {
     json["radius"] = *report.options.radius;
   } else {
     json["neighbor_count"] = report.options.neighbor_count;
@@ -132,6 +137,7 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
   json["normals_rescaled"] = report.summary.normals_rescaled;
   json["server_peak_bytes"] = report.summary.peak_bytes;
   if (report.summary.normals.has_value()) json["normals"] = NormalsJson(*report.summary.normals);
+  if (report.summary.scale.has_value()) json["scale"] = ScaleJson(*report.summary.scale);
   json["warnings"] = WarningsJson(report.summary);
   return ToJsonLine(json);
 }

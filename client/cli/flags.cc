@@ -40,6 +40,16 @@ CLI::Validator Whole(uint64_t low, uint64_t high) {
       "");
 }
 
+CLI::Validator AutoOrCount(uint32_t most) {
+  return CLI::Validator(
+      [=](std::string& text) -> std::string {
+        uint32_t count;
+        if (text == "auto" || (ParseNumber(text, count) && count >= 4 && count <= most)) return "";
+        return absl::StrCat("\"", text, "\" must be auto or a whole number from 4 to ", most);
+      },
+      "");
+}
+
 CLI::Validator NotEmpty() {
   return CLI::Validator([](std::string& text) -> std::string { return text.empty() ? "must not be empty" : ""; }, "");
 }

@@ -14,6 +14,8 @@ namespace curv {
 CLI::Validator FinitePositive();
 CLI::Validator FiniteNotNegative();
 CLI::Validator Whole(uint64_t low, uint64_t high);
+// Accepts "auto", and the sizes of neighborhoods from 4 to `most`.
+CLI::Validator AutoOrCount(uint32_t most);
 
 // Refuses an empty text, which comes from a shell variable that is not set.
 CLI::Validator NotEmpty();

@@ -43,10 +43,15 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //                         DEFAULT: "localhost:50061"
 //   security              TLS and token, see connectionTo in security.mjs. DEFAULT: plain text, no token
 //   credentials           grpc.ChannelCredentials of your own instead of security's
-//   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform", "independent", "delaunay", "jet", "aso" or
-//                         "normal-regression"
-//   neighborCount         the K nearest points, the point itself included. DEFAULT: 50, if there is no radius
+//   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform", "independent", "delaunay", "jet", "aso",
+//                         "normal-regression", or "auto": what suits the cloud, averaged; summary.scale tells what was chosen, and why
+//   neighborCount         the K nearest points, the point itself included; or "auto": as noise and detail ask for, at each
+//                         point, for "auto", "avg-hexagram", "normal-regression" and "jet". DEFAULT: 50, if there is no radius; with the
+//                         estimator "auto", "auto"
 //   radius                all points at most this far away, instead of neighborCount
+//   neighborCountRange    of neighborCount "auto": [fewest, most] points, within 16 to 2,048
+//   maxRadius             of neighborCount "auto": how far an estimate looks at most. DEFAULT: any distance
+//   scalePerCloud         of neighborCount "auto": the same choice for all points. DEFAULT: false
 //   triangleCount, seed   of the random strategies. DEFAULT: 100 triangles, seed 0
 //   rotationCount         hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2
 //   jetDegree             of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2
@@ -154,6 +159,19 @@ function quantityNames(quantities = []) {
   return names;
 }
 
+// The contract's AutomaticScale; undefined where the caller says how large neighborhoods are.
+function scaleOf({ estimator, neighborCount, radius, neighborCountRange, maxRadius, scalePerCloud }) {
+  const leavesOpen = estimator === "auto" && neighborCount === undefined && radius === undefined;
+  if (neighborCount !== "auto" && !leavesOpen) {
+    if (neighborCountRange !== undefined || maxRadius !== undefined || scalePerCloud) {
+      throw new TypeError('neighborCountRange, maxRadius and scalePerCloud need neighborCount: "auto"');
+    }
+    return undefined;
+  }
+  const [leastNeighborCount, mostNeighborCount] = neighborCountRange ?? [0, 0];
+  return { leastNeighborCount, mostNeighborCount, maxRadius: maxRadius ?? 0, perCloud: scalePerCloud ?? false };
+}
+
 function curvatureHeader(options) {
   const { estimator = "avg-hexagram", neighborCount, radius } = options;
   if (!Object.hasOwn(ESTIMATORS, estimator)) {
@@ -163,11 +181,16 @@ function curvatureHeader(options) {
   if (neighborCount !== undefined && radius !== undefined) {
     throw new TypeError("neighborCount and radius exclude each other");
   }
+  if (typeof neighborCount === "string" && neighborCount !== "auto") {
+    throw new TypeError(`neighborCount is ${JSON.stringify(neighborCount)}; it must be a number or "auto"`);
+  }
+  const automaticScale = scaleOf(options);
   return {
     ...commonHeader(options),
     options: {
       estimator: ESTIMATORS[estimator],
-      ...(neighborCount !== undefined && { neighborCount }),
+      ...(automaticScale !== undefined && { automaticScale }),
+      ...(neighborCount !== undefined && neighborCount !== "auto" && { neighborCount }),
       ...(radius !== undefined && { radius }),
       triangleCount: options.triangleCount ?? 0,
       rotationCount: options.rotationCount ?? 0,
@@ -209,6 +232,10 @@ function call(client, header, cloud, arrays, timeoutMs, metadata) {
         if (response.message === "accepted" && source !== "NORMAL_SOURCE_GIVEN" && response.accepted.normals?.source !== source) {
           stream.cancel();
           reject(new CurvdError(grpc.status.UNIMPLEMENTED, "the server is too old to make or orient normals"));
+        }
+        if (response.message === "accepted" && header.options?.automaticScale && !response.accepted.options?.automaticScale) {
+          stream.cancel();
+          reject(new CurvdError(grpc.status.UNIMPLEMENTED, "the server is too old to choose a scale"));
         }
         if (response.message === "result") collector.add(response.result);
         if (response.message === "summary") summary = response.summary;

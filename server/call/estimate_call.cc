@@ -210,6 +210,7 @@ void EstimateCall::SendResults(EstimationResult result) {
     record.status_counts = result.field.status_counts;
     record.agreement = result.agreement;
     record.normal_report = result.normal_report;
+    record.scale_report = std::move(result.scale_report);
     record.peak_bytes = result.cost.peak_bytes;
     phases_.SetJobSeconds(result.cost.seconds);
     phases_.StartSending(Clock::now());

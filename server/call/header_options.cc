@@ -1,5 +1,6 @@
 #include "server/call/header_options.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
@@ -7,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/estimators/scale_ladder.h"
 #include "core/estimators/strategies.h"
 #include "proto/result_columns.h"
 #include "server/call/invalid_option.h"
@@ -25,12 +27,37 @@ constexpr size_t kMaxTagBytes = 128;
 
 absl::Status ResolveEstimator(v1::Estimator proto, std::string_view& estimator) {
   if (proto == v1::ESTIMATOR_UNSPECIFIED) return absl::OkStatus();
+  if (proto == v1::ESTIMATOR_AUTO) {
+    estimator = kAutomaticEstimator;
+    return absl::OkStatus();
+  }
   const Strategy* strategy = StrategyOf(proto);
   if (strategy == nullptr) {
     return InvalidOption("header.options.estimator", absl::StrCat(static_cast<int>(proto)),
                          "a value of curvature.v1.Estimator that this server knows");
   }
   estimator = strategy->name;
+  return absl::OkStatus();
+}
+
+absl::Status ResolveScale(const v1::AutomaticScale& proto, const CallLimits& limits, AutomaticScale& scale) {
+  constexpr char kField[] = "header.options.automatic_scale";
+  const uint32_t most = std::min(kMostAutomaticCount, limits.max_neighbor_count);
+  scale.most_count = proto.most_neighbor_count() == 0 ? most : proto.most_neighbor_count();
+  if (scale.most_count < kLeastAutomaticCount || scale.most_count > most) {
+    return InvalidOption(absl::StrCat(kField, ".most_neighbor_count"), absl::StrCat(scale.most_count),
+                         absl::StrCat("from ", kLeastAutomaticCount, " to ", most));
+  }
+  scale.least_count = proto.least_neighbor_count() == 0 ? kLeastAutomaticCount : proto.least_neighbor_count();
+  if (scale.least_count < kLeastAutomaticCount || scale.least_count > scale.most_count) {
+    return InvalidOption(absl::StrCat(kField, ".least_neighbor_count"), absl::StrCat(scale.least_count),
+                         absl::StrCat("from ", kLeastAutomaticCount, " to most_neighbor_count, ", scale.most_count));
+  }
+  scale.max_radius = proto.max_radius();
+  if (!std::isfinite(scale.max_radius) || scale.max_radius < 0.0) {
+    return InvalidOption(absl::StrCat(kField, ".max_radius"), absl::StrCat(scale.max_radius), "finite, and 0 or more");
+  }
+  scale.per_cloud = proto.per_cloud();
   return absl::OkStatus();
 }
 
@@ -55,6 +82,13 @@ absl::Status ResolveNeighborhood(const v1::EstimatorOptions& proto, const CallLi
       return InvalidOption("header.options.radius", absl::StrCat(proto.radius()), "finite and above 0");
     }
     options.neighborhood = NeighborRadius{proto.radius()};
+  } else if (proto.has_automatic_scale() || options.estimator == kAutomaticEstimator) {
+    AutomaticScale scale;
+    if (absl::Status status = ResolveScale(proto.automatic_scale(), limits, scale); !status.ok()) return status;
+    options.neighborhood = scale;
+    for (const ScaleMethod& method : kScaleMethods) {  // the default of those that the choice knows
+      if (method.estimator == options.estimator && method.jet_degree != 0) options.jet_degree = method.jet_degree;
+    }
   }
   options.max_neighbor_count = limits.max_neighbor_count;
   return absl::OkStatus();
@@ -170,6 +204,13 @@ absl::Status CheckTag(const std::string& tag) {
   return absl::OkStatus();
 }
 
+void WriteScale(const AutomaticScale& scale, v1::AutomaticScale& proto) {
+  proto.set_least_neighbor_count(scale.least_count);
+  proto.set_most_neighbor_count(scale.most_count);
+  proto.set_max_radius(scale.max_radius);
+  proto.set_per_cloud(scale.per_cloud);
+}
+
 }  // namespace
 
 absl::StatusOr<CallOptions> ResolveHeader(const v1::CloudHeader& header, const CallLimits& limits) {
@@ -204,8 +245,11 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
   accepted->set_request_id(request_id);
   FillLimits(limits, accepted->mutable_limits());
   v1::EstimatorOptions* proto = accepted->mutable_options();
-  proto->set_estimator(WireEstimator(*FindStrategy(options.estimator.estimator)));
-  if (const auto* radius = std::get_if<NeighborRadius>(&options.estimator.neighborhood)) {
+  const bool is_auto = options.estimator.estimator == kAutomaticEstimator;
+  proto->set_estimator(is_auto ? v1::ESTIMATOR_AUTO : WireEstimator(*FindStrategy(options.estimator.estimator)));
+  if (const auto* scale = std::get_if<AutomaticScale>(&options.estimator.neighborhood)) {
+    WriteScale(*scale, *proto->mutable_automatic_scale());
+  } else if (const auto* radius = std::get_if<NeighborRadius>(&options.estimator.neighborhood)) {
     proto->set_radius(radius->radius);
   } else {
     proto->set_neighbor_count(std::get<NeighborCount>(options.estimator.neighborhood).count);
@@ -230,6 +274,7 @@ void FillEstimators(v1::GetServerInfoResponse* info) {
     const v1::Estimator estimator = WireEstimator(*strategy);
     if (estimator != v1::ESTIMATOR_UNSPECIFIED) info->add_estimators(estimator);
   }
+  info->add_estimators(v1::ESTIMATOR_AUTO);
 }
 
 }  // namespace curvd

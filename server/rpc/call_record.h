@@ -10,6 +10,7 @@
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/seams/normals_agreement.h"
 #include "core/normals/normals.h"
+#include "core/scale/scale_report.h"
 #include "server/rpc/rpc_method.h"
 
 namespace curvd {
@@ -37,6 +38,7 @@ struct CallRecord {
   std::array<uint64_t, kPointStatusEnd> status_counts{};  // of a call that was estimated
   NormalsAgreement agreement;                             // likewise
   std::optional<NormalReport> normal_report;              // likewise, unless normals were taken as given
+  std::optional<ScaleReport> scale_report;                // of an automatic estimate
   uint64_t normals_rescaled = 0;
   uint64_t bytes_received = 0;
   uint64_t bytes_sent = 0;

@@ -21,16 +21,6 @@ std::array<double, 3> VectorOf(const std::string& text) {
   return vector;
 }
 
-CLI::Validator AutoOrCount() {
-  return CLI::Validator(
-      [](std::string& text) -> std::string {
-        uint32_t count;
-        if (text == "auto" || (ParseNumber(text, count) && count >= 4 && count <= kMostNeighbors)) return "";
-        return absl::StrCat("\"", text, "\" must be auto or a whole number from 4 to ", kMostNeighbors);
-      },
-      "");
-}
-
 }  // namespace
 
 void AddSourceFlags(CLI::App& command, NormalFlags& flags) {
@@ -96,7 +86,7 @@ void AddMethodFlags(CLI::App& command, const std::string& prefix, NormalFlags& f
       command
           .add_option(absl::StrCat("--", prefix, "k"), flags.k,
                       "points that a normal is made of, itself included [auto: by the noise of the points]")
-          ->check(AutoOrCount())
+          ->check(AutoOrCount(kMostNeighbors))
           ->option_text("COUNT");
   command
       .add_option(absl::StrCat("--", prefix, "radius"), flags.radius,

@@ -68,6 +68,9 @@ def estimate_curvature(
     estimator="avg-hexagram",
     neighbor_count=None,
     radius=None,
+    neighbor_count_range=None,
+    max_radius=None,
+    scale_per_cloud=False,
     triangle_count=0,
     rotation_count=0,
     jet_degree=0,
@@ -97,10 +100,15 @@ def estimate_curvature(
                            Without normals (None), the server estimates and orients them, and the result has them as
                            `normal`.
     server:                HOST:PORT, or several with commas between: replicas, each call starting with any of them.
-    estimator:             "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso" or
-                           "normal-regression".
-    neighbor_count:        the K nearest points, the point itself included. DEFAULT: 50, if there is no radius.
+    estimator:             "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso",
+                           "normal-regression", or "auto": what suits the cloud, averaged; summary.scale tells what was chosen, and why.
+    neighbor_count:        the K nearest points, the point itself included; or "auto": as noise and detail ask for, at each
+                           point, for "auto", "avg-hexagram", "normal-regression" and "jet". DEFAULT: 50, if there is no radius; with the
+                           estimator "auto", "auto".
     radius:                all points at most this far away, instead of neighbor_count.
+    neighbor_count_range:  of neighbor_count "auto": the fewest and the most points, within 16 to 2,048.
+    max_radius:            of neighbor_count "auto": how far an estimate looks at most. DEFAULT: any distance.
+    scale_per_cloud:       of neighbor_count "auto": the same choice for all points.
     triangle_count, seed:  of the random strategies. DEFAULT: 100 triangles, seed 0.
     rotation_count:        hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2.
     jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2.
@@ -145,6 +153,9 @@ def estimate_curvature(
         estimator,
         neighbor_count,
         radius,
+        automatic_scale=_automatic_scale(
+            estimator, neighbor_count, radius, neighbor_count_range, max_radius, scale_per_cloud
+        ),
         triangle_count=triangle_count,
         rotation_count=rotation_count,
         jet_degree=jet_degree,
@@ -280,13 +291,32 @@ def _priority(name):
     return _PRIORITIES[name]
 
 
-def _estimator_options(estimator, neighbor_count, radius, **others):
+def _automatic_scale(estimator, neighbor_count, radius, neighbor_count_range, max_radius, per_cloud):
+    """The contract's AutomaticScale, or None where the caller says how large neighborhoods are."""
+    leaves_open = estimator == "auto" and neighbor_count is None and radius is None
+    if neighbor_count != "auto" and not leaves_open:
+        if neighbor_count_range is not None or max_radius is not None or per_cloud:
+            raise ValueError('neighbor_count_range, max_radius and scale_per_cloud need neighbor_count="auto"')
+        return None
+    if radius is not None:
+        raise ValueError("neighbor_count and radius exclude each other; with \"auto\" there is max_radius")
+    least, most = (0, 0) if neighbor_count_range is None else neighbor_count_range
+    return curvature_pb2.AutomaticScale(
+        least_neighbor_count=least, most_neighbor_count=most, max_radius=max_radius or 0.0, per_cloud=per_cloud
+    )
+
+
+def _estimator_options(estimator, neighbor_count, radius, automatic_scale, **others):
     if estimator not in _ESTIMATORS:
         raise ValueError(f"estimator is {estimator!r}; it must be one of {', '.join(_ESTIMATORS)}")
     if neighbor_count is not None and radius is not None:
         raise ValueError("neighbor_count and radius exclude each other")
+    if isinstance(neighbor_count, str) and neighbor_count != "auto":
+        raise ValueError(f"neighbor_count is {neighbor_count!r}; it must be a number or \"auto\"")
     options = curvature_pb2.EstimatorOptions(estimator=_ESTIMATORS[estimator], **others)
-    if radius is not None:
+    if automatic_scale is not None:
+        options.automatic_scale.CopyFrom(automatic_scale)
+    elif radius is not None:
         options.radius = radius
     elif neighbor_count is not None:
         options.neighbor_count = neighbor_count
@@ -307,9 +337,11 @@ def _await_connection(channel):
         grpc.channel_ready_future(channel).result(_CONNECT_SECONDS)
 
 
-def _check_accepted(accepted, asked):
-    """Raises CurvdError if the server takes normals as given that it was to make or orient."""
-    given = curvature_pb2.NORMAL_SOURCE_GIVEN
+def _check_accepted(accepted, header):
+    """Raises CurvdError if the server takes normals as given that it was to make or orient, or chooses no scale."""
+    if header.options.HasField("automatic_scale") and not accepted.options.HasField("automatic_scale"):
+        raise CurvdError(grpc.StatusCode.UNIMPLEMENTED, "the server is too old to choose a scale")
+    given, asked = curvature_pb2.NORMAL_SOURCE_GIVEN, header.normals.source
     if asked not in (given, accepted.normals.source):
         raise CurvdError(grpc.StatusCode.UNIMPLEMENTED, "the server is too old to make or orient normals")
 
@@ -325,7 +357,7 @@ def _call(channel, header, cloud, timeout, metadata):
         for response in call:
             kind = response.WhichOneof("message")
             if kind == "accepted":
-                _check_accepted(response.accepted, header.normals.source)
+                _check_accepted(response.accepted, header)
             elif kind == "result":
                 collector.add(response.result)
             elif kind == "summary":

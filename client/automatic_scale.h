@@ -1,0 +1,37 @@
+// Neighborhoods whose size the server chooses, and what it says about its choice.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace curv {
+
+// As many nearest points as noise and detail ask for, at each point.
+struct AutomaticScale {
+  // 16 to 2,048; 0: the least and the most that the server takes. DEFAULT: 0.
+  uint32_t least_neighbor_count = 0;
+  uint32_t most_neighbor_count = 0;
+  // How far an estimate looks at most, in the cloud's length unit; 0: any distance. DEFAULT: 0.
+  double max_radius = 0.0;
+  // The same choice for all points. DEFAULT: false.
+  bool per_cloud = false;
+};
+
+// One way to estimate that the server has judged, by a sample of the points. Errors are of the mean curvature.
+struct ScaleOutcome {
+  std::string estimator;  // as EstimatorName has it
+  uint32_t neighbor_count = 0;
+  double error = 0.0;  // that is expected
+  double noise = 0.0;  // how much of it is noise
+  double bias = 0.0;   // how much of it is detail that is smoothed away
+  double share = 0.0;  // mean weight in the results; 0: not chosen
+};
+
+struct ScaleReport {
+  std::vector<ScaleOutcome> outcomes;  // by estimator, then by neighbor count; empty: nothing could be judged
+  uint32_t sampled_points = 0;
+  double position_noise = 0.0;  // standard deviation from the fitted surfaces, in the cloud's length unit
+};
+
+}  // namespace curv

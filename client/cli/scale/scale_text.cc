@@ -1,0 +1,66 @@
+#include "client/cli/scale/scale_text.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+
+namespace curv {
+namespace {
+
+// Those with a weight, the largest first, then the best of each estimator that has none.
+std::vector<ScaleOutcome> WorthTelling(const ScaleReport& report) {
+  std::vector<ScaleOutcome> told;
+  for (const ScaleOutcome& outcome : report.outcomes) {
+    if (outcome.share > 0.0) told.push_back(outcome);
+  }
+  std::stable_sort(told.begin(), told.end(),
+                   [](const ScaleOutcome& a, const ScaleOutcome& b) { return a.share > b.share; });
+  const size_t chosen = told.size();
+  for (const ScaleOutcome& outcome : report.outcomes) {
+    const auto is_same = [&](const ScaleOutcome& other) { return other.estimator == outcome.estimator; };
+    const auto weighted = told.begin() + static_cast<std::ptrdiff_t>(chosen);
+    if (std::any_of(told.begin(), weighted, is_same)) continue;
+    const auto best = std::find_if(weighted, told.end(), is_same);
+    if (best == told.end()) {
+      told.push_back(outcome);
+    } else if (outcome.error < best->error) {
+      *best = outcome;
+    }
+  }
+  return told;
+}
+
+}  // namespace
+
+std::string ScaleText(const ScaleReport& report) {
+  if (report.outcomes.empty())
+    return "  no scale could be judged: the cloud is too small, or nothing could be estimated\n";
+  std::string text = absl::StrFormat("  chosen by %u sampled points; position noise at most %.3g\n",
+                                     report.sampled_points, report.position_noise);
+  absl::StrAppendFormat(&text, "  %-22s %7s %14s %14s %14s %8s\n", "estimator", "K", "expected error", "of noise",
+                        "of detail lost", "weight");
+  for (const ScaleOutcome& o : WorthTelling(report)) {
+    absl::StrAppendFormat(&text, "  %-22s %7u %14.3g %14.3g %14.3g %7.0f%%\n", o.estimator, o.neighbor_count, o.error,
+                          o.noise, o.bias, 100.0 * o.share);
+  }
+  return text;
+}
+
+nlohmann::ordered_json ScaleJson(const ScaleReport& report) {
+  nlohmann::ordered_json outcomes = nlohmann::ordered_json::array();
+  for (const ScaleOutcome& o : report.outcomes) {
+    outcomes.push_back({{"estimator", o.estimator},
+                        {"neighbor_count", o.neighbor_count},
+                        {"error", o.error},
+                        {"noise", o.noise},
+                        {"bias", o.bias},
+                        {"share", o.share}});
+  }
+  return {{"sampled_points", report.sampled_points},
+          {"position_noise", report.position_noise},
+          {"outcomes", std::move(outcomes)}};
+}
+
+}  // namespace curv
