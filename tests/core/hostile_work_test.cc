@@ -48,7 +48,7 @@ Cost Estimate(const SpatialIndex& index, const EstimatorOptions& options, uint64
   return cost;
 }
 
-EstimatorOptions OptionsFor(std::string_view estimator, std::variant<NeighborCount, NeighborRadius> neighborhood) {
+EstimatorOptions OptionsFor(std::string_view estimator, decltype(EstimatorOptions::neighborhood) neighborhood) {
   EstimatorOptions options;
   options.estimator = estimator;
   options.neighborhood = neighborhood;

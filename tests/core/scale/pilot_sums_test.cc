@@ -1,0 +1,74 @@
+#include "core/scale/pilot_sums.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace curvd::testing {
+namespace {
+
+// Neighbors on z = -(a x^2 + b y^2) / 2, seen from the origin, where the principal curvatures are a and b: a bulge
+// along the normal where they are positive. Evenly spread over a disc.
+PilotSums Bowl(double a, double b, size_t count, double radius) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> coordinate(-radius, radius);
+  PilotSums sums;
+  while (sums.count() < static_cast<double>(count)) {
+    const double x = coordinate(random), y = coordinate(random);
+    if (x * x + y * y > radius * radius) continue;
+    const double length = std::sqrt(1.0 + a * a * x * x + b * b * y * y);
+    sums.Add({{x, y, -0.5 * (a * x * x + b * y * y)}, {a * x / length, b * y / length, 1.0 / length}});
+  }
+  return sums;
+}
+
+TEST(PilotSumsTest, EveryMethodFindsTheCurvatureOfAGraph) {
+  for (const auto& [a, b] : {std::pair{0.2, 0.2}, std::pair{0.3, -0.1}, std::pair{-0.4, -0.1}}) {
+    const PilotSums sums = Bowl(a, b, 400, 0.5);
+    const double mean = 0.5 * (a + b);
+    ASSERT_TRUE(sums.MeanOfHexagrams().has_value());
+    EXPECT_NEAR(sums.MeanOfHexagrams()->mean, mean, 0.02);
+    EXPECT_NEAR(sums.MeanOfHexagrams()->steepest, std::max(std::abs(a), std::abs(b)), 0.03);
+    EXPECT_NEAR(*sums.MeanOfRegression(0.5), mean, 1e-4);
+    EXPECT_NEAR(sums.MeanOfJet(0.5)->mean, mean, 1e-10) << "the graph is a polynomial of degree 2";
+    EXPECT_LT(sums.MeanOfJet(0.5)->residual, 1e-7);
+  }
+}
+
+TEST(PilotSumsTest, SumsOfPartsAreThoseOfTheWhole) {
+  PilotSums parts = Bowl(0.2, 0.1, 60, 1.0);
+  parts += Bowl(0.2, 0.1, 40, 1.0);
+  EXPECT_EQ(parts.count(), 100.0);
+  EXPECT_NEAR(parts.MeanOfJet(1.0)->mean, 0.15, 1e-9);
+}
+
+TEST(PilotSumsTest, TheResidualIsTheNoiseOfThePositions) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  PilotSums sums;
+  for (int i = 0; i < 2000; ++i) sums.Add({{coordinate(random), coordinate(random), noise(random)}, {0, 0, 1}});
+  EXPECT_NEAR(sums.MeanOfJet(1.0)->residual, 0.01, 0.0005);
+}
+
+TEST(PilotSumsTest, NothingIsSaidWhereTheNeighborsFixNoSurface) {
+  EXPECT_FALSE(PilotSums().MeanOfHexagrams().has_value());
+  EXPECT_FALSE(PilotSums().MeanOfRegression(1.0).has_value());
+  EXPECT_FALSE(PilotSums().MeanOfJet(1.0).has_value());
+  PilotSums line, spot, opposed;
+  for (int i = 0; i < 100; ++i) {
+    line.Add({{0.01 * i, 0.0, 0.0}, {0, 0, 1}});
+    spot.Add({{0.0, 0.0, 0.0}, {0, 0, 1}});
+    opposed.Add({{std::cos(i), std::sin(i), 0.0}, {0, 0, i % 2 == 0 ? 1.0 : -1.0}});
+  }
+  for (const PilotSums* sums : {&line, &spot}) {
+    EXPECT_FALSE(sums->MeanOfHexagrams().has_value());
+    EXPECT_FALSE(sums->MeanOfRegression(1.0).has_value());
+    EXPECT_FALSE(sums->MeanOfJet(1.0).has_value());
+  }
+  EXPECT_FALSE(opposed.MeanOfRegression(1.0).has_value()) << "normals cancel out";
+}
+
+}  // namespace
+}  // namespace curvd::testing

@@ -1,0 +1,152 @@
+#include "core/scale/scale_choice.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace curvd::testing {
+namespace {
+
+// What a method finds at a rung: noise that falls with the count, and a bias that grows with it, around 1.
+struct Behavior {
+  double noise;  // at the first rung; falls with the count
+  double bias;   // at the last one; grows with the count
+};
+
+// A table of points in a row whose estimates behave so, for each method; the second half of the row may be noisier.
+PilotTable MakeTable(const std::array<Behavior, kMethodCount>& behaviors, double noise_factor_of_second_half = 1.0) {
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  PilotTable table;
+  for (int i = 0; i < 400; ++i) {
+    PilotPoint point({static_cast<float>(i), 0.0f, 0.0f});
+    const double factor = i < 200 ? 1.0 : noise_factor_of_second_half;
+    const double detail = normal(random);
+    for (size_t rung = 0; rung < kRungCount; ++rung) {
+      const double growth = kScaleRungs[rung] / static_cast<double>(kScaleRungs[0]);
+      point.radius[rung] = static_cast<float>(0.01 * std::sqrt(growth));
+      point.steepest[rung] = 1.0f;
+      point.residual[rung] = 0.0f;
+      for (size_t m = 0; m < kMethodCount; ++m) {
+        const double noise = factor * behaviors[m].noise / growth;
+        const double lost = behaviors[m].bias * detail * kScaleRungs[rung] / kScaleRungs.back();
+        const double even = normal(random) * noise, odd = normal(random) * noise;
+        auto& parts = point.mean[m][rung];
+        parts[PilotPoint::kEven] = static_cast<float>(1.0 + lost + std::sqrt(2.0) * even);
+        parts[PilotPoint::kOdd] = static_cast<float>(1.0 + lost + std::sqrt(2.0) * odd);
+        parts[PilotPoint::kAll] = static_cast<float>(1.0 + lost + (even + odd) / std::sqrt(2.0));
+      }
+    }
+    table.push_back(point);
+  }
+  return table;
+}
+
+constexpr Behavior kUseless{100.0, 100.0};
+
+uint32_t MeanCount(const ScaleChoice& choice) {
+  double logs = 0.0;
+  for (size_t c = 0; c < choice.chosen.size(); ++c)
+    logs += choice.cloud_weights[c] * std::log2(choice.chosen[c].count());
+  return static_cast<uint32_t>(std::exp2(logs));
+}
+
+TEST(ScaleChoiceTest, MoreNoiseAsksForMoreNeighborsAndMoreDetailForFewer) {
+  const auto choose = [](double noise, double bias) {
+    return ChooseScales(MakeTable({Behavior{noise, bias}, kUseless, kUseless}), {});
+  };
+  const uint32_t calm = MeanCount(choose(0.1, 1.0)), noisy = MeanCount(choose(1.0, 1.0));
+  const uint32_t detailed = MeanCount(choose(0.1, 10.0));
+  EXPECT_GT(noisy, 2 * calm);
+  EXPECT_LT(2 * detailed, calm);
+}
+
+TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
+  for (size_t best = 0; best < kMethodCount; ++best) {
+    std::array<Behavior, kMethodCount> behaviors;
+    behaviors.fill({1.0, 5.0});
+    behaviors[best] = {0.1, 0.5};
+    const ScaleChoice choice = ChooseScales(MakeTable(behaviors), {});
+    double weight = 0.0;
+    for (size_t c = 0; c < choice.chosen.size(); ++c) {
+      if (choice.chosen[c].method == best) weight += choice.cloud_weights[c];
+    }
+    EXPECT_GT(weight, 0.95) << best;
+  }
+}
+
+TEST(ScaleChoiceTest, KeepsToItsBounds) {
+  const PilotTable table = MakeTable({Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, Behavior{1.0, 1.0}});
+  ScaleBounds bounds;
+  bounds.methods = {false, true, false};
+  bounds.least_count = 40;
+  bounds.most_count = 100;
+  bounds.most_radius = table.front().radius[4];  // 64 neighbors
+  const ScaleChoice choice = ChooseScales(table, bounds);
+  ASSERT_FALSE(choice.chosen.empty());
+  for (const ScaleCandidate& candidate : choice.chosen) {
+    EXPECT_EQ(candidate.method, kRegressionMethod);
+    EXPECT_TRUE(candidate.count() == 45 || candidate.count() == 64) << candidate.count();
+  }
+}
+
+TEST(ScaleChoiceTest, WeightsFollowTheNoiseFromPlaceToPlace) {
+  const PilotTable table = MakeTable({Behavior{0.03, 2.0}, kUseless, kUseless}, 30.0);
+  const ScaleChoice choice = ChooseScales(table, {});
+  ASSERT_EQ(choice.local_errors.size(), table.size());
+  const auto mean_count = [&](size_t first, size_t last) {
+    double logs = 0.0, weights = 0.0;
+    for (size_t c = 0; c < choice.chosen.size(); ++c) {
+      double error = 0.0;
+      for (size_t i = first; i < last; ++i) error += choice.local_errors[i][c] / static_cast<double>(last - first);
+      logs += ScaleWeight(error) * std::log2(choice.chosen[c].count());
+      weights += ScaleWeight(error);
+    }
+    return std::exp2(logs / weights);
+  };
+  EXPECT_GT(mean_count(200, 400), 1.5 * mean_count(0, 200));
+}
+
+TEST(ScaleChoiceTest, SharesOfTheChosenSumToOne) {
+  for (const bool per_cloud : {false, true}) {
+    ScaleBounds bounds;
+    bounds.per_cloud = per_cloud;
+    const ScaleChoice choice = ChooseScales(MakeTable({Behavior{1.0, 1.0}, kUseless, kUseless}), bounds);
+    EXPECT_EQ(choice.chosen.size(), ScaleChoice::kMostChosen);
+    EXPECT_NEAR(std::accumulate(choice.cloud_weights.begin(), choice.cloud_weights.end(), 0.0), 1.0, 1e-12);
+    EXPECT_TRUE(std::is_sorted(choice.cloud_weights.rbegin(), choice.cloud_weights.rend()));
+    double shares = 0.0;
+    for (const ScaleScore& score : choice.scores) shares += score.share;
+    EXPECT_NEAR(shares, 1.0, 1e-12);
+    EXPECT_EQ(choice.local_errors.empty(), per_cloud);
+  }
+}
+
+// On a plane, and on a sphere that is sampled exactly, every estimate agrees to the last bit.
+TEST(ScaleChoiceTest, EstimatesThatAgreeExactlyHaveFiniteWeights) {
+  const PilotTable table = MakeTable({Behavior{0.0, 0.0}, Behavior{0.0, 0.0}, Behavior{0.0, 0.0}});
+  const ScaleChoice choice = ChooseScales(table, {});
+  ASSERT_FALSE(choice.chosen.empty());
+  for (const double weight : choice.cloud_weights) EXPECT_TRUE(std::isfinite(weight)) << weight;
+  for (const ScaleScore& score : choice.scores) EXPECT_TRUE(std::isfinite(score.error) && score.error > 0.0);
+}
+
+TEST(ScaleChoiceTest, ChoosesNothingWhereNothingWasEstimated) {
+  EXPECT_TRUE(ChooseScales({}, {}).chosen.empty());
+  const PilotTable nothing(100, PilotPoint({0.0f, 0.0f, 0.0f}));
+  EXPECT_TRUE(ChooseScales(nothing, {}).chosen.empty());
+}
+
+TEST(ScaleChoiceTest, LeavesOutWhatFailsAtManyPoints) {
+  PilotTable table = MakeTable({Behavior{1.0, 1.0}, Behavior{0.01, 0.01}, kUseless});
+  for (size_t i = 0; i < table.size(); i += 20) {
+    for (auto& parts : table[i].mean[kRegressionMethod]) parts.fill(PilotPoint::kNone);
+  }
+  for (const ScaleCandidate& candidate : ChooseScales(table, {}).chosen) EXPECT_NE(candidate.method, kRegressionMethod);
+}
+
+}  // namespace
+}  // namespace curvd::testing
