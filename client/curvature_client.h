@@ -96,7 +96,7 @@ std::string_view EstimatorName(Estimator estimator);
 std::optional<Estimator> EstimatorOf(std::string_view name);
 
 // "mean_curvature", "gaussian_curvature", "principal_curvatures", "principal_directions", "radius", "normals",
-// "normal_quality", and what the contract has beside them (enum Quantity).
+// "normal_quality", "shape_index", "curvedness", and what the contract has beside them (enum Quantity).
 const std::vector<std::string>& QuantityNames();
 
 // Whose work the server does first. kBySize: kInteractive up to 100,000 points, kBatch above.
@@ -128,8 +128,8 @@ struct EstimateOptions {
   // Where normals come from. DEFAULT: with the cloud.
   NormalOptions normals;
   // Quantities to send, of QuantityNames(), each at most once; of the others the result has empty arrays. If none is of
-  // curvature, none is estimated. DEFAULT: empty, which asks for all of curvature, and for the normals unless they are
-  // given.
+  // curvature, none is estimated. DEFAULT: empty, which asks for all of curvature but what follows from k1 and k2, and
+  // for the normals unless they are given.
   std::vector<std::string> quantities;
   // What the positions are relative to. Curvature does not depend on it. DEFAULT: zero.
   std::array<double, 3> origin{};
@@ -232,6 +232,8 @@ struct CurvatureResult {
   // plane: 0 for a plane, 1 for a line or a ball.
   std::vector<float> normal_residual;
   std::vector<float> normal_variance_ratio;
+  std::vector<float> shape_index;   // -1 a cup, -0.5 a rut, 0 a saddle, 0.5 a ridge, 1 a cap; NaN also on a plane
+  std::vector<float> curvedness;    // sqrt((k1^2 + k2^2) / 2)
   std::vector<uint8_t> status;      // values of PointStatus
   std::vector<NamedColumn> others;  // what else was asked for, in the order of the contract
   EstimateSummary summary;

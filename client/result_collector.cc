@@ -115,6 +115,8 @@ constexpr std::pair<std::string_view, std::vector<float> CurvatureResult::*> kMe
     {"normal", &CurvatureResult::normals},
     {"normal_residual", &CurvatureResult::normal_residual},
     {"normal_variance_ratio", &CurvatureResult::normal_variance_ratio},
+    {"shape_index", &CurvatureResult::shape_index},
+    {"curvedness", &CurvatureResult::curvedness},
 };
 
 void Store(NamedColumn column, CurvatureResult& result) {

@@ -241,8 +241,9 @@ void AddEstimate(CLI::App& app, Action& action) {
           [flags](const std::vector<std::string>& words) {
             for (const std::string& word : words) AddQuantity(word, flags->options.quantities);
           },
-          "what to estimate, with commas between: mean, gaussian, k1, k2, d1, d2, radius or the contract's names; the "
-          "result has no other columns [all]")
+          "what to estimate, with commas between: mean, gaussian, k1, k2, d1, d2, radius, shape_index, curvedness or "
+          "the "
+          "contract's names; the result has no other columns [all of curvature but shape_index and curvedness]")
       ->delimiter(',')
       ->allow_extra_args(false)  // what follows the list is the input
       ->check(CLI::IsMember(QuantityWords()).description(""))

@@ -100,6 +100,8 @@ PointTable MakeResultTable(PointTable input, CurvatureResult result) {
   AddScalars("radius", std::move(result.radius), table);
   AddScalars("normal_residual", std::move(result.normal_residual), table);
   AddScalars("normal_variance_ratio", std::move(result.normal_variance_ratio), table);
+  AddScalars("shape_index", std::move(result.shape_index), table);
+  AddScalars("curvedness", std::move(result.curvedness), table);
   for (NamedColumn& other : result.others) AddOther(std::move(other), table);
   table.Set({"status", std::move(result.status)});
   // An earlier estimate must not stand beside this one as if it were a part of it.

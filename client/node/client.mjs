@@ -67,8 +67,8 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //   normalNeighborCount, normalRadius  of which points normals are estimated. DEFAULT: as their noise asks for
 //   quantities            what the result shall have beside status, of "meanCurvature", "gaussianCurvature",
 //                         "principalCurvatures" (k1, k2), "principalDirections" (d1, d2), "radius", "normals" (normal),
-//                         "normalQuality" (normalResidual, normalVarianceRatio). DEFAULT, and []: all of curvature, and
-//                         "normals" unless they stay as they are given
+//                         "normalQuality" (normalResidual, normalVarianceRatio), "shapeIndex", "curvedness". DEFAULT, and
+//                         []: all of curvature but the last two, and "normals" unless they stay as they are given
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
 //   rejectOpposedNormals  fail the call if normals point to opposite sides of one surface, instead of giving the points
 //                         around such places a status, and warning. DEFAULT: false

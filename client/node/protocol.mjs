@@ -47,9 +47,9 @@ const ARRAYS_OF = new Map([
   ["normals", ["normal"]],
   ["normalQuality", ["normalResidual", "normalVarianceRatio"]],
 ]);
-// Those of normals come only where they are asked for, or made.
-const NORMAL_ARRAYS = ["normal", "normalResidual", "normalVarianceRatio"];
-export const CURVATURE_ARRAYS = RESULT_ARRAYS.filter((name) => name !== "status" && !NORMAL_ARRAYS.includes(name));
+// These come only where they are asked for; normals also where the server makes them.
+const ARRAYS_ON_REQUEST = ["normal", "normalResidual", "normalVarianceRatio", "shapeIndex", "curvedness"];
+export const CURVATURE_ARRAYS = RESULT_ARRAYS.filter((name) => name !== "status" && !ARRAYS_ON_REQUEST.includes(name));
 
 // Names of the arrays, beside status, that a call must get which asks for those quantities. All of them if it asks for
 // none, which is to ask for all: null, because an older server may not know one of them.

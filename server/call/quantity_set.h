@@ -7,7 +7,7 @@
 
 namespace curvd {
 
-// Quantities beside the status. DEFAULT: all of curvature that the contract knows.
+// Quantities beside the status. DEFAULT: all of curvature that the contract knows, but for what follows from the rest.
 class QuantitySet {
  public:
   static QuantitySet None() { return QuantitySet(0); }
@@ -24,9 +24,12 @@ class QuantitySet {
   static constexpr uint64_t BitOf(curvature::v1::Quantity quantity) { return uint64_t{1} << quantity; }
   static constexpr uint64_t kNormalBits =
       uint64_t{1} << curvature::v1::QUANTITY_NORMALS | uint64_t{1} << curvature::v1::QUANTITY_NORMAL_QUALITY;
+  // Only where they are asked for.
+  static constexpr uint64_t kDerivedBits =
+      uint64_t{1} << curvature::v1::QUANTITY_SHAPE_INDEX | uint64_t{1} << curvature::v1::QUANTITY_CURVEDNESS;
   explicit QuantitySet(uint64_t bits) : bits_(bits) {}
 
-  uint64_t bits_ = ~kNormalBits;
+  uint64_t bits_ = ~(kNormalBits | kDerivedBits);
 };
 
 }  // namespace curvd

@@ -8,6 +8,7 @@
 
 #include "core/base/out_of_memory.h"
 #include "core/base/page_pool.h"
+#include "core/estimators/derived_quantities.h"
 #include "core/job/field_arrays.h"
 #include "proto/bulk_message.h"
 #include "proto/result_columns.h"
@@ -27,7 +28,14 @@ struct PackedColumn {
   const curvature::wire::ResultColumn* wire;
   size_t curvature_index;  // kColumnCount: none
   size_t normal_index;     // kNormalColumns.size(): none
+  size_t derived_index;    // kDerivedColumns.size(): none
 };
+
+size_t DerivedIndex(std::string_view name) {
+  size_t i = 0;
+  while (i < kDerivedColumns.size() && kDerivedColumns[i].name != name) ++i;
+  return i;
+}
 
 template <size_t kCount>
 bool IsRight(size_t index, const std::array<Column, kCount>& columns, const curvature::wire::ResultColumn& wire) {
@@ -38,10 +46,13 @@ std::vector<PackedColumn> MatchColumns() {
   std::vector<PackedColumn> columns;
   for (const curvature::wire::ResultColumn& wire : curvature::wire::ResultColumns()) {
     const size_t curvature_index = ColumnIndex(wire.name), normal_index = ColumnIndex(wire.name, kNormalColumns);
+    const size_t derived_index = DerivedIndex(wire.name);
+    const bool is_derived = derived_index < kDerivedColumns.size();
     // A defect of the build.
-    GPR_ASSERT(curvature_index < kColumnCount || normal_index < kNormalColumns.size());
+    GPR_ASSERT(curvature_index < kColumnCount || normal_index < kNormalColumns.size() || is_derived);
     GPR_ASSERT(IsRight(curvature_index, kColumns, wire) && IsRight(normal_index, kNormalColumns, wire));
-    columns.push_back({&wire, curvature_index, normal_index});
+    GPR_ASSERT(!is_derived || wire.bytes_per_point == sizeof(float));
+    columns.push_back({&wire, curvature_index, normal_index, derived_index});
   }
   return columns;
 }
@@ -76,6 +87,7 @@ absl::StatusOr<grpc::Slice> PackResults(const CallResults& results, size_t first
   if (!ProcessPages().HasRoomFor(2 * count * ResultBytesPerPoint(quantities))) return OutOfMemoryError();
   ColumnPlaces places{};
   NormalPlaces normal_places{};
+  DerivedPlaces derived_places{};
   curvature::wire::BulkWriter writer(EstimateCurvatureResponse::kResultFieldNumber);
   writer.AddNumber(ResultChunk::kFirstIndexFieldNumber, first);
   writer.AddNumber(ResultChunk::kPointCountFieldNumber, count);
@@ -83,11 +95,16 @@ absl::StatusOr<grpc::Slice> PackResults(const CallResults& results, size_t first
   for (const PackedColumn& column : PackedColumns()) {
     if (!IsWanted(column, quantities)) continue;
     const bool is_curvature = has_curvature && column.curvature_index < kColumnCount;
-    char** place = is_curvature ? &places[column.curvature_index] : &normal_places[column.normal_index];
+    char** place = is_curvature                                    ? &places[column.curvature_index]
+                   : column.derived_index < kDerivedColumns.size() ? &derived_places[column.derived_index]
+                                                                   : &normal_places[column.normal_index];
     writer.AddArray(column.wire->field, count * column.wire->bytes_per_point, place);
   }
   return writer.Finish([&] {
-    if (has_curvature) SplitField(results.curvature.span().subspan(first, count), places);
+    if (has_curvature) {
+      SplitField(results.curvature.span().subspan(first, count), places);
+      DeriveColumns(results.curvature.span().subspan(first, count), derived_places);
+    }
     if (results.normals.size() > 0) SplitNormals(results.normals.span().subspan(first, count), normal_places);
   });
 }

@@ -124,7 +124,7 @@ def estimate_curvature(
     normal_neighbor_count, normal_radius: of which points normals are estimated. DEFAULT: as many as the noise of the
                            points asks for.
     quantities:            names of QUANTITIES that the result shall have, beside `status`. DEFAULT (none, or []): all of
-                           curvature, and "normals" unless they stay as they are given.
+                           curvature but "shape_index" and "curvedness", which follow from it, and "normals" unless they stay as they are given.
     skip_invalid:          give an unusable point a status instead of failing the call.
     reject_opposed_normals: fail the call if normals point to opposite sides of one surface, instead of giving the points
                            around such places a status, and warning.

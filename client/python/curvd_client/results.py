@@ -22,18 +22,12 @@ def quantity_number(name):
     return curvature_pb2.Quantity.Value(_PREFIX + name.upper())
 
 
-# Of normals; all others are of curvature.
-_OF_NORMALS = (curvature_pb2.QUANTITY_NORMALS, curvature_pb2.QUANTITY_NORMAL_QUALITY)
-
-
 def result_dtype(quantities=None, made_normals=False):
     """The type of a result: the columns of those quantities (numbers), as the contract has them, and status.
 
-    No quantities: all of curvature, and normals if the server makes or orients them.
+    No quantities: all of curvature that comes without being asked for, and normals if the server makes or orients them.
     """
-    if not quantities:
-        quantities = {number for number in curvature_pb2.Quantity.values() if number not in _OF_NORMALS}
-        quantities |= {curvature_pb2.QUANTITY_NORMALS} if made_normals else set()
+    made = {curvature_pb2.QUANTITY_NORMALS} if made_normals else set()
     fields, status = [], []
     for field in curvature_pb2.ResultChunk.DESCRIPTOR.fields:
         if not field.GetOptions().HasExtension(curvature_pb2.column):
@@ -42,7 +36,7 @@ def result_dtype(quantities=None, made_normals=False):
         scalar, shape = _SCALARS.get(column.type, np.float32), (column.width,) if column.width > 1 else ()
         if column.quantity == curvature_pb2.QUANTITY_UNSPECIFIED:
             status.append((field.name, scalar, shape))
-        elif column.quantity in quantities:
+        elif column.quantity in quantities if quantities else not column.on_request or column.quantity in made:
             fields.append((field.name, scalar, shape))
     return np.dtype(fields + status)
 

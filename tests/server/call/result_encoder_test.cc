@@ -75,6 +75,22 @@ TEST(PackResultsTest, LeavesOutWhatWasNotAskedFor) {
               chunk.d2().empty() && chunk.radius().empty());
 }
 
+TEST(PackResultsTest, PacksWhatFollowsFromTheRestWhereItIsAskedFor) {
+  CallResults points = Points(3);
+  for (size_t i = 0; i < 3; ++i) points.curvature[i].k1 = points.curvature[i].k2 = 2.0f;
+  points.curvature[2].k1 = -2.0f;
+  QuantitySet both = Only(curvature::v1::QUANTITY_SHAPE_INDEX);
+  both.Add(curvature::v1::QUANTITY_CURVEDNESS);
+  EXPECT_TRUE(both.HasCurvature());
+  const curvature::v1::ResultChunk chunk = Parsed(Packed(points, 1, 2, both));
+  ASSERT_EQ(chunk.shape_index().size(), 8u);
+  EXPECT_EQ(FloatAt(chunk.shape_index(), 0), 1.0f);
+  EXPECT_EQ(FloatAt(chunk.shape_index(), 1), 0.0f);
+  EXPECT_EQ(FloatAt(chunk.curvedness(), 0), 2.0f);
+  EXPECT_TRUE(chunk.k1().empty());
+  EXPECT_FALSE(QuantitySet().Has(curvature::v1::QUANTITY_SHAPE_INDEX));
+}
+
 TEST(PackResultsTest, TheBytesAreThoseOfProtobuf) {
   CallResults points = Points(40'000);
   points.normals = Normals(40'000);
