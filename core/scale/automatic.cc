@@ -40,7 +40,6 @@ size_t RungNear(uint32_t count) {
 }
 
 bool IsCandidate(const EstimatorOptions& options, size_t method) {
-  if (FindStrategy(kScaleMethods[method].estimator) == nullptr) return false;
   return options.estimator == kAutomaticEstimator || options.estimator == kScaleMethods[method].estimator;
 }
 

@@ -191,7 +191,7 @@ std::optional<double> PilotSums::MeanOfRegression(double radius) const {
 
 std::optional<PilotSums::Jet> PilotSums::MeanOfJet(double radius) const {
   constexpr int kDegree = 4, kSize = IndexOf(0, kDegree) + 1;
-  if (count() < kSize + kLeastFreedom) return std::nullopt;
+  if (count() < kSize + 1) return std::nullopt;
   double moments[MonomialCount(2 * kDegree)];
   Normalize(&values_[kMoments], 2 * kDegree, radius, count(), moments);
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
