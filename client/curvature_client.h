@@ -84,11 +84,11 @@ enum class Estimator : uint8_t {
   kJetFitting = 6,
   kAlgebraicShapeOperator = 7,
   kNormalRegression = 8,
-  kAuto = 9,  // those that suit the cloud, averaged; EstimateSummary::scale tells which
+  kAuto = 9,  // those that suit the cloud, averaged; EstimateSummary::scale tells which. Mostly with automatic_scale
 };
 
-// "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso", "normal-regression" and whatever else
-// the contract has, in its order.
+// "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso", "normal-regression", "auto" and
+// whatever else the contract has, in its order.
 std::span<const std::string_view> EstimatorNames();
 // The name of an estimator; empty if the contract does not have it.
 std::string_view EstimatorName(Estimator estimator);
@@ -105,19 +105,20 @@ enum class Priority : uint8_t { kBySize, kInteractive, kBatch };
 struct EstimateOptions {
   // How a neighborhood becomes curvature. DEFAULT: kAvgHexagram.
   Estimator estimator = Estimator::kAvgHexagram;
-  // Points in a neighborhood, the point itself included; not used if `radius` is set. DEFAULT: 50.
+  // Points in a neighborhood, the point itself included; not used if `radius` or `automatic_scale` is set. DEFAULT: 50.
   uint32_t neighbor_count = 50;
   // Radius of the neighborhoods instead, in the cloud's length unit. DEFAULT: none.
   std::optional<double> radius;
-  // A number of neighbors that the server chooses instead, for kAuto and the estimators that it chooses among. A server
-  // that is too old for it fails the call with UNIMPLEMENTED. DEFAULT: none.
+  // A number of neighbors that the server chooses instead, for kAuto and the estimators that it chooses among; `radius`
+  // is not used then. A server that is too old for it fails the call with UNIMPLEMENTED. DEFAULT: none.
   std::optional<AutomaticScale> automatic_scale;
   // Triangles of kUniform, and at most so many of kIndependent. DEFAULT: 100.
   uint32_t triangle_count = 100;
   // Hexagrams that kAvgHexagram averages over, 1 to 4; 1 is the paper's estimator. DEFAULT: 2.
   uint32_t rotation_count = 2;
-  // Of the polynomial that kJetFitting fits, 2 to 4; 4 for exact positions only. DEFAULT: 2.
-  uint32_t jet_degree = 2;
+  // Of the polynomial that kJetFitting fits, 2 to 4; 4 for exact positions only. With `automatic_scale` only 4 is
+  // taken. DEFAULT: none, which stands for 2, or with `automatic_scale` for 4.
+  std::optional<uint32_t> jet_degree;
   // All triangles of kDelaunay count alike, as in the paper, instead of less the farther they lie from the point.
   // DEFAULT: false.
   bool even_weights = false;
@@ -204,7 +205,7 @@ struct EstimateSummary {
   uint64_t peak_bytes = 0;
   std::vector<EstimateWarning> warnings;
   std::optional<NormalsReport> normals;  // none where they were given
-  std::optional<ScaleReport> scale;      // of an automatic choice
+  std::optional<ScaleReport> scale;      // of kAuto or automatic_scale
   std::string request_id;                // as in the server's log
   int attempts = 1;
 };

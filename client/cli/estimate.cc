@@ -28,7 +28,7 @@ constexpr char kEstimateExamples[] =
     "  curv estimate scan.ply -o curvature.ply                             in this process\n"
     "  curv estimate scan.ply -o curvature.ply --server=localhost:50061   on a server\n"
     "  curv estimate scan.xyz -o curvature.csv --radius=0.05 --estimator=uniform --triangles=200\n"
-    "  curv estimate scan.ply -o curvature.ply --auto                      with the scale that suits the cloud\n"
+    "  curv estimate scan.ply -o curvature.ply --auto                      with K and estimator that suit the scan\n"
     "  curv estimate terrain.pcd -o curvature.ply --normals=estimate --up  of a cloud without normals\n"
     "Output columns: x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius status (of "
     "the\n"
@@ -91,10 +91,10 @@ void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options,
                            " points contradict each other. Where they do not all point to one side of the surface, "
                            "signs of curvature are wrong: try --orient"));
   }
-  const uint32_t coefficients = (options.jet_degree + 1) * (options.jet_degree + 2) / 2;
+  const uint32_t degree = options.jet_degree.value_or(2), coefficients = (degree + 1) * (degree + 2) / 2;
   if (options.estimator == Estimator::kJetFitting && !options.radius && !options.automatic_scale &&
       options.neighbor_count < coefficients) {
-    PrintNote(absl::StrCat("a jet of degree ", options.jet_degree, " has ", coefficients,
+    PrintNote(absl::StrCat("a jet of degree ", degree, " has ", coefficients,
                            " coefficients and needs as many neighbors: try --k=", coefficients, " or more"));
   }
 }
@@ -169,9 +169,10 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
       ->check(Whole(1, 4))
       ->option_text("COUNT [2]");
   command
-      .add_option("--jet-degree", flags.options.jet_degree, "degree of jet's polynomial, 2 to 4; 4: exact positions")
+      .add_option("--jet-degree", flags.options.jet_degree,
+                  "degree of jet's polynomial, 2 to 4; 4: exact positions [2; with --k=auto: 4]")
       ->check(Whole(2, 4))
-      ->option_text("DEGREE [2]");
+      ->option_text("DEGREE");
   command.add_flag("--even-weights", flags.options.even_weights,
                    "count all triangles of delaunay alike, as the paper does");
   command.add_option("--seed", flags.options.seed, "of the random estimators")

@@ -63,6 +63,12 @@ std::string NeighborhoodText(const EstimateOptions& options) {
                         : absl::StrFormat("K = %d", static_cast<int>(options.neighbor_count));
 }
 
+// Of the jets in use: the automatic choice knows those of degree 4.
+uint32_t JetDegree(const EstimateOptions& options) {
+  const bool is_automatic = options.automatic_scale || options.estimator == Estimator::kAuto;
+  return options.jet_degree.value_or(is_automatic ? 4 : 2);
+}
+
 // A table of the quantities' spreads; nothing if the result has none of them.
 void AppendRanges(const PointTable& result, std::string& text) {
   bool has_header = false;
@@ -128,7 +134,7 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
   json["triangle_count"] = report.options.triangle_count;
   json["seed"] = report.options.seed;
   json["rotation_count"] = report.options.rotation_count;
-  json["jet_degree"] = report.options.jet_degree;
+  json["jet_degree"] = JetDegree(report.options);
   json["even_weights"] = report.options.even_weights;
   json["points"] = report.summary.points;
   json["status"] = std::move(statuses);

@@ -1,6 +1,5 @@
 #include "server/call/header_options.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
@@ -8,12 +7,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/estimators/scale_ladder.h"
 #include "core/estimators/strategies.h"
 #include "proto/result_columns.h"
 #include "server/call/invalid_option.h"
 #include "server/call/wire_normals.h"
 #include "server/call/wire_options.h"
+#include "server/call/wire_scale.h"
 #include "server/call/wire_strategies.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
@@ -40,27 +39,6 @@ absl::Status ResolveEstimator(v1::Estimator proto, std::string_view& estimator) 
   return absl::OkStatus();
 }
 
-absl::Status ResolveScale(const v1::AutomaticScale& proto, const CallLimits& limits, AutomaticScale& scale) {
-  constexpr char kField[] = "header.options.automatic_scale";
-  const uint32_t most = std::min(kMostAutomaticCount, limits.max_neighbor_count);
-  scale.most_count = proto.most_neighbor_count() == 0 ? most : proto.most_neighbor_count();
-  if (scale.most_count < kLeastAutomaticCount || scale.most_count > most) {
-    return InvalidOption(absl::StrCat(kField, ".most_neighbor_count"), absl::StrCat(scale.most_count),
-                         absl::StrCat("from ", kLeastAutomaticCount, " to ", most));
-  }
-  scale.least_count = proto.least_neighbor_count() == 0 ? kLeastAutomaticCount : proto.least_neighbor_count();
-  if (scale.least_count < kLeastAutomaticCount || scale.least_count > scale.most_count) {
-    return InvalidOption(absl::StrCat(kField, ".least_neighbor_count"), absl::StrCat(scale.least_count),
-                         absl::StrCat("from ", kLeastAutomaticCount, " to most_neighbor_count, ", scale.most_count));
-  }
-  scale.max_radius = proto.max_radius();
-  if (!std::isfinite(scale.max_radius) || scale.max_radius < 0.0) {
-    return InvalidOption(absl::StrCat(kField, ".max_radius"), absl::StrCat(scale.max_radius), "finite, and 0 or more");
-  }
-  scale.per_cloud = proto.per_cloud();
-  return absl::OkStatus();
-}
-
 absl::Status ResolveNeighborhood(const v1::EstimatorOptions& proto, const CallLimits& limits,
                                  EstimatorOptions& options) {
   if (proto.has_neighbor_count()) {
@@ -83,12 +61,7 @@ absl::Status ResolveNeighborhood(const v1::EstimatorOptions& proto, const CallLi
     }
     options.neighborhood = NeighborRadius{proto.radius()};
   } else if (proto.has_automatic_scale() || options.estimator == kAutomaticEstimator) {
-    AutomaticScale scale;
-    if (absl::Status status = ResolveScale(proto.automatic_scale(), limits, scale); !status.ok()) return status;
-    options.neighborhood = scale;
-    for (const ScaleMethod& method : kScaleMethods) {  // the default of those that the choice knows
-      if (method.estimator == options.estimator && method.jet_degree != 0) options.jet_degree = method.jet_degree;
-    }
+    if (absl::Status status = ReadScale(proto.automatic_scale(), limits, options); !status.ok()) return status;
   }
   options.max_neighbor_count = limits.max_neighbor_count;
   return absl::OkStatus();
@@ -99,6 +72,9 @@ absl::Status ResolveEstimatorOptions(const v1::EstimatorOptions& proto, const Ca
   if (absl::Status status = ResolveEstimator(proto.estimator(), options.estimator); !status.ok()) return status;
   if (absl::Status status = ResolveNeighborhood(proto, limits, options); !status.ok()) return status;
   if (absl::Status status = ReadOptions(proto, options); !status.ok()) return status;
+  if (options.is_automatic()) {
+    if (absl::Status status = CheckChoice(options); !status.ok()) return status;
+  }
   absl::Status status = options.Validate();
   if (!status.ok()) return WithDetail(std::move(status), {kReasonInvalidOption, "header.options", "", "", {}});
   return status;
@@ -202,13 +178,6 @@ absl::Status CheckTag(const std::string& tag) {
     }
   }
   return absl::OkStatus();
-}
-
-void WriteScale(const AutomaticScale& scale, v1::AutomaticScale& proto) {
-  proto.set_least_neighbor_count(scale.least_count);
-  proto.set_most_neighbor_count(scale.most_count);
-  proto.set_max_radius(scale.max_radius);
-  proto.set_per_cloud(scale.per_cloud);
 }
 
 }  // namespace

@@ -4,9 +4,8 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
-#include "core/estimators/strategies.h"
 #include "server/call/wire_normals.h"
-#include "server/call/wire_strategies.h"
+#include "server/call/wire_scale.h"
 
 namespace curvd {
 namespace {
@@ -57,20 +56,6 @@ void AddSeamWarning(const CallRecord& record, curvature::v1::Summary* summary) {
   warning->set_flipped_patch_count(record.agreement.flipped_patches);
 }
 
-void WriteScale(const ScaleReport& report, curvature::v1::ScaleReport& proto) {
-  for (const ScaleOutcome& outcome : report.outcomes) {
-    curvature::v1::ScaleOutcome& one = *proto.add_outcomes();
-    one.set_estimator(WireEstimator(*FindStrategy(outcome.estimator)));
-    one.set_neighbor_count(outcome.neighbor_count);
-    one.set_error(outcome.error);
-    one.set_noise(outcome.noise);
-    one.set_bias(outcome.bias);
-    one.set_share(outcome.share);
-  }
-  proto.set_sampled_point_count(report.sampled_points);
-  proto.set_position_noise(report.sigma);
-}
-
 }  // namespace
 
 void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
@@ -99,7 +84,7 @@ void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
   AddSeamWarning(record, summary);
   AddOrientationWarning(record, summary);
   if (record.normal_report.has_value()) WriteReport(*record.normal_report, *summary->mutable_normals());
-  if (record.scale_report.has_value()) WriteScale(*record.scale_report, *summary->mutable_scale());
+  if (record.scale_report.has_value()) WriteReport(*record.scale_report, *summary->mutable_scale());
 }
 
 }  // namespace curvd

@@ -12,8 +12,8 @@ namespace {
 constexpr uint32_t kMostNeighbors = 1'000'000;
 constexpr uint32_t kLeastAutomatic = 16, kMostAutomatic = 2048;
 
-// Reads LEAST:MOST; false if the text is none.
-bool ParseRange(const std::string& text, AutomaticScale& scale) {
+// Reads LEAST:MOST; false if the text is none, or out of bounds.
+bool ParseCounts(const std::string& text, AutomaticScale& scale) {
   const size_t colon = text.find(':');
   if (colon == std::string::npos) return false;
   if (!ParseNumber(text.substr(0, colon), scale.least_neighbor_count)) return false;
@@ -22,63 +22,69 @@ bool ParseRange(const std::string& text, AutomaticScale& scale) {
          scale.most_neighbor_count <= kMostAutomatic;
 }
 
-CLI::Validator CountRange() {
+CLI::Validator Counts() {
   return CLI::Validator(
       [](std::string& text) -> std::string {
         AutomaticScale scale;
-        if (ParseRange(text, scale)) return "";
-        return absl::StrCat("\"", text, "\" must be LEAST:MOST, whole numbers from ", kLeastAutomatic, " to ",
-                            kMostAutomatic);
+        if (ParseCounts(text, scale)) return "";
+        return absl::StrCat("\"", text, "\" must be LEAST:MOST, whole numbers with ", kLeastAutomatic,
+                            " <= LEAST <= MOST <= ", kMostAutomatic);
       },
       "");
+}
+
+// Which of the flags that need an automatic scale is given; nullptr if none.
+const char* BoundOf(const ScaleFlags& flags) {
+  if (!flags.range.empty()) return "--k-range";
+  if (flags.max_radius > 0.0) return "--max-radius";
+  return flags.per_cloud ? "--per-cloud" : nullptr;
 }
 
 }  // namespace
 
 void AddScaleFlags(CLI::App& command, ScaleFlags& flags) {
-  command.add_flag("--auto", flags.automatic,
-                   "let the server choose estimator and scale by noise and detail: --estimator=auto --k=auto");
-  auto* k =
-      command
-          .add_option("--k", flags.k,
-                      "points in a neighborhood, itself included; auto: as noise and detail ask for, at each point")
-          ->check(AutoOrCount(kMostNeighbors))
-          ->option_text("COUNT [50]");
-  command.add_option("--radius", flags.radius, "radius of the neighborhoods instead, in the cloud's length unit")
-      ->check(FinitePositive())
-      ->excludes(k)
-      ->option_text("LENGTH");
-  command.add_option("--k-range", flags.range, "of --k=auto: the fewest and the most points [16:2048]")
-      ->check(CountRange())
+  CLI::Option* automatic = command.add_flag(
+      "--auto", flags.automatic,
+      "choose estimators and neighborhoods by the cloud's noise and detail: short for --estimator=auto "
+      "--k=auto");
+  CLI::Option* k = command
+                       .add_option("--k", flags.k,
+                                   "points in a neighborhood, itself included; auto: chosen at each point by noise and "
+                                   "detail [50; with --estimator=auto: auto]")
+                       ->check(AutoOrCount(kMostNeighbors))
+                       ->option_text("COUNT");
+  CLI::Option* radius =
+      command.add_option("--radius", flags.radius, "radius of the neighborhoods instead, in the cloud's length unit")
+          ->check(FinitePositive())
+          ->excludes(k)
+          ->option_text("LENGTH");
+  automatic->excludes(command.get_option("--estimator"))->excludes(k)->excludes(radius);
+  command.add_option("--k-range", flags.range, "with --k=auto: the fewest and the most points [16:2048]")
+      ->check(Counts())
       ->option_text("LEAST:MOST");
-  command.add_option("--max-radius", flags.max_radius, "of --k=auto: how far an estimate looks at most [any distance]")
+  command
+      .add_option("--max-radius", flags.max_radius,
+                  "with --k=auto: how far an estimate looks at most, in the cloud's length unit [any distance]")
       ->check(FinitePositive())
       ->option_text("LENGTH");
-  command.add_flag("--per-cloud", flags.per_cloud, "of --k=auto: the same choice for all points");
+  command.add_flag("--per-cloud", flags.per_cloud, "with --k=auto: one choice for all points");
 }
 
 void ApplyScale(const ScaleFlags& flags, EstimateOptions& options) {
-  if (flags.automatic) {
-    if (!flags.k.empty() || flags.radius > 0.0) throw CLI::ValidationError("--auto", "excludes --k and --radius");
-    options.estimator = Estimator::kAuto;
-  }
-  const bool leaves_open = options.estimator == Estimator::kAuto && flags.k.empty();
+  if (flags.automatic) options.estimator = Estimator::kAuto;
   if (options.estimator == Estimator::kAuto && flags.radius > 0.0) {
-    throw CLI::ValidationError("--estimator=auto", "excludes --radius: try --max-radius");
+    throw CLI::ValidationError("--radius", "does not go with --estimator=auto: try --max-radius");
   }
-  if (!leaves_open && flags.k != "auto") {
-    if (!flags.range.empty() || flags.max_radius > 0.0 || flags.per_cloud) {
-      throw CLI::ValidationError("--k-range, --max-radius and --per-cloud", "need --auto or --k=auto");
-    }
-    if (flags.radius > 0.0) options.radius = flags.radius;
-    if (!flags.k.empty()) ParseNumber(flags.k, options.neighbor_count);  // was checked
+  if (flags.k == "auto" || (options.estimator == Estimator::kAuto && flags.k.empty())) {
+    AutomaticScale& scale = options.automatic_scale.emplace();
+    if (!flags.range.empty()) ParseCounts(flags.range, scale);  // was checked
+    scale.max_radius = flags.max_radius;
+    scale.per_cloud = flags.per_cloud;
     return;
   }
-  AutomaticScale scale;
-  if (!flags.range.empty()) ParseRange(flags.range, scale);  // was checked
-  scale.max_radius = flags.max_radius;
-  scale.per_cloud = flags.per_cloud;
-  options.automatic_scale = scale;
+  if (const char* bound = BoundOf(flags)) throw CLI::ValidationError(bound, "needs --auto or --k=auto");
+  if (flags.radius > 0.0) options.radius = flags.radius;
+  if (!flags.k.empty()) ParseNumber(flags.k, options.neighbor_count);  // was checked
 }
 
 }  // namespace curv

@@ -17,6 +17,7 @@ struct ScaleFlags {
   bool per_cloud = false;
 };
 
+// REQUIRES: the command has --estimator.
 void AddScaleFlags(CLI::App& command, ScaleFlags& flags);
 
 // Sets what the flags say. Throws CLI::ValidationError where they contradict each other.

@@ -35,14 +35,13 @@ std::vector<ScaleOutcome> WorthTelling(const ScaleReport& report) {
 }  // namespace
 
 std::string ScaleText(const ScaleReport& report) {
-  if (report.outcomes.empty())
-    return "  no scale could be judged: the cloud is too small, or nothing could be estimated\n";
-  std::string text = absl::StrFormat("  chosen by %u sampled points; position noise at most %.3g\n",
+  if (report.outcomes.empty()) return "  nothing to choose by: too few points, or none could be estimated\n";
+  std::string text = absl::StrFormat("  chosen by a sample of %u points, whose noise is at most %.3g:\n",
                                      report.sampled_points, report.position_noise);
-  absl::StrAppendFormat(&text, "  %-22s %7s %14s %14s %14s %8s\n", "estimator", "K", "expected error", "of noise",
-                        "of detail lost", "weight");
+  absl::StrAppendFormat(&text, "  %-22s %6s %13s %12s %12s %8s\n", "estimator", "K", "error of mean", "by noise",
+                        "by smoothing", "weight");
   for (const ScaleOutcome& o : WorthTelling(report)) {
-    absl::StrAppendFormat(&text, "  %-22s %7u %14.3g %14.3g %14.3g %7.0f%%\n", o.estimator, o.neighbor_count, o.error,
+    absl::StrAppendFormat(&text, "  %-22s %6u %13.3g %12.3g %12.3g %6.0f %%\n", o.estimator, o.neighbor_count, o.error,
                           o.noise, o.bias, 100.0 * o.share);
   }
   return text;

@@ -1,5 +1,6 @@
 #include "server/call/header_options.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -270,6 +271,7 @@ TEST(FillEstimatorsTest, NamesEveryEstimatorThatMayBeAskedFor) {
     if (Refusal(header).ok()) ++accepted;
   }
   EXPECT_EQ(info.estimators_size(), accepted);
+  EXPECT_THAT(info.estimators(), ::testing::Contains(v1::ESTIMATOR_AUTO));
 }
 
 }  // namespace

@@ -37,6 +37,17 @@ TEST(FillSummaryTest, TellsWhatTheRecordHolds) {
   EXPECT_EQ(summary.seconds().send(), 0.6);
   EXPECT_EQ(summary.warnings_size(), 0);
   EXPECT_FALSE(summary.has_normals());
+  EXPECT_FALSE(summary.has_scale());
+}
+
+TEST(FillSummaryTest, TellsWhatAnAutomaticEstimateHasChosen) {
+  CallRecord record;
+  record.scale_report.emplace().outcomes = {{"jet", 64, 0.3, 0.2, 0.1, 1.0}};
+  curvature::v1::Summary summary;
+  FillSummary(record, &summary);
+  ASSERT_TRUE(summary.has_scale());
+  ASSERT_EQ(summary.scale().outcomes_size(), 1);
+  EXPECT_EQ(summary.scale().outcomes(0).estimator(), curvature::v1::ESTIMATOR_JET_FITTING);
 }
 
 TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {

@@ -1,0 +1,116 @@
+#include "server/call/wire_scale.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "core/estimators/scale_ladder.h"
+#include "core/estimators/strategies.h"
+#include "server/call/invalid_option.h"
+#include "server/call/wire_strategies.h"
+
+namespace curvd {
+namespace {
+
+namespace v1 = curvature::v1;
+
+std::string ScaleField(const char* name) { return absl::StrCat("header.options.automatic_scale.", name); }
+
+absl::Status CheckCounts(const AutomaticScale& scale, const CallLimits& limits) {
+  if (scale.most_count < kLeastAutomaticCount || scale.most_count > kMostAutomaticCount) {
+    return InvalidOption(ScaleField("most_neighbor_count"), absl::StrCat(scale.most_count),
+                         absl::StrCat("from ", kLeastAutomaticCount, " to ", kMostAutomaticCount));
+  }
+  if (scale.least_count < kLeastAutomaticCount || scale.least_count > scale.most_count) {
+    return InvalidOption(ScaleField("least_neighbor_count"), absl::StrCat(scale.least_count),
+                         absl::StrCat("from ", kLeastAutomaticCount, " to most_neighbor_count, ", scale.most_count));
+  }
+  if (scale.most_count <= limits.max_neighbor_count) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kResourceExhausted,
+                   {kReasonNeighborhoodTooLarge,
+                    ScaleField("most_neighbor_count"),
+                    absl::StrCat(scale.most_count),
+                    absl::StrCat("at most ", limits.max_neighbor_count, " (max_neighbor_count)"),
+                    {}});
+}
+
+// "auto, avg-hexagram or jet": the estimators that the choice knows, as far as there are any of the name.
+std::string KnownEstimators() {
+  std::string last(kAutomaticEstimator), words;
+  for (const ScaleMethod& method : kScaleMethods) {
+    if (FindStrategy(method.estimator) == nullptr) continue;
+    absl::StrAppend(&words, words.empty() ? "" : ", ", last);
+    last = std::string(method.estimator);
+  }
+  return absl::StrCat(words, " or ", last);
+}
+
+const ScaleMethod* MethodOf(std::string_view estimator) {
+  for (const ScaleMethod& method : kScaleMethods) {
+    if (method.estimator == estimator && FindStrategy(estimator) != nullptr) return &method;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+absl::Status ReadScale(const v1::AutomaticScale& proto, const CallLimits& limits, EstimatorOptions& options) {
+  AutomaticScale scale;
+  scale.per_cloud = proto.per_cloud();
+  scale.max_radius = proto.max_radius();
+  if (!std::isfinite(scale.max_radius) || scale.max_radius < 0.0) {
+    return InvalidOption(ScaleField("max_radius"), absl::StrCat(scale.max_radius), "finite, and 0 or more");
+  }
+  if (proto.least_neighbor_count() != 0) scale.least_count = proto.least_neighbor_count();
+  scale.most_count = std::min(kMostAutomaticCount, std::max(kLeastAutomaticCount, limits.max_neighbor_count));
+  if (proto.most_neighbor_count() != 0) scale.most_count = proto.most_neighbor_count();
+  if (absl::Status status = CheckCounts(scale, limits); !status.ok()) return status;
+  options.neighborhood = scale;
+  const ScaleMethod* method = MethodOf(options.estimator);
+  if (method != nullptr && method->jet_degree != 0) options.jet_degree = method->jet_degree;
+  return absl::OkStatus();
+}
+
+absl::Status CheckChoice(const EstimatorOptions& options) {
+  if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) {
+    return InvalidOption("header.options.radius", absl::StrCat(radius->radius),
+                         "unset where the estimator is auto, which knows automatic_scale.max_radius");
+  }
+  if (options.estimator == kAutomaticEstimator) return absl::OkStatus();
+  const ScaleMethod* method = MethodOf(options.estimator);
+  if (method == nullptr) {
+    return InvalidOption("header.options.estimator", std::string(options.estimator),
+                         absl::StrCat(KnownEstimators(), " where automatic_scale is set"));
+  }
+  if (method->jet_degree != 0 && options.jet_degree != method->jet_degree) {
+    return InvalidOption("header.options.jet_degree", absl::StrCat(options.jet_degree),
+                         absl::StrCat(method->jet_degree, " where automatic_scale is set"));
+  }
+  return absl::OkStatus();
+}
+
+void WriteScale(const AutomaticScale& scale, v1::AutomaticScale& proto) {
+  proto.set_least_neighbor_count(scale.least_count);
+  proto.set_most_neighbor_count(scale.most_count);
+  proto.set_max_radius(scale.max_radius);
+  proto.set_per_cloud(scale.per_cloud);
+}
+
+void WriteReport(const ScaleReport& report, v1::ScaleReport& proto) {
+  for (const ScaleOutcome& outcome : report.outcomes) {
+    v1::ScaleOutcome& one = *proto.add_outcomes();
+    one.set_estimator(WireEstimator(*FindStrategy(outcome.estimator)));
+    one.set_neighbor_count(outcome.neighbor_count);
+    one.set_error(outcome.error);
+    one.set_noise(outcome.noise);
+    one.set_bias(outcome.bias);
+    one.set_share(outcome.share);
+  }
+  proto.set_sampled_point_count(report.sampled_points);
+  proto.set_position_noise(report.sigma);
+}
+
+}  // namespace curvd
