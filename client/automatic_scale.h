@@ -20,7 +20,7 @@ struct AutomaticScale {
 
 // One way to estimate that the server has judged, by a sample of the points. Errors are of the mean curvature.
 struct ScaleOutcome {
-  std::string estimator;  // as EstimatorName has it
+  std::string estimator;  // as EstimatorName has it; its number if this client is too old for it
   uint32_t neighbor_count = 0;
   double error = 0.0;  // that is expected
   double noise = 0.0;  // how much of it is noise

@@ -75,11 +75,17 @@ NormalsReport FromProto(const v1::NormalsReport& report) {
   return out;
 }
 
+// The number of an estimator that the contract has gained since.
+std::string NameOf(v1::Estimator estimator) {
+  const std::string name(EstimatorName(static_cast<Estimator>(estimator)));
+  return name.empty() ? absl::StrCat(static_cast<int>(estimator)) : name;
+}
+
 ScaleReport FromProto(const v1::ScaleReport& report) {
   ScaleReport out;
   for (const v1::ScaleOutcome& one : report.outcomes()) {
-    out.outcomes.push_back({std::string(EstimatorName(static_cast<Estimator>(one.estimator()))), one.neighbor_count(),
-                            one.error(), one.noise(), one.bias(), one.share()});
+    out.outcomes.push_back(
+        {NameOf(one.estimator()), one.neighbor_count(), one.error(), one.noise(), one.bias(), one.share()});
   }
   out.sampled_points = report.sampled_point_count();
   out.position_noise = report.position_noise();

@@ -44,17 +44,20 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //   security              TLS and token, see connectionTo in security.mjs. DEFAULT: plain text, no token
 //   credentials           grpc.ChannelCredentials of your own instead of security's
 //   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform", "independent", "delaunay", "jet", "aso",
-//                         "normal-regression", or "auto": what suits the cloud, averaged; summary.scale tells what was chosen, and why
+//                         "normal-regression", or "auto": what suits the cloud, averaged; summary.scale tells what was
+//                         chosen, and why
 //   neighborCount         the K nearest points, the point itself included; or "auto": as noise and detail ask for, at each
-//                         point, for "auto", "avg-hexagram", "normal-regression" and "jet". DEFAULT: 50, if there is no radius; with the
-//                         estimator "auto", "auto"
+//                         point, for "auto" and the estimators that it chooses among. DEFAULT: 50, if there is no
+//                         radius; with the estimator "auto", "auto"
 //   radius                all points at most this far away, instead of neighborCount
-//   neighborCountRange    of neighborCount "auto": [fewest, most] points, within 16 to 2,048
+//   neighborCountRange    of neighborCount "auto": [fewest, most] points. DEFAULT: [16, 2048], the widest there is, or up
+//                         to what the server allows
 //   maxRadius             of neighborCount "auto": how far an estimate looks at most. DEFAULT: any distance
 //   scalePerCloud         of neighborCount "auto": the same choice for all points. DEFAULT: false
 //   triangleCount, seed   of the random strategies. DEFAULT: 100 triangles, seed 0
 //   rotationCount         hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2
-//   jetDegree             of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2
+//   jetDegree             of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2; with neighborCount "auto"
+//                         4, and no other
 //   evenWeights           count all triangles of delaunay alike, as the paper does. DEFAULT: false
 //   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
 //   orientation           which side is out: "consistent" (neighbors agree, closed pieces are seen from outside) or
@@ -161,14 +164,23 @@ function quantityNames(quantities = []) {
 
 // The contract's AutomaticScale; undefined where the caller says how large neighborhoods are.
 function scaleOf({ estimator, neighborCount, radius, neighborCountRange, maxRadius, scalePerCloud }) {
-  const leavesOpen = estimator === "auto" && neighborCount === undefined && radius === undefined;
+  if (radius !== undefined && (estimator === "auto" || neighborCount === "auto")) {
+    throw new TypeError('radius does not go with "auto"; maxRadius says how far an estimate looks at most');
+  }
+  const leavesOpen = estimator === "auto" && neighborCount === undefined;
   if (neighborCount !== "auto" && !leavesOpen) {
     if (neighborCountRange !== undefined || maxRadius !== undefined || scalePerCloud) {
       throw new TypeError('neighborCountRange, maxRadius and scalePerCloud need neighborCount: "auto"');
     }
     return undefined;
   }
-  const [leastNeighborCount, mostNeighborCount] = neighborCountRange ?? [0, 0];
+  const range = neighborCountRange ?? [0, 0];
+  if (!Array.isArray(range) || range.length !== 2 || !range.every(Number.isInteger)) {
+    throw new TypeError(
+      `neighborCountRange is ${JSON.stringify(neighborCountRange)}; it must be [fewest, most] points, as [16, 2048]`,
+    );
+  }
+  const [leastNeighborCount, mostNeighborCount] = range;
   return { leastNeighborCount, mostNeighborCount, maxRadius: maxRadius ?? 0, perCloud: scalePerCloud ?? false };
 }
 
@@ -178,13 +190,13 @@ function curvatureHeader(options) {
     const names = Object.keys(ESTIMATORS).join(", ");
     throw new TypeError(`estimator is ${JSON.stringify(estimator)}; it must be one of ${names}`);
   }
+  const automaticScale = scaleOf(options);
   if (neighborCount !== undefined && radius !== undefined) {
     throw new TypeError("neighborCount and radius exclude each other");
   }
   if (typeof neighborCount === "string" && neighborCount !== "auto") {
     throw new TypeError(`neighborCount is ${JSON.stringify(neighborCount)}; it must be a number or "auto"`);
   }
-  const automaticScale = scaleOf(options);
   return {
     ...commonHeader(options),
     options: {

@@ -13,7 +13,7 @@ using ::testing::ElementsAre;
 
 TEST(EstimatorNamesTest, AreThoseOfTheContractInItsOrder) {
   EXPECT_THAT(EstimatorNames(), ElementsAre("avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet",
-                                            "aso", "normal-regression"));
+                                            "aso", "normal-regression", "auto"));
 }
 
 TEST(EstimatorNamesTest, LeadBackToTheirEstimator) {

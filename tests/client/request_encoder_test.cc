@@ -60,6 +60,42 @@ TEST(PackHeaderTest, TellsTheOptions) {
   EXPECT_EQ(header.quantities(1), v1::QUANTITY_MEAN_CURVATURE);
 }
 
+v1::EstimatorOptions EstimatorFor(const EstimateOptions& options) {
+  const std::vector<float> scalars(3);
+  v1::EstimateCurvatureRequest request;
+  EXPECT_TRUE(request.ParseFromString(Bytes(PackHeader(CloudView(scalars, scalars), options))));
+  return request.header().options();
+}
+
+TEST(PackHeaderTest, TellsTheBoundsOfAnAutomaticScale) {
+  EstimateOptions options;
+  options.estimator = Estimator::kAuto;
+  options.automatic_scale = AutomaticScale{32, 512, 0.25, true};
+  const v1::EstimatorOptions told = EstimatorFor(options);
+  EXPECT_EQ(told.estimator(), v1::ESTIMATOR_AUTO);
+  ASSERT_TRUE(told.has_automatic_scale());
+  EXPECT_EQ(told.automatic_scale().least_neighbor_count(), 32u);
+  EXPECT_EQ(told.automatic_scale().most_neighbor_count(), 512u);
+  EXPECT_EQ(told.automatic_scale().max_radius(), 0.25);
+  EXPECT_TRUE(told.automatic_scale().per_cloud());
+}
+
+TEST(PackHeaderTest, AnAutomaticScaleIsToldEvenIfItHasNoBounds) {
+  EstimateOptions options;
+  options.automatic_scale.emplace();
+  options.radius = 2.0;
+  EXPECT_TRUE(EstimatorFor(options).has_automatic_scale()) << "instead of count and radius";
+  EXPECT_EQ(EstimatorFor(options).automatic_scale().SerializeAsString(), "");
+  EXPECT_EQ(EstimatorFor({}).neighbor_count(), 50u);
+}
+
+TEST(PackHeaderTest, LeavesTheDegreeOfJetsToTheServerUnlessItIsGiven) {
+  EstimateOptions options;
+  EXPECT_EQ(EstimatorFor(options).jet_degree(), 0u);
+  options.jet_degree = 2;
+  EXPECT_EQ(EstimatorFor(options).jet_degree(), 2u);
+}
+
 TEST(PackChunkTest, LeavesOutWhatTheCloudDoesNotHave) {
   const std::vector<float> positions = {1, 2, 3, 4, 5, 6}, viewpoints = {7, 8, 9, 10, 11, 12};
   v1::EstimateCurvatureRequest request;

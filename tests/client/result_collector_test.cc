@@ -138,6 +138,57 @@ TEST(ResultCollectorTest, RefusesWhatIsNotWhole) {
   EXPECT_THAT(Problem(2, {Accepted(), Result(0, 2, 77), Summary(2, 2)}), HasSubstr("status counts"));
 }
 
+EstimateOptions AskingForAScale() {
+  EstimateOptions options;
+  options.automatic_scale.emplace();
+  return options;
+}
+
+TEST(ResultCollectorTest, AServerThatChoosesNoScaleIsTooOld) {
+  ResultCollector collector(1, AskingForAScale());
+  const absl::Status status = Feed(collector, {Accepted(), Result(0, 1), Summary(1, 1)});
+  EXPECT_TRUE(absl::IsUnimplemented(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("too old to choose a scale"));
+}
+
+TEST(ResultCollectorTest, TellsWhatTheServerChose) {
+  v1::EstimateCurvatureResponse accepted = Accepted(), summary = Summary(1, 1);
+  accepted.mutable_accepted()->mutable_options()->mutable_automatic_scale();
+  v1::ScaleReport& scale = *summary.mutable_summary()->mutable_scale();
+  scale.set_sampled_point_count(512);
+  scale.set_position_noise(0.01);
+  v1::ScaleOutcome& outcome = *scale.add_outcomes();
+  outcome.set_estimator(v1::ESTIMATOR_JET_FITTING);
+  outcome.set_neighbor_count(64);
+  outcome.set_error(0.4);
+  outcome.set_noise(0.3);
+  outcome.set_bias(0.2);
+  outcome.set_share(1.0);
+  scale.add_outcomes()->set_estimator(static_cast<v1::Estimator>(99));  // which the contract gains later
+  ResultCollector collector(1, AskingForAScale());
+  const absl::Status status = Feed(collector, {accepted, Result(0, 1), summary});
+  ASSERT_TRUE(status.ok()) << status;
+  const CurvatureResult result = collector.Release();
+  ASSERT_TRUE(result.summary.scale.has_value());
+  const ScaleReport& report = *result.summary.scale;
+  EXPECT_EQ(report.sampled_points, 512u);
+  EXPECT_EQ(report.position_noise, 0.01);
+  ASSERT_EQ(report.outcomes.size(), 2u);
+  EXPECT_EQ(report.outcomes[0].estimator, "jet");
+  EXPECT_EQ(report.outcomes[0].neighbor_count, 64u);
+  EXPECT_EQ(report.outcomes[0].error, 0.4);
+  EXPECT_EQ(report.outcomes[0].noise, 0.3);
+  EXPECT_EQ(report.outcomes[0].bias, 0.2);
+  EXPECT_EQ(report.outcomes[0].share, 1.0);
+  EXPECT_EQ(report.outcomes[1].estimator, "99");
+}
+
+TEST(ResultCollectorTest, TellsOfNoChoiceWhereThereWasNone) {
+  ResultCollector collector(1);
+  ASSERT_TRUE(Feed(collector, {Accepted(), Result(0, 1), Summary(1, 1)}).ok());
+  EXPECT_FALSE(collector.Release().summary.scale.has_value());
+}
+
 v1::EstimateCurvatureResponse AcceptedFor(std::initializer_list<v1::Quantity> quantities) {
   v1::EstimateCurvatureResponse response = Accepted();
   for (const v1::Quantity quantity : quantities) response.mutable_accepted()->add_quantities(quantity);

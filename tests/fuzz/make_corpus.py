@@ -107,6 +107,11 @@ def protocol(proto):
     radius = proto.CloudHeader(options=proto.EstimatorOptions(estimator=6, radius=0.5, even_weights=True))
     yield "header", "neighbors", header.SerializeToString()
     yield "header", "radius", radius.SerializeToString()
+    scale = proto.AutomaticScale(least_neighbor_count=32, most_neighbor_count=512, max_radius=0.5, per_cloud=True)
+    yield "header", "auto", proto.CloudHeader(options=proto.EstimatorOptions(estimator=9)).SerializeToString()
+    for name, estimator in (("scale", 9), ("scale_of_jets", 6), ("scale_of_none", 7)):
+        options = proto.EstimatorOptions(estimator=estimator, automatic_scale=scale)
+        yield "header", name, proto.CloudHeader(options=options).SerializeToString()
     yield "header", "defaults", proto.CloudHeader(point_count=1 << 24, scalar_type=2, priority=2).SerializeToString()
 
     estimate = proto.NormalOptions(source=3, method=1, neighbor_count=12, orientation=3, viewpoint=proto.Vector3(x=1, y=-2, z=3))
@@ -141,12 +146,17 @@ def protocol(proto):
     progress = proto.EstimateCurvatureResponse(progress=proto.Progress(phase=4, points_received=2, points_estimated=1))
     summary = proto.EstimateCurvatureResponse(summary=proto.Summary(
         point_count=2, status_counts=proto.StatusCounts(ok=2), seconds=proto.PhaseSeconds(send=0.5), peak_bytes=7))
+    outcome = proto.ScaleOutcome(estimator=6, neighbor_count=64, error=0.4, noise=0.3, bias=0.2, share=1)
+    chosen = proto.EstimateCurvatureResponse(summary=proto.Summary(
+        point_count=2, status_counts=proto.StatusCounts(ok=2),
+        scale=proto.ScaleReport(outcomes=[outcome, outcome], sampled_point_count=512, position_noise=0.01)))
     scalars, vectors = bytes(8), bytes(24)
     result = proto.EstimateCurvatureResponse(result=proto.ResultChunk(
         point_count=2, status=b"\1\1", mean_curvature=scalars, gaussian_curvature=scalars, k1=scalars, k2=scalars,
         d1=vectors, d2=vectors, radius=scalars))
     opening = b"\2\0" + block(accepted) + b"\0" + block(progress)
     yield "response", "raw", opening + b"\0" + block(result) + b"\0" + block(summary)
+    yield "response", "scale", opening + b"\0" + block(result) + b"\0" + block(chosen)
     yield "response", "chunk", opening + b"\1\2\1\1" + 5 * scalars + 2 * vectors + b"\0" + block(summary)
     # google.rpc.Status{details: [Any{ErrorInfo}, Any{RetryInfo}]}, written out.
     def field(number, data):

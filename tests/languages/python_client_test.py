@@ -115,6 +115,60 @@ class RealServerTest(unittest.TestCase):
             self.assertTrue(np.all(points["status"] == status))
             self.assertEqual(summary.status_counts.singular_fit, 1_000 if degree == 4 else 0)
 
+    def test_auto_chooses_what_suits_the_cloud(self):
+        positions, normals = sphere(10_000, radius=2.0)
+        positions += np.random.default_rng(1).normal(scale=0.01, size=positions.shape).astype(np.float32)
+        error = {}
+        for estimator in ("auto", "avg-hexagram"):
+            points, summary = estimate_curvature(positions, normals, server=self.server, estimator=estimator)
+            self.assertEqual(summary.status_counts.ok, 10_000)
+            error[estimator] = np.mean(np.abs(points["mean_curvature"] - 0.5))
+            self.assertEqual(summary.HasField("scale"), estimator == "auto")
+            if estimator == "auto":
+                self.assertAlmostEqual(sum(outcome.share for outcome in summary.scale.outcomes), 1)
+                self.assertAlmostEqual(summary.scale.position_noise, 0.01, delta=0.002)
+        self.assertLess(error["auto"], error["avg-hexagram"] / 2)
+
+    def test_estimator_or_scale_alone_may_be_left_open(self):
+        cloud = sphere(5_000, radius=2.0)
+        _, summary = estimate_curvature(
+            *cloud, server=self.server, estimator="jet", neighbor_count="auto", neighbor_count_range=(64, 128)
+        )
+        outcomes = {(each.estimator, each.neighbor_count) for each in summary.scale.outcomes}
+        self.assertEqual(outcomes, {(pb.ESTIMATOR_JET_FITTING, count) for count in (64, 91, 128)})
+        _, summary = estimate_curvature(*cloud, server=self.server, estimator="auto", neighbor_count=100)
+        self.assertEqual({each.neighbor_count for each in summary.scale.outcomes}, {100})
+
+    def test_no_estimate_looks_farther_than_max_radius(self):
+        cloud = sphere(5_000, radius=2.0)
+        points, _ = estimate_curvature(*cloud, server=self.server, estimator="auto", max_radius=0.3)
+        is_ok = points["status"] == PointStatus.OK
+        self.assertGreater(np.sum(is_ok), 4_000)
+        self.assertLessEqual(np.max(points["radius"][is_ok]), 0.3)
+        points, _ = estimate_curvature(*cloud, server=self.server, estimator="auto", max_radius=1e-6)
+        self.assertTrue(np.all(points["status"] == PointStatus.TOO_FEW_NEIGHBORS))
+
+    def test_one_choice_for_the_whole_cloud_differs(self):
+        positions, normals = sphere(5_000, radius=2.0)
+        positions[positions[:, 2] > 0] += np.random.default_rng(2).normal(scale=0.02, size=3).astype(np.float32)
+        auto = {"server": self.server, "estimator": "auto"}
+        each, _ = estimate_curvature(positions, normals, **auto)
+        all_alike, _ = estimate_curvature(positions, normals, scale_per_cloud=True, **auto)
+        self.assertFalse(np.array_equal(each["mean_curvature"], all_alike["mean_curvature"]))
+
+    def test_scales_that_the_server_refuses_are_named(self):
+        cloud = sphere(100, radius=1.0)
+        for words, options in (
+            ("it must be auto, avg-hexagram", {"estimator": "aso", "neighbor_count": "auto"}),
+            ("jet_degree is 2; it must be 4", {"estimator": "jet", "neighbor_count": "auto", "jet_degree": 2}),
+            ("least_neighbor_count is 15; it must be from 16", {"estimator": "auto", "neighbor_count_range": (15, 64)}),
+            ("max_radius is nan", {"estimator": "auto", "max_radius": float("nan")}),
+        ):
+            with self.subTest(options), self.assertRaises(CurvdError) as refused:
+                estimate_curvature(*cloud, server=self.server, **options)
+            self.assertEqual(refused.exception.reason, "INVALID_OPTION")
+            self.assertIn(words, refused.exception.message)
+
     def test_even_weights_reach_the_server(self):
         positions, normals = sphere(1_000, radius=2.0)
         positions[:, 2] *= 2  # an ellipsoid: on a sphere all triangles say the same
@@ -331,6 +385,27 @@ class ArgumentTest(unittest.TestCase):
             with self.assertRaises(ValueError):
                 estimate_curvature(*cloud, **options)
 
+    def test_scales_that_make_no_sense_are_refused_before_a_call(self):
+        cloud = np.zeros((4, 3)), np.zeros((4, 3))
+        need, auto = "need neighbor_count", {"estimator": "auto"}
+        for word, options in (
+            (need, {"neighbor_count_range": (16, 64)}),
+            (need, {"max_radius": 1.0}),
+            (need, {"scale_per_cloud": True}),
+            (need, {**auto, "neighbor_count": 50, "max_radius": 1.0}),
+            ("'auto'", {"neighbor_count": "some"}),
+            ("radius does not go with", {**auto, "radius": 1.0}),
+            ("radius does not go with", {"neighbor_count": "auto", "radius": 1.0}),
+            ("neighbor_count_range is 64", {**auto, "neighbor_count_range": 64}),
+            ("neighbor_count_range is (64,)", {**auto, "neighbor_count_range": (64,)}),
+            ("neighbor_count_range is (-1, 64)", {**auto, "neighbor_count_range": (-1, 64)}),
+            ("neighbor_count_range is '16'", {**auto, "neighbor_count_range": "16"}),
+            ("neighbor_count_range is (16, 64.5)", {**auto, "neighbor_count_range": (16, 64.5)}),
+        ):
+            with self.subTest(options), self.assertRaises(ValueError) as refused:
+                estimate_curvature(*cloud, server="127.0.0.1:1", max_attempts=1, **options)
+            self.assertIn(word, str(refused.exception))
+
     def test_nobody_listening_is_unavailable(self):
         with self.assertRaises(CurvdError) as caught:
             estimate_curvature(*sphere(10, 1.0), server="127.0.0.1:1", max_attempts=2)
@@ -390,6 +465,13 @@ class MisbehavingServerTest(unittest.TestCase):
                 error = self.fails_with(lambda _, responses=responses: responses)
                 self.assertEqual(error.code, grpc.StatusCode.INTERNAL)
                 self.assertIn(message, error.message)
+
+    def test_a_server_that_is_too_old_to_choose_a_scale_is_found(self):
+        old = pb.EstimateCurvatureResponse(accepted=pb.Accepted(options=pb.EstimatorOptions(neighbor_count=50)))
+        with scripted(lambda _: [old, result(0, 10), summary(10)]) as server, self.assertRaises(CurvdError) as caught:
+            estimate_curvature(*sphere(10, 1.0), server=server, neighbor_count="auto", max_attempts=1)
+        self.assertEqual(caught.exception.code, grpc.StatusCode.UNIMPLEMENTED)
+        self.assertIn("too old to choose a scale", caught.exception.message)
 
     def test_a_server_that_dies_is_tried_again(self):
         for code in (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.UNKNOWN, grpc.StatusCode.INTERNAL):

@@ -73,7 +73,7 @@ void AddScaleFlags(CLI::App& command, ScaleFlags& flags) {
 void ApplyScale(const ScaleFlags& flags, EstimateOptions& options) {
   if (flags.automatic) options.estimator = Estimator::kAuto;
   if (options.estimator == Estimator::kAuto && flags.radius > 0.0) {
-    throw CLI::ValidationError("--radius", "does not go with --estimator=auto: try --max-radius");
+    throw CLI::ValidationError("--radius", "does not go with --estimator=auto; try --max-radius");
   }
   if (flags.k == "auto" || (options.estimator == Estimator::kAuto && flags.k.empty())) {
     AutomaticScale& scale = options.automatic_scale.emplace();

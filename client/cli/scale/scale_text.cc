@@ -36,9 +36,9 @@ std::vector<ScaleOutcome> WorthTelling(const ScaleReport& report) {
 
 std::string ScaleText(const ScaleReport& report) {
   if (report.outcomes.empty()) return "  nothing to choose by: too few points, or none could be estimated\n";
-  std::string text = absl::StrFormat("  chosen by a sample of %u points, whose noise is at most %.3g:\n",
+  std::string text = absl::StrFormat("  chosen by %u points, noise at most %.3g; expected error of mean_curvature:\n",
                                      report.sampled_points, report.position_noise);
-  absl::StrAppendFormat(&text, "  %-22s %6s %13s %12s %12s %8s\n", "estimator", "K", "error of mean", "by noise",
+  absl::StrAppendFormat(&text, "  %-22s %6s %13s %12s %12s %8s\n", "estimator", "K", "error", "by noise",
                         "by smoothing", "weight");
   for (const ScaleOutcome& o : WorthTelling(report)) {
     absl::StrAppendFormat(&text, "  %-22s %6u %13.3g %12.3g %12.3g %6.0f %%\n", o.estimator, o.neighbor_count, o.error,

@@ -1,6 +1,7 @@
 """One call: a cloud goes out in chunks, its curvature or normals come back."""
 
 import contextlib
+import operator
 import typing
 import warnings
 
@@ -101,17 +102,20 @@ def estimate_curvature(
                            `normal`.
     server:                HOST:PORT, or several with commas between: replicas, each call starting with any of them.
     estimator:             "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso",
-                           "normal-regression", or "auto": what suits the cloud, averaged; summary.scale tells what was chosen, and why.
+                           "normal-regression", or "auto": what suits the cloud, averaged; summary.scale tells what was
+                           chosen, and why.
     neighbor_count:        the K nearest points, the point itself included; or "auto": as noise and detail ask for, at each
-                           point, for "auto", "avg-hexagram", "normal-regression" and "jet". DEFAULT: 50, if there is no radius; with the
-                           estimator "auto", "auto".
+                           point, for "auto" and the estimators that it chooses among. DEFAULT: 50, if there is no radius;
+                           with the estimator "auto", "auto".
     radius:                all points at most this far away, instead of neighbor_count.
-    neighbor_count_range:  of neighbor_count "auto": the fewest and the most points, within 16 to 2,048.
+    neighbor_count_range:  of neighbor_count "auto": the fewest and the most points. DEFAULT: (16, 2048), the widest there
+                           is, or up to what the server allows.
     max_radius:            of neighbor_count "auto": how far an estimate looks at most. DEFAULT: any distance.
     scale_per_cloud:       of neighbor_count "auto": the same choice for all points.
     triangle_count, seed:  of the random strategies. DEFAULT: 100 triangles, seed 0.
     rotation_count:        hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2.
-    jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2.
+    jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2; with neighbor_count
+                           "auto" 4, and no other.
     even_weights:          count all triangles of delaunay alike, as the paper does.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
     orientation:           which side is out: "consistent" (neighbors agree, closed pieces are seen from outside) or
@@ -293,17 +297,22 @@ def _priority(name):
 
 def _automatic_scale(estimator, neighbor_count, radius, neighbor_count_range, max_radius, per_cloud):
     """The contract's AutomaticScale, or None where the caller says how large neighborhoods are."""
-    leaves_open = estimator == "auto" and neighbor_count is None and radius is None
+    if radius is not None and "auto" in (estimator, neighbor_count):
+        raise ValueError('radius does not go with "auto"; max_radius says how far an estimate looks at most')
+    leaves_open = estimator == "auto" and neighbor_count is None
     if neighbor_count != "auto" and not leaves_open:
         if neighbor_count_range is not None or max_radius is not None or per_cloud:
             raise ValueError('neighbor_count_range, max_radius and scale_per_cloud need neighbor_count="auto"')
         return None
-    if radius is not None:
-        raise ValueError("neighbor_count and radius exclude each other; with \"auto\" there is max_radius")
-    least, most = (0, 0) if neighbor_count_range is None else neighbor_count_range
-    return curvature_pb2.AutomaticScale(
-        least_neighbor_count=least, most_neighbor_count=most, max_radius=max_radius or 0.0, per_cloud=per_cloud
-    )
+    scale = curvature_pb2.AutomaticScale(max_radius=max_radius or 0.0, per_cloud=per_cloud)
+    if neighbor_count_range is not None:
+        try:
+            scale.least_neighbor_count, scale.most_neighbor_count = map(operator.index, neighbor_count_range)
+        except (TypeError, ValueError):
+            raise ValueError(
+                f"neighbor_count_range is {neighbor_count_range!r}; it must be (fewest, most) points, as (16, 2048)"
+            ) from None
+    return scale
 
 
 def _estimator_options(estimator, neighbor_count, radius, automatic_scale, **others):
@@ -312,7 +321,7 @@ def _estimator_options(estimator, neighbor_count, radius, automatic_scale, **oth
     if neighbor_count is not None and radius is not None:
         raise ValueError("neighbor_count and radius exclude each other")
     if isinstance(neighbor_count, str) and neighbor_count != "auto":
-        raise ValueError(f"neighbor_count is {neighbor_count!r}; it must be a number or \"auto\"")
+        raise ValueError(f"neighbor_count is {neighbor_count!r}; it must be a number or 'auto'")
     options = curvature_pb2.EstimatorOptions(estimator=_ESTIMATORS[estimator], **others)
     if automatic_scale is not None:
         options.automatic_scale.CopyFrom(automatic_scale)

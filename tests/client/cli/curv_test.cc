@@ -485,6 +485,74 @@ TEST_F(CurvTest, FlagsOfNormalsThatMakeNoSenseAreRefused) {
   EXPECT_THAT(message({"--orient", "--normals=given"}), HasSubstr("excludes"));
 }
 
+TEST_F(CurvTest, ChoosesEstimatorAndScale) {
+  const std::string cloud = Cloud("sphere", "3000"), out = dir_.File("out.ply");
+  const CurvRun run = RunCurv({"estimate", cloud, "-o", out, "--auto"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, IsEmpty());
+  EXPECT_THAT(run.out, AllOf(HasSubstr("3,000 points, auto, K = auto"), HasSubstr("\n  chosen by "),
+                             HasSubstr("\n  jet "), HasSubstr(" %\n")));
+  const std::string by_short = dir_.Read("out.ply");
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", out, "--estimator=auto", "--k=auto"}).exit_code, 0);
+  EXPECT_EQ(dir_.Read("out.ply"), by_short);
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", out, "--estimator=auto"}).exit_code, 0);
+  EXPECT_EQ(dir_.Read("out.ply"), by_short) << "auto leaves K open too";
+}
+
+TEST_F(CurvTest, LeavesEstimatorOrScaleAloneOpen) {
+  const std::string cloud = Cloud(), out = dir_.File("out.ply");
+  const auto summary = [&](std::vector<std::string> flags) {
+    flags.insert(flags.begin(), {"estimate", cloud, "-o", out, "--summary=json"});
+    const CurvRun run = RunCurv(flags);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run.out;
+  };
+  EXPECT_THAT(summary({"--k=auto", "--estimator=jet"}),
+              AllOf(HasSubstr(R"("estimator":"jet","neighbor_count":"auto",)"), HasSubstr("\"jet_degree\":4"),
+                    HasSubstr(R"("scale":{"sampled_points":)"), Not(HasSubstr(R"({"estimator":"avg-hexagram")"))));
+  const std::string ranged = summary({"--k=auto", "--k-range=64:128", "--per-cloud", "--max-radius=1000"});
+  EXPECT_THAT(ranged, AllOf(HasSubstr(R"("neighbor_count":64,)"), HasSubstr(R"("neighbor_count":128,)"),
+                            Not(HasSubstr(R"("neighbor_count":45,)")), Not(HasSubstr(R"("neighbor_count":181,)"))));
+  const std::string counted = summary({"--estimator=auto", "--k=100"});
+  EXPECT_THAT(counted, AllOf(HasSubstr(R"("estimator":"auto","neighbor_count":100,)"), HasSubstr("\"jet_degree\":4"),
+                             HasSubstr(R"({"estimator":"jet","neighbor_count":100,)")));
+  EXPECT_THAT(summary({"--k=100"}), AllOf(Not(HasSubstr("\"scale\":")), HasSubstr("\"jet_degree\":2")));
+  EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, "--auto", "--max-radius=1e-9"}).err,
+              HasSubstr("no point could be estimated"));
+}
+
+TEST_F(CurvTest, FlagsOfScalesThatMakeNoSenseAreRefused) {
+  const std::string cloud = Cloud(), out = dir_.File("out.ply");
+  const auto message = [&](std::vector<std::string> flags, int exit_code = 2) {
+    flags.insert(flags.begin(), {"estimate", cloud, "-o", out});
+    const CurvRun run = RunCurv(flags);
+    EXPECT_EQ(run.exit_code, exit_code) << run.err;
+    EXPECT_FALSE(dir_.Has("out.ply"));
+    return run.err;
+  };
+  EXPECT_THAT(message({"--auto", "--estimator=jet"}), AllOf(HasSubstr("--auto"), HasSubstr("--estimator")));
+  EXPECT_THAT(message({"--auto", "--k=50"}), HasSubstr("--auto excludes --k"));
+  EXPECT_THAT(message({"--auto", "--radius=1"}), HasSubstr("--auto excludes --radius"));
+  EXPECT_THAT(message({"--k=auto", "--radius=1"}), HasSubstr("--radius"));
+  EXPECT_THAT(message({"--estimator=auto", "--radius=1"}),
+              AllOf(HasSubstr("--estimator=auto"), HasSubstr("--max-radius")));
+  EXPECT_THAT(message({"--k=some"}), AllOf(HasSubstr("\"some\""), HasSubstr("auto or a whole number from 4")));
+  EXPECT_THAT(message({"--k-range=16:64"}), HasSubstr("--k-range: needs --auto or --k=auto"));
+  EXPECT_THAT(message({"--max-radius=1", "--k=50"}), HasSubstr("--max-radius: needs"));
+  EXPECT_THAT(message({"--per-cloud", "--estimator=auto", "--k=50"}), HasSubstr("--per-cloud: needs"));
+  for (const char* range :
+       {"", "64", "64:", ":64", "15:64", "65:64", "16:2049", "16-64", "16:64:128", "-16:64", "16:6.4"}) {
+    EXPECT_THAT(message({"--auto", absl::StrCat("--k-range=", range)}), HasSubstr("--k-range")) << range;
+  }
+  EXPECT_THAT(message({"--auto", "--k-range=65:64"}), HasSubstr("16 <= LEAST <= MOST <= 2048"));
+  for (const char* radius : {"0", "-1", "nan", "inf", "wide"}) {
+    EXPECT_THAT(message({"--auto", absl::StrCat("--max-radius=", radius)}), HasSubstr("finite number above 0"));
+  }
+  EXPECT_THAT(message({"--k=auto", "--estimator=aso"}, 1), HasSubstr("it must be auto, avg-hexagram"));
+  EXPECT_THAT(message({"--k=auto", "--estimator=jet", "--jet-degree=2"}, 1),
+              HasSubstr("jet_degree is 2; it must be 4"));
+}
+
 TEST_F(CurvTest, NotesWhatItLeavesOut) {
   const CurvRun run =
       RunCurv({"estimate", dir_.Write("o.obj", "v 0 0 0\nv 1 0 0\nvn 0 0 1\n"), "-o", dir_.File("r.csv")});

@@ -11,6 +11,7 @@
 #include "client/cli/normals/normals_text.h"
 #include "client/cli/numbers.h"
 #include "client/cli/progress_bar.h"
+#include "client/cli/scale/scale_text.h"
 
 namespace curv {
 namespace {
@@ -98,6 +99,49 @@ TEST(NormalsTextTest, TellsHowNormalsWereMadeAndHowFarTheyCanBeTrusted) {
   EXPECT_EQ(NormalsText({.turned = 12'345, .pieces = 3, .closed_pieces = 1, .repaired = 7}),
             "12,345 normals turned; 3 pieces, 1 closed, 7 normals repaired");
   EXPECT_EQ(NormalsText({.method = NormalMethod::kPca}), "normals by pca");
+}
+
+ScaleReport TriedScales() {
+  return {{{"avg-hexagram", 64, 0.3, 0.29, 0.0, 0.25},
+           {"avg-hexagram", 128, 0.4, 0.1, 0.35, 0.0},
+           {"jet", 256, 0.2, 0.15, 0.1, 0.75},
+           {"normal-regression", 91, 0.9, 0.9, 0.0, 0.0},
+           {"normal-regression", 128, 12345.678, 0.00001234, 0.0, 0.0},
+           {"normal-regression", 181, 0.8, 0.8, 0.0, 0.0}},
+          512,
+          0.0123456};
+}
+
+TEST(ScaleTextTest, TellsTheChosenByWeightThenTheBestOfEachOtherEstimator) {
+  EXPECT_EQ(ScaleText(TriedScales()),
+            "  chosen by 512 points, noise at most 0.0123; expected error of mean_curvature:\n"
+            "  estimator                   K         error     by noise by smoothing   weight\n"
+            "  jet                       256           0.2         0.15          0.1     75 %\n"
+            "  avg-hexagram               64           0.3         0.29            0     25 %\n"
+            "  normal-regression         181           0.8          0.8            0      0 %\n");
+}
+
+TEST(ScaleTextTest, FitsInEightyColumns) {
+  ScaleReport report = TriedScales();
+  report.position_noise = 1.23456e-15;
+  for (ScaleOutcome& outcome : report.outcomes)
+    outcome = {outcome.estimator, 2048, 1.2345e-100, 1.2345e-100, 1.2345e-100, 1.0};
+  const std::string text = ScaleText(report);
+  for (size_t start = 0, end; (end = text.find('\n', start)) != std::string::npos; start = end + 1) {
+    EXPECT_LE(end - start, 80u) << text.substr(start, end - start);
+  }
+}
+
+TEST(ScaleTextTest, SaysWhenNothingCouldBeJudged) {
+  EXPECT_THAT(ScaleText({}), HasSubstr("too few points"));
+  EXPECT_EQ(ScaleJson({}).dump(), R"({"sampled_points":0,"position_noise":0.0,"outcomes":[]})");
+}
+
+TEST(ScaleTextTest, JsonTellsEverythingThatWasJudged) {
+  const nlohmann::ordered_json json = ScaleJson(TriedScales());
+  EXPECT_EQ(json["outcomes"].size(), 6u);
+  EXPECT_EQ(json["outcomes"][0].dump(),
+            R"({"estimator":"avg-hexagram","neighbor_count":64,"error":0.3,"noise":0.29,"bias":0.0,"share":0.25})");
 }
 
 TEST(FlagsTest, ParsesVectorsAndDirections) {
