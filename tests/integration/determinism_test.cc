@@ -45,7 +45,8 @@ TEST_P(DeterminismTest, ThreadsAndChunkSizesDoNotMatter) {
 INSTANTIATE_TEST_SUITE_P(Estimators, DeterminismTest,
                          ::testing::Values(v1::ESTIMATOR_AVG_HEXAGRAM, v1::ESTIMATOR_HEXAGRAM, v1::ESTIMATOR_UNIFORM,
                                            v1::ESTIMATOR_INDEPENDENT, v1::ESTIMATOR_DELAUNAY, v1::ESTIMATOR_JET_FITTING,
-                                           v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR, v1::ESTIMATOR_NORMAL_REGRESSION),
+                                           v1::ESTIMATOR_ALGEBRAIC_SHAPE_OPERATOR, v1::ESTIMATOR_NORMAL_REGRESSION,
+                                           v1::ESTIMATOR_AUTO),
                          [](const auto& info) { return v1::Estimator_Name(info.param); });
 
 }  // namespace

