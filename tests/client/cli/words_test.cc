@@ -114,7 +114,7 @@ ScaleReport TriedScales() {
 
 TEST(ScaleTextTest, TellsTheChosenByWeightThenTheBestOfEachOtherEstimator) {
   EXPECT_EQ(ScaleText(TriedScales()),
-            "  chosen by 512 points, noise at most 0.0123; expected error of mean_curvature:\n"
+            "  chosen by 512 points, noise up to 0.0123; expected error of mean_curvature:\n"
             "  estimator                   K         error     by noise by smoothing   weight\n"
             "  jet                       256           0.2         0.15          0.1     75 %\n"
             "  avg-hexagram               64           0.3         0.29            0     25 %\n"
