@@ -4,8 +4,8 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
+#include "server/call/scale/wire_scale.h"
 #include "server/call/wire_normals.h"
-#include "server/call/wire_scale.h"
 
 namespace curvd {
 namespace {

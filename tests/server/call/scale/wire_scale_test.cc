@@ -1,4 +1,4 @@
-#include "server/call/wire_scale.h"
+#include "server/call/scale/wire_scale.h"
 
 #include <gtest/gtest.h>
 
