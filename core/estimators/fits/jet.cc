@@ -29,8 +29,15 @@ absl::Status EstimateJets(const SpatialIndex& index, const JetPlan& plan, size_t
   };
   const absl::Status status = ForEachCollected(index, plan.neighborhood, s.neighbors, s, sum);
   if (!status.ok()) return status;
+  const auto collect = [&](GroupSearch& search, size_t i) HWY_ATTR {
+    QueryPoint query;
+    NormalSums normals;
+    s.points.query.Get(i, query.position);
+    s.points.normal.Get(i, query.normal);
+    search.Find(query.position, NeighborCollector(index, query, s.neighbors, normals));
+  };
   SolveJets(plan.degree, s.frames.rho, s.neighbors, s.qr_room, s.points, s.system, s.shapes,
-            RepeatedSearch(index, plan.neighborhood.search, plan.degree, s, CollectFor(index, s)));
+            RepeatedSearch(index, plan.neighborhood.search, plan.degree, s, collect));
   if (s.IsStopped()) return Stopped();
   WriteShapes(plan.neighborhood, s.shapes, s, results);
   return status;

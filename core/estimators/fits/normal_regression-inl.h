@@ -32,17 +32,8 @@ namespace HWY_NAMESPACE {
 // What a monomial adds to those before it, in square mean, is at least this fraction of its own square mean where the
 // neighbors determine its coefficient.
 inline constexpr double kMinRegressionPivot = 1e-6;
-// The same where sums in floats are good enough: their rounding moves curvature by 1e-7 to 1e-5 of itself.
-inline constexpr double kMinFloatPivot = 1e-3;
-// Neighborhoods up to this size are summed in doubles: there it costs little beside the search, and many are near to
-// what determines no cubic polynomial.
-inline constexpr size_t kMaxDoubleCount = 64;
 // Neighbors that spread less than the root of this in one tangent direction, compared with the other, lie on a line.
 inline constexpr double kMinRegressionSpread = 1e-6;
-
-// Loads a vector of doubles or floats.
-HWY_INLINE DoubleVec LoadWide(DoubleTag, const float* from) { return Widen(from); }
-HWY_INLINE FloatVec LoadWide(FloatTag d, const float* from) { return hn::Load(d, from); }
 
 // Some neighbors of a point over its tangent plane.
 template <typename T>
@@ -76,7 +67,7 @@ HWY_INLINE void FillBlock(D d, const NeighborArrays& n, size_t first, size_t siz
   const V one = hn::Set(d, T{1}), zero = hn::Zero(d);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const size_t k = first + j;
-    const V dx = LoadWide(d, n.dx.data() + k), dy = LoadWide(d, n.dy.data() + k), dz = LoadWide(d, n.dz.data() + k);
+    const V dx = Widen(n.dx.data() + k), dy = Widen(n.dy.data() + k), dz = Widen(n.dz.data() + k);
     const auto along = [&](const T* axis) HWY_ATTR {
       return hn::MulAdd(dz, hn::Set(d, axis[2]), hn::MulAdd(dy, hn::Set(d, axis[1]), hn::Mul(dx, hn::Set(d, axis[0]))));
     };
@@ -175,7 +166,7 @@ HWY_NOINLINE void SumNormalProducts(D d, const PlaneBlock<T>& block, const Neigh
   for (V& sum : sums) sum = hn::Zero(d);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const size_t k = first + j;
-    const V nx = LoadWide(d, n.nx.data() + k), ny = LoadWide(d, n.ny.data() + k), nz = LoadWide(d, n.nz.data() + k);
+    const V nx = Widen(n.nx.data() + k), ny = Widen(n.ny.data() + k), nz = Widen(n.nz.data() + k);
     V monomials[5];
     WeightedMonomials<kHalf>(hn::Load(d, block.x + j), hn::Load(d, block.y + j), hn::Load(d, block.w + j), monomials);
     CURVD_UNROLL(5)
@@ -210,10 +201,10 @@ struct RegressionSums {
   }
 };
 
-// Sets up the problem of point i, whose tangent frame is set, from its neighbors, in numbers of the lanes' type.
+// Sets up the problem of point i, whose tangent frame is set, from its neighbors.
 template <class D>
-HWY_NOINLINE void SumRegressionIn(D d, const NeighborArrays& n, const GroupFrames& frames, size_t i,
-                                  RegressionSystems& systems) {
+HWY_NOINLINE void SumRegression(D d, const NeighborArrays& n, const GroupFrames& frames, size_t i,
+                                RegressionSystems& systems) {
   using T = hn::TFromD<D>;
   const PlaneAxes<T> axes(frames, i);
   PlaneBlock<T> block;
@@ -227,21 +218,12 @@ HWY_NOINLINE void SumRegressionIn(D d, const NeighborArrays& n, const GroupFrame
     SumNormalProducts<1>(d, block, n, first, size, sums.normals + 15);
   }
   sums.Store(i, systems);
-  systems.summed_in_floats[i] = sizeof(T) == sizeof(float);
-}
-
-// The same in floats where that is faster.
-HWY_INLINE void SumRegression(const NeighborArrays& n, const GroupFrames& frames, size_t i,
-                              RegressionSystems& systems) {
-  n.count > kMaxDoubleCount ? SumRegressionIn(FloatTag(), n, frames, i, systems)
-                            : SumRegressionIn(DoubleTag(), n, frames, i, systems);
 }
 
 // Value and derivatives by x and y, at the point, of the polynomials that fit the normals' components.
 struct FittedNormals {
   DoubleTriple value, by_x, by_y;
   DoubleVec degree;
-  DoubleMask needs_doubles;  // if the sums are those of floats
 };
 
 // Powers of x and y in the monomials, by JetIndex.
@@ -264,14 +246,12 @@ inline constexpr MonomialPowers kMonomials;
 struct RegressionFactor {
   DoubleVec rows[kRegressionSize + 3][kRegressionSize];
   DoubleMask determined[kRegressionDegree + 1];  // whether the neighbors tell the monomials up to a degree apart
-  DoubleMask needs_doubles;
 };
 
 HWY_INLINE void FactorRegression(const RegressionSystems& systems, size_t i, RegressionFactor& f) {
   const DoubleTag d;
   const DoubleVec one = hn::Set(d, 1.0), least = hn::Set(d, kMinRegressionPivot);
   DoubleMask determined = hn::Gt(hn::Load(d, systems.moments[0] + i), hn::Zero(d));
-  DoubleMask well_determined = determined;
   DoubleVec x_spread = hn::Zero(d);
   CURVD_UNROLL(10)
   for (int c = 0; c < kRegressionSize; ++c) {
@@ -281,7 +261,6 @@ HWY_INLINE void FactorRegression(const RegressionSystems& systems, size_t i, Reg
     CURVD_UNROLL(10)
     for (int k = 0; k < c; ++k) pivot = hn::NegMulAdd(f.rows[c][k], f.rows[c][k], pivot);
     determined = hn::And(determined, hn::Gt(pivot, bound));
-    well_determined = hn::And(well_determined, hn::Gt(pivot, hn::Mul(hn::Set(d, kMinFloatPivot), square)));
     if (c == JetIndex(1, 0)) x_spread = pivot;
     if (c == JetIndex(0, 1)) {
       // Pivots of x, and of y beside x: their product is the determinant of the covariance.
@@ -304,7 +283,6 @@ HWY_INLINE void FactorRegression(const RegressionSystems& systems, size_t i, Reg
     }
     f.determined[kMonomials.a[c] + kMonomials.b[c]] = determined;
   }
-  f.needs_doubles = hn::Not(well_determined);
 }
 
 // Solves the normal equations, each point in the highest degree, up to 3, whose monomials the neighbors tell apart.
@@ -331,7 +309,7 @@ HWY_INLINE FittedNormals FitNormals(const RegressionSystems& systems, size_t i) 
   const auto coefficients = [&](int c) HWY_ATTR {
     return DoubleTriple{solution[0][c], solution[1][c], solution[2][c]};
   };
-  return {coefficients(0), coefficients(1), coefficients(2), degree, f.needs_doubles};
+  return {coefficients(0), coefficients(1), coefficients(2), degree};
 }
 
 // Solves the problems of points i, i + 1, ... and stores the shape operators of the fitted fields.
@@ -361,26 +339,12 @@ HWY_INLINE void SolveRegressionsAt(const GroupFrames& frames, size_t i, Regressi
   StoreShapes(s, i, shapes);
   hn::Store(Dot(fit.value, axis), d, systems.outward + i);
   hn::Store(fit.degree, d, systems.degree + i);
-  hn::Store(hn::IfThenElseZero(fit.needs_doubles, one), d, systems.needs_doubles + i);
 }
 
-// Solves the problems of all points of the group, and stores their shapes. `find(i)` collects the neighbors of point i
-// as `neighbors` once more, where its sums need more digits. Where it returns false, no point from there on has a
-// shape. Lowers the status of points without a fit.
-template <typename FindNeighbors>
-HWY_NOINLINE void SolveRegressions(const GroupFrames& frames, const NeighborArrays& neighbors, GroupPoints& points,
-                                   RegressionSystems& systems, GroupShapes& shapes, FindNeighbors find) {
-  const size_t lanes = hn::Lanes(DoubleTag());
-  for (size_t i = 0; i < points.size; i += lanes) SolveRegressionsAt(frames, i, systems, shapes);
-  bool any = false;
-  for (size_t i = 0; i < points.size; ++i) {
-    const bool again = systems.summed_in_floats[i] && systems.needs_doubles[i] != 0.0;
-    if (!again || points.status[i] != PointStatus::kOk) continue;
-    if (!find(i)) break;
-    SumRegressionIn(DoubleTag(), neighbors, frames, i, systems);
-    any = true;
-  }
-  for (size_t i = 0; any && i < points.size; i += lanes) SolveRegressionsAt(frames, i, systems, shapes);
+// Solves the problems of all points of the group, and stores their shapes. Lowers the status of points without a fit.
+HWY_NOINLINE inline void SolveRegressions(const GroupFrames& frames, GroupPoints& points, RegressionSystems& systems,
+                                          GroupShapes& shapes) {
+  for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) SolveRegressionsAt(frames, i, systems, shapes);
   for (size_t i = 0; i < points.size; ++i) {
     if (points.status[i] != PointStatus::kOk) continue;
     if (!(systems.degree[i] >= 1.0)) {

@@ -3,7 +3,6 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
 #include "core/estimators/fits/normal_regression-inl.h"
-#include "core/estimators/fits/repeated_search-inl.h"
 #include "core/estimators/fits/shape_operator-inl.h"
 #include "core/estimators/group_estimate-inl.h"
 #include "hwy/highway.h"
@@ -18,13 +17,11 @@ absl::Status RegressNormals(const SpatialIndex& index, const NeighborhoodPlan& p
   StartGroup(index, group, s, results, fill);
   const auto sum = [&](size_t i, const LeafList&) {
     PreparePoints(OnePoint(), plan, s.neighborhoods, i, s.points, s.frames, fill);
-    if (s.points.status[i] == PointStatus::kOk) SumRegression(s.neighbors, s.frames, i, s.system);
+    if (s.points.status[i] == PointStatus::kOk) SumRegression(DoubleTag(), s.neighbors, s.frames, i, s.system);
   };
   const absl::Status status = ForEachCollected(index, plan, s.neighbors, s, sum);
   if (!status.ok()) return status;
-  SolveRegressions(s.frames, s.neighbors, s.points, s.system, s.shapes,
-                   RepeatedSearch(index, plan.search, kRegressionDegree, s, CollectFor(index, s)));
-  if (s.IsStopped()) return Stopped();
+  SolveRegressions(s.frames, s.points, s.system, s.shapes);
   WriteShapes(plan, s.shapes, s, results);
   return status;
 }

@@ -14,12 +14,10 @@ inline constexpr int kRegressionMoments = JetSize(2 * kRegressionDegree);
 // The least squares problem of each point: weighted sums over its neighbors, with offsets x, y along the tangent axes
 // in units of rho and w = 1 - x^2 - y^2. What points that are not estimated have is never used.
 struct alignas(64) RegressionSystems {
-  GroupDoubles moments[kRegressionMoments];           // sums of w x^a y^b, and
-  GroupDoubles normals[3][kRegressionSize];           // of w x^a y^b times each component of the normal, by JetIndex
-  bool summed_in_floats[SpatialIndex::kGroupPoints];  // whether these have the digits of floats
-  GroupDoubles needs_doubles;                         // 1 where that costs too many digits of the solution, or else 0
-  GroupDoubles degree;                                // of the polynomials; 0 where the neighbors determine none
-  GroupDoubles outward;                               // of the fitted normal at the point, along the axis of the frame
+  GroupDoubles moments[kRegressionMoments];  // sums of w x^a y^b, and
+  GroupDoubles normals[3][kRegressionSize];  // of w x^a y^b times each component of the normal, by JetIndex
+  GroupDoubles degree;                       // of the polynomials; 0 where the neighbors determine none
+  GroupDoubles outward;                      // of the fitted normal at the point, along the axis of the frame
 };
 
 }  // namespace curvd

@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "core/estimators/fits/fit_scratch.h"
-#include "core/estimators/neighbors-inl.h"
 #include "core/search/group_search-inl.h"
 #include "hwy/highway.h"
 
@@ -18,28 +17,15 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Collects the neighbors of point i of the group as s.neighbors, for RepeatedSearch.
-template <typename Scratch>
-HWY_INLINE auto CollectFor(const SpatialIndex& index, Scratch& s) {
-  return [&index, &s](GroupSearch& search, size_t i) HWY_ATTR {
-    QueryPoint query;
-    NormalSums normals;
-    s.points.query.Get(i, query.position);
-    s.points.normal.Get(i, query.normal);
-    search.Find(query.position, NeighborCollector(index, query, s.neighbors, normals));
-  };
-}
-
-// For fits that need the neighbors of a point a second time. `Scratch` is their FitScratch; `degree` is that of their
-// polynomials. `collect(search, i)` collects the neighbors of point i as s.neighbors.
-template <typename Scratch, typename Collect>
+// For SolveJetSystems. `collect(search, i)` collects the neighbors of point i as s.neighbors.
+template <typename Collect>
 class RepeatedSearch {
  public:
-  RepeatedSearch(const SpatialIndex& index, const SearchPlan& plan, int degree, Scratch& s, Collect collect)
+  RepeatedSearch(const SpatialIndex& index, const SearchPlan& plan, int degree, JetScratch& s, Collect collect)
       : index_(index), plan_(plan), degree_(degree), s_(s), collect_(collect), began_(s.search.work) {}
 
   // Returns false, and collects nothing, once nobody wants the result, or the group has been ended before point i
-  // because the fits of those before it took so much.
+  // because the factorizations of those before it took so much.
   HWY_NOINLINE bool operator()(size_t i) {
     if (s_.IsStopped()) return false;
     if (i > 0 && s_.IsLongSince(began_)) {
@@ -48,7 +34,7 @@ class RepeatedSearch {
     }
     if (!search_.has_value()) search_.emplace(index_, plan_, s_.points.box, s_.search);
     collect_(*search_, i);
-    // A step for every four multiplications and additions of the fit.
+    // A step for every four multiplications and additions of the factorization.
     const auto size = static_cast<size_t>(JetSize(degree_));
     s_.search.work += s_.neighbors.count * size * size / 2;
     return true;
@@ -58,7 +44,7 @@ class RepeatedSearch {
   const SpatialIndex& index_;
   const SearchPlan& plan_;
   const int degree_;
-  Scratch& s_;
+  JetScratch& s_;
   const Collect collect_;
   const uint64_t began_;
   std::optional<GroupSearch> search_;
