@@ -101,6 +101,16 @@ absl::Status ResolveQuantities(const v1::CloudHeader& header, NormalSource norma
   return absl::OkStatus();
 }
 
+// Only an estimate of curvature looks for opposed normals.
+absl::Status CheckRejection(const CallOptions& options) {
+  if (options.estimator.opposed_normals != OpposedNormalsPolicy::kReject || options.quantities.HasCurvature()) {
+    return absl::OkStatus();
+  }
+  return InvalidOption("header.opposed_normals_policy",
+                       absl::StrCat(static_cast<int>(v1::OPPOSED_NORMALS_POLICY_REJECT)),
+                       "1 (mark) or unset unless header.quantities holds a quantity of curvature");
+}
+
 absl::Status ResolveEnums(const v1::CloudHeader& header, CallOptions& options) {
   switch (header.scalar_type()) {
     case v1::SCALAR_TYPE_UNSPECIFIED:
@@ -203,6 +213,7 @@ absl::StatusOr<CallOptions> ResolveHeader(const v1::CloudHeader& header, const C
   if (absl::Status status = ResolveQuantities(header, options.normals.source, options.quantities); !status.ok()) {
     return status;
   }
+  if (absl::Status status = CheckRejection(options); !status.ok()) return status;
   options.normals.returns_normals = options.quantities.HasNormals();
   if (absl::Status status = CheckTag(header.request_tag()); !status.ok()) return status;
   options.request_tag = header.request_tag();

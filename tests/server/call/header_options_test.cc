@@ -94,6 +94,16 @@ TEST(ResolveHeaderTest, TakesAPolicyForOpposedNormals) {
       IsError(Refusal(header), kInvalid, kReasonInvalidOption, {"header.opposed_normals_policy", "3", "reject"}));
 }
 
+TEST(ResolveHeaderTest, RejectsOpposedNormalsOnlyWhereTheyAreLookedFor) {
+  v1::CloudHeader header;
+  header.set_opposed_normals_policy(v1::OPPOSED_NORMALS_POLICY_REJECT);
+  header.add_quantities(v1::QUANTITY_NORMALS);
+  EXPECT_TRUE(IsError(Refusal(header), kInvalid, kReasonInvalidOption,
+                      {"header.opposed_normals_policy", "2", "a quantity of curvature"}));
+  header.add_quantities(v1::QUANTITY_RADIUS);
+  EXPECT_EQ(ResolveHeader(header, kLimits)->estimator.opposed_normals, OpposedNormalsPolicy::kReject);
+}
+
 TEST(ResolveHeaderTest, TakesEveryFieldAsGiven) {
   v1::CloudHeader header;
   header.set_point_count(1000);
