@@ -12,9 +12,17 @@ namespace {
 
 // What to do where normals contradict each other, which depends on who made them.
 const char* RemedyFor(const CallRecord& record) {
-  const bool were_estimated = record.normal_report.has_value() && record.normal_report->method.has_value();
-  return were_estimated ? "the points there may be no surface, as in trees; or their normals need more neighbors"
-                        : "make all normals point to one side, outward on closed surfaces, and estimate again";
+  if (!record.normal_report.has_value()) {
+    return "make all normals point to one side, outward on closed surfaces, and estimate again";
+  }
+  // Only consistent sides have pieces.
+  if (record.normal_report->piece_count == 0) {
+    return "the surface there may turn away from the viewpoint or direction that normals were turned to, as walls do "
+           "from a direction up; orient them consistently";
+  }
+  return record.normal_report->method.has_value()
+             ? "the points there may be no surface, as in trees; or their normals need more neighbors"
+             : "the points there may be no surface, as in trees; or their normals are wrong: have them estimated";
 }
 
 // What a person should know whose normals contradict each other.

@@ -68,10 +68,20 @@ TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {
               AllOf(HasSubstr("around 700 of 2000 points"), HasSubstr("6.2 % of the pairs"),
                     HasSubstr("4 patches flipped"), HasSubstr("make all normals point to one side")));
 
-  record.normal_report.emplace().method = NormalMethod::kJet2;
+  record.normal_report.emplace().piece_count = 1;
+  curvature::v1::Summary of_oriented;
+  FillSummary(record, &of_oriented);
+  EXPECT_THAT(of_oriented.warnings(0).message(), HasSubstr("have them estimated"));
+
+  record.normal_report->method = NormalMethod::kJet2;
   curvature::v1::Summary of_estimated;
   FillSummary(record, &of_estimated);
   EXPECT_THAT(of_estimated.warnings(0).message(), HasSubstr("their normals need more neighbors"));
+
+  record.normal_report->piece_count = 0;
+  curvature::v1::Summary of_directed;
+  FillSummary(record, &of_directed);
+  EXPECT_THAT(of_directed.warnings(0).message(), HasSubstr("orient them consistently"));
 }
 
 TEST(FillSummaryTest, WarnsOfSidesThatCannotBeTrusted) {
