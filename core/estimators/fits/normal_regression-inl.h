@@ -36,43 +36,40 @@ inline constexpr double kMinRegressionPivot = 1e-6;
 inline constexpr double kMinRegressionSpread = 1e-6;
 
 // Some neighbors of a point over its tangent plane.
-template <typename T>
 struct PlaneBlock {
-  static constexpr size_t kSize = 2048 / sizeof(T);
-  alignas(64) T x[kSize];  // in units of rho
-  alignas(64) T y[kSize];
-  alignas(64) T w[kSize];  // weights; 0 for what pads the last vector
+  static constexpr size_t kSize = 256;
+  alignas(64) double x[kSize];  // in units of rho
+  alignas(64) double y[kSize];
+  alignas(64) double w[kSize];  // weights; 0 for what pads the last vector
 };
 
 // The axes of the tangent plane, divided by rho.
-template <typename T>
 struct PlaneAxes {
-  T u[3], v[3];
+  double u[3], v[3];
 
   PlaneAxes(const GroupFrames& frames, size_t i) {
-    const T unit = T{1} / static_cast<T>(frames.rho[i]);
+    const double unit = 1.0 / frames.rho[i];
     const GroupScalars* from[2][3] = {{&frames.u.x, &frames.u.y, &frames.u.z}, {&frames.v.x, &frames.v.y, &frames.v.z}};
     for (int axis = 0; axis < 3; ++axis) {
-      u[axis] = static_cast<T>((*from[0][axis])[i]) * unit;
-      v[axis] = static_cast<T>((*from[1][axis])[i]) * unit;
+      u[axis] = (*from[0][axis])[i] * unit;
+      v[axis] = (*from[1][axis])[i] * unit;
     }
   }
 };
 
 // Fills the block with `size` neighbors from `first` on.
-template <class D, typename T>
-HWY_INLINE void FillBlock(D d, const NeighborArrays& n, size_t first, size_t size, const PlaneAxes<T>& axes,
-                          PlaneBlock<T>& block) {
-  using V = hn::Vec<D>;
-  const V one = hn::Set(d, T{1}), zero = hn::Zero(d);
+HWY_INLINE void FillBlock(const NeighborArrays& n, size_t first, size_t size, const PlaneAxes& axes,
+                          PlaneBlock& block) {
+  const DoubleTag d;
+  const DoubleVec one = hn::Set(d, 1.0), zero = hn::Zero(d);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const size_t k = first + j;
-    const V dx = Widen(n.dx.data() + k), dy = Widen(n.dy.data() + k), dz = Widen(n.dz.data() + k);
-    const auto along = [&](const T* axis) HWY_ATTR {
+    const DoubleVec dx = Widen(n.dx.data() + k), dy = Widen(n.dy.data() + k), dz = Widen(n.dz.data() + k);
+    const auto along = [&](const double* axis) HWY_ATTR {
       return hn::MulAdd(dz, hn::Set(d, axis[2]), hn::MulAdd(dy, hn::Set(d, axis[1]), hn::Mul(dx, hn::Set(d, axis[0]))));
     };
-    const V x = along(axes.u), y = along(axes.v);
-    const V w = hn::Max(hn::NegMulAdd(y, y, hn::NegMulAdd(x, x, one)), zero);
+    const DoubleVec x = along(axes.u), y = along(axes.v);
+    const DoubleVec w = hn::Max(hn::NegMulAdd(y, y, hn::NegMulAdd(x, x, one)), zero);
     hn::Store(x, d, block.x + j);
     hn::Store(y, d, block.y + j);
     hn::Store(hn::IfThenElseZero(hn::FirstN(d, size - j), w), d, block.w + j);
@@ -80,9 +77,8 @@ HWY_INLINE void FillBlock(D d, const NeighborArrays& n, size_t first, size_t siz
 }
 
 // Adds the lane sums of `sums` to out[0..count - 1].
-template <class D, class V>
-HWY_INLINE void AddLaneSums(D, const V* sums, int count, double* out) {
-  hn::TFromD<D> four[4];
+HWY_INLINE void AddLaneSums(const DoubleVec* sums, int count, double* out) {
+  double four[4];
   for (int k = 0; k < count; k += 4) {
     const auto at = [&](int m) HWY_ATTR { return sums[std::min(k + m, count - 1)]; };
     StoreFourSums(at(0), at(1), at(2), at(3), four);
@@ -94,16 +90,15 @@ HWY_INLINE void AddLaneSums(D, const V* sums, int count, double* out) {
 // them are unrolled.
 
 // Adds the sums of w x^a y^b for a, b <= 3 to out[4 b + a].
-template <class D, typename T>
-HWY_NOINLINE void SumLowMoments(D d, const PlaneBlock<T>& block, size_t size, double* out) {
-  using V = hn::Vec<D>;
-  V sums[16];
+HWY_NOINLINE inline void SumLowMoments(const PlaneBlock& block, size_t size, double* out) {
+  const DoubleTag d;
+  DoubleVec sums[16];
   CURVD_UNROLL(16)
-  for (V& sum : sums) sum = hn::Zero(d);
+  for (DoubleVec& sum : sums) sum = hn::Zero(d);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
-    const V x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j);
-    const V x2 = hn::Mul(x, x), x3 = hn::Mul(x2, x);
-    V wy = hn::Load(d, block.w + j);
+    const DoubleVec x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j);
+    const DoubleVec x2 = hn::Mul(x, x), x3 = hn::Mul(x2, x);
+    DoubleVec wy = hn::Load(d, block.w + j);
     CURVD_UNROLL(4)
     for (int b = 0; b < 4; ++b) {
       sums[4 * b] = hn::Add(sums[4 * b], wy);
@@ -113,20 +108,19 @@ HWY_NOINLINE void SumLowMoments(D d, const PlaneBlock<T>& block, size_t size, do
       wy = hn::Mul(wy, y);
     }
   }
-  AddLaneSums(d, sums, 16, out);
+  AddLaneSums(sums, 16, out);
 }
 
 // Adds the sums of w x^4 times 1, x, x^2, y, x y, y^2, and the same with x and y in each other's place, to out[0..11].
-template <class D, typename T>
-HWY_NOINLINE void SumHighMoments(D d, const PlaneBlock<T>& block, size_t size, double* out) {
-  using V = hn::Vec<D>;
-  V sums[12];
+HWY_NOINLINE inline void SumHighMoments(const PlaneBlock& block, size_t size, double* out) {
+  const DoubleTag d;
+  DoubleVec sums[12];
   CURVD_UNROLL(12)
-  for (V& sum : sums) sum = hn::Zero(d);
+  for (DoubleVec& sum : sums) sum = hn::Zero(d);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
-    const V x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j), w = hn::Load(d, block.w + j);
-    const V x2 = hn::Mul(x, x), xy = hn::Mul(x, y), y2 = hn::Mul(y, y);
-    const V wx4 = hn::Mul(hn::Mul(w, x2), x2), wy4 = hn::Mul(hn::Mul(w, y2), y2);
+    const DoubleVec x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j), w = hn::Load(d, block.w + j);
+    const DoubleVec x2 = hn::Mul(x, x), xy = hn::Mul(x, y), y2 = hn::Mul(y, y);
+    const DoubleVec wx4 = hn::Mul(hn::Mul(w, x2), x2), wy4 = hn::Mul(hn::Mul(w, y2), y2);
     sums[0] = hn::Add(sums[0], wx4);
     sums[1] = hn::MulAdd(wx4, x, sums[1]);
     sums[2] = hn::MulAdd(wx4, x2, sums[2]);
@@ -140,34 +134,34 @@ HWY_NOINLINE void SumHighMoments(D d, const PlaneBlock<T>& block, size_t size, d
     sums[10] = hn::MulAdd(wy4, xy, sums[10]);
     sums[11] = hn::MulAdd(wy4, x2, sums[11]);
   }
-  AddLaneSums(d, sums, 12, out);
+  AddLaneSums(sums, 12, out);
 }
 
 // Five of the ten weighted monomials, by JetIndex: those from `5 kHalf` on.
-template <int kHalf, class V>
-HWY_INLINE void WeightedMonomials(V x, V y, V w, V* out) {
-  const V wx = hn::Mul(w, x), wy = hn::Mul(w, y);
+template <int kHalf>
+HWY_INLINE void WeightedMonomials(DoubleVec x, DoubleVec y, DoubleVec w, DoubleVec* out) {
+  const DoubleVec wx = hn::Mul(w, x), wy = hn::Mul(w, y);
   if constexpr (kHalf == 0) {
     out[0] = w, out[1] = wx, out[2] = wy, out[3] = hn::Mul(wx, x), out[4] = hn::Mul(wx, y);
   } else {
-    const V wy2 = hn::Mul(wy, y), x2 = hn::Mul(x, x);
+    const DoubleVec wy2 = hn::Mul(wy, y), x2 = hn::Mul(x, x);
     out[0] = wy2, out[1] = hn::Mul(wx, x2), out[2] = hn::Mul(wy, x2), out[3] = hn::Mul(wy2, x),
     out[4] = hn::Mul(wy2, y);
   }
 }
 
 // Adds the sums of the normals' components times five weighted monomials to out[3 m + component].
-template <int kHalf, class D, typename T>
-HWY_NOINLINE void SumNormalProducts(D d, const PlaneBlock<T>& block, const NeighborArrays& n, size_t first, size_t size,
-                                    double* out) {
-  using V = hn::Vec<D>;
-  V sums[15];
+template <int kHalf>
+HWY_NOINLINE inline void SumNormalProducts(const PlaneBlock& block, const NeighborArrays& n, size_t first, size_t size,
+                                           double* out) {
+  const DoubleTag d;
+  DoubleVec sums[15];
   CURVD_UNROLL(15)
-  for (V& sum : sums) sum = hn::Zero(d);
+  for (DoubleVec& sum : sums) sum = hn::Zero(d);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const size_t k = first + j;
-    const V nx = Widen(n.nx.data() + k), ny = Widen(n.ny.data() + k), nz = Widen(n.nz.data() + k);
-    V monomials[5];
+    const DoubleVec nx = Widen(n.nx.data() + k), ny = Widen(n.ny.data() + k), nz = Widen(n.nz.data() + k);
+    DoubleVec monomials[5];
     WeightedMonomials<kHalf>(hn::Load(d, block.x + j), hn::Load(d, block.y + j), hn::Load(d, block.w + j), monomials);
     CURVD_UNROLL(5)
     for (int m = 0; m < 5; ++m) {
@@ -176,7 +170,7 @@ HWY_NOINLINE void SumNormalProducts(D d, const PlaneBlock<T>& block, const Neigh
       sums[3 * m + 2] = hn::MulAdd(monomials[m], nz, sums[3 * m + 2]);
     }
   }
-  AddLaneSums(d, sums, 15, out);
+  AddLaneSums(sums, 15, out);
 }
 
 // The sums of one point.
@@ -202,20 +196,18 @@ struct RegressionSums {
 };
 
 // Sets up the problem of point i, whose tangent frame is set, from its neighbors.
-template <class D>
-HWY_NOINLINE void SumRegression(D d, const NeighborArrays& n, const GroupFrames& frames, size_t i,
-                                RegressionSystems& systems) {
-  using T = hn::TFromD<D>;
-  const PlaneAxes<T> axes(frames, i);
-  PlaneBlock<T> block;
+HWY_NOINLINE inline void SumRegression(const NeighborArrays& n, const GroupFrames& frames, size_t i,
+                                       RegressionSystems& systems) {
+  const PlaneAxes axes(frames, i);
+  PlaneBlock block;
   RegressionSums sums;
   for (size_t first = 0; first < n.count; first += block.kSize) {
     const size_t size = std::min(block.kSize, n.count - first);
-    FillBlock(d, n, first, size, axes, block);
-    SumLowMoments(d, block, size, sums.low);
-    SumHighMoments(d, block, size, sums.high);
-    SumNormalProducts<0>(d, block, n, first, size, sums.normals);
-    SumNormalProducts<1>(d, block, n, first, size, sums.normals + 15);
+    FillBlock(n, first, size, axes, block);
+    SumLowMoments(block, size, sums.low);
+    SumHighMoments(block, size, sums.high);
+    SumNormalProducts<0>(block, n, first, size, sums.normals);
+    SumNormalProducts<1>(block, n, first, size, sums.normals + 15);
   }
   sums.Store(i, systems);
 }

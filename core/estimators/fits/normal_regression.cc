@@ -17,7 +17,7 @@ absl::Status RegressNormals(const SpatialIndex& index, const NeighborhoodPlan& p
   StartGroup(index, group, s, results, fill);
   const auto sum = [&](size_t i, const LeafList&) {
     PreparePoints(OnePoint(), plan, s.neighborhoods, i, s.points, s.frames, fill);
-    if (s.points.status[i] == PointStatus::kOk) SumRegression(DoubleTag(), s.neighbors, s.frames, i, s.system);
+    if (s.points.status[i] == PointStatus::kOk) SumRegression(s.neighbors, s.frames, i, s.system);
   };
   const absl::Status status = ForEachCollected(index, plan, s.neighbors, s, sum);
   if (!status.ok()) return status;

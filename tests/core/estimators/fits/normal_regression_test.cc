@@ -52,7 +52,7 @@ TestPoints Band(size_t points, double half_width) {
   return band;
 }
 
-TEST_P(NormalRegressionTest, NarrowBandsMatchTheDoubleOracleThoughFloatsWouldNotDo) {
+TEST_P(NormalRegressionTest, NarrowBandsMatchTheDoubleOracle) {
   ExpectNearReference(Band(3000, 0.02), Options(300), 7);
 }
 
