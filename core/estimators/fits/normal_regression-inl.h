@@ -100,11 +100,12 @@ HWY_NOINLINE inline void SumLowMoments(const PlaneBlock& block, size_t size, dou
     const DoubleVec x2 = hn::Mul(x, x), x3 = hn::Mul(x2, x);
     DoubleVec wy = hn::Load(d, block.w + j);
     CURVD_UNROLL(4)
-    for (int b = 0; b < 4; ++b) {
-      sums[4 * b] = hn::Add(sums[4 * b], wy);
-      sums[4 * b + 1] = hn::MulAdd(x, wy, sums[4 * b + 1]);
-      sums[4 * b + 2] = hn::MulAdd(x2, wy, sums[4 * b + 2]);
-      sums[4 * b + 3] = hn::MulAdd(x3, wy, sums[4 * b + 3]);
+    for (size_t first = 0; first < 16; first += 4) {
+      DoubleVec* const of_b = sums + first;
+      of_b[0] = hn::Add(of_b[0], wy);
+      of_b[1] = hn::MulAdd(x, wy, of_b[1]);
+      of_b[2] = hn::MulAdd(x2, wy, of_b[2]);
+      of_b[3] = hn::MulAdd(x3, wy, of_b[3]);
       wy = hn::Mul(wy, y);
     }
   }
@@ -164,10 +165,11 @@ HWY_NOINLINE inline void SumNormalProducts(const PlaneBlock& block, const Neighb
     DoubleVec monomials[5];
     WeightedMonomials<kHalf>(hn::Load(d, block.x + j), hn::Load(d, block.y + j), hn::Load(d, block.w + j), monomials);
     CURVD_UNROLL(5)
-    for (int m = 0; m < 5; ++m) {
-      sums[3 * m] = hn::MulAdd(monomials[m], nx, sums[3 * m]);
-      sums[3 * m + 1] = hn::MulAdd(monomials[m], ny, sums[3 * m + 1]);
-      sums[3 * m + 2] = hn::MulAdd(monomials[m], nz, sums[3 * m + 2]);
+    for (size_t m = 0; m < 5; ++m) {
+      DoubleVec* const of_m = sums + 3 * m;
+      of_m[0] = hn::MulAdd(monomials[m], nx, of_m[0]);
+      of_m[1] = hn::MulAdd(monomials[m], ny, of_m[1]);
+      of_m[2] = hn::MulAdd(monomials[m], nz, of_m[2]);
     }
   }
   AddLaneSums(sums, 15, out);
@@ -181,16 +183,18 @@ struct RegressionSums {
 
   // Copies them to point i.
   void Store(size_t i, RegressionSystems& out) const {
+    const double* next = low;
     for (int b = 0; b < 4; ++b) {
-      for (int a = 0; a < 4; ++a) out.moments[JetIndex(a, b)][i] = low[4 * b + a];
+      for (int a = 0; a < 4; ++a) out.moments[JetIndex(a, b)][i] = *next++;
     }
     constexpr int kPowers[6][2] = {{4, 0}, {5, 0}, {6, 0}, {4, 1}, {5, 1}, {4, 2}};
     for (int k = 0; k < 6; ++k) {
       out.moments[JetIndex(kPowers[k][0], kPowers[k][1])][i] = high[k];
       out.moments[JetIndex(kPowers[k][1], kPowers[k][0])][i] = high[6 + k];
     }
-    for (int c = 0; c < 3; ++c) {
-      for (int m = 0; m < kRegressionSize; ++m) out.normals[c][m][i] = normals[3 * m + c];
+    next = normals;
+    for (int m = 0; m < kRegressionSize; ++m) {
+      for (int c = 0; c < 3; ++c) out.normals[c][m][i] = *next++;
     }
   }
 };
