@@ -17,7 +17,8 @@ ResultColumn Describe(const google::protobuf::FieldDescriptor& field) {
           column.quantity(),
           is_byte ? v1::COLUMN_TYPE_UINT8 : v1::COLUMN_TYPE_FLOAT32,
           width,
-          width * (is_byte ? 1 : sizeof(float))};
+          width * (is_byte ? 1 : sizeof(float)),
+          column.on_request()};
 }
 
 std::vector<ResultColumn> DescribeAll() {

@@ -18,6 +18,7 @@ struct ResultColumn {
   v1::ColumnType type;     // never COLUMN_TYPE_UNSPECIFIED
   size_t width;            // scalars a point
   size_t bytes_per_point;  // of all its scalars
+  bool on_request;         // whether it is none of those that come without being asked for
 };
 
 // Every column, in the order of their field numbers. Made once, from the option `column` of each field. Thread-safe.

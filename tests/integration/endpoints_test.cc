@@ -32,7 +32,7 @@ TEST(ServerInfoTest, TellsVersionLimitsEstimatorsAndThreads) {
   EXPECT_THAT(info.version(), ::testing::MatchesRegex("[0-9]+\\.[0-9]+\\.[0-9]+"));
   EXPECT_EQ(info.limits().max_points(), 12'345u);
   EXPECT_EQ(info.limits().memory_bytes(), 1u << 30);
-  EXPECT_EQ(info.estimators_size(), 7);
+  EXPECT_EQ(info.estimators_size(), 9);
   EXPECT_EQ(info.worker_threads(), 3u);
   EXPECT_FALSE(info.cpu_kind().empty());
 }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -38,8 +39,10 @@ TEST(ResolveHeaderTest, GivesAnEmptyHeaderTheDocumentedDefaults) {
   EXPECT_EQ(options->normals.source, NormalSource::kGiven);
   EXPECT_FALSE(options->normals.returns_normals);
   for (const v1::Quantity quantity : curvature::wire::Quantities()) {
-    const bool is_normal = quantity == v1::QUANTITY_NORMALS || quantity == v1::QUANTITY_NORMAL_QUALITY;
-    EXPECT_EQ(options->quantities.Has(quantity), !is_normal);
+    const auto& columns = curvature::wire::ResultColumns();
+    const auto column =
+        std::find_if(columns.begin(), columns.end(), [&](const auto& each) { return each.quantity == quantity; });
+    EXPECT_EQ(options->quantities.Has(quantity), !column->on_request) << column->name;
   }
 }
 
