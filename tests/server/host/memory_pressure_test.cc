@@ -9,37 +9,37 @@ namespace {
 
 using Level = MemoryPressure::Level;
 
-constexpr uint64_t kLimit = 256 << 20;
+constexpr uint64_t kPressureLimit = 256 << 20;
 
 TEST(MemoryPressureTest, JudgesWhatTheProcessHasBesideTheLimit) {
-  const MemoryPressure memory(kLimit);
+  const MemoryPressure memory(kPressureLimit);
   EXPECT_EQ(memory.Judge(0), Level::kFine);
-  EXPECT_EQ(memory.Judge(kLimit + MemoryPressure::kHighBytes), Level::kFine);
-  EXPECT_EQ(memory.Judge(kLimit + MemoryPressure::kHighBytes + 1), Level::kHigh);
-  EXPECT_EQ(memory.Judge(kLimit + MemoryPressure::kCriticalBytes), Level::kHigh);
-  EXPECT_EQ(memory.Judge(kLimit + MemoryPressure::kCriticalBytes + 1), Level::kCritical);
+  EXPECT_EQ(memory.Judge(kPressureLimit + MemoryPressure::kHighBytes), Level::kFine);
+  EXPECT_EQ(memory.Judge(kPressureLimit + MemoryPressure::kHighBytes + 1), Level::kHigh);
+  EXPECT_EQ(memory.Judge(kPressureLimit + MemoryPressure::kCriticalBytes), Level::kHigh);
+  EXPECT_EQ(memory.Judge(kPressureLimit + MemoryPressure::kCriticalBytes + 1), Level::kCritical);
 }
 
 TEST(MemoryPressureTest, HeadroomEndsWhereMemoryIsHigh) {
-  const MemoryPressure memory(kLimit);
-  EXPECT_EQ(memory.Headroom(0), kLimit + MemoryPressure::kHighBytes);
-  EXPECT_EQ(memory.Headroom(kLimit), MemoryPressure::kHighBytes);
-  EXPECT_EQ(memory.Headroom(2 * kLimit), 0u);
+  const MemoryPressure memory(kPressureLimit);
+  EXPECT_EQ(memory.Headroom(0), kPressureLimit + MemoryPressure::kHighBytes);
+  EXPECT_EQ(memory.Headroom(kPressureLimit), MemoryPressure::kHighBytes);
+  EXPECT_EQ(memory.Headroom(2 * kPressureLimit), 0u);
 }
 
 TEST(MemoryPressureTest, WhatCallsThatWaitShouldHoldIsNoPressure) {
-  MemoryPressure memory(kLimit);
+  MemoryPressure memory(kPressureLimit);
   constexpr uint64_t kWaiting = 80 << 20;
   memory.Expect(kWaiting);
-  EXPECT_EQ(memory.Judge(kLimit + kWaiting + MemoryPressure::kHighBytes), Level::kFine);
-  EXPECT_EQ(memory.Judge(kLimit + kWaiting + MemoryPressure::kCriticalBytes + 1), Level::kCritical);
-  EXPECT_EQ(memory.Headroom(kLimit), kWaiting + MemoryPressure::kHighBytes);
+  EXPECT_EQ(memory.Judge(kPressureLimit + kWaiting + MemoryPressure::kHighBytes), Level::kFine);
+  EXPECT_EQ(memory.Judge(kPressureLimit + kWaiting + MemoryPressure::kCriticalBytes + 1), Level::kCritical);
+  EXPECT_EQ(memory.Headroom(kPressureLimit), kWaiting + MemoryPressure::kHighBytes);
   memory.Expect(0);
-  EXPECT_EQ(memory.Judge(kLimit + kWaiting), Level::kCritical);
+  EXPECT_EQ(memory.Judge(kPressureLimit + kWaiting), Level::kCritical);
 }
 
 TEST(MemoryPressureTest, TrimsOnceInAWhile) {
-  MemoryPressure memory(kLimit);
+  MemoryPressure memory(kPressureLimit);
   const MemoryPressure::Clock::time_point start{std::chrono::hours(1)};
   EXPECT_TRUE(memory.Trim(start));
   EXPECT_FALSE(memory.Trim(start + MemoryPressure::kTrimInterval / 2));

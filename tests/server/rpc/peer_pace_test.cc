@@ -9,7 +9,7 @@ using std::chrono::milliseconds;
 using std::chrono::minutes;
 using std::chrono::seconds;
 using Verdict = PeerPace::Verdict;
-constexpr PeerPace::Clock::duration kLimit = minutes(5);
+constexpr PeerPace::Clock::duration kPaceLimit = minutes(5);
 
 // A peer, and a clock that moves when it is waited for.
 struct Peer {
@@ -22,14 +22,14 @@ struct Peer {
     pace.EndWait(now);
     pace.CountProgress(bytes);
   }
-  Verdict Judge() const { return pace.Judge(now, kLimit); }
+  Verdict Judge() const { return pace.Judge(now, kPaceLimit); }
 };
 
 TEST(PeerPaceTest, AWaitWithoutProgressMayBeAsLongAsTheLimit) {
   Peer peer;
   peer.pace.StartWait(peer.now);
-  EXPECT_EQ(peer.pace.Judge(peer.now + kLimit, kLimit), Verdict::kFine);
-  EXPECT_EQ(peer.pace.Judge(peer.now + kLimit + milliseconds(1), kLimit), Verdict::kStalled);
+  EXPECT_EQ(peer.pace.Judge(peer.now + kPaceLimit, kPaceLimit), Verdict::kFine);
+  EXPECT_EQ(peer.pace.Judge(peer.now + kPaceLimit + milliseconds(1), kPaceLimit), Verdict::kStalled);
 }
 
 TEST(PeerPaceTest, MessagesWithoutProgressDoNotStopTheClock) {
@@ -42,7 +42,7 @@ TEST(PeerPaceTest, MessagesWithoutProgressDoNotStopTheClock) {
 
 TEST(PeerPaceTest, MessagesWithoutProgressThatComeAtOnceEndToo) {
   Peer peer;
-  for (int i = 0; i <= kLimit / PeerPace::kEmptyMessage; ++i) peer.Move(seconds(0), 0);
+  for (int i = 0; i <= kPaceLimit / PeerPace::kEmptyMessage; ++i) peer.Move(seconds(0), 0);
   EXPECT_EQ(peer.Judge(), Verdict::kStalled);
 }
 
@@ -59,7 +59,7 @@ TEST(PeerPaceTest, ALineOf56KilobytesASecondIsFineWithChunksOfAnySize) {
     while (peer.now < PeerPace::Clock::time_point(std::chrono::hours(1))) {
       peer.Move(time, chunk);
       ASSERT_EQ(peer.Judge(), Verdict::kFine) << chunk << " bytes";
-      if (chunk < 1'000 && peer.now > PeerPace::Clock::time_point(kLimit * 2)) break;
+      if (chunk < 1'000 && peer.now > PeerPace::Clock::time_point(kPaceLimit * 2)) break;
     }
   }
 }
@@ -67,7 +67,7 @@ TEST(PeerPaceTest, ALineOf56KilobytesASecondIsFineWithChunksOfAnySize) {
 TEST(PeerPaceTest, WhoWasSlowWhileNobodyWaitedGetsTimeToHurry) {
   Peer peer;
   for (int i = 0; i < 3'600; ++i) peer.Move(seconds(2), 24);
-  peer.pace.CapLag(peer.now, kLimit / 2);
+  peer.pace.CapLag(peer.now, kPaceLimit / 2);
   for (int i = 0; i < 74; ++i) peer.Move(seconds(2), 24);
   EXPECT_EQ(peer.Judge(), Verdict::kFine);
   for (int i = 0; i < 2; ++i) peer.Move(seconds(2), 24);
@@ -79,9 +79,9 @@ TEST(PeerPaceTest, TheWaitThatGoesOnCountsAsLagThatIsCapped) {
   peer.Move(minutes(4), 24);
   peer.pace.StartWait(peer.now);
   peer.now += minutes(4);
-  peer.pace.CapLag(peer.now, kLimit / 2);
-  EXPECT_EQ(peer.pace.Judge(peer.now + seconds(59), kLimit), Verdict::kFine);
-  EXPECT_EQ(peer.pace.Judge(peer.now + minutes(1) + seconds(1), kLimit), Verdict::kStalled);
+  peer.pace.CapLag(peer.now, kPaceLimit / 2);
+  EXPECT_EQ(peer.pace.Judge(peer.now + seconds(59), kPaceLimit), Verdict::kFine);
+  EXPECT_EQ(peer.pace.Judge(peer.now + minutes(1) + seconds(1), kPaceLimit), Verdict::kStalled);
 }
 
 TEST(PeerPaceTest, NobodyIsPaidInAdvance) {
@@ -94,7 +94,7 @@ TEST(PeerPaceTest, NobodyIsPaidInAdvance) {
 TEST(PeerPaceTest, TimeInWhichNobodyWaitsForThePeerDoesNotCount) {
   Peer peer;
   peer.Move(seconds(1), 0);
-  EXPECT_EQ(peer.pace.Judge(peer.now + std::chrono::hours(1), kLimit), Verdict::kFine);
+  EXPECT_EQ(peer.pace.Judge(peer.now + std::chrono::hours(1), kPaceLimit), Verdict::kFine);
 }
 
 }  // namespace
