@@ -10,10 +10,11 @@ BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-
   protobuf-compiler-grpc libprotobuf-dev libabsl-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
   libspdlog-dev liblzf-dev libpng-dev libssl-dev libeigen3-dev libnanoflann-dev nlohmann-json3-dev libcairo2-dev \
   fonts-dejavu-core
+WHEEL_PACKAGES := protobuf-compiler python3 python3-pip python3-setuptools python3-wheel
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libcgal-dev grpc-proto \
   python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil python3-yaml curl ca-certificates \
-  prometheus procps libfaketime openssl binutils
-CHECK_PACKAGES := clang-format clang-tidy clang libclang-rt-14-dev
+  prometheus procps libfaketime openssl binutils python3-pandas $(WHEEL_PACKAGES)
+CHECK_PACKAGES := mypy clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)
 
@@ -47,6 +48,17 @@ build-deps: ## Install the Debian packages that building curvd and curv needs
 release: build-deps ## Build what ships: build/release/bin/curvd and curv
 	@cmake --preset release >/dev/null
 	@cmake --build --preset release --parallel $(JOBS)
+
+# Built from a copy, so that setuptools leaves nothing beside the sources. Needs no network.
+DIST := dist
+.PHONY: wheel
+wheel: ## Build the Python client's wheel: dist/curvd_client-VERSION-py3-none-any.whl
+	$(call install,$(WHEEL_PACKAGES))
+	@copy=$$(mktemp -d) && trap 'rm -rf "$$copy"' EXIT && mkdir "$$copy/client" && \
+	  cp -r client/python "$$copy/client/" && cp -r proto "$$copy/" && \
+	  /usr/bin/python3 -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --no-index \
+	    --wheel-dir "$(DIST)" "$$copy/client/python"
+	@ls "$(DIST)"/curvd_client-*.whl
 
 .PHONY: demo
 demo: release ## Stream a noisy cloud through a fresh curvd, evaluate and render it; results in demo/
@@ -120,6 +132,12 @@ lint: ## Run clang-tidy on the sources; needs the build of `make test`
 	@printf '%s\n' $(TIDY_SOURCES) | xargs -P $(JOBS) -n 4 clang-tidy -p build/dev --quiet \
 	  2> >(grep -vE '^[0-9]+ warnings? generated' >&2)
 
+.PHONY: lint-python
+lint-python: deps ## Check the types of the Python client (mypy, strict)
+	@cmake --preset dev >/dev/null
+	@cmake --build --preset dev --parallel $(JOBS) --target curvd_python >/dev/null
+	@/usr/bin/python3 -m mypy --config-file client/python/pyproject.toml build/dev/python/curvd_client
+
 # The rest of curvd knows no processor. Debian's headers of these libraries serve every one.
 ARM64_CXX := aarch64-linux-gnu-g++ -I. -isystem build/arm64/include -isystem build/arm64/include/eigen3 -std=c++20 -O2 -ffp-contract=off \
   -Wall -Wextra -Werror -Wno-psabi -DTOOLCHAIN_MISS_SYS_AUXV_H
@@ -160,4 +178,4 @@ image-test: ## Build the image and run it as deploy/ asks: as root, with buildah
 
 .PHONY: clean
 clean: ## Remove what was built, and the demo's results
-	@rm -rf build demo client/node/node_modules
+	@rm -rf build demo dist client/node/node_modules

@@ -5,7 +5,7 @@ import os
 import socket
 import time
 
-from curvature.v1 import curvature_pb2 as pb
+from curvd_client import curvature_pb2 as pb
 from fault import Fault
 from raw_calls import Call, chunk, cloud_requests, header, sphere
 

@@ -5,7 +5,7 @@ import contextlib
 import grpc
 import numpy as np
 
-from curvature.v1 import curvature_pb2 as pb
+from curvd_client import curvature_pb2 as pb
 from curvd_client.errors import from_rpc_error
 
 _METHOD = "/curvature.v1.CurvatureService/EstimateCurvature"

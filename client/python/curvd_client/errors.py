@@ -1,10 +1,13 @@
 """Turns a failed call into one exception with what a program and a person need to know."""
 
-import pathlib
+from __future__ import annotations
+
+import typing
 
 import grpc
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from google.protobuf.message import DecodeError
+
+from curvd_client.contract import message_class
 
 _DETAILS_KEY = "grpc-status-details-bin"
 
@@ -17,10 +20,19 @@ class CurvdError(Exception):
     reason:      the cause for a program, such as "CHUNK_OUT_OF_ORDER"; "" where the server gave none.
     metadata:    what the reason refers to, a dict of strings.
     retry_after: seconds after which the same call may succeed; None where waiting does not help.
+    answered:    whether a server took part, rather than being out of reach.
     transient:   whether the same call may succeed on another try: waiting helps, or the server is or became unreachable.
     """
 
-    def __init__(self, code, message, reason="", metadata=None, retry_after=None, transient=False):
+    def __init__(
+        self,
+        code: grpc.StatusCode,
+        message: str,
+        reason: str = "",
+        metadata: dict[str, str] | None = None,
+        retry_after: float | None = None,
+        transient: bool = False,
+    ) -> None:
         super().__init__(f"{code.name}: {message}")
         self.code = code
         self.message = message
@@ -28,19 +40,21 @@ class CurvdError(Exception):
         self.metadata = metadata or {}
         self.retry_after = retry_after
         self.transient = transient
+        self.answered = True
 
 
 class CurvdWarning(UserWarning):
     """A call succeeded, but something is wrong with its cloud; `code` says what for a program: "OPPOSED_NORMALS"."""
 
-    def __init__(self, code, message):
+    def __init__(self, code: str, message: str) -> None:
         super().__init__(message)
         self.code = code
 
 
-def from_rpc_error(error):
+def from_rpc_error(error: typing.Any, answered: bool = True) -> CurvdError:
     """The CurvdError for a grpc.RpcError that a call raised. Details that cannot be decoded are left out."""
     curvd_error = CurvdError(error.code(), error.details() or "")
+    curvd_error.answered = answered
     try:
         details = list(_details(error))
     except DecodeError:
@@ -55,15 +69,20 @@ def from_rpc_error(error):
     return curvd_error
 
 
-def _server_is_gone(error):
+def broken_protocol(fault: object) -> CurvdError:
+    """The error for a server whose answers do not fit the contract."""
+    return CurvdError(grpc.StatusCode.INTERNAL, f"the server broke the protocol: {fault}")
+
+
+def _server_is_gone(error: CurvdError) -> bool:
     # Proxies make UNKNOWN or INTERNAL of a server that died; curvd gives each of its own errors a reason.
     if error.code in (grpc.StatusCode.UNKNOWN, grpc.StatusCode.INTERNAL):
         return not error.reason
-    return error.code == grpc.StatusCode.UNAVAILABLE
+    return bool(error.code == grpc.StatusCode.UNAVAILABLE)
 
 
-def _details(error):
-    packed = dict(error.trailing_metadata() or ()).get(_DETAILS_KEY)
+def _details(error: typing.Any) -> typing.Iterator[typing.Any]:
+    packed = {key: value for key, value in error.trailing_metadata() or ()}.get(_DETAILS_KEY)
     if packed is None:
         return
     for any_message in _MESSAGES["google.rpc.Status"].FromString(packed).details:
@@ -72,17 +91,7 @@ def _details(error):
             yield message_class.FromString(any_message.value)
 
 
-def _load_messages():
-    # A pool of our own: the default one may hold another copy of google.rpc.
-    files = descriptor_pb2.FileDescriptorSet.FromString(
-        pathlib.Path(__file__).with_name("error_details.binpb").read_bytes()
-    )
-    pool = descriptor_pool.DescriptorPool()
-    for file in files.file:
-        pool.Add(file)
-    get_class = getattr(message_factory, "GetMessageClass", None) or message_factory.MessageFactory(pool).GetPrototype
-    names = ["google.rpc.Status", "google.rpc.ErrorInfo", "google.rpc.RetryInfo"]
-    return {name: get_class(pool.FindMessageTypeByName(name)) for name in names}
-
-
-_MESSAGES = _load_messages()
+_MESSAGES = {
+    name: message_class(name)
+    for name in ("google.rpc.Status", "google.rpc.ErrorInfo", "google.rpc.RetryInfo")
+}

@@ -1,8 +1,14 @@
 """Where the normals of a cloud come from, and which side of its surface is out."""
 
-import numpy as np
+from __future__ import annotations
 
-from curvature.v1 import curvature_pb2
+import typing
+
+import numpy as np
+import numpy.typing as npt
+
+from curvd_client.clouds import real_array
+from curvd_client import curvature_pb2
 
 _METHODS = {
     "pca": curvature_pb2.NORMAL_METHOD_PCA,
@@ -16,7 +22,16 @@ _ORIENTATIONS = {
 }
 
 
-def normal_options(has_normals, *, orientation, viewpoint, direction, method, neighbor_count, radius):
+def normal_options(
+    has_normals: bool,
+    *,
+    orientation: str | None,
+    viewpoint: npt.ArrayLike | None,
+    direction: npt.ArrayLike | None,
+    method: str | None,
+    neighbor_count: int | None,
+    radius: float | None,
+) -> tuple[curvature_pb2.NormalOptions, npt.NDArray[typing.Any] | None]:
     """Returns the contract's NormalOptions and the viewpoints of points, None if there are none.
 
     Normals that are given stay as they are unless orientation, viewpoint or direction says which side is out; those that
@@ -30,7 +45,7 @@ def normal_options(has_normals, *, orientation, viewpoint, direction, method, ne
     return options, viewpoints
 
 
-def _source(has_normals, sides):
+def _source(has_normals: bool, sides: tuple[object, ...]) -> curvature_pb2.NormalSource:
     if not has_normals:
         return curvature_pb2.NORMAL_SOURCE_ESTIMATE
     if all(side is None for side in sides):
@@ -38,7 +53,12 @@ def _source(has_normals, sides):
     return curvature_pb2.NORMAL_SOURCE_ORIENT
 
 
-def _set_side(options, orientation, viewpoint, direction):
+def _set_side(
+    options: curvature_pb2.NormalOptions,
+    orientation: str | None,
+    viewpoint: npt.ArrayLike | None,
+    direction: npt.ArrayLike | None,
+) -> npt.NDArray[typing.Any] | None:
     if orientation is not None:
         if orientation not in _ORIENTATIONS:
             raise ValueError(f"orientation is {orientation!r}; it must be consistent or closed")
@@ -48,22 +68,29 @@ def _set_side(options, orientation, viewpoint, direction):
         options.direction.x, options.direction.y, options.direction.z = _vector("direction", direction)
     if viewpoint is None:
         return None
-    if np.ndim(viewpoint) == 2:
+    places = real_array("viewpoint", viewpoint)
+    if places.ndim == 2:
         options.orientation = curvature_pb2.ORIENTATION_POINT_VIEWPOINTS
-        return np.asarray(viewpoint)
+        return places
     options.orientation = curvature_pb2.ORIENTATION_VIEWPOINT
     options.viewpoint.x, options.viewpoint.y, options.viewpoint.z = _vector("viewpoint", viewpoint)
     return None
 
 
-def _vector(name, value):
-    vector = np.asarray(value, float)
+def _vector(name: str, value: npt.ArrayLike) -> list[float]:
+    vector = real_array(name, value).astype(np.float64)
     if vector.shape != (3,):
         raise ValueError(f"{name} has shape {vector.shape}; it must be (3,)")
-    return vector.tolist()
+    return [float(each) for each in vector]
 
 
-def _set_method(options, has_normals, method, neighbor_count, radius):
+def _set_method(
+    options: curvature_pb2.NormalOptions,
+    has_normals: bool,
+    method: str | None,
+    neighbor_count: int | None,
+    radius: float | None,
+) -> None:
     if has_normals and (method is not None or neighbor_count is not None or radius is not None):
         raise ValueError("normals are given: a method, neighbor_count or radius for them goes with normals=None")
     if neighbor_count is not None and radius is not None:

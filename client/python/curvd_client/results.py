@@ -1,12 +1,19 @@
 """Collects the results of a call into one structured array and checks that none is missing."""
 
+from __future__ import annotations
+
 import enum
+import typing
 
 import numpy as np
+import numpy.typing as npt
 
-from curvature.v1 import curvature_pb2
+from curvd_client import curvature_pb2
+from curvd_client.contract import result_columns
 
-_SCALARS = {curvature_pb2.COLUMN_TYPE_UINT8: np.uint8}  # by the column's type; all others are float32
+Points = npt.NDArray[typing.Any]
+
+_SCALARS: dict[int, type] = {curvature_pb2.COLUMN_TYPE_UINT8: np.uint8}  # by the column's type; all others are float32
 _PREFIX = "QUANTITY_"
 
 # Names of the quantities that a call may ask for: "mean_curvature", "gaussian_curvature", "principal_curvatures", ...
@@ -15,29 +22,27 @@ QUANTITIES = tuple(
 )
 
 
-def quantity_number(name):
+def quantity_number(name: str) -> int:
     """The contract's number of a quantity. Raises ValueError if there is none of that name."""
     if name not in QUANTITIES:
         raise ValueError(f"quantity {name!r} is unknown; it must be one of {', '.join(QUANTITIES)}")
-    return curvature_pb2.Quantity.Value(_PREFIX + name.upper())
+    return int(curvature_pb2.Quantity.Value(_PREFIX + name.upper()))
 
 
-def result_dtype(quantities=None, made_normals=False):
+def result_dtype(quantities: typing.Collection[int] | None = None, made_normals: bool = False) -> np.dtype[typing.Any]:
     """The type of a result: the columns of those quantities (numbers), as the contract has them, and status.
 
     No quantities: all of curvature that comes without being asked for, and normals if the server makes or orients them.
     """
     made = {curvature_pb2.QUANTITY_NORMALS} if made_normals else set()
-    fields, status = [], []
-    for field in curvature_pb2.ResultChunk.DESCRIPTOR.fields:
-        if not field.GetOptions().HasExtension(curvature_pb2.column):
-            continue
-        column = field.GetOptions().Extensions[curvature_pb2.column]
+    fields: list[typing.Any] = []
+    status: list[typing.Any] = []
+    for name, column in result_columns():
         scalar, shape = _SCALARS.get(column.type, np.float32), (column.width,) if column.width > 1 else ()
         if column.quantity == curvature_pb2.QUANTITY_UNSPECIFIED:
-            status.append((field.name, scalar, shape))
+            status.append((name, scalar, shape))
         elif column.quantity in quantities if quantities else not column.on_request or column.quantity in made:
-            fields.append((field.name, scalar, shape))
+            fields.append((name, scalar, shape))
     return np.dtype(fields + status)
 
 
@@ -58,40 +63,72 @@ class PointStatus(enum.IntEnum):
     OPPOSED_NORMALS = 7
 
 
+class Estimate(typing.NamedTuple):
+    """points: structured array, one element a point: the fields of RESULT_DTYPE that were asked for, and those of normals.
+    summary: the stream's Summary message."""
+
+    points: Points
+    summary: curvature_pb2.Summary
+
+    def to_dataframe(self) -> typing.Any:
+        """The points as a pandas.DataFrame, one row a point; vectors as three columns, d1_x, d1_y, d1_z for d1.
+
+        `status` is a categorical of the names in PointStatus. Raises ImportError if pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise ImportError("to_dataframe needs pandas, which is not installed; .points is a numpy array") from error
+        columns: dict[str, typing.Any] = {}
+        for name in self.points.dtype.names or ():
+            values = self.points[name]
+            if name == "status":
+                names = {int(status): status.name for status in PointStatus}
+                columns[name] = pandas.Categorical([names.get(int(value), str(value)) for value in values])
+            elif values.ndim == 2:
+                columns.update({f"{name}_{axis}": values[:, i] for i, axis in enumerate("xyz")})
+            else:
+                columns[name] = values
+        return pandas.DataFrame(columns)
+
+
 class ResultCollector:
     """Takes ResultChunks in order. Raises ValueError, saying what is wrong, if a server breaks the protocol."""
 
-    def __init__(self, point_count, quantities=None, made_normals=False):
+    def __init__(
+        self, point_count: int, quantities: typing.Collection[int] | None = None, made_normals: bool = False
+    ) -> None:
         self._asked = bool(quantities)
-        self.points = np.zeros(point_count, result_dtype(quantities, made_normals))
-        for name in self.points.dtype.names:
+        self.points: Points = np.zeros(point_count, result_dtype(quantities, made_normals))
+        self._names: tuple[str, ...] = self.points.dtype.names or ()
+        for name in self._names:
             if self.points.dtype[name].base.kind == "f":
                 self.points[name] = np.nan
         self._received = 0
 
-    def add(self, chunk):
+    def add(self, chunk: curvature_pb2.ResultChunk) -> None:
         begin, end = chunk.first_index, chunk.first_index + chunk.point_count
         if begin != self._received or end == begin:
             raise ValueError(f"a result chunk of {chunk.point_count} points starts at {begin}, not {self._received}")
         if end > len(self.points):
             raise ValueError(f"results up to point {end} for a cloud of {len(self.points)} points")
-        for name in self.points.dtype.names:
+        for name in self._names:
             packed = getattr(chunk, name)
             # Where all quantities are wanted, an older server may not know one of them.
             if packed or self._asked or name == "status":
                 self._store(name, packed, begin, end)
         self._received = end
 
-    def _store(self, name, packed, begin, end):
-        field_type, _ = self.points.dtype.fields[name]
+    def _store(self, name: str, packed: bytes, begin: int, end: int) -> None:
+        field_type = self.points.dtype[name]
         if len(packed) != (end - begin) * field_type.itemsize:
             raise ValueError(f"{name} of {end - begin} points has {len(packed)} bytes")
         self.points[name][begin:end] = np.frombuffer(packed, field_type.base.newbyteorder("<")).reshape(
             (end - begin, *field_type.shape)
         )
 
-    def finish(self, summary):
-        """Checks that every point has its result. `summary` is the stream's Summary, or None if none came."""
+    def finish(self, summary: curvature_pb2.Summary | None) -> curvature_pb2.Summary:
+        """Checks that every point has its result, and returns the summary. `summary` is the stream's Summary, or None if none came."""
         if summary is None:
             raise ValueError("the stream ended without a summary")
         if summary.point_count != len(self.points) or self._received != len(self.points):
@@ -99,3 +136,4 @@ class ResultCollector:
                 f"{self._received} results and a summary of {summary.point_count} points "
                 f"for a cloud of {len(self.points)} points"
             )
+        return summary

@@ -1,46 +1,82 @@
-"""Tries a call again, on another replica where there is one, while that may help."""
+"""Says whether a call is tried again, on which replica and after what pause. Waits for nothing and calls nobody."""
 
+from __future__ import annotations
+
+import math
 import random
 import time
 
 from curvd_client.errors import CurvdError
 
+DEFAULT_ATTEMPTS = 6
+# No server was ever there: long enough for a replica that is just being started, short enough for a wrong address.
+DEFAULT_CONNECT_SECONDS = 1.5
 _FIRST_PAUSE_SECONDS = 0.25
 _DOUBLINGS = 5
+# How long a try waits for the connection to a server that may have come back.
+_MOST_CONNECT_SECONDS = 1.0
 
 
-def call_with_retries(targets, attempt, *, await_connection, timeout, max_attempts):
-    """Returns attempt(target, timeout) of the first try that succeeds.
+class Schedule:
+    """The tries of one call, each on the next of several replicas. Not thread-safe.
 
-    targets:          replicas, each call starting with any of them and going on to the next.
-    await_connection: is called with the target before each try but the first.
-    timeout:          seconds for all tries together, None: no limit; each try is told what is left.
-    max_attempts:     tries at most.
-
-    Raises the last CurvdError when it is not transient, after max_attempts, or when no time is left for another try.
+    replica_count:   replicas; the first try goes to number `first` modulo this.
+    reached:         whether a server has ever answered the client: if not, the call gives up connect_seconds after it began.
+    timeout:         seconds for all tries together, None: no limit.
+    max_attempts:    tries at most.
     """
-    deadline = None if timeout is None else time.monotonic() + timeout
-    first = random.randrange(len(targets))
-    for number in range(1, max_attempts + 1):
-        target = targets[(first + number - 1) % len(targets)]
-        if number > 1:
-            await_connection(target)
-        try:
-            return attempt(target, _time_left(deadline))
-        except CurvdError as error:
-            pause = _pause_after(number, error.retry_after or 0.0, len(targets) > 1)
-            out_of_time = deadline is not None and pause >= _time_left(deadline)
-            if not error.transient or number == max_attempts or out_of_time:
-                raise
-        time.sleep(pause)
 
+    def __init__(
+        self,
+        replica_count: int,
+        first: int,
+        *,
+        reached: bool,
+        timeout: float | None,
+        max_attempts: int,
+        connect_seconds: float,
+    ) -> None:
+        now = time.monotonic()
+        self._deadline = math.inf if timeout is None else now + timeout
+        self._reach_before = now + connect_seconds
+        self._reached = reached
+        self._replica_count = replica_count
+        self._next = first
+        self._tries = 0
+        self._max_attempts = max_attempts
 
-def _time_left(deadline):
-    return None if deadline is None else max(0.0, deadline - time.monotonic())
+    @property
+    def replica(self) -> int:
+        """Which one the present try goes to."""
+        return self._next % self._replica_count
 
+    @property
+    def time_left(self) -> float | None:
+        """Seconds that the present try has, None: as many as it likes."""
+        return None if math.isinf(self._deadline) else max(0.0, self._deadline - time.monotonic())
 
-def _pause_after(number, asked, another):
-    """At once on another replica, then doubling, up to a quarter less so that clients do not come in step."""
-    if number == 1 and another:
-        return asked
-    return max(asked, random.uniform(0.75, 1.0) * _FIRST_PAUSE_SECONDS * 2 ** min(number - 1, _DOUBLINGS))
+    @property
+    def connect_seconds(self) -> float:
+        """How long the present try may wait for a connection; 0 for the first, which connects as it calls."""
+        if self._tries == 0:
+            return 0.0
+        end = self._deadline if self._reached else min(self._deadline, self._reach_before)
+        return max(0.0, min(_MOST_CONNECT_SECONDS, end - time.monotonic()))
+
+    def pause_after(self, error: CurvdError) -> float:
+        """Seconds to wait before the next try, which `replica` then names. Raises the error if there shall be none."""
+        self._tries += 1
+        self._reached = self._reached or error.answered
+        self._next += 1
+        pause = self._pause(error.retry_after or 0.0)
+        end = self._deadline if self._reached else min(self._deadline, self._reach_before)
+        if not error.transient or self._tries >= self._max_attempts or time.monotonic() + pause >= end:
+            raise error
+        return pause
+
+    def _pause(self, asked: float) -> float:
+        """At once on another replica, then doubling, up to a quarter less so that clients do not come in step."""
+        if self._tries == 1 and self._replica_count > 1:
+            return asked
+        doubled = _FIRST_PAUSE_SECONDS * float(2 ** min(self._tries - 1, _DOUBLINGS))
+        return max(asked, random.uniform(0.75, 1.0) * doubled)

@@ -1,11 +1,17 @@
 """How a client knows its server, and shows who it is."""
 
+from __future__ import annotations
+
 import dataclasses
-import ipaddress
+import os
 import pathlib
 import typing
 
 import grpc
+
+from curvd_client.addresses import is_local
+
+_Options = typing.Sequence[typing.Tuple[str, typing.Any]]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,42 +27,39 @@ class Security:
     """
 
     tls: bool = False
-    ca_file: typing.Optional[str] = None
-    cert_file: typing.Optional[str] = None
-    key_file: typing.Optional[str] = None
-    server_name: typing.Optional[str] = None
-    token: typing.Optional[str] = dataclasses.field(default=None, repr=False)
+    ca_file: str | os.PathLike[str] | None = None
+    cert_file: str | os.PathLike[str] | None = None
+    key_file: str | os.PathLike[str] | None = None
+    server_name: str | None = None
+    token: str | None = dataclasses.field(default=None, repr=False)
     send_token_in_plain_text: bool = False
 
-    def open_channel(self, server, options):
+    def open_channel(self, server: str, options: _Options) -> typing.Any:
         """A grpc.Channel to `server`. ValueError if the settings contradict each other or would give the token away."""
+        return self._open(grpc, server, options)
+
+    def open_aio_channel(self, server: str, options: _Options) -> typing.Any:
+        """The same as a grpc.aio.Channel."""
+        return self._open(grpc.aio, server, options)
+
+    def metadata(self) -> list[tuple[str, str]]:
+        """What each call carries."""
+        return [] if self.token is None else [("authorization", f"Bearer {self.token}")]
+
+    def _open(self, library: typing.Any, server: str, options: _Options) -> typing.Any:
         if (self.cert_file is None) != (self.key_file is None):
             raise ValueError("cert_file and key_file are of use together only")
         if self.tls or self.ca_file is not None or self.cert_file is not None:
             credentials = grpc.ssl_channel_credentials(*map(_bytes_of, (self.ca_file, self.key_file, self.cert_file)))
             if self.server_name is not None:
                 options = [*options, ("grpc.ssl_target_name_override", self.server_name)]
-            return grpc.secure_channel(server, credentials, options)
+            return library.secure_channel(server, credentials, options)
         if self.server_name is not None:
             raise ValueError("server_name is of use with TLS only")
-        if self.token is not None and not self.send_token_in_plain_text and not _is_local(server):
+        if self.token is not None and not self.send_token_in_plain_text and not is_local(server):
             raise ValueError(f"the token would go to {server} in plain text, where others can read it: use TLS")
-        return grpc.insecure_channel(server, options)
-
-    def metadata(self):
-        """What each call carries."""
-        return [] if self.token is None else [("authorization", f"Bearer {self.token}")]
+        return library.insecure_channel(server, options)
 
 
-def _bytes_of(path):
+def _bytes_of(path: str | os.PathLike[str] | None) -> bytes | None:
     return None if path is None else pathlib.Path(path).read_bytes()
-
-
-def _is_local(server):
-    if server.startswith("unix:"):
-        return True
-    host = server.rpartition(":")[0].strip("[]")
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"

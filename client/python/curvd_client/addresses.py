@@ -1,0 +1,75 @@
+"""Reads where servers are: HOST, HOST:PORT, a gRPC target, or several with commas between."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+
+DEFAULT_PORT = 50061
+DEFAULT_SERVER = f"localhost:{DEFAULT_PORT}"
+
+# Targets of gRPC. Those of the first kind are themselves lists with commas between.
+_LISTS = ("ipv4:", "ipv6:")
+_PATHS = ("unix:", "unix-abstract:", "vsock:", "xds:")
+
+
+def split_servers(server: str) -> list[str]:
+    """The targets of the channels to open, each with a port. Raises ValueError if one is empty or has a port that is none.
+
+    A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.
+    """
+    if not isinstance(server, str):
+        raise TypeError(f"server is {server!r}; it must be a str such as {DEFAULT_SERVER!r}")
+    targets: list[str] = []
+    for part in (each.strip() for each in server.split(",")):
+        is_continued = bool(targets) and targets[-1].startswith(_LISTS) and not part.startswith((*_LISTS, *_PATHS, "dns:"))
+        if is_continued:
+            targets[-1] += "," + _with_port(part)
+        else:
+            targets.append(_target(part))
+    return targets
+
+
+def is_local(target: str) -> bool:
+    """Whether all that the target names is this machine, by what is written there alone."""
+    if target.startswith(("unix:", "unix-abstract:")):
+        return True
+    if target.startswith(_LISTS):
+        return all(_is_local_host(each) for each in target.partition(":")[2].split(","))
+    return _is_local_host(target.removeprefix("dns:///").removeprefix("dns:"))
+
+
+def _is_local_host(address: str) -> bool:
+    host = address.rpartition(":")[0].strip("[]")
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _target(text: str) -> str:
+    if text.startswith(_PATHS):
+        return text
+    for scheme in (*_LISTS, "dns:"):
+        if text.startswith(scheme):
+            rest = text[len(scheme) :]
+            # dns://AUTHORITY/NAME asks a name server of one's own.
+            head, slash, name = rest.rpartition("/")
+            return f"{scheme}{head}{slash}{_with_port(name)}"
+    return _with_port(text)
+
+
+def _with_port(address: str) -> str:
+    try:
+        if ipaddress.ip_address(address.strip("[]")).version == 6:
+            return f"[{address.strip('[]')}]:{DEFAULT_PORT}"
+    except ValueError:
+        pass
+    if not address or address.startswith(":"):
+        raise ValueError(f"server {address!r} names no host; it must be HOST or HOST:PORT, as {DEFAULT_SERVER!r}")
+    port = re.search(r":([^:\]]*)$", address)
+    if port is None:
+        return f"{address}:{DEFAULT_PORT}"
+    if not (port[1].isascii() and port[1].isdigit() and 1 <= int(port[1]) <= 65535):
+        raise ValueError(f"server {address!r} has port {port[1]!r}; it must be from 1 to 65535")
+    return address

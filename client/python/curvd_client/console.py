@@ -1,0 +1,168 @@
+"""The command curvd-client: estimate, info, health. Exit codes are those of curv."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import pathlib
+import sys
+import typing
+import warnings
+
+import grpc
+
+from curvd_client import _version
+from curvd_client.addresses import DEFAULT_SERVER
+from curvd_client.client import CurvatureClient
+from curvd_client.errors import CurvdError, CurvdWarning
+from curvd_client.files import read_cloud, write_points
+from curvd_client.options import ESTIMATORS
+from curvd_client.results import QUANTITIES
+from curvd_client.security import Security
+
+_REFUSED, _BAD_INPUT, _BAD_OUTPUT, _NO_SERVER, _OUT_OF_TIME, _INTERRUPTED = 1, 3, 4, 5, 6, 130
+
+
+def main(arguments: typing.Sequence[str] | None = None) -> int:
+    """Runs the command; returns its exit code."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    warnings.showwarning = _show_warning
+    try:
+        return int(options.run(options))
+    except CurvdError as error:
+        return _fail(_code_of(error), str(error))
+    except ValueError as error:
+        return _fail(2, str(error))
+    except OSError as error:  # keys and certificates; clouds are dealt with where they are read
+        return _fail(2, str(error))
+    except KeyboardInterrupt:
+        return _fail(_INTERRUPTED, "interrupted")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="curvd-client", description="Curvature of point clouds from a curvd server.")
+    parser.add_argument("--version", action="version", version=f"curvd-client {_version.__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    server = _server_options()
+
+    estimate = commands.add_parser("estimate", parents=[server], help="estimate the curvature of the cloud in a file")
+    estimate.add_argument("input", type=pathlib.Path, metavar="IN", help=".npy, .npz, or text: .xyz .txt .csv .pts .asc")
+    estimate.add_argument("-o", "--output", type=pathlib.Path, required=True, metavar="OUT.npz",
+                          help="positions and every column of the result")  # fmt: skip
+    estimate.add_argument("--estimator", choices=ESTIMATORS, default="avg-hexagram", help="default: avg-hexagram")
+    estimate.add_argument("--k", type=_count_or_auto, metavar="K", help="points in a neighborhood, or auto; default: 50")
+    estimate.add_argument("--radius", type=float, help="of a neighborhood, instead of --k")
+    estimate.add_argument("--normals", choices=("given", "orient", "estimate"),
+                          help="default: given where the file has them, else estimate")  # fmt: skip
+    estimate.add_argument("--quantities", type=lambda text: text.split(","), metavar="NAME,...",
+                          help="of " + ", ".join(QUANTITIES))  # fmt: skip
+    estimate.add_argument("--skip-invalid", action="store_true", help="give unusable points a status, do not fail")
+    estimate.add_argument("--quiet", action="store_true", help="show no progress")
+    estimate.set_defaults(run=_estimate)
+
+    info = commands.add_parser("info", parents=[server], help="print what the server is and accepts, as JSON")
+    info.set_defaults(run=_info)
+    health = commands.add_parser("health", parents=[server], help="print SERVING and exit with 0, or another state and 1")
+    health.set_defaults(run=_health)
+    return parser
+
+
+def _server_options() -> argparse.ArgumentParser:
+    server = argparse.ArgumentParser(add_help=False)
+    server.add_argument("--server", default=DEFAULT_SERVER, metavar="HOST[:PORT]", help=f"default: {DEFAULT_SERVER}")
+    server.add_argument("--timeout", type=float, metavar="SECONDS", help="for the whole call; default: no limit")
+    server.add_argument("--connect-timeout", type=float, default=1.5, metavar="SECONDS",
+                        help="give up where no server ever answered; default: 1.5")  # fmt: skip
+    server.add_argument("--tls", action="store_true", help="encrypt, and check the server's certificate")
+    server.add_argument("--tls-ca", metavar="FILE", help="authorities that its certificate may be of")
+    server.add_argument("--tls-cert", metavar="FILE", help="certificate to show")
+    server.add_argument("--tls-key", metavar="FILE", help="its private key")
+    server.add_argument("--tls-server-name", metavar="NAME", help="to find in the server's certificate")
+    server.add_argument("--token-file", type=pathlib.Path, metavar="FILE", help="bearer token, sent with each call")
+    return server
+
+
+def _client(options: argparse.Namespace) -> CurvatureClient:
+    token = None if options.token_file is None else options.token_file.read_text(encoding="utf-8").strip()
+    security = Security(
+        tls=options.tls,
+        ca_file=options.tls_ca,
+        cert_file=options.tls_cert,
+        key_file=options.tls_key,
+        server_name=options.tls_server_name,
+        token=token,
+    )
+    return CurvatureClient(options.server, security=security)
+
+
+def _waits(options: argparse.Namespace) -> dict[str, typing.Any]:
+    return {"timeout": options.timeout, "connect_timeout": options.connect_timeout}
+
+
+def _estimate(options: argparse.Namespace) -> int:
+    if options.output.suffix.lower() != ".npz":
+        return _fail(2, f"--output is {options.output}; it must end in .npz")
+    try:
+        positions, normals = read_cloud(options.input)
+    except (OSError, ValueError, EOFError) as error:
+        return _fail(_BAD_INPUT, f"{options.input}: {error}")
+    if normals is None and options.normals in ("given", "orient"):
+        return _fail(_BAD_INPUT, f"{options.input} has no normals; --normals=estimate makes them")
+    with _client(options) as client:
+        points, summary = client.estimate(
+            positions,
+            None if options.normals == "estimate" else normals,
+            orientation="consistent" if options.normals == "orient" else None,
+            estimator=options.estimator,
+            neighbor_count=options.k,
+            radius=options.radius,
+            quantities=options.quantities,
+            skip_invalid=options.skip_invalid,
+            progress=not options.quiet,
+            **_waits(options),
+        )
+    try:
+        write_points(options.output, positions, points)
+    except OSError as error:
+        return _fail(_BAD_OUTPUT, str(error))
+    print(f"{len(points):,} points, {summary.status_counts.ok:,} estimated: {options.output}")
+    return 0
+
+
+def _info(options: argparse.Namespace) -> int:
+    with _client(options) as client:
+        info = client.info(**_waits(options))
+    print(json.dumps({**info._asdict(), "limits": info.limits._asdict()}, indent=2))
+    return 0
+
+
+def _health(options: argparse.Namespace) -> int:
+    with _client(options) as client:
+        state = client.health(**_waits(options))
+    print(state)
+    return 0 if state == "SERVING" else 1
+
+
+def _count_or_auto(text: str) -> int | str:
+    return text if text == "auto" else int(text)
+
+
+def _code_of(error: CurvdError) -> int:
+    if error.code == grpc.StatusCode.UNAVAILABLE:
+        return _NO_SERVER
+    return _OUT_OF_TIME if error.code == grpc.StatusCode.DEADLINE_EXCEEDED else _REFUSED
+
+
+def _fail(code: int, message: str) -> int:
+    print(f"curvd-client: {message}", file=sys.stderr)
+    return code
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:
+    prefix = "warning" if issubclass(category, CurvdWarning) else category.__name__
+    print(f"curvd-client: {prefix}: {message}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,65 @@
+"""Clouds in files of numpy and of text."""
+
+from __future__ import annotations
+
+import pathlib
+import typing
+
+import numpy as np
+import numpy.typing as npt
+
+_Array = npt.NDArray[typing.Any]
+_POSITIONS = ("positions", "points", "xyz")
+_TEXT = (".xyz", ".txt", ".csv", ".pts", ".asc")
+
+
+def read_cloud(file: pathlib.Path) -> tuple[_Array, _Array | None]:
+    """Positions of shape (N, 3), and normals of the same or None.
+
+    .npy:             an array of 3 or 6 columns, the latter positions and normals.
+    .npz:             `positions` (or `points`, `xyz`) and, if there, `normals`.
+    .xyz .txt .csv .pts .asc: a line a point, 3 or 6 numbers with blanks or commas between; # begins a comment.
+
+    Raises ValueError, saying what is wrong, for files that hold no cloud, and OSError for those that cannot be read.
+    """
+    kind = file.suffix.lower()
+    if kind == ".npz":
+        return _from_archive(file)
+    if kind == ".npy":
+        return _split(file, np.load(file, allow_pickle=False))
+    if kind in _TEXT:
+        return _split(file, _from_text(file))
+    raise ValueError(f"{file} is of no kind that is read here: .npy, .npz or text ({', '.join(_TEXT)})")
+
+
+def write_points(file: pathlib.Path, positions: _Array, points: _Array) -> None:
+    """Writes positions and every column of points into one .npz, which is complete or not there."""
+    partial = file.with_name(file.name + ".partial")
+    try:
+        with open(partial, "wb") as stream:
+            np.savez(stream, positions=positions, **{name: points[name] for name in points.dtype.names or ()})
+        partial.replace(file)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _from_archive(file: pathlib.Path) -> tuple[_Array, _Array | None]:
+    with np.load(file, allow_pickle=False) as archive:
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise ValueError(f"{file} is no archive of arrays")
+        name = next((each for each in _POSITIONS if each in archive), None)
+        if name is None:
+            raise ValueError(f"{file} has {', '.join(archive.files)}; one of them must be {' or '.join(_POSITIONS)}")
+        return archive[name], archive["normals"] if "normals" in archive else None
+
+
+def _from_text(file: pathlib.Path) -> _Array:
+    with open(file, encoding="utf-8") as lines:
+        is_comma = any("," in line.partition("#")[0] for line in lines)
+    return np.loadtxt(file, delimiter="," if is_comma else None, ndmin=2, encoding="utf-8")
+
+
+def _split(file: pathlib.Path, columns: _Array) -> tuple[_Array, _Array | None]:
+    if columns.ndim != 2 or columns.shape[1] not in (3, 6):
+        raise ValueError(f"{file} has shape {columns.shape}; it must be (N, 3), or (N, 6) with normals")
+    return columns[:, :3], columns[:, 3:] if columns.shape[1] == 6 else None

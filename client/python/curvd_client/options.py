@@ -1,0 +1,258 @@
+"""Turns the arguments of a call into the contract's CloudHeader, and says what is wrong with those that make none."""
+
+from __future__ import annotations
+
+import operator
+import typing
+
+import numpy.typing as npt
+
+from curvd_client import curvature_pb2
+from curvd_client.normals import normal_options
+from curvd_client.results import quantity_number
+
+Viewpoints = typing.Optional[npt.ArrayLike]
+
+# Two estimators have shorter names than the contract gives them.
+_SHORT_NAMES = {"jet-fitting": "jet", "algebraic-shape-operator": "aso"}
+
+
+def _estimators_of_the_contract() -> dict[str, typing.Any]:
+    """Every estimator by the name that people use: that of the contract without prefix, in small letters, - for _."""
+    estimators: dict[str, typing.Any] = {}
+    for value in curvature_pb2.Estimator.DESCRIPTOR.values:
+        if value.number == curvature_pb2.ESTIMATOR_UNSPECIFIED:
+            continue
+        name = value.name[len("ESTIMATOR_") :].lower().replace("_", "-")
+        estimators[_SHORT_NAMES.get(name, name)] = value.number
+    return estimators
+
+
+ESTIMATORS = _estimators_of_the_contract()
+
+_PRIORITIES: dict[str | None, curvature_pb2.Priority] = {
+    None: curvature_pb2.PRIORITY_UNSPECIFIED,
+    "interactive": curvature_pb2.PRIORITY_INTERACTIVE,
+    "batch": curvature_pb2.PRIORITY_BATCH,
+}
+
+
+class NormalsOptions(typing.TypedDict, total=False):
+    """The options of a call for normals, which curvd_client.estimate_normals explains."""
+
+    orientation: str | None
+    viewpoint: npt.ArrayLike | None
+    direction: npt.ArrayLike | None
+    method: str | None
+    neighbor_count: int | None
+    radius: float | None
+    skip_invalid: bool
+    priority: str | None
+    request_tag: str
+
+
+class CurvatureOptions(typing.TypedDict, total=False):
+    """The options of a call for curvature, which curvd_client.estimate_curvature explains."""
+
+    estimator: str
+    neighbor_count: int | str | None
+    radius: float | None
+    neighbor_count_range: tuple[int, int] | None
+    max_radius: float | None
+    scale_per_cloud: bool
+    triangle_count: int
+    rotation_count: int
+    jet_degree: int
+    even_weights: bool
+    seed: int
+    average_normal_weight: float | None
+    orientation: str | None
+    viewpoint: npt.ArrayLike | None
+    direction: npt.ArrayLike | None
+    normal_method: str | None
+    normal_neighbor_count: int | None
+    normal_radius: float | None
+    quantities: typing.Sequence[str] | None
+    skip_invalid: bool
+    reject_opposed_normals: bool
+    priority: str | None
+    request_tag: str
+
+
+def curvature_header(
+    has_normals: bool,
+    *,
+    estimator: str = "avg-hexagram",
+    neighbor_count: int | str | None = None,
+    radius: float | None = None,
+    neighbor_count_range: tuple[int, int] | None = None,
+    max_radius: float | None = None,
+    scale_per_cloud: bool = False,
+    triangle_count: int = 0,
+    rotation_count: int = 0,
+    jet_degree: int = 0,
+    even_weights: bool = False,
+    seed: int = 0,
+    average_normal_weight: float | None = None,
+    orientation: str | None = None,
+    viewpoint: npt.ArrayLike | None = None,
+    direction: npt.ArrayLike | None = None,
+    normal_method: str | None = None,
+    normal_neighbor_count: int | None = None,
+    normal_radius: float | None = None,
+    quantities: typing.Sequence[str] | None = None,
+    skip_invalid: bool = False,
+    reject_opposed_normals: bool = False,
+    priority: str | None = None,
+    request_tag: str = "",
+) -> tuple[curvature_pb2.CloudHeader, Viewpoints]:
+    """The header of a call for curvature, without what the cloud's arrays say, and the viewpoints of points, or None.
+
+    The arguments are those of estimate_curvature. Raises ValueError, naming the argument, for those that make no request.
+    """
+    normals_from, viewpoints = normal_options(
+        has_normals,
+        orientation=orientation,
+        viewpoint=viewpoint,
+        direction=direction,
+        method=normal_method,
+        neighbor_count=normal_neighbor_count,
+        radius=normal_radius,
+    )
+    options = _estimator_options(
+        estimator,
+        neighbor_count,
+        radius,
+        automatic_scale=_automatic_scale(
+            estimator, neighbor_count, radius, neighbor_count_range, max_radius, scale_per_cloud
+        ),
+        triangle_count=triangle_count,
+        rotation_count=rotation_count,
+        jet_degree=jet_degree,
+        even_weights=even_weights,
+        seed=seed,
+        average_normal_weight=average_normal_weight,
+    )
+    header = curvature_pb2.CloudHeader(
+        normals=normals_from,
+        options=options,
+        quantities=_quantity_numbers(quantities),
+        invalid_point_policy=_invalid_point_policy(skip_invalid),
+        opposed_normals_policy=(
+            curvature_pb2.OPPOSED_NORMALS_POLICY_REJECT
+            if reject_opposed_normals
+            else curvature_pb2.OPPOSED_NORMALS_POLICY_MARK
+        ),
+        priority=_priority(priority),
+        request_tag=request_tag,
+    )
+    return header, viewpoints
+
+
+def normals_header(
+    has_normals: bool,
+    *,
+    orientation: str | None = None,
+    viewpoint: npt.ArrayLike | None = None,
+    direction: npt.ArrayLike | None = None,
+    method: str | None = None,
+    neighbor_count: int | None = None,
+    radius: float | None = None,
+    skip_invalid: bool = False,
+    priority: str | None = None,
+    request_tag: str = "",
+) -> tuple[curvature_pb2.CloudHeader, Viewpoints]:
+    """The same for a call for normals alone; the arguments are those of estimate_normals."""
+    normals_from, viewpoints = normal_options(
+        has_normals,
+        orientation=orientation,
+        viewpoint=viewpoint,
+        direction=direction,
+        method=method,
+        neighbor_count=neighbor_count,
+        radius=radius,
+    )
+    header = curvature_pb2.CloudHeader(
+        normals=normals_from,
+        quantities=[curvature_pb2.QUANTITY_NORMALS, curvature_pb2.QUANTITY_NORMAL_QUALITY],
+        invalid_point_policy=_invalid_point_policy(skip_invalid),
+        priority=_priority(priority),
+        request_tag=request_tag,
+    )
+    return header, viewpoints
+
+
+def estimator_name(number: int) -> str:
+    """The name that people use for the contract's number of an estimator; the number, if it is of a later contract."""
+    return next((name for name, each in ESTIMATORS.items() if each == number), str(number))
+
+
+def _invalid_point_policy(skip: bool) -> curvature_pb2.InvalidPointPolicy:
+    return curvature_pb2.INVALID_POINT_POLICY_SKIP if skip else curvature_pb2.INVALID_POINT_POLICY_REJECT
+
+
+def _quantity_numbers(names: typing.Sequence[str] | None) -> list[typing.Any]:
+    if names is None:
+        return []
+    if isinstance(names, str):
+        raise ValueError(f"quantities is {names!r}; it must be a list of names")
+    numbers = [quantity_number(name) for name in names]
+    if len(set(numbers)) != len(numbers):
+        raise ValueError(f"quantities is {list(names)}; it must have each name at most once")
+    return numbers
+
+
+def _priority(name: str | None) -> curvature_pb2.Priority:
+    if name not in _PRIORITIES:
+        raise ValueError(f"priority is {name!r}; it must be interactive, batch or None")
+    return _PRIORITIES[name]
+
+
+def _automatic_scale(
+    estimator: str,
+    neighbor_count: int | str | None,
+    radius: float | None,
+    neighbor_count_range: tuple[int, int] | None,
+    max_radius: float | None,
+    per_cloud: bool,
+) -> curvature_pb2.AutomaticScale | None:
+    """The contract's AutomaticScale, or None where the caller says how large neighborhoods are."""
+    if radius is not None and "auto" in (estimator, neighbor_count):
+        raise ValueError('radius does not go with "auto"; max_radius says how far an estimate looks at most')
+    leaves_open = estimator == "auto" and neighbor_count is None
+    if neighbor_count != "auto" and not leaves_open:
+        if neighbor_count_range is not None or max_radius is not None or per_cloud:
+            raise ValueError('neighbor_count_range, max_radius and scale_per_cloud need neighbor_count="auto"')
+        return None
+    scale = curvature_pb2.AutomaticScale(max_radius=max_radius or 0.0, per_cloud=per_cloud)
+    if neighbor_count_range is not None:
+        try:
+            scale.least_neighbor_count, scale.most_neighbor_count = map(operator.index, neighbor_count_range)
+        except (TypeError, ValueError):
+            raise ValueError(
+                f"neighbor_count_range is {neighbor_count_range!r}; it must be (fewest, most) points, as (16, 2048)"
+            ) from None
+    return scale
+
+
+def _estimator_options(
+    estimator: str,
+    neighbor_count: int | str | None,
+    radius: float | None,
+    automatic_scale: curvature_pb2.AutomaticScale | None,
+    **others: typing.Any,
+) -> curvature_pb2.EstimatorOptions:
+    if estimator not in ESTIMATORS:
+        raise ValueError(f"estimator is {estimator!r}; it must be one of {', '.join(ESTIMATORS)}")
+    if neighbor_count is not None and radius is not None:
+        raise ValueError("neighbor_count and radius exclude each other")
+    if isinstance(neighbor_count, str) and neighbor_count != "auto":
+        raise ValueError(f"neighbor_count is {neighbor_count!r}; it must be a number or 'auto'")
+    options = curvature_pb2.EstimatorOptions(estimator=ESTIMATORS[estimator], **others)
+    if automatic_scale is not None:
+        options.automatic_scale.CopyFrom(automatic_scale)
+    elif radius is not None:
+        options.radius = radius
+    elif neighbor_count is not None:
+        options.neighbor_count = typing.cast(int, neighbor_count)  # a name would have made a scale
+    return options

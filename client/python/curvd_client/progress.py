@@ -1,0 +1,87 @@
+"""Tells how far a call is: to a function of the caller, or as a line on a terminal."""
+
+from __future__ import annotations
+
+import sys
+import time
+import typing
+
+from curvd_client import curvature_pb2
+
+
+class Progress(typing.NamedTuple):
+    """How far a call is. Counts never decrease within a phase; a call that is tried again starts anew.
+
+    phase:            "receiving", "queued", "indexing", "estimating_normals", "orienting", "estimating" or "sending".
+    points_received:  points that the server has.
+    points_estimated: points whose curvature, or normal, is estimated.
+    point_count:      points of the cloud.
+    """
+
+    phase: str
+    points_received: int
+    points_estimated: int
+    point_count: int
+
+    @property
+    def fraction(self) -> float:
+        """Share of the points that the present phase is done with, from 0 to 1; 0 where the phase counts none."""
+        done = {"receiving": self.points_received, "estimating": self.points_estimated, "sending": self.point_count}
+        return min(1.0, done.get(self.phase, 0) / self.point_count) if self.point_count else 1.0
+
+
+ProgressCallback = typing.Callable[[Progress], object]
+
+
+def progress_of(message: curvature_pb2.Progress, point_count: int) -> Progress:
+    """The message in words; a phase that a later contract has is named by its number."""
+    value = curvature_pb2.Progress.Phase.DESCRIPTOR.values_by_number.get(message.phase)
+    phase = str(message.phase) if value is None else value.name.removeprefix("PHASE_").lower()
+    return Progress(phase, message.points_received, message.points_estimated, point_count)
+
+
+def reporter(progress: ProgressCallback | bool) -> tuple[ProgressCallback | None, typing.Callable[[], None]]:
+    """What to call with each Progress, or None, and what to call at the end.
+
+    progress: a function; True: a line on stderr if that is a terminal, else nothing; False: nothing.
+    """
+    if callable(progress):
+        return progress, lambda: None
+    if not isinstance(progress, bool):
+        raise TypeError(f"progress is {progress!r}; it must be True, False or a function of a Progress")
+    if not progress or not sys.stderr.isatty():
+        return None, lambda: None
+    line = TerminalLine(sys.stderr)
+    return line.show, line.end
+
+
+class TerminalLine:
+    """One line that is written again and again: phase, share, bar, points, seconds."""
+
+    _BAR = 24
+    _LEAST_SECONDS = 0.05
+
+    def __init__(self, stream: typing.TextIO) -> None:
+        self._stream = stream
+        self._began = time.monotonic()
+        self._written = -1.0
+        self._phase = ""
+
+    def show(self, progress: Progress) -> None:
+        """Writes the line, unless the same phase was written a moment ago."""
+        now = time.monotonic()
+        if progress.phase == self._phase and now - self._written < self._LEAST_SECONDS:
+            return
+        self._phase, self._written = progress.phase, now
+        bar = "#" * round(self._BAR * progress.fraction)
+        self._stream.write(
+            f"\r\x1b[K{progress.phase.replace('_', ' ')} {progress.fraction:4.0%} |{bar:<{self._BAR}}| "
+            f"{progress.points_estimated:,} of {progress.point_count:,} points, {now - self._began:.1f} s"
+        )
+        self._stream.flush()
+
+    def end(self) -> None:
+        """Leaves the line, if there is one."""
+        if self._phase:
+            self._stream.write("\n")
+            self._stream.flush()

@@ -1,0 +1,68 @@
+"""The asyncio twin against a real curvd."""
+
+import asyncio
+import os
+import time
+import unittest
+
+import numpy as np
+
+from clouds import sphere
+from curvd_client import CurvdError, aio, estimate_curvature
+
+_LONG = {"estimator": "delaunay", "neighbor_count": 1_000}
+
+
+class AioTest(unittest.IsolatedAsyncioTestCase):
+    def setUp(self):
+        self.server = os.environ["CURVD_SERVER"]
+
+    async def test_results_are_those_of_the_blocking_client(self):
+        cloud = sphere(20_000, radius=2.0)
+        expected = estimate_curvature(*cloud, server=self.server, neighbor_count=30).points.tobytes()
+        async with aio.CurvatureClient(self.server) as client:
+            several = await asyncio.gather(*(client.estimate(*cloud, neighbor_count=30) for _ in range(4)))
+            self.assertEqual({each.points.tobytes() for each in several}, {expected})
+            normals = await client.normals(cloud[0])
+            np.testing.assert_allclose(normals.points["normal"], cloud[1], atol=0.05)
+            self.assertEqual(await client.health(), "SERVING")
+            self.assertIn("auto", (await client.info()).estimators)
+        alone = await aio.estimate_curvature(*cloud, server=self.server, neighbor_count=30)
+        self.assertEqual(alone.points.tobytes(), expected)
+        self.assertEqual(len((await aio.estimate_normals(cloud[0], server=self.server)).points), 20_000)
+
+    async def test_errors_are_those_of_the_blocking_client(self):
+        async with aio.CurvatureClient(self.server) as client:
+            with self.assertRaises(CurvdError) as caught:
+                await client.estimate(*sphere(100, 1.0), neighbor_count=2)
+            self.assertEqual(caught.exception.reason, "INVALID_OPTION")
+            with self.assertRaises(CurvdError) as caught:
+                await client.estimate(*sphere(100_000, 1.0), timeout=0.001)
+            self.assertEqual(caught.exception.code.name, "DEADLINE_EXCEEDED")
+
+    async def test_a_cancelled_task_ends_its_call(self):
+        runs = asyncio.Event()
+        async with aio.CurvatureClient(self.server) as client:
+            call = client.estimate(*sphere(200_000, 1.0), progress=lambda _: runs.set(), **_LONG)
+            task = asyncio.create_task(call)
+            await asyncio.wait_for(runs.wait(), 30)
+            began = time.monotonic()
+            task.cancel()
+            with self.assertRaises(asyncio.CancelledError):
+                await task
+            self.assertLess(time.monotonic() - began, 5)
+            # The client goes on.
+            self.assertEqual(await client.health(), "SERVING")
+
+    async def test_closing_ends_the_calls_that_run(self):
+        runs = asyncio.Event()
+        client = aio.CurvatureClient(self.server)
+        call = client.estimate(*sphere(200_000, 1.0), progress=lambda _: runs.set(), **_LONG)
+        task = asyncio.create_task(call)
+        await asyncio.wait_for(runs.wait(), 30)
+        await client.close()
+        with self.assertRaises(CurvdError) as caught:
+            await task
+        self.assertEqual(caught.exception.code.name, "CANCELLED")
+        with self.assertRaisesRegex(ValueError, "closed"):
+            await client.info()

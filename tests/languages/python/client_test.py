@@ -1,0 +1,120 @@
+"""CurvatureClient against a real curvd: what it tells, how its calls end early."""
+
+import io
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import curvd_client
+from clouds import sphere
+from curvd_client import Cancel, CurvatureClient, CurvdError, estimate_curvature
+from curvd_client.progress import Progress, TerminalLine
+from real_server import RealServerTest
+
+_PHASES = {"receiving", "queued", "indexing", "estimating_normals", "orienting", "estimating", "sending"}
+# Takes far longer than it takes to notice that it was cancelled.
+_LONG = {"estimator": "delaunay", "neighbor_count": 1_000}
+
+
+class ClientTest(RealServerTest):
+    def test_a_client_gives_what_the_functions_give(self):
+        cloud = sphere(2_000, radius=2.0)
+        expected = estimate_curvature(*cloud, server=self.server, neighbor_count=30).points.tobytes()
+        with CurvatureClient(self.server) as client:
+            for _ in range(3):
+                self.assertEqual(client.estimate(*cloud, neighbor_count=30).points.tobytes(), expected)
+            normals = client.normals(cloud[0]).points["normal"]
+        np.testing.assert_allclose(normals, cloud[1], atol=0.05)
+
+    def test_it_tells_what_the_server_is(self):
+        with CurvatureClient(self.server) as client:
+            info = client.info()
+            self.assertEqual(client.health(), "SERVING")
+        # Client and server are of one repository, and have one version.
+        self.assertEqual(info.version, curvd_client.__version__)
+        self.assertLessEqual({"avg-hexagram", "jet", "aso", "auto"}, set(info.estimators))
+        self.assertGreater(info.limits.max_points, 1_000_000)
+        self.assertGreater(info.worker_threads, 0)
+
+    def test_progress_is_reported(self):
+        seen = []
+        with CurvatureClient(self.server) as client:
+            client.estimate(sphere(100_000, radius=1.0)[0], neighbor_count=100, progress=seen.append)
+        self.assertGreater(len(seen), 2)
+        self.assertLessEqual({each.phase for each in seen}, _PHASES)
+        self.assertEqual({each.point_count for each in seen}, {100_000})
+        self.assertGreater(max(each.points_estimated for each in seen), 0)
+        self.assertTrue(all(0 <= each.fraction <= 1 for each in seen))
+
+    def test_what_progress_raises_ends_the_call(self):
+        def stop(_):
+            raise KeyError("enough")
+
+        with CurvatureClient(self.server) as client, self.assertRaisesRegex(KeyError, "enough"):
+            client.estimate(*sphere(50_000, radius=1.0), progress=stop)
+
+    def test_a_handle_cancels_the_call(self):
+        cancel = Cancel()
+        began = time.monotonic()
+        with CurvatureClient(self.server) as client, self.assertRaises(CurvdError) as caught:
+            client.estimate(*sphere(200_000, radius=1.0), cancel=cancel, progress=lambda _: cancel.cancel(), **_LONG)
+        self.assertEqual(caught.exception.code.name, "CANCELLED")
+        self.assertLess(time.monotonic() - began, 5)
+        with CurvatureClient(self.server) as client, self.assertRaises(CurvdError):
+            client.estimate(*sphere(10, radius=1.0), cancel=cancel)
+
+    def test_a_handle_cancels_the_pause_between_tries(self):
+        cancel = Cancel()
+        threading.Timer(0.1, cancel.cancel).start()
+        with CurvatureClient("127.0.0.1:1") as client, self.assertRaises(CurvdError) as caught:
+            client.estimate(*sphere(10, radius=1.0), cancel=cancel, connect_timeout=60)
+        self.assertEqual(caught.exception.code.name, "CANCELLED")
+
+    def test_closing_ends_the_calls_that_run(self):
+        client, caught, runs = CurvatureClient(self.server), [], threading.Event()
+
+        def call():
+            try:
+                client.estimate(*sphere(200_000, radius=1.0), progress=lambda _: runs.set(), **_LONG)
+            except CurvdError as error:
+                caught.append(error)
+
+        thread = threading.Thread(target=call)
+        thread.start()
+        self.assertTrue(runs.wait(30))
+        client.close()
+        thread.join(30)
+        self.assertEqual([error.code.name for error in caught], ["CANCELLED"])
+        client.close()
+        with self.assertRaisesRegex(ValueError, "closed"):
+            client.info()
+
+    def test_threads_share_a_client(self):
+        cloud, results = sphere(5_000, radius=2.0), []
+        with CurvatureClient(self.server) as client:
+            threads = [
+                threading.Thread(target=lambda: results.append(client.estimate(*cloud).points.tobytes())) for _ in range(8)
+            ]
+            for each in threads:
+                each.start()
+            for each in threads:
+                each.join()
+        self.assertEqual((len(results), len(set(results))), (8, 1))
+
+
+class ProgressTest(unittest.TestCase):
+    def test_a_terminal_shows_phase_and_share(self):
+        stream = io.StringIO()
+        line = TerminalLine(stream)
+        line.show(Progress("receiving", 0, 0, 1_000))
+        line.show(Progress("estimating", 1_000, 500, 1_000))
+        line.end()
+        self.assertIn("receiving", stream.getvalue())
+        self.assertIn("estimating  50% |############            | 500 of 1,000 points", stream.getvalue())
+        self.assertTrue(stream.getvalue().endswith("\n"))
+
+    def test_what_is_no_function_is_refused(self):
+        with self.assertRaisesRegex(TypeError, "progress is 'yes'"):
+            estimate_curvature(np.zeros((4, 3)), server="127.0.0.1:1", progress="yes")

@@ -1,0 +1,76 @@
+"""The command curvd-client, as a person types it."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+from clouds import sphere
+
+
+class ConsoleTest(unittest.TestCase):
+    def setUp(self):
+        self.server = os.environ["CURVD_SERVER"]
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def run_command(self, *arguments, server=None):
+        command = [sys.executable, "-m", "curvd_client.console", *map(str, arguments)]
+        if arguments[0] != "--version":
+            command.append(f"--server={server or self.server}")
+        return subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False, timeout=60)
+
+    def test_each_kind_of_file_gives_the_same_curvature(self):
+        positions, normals = sphere(2_000, radius=2.0)
+        both = np.concatenate([positions, normals], axis=1)
+        np.save(self.folder / "cloud.npy", both)
+        np.savez(self.folder / "cloud.npz", points=positions, normals=normals)
+        np.savetxt(self.folder / "cloud.xyz", both, fmt="%.9g", header="x y z nx ny nz")
+        np.savetxt(self.folder / "cloud.csv", both, fmt="%.9g", delimiter=",")
+        for kind in ("npy", "npz", "xyz", "csv"):
+            with self.subTest(kind):
+                done = self.run_command("estimate", f"cloud.{kind}", "-o", f"{kind}.npz", "--k=30")
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+                with np.load(self.folder / f"{kind}.npz") as result:
+                    np.testing.assert_allclose(result["mean_curvature"], 0.5, rtol=0.02)
+                    np.testing.assert_allclose(result["positions"], positions)
+
+    def test_what_cannot_be_done_has_a_code_and_a_reason(self):
+        np.save(self.folder / "cloud.npy", sphere(100, radius=1.0)[0])
+        np.save(self.folder / "flat.npy", np.zeros((4, 2)))
+        np.savez(self.folder / "other.npz", a=1)
+        (self.folder / "bad.xyz").write_text("1 2 3\n4 five 6\n", encoding="utf-8")
+        (self.folder / "cloud.las").write_bytes(b"LASF")
+        for code, words, arguments, server in (
+            (1, "neighbor_count", ["cloud.npy", "-o", "out.npz", "--k=2"], None),
+            (2, "must end in .npz", ["cloud.npy", "-o", "out.ply"], None),
+            (2, "exclude", ["cloud.npy", "-o", "out.npz", "--k=9", "--radius=1"], None),
+            (2, "invalid choice", ["cloud.npy", "-o", "out.npz", "--estimator=best"], None),
+            (3, "(N, 3)", ["flat.npy", "-o", "out.npz"], None),
+            (3, "one of them must be positions", ["other.npz", "-o", "out.npz"], None),
+            (3, "five", ["bad.xyz", "-o", "out.npz"], None),
+            (3, "no kind that is read", ["cloud.las", "-o", "out.npz"], None),
+            (3, "No such file", ["none.npy", "-o", "out.npz"], None),
+            (3, "no normals", ["cloud.npy", "-o", "out.npz", "--normals=given"], None),
+            (4, "No such file", ["cloud.npy", "-o", "nowhere/out.npz"], None),
+            (5, "UNAVAILABLE", ["cloud.npy", "-o", "out.npz"], "127.0.0.1:1"),
+        ):
+            with self.subTest(arguments):
+                done = self.run_command("estimate", *arguments, server=server)
+                self.assertEqual(done.returncode, code, done.stderr)
+                self.assertIn(words, done.stderr)
+                self.assertNotIn("Traceback", done.stderr)
+                self.assertEqual(list(self.folder.glob("out*")), [])
+
+    def test_info_and_health(self):
+        info = json.loads(self.run_command("info").stdout)
+        self.assertIn("avg-hexagram", info["estimators"])
+        self.assertGreater(info["limits"]["max_points"], 0)
+        self.assertEqual(self.run_command("health").stdout, "SERVING\n")
+        self.assertEqual(self.run_command("health", server="127.0.0.1:1").returncode, 5)

@@ -1,0 +1,125 @@
+"""Several servers behind one name, and servers that nobody reaches."""
+
+import collections
+import contextlib
+import time
+import unittest
+
+import numpy as np
+
+from clouds import sphere
+from curvd_client import CurvatureClient, CurvdError, aio, estimate_curvature
+from curvd_client.addresses import is_local, split_servers
+from scripted_server import result, scripted, summary
+
+_CALLS = 100
+# The promise is 40 to 60 of 100; the policy takes turns once both are connected.
+_LEAST = 40
+
+
+@contextlib.contextmanager
+def two_replicas():
+    """Addresses of two servers, and how many calls each had."""
+    calls = collections.Counter()
+
+    def script_of(name):
+        def script(_):
+            calls[name] += 1
+            return [result(0, 10), summary(10)]
+
+        return script
+
+    with scripted(script_of("first")) as first, scripted(script_of("second")) as second:
+        yield first, second, calls
+
+
+class SplitTest(unittest.TestCase):
+    def assert_split(self, calls):
+        self.assertEqual(sum(calls.values()), _CALLS)
+        self.assertGreaterEqual(min(calls["first"], calls["second"]), _LEAST, calls)
+
+    def test_a_client_takes_turns(self):
+        for form in ("ipv4:{},{}", "{},{}"):
+            with self.subTest(form), two_replicas() as (first, second, calls):
+                with CurvatureClient(form.format(first, second)) as client:
+                    for _ in range(_CALLS):
+                        client.estimate(*sphere(10, 1.0))
+                self.assert_split(calls)
+
+    def test_functions_take_turns_as_well(self):
+        with two_replicas() as (first, second, calls):
+            for _ in range(_CALLS):
+                estimate_curvature(*sphere(10, 1.0), server=f"ipv4:{first},{second}")
+            self.assert_split(calls)
+
+
+class UnreachableTest(unittest.TestCase):
+    def seconds_to_fail(self, call):
+        began = time.monotonic()
+        with self.assertRaises(CurvdError) as caught:
+            call()
+        self.assertEqual(caught.exception.code.name, "UNAVAILABLE")
+        return time.monotonic() - began
+
+    def test_nobody_there_is_reported_within_two_seconds(self):
+        cloud = sphere(10, 1.0)
+        for server in ("127.0.0.1:1", "127.0.0.1:1,127.0.0.1:2", "ipv4:127.0.0.1:1,127.0.0.1:2"):
+            with self.subTest(server), CurvatureClient(server) as client:
+                self.assertLess(self.seconds_to_fail(lambda client=client: client.estimate(*cloud)), 2)
+        with CurvatureClient("127.0.0.1:1") as client:
+            self.assertLess(self.seconds_to_fail(client.info), 2)
+            self.assertLess(self.seconds_to_fail(client.health), 2)
+        self.assertLess(self.seconds_to_fail(lambda: estimate_curvature(*cloud, server="127.0.0.1:1")), 2)
+
+    def test_who_asks_for_longer_gets_it(self):
+        with CurvatureClient("127.0.0.1:1") as client:
+            seconds = self.seconds_to_fail(lambda: client.info(connect_timeout=2.6))
+        self.assertGreater(seconds, 1.5)
+
+
+class UnreachableAioTest(unittest.IsolatedAsyncioTestCase):
+    async def test_nobody_there_is_reported_within_two_seconds(self):
+        began = time.monotonic()
+        async with aio.CurvatureClient("127.0.0.1:1") as client:
+            with self.assertRaises(CurvdError):
+                await client.estimate(np.zeros((4, 3)))
+        self.assertLess(time.monotonic() - began, 2)
+
+    async def test_a_client_takes_turns(self):
+        with two_replicas() as (first, second, calls):
+            async with aio.CurvatureClient(f"ipv4:{first},{second}") as client:
+                for _ in range(_CALLS):
+                    await client.estimate(*sphere(10, 1.0))
+        self.assertGreaterEqual(min(calls["first"], calls["second"]), _LEAST, calls)
+
+
+class AddressTest(unittest.TestCase):
+    def test_a_port_is_added_where_there_is_none(self):
+        for given, targets in {
+            "localhost": ["localhost:50061"],
+            "10.0.0.7": ["10.0.0.7:50061"],
+            "a:1, b": ["a:1", "b:50061"],
+            "::1": ["[::1]:50061"],
+            "[::1]": ["[::1]:50061"],
+            "[::1]:7": ["[::1]:7"],
+            "dns:///curvd.example": ["dns:///curvd.example:50061"],
+            "dns://9.9.9.9/curvd.example:1": ["dns://9.9.9.9/curvd.example:1"],
+            "ipv4:10.0.0.1:1,10.0.0.2": ["ipv4:10.0.0.1:1,10.0.0.2:50061"],
+            "ipv4:10.0.0.1,unix:/run/curvd": ["ipv4:10.0.0.1:50061", "unix:/run/curvd"],
+            "unix:/run/curvd.sock": ["unix:/run/curvd.sock"],
+        }.items():
+            with self.subTest(given):
+                self.assertEqual(split_servers(given), targets)
+
+    def test_what_is_no_address_is_refused(self):
+        for given in ("", "a,,b", "localhost:", "localhost:http", "localhost:0", "localhost:65536", ":50061"):
+            with self.subTest(given), self.assertRaises(ValueError):
+                split_servers(given)
+        with self.assertRaises(TypeError):
+            split_servers(50061)
+
+    def test_only_loopback_is_this_machine(self):
+        for target in ("localhost:1", "ipv4:127.0.0.1:1,127.0.0.2:1", "ipv6:[::1]:1", "unix:/x", "dns:///localhost:1"):
+            self.assertTrue(is_local(target), target)
+        for target in ("ipv4:127.0.0.1:1,10.0.0.1:1", "dns:///curvd.example:1", "dns://localhost/curvd.example:1", "a:1"):
+            self.assertFalse(is_local(target), target)

@@ -1,0 +1,67 @@
+"""What is left to the server: estimator and size of neighborhoods."""
+
+
+
+import numpy as np
+
+from clouds import sphere
+from curvd_client import CurvdError, PointStatus, estimate_curvature
+from curvd_client import curvature_pb2 as pb
+from real_server import RealServerTest
+
+
+class ScaleTest(RealServerTest):
+    def test_auto_chooses_what_suits_the_cloud(self):
+        positions, normals = sphere(10_000, radius=2.0)
+        positions += np.random.default_rng(1).normal(scale=0.01, size=positions.shape).astype(np.float32)
+        error = {}
+        for estimator in ("auto", "avg-hexagram"):
+            points, summary = estimate_curvature(positions, normals, server=self.server, estimator=estimator)
+            self.assertEqual(summary.status_counts.ok, 10_000)
+            error[estimator] = np.mean(np.abs(points["mean_curvature"] - 0.5))
+            self.assertEqual(summary.HasField("scale"), estimator == "auto")
+            if estimator == "auto":
+                self.assertAlmostEqual(sum(outcome.share for outcome in summary.scale.outcomes), 1)
+                self.assertAlmostEqual(summary.scale.position_noise, 0.01, delta=0.002)
+        self.assertLess(error["auto"], 0.7 * error["avg-hexagram"])
+
+    def test_estimator_or_scale_alone_may_be_left_open(self):
+        cloud = sphere(5_000, radius=2.0)
+        _, summary = estimate_curvature(
+            *cloud, server=self.server, estimator="jet", neighbor_count="auto", neighbor_count_range=(64, 128)
+        )
+        outcomes = {(each.estimator, each.neighbor_count) for each in summary.scale.outcomes}
+        self.assertEqual(outcomes, {(pb.ESTIMATOR_JET_FITTING, count) for count in (64, 91, 128)})
+        _, summary = estimate_curvature(*cloud, server=self.server, estimator="auto", neighbor_count=100)
+        self.assertEqual({each.neighbor_count for each in summary.scale.outcomes}, {100})
+
+    def test_no_estimate_looks_farther_than_max_radius(self):
+        cloud = sphere(5_000, radius=2.0)
+        points, _ = estimate_curvature(*cloud, server=self.server, estimator="auto", max_radius=0.3)
+        is_ok = points["status"] == PointStatus.OK
+        self.assertGreater(np.sum(is_ok), 4_000)
+        self.assertLessEqual(np.max(points["radius"][is_ok]), 0.3)
+        points, _ = estimate_curvature(*cloud, server=self.server, estimator="auto", max_radius=1e-6)
+        self.assertTrue(np.all(points["status"] == PointStatus.TOO_FEW_NEIGHBORS))
+
+    def test_one_choice_for_the_whole_cloud_differs(self):
+        positions, normals = sphere(5_000, radius=2.0)
+        noise = np.random.default_rng(2).normal(scale=0.02, size=positions.shape)
+        positions += np.where(positions[:, 2:] > 0, noise, 0).astype(np.float32)
+        auto = {"server": self.server, "estimator": "auto"}
+        each, _ = estimate_curvature(positions, normals, **auto)
+        all_alike, _ = estimate_curvature(positions, normals, scale_per_cloud=True, **auto)
+        self.assertFalse(np.array_equal(each["mean_curvature"], all_alike["mean_curvature"]))
+
+    def test_scales_that_the_server_refuses_are_named(self):
+        cloud = sphere(100, radius=1.0)
+        for words, options in (
+            ("it must be auto, avg-hexagram", {"estimator": "aso", "neighbor_count": "auto"}),
+            ("jet_degree is 2; it must be 4", {"estimator": "jet", "neighbor_count": "auto", "jet_degree": 2}),
+            ("least_neighbor_count is 15; it must be from 16", {"estimator": "auto", "neighbor_count_range": (15, 64)}),
+            ("max_radius is nan", {"estimator": "auto", "max_radius": float("nan")}),
+        ):
+            with self.subTest(options), self.assertRaises(CurvdError) as refused:
+                estimate_curvature(*cloud, server=self.server, **options)
+            self.assertEqual(refused.exception.reason, "INVALID_OPTION")
+            self.assertIn(words, refused.exception.message)
