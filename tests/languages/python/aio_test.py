@@ -10,7 +10,7 @@ import numpy as np
 from clouds import sphere
 from curvd_client import CurvdError, aio, estimate_curvature
 
-_LONG = {"estimator": "delaunay", "neighbor_count": 1_000}
+_LONG = {"estimator": "jet", "jet_degree": 4, "neighbor_count": 10_000}
 
 
 class AioTest(unittest.IsolatedAsyncioTestCase):
