@@ -43,6 +43,7 @@ class Schedule:
         self._replica_count = replica_count
         self._next = first
         self._tries = 0
+        self._connect_seconds = 0.0
         self._max_attempts = max_attempts
 
     @property
@@ -58,10 +59,8 @@ class Schedule:
     @property
     def connect_seconds(self) -> float:
         """How long the present try may wait for a connection; 0 for the first, which connects as it calls."""
-        if self._tries == 0:
-            return 0.0
         end = self._deadline if self._reached else min(self._deadline, self._reach_before)
-        return max(0.0, min(_MOST_CONNECT_SECONDS, end - time.monotonic()))
+        return max(0.0, min(self._connect_seconds, end - time.monotonic()))
 
     def pause_after(self, error: CurvdError) -> float:
         """Seconds to wait before the next try, which `replica` then names. Raises the error if there shall be none."""
@@ -72,7 +71,12 @@ class Schedule:
         end = self._deadline if self._reached else min(self._deadline, self._reach_before)
         if not error.transient or self._tries >= self._max_attempts or time.monotonic() + pause >= end:
             raise error
-        return pause
+        if error.answered or pause == 0:
+            self._connect_seconds = _MOST_CONNECT_SECONDS
+            return pause
+        # A part of the pause is spent waiting for the connection: a server that is gone is not reported any later for it.
+        self._connect_seconds = min(_MOST_CONNECT_SECONDS, pause / 2)
+        return pause - self._connect_seconds
 
     def _pause(self, asked: float) -> float:
         """At once on another replica, then doubling, up to a quarter less so that clients do not come in step."""

@@ -8,6 +8,7 @@ import grpc
 from clouds import sphere
 from curvd_client import CurvdError, estimate_curvature
 from curvd_client import curvature_pb2 as pb
+from curvd_client.retries import Schedule
 from scripted_server import packed_details, result, scripted, summary
 
 
@@ -99,3 +100,29 @@ class MisbehavingServerTest(unittest.TestCase):
         self.assertEqual(error.code, grpc.StatusCode.RESOURCE_EXHAUSTED)
         self.assertEqual(error.message, "memory: 9 bytes asked, limit 8")
         return error
+
+
+class ScheduleTest(unittest.TestCase):
+    def test_a_server_that_is_gone_is_tried_for_eight_seconds_at_most(self):
+        schedule = Schedule(1, 0, reached=True, timeout=None, max_attempts=6, connect_seconds=1.5)
+        gone = CurvdError(grpc.StatusCode.UNAVAILABLE, "gone", transient=True)
+        gone.answered = False
+        waits = []
+        with self.assertRaises(CurvdError):
+            while True:
+                waits.append(schedule.pause_after(gone) + schedule.connect_seconds)
+        self.assertEqual(len(waits), 5)
+        self.assertLess(sum(waits), 8)
+        self.assertGreater(sum(waits), 5)
+
+    def test_the_pause_that_a_server_asks_for_is_kept(self):
+        schedule = Schedule(2, 0, reached=False, timeout=None, max_attempts=6, connect_seconds=1.5)
+        busy = CurvdError(grpc.StatusCode.RESOURCE_EXHAUSTED, "busy", retry_after=7.0, transient=True)
+        self.assertEqual(schedule.pause_after(busy), 7.0)
+        self.assertEqual(schedule.replica, 1)
+
+    def test_no_pause_goes_beyond_the_timeout(self):
+        schedule = Schedule(1, 0, reached=True, timeout=5.0, max_attempts=6, connect_seconds=1.5)
+        busy = CurvdError(grpc.StatusCode.RESOURCE_EXHAUSTED, "busy", retry_after=7.0, transient=True)
+        with self.assertRaises(CurvdError):
+            schedule.pause_after(busy)
