@@ -41,16 +41,37 @@ def message_class(full_name: str) -> Any:
 
 def result_columns() -> list[tuple[str, Any]]:
     """Name and Column of each field of ResultChunk that is a column of results, in the order of the contract."""
-    # Read from the file, not asked of the descriptor: what that answers, classes of another pool may have made.
-    files = message_class("google.protobuf.FileDescriptorSet")
-    message_class("google.protobuf.FieldOptions")
-    option = _POOL.FindExtensionByName("curvature.v1.column")
-    for file in files.FromString(_DESCRIPTORS).file:
+    columns = []
+    option_class = _column_option_class()
+    for file in descriptor_pb2.FileDescriptorSet.FromString(_DESCRIPTORS).file:
         for message in file.message_type:
             if (file.name, message.name) == (_FILE, "ResultChunk"):
-                return [
-                    (field.name, field.options.Extensions[option])
-                    for field in message.field
-                    if field.options.HasExtension(option)
-                ]
-    raise RuntimeError(f"{_FILE} has no ResultChunk")
+                options = ((field.name, option_class.FromString(field.options.SerializeToString())) for field in message.field)
+                columns = [(name, option.column) for name, option in options if option.HasField("column")]
+    if not columns:
+        raise RuntimeError(f"{_FILE} has no columns of results: the package is damaged")
+    return columns
+
+
+def _column_option_class() -> Any:
+    """A message that reads FieldOptions and knows of the option `column` alone.
+
+    Which pool's extensions FieldOptions itself knows differs between the implementations of protobuf.
+    """
+    column = contract_file().extensions_by_name["column"]
+    field = descriptor_pb2.FieldDescriptorProto(
+        name="column",
+        number=column.number,
+        label=descriptor_pb2.FieldDescriptorProto.LABEL_OPTIONAL,
+        type=descriptor_pb2.FieldDescriptorProto.TYPE_MESSAGE,
+        type_name=f".{column.message_type.full_name}",
+    )
+    file = descriptor_pb2.FileDescriptorProto(
+        name="curvd_client/column_option.proto",
+        package="curvd_client",
+        syntax="proto3",
+        dependency=[_FILE],
+        message_type=[descriptor_pb2.DescriptorProto(name="ColumnOption", field=[field])],
+    )
+    _POOL.AddSerializedFile(file.SerializeToString())
+    return message_class("curvd_client.ColumnOption")
