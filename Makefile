@@ -55,7 +55,7 @@ DIST := dist
 wheel: ## Build the Python client's wheel: dist/curvd_client-VERSION-py3-none-any.whl
 	$(call install,$(WHEEL_PACKAGES))
 	@copy=$$(mktemp -d) && trap 'rm -rf "$$copy"' EXIT && mkdir "$$copy/client" && \
-	  cp -r client/python "$$copy/client/" && cp -r proto "$$copy/" && \
+	  cp -r client/python "$$copy/client/" && cp -r proto "$$copy/" && rm -rf "$$copy/client/python/build" && \
 	  /usr/bin/python3 -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --no-index \
 	    --wheel-dir "$(DIST)" "$$copy/client/python"
 	@ls "$(DIST)"/curvd_client-*.whl

@@ -1,4 +1,5 @@
-"""Builds the package from a clone: adds the contract's descriptors and types, which protoc makes. See pyproject.toml."""
+"""Builds the package from a clone: adds the contract's descriptors and types, which protoc makes. See
+pyproject.toml."""
 
 import os
 import pathlib

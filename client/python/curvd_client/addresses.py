@@ -14,7 +14,8 @@ _PATHS = ("unix:", "unix-abstract:", "vsock:", "xds:")
 
 
 def split_servers(server: str) -> list[str]:
-    """The targets of the channels to open, each with a port. Raises ValueError if one is empty or has a port that is none.
+    """The targets of the channels to open, each with a port. Raises ValueError if one is empty or has a port that is
+    none.
 
     A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.
     """
@@ -22,7 +23,8 @@ def split_servers(server: str) -> list[str]:
         raise TypeError(f"server is {server!r}; it must be a str such as {DEFAULT_SERVER!r}")
     targets: list[str] = []
     for part in (each.strip() for each in server.split(",")):
-        is_continued = bool(targets) and targets[-1].startswith(_LISTS) and not part.startswith((*_LISTS, *_PATHS, "dns:"))
+        is_bare = not part.startswith((*_LISTS, *_PATHS, "dns:"))
+        is_continued = is_bare and bool(targets) and targets[-1].startswith(_LISTS)
         if is_continued:
             targets[-1] += "," + _with_port(part)
         else:

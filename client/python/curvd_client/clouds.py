@@ -17,7 +17,8 @@ Cloud = typing.Dict[str, npt.NDArray[typing.Any]]
 def pack_cloud(positions: npt.ArrayLike, normals: npt.ArrayLike | None, viewpoints: npt.ArrayLike | None) -> Cloud:
     """The arrays of PointChunk that there are, by their names: little-endian, contiguous, all float32 or all float64.
 
-    Positions decide which: float64 unless float32 holds each of their values. Raises ValueError, naming the array, for shapes
+    Positions decide which: float64 unless float32 holds each of their values. Raises ValueError, naming the array, for
+    shapes
     other than (N, 3), and for what is no real number.
     """
     given = {"positions": positions, "normals": normals, "viewpoints": viewpoints}

@@ -47,11 +47,12 @@ def _parser() -> argparse.ArgumentParser:
     server = _server_options()
 
     estimate = commands.add_parser("estimate", parents=[server], help="estimate the curvature of the cloud in a file")
-    estimate.add_argument("input", type=pathlib.Path, metavar="IN", help=".npy, .npz, or text: .xyz .txt .csv .pts .asc")
+    estimate.add_argument("input", type=pathlib.Path, metavar="IN",
+                          help=".npy, .npz, or text: .xyz .txt .csv .pts .asc")  # fmt: skip
     estimate.add_argument("-o", "--output", type=pathlib.Path, required=True, metavar="OUT.npz",
                           help="positions and every column of the result")  # fmt: skip
     estimate.add_argument("--estimator", choices=ESTIMATORS, default="avg-hexagram", help="default: avg-hexagram")
-    estimate.add_argument("--k", type=_count_or_auto, metavar="K", help="points in a neighborhood, or auto; default: 50")
+    estimate.add_argument("--k", type=_count_or_auto, help="points in a neighborhood, or auto; default: 50")
     estimate.add_argument("--radius", type=float, help="of a neighborhood, instead of --k")
     estimate.add_argument("--normals", choices=("given", "orient", "estimate"),
                           help="default: given where the file has them, else estimate")  # fmt: skip
@@ -63,7 +64,7 @@ def _parser() -> argparse.ArgumentParser:
 
     info = commands.add_parser("info", parents=[server], help="print what the server is and accepts, as JSON")
     info.set_defaults(run=_info)
-    health = commands.add_parser("health", parents=[server], help="print SERVING and exit with 0, or another state and 1")
+    health = commands.add_parser("health", parents=[server], help="print SERVING, exit with 0; or another state, 1")
     health.set_defaults(run=_health)
     return parser
 

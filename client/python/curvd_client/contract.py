@@ -1,8 +1,8 @@
 """The messages and enums of curvature.v1, and those of google.rpc that errors carry, in a descriptor pool of their own.
 
-A program may hold another copy of the contract, or another version of it: the two know nothing of each other. Messages are
-built from the descriptors in contract.binpb when they are asked for, so no code that a certain version of protoc wrote has to
-suit the protobuf that is installed.
+A program may hold another copy of the contract, or another version of it: the two know nothing of each other. Messages
+are built from the descriptors in contract.binpb when they are asked for, so no code that a certain version of protoc
+wrote has to suit the protobuf that is installed.
 """
 
 from __future__ import annotations
@@ -46,8 +46,10 @@ def result_columns() -> list[tuple[str, Any]]:
     for file in descriptor_pb2.FileDescriptorSet.FromString(_DESCRIPTORS).file:
         for message in file.message_type:
             if (file.name, message.name) == (_FILE, "ResultChunk"):
-                options = ((field.name, option_class.FromString(field.options.SerializeToString())) for field in message.field)
-                columns = [(name, option.column) for name, option in options if option.HasField("column")]
+                for field in message.field:
+                    option = option_class.FromString(field.options.SerializeToString())
+                    if option.HasField("column"):
+                        columns.append((field.name, option.column))
     if not columns:
         raise RuntimeError(f"{_FILE} has no columns of results: the package is damaged")
     return columns

@@ -21,7 +21,8 @@ class CurvdError(Exception):
     metadata:    what the reason refers to, a dict of strings.
     retry_after: seconds after which the same call may succeed; None where waiting does not help.
     answered:    whether a server took part, rather than being out of reach.
-    transient:   whether the same call may succeed on another try: waiting helps, or the server is or became unreachable.
+    transient:   whether the same call may succeed on another try: waiting helps, or the server is or became
+                 unreachable.
     """
 
     def __init__(

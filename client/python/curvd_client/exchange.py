@@ -29,7 +29,8 @@ class Request(typing.NamedTuple):
         yield curvature_pb2.EstimateCurvatureRequest(header=self.header)
         step = _CHUNK_BYTES // (len(self.cloud) * 3 * self.cloud["positions"].itemsize)
         for first in range(0, self.header.point_count, step):
-            arrays: dict[str, typing.Any] = {name: array[first : first + step].tobytes() for name, array in self.cloud.items()}
+            part = slice(first, first + step)
+            arrays: dict[str, typing.Any] = {name: array[part].tobytes() for name, array in self.cloud.items()}
             chunk = curvature_pb2.PointChunk(first_index=first, **arrays)
             yield curvature_pb2.EstimateCurvatureRequest(chunk=chunk)
 

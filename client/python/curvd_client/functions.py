@@ -44,44 +44,45 @@ def estimate_curvature(
 ) -> Estimate:
     """Estimates the curvature at every point of a cloud.
 
-    positions, normals:    arrays of shape (N, 3), of any real dtype, byte order and strides. Positions are sent as float32
-                           where that holds each of their values (float32, float16, integers of up to 16 bits), and else as
-                           float64, which keeps georeferenced scans exact. Normals point outward, of any length above zero.
-                           Without normals (None), the server estimates and orients them, and the result has them as
-                           `normal`.
-    server:                HOST or HOST:PORT (50061), a gRPC target, or several with commas between: replicas, which calls go
-                           to in turn. Connections are kept from call to call.
+    positions, normals:    arrays of shape (N, 3), of any real dtype, byte order and strides. Positions are sent as
+                           float32 where that holds each of their values (float32, float16, integers of up to 16 bits),
+                           and else as float64, which keeps georeferenced scans exact. Normals point outward, of any
+                           length above zero. Without normals (None), the server estimates and orients them, and the
+                           result has them as `normal`.
+    server:                HOST or HOST:PORT (50061), a gRPC target, or several with commas between: replicas, which
+                           calls go to in turn. Connections are kept from call to call.
     estimator:             "avg-hexagram", "hexagram", "uniform", "independent", "delaunay", "jet", "aso",
                            "normal-regression", or "auto": what suits the cloud, averaged; summary.scale tells what was
                            chosen, and why.
-    neighbor_count:        the K nearest points, the point itself included; or "auto": as noise and detail ask for, at each
-                           point, for "auto" and the estimators that it chooses among. DEFAULT: 50, if there is no radius;
-                           with the estimator "auto", "auto".
+    neighbor_count:        the K nearest points, the point itself included; or "auto": as noise and detail ask for, at
+                           each point, for "auto" and the estimators that it chooses among. DEFAULT: 50, if there is no
+                           radius; with the estimator "auto", "auto".
     radius:                all points at most this far away, instead of neighbor_count.
-    neighbor_count_range:  of neighbor_count "auto": the fewest and the most points. DEFAULT: (16, 2048), the widest there
-                           is, or up to what the server allows.
+    neighbor_count_range:  of neighbor_count "auto": the fewest and the most points. DEFAULT: (16, 2048), the widest
+                           there is, or up to what the server allows.
     max_radius:            of neighbor_count "auto": how far an estimate looks at most. DEFAULT: any distance.
     scale_per_cloud:       of neighbor_count "auto": the same choice for all points.
     triangle_count, seed:  of the random strategies. DEFAULT: 100 triangles, seed 0.
     rotation_count:        hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2.
-    jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2; with neighbor_count
-                           "auto" 4, and no other.
+    jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2; with
+                           neighbor_count "auto" 4, and no other.
     even_weights:          count all triangles of delaunay alike, as the paper does.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
     orientation:           which side is out: "consistent" (neighbors agree, closed pieces are seen from outside) or
-                           "closed" (the same for closed surfaces with holes). Normals that are given are then turned, as
-                           with viewpoint and direction. DEFAULT: given normals stay; estimated ones are consistent.
+                           "closed" (the same for closed surfaces with holes). Normals that are given are then turned,
+                           as with viewpoint and direction. DEFAULT: given normals stay; estimated ones are consistent.
     viewpoint:             instead: where the surface was seen from, shape (3,), or where each point was, (N, 3).
     direction:             instead: no normal points against it, shape (3,).
-    normal_method:         of estimated normals: "pca", "jet-1", "jet-2" or "jet-4". DEFAULT: jet-2 or jet-4, as the points
-                           ask for.
+    normal_method:         of estimated normals: "pca", "jet-1", "jet-2" or "jet-4". DEFAULT: jet-2 or jet-4, as the
+                           points ask for.
     normal_neighbor_count, normal_radius: of which points normals are estimated. DEFAULT: as many as the noise of the
                            points asks for.
-    quantities:            names of QUANTITIES that the result shall have, beside `status`. DEFAULT (none, or []): all of
-                           curvature but "shape_index" and "curvedness", which follow from it, and "normals" unless they stay as they are given.
+    quantities:            names of QUANTITIES that the result shall have, beside `status`. DEFAULT (none, or []): all
+                           of curvature but "shape_index" and "curvedness", which follow from it, and "normals" unless
+                           they stay as they are given.
     skip_invalid:          give an unusable point a status instead of failing the call.
-    reject_opposed_normals: fail the call if normals point to opposite sides of one surface, instead of giving the points
-                           around such places a status, and warning.
+    reject_opposed_normals: fail the call if normals point to opposite sides of one surface, instead of giving the
+                           points around such places a status, and warning.
     priority:              "interactive" if somebody waits, "batch" if it can wait. DEFAULT: interactive up to 100,000
                            points, batch above.
     request_tag:           free text for the server's log.
@@ -90,13 +91,15 @@ def estimate_curvature(
                            next replica, then with growing pauses. DEFAULT: 6, over about 8 seconds.
     connect_timeout:       seconds after which a call gives up if no server has ever answered. DEFAULT: 1.5.
     cancel:                a Cancel, whose method cancel ends the call from another thread.
-    progress:              a function that is called with a Progress now and then, in this thread; or True: a line on stderr,
-                           if that is a terminal. What it raises ends the call.
+    progress:              a function that is called with a Progress now and then, in this thread; or True: a line on
+                           stderr, if that is a terminal. What it raises ends the call.
     security:              TLS and token, see Security. DEFAULT: plain text, no token.
-    channel:               a channel of your own instead of `server`; security's token is not checked for plain text then.
+    channel:               a channel of your own instead of `server`; security's token is not checked for plain text
+                           then.
 
-    Returns an Estimate. Raises CurvdError if the call fails, ValueError or TypeError if the arguments make no request. What the server
-    finds wrong with a cloud that it estimates nevertheless (summary.warnings) is issued as a CurvdWarning. Thread-safe.
+    Returns an Estimate. Raises CurvdError if the call fails, ValueError or TypeError if the arguments make no request.
+    What the server finds wrong with a cloud that it estimates nevertheless (summary.warnings) is issued as a
+    CurvdWarning. Thread-safe.
     """
     request = make_request(curvature_header(normals is not None, **options), positions, normals)
     client = _client_of(server, security, channel)
@@ -125,8 +128,8 @@ def estimate_normals(
     method, neighbor_count, radius: as estimate_curvature has them for normals.
     All others:                     as there.
 
-    Returns an Estimate whose points have `normal`, of unit length, `normal_residual`, `normal_variance_ratio` (both NaN for
-    normals that were given) and `status`, which says why there is no normal where it is not PointStatus.OK.
+    Returns an Estimate whose points have `normal`, of unit length, `normal_residual`, `normal_variance_ratio` (both NaN
+    for normals that were given) and `status`, which says why there is no normal where it is not PointStatus.OK.
     summary.normals tells how they were made, and whether their sides can be trusted. Raises and warns as
     estimate_curvature. Thread-safe.
     """
@@ -142,7 +145,8 @@ _clients_lock = threading.Lock()
 
 
 def _client_of(server: str, security: Security, channel: grpc.Channel | None) -> CurvatureClient:
-    """The client that earlier calls used; a new one in a process that was forked, or where files of keys have changed."""
+    """The client that earlier calls used; a new one in a process that was forked, or where files of keys have
+    changed."""
     if channel is not None:
         return CurvatureClient(security=security, channel=channel)
     files = (security.ca_file, security.cert_file, security.key_file)

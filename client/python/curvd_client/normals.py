@@ -34,8 +34,8 @@ def normal_options(
 ) -> tuple[curvature_pb2.NormalOptions, npt.NDArray[typing.Any] | None]:
     """Returns the contract's NormalOptions and the viewpoints of points, None if there are none.
 
-    Normals that are given stay as they are unless orientation, viewpoint or direction says which side is out; those that
-    are not are estimated. Raises ValueError, naming the argument, for arguments that make no sense together.
+    Normals that are given stay as they are unless orientation, viewpoint or direction says which side is out; those
+    that are not are estimated. Raises ValueError, naming the argument, for arguments that make no sense together.
     """
     if sum(side is not None for side in (orientation, viewpoint, direction)) > 1:
         raise ValueError("orientation, viewpoint and direction exclude each other")

@@ -108,7 +108,8 @@ def curvature_header(
 ) -> tuple[curvature_pb2.CloudHeader, Viewpoints]:
     """The header of a call for curvature, without what the cloud's arrays say, and the viewpoints of points, or None.
 
-    The arguments are those of estimate_curvature. Raises ValueError, naming the argument, for those that make no request.
+    The arguments are those of estimate_curvature. Raises ValueError, naming the argument, for those that make no
+    request.
     """
     normals_from, viewpoints = normal_options(
         has_normals,

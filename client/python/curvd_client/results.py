@@ -46,8 +46,8 @@ def result_dtype(quantities: typing.Collection[int] | None = None, made_normals:
     return np.dtype(fields + status)
 
 
-# One element a point, with all quantities of curvature. Scalars in the caller's length unit as the contract has them; NaN where
-# `status` is not OK.
+# One element a point, with all quantities of curvature. Scalars in the caller's length unit as the contract has them;
+# NaN where `status` is not OK.
 RESULT_DTYPE = result_dtype()
 
 
@@ -64,7 +64,8 @@ class PointStatus(enum.IntEnum):
 
 
 class Estimate(typing.NamedTuple):
-    """points: structured array, one element a point: the fields of RESULT_DTYPE that were asked for, and those of normals.
+    """points: structured array, one element a point: the fields of RESULT_DTYPE that were asked for, and those of
+    normals.
     summary: the stream's Summary message."""
 
     points: Points
@@ -128,7 +129,8 @@ class ResultCollector:
         )
 
     def finish(self, summary: curvature_pb2.Summary | None) -> curvature_pb2.Summary:
-        """Checks that every point has its result, and returns the summary. `summary` is the stream's Summary, or None if none came."""
+        """Checks that every point has its result, and returns the summary. `summary` is the stream's Summary, or None
+        if none came."""
         if summary is None:
             raise ValueError("the stream ended without a summary")
         if summary.point_count != len(self.points) or self._received != len(self.points):

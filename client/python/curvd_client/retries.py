@@ -21,7 +21,8 @@ class Schedule:
     """The tries of one call, each on the next of several replicas. Not thread-safe.
 
     replica_count:   replicas; the first try goes to number `first` modulo this.
-    reached:         whether a server has ever answered the client: if not, the call gives up connect_seconds after it began.
+    reached:         whether a server has ever answered the client: if not, the call gives up connect_seconds after it
+                     began.
     timeout:         seconds for all tries together, None: no limit.
     max_attempts:    tries at most.
     """
@@ -74,7 +75,8 @@ class Schedule:
         if error.answered or pause == 0:
             self._connect_seconds = _MOST_CONNECT_SECONDS
             return pause
-        # A part of the pause is spent waiting for the connection: a server that is gone is not reported any later for it.
+        # A part of the pause is spent waiting for the connection: a server that is gone is not reported any later for
+        # it.
         self._connect_seconds = min(_MOST_CONNECT_SECONDS, pause / 2)
         return pause - self._connect_seconds
 

@@ -1,4 +1,5 @@
-"""What both clients, blocking and asyncio, know of the service: its methods, how a channel is set up, what answers mean."""
+"""What both clients, blocking and asyncio, know of the service: its methods, how a channel is set up, what answers
+mean."""
 
 from __future__ import annotations
 

@@ -94,9 +94,11 @@ class ClientTest(RealServerTest):
     def test_threads_share_a_client(self):
         cloud, results = sphere(5_000, radius=2.0), []
         with CurvatureClient(self.server) as client:
-            threads = [
-                threading.Thread(target=lambda: results.append(client.estimate(*cloud).points.tobytes())) for _ in range(8)
-            ]
+
+            def call():
+                results.append(client.estimate(*cloud).points.tobytes())
+
+            threads = [threading.Thread(target=call) for _ in range(8)]
             for each in threads:
                 each.start()
             for each in threads:

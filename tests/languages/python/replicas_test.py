@@ -121,5 +121,5 @@ class AddressTest(unittest.TestCase):
     def test_only_loopback_is_this_machine(self):
         for target in ("localhost:1", "ipv4:127.0.0.1:1,127.0.0.2:1", "ipv6:[::1]:1", "unix:/x", "dns:///localhost:1"):
             self.assertTrue(is_local(target), target)
-        for target in ("ipv4:127.0.0.1:1,10.0.0.1:1", "dns:///curvd.example:1", "dns://localhost/curvd.example:1", "a:1"):
+        for target in ("ipv4:127.0.0.1:1,10.0.0.1:1", "dns:///curvd.example:1", "dns://localhost/a.example:1", "a:1"):
             self.assertFalse(is_local(target), target)

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Builds the wheel, installs it in an empty folder, and uses it there: wheel_trial.py SOURCE_DIR, with CURVD_SERVER set.
+"""Builds the wheel, installs it in an empty folder, and uses it there: wheel_trial.py SOURCE_DIR, with CURVD_SERVER
+set.
 
 Runs the Python block of README.md, the one of client/python/README.md, and the command, each from outside the clone and
 with nothing of it on the path. Exits with 1 if anything of that fails.
@@ -32,14 +33,20 @@ def main():
 
         def run(*command, environment=None, output=None):
             return subprocess.run(
-                [str(word) for word in command], cwd=folder, env=environment or clean, check=True, stdout=output, text=True
+                [str(word) for word in command],
+                cwd=folder,
+                env=environment or clean,
+                check=True,
+                stdout=output,
+                text=True,
             ).stdout
 
         run("make", "-C", source, "wheel", f"DIST={folder / 'dist'}")
         wheels = list((folder / "dist").glob("curvd_client-*-py3-none-any.whl"))
         assert len(wheels) == 1, wheels
         site = folder / "site"
-        run(_PYTHON, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--root-user-action=ignore", "--target", site, wheels[0])
+        offline = ("--quiet", "--no-deps", "--no-index", "--root-user-action=ignore")
+        run(_PYTHON, "-m", "pip", "install", *offline, "--target", site, wheels[0])
 
         installed = {**clean, "PYTHONPATH": str(site), "COLUMNS": "100"}
         run(_PYTHON, "-c", _ORIGIN, site, environment=installed)
