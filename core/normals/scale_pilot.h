@@ -73,6 +73,8 @@ class ScalePilot {
   const Outcome& outcome(size_t candidate, size_t sample) const {
     return outcomes_[candidate * sample_count() + sample];
   }
+  // Two rungs of the ladder double the count.
+  static constexpr size_t kRungsPerDoubling = 2;
   size_t sample_count() const { return groups_.size() * kPointsPerGroup; }
   void AddCandidates(NormalMethod method, size_t most);
   // Over the points that the candidate fits: the median radius, and the median variance of the noise as its residuals
@@ -88,11 +90,19 @@ class ScalePilot {
   // The squared error of the normals at `large` that bends make, as far as their change since `small` shows it beyond
   // what noise explains.
   double Bends(size_t small, size_t large, double sigma) const;
-  double ErrorOf(size_t candidate, double sigma) const;
+  double ErrorOf(size_t candidate, double sigma, const std::vector<bool>& usable) const;
   // REQUIRES: there is a candidate of the method.
   const Candidate& LargestOf(NormalMethod method) const;
   // Whether the neighborhoods are so much larger than the noise that a fit finds the surface in it.
   bool IsLargeEnough(size_t candidate, double sigma) const;
+  // The share of the normals that turn to elsewhere when the neighborhoods double. None where no candidate has twice
+  // the count.
+  std::optional<double> UnsettledShare(size_t candidate) const;
+  // The largest such share with which a scale is usable.
+  double MostUnsettled() const;
+  size_t FittedCount(size_t candidate) const;
+  // Which candidates a choice can be made of.
+  std::vector<bool> Usable(double sigma) const;
 
   const SpatialIndex& index_;
   std::vector<size_t> groups_;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "core/estimators/triangles/random_stream.h"
 #include "tests/core/normals/normal_clouds.h"
 
 namespace curvd::testing {
@@ -12,6 +15,8 @@ NormalOptions Automatic() {
   options.source = NormalSource::kEstimate;
   return options;
 }
+
+double Uniform(RandomStream& random) { return static_cast<double>(random.Next() >> 11) * 0x1p-53; }
 
 TEST(ScalePilotTest, CleanSurfacesGetSmallNeighborhoodsOfHighDegree) {
   const NormalResult result = MustMakeNormals(BareCloud(Torus(25'000, 1)), Automatic());
@@ -70,6 +75,38 @@ TEST(ScalePilotTest, SmallAndHopelessCloudsGetAFallback) {
   const NormalResult result = MustMakeNormals(BareCloud(line), Automatic());
   EXPECT_FALSE(result.report.sigma.has_value());
   EXPECT_EQ(result.report.status_counts[static_cast<size_t>(PointStatus::kSingularFit)], 2000u);
+}
+
+// Ground with shrubs: of few neighbors, normals of shrubs point anywhere, and with their neighbors' they make seams.
+TEST(ScalePilotTest, RoughPartsGetLargerNeighborhoods) {
+  const auto shrubs = [](double height) {
+    TestPoints ground;
+    RandomStream random(1, 2);
+    for (int i = 0; i < 30'000; ++i) {
+      const double x = Uniform(random), y = Uniform(random), bump = std::sin(9.0 * x) * std::sin(7.0 * y);
+      const double z = 0.05 * bump + (bump > 0.3 ? height * Uniform(random) : 0.0);
+      ground.Add(x, y, z, 0, 0, 1);
+    }
+    return MustMakeNormals(BareCloud(ground), Automatic()).report;
+  };
+  EXPECT_LE(shrubs(0.0).neighbor_count, 24u);
+  EXPECT_GE(shrubs(0.03).neighbor_count, 48u);
+}
+
+// A unit sphere, 1,000,000 units from the origin in single precision: its points lie on a lattice of 1/16.
+TEST(ScalePilotTest, PositionsOnALatticeGetNormals) {
+  const auto on_lattice = [](double coordinate) {
+    return static_cast<double>(static_cast<float>(coordinate + 1e6) - 1e6f);
+  };
+  TestPoints sphere;
+  RandomStream random(1, 2);
+  for (int i = 0; i < 5'000; ++i) {
+    const double z = 2.0 * Uniform(random) - 1.0, turn = 6.283185307179586 * Uniform(random);
+    const double radius = std::sqrt(1.0 - z * z), x = radius * std::cos(turn), y = radius * std::sin(turn);
+    sphere.Add(on_lattice(x), on_lattice(y), on_lattice(z), x, y, z);
+  }
+  const NormalResult result = MustMakeNormals(BareCloud(sphere), Automatic());
+  EXPECT_GE(result.report.status_counts[static_cast<size_t>(PointStatus::kOk)], 4'950u);
 }
 
 TEST(ScalePilotTest, KeepsToTheWantedMethodAndLimit) {
