@@ -233,10 +233,18 @@ TEST_F(NormalsTest, FailsWhereARadiusHoldsTooManyPoints) {
   EXPECT_EQ(result.metadata.at("field"), "header.normals.radius");
 }
 
+// Normals that take several intervals of progress to make.
+v1::CloudHeader SlowNormals(const TestCloud& cloud) {
+  v1::CloudHeader header = NormalsAlone(HeaderFor(cloud, v1::NORMAL_SOURCE_ESTIMATE));
+  header.mutable_normals()->set_method(v1::NORMAL_METHOD_JET_4);
+  header.mutable_normals()->set_neighbor_count(600);
+  return header;
+}
+
 TEST_F(NormalsTest, ProgressNamesThePhasesOfNormals) {
   const TestCloud torus = Torus(300'000);
   TestCall call(channel_);
-  ASSERT_TRUE(call.SendHeader(NormalsAlone(HeaderFor(torus, v1::NORMAL_SOURCE_ESTIMATE))));
+  ASSERT_TRUE(call.SendHeader(SlowNormals(torus)));
   ASSERT_TRUE(call.SendCloud(WithoutNormals(torus), 50'000));
   call.HalfClose();
   std::set<v1::Progress::Phase> phases;
@@ -250,7 +258,7 @@ TEST_F(NormalsTest, ProgressNamesThePhasesOfNormals) {
 TEST_F(NormalsTest, ACancelStopsNormalsAndGivesTheirMemoryBack) {
   const TestCloud torus = Torus(300'000);
   TestCall call(channel_);
-  ASSERT_TRUE(call.SendHeader(NormalsAlone(HeaderFor(torus, v1::NORMAL_SOURCE_ESTIMATE))));
+  ASSERT_TRUE(call.SendHeader(SlowNormals(torus)));
   ASSERT_TRUE(call.SendCloud(WithoutNormals(torus), 50'000));
   call.HalfClose();
   while (const auto message = call.ReadAny()) {
