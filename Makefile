@@ -60,6 +60,11 @@ wheel: ## Build the Python client's wheel: dist/curvd_client-VERSION-py3-none-an
 	    --wheel-dir "$(DIST)" "$$copy/client/python"
 	@ls "$(DIST)"/curvd_client-*.whl
 
+.PHONY: npm-package
+npm-package: ## Build the Node.js client's package: dist/curvd-client-VERSION.tgz
+	$(call install,$(NODE_PACKAGES))
+	@mkdir -p "$(DIST)" && npm pack --silent --pack-destination "$$(realpath "$(DIST)")" ./client/node
+
 .PHONY: demo
 demo: release ## Stream a noisy cloud through a fresh curvd, evaluate and render it; results in demo/
 	@deploy/demo.sh build/release/bin demo

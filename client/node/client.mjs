@@ -1,14 +1,15 @@
-// One call: a cloud goes out in chunks, its curvature or normals come back.
-import { once } from "node:events";
-import grpc from "@grpc/grpc-js";
-import { CurvdError, fromServiceError } from "./errors.mjs";
+// Calls that try again, over connections that are kept.
+import { statSync } from "node:fs";
+import { DEFAULT_SERVER, splitServers } from "./addresses.mjs";
+import { checkCallOptions, checkConnectionOptions, checkCurvatureOptions, checkNormalsOptions, splitConnection } from "./arguments.mjs";
+import { callOnce } from "./call.mjs";
+import { fromServiceError } from "./errors.mjs";
+import { commonHeader, curvatureHeader } from "./headers.mjs";
 import { normalOptions } from "./normals.mjs";
-import { CurvatureService, enumValues, QUANTITIES, resultArrays } from "./protocol.mjs";
-import { ResultCollector } from "./results.mjs";
+import { CurvatureService, resultArrays } from "./protocol.mjs";
 import { callWithRetries } from "./retries.mjs";
 import { callMetadata, connectionTo } from "./security.mjs";
 
-const CHUNK_BYTES = 1 << 20;
 const CHANNEL_OPTIONS = {
   // A peer that died without a word is found in seconds.
   "grpc.keepalive_time_ms": 10_000,
@@ -17,30 +18,137 @@ const CHANNEL_OPTIONS = {
   "grpc.initial_reconnect_backoff_ms": 250,
   "grpc.max_reconnect_backoff_ms": 2_000,
   "grpc.max_receive_message_length": 256 << 20,
+  // A name with several addresses stands for replicas, which calls go to in turn.
+  "grpc.service_config": JSON.stringify({ loadBalancingConfig: [{ round_robin: {} }] }),
 };
+const MOST_KEPT_CLIENTS = 16;
 
-// Two estimators have shorter names than the contract gives them.
-const SHORT_NAMES = { "jet-fitting": "jet", "algebraic-shape-operator": "aso" };
+// Calls one server, or several replicas, over connections that it keeps until close. They do not keep a process alive.
+export class CurvatureClient {
+  #services;
+  #metadata;
+  #turn;
+  #reached = false;
+  #closing = new AbortController();
 
-// Every estimator by the name that people use: that of the contract without prefix, in small letters, - for _.
-const ESTIMATORS = Object.fromEntries(
-  enumValues("curvature.v1.Estimator")
-    .filter((value) => value !== "ESTIMATOR_UNSPECIFIED")
-    .map((value) => {
-      const name = value.slice("ESTIMATOR_".length).toLowerCase().replaceAll("_", "-");
-      return [SHORT_NAMES[name] ?? name, value];
-    }),
-);
+  // server, and of the options security and credentials: as estimateCurvature has them. Throws a TypeError if they make
+  // no connection.
+  constructor(server = DEFAULT_SERVER, options = {}) {
+    checkConnectionOptions({ ...options, server });
+    const targets = splitServers(server);
+    this.#metadata = callMetadata(options.security);
+    const connections = targets.map((target) => connectionTo(target, options.security));
+    this.#services = targets.map((target, i) => {
+      const credentials = options.credentials ?? connections[i].credentials;
+      return new CurvatureService(target, credentials, { ...CHANNEL_OPTIONS, ...connections[i].options });
+    });
+    this.#turn = Math.floor(Math.random() * targets.length);
+  }
 
-const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH" };
+  // As the function estimateCurvature, without the options of connections.
+  async estimateCurvature(positions, normals, options = {}) {
+    checkCurvatureOptions(options);
+    const normalsFrom = {
+      ...options,
+      method: options.normalMethod,
+      neighborCount: options.normalNeighborCount,
+      radius: options.normalRadius,
+    };
+    return this.#estimate(positions, normals, curvatureHeader(options), normalsFrom, options);
+  }
+
+  // As the function estimateNormals, without the options of connections.
+  async estimateNormals(positions, normals = null, options = {}) {
+    checkNormalsOptions(options);
+    const asked = { ...options, quantities: ["normals", "normalQuality"] };
+    return this.#estimate(positions, normals, commonHeader(asked), options, asked);
+  }
+
+  // Resolves to the contract's GetServerInfoResponse: what the server is and accepts. Options: timeoutMs, maxAttempts,
+  // connectTimeoutMs and signal, as estimateCurvature has them. Rejects with a CurvdError.
+  async info(options = {}) {
+    checkCallOptions(options);
+    return this.#withRetries(options, (service, timeoutMs, signal) => this.#ask(service, timeoutMs, signal));
+  }
+
+  // Ends the calls that run: they reject. Closes the connections. May be called again.
+  close() {
+    this.#closing.abort(new Error("the client is closed"));
+    this.#services.forEach((service) => service.close());
+  }
+
+  async #estimate(positions, normals, header, normalsFrom, options) {
+    const cloud = { positions, normals, viewpoints: options.viewpoints ?? null };
+    checkArrays(cloud);
+    header.pointCount = cloud.positions.length / 3;
+    header.scalarType = cloud.positions instanceof Float64Array ? "SCALAR_TYPE_FLOAT64" : "SCALAR_TYPE_FLOAT32";
+    header.normals = normalOptions(cloud.normals !== null, normalsFrom);
+    const request = { header, cloud, arrays: resultArrays(options.quantities), onProgress: options.onProgress };
+    const estimate = await this.#withRetries(options, (service, timeoutMs, signal) =>
+      callOnce(service, request, { timeoutMs, signal, metadata: this.#metadata }),
+    );
+    for (const { code, message } of estimate.summary.warnings) {
+      process.emitWarning(message, { type: "CurvdWarning", code: `CURVD_${String(code).replace(/^WARNING_CODE_/, "")}` });
+    }
+    return estimate;
+  }
+
+  #ask(service, timeoutMs, signal) {
+    const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
+    return new Promise((resolve, reject) => {
+      let answered = false;
+      const onAbort = () => {
+        call.cancel();
+        reject(signal.reason);
+      };
+      const call = service.getServerInfo({}, this.#metadata, { deadline }, (error, response) => {
+        signal.removeEventListener("abort", onAbort);
+        error === null ? resolve(response) : reject(fromServiceError(error, answered));
+      });
+      call.once("metadata", () => (answered = true));
+      signal.addEventListener("abort", onAbort, { once: true });
+    });
+  }
+
+  async #withRetries({ timeoutMs, maxAttempts = 6, connectTimeoutMs = 1500, signal }, attempt) {
+    // AbortSignal.any came later than the oldest Node.js that is served.
+    const stop = new AbortController();
+    const sources = [this.#closing.signal, ...(signal === undefined ? [] : [signal])];
+    const onAbort = (event) => stop.abort(event.target.reason);
+    for (const source of sources) {
+      if (source.aborted) throw source.reason;
+      source.addEventListener("abort", onAbort, { once: true });
+    }
+    try {
+      const result = await callWithRetries(
+        this.#services,
+        (service, timeLeft) => attempt(service, timeLeft, stop.signal),
+        {
+          first: this.#turn++,
+          timeoutMs,
+          maxAttempts,
+          connectTimeoutMs: this.#reached ? undefined : connectTimeoutMs,
+          signal: stop.signal,
+        },
+      );
+      this.#reached = true;
+      return result;
+    } catch (error) {
+      this.#reached ||= error?.answered === true;
+      throw error;
+    } finally {
+      sources.forEach((source) => source.removeEventListener("abort", onAbort));
+    }
+  }
+}
 
 // Estimates the curvature at every point of a cloud.
 //
 // positions, normals: Float32Array or Float64Array of 3 N scalars, both of the same type; normals point outward, of any
 // length above zero. Where normals is null, the server estimates and orients them, and the result has them as `normal`.
 // Options:
-//   server                HOST:PORT, or several with commas between: replicas, each call starting with any of them.
-//                         DEFAULT: "localhost:50061"
+//   server                HOST or HOST:PORT (50061), a gRPC target, or several with commas between: replicas, which calls
+//                         go to in turn. Connections are kept from call to call. DEFAULT: "localhost:50061"
 //   security              TLS and token, see connectionTo in security.mjs. DEFAULT: plain text, no token
 //   credentials           grpc.ChannelCredentials of your own instead of security's
 //   estimator             "avg-hexagram" (DEFAULT), "hexagram", "uniform", "independent", "delaunay", "jet", "aso",
@@ -81,20 +189,20 @@ const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH
 //   timeoutMs             for the whole call with its retries. DEFAULT: no limit
 //   maxAttempts           times the cloud is sent at most, while servers are unavailable or ask to wait: at once to the
 //                         next replica, then with growing pauses. DEFAULT: 6, over about 8 seconds
+//   connectTimeoutMs      after which a call gives up if no server has ever answered. DEFAULT: 1500
+//   signal                an AbortSignal, which ends the call: it rejects with the signal's reason
+//   onProgress            called with { phase, pointsReceived, pointsEstimated, pointCount } now and then; phase is "estimating"
+//                         and the like. What it throws ends the call
 //
-// Resolves to { meanCurvature, gaussianCurvature, k1, k2, d1, d2, radius, status, summary }: Float32Arrays of N scalars
-// (d1, d2: 3 N) and a Uint8Array of PointStatus; arrays of quantities that were not asked for are missing. Rejects with a
-// CurvdError if the call fails, with a TypeError if the arguments make no request. What the server finds wrong with a cloud
-// that it estimates nevertheless (summary.warnings) is emitted as a process warning of the type "CurvdWarning", whose code
-// is "CURVD_" and the contract's word: "CURVD_OPPOSED_NORMALS".
+// Resolves to { meanCurvature, gaussianCurvature, k1, k2, d1, d2, radius, status, summary }: Float32Arrays of N
+// scalars (d1, d2: 3 N) and a Uint8Array of PointStatus; arrays of quantities that were not asked for are missing.
+// Rejects with a CurvdError if the call fails, with a TypeError if the arguments make no request, such as an option
+// that does not exist. What the server finds wrong with a cloud that it estimates nevertheless (summary.warnings) is
+// emitted as a process warning of the type "CurvdWarning", whose code is "CURVD_" and the contract's word:
+// "CURVD_OPPOSED_NORMALS".
 export async function estimateCurvature(positions, normals, options = {}) {
-  const normalsFrom = {
-    ...options,
-    method: options.normalMethod,
-    neighborCount: options.normalNeighborCount,
-    radius: options.normalRadius,
-  };
-  return run({ positions, normals, viewpoints: options.viewpoints ?? null }, curvatureHeader(options), normalsFrom, options);
+  const { connection, call } = splitConnection(options);
+  return keptClient(connection).estimateCurvature(positions, normals, call);
 }
 
 // Estimates the normal at every point of a cloud; or turns those that are given, as orientation, viewpoint, viewpoints or
@@ -105,33 +213,27 @@ export async function estimateCurvature(positions, normals, options = {}) {
 // NaN for normals that were given; status says why there is no normal where it is not PointStatus.OK. summary.normals
 // tells how they were made, and whether their sides can be trusted. Rejects and warns as estimateCurvature.
 export async function estimateNormals(positions, normals = null, options = {}) {
-  const asked = { ...options, quantities: ["normals", "normalQuality"] };
-  return run({ positions, normals, viewpoints: options.viewpoints ?? null }, commonHeader(asked), options, asked);
+  const { connection, call } = splitConnection(options);
+  return keptClient(connection).estimateNormals(positions, normals, call);
 }
 
-async function run(cloud, header, normalsFrom, options) {
-  checkArrays(cloud);
-  header.pointCount = cloud.positions.length / 3;
-  header.scalarType = cloud.positions instanceof Float64Array ? "SCALAR_TYPE_FLOAT64" : "SCALAR_TYPE_FLOAT32";
-  header.normals = normalOptions(cloud.normals !== null, normalsFrom);
-  const arrays = resultArrays(options.quantities);
-  const servers = (options.server ?? "localhost:50061").split(",").map((server) => server.trim());
-  const connections = servers.map((server) => connectionTo(server, options.security));
-  const clients = servers.map((server, i) => {
-    const credentials = options.credentials ?? connections[i].credentials;
-    return new CurvatureService(server, credentials, { ...CHANNEL_OPTIONS, ...connections[i].options });
-  });
-  const { timeoutMs, maxAttempts = 6 } = options;
-  try {
-    const attempt = (client, timeLeft) => call(client, header, cloud, arrays, timeLeft, callMetadata(options.security));
-    const estimate = await callWithRetries(clients, attempt, { timeoutMs, maxAttempts });
-    for (const { code, message } of estimate.summary.warnings) {
-      process.emitWarning(message, { type: "CurvdWarning", code: `CURVD_${String(code).replace(/^WARNING_CODE_/, "")}` });
-    }
-    return estimate;
-  } finally {
-    clients.forEach((client) => client.close());
-  }
+const keptClients = new Map();
+
+// The client that earlier calls used; a new one where files of keys have changed. Those that were used last are kept; a
+// call that runs keeps its own.
+function keptClient({ server = DEFAULT_SERVER, security, credentials }) {
+  if (credentials !== undefined) return new CurvatureClient(server, { security, credentials });
+  const files = [security?.caFile, security?.certFile, security?.keyFile];
+  const key = JSON.stringify([server, security, files.map(ageOf)]);
+  const client = keptClients.get(key) ?? new CurvatureClient(server, { security });
+  keptClients.delete(key);
+  keptClients.set(key, client);
+  if (keptClients.size > MOST_KEPT_CLIENTS) keptClients.delete(keptClients.keys().next().value);
+  return client;
+}
+
+function ageOf(path) {
+  return path === undefined ? null : (statSync(path, { throwIfNoEntry: false })?.mtimeMs ?? null);
 }
 
 function checkArrays({ positions, normals, viewpoints }) {
@@ -149,143 +251,4 @@ function checkArrays({ positions, normals, viewpoints }) {
       throw new TypeError(`positions has ${positions.length} scalars and ${name} ${length}; both need 3 for each point`);
     }
   }
-}
-
-function quantityNames(quantities = []) {
-  const names = Array.isArray(quantities) ? quantities.map((name) => QUANTITIES.get(name)) : [undefined];
-  if (names.includes(undefined) || new Set(names).size !== names.length) {
-    const known = [...QUANTITIES.keys()].join(", ");
-    throw new TypeError(
-      `quantities is ${JSON.stringify(quantities)}; it must be an array that has each of ${known} at most once`,
-    );
-  }
-  return names;
-}
-
-// The contract's AutomaticScale; undefined where the caller says how large neighborhoods are.
-function scaleOf({ estimator, neighborCount, radius, neighborCountRange, maxRadius, scalePerCloud }) {
-  if (radius !== undefined && (estimator === "auto" || neighborCount === "auto")) {
-    throw new TypeError('radius does not go with "auto"; maxRadius says how far an estimate looks at most');
-  }
-  const leavesOpen = estimator === "auto" && neighborCount === undefined;
-  if (neighborCount !== "auto" && !leavesOpen) {
-    if (neighborCountRange !== undefined || maxRadius !== undefined || scalePerCloud) {
-      throw new TypeError('neighborCountRange, maxRadius and scalePerCloud need neighborCount: "auto"');
-    }
-    return undefined;
-  }
-  const range = neighborCountRange ?? [0, 0];
-  if (!Array.isArray(range) || range.length !== 2 || !range.every(Number.isInteger)) {
-    throw new TypeError(
-      `neighborCountRange is ${JSON.stringify(neighborCountRange)}; it must be [fewest, most] points, as [16, 2048]`,
-    );
-  }
-  const [leastNeighborCount, mostNeighborCount] = range;
-  return { leastNeighborCount, mostNeighborCount, maxRadius: maxRadius ?? 0, perCloud: scalePerCloud ?? false };
-}
-
-function curvatureHeader(options) {
-  const { estimator = "avg-hexagram", neighborCount, radius } = options;
-  if (!Object.hasOwn(ESTIMATORS, estimator)) {
-    const names = Object.keys(ESTIMATORS).join(", ");
-    throw new TypeError(`estimator is ${JSON.stringify(estimator)}; it must be one of ${names}`);
-  }
-  const automaticScale = scaleOf(options);
-  if (neighborCount !== undefined && radius !== undefined) {
-    throw new TypeError("neighborCount and radius exclude each other");
-  }
-  if (typeof neighborCount === "string" && neighborCount !== "auto") {
-    throw new TypeError(`neighborCount is ${JSON.stringify(neighborCount)}; it must be a number or "auto"`);
-  }
-  return {
-    ...commonHeader(options),
-    options: {
-      estimator: ESTIMATORS[estimator],
-      ...(automaticScale !== undefined && { automaticScale }),
-      ...(neighborCount !== undefined && neighborCount !== "auto" && { neighborCount }),
-      ...(radius !== undefined && { radius }),
-      triangleCount: options.triangleCount ?? 0,
-      rotationCount: options.rotationCount ?? 0,
-      jetDegree: options.jetDegree ?? 0,
-      evenWeights: options.evenWeights ?? false,
-      seed: options.seed ?? 0,
-      ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
-    },
-    opposedNormalsPolicy: options.rejectOpposedNormals ? "OPPOSED_NORMALS_POLICY_REJECT" : "OPPOSED_NORMALS_POLICY_MARK",
-  };
-}
-
-// What curvature and normals are asked for with alike.
-function commonHeader(options) {
-  if (options.priority !== undefined && !Object.hasOwn(PRIORITIES, options.priority)) {
-    throw new TypeError(`priority is ${JSON.stringify(options.priority)}; it must be interactive or batch`);
-  }
-  return {
-    quantities: quantityNames(options.quantities),
-    invalidPointPolicy: options.skipInvalid ? "INVALID_POINT_POLICY_SKIP" : "INVALID_POINT_POLICY_REJECT",
-    priority: PRIORITIES[options.priority] ?? "PRIORITY_UNSPECIFIED",
-    requestTag: options.requestTag ?? "",
-  };
-}
-
-function call(client, header, cloud, arrays, timeoutMs, metadata) {
-  const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
-  const stream = client.estimateCurvature(metadata, { deadline });
-  const { source } = header.normals;
-  const collector = new ResultCollector(header.pointCount, arrays, source !== "NORMAL_SOURCE_GIVEN");
-  let summary = null;
-  return new Promise((resolve, reject) => {
-    const breach = (error) => {
-      stream.cancel();
-      reject(new CurvdError(grpc.status.INTERNAL, `the server broke the protocol: ${error.message}`));
-    };
-    stream.on("data", (response) => {
-      try {
-        if (response.message === "accepted" && source !== "NORMAL_SOURCE_GIVEN" && response.accepted.normals?.source !== source) {
-          stream.cancel();
-          reject(new CurvdError(grpc.status.UNIMPLEMENTED, "the server is too old to make or orient normals"));
-        }
-        if (response.message === "accepted" && header.options?.automaticScale && !response.accepted.options?.automaticScale) {
-          stream.cancel();
-          reject(new CurvdError(grpc.status.UNIMPLEMENTED, "the server is too old to choose a scale"));
-        }
-        if (response.message === "result") collector.add(response.result);
-        if (response.message === "summary") summary = response.summary;
-      } catch (error) {
-        breach(error);
-      }
-    });
-    stream.on("error", (error) => reject(fromServiceError(error)));
-    // The last messages may still be on their way to "data" when the status is known, and the other way round.
-    Promise.all([once(stream, "end"), once(stream, "status")])
-      .then(() => {
-        collector.finish(summary);
-        resolve({ ...collector.arrays, summary });
-      })
-      .catch(breach);
-    sendCloud(stream, header, cloud).catch(reject);
-  });
-}
-
-// Writes the cloud no faster than the server reads it, and half-closes. Stops quietly when the call has ended: its
-// status tells why.
-async function sendCloud(stream, header, cloud) {
-  const ended = new AbortController();
-  stream.once("status", () => ended.abort());
-  stream.write({ header });
-  const arrays = Object.entries(cloud).filter(([, array]) => array !== null);
-  const step = Math.floor(CHUNK_BYTES / (3 * arrays.length * cloud.positions.BYTES_PER_ELEMENT));
-  for (let first = 0; first < header.pointCount && !ended.signal.aborted; first += step) {
-    const chunk = { firstIndex: first };
-    for (const [name, array] of arrays) chunk[name] = bytesOf(array, first, first + step);
-    if (!stream.write({ chunk })) {
-      await once(stream, "drain", { signal: ended.signal }).catch(() => {});
-    }
-  }
-  stream.end();
-}
-
-function bytesOf(array, firstPoint, endPoint) {
-  const part = array.subarray(3 * firstPoint, 3 * endPoint);
-  return Buffer.from(part.buffer, part.byteOffset, part.byteLength);
 }

@@ -8,9 +8,10 @@ import { decode } from "./protocol.mjs";
 //   reason      the cause for a program, such as "CHUNK_OUT_OF_ORDER"; "" where the server gave none
 //   metadata    what the reason refers to, an object of strings
 //   retryAfter  seconds after which the same call may succeed; null where waiting does not help
+//   answered    whether a server took part in the call
 //   transient   whether the same call may succeed on another try: waiting helps, or the server is or became unreachable
 export class CurvdError extends Error {
-  constructor(code, details, { reason = "", metadata = {}, retryAfter = null, transient = false } = {}) {
+  constructor(code, details, { reason = "", metadata = {}, retryAfter = null, transient = false, answered = true } = {}) {
     super(`${grpc.status[code]}: ${details}`);
     this.name = "CurvdError";
     this.code = code;
@@ -20,14 +21,16 @@ export class CurvdError extends Error {
     this.metadata = metadata;
     this.retryAfter = retryAfter;
     this.transient = transient;
+    this.answered = answered;
   }
 }
 
-// The CurvdError for a grpc.ServiceError. Details that cannot be decoded are left out.
-export function fromServiceError(error) {
+// The CurvdError for a grpc.ServiceError; `answered` says whether a server is known to have taken part. Details that cannot
+// be decoded are left out.
+export function fromServiceError(error, answered) {
   const details = detailsOf(error);
   const transient = details.retryAfter !== undefined || serverIsGone(error.code, details.reason);
-  return new CurvdError(error.code, error.details, { ...details, transient });
+  return new CurvdError(error.code, error.details, { ...details, transient, answered: answered || Boolean(details.reason) });
 }
 
 // Proxies make UNKNOWN or INTERNAL of a server that died; curvd gives each of its own errors a reason.

@@ -1,4 +1,4 @@
 // Curvature of point clouds, and their normals, from a curvd server: typed arrays in, typed arrays out.
-export { estimateCurvature, estimateNormals } from "./client.mjs";
+export { CurvatureClient, estimateCurvature, estimateNormals } from "./client.mjs";
 export { CurvdError } from "./errors.mjs";
 export { PointStatus } from "./results.mjs";

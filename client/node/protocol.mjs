@@ -1,12 +1,16 @@
-// The contract, loaded from the repository's .proto files.
+// The contract, loaded from the package's .proto files; in a clone, from those of the repository.
+import { existsSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import grpc from "@grpc/grpc-js";
 import protoLoader from "@grpc/proto-loader";
 
+const packed = fileURLToPath(new URL("./proto", import.meta.url));
+const protos = existsSync(packed) ? packed : fileURLToPath(new URL("../../proto", import.meta.url));
+
 const definition = protoLoader.loadSync(
   ["curvature/v1/curvature.proto", "google/rpc/status.proto", "google/rpc/error_details.proto"],
   {
-    includeDirs: [fileURLToPath(new URL("../../proto", import.meta.url))],
+    includeDirs: [protos],
     keepCase: false,
     longs: Number, // counts stay far below 2^53
     enums: String,

@@ -5,21 +5,28 @@ const FIRST_PAUSE_MS = 250;
 const DOUBLINGS = 5;
 
 // Resolves to what attempt(target, timeoutMs) of the first try that succeeds resolves to.
-//   targets      replicas, each call starting with any of them and going on to the next
+//   targets      replicas, of which the first try takes number `first` modulo their number, and each other try the next
 //   timeoutMs    for all tries together, undefined: no limit; each try is told what is left
 //   maxAttempts  tries at most
-// Rejects with the last error when it is not transient, after maxAttempts, or when no time is left for another try.
-export async function callWithRetries(targets, attempt, { timeoutMs, maxAttempts }) {
+//   connectTimeoutMs  after which it gives up if no server has answered; undefined: if one has before
+//   signal       ends the pauses
+// Rejects with the last error when it is not transient, after maxAttempts, or when no time is left for another try; with
+// the signal's reason when that ends it.
+export async function callWithRetries(targets, attempt, { first, timeoutMs, maxAttempts, connectTimeoutMs, signal }) {
   const start = performance.now();
   const timeLeft = () => (timeoutMs === undefined ? undefined : Math.max(0, timeoutMs - (performance.now() - start)));
-  const first = Math.floor(Math.random() * targets.length);
+  let connectLeft = () => (connectTimeoutMs ?? Infinity) - (performance.now() - start);
   for (let number = 1; ; ++number) {
     try {
       return await attempt(targets[(first + number - 1) % targets.length], timeLeft());
     } catch (error) {
+      if (error.answered) connectLeft = () => Infinity;
       const pause = pauseAfter(number, 1000 * (error.retryAfter ?? 0), targets.length > 1);
-      if (!error.transient || number >= maxAttempts || pause >= (timeLeft() ?? Infinity)) throw error;
-      await sleep(pause);
+      const isOver = pause >= Math.min(timeLeft() ?? Infinity, connectLeft());
+      if (!error.transient || number >= maxAttempts || isOver) throw error;
+      await sleep(pause, undefined, { signal }).catch(() => {
+        throw signal.reason;
+      });
     }
   }
 }

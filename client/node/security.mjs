@@ -1,6 +1,7 @@
 // How a client knows its server, and shows who it is.
 import { readFileSync } from "node:fs";
 import grpc from "@grpc/grpc-js";
+import { isLocal } from "./addresses.mjs";
 
 const readOrNull = (path) => (path === undefined ? null : readFileSync(path));
 
@@ -35,9 +36,4 @@ export function callMetadata({ token } = {}) {
   const metadata = new grpc.Metadata();
   if (token !== undefined) metadata.set("authorization", `Bearer ${token}`);
   return metadata;
-}
-
-function isLocal(server) {
-  const host = server.slice(0, server.lastIndexOf(":"));
-  return /^(unix:|localhost:|\[::1\]:)/.test(server) || /^127\.\d{1,3}\.\d{1,3}\.\d{1,3}$/.test(host);
 }

@@ -3,25 +3,11 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { test } from "node:test";
-import { CurvdError, PointStatus, estimateCurvature, estimateNormals } from "../../client/node/index.mjs";
-import { CurvatureService } from "../../client/node/protocol.mjs";
+import { PointStatus, estimateCurvature, estimateNormals } from "../../client/node/index.mjs";
+import { failure, scripted, sphere } from "./node_helpers.mjs";
 
 const grpc = createRequire(new URL("../../client/node/", import.meta.url))("@grpc/grpc-js");
 const server = process.env.CURVD_SERVER;
-
-// Positions and outward normals, evenly spread along a spiral.
-function sphere(pointCount, radius, ArrayType = Float32Array, offset = 0) {
-  const positions = new ArrayType(3 * pointCount);
-  const normals = new ArrayType(3 * pointCount);
-  for (let i = 0; i < pointCount; i++) {
-    const height = 1 - (2 * i + 1) / pointCount;
-    const angle = Math.PI * (3 - Math.sqrt(5)) * i;
-    const ring = Math.sqrt(1 - height * height);
-    normals.set([ring * Math.cos(angle), ring * Math.sin(angle), height], 3 * i);
-  }
-  positions.set(normals.map((scalar) => radius * scalar + offset));
-  return [positions, normals];
-}
 
 function assertSphere(estimate, radius) {
   // 20,000 points: the error of the estimate itself is far below a percent.
@@ -29,15 +15,6 @@ function assertSphere(estimate, radius) {
   assert.ok(estimate.gaussianCurvature.every((gaussian) => Math.abs(gaussian * radius ** 2 - 1) < 0.04));
   assert.ok(estimate.k1.every((k1, i) => k1 <= estimate.k2[i]));
   assert.ok(estimate.status.every((status) => status === PointStatus.OK));
-}
-
-async function failure(promise) {
-  const error = await promise.then(
-    () => assert.fail("the call succeeded"),
-    (reason) => reason,
-  );
-  assert.ok(error instanceof CurvdError, String(error));
-  return error;
 }
 
 // The settings for the curvd that asks for TLS, a certificate and a token.
@@ -381,28 +358,6 @@ test("nobody listening is unavailable", async () => {
   const error = await failure(estimateCurvature(...sphere(10, 1), { server: "127.0.0.1:1", maxAttempts: 2 }));
   assert.equal(error.codeName, "UNAVAILABLE");
 });
-
-// Runs `use` against a server that reads the whole cloud, then plays `script(call)`.
-async function scripted(script, use) {
-  const fake = new grpc.Server();
-  fake.addService(CurvatureService.service, {
-    estimateCurvature(call) {
-      call.on("data", () => {});
-      call.on("end", () => script(call));
-    },
-    getServerInfo: (_, callback) => callback(null, {}),
-  });
-  const port = await new Promise((resolve, reject) =>
-    fake.bindAsync("127.0.0.1:0", grpc.ServerCredentials.createInsecure(), (error, bound) =>
-      error ? reject(error) : resolve(bound),
-    ),
-  );
-  try {
-    return await use(`127.0.0.1:${port}`);
-  } finally {
-    fake.forceShutdown();
-  }
-}
 
 test("breaches of the protocol are found", async () => {
   const result = (firstIndex, pointCount, statusBytes = pointCount) => ({

@@ -1,0 +1,64 @@
+// Reads where servers are: HOST, HOST:PORT, a gRPC target, or several with commas between.
+import { isIPv6 } from "node:net";
+
+export const DEFAULT_PORT = 50061;
+export const DEFAULT_SERVER = `localhost:${DEFAULT_PORT}`;
+
+// Targets of gRPC. Those of the first kind are themselves lists with commas between.
+const LISTS = ["ipv4:", "ipv6:"];
+const PATHS = ["unix:", "unix-abstract:"];
+
+// The targets of the channels to open, each with a port. Throws a TypeError, naming the part, if one is empty or has a
+// port that is none. A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.
+export function splitServers(server) {
+  if (typeof server !== "string") {
+    throw new TypeError(`server is ${JSON.stringify(server)}; it must be a string such as "${DEFAULT_SERVER}"`);
+  }
+  const targets = [];
+  for (const part of server.split(",").map((text) => text.trim())) {
+    const isBare = !hasScheme(part, [...LISTS, ...PATHS, "dns:"]);
+    if (isBare && targets.length > 0 && hasScheme(targets.at(-1), LISTS)) {
+      targets[targets.length - 1] += `,${withPort(part)}`;
+    } else {
+      targets.push(targetOf(part));
+    }
+  }
+  return targets;
+}
+
+// Whether all that the target names is this machine, by what is written there alone.
+export function isLocal(target) {
+  if (hasScheme(target, PATHS)) return true;
+  const scheme = LISTS.find((list) => target.startsWith(list));
+  const addresses = scheme === undefined ? [target.replace(/^dns:(\/\/\/)?/, "")] : target.slice(scheme.length).split(",");
+  return addresses.every((address) => {
+    const host = address.slice(0, address.lastIndexOf(":"));
+    return host === "localhost" || host === "[::1]" || /^127\.\d{1,3}\.\d{1,3}\.\d{1,3}$/.test(host);
+  });
+}
+
+function hasScheme(text, schemes) {
+  return schemes.some((scheme) => text.startsWith(scheme));
+}
+
+function targetOf(text) {
+  if (hasScheme(text, PATHS)) return text;
+  const scheme = [...LISTS, "dns:"].find((each) => text.startsWith(each)) ?? "";
+  // dns://AUTHORITY/NAME asks a name server of one's own.
+  const name = text.slice(text.lastIndexOf("/") + 1).slice(text.includes("/") ? 0 : scheme.length);
+  return text.slice(0, text.length - name.length) + withPort(name);
+}
+
+function withPort(address) {
+  const bare = address.replace(/^\[|\]$/g, "");
+  if (isIPv6(bare)) return `[${bare}]:${DEFAULT_PORT}`;
+  if (address === "" || address.startsWith(":")) {
+    throw new TypeError(`server "${address}" names no host; it must be HOST or HOST:PORT, as "${DEFAULT_SERVER}"`);
+  }
+  const port = /:([^:\]]*)$/.exec(address)?.[1];
+  if (port === undefined) return `${address}:${DEFAULT_PORT}`;
+  if (!/^\d{1,5}$/.test(port) || Number(port) < 1 || Number(port) > 65535) {
+    throw new TypeError(`server "${address}" has port "${port}"; it must be from 1 to 65535`);
+  }
+  return address;
+}

@@ -1,0 +1,100 @@
+// One try of a call: a cloud goes out in chunks, its curvature or normals come back.
+import { once } from "node:events";
+import grpc from "@grpc/grpc-js";
+import { CurvdError, fromServiceError } from "./errors.mjs";
+import { ResultCollector } from "./results.mjs";
+
+const CHUNK_BYTES = 1 << 20;
+
+// Sends the cloud once. Resolves to its arrays and its summary.
+//   request     { header, cloud: { positions, normals, viewpoints }, arrays: names of those that must come, or null,
+//               onProgress: a function or undefined }
+//   timeoutMs   undefined: no limit
+//   signal      an AbortSignal or undefined
+// Rejects with a CurvdError, whose `answered` says whether a server took part; with the signal's reason if that ended the
+// call; or with what onProgress throws.
+export function callOnce(service, { header, cloud, arrays, onProgress }, { timeoutMs, signal, metadata }) {
+  const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
+  const stream = service.estimateCurvature(metadata, { deadline });
+  const { source } = header.normals;
+  const collector = new ResultCollector(header.pointCount, arrays, source !== "NORMAL_SOURCE_GIVEN");
+  let summary = null;
+  let answered = false;
+  return new Promise((resolve, reject) => {
+    const onAbort = () => {
+      stream.cancel();
+      reject(signal.reason);
+    };
+    signal?.addEventListener("abort", onAbort, { once: true });
+    stream.once("status", () => signal?.removeEventListener("abort", onAbort));
+    stream.once("metadata", () => (answered = true));
+    const breach = (error) => {
+      stream.cancel();
+      reject(new CurvdError(grpc.status.INTERNAL, `the server broke the protocol: ${error.message}`));
+    };
+    stream.on("data", (response) => {
+      try {
+        if (response.message === "accepted" && source !== "NORMAL_SOURCE_GIVEN" && response.accepted.normals?.source !== source) {
+          stream.cancel();
+          reject(new CurvdError(grpc.status.UNIMPLEMENTED, "the server is too old to make or orient normals"));
+        }
+        if (response.message === "accepted" && header.options?.automaticScale && !response.accepted.options?.automaticScale) {
+          stream.cancel();
+          reject(new CurvdError(grpc.status.UNIMPLEMENTED, "the server is too old to choose a scale"));
+        }
+        if (response.message === "progress" && onProgress !== undefined) {
+          report(onProgress, response.progress, header.pointCount, (error) => {
+            stream.cancel();
+            reject(error);
+          });
+        }
+        if (response.message === "result") collector.add(response.result);
+        if (response.message === "summary") summary = response.summary;
+      } catch (error) {
+        breach(error);
+      }
+    });
+    stream.on("error", (error) => reject(fromServiceError(error, answered)));
+    // The last messages may still be on their way to "data" when the status is known, and the other way round.
+    Promise.all([once(stream, "end"), once(stream, "status")])
+      .then(() => {
+        collector.finish(summary);
+        resolve({ ...collector.arrays, summary });
+      })
+      .catch(breach);
+    sendCloud(stream, header, cloud).catch(reject);
+  });
+}
+
+// What a caller throws is the caller's, and no breach of the protocol.
+function report(onProgress, { phase, pointsReceived, pointsEstimated }, pointCount, fail) {
+  const name = String(phase).replace(/^PHASE_/, "").toLowerCase().replaceAll("_", " ");
+  try {
+    onProgress({ phase: name, pointsReceived, pointsEstimated, pointCount });
+  } catch (error) {
+    fail(error);
+  }
+}
+
+// Writes the cloud no faster than the server reads it, and half-closes. Stops quietly when the call has ended: its
+// status tells why.
+async function sendCloud(stream, header, cloud) {
+  const ended = new AbortController();
+  stream.once("status", () => ended.abort());
+  stream.write({ header });
+  const arrays = Object.entries(cloud).filter(([, array]) => array !== null);
+  const step = Math.floor(CHUNK_BYTES / (3 * arrays.length * cloud.positions.BYTES_PER_ELEMENT));
+  for (let first = 0; first < header.pointCount && !ended.signal.aborted; first += step) {
+    const chunk = { firstIndex: first };
+    for (const [name, array] of arrays) chunk[name] = bytesOf(array, first, first + step);
+    if (!stream.write({ chunk })) {
+      await once(stream, "drain", { signal: ended.signal }).catch(() => {});
+    }
+  }
+  stream.end();
+}
+
+function bytesOf(array, firstPoint, endPoint) {
+  const part = array.subarray(3 * firstPoint, 3 * endPoint);
+  return Buffer.from(part.buffer, part.byteOffset, part.byteLength);
+}

@@ -1,0 +1,95 @@
+// The contract's CloudHeader, from the options of a call.
+import { enumValues, QUANTITIES } from "./protocol.mjs";
+
+// Two estimators have shorter names than the contract gives them.
+const SHORT_NAMES = { "jet-fitting": "jet", "algebraic-shape-operator": "aso" };
+
+// Every estimator by the name that people use: that of the contract without prefix, in small letters, - for _.
+const ESTIMATORS = Object.fromEntries(
+  enumValues("curvature.v1.Estimator")
+    .filter((value) => value !== "ESTIMATOR_UNSPECIFIED")
+    .map((value) => {
+      const name = value.slice("ESTIMATOR_".length).toLowerCase().replaceAll("_", "-");
+      return [SHORT_NAMES[name] ?? name, value];
+    }),
+);
+
+const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH" };
+
+function quantityNames(quantities = []) {
+  const names = Array.isArray(quantities) ? quantities.map((name) => QUANTITIES.get(name)) : [undefined];
+  if (names.includes(undefined) || new Set(names).size !== names.length) {
+    const known = [...QUANTITIES.keys()].join(", ");
+    throw new TypeError(
+      `quantities is ${JSON.stringify(quantities)}; it must be an array that has each of ${known} at most once`,
+    );
+  }
+  return names;
+}
+
+// The contract's AutomaticScale; undefined where the caller says how large neighborhoods are.
+function scaleOf({ estimator, neighborCount, radius, neighborCountRange, maxRadius, scalePerCloud }) {
+  if (radius !== undefined && (estimator === "auto" || neighborCount === "auto")) {
+    throw new TypeError('radius does not go with "auto"; maxRadius says how far an estimate looks at most');
+  }
+  const leavesOpen = estimator === "auto" && neighborCount === undefined;
+  if (neighborCount !== "auto" && !leavesOpen) {
+    if (neighborCountRange !== undefined || maxRadius !== undefined || scalePerCloud) {
+      throw new TypeError('neighborCountRange, maxRadius and scalePerCloud need neighborCount: "auto"');
+    }
+    return undefined;
+  }
+  const range = neighborCountRange ?? [0, 0];
+  if (!Array.isArray(range) || range.length !== 2 || !range.every(Number.isInteger)) {
+    throw new TypeError(
+      `neighborCountRange is ${JSON.stringify(neighborCountRange)}; it must be [fewest, most] points, as [16, 2048]`,
+    );
+  }
+  const [leastNeighborCount, mostNeighborCount] = range;
+  return { leastNeighborCount, mostNeighborCount, maxRadius: maxRadius ?? 0, perCloud: scalePerCloud ?? false };
+}
+
+// Throws a TypeError, naming the option, for options that make no sense.
+export function curvatureHeader(options) {
+  const { estimator = "avg-hexagram", neighborCount, radius } = options;
+  if (!Object.hasOwn(ESTIMATORS, estimator)) {
+    const names = Object.keys(ESTIMATORS).join(", ");
+    throw new TypeError(`estimator is ${JSON.stringify(estimator)}; it must be one of ${names}`);
+  }
+  const automaticScale = scaleOf(options);
+  if (neighborCount !== undefined && radius !== undefined) {
+    throw new TypeError("neighborCount and radius exclude each other");
+  }
+  if (typeof neighborCount === "string" && neighborCount !== "auto") {
+    throw new TypeError(`neighborCount is ${JSON.stringify(neighborCount)}; it must be a number or "auto"`);
+  }
+  return {
+    ...commonHeader(options),
+    options: {
+      estimator: ESTIMATORS[estimator],
+      ...(automaticScale !== undefined && { automaticScale }),
+      ...(neighborCount !== undefined && neighborCount !== "auto" && { neighborCount }),
+      ...(radius !== undefined && { radius }),
+      triangleCount: options.triangleCount ?? 0,
+      rotationCount: options.rotationCount ?? 0,
+      jetDegree: options.jetDegree ?? 0,
+      evenWeights: options.evenWeights ?? false,
+      seed: options.seed ?? 0,
+      ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
+    },
+    opposedNormalsPolicy: options.rejectOpposedNormals ? "OPPOSED_NORMALS_POLICY_REJECT" : "OPPOSED_NORMALS_POLICY_MARK",
+  };
+}
+
+// What curvature and normals are asked for with alike.
+export function commonHeader(options) {
+  if (options.priority !== undefined && !Object.hasOwn(PRIORITIES, options.priority)) {
+    throw new TypeError(`priority is ${JSON.stringify(options.priority)}; it must be interactive or batch`);
+  }
+  return {
+    quantities: quantityNames(options.quantities),
+    invalidPointPolicy: options.skipInvalid ? "INVALID_POINT_POLICY_SKIP" : "INVALID_POINT_POLICY_REJECT",
+    priority: PRIORITIES[options.priority] ?? "PRIORITY_UNSPECIFIED",
+    requestTag: options.requestTag ?? "",
+  };
+}

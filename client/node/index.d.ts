@@ -1,0 +1,174 @@
+// Types of the package; index.mjs and client.mjs tell what the options mean.
+import type { ChannelCredentials } from "@grpc/grpc-js";
+
+export type Floats = Float32Array | Float64Array;
+export type Vector = readonly [number, number, number];
+export type EstimatorName =
+  | "avg-hexagram"
+  | "hexagram"
+  | "uniform"
+  | "independent"
+  | "delaunay"
+  | "jet"
+  | "aso"
+  | "normal-regression"
+  | "auto";
+export type NormalMethod = "pca" | "jet-1" | "jet-2" | "jet-4";
+export type Quantity =
+  | "meanCurvature"
+  | "gaussianCurvature"
+  | "principalCurvatures"
+  | "principalDirections"
+  | "radius"
+  | "normals"
+  | "normalQuality"
+  | "shapeIndex"
+  | "curvedness";
+
+export interface Security {
+  tls?: boolean;
+  caFile?: string;
+  certFile?: string;
+  keyFile?: string;
+  serverName?: string;
+  token?: string;
+  sendTokenInPlainText?: boolean;
+}
+
+export interface ConnectionOptions {
+  security?: Security | undefined;
+  credentials?: ChannelCredentials | undefined;
+}
+
+export interface CallOptions {
+  timeoutMs?: number | undefined;
+  maxAttempts?: number | undefined;
+  connectTimeoutMs?: number | undefined;
+  signal?: AbortSignal | undefined;
+}
+
+export interface Progress {
+  phase: string;
+  pointsReceived: number;
+  pointsEstimated: number;
+  pointCount: number;
+}
+
+export interface CloudOptions extends CallOptions {
+  onProgress?: ((progress: Progress) => void) | undefined;
+  orientation?: "consistent" | "closed" | undefined;
+  viewpoint?: Vector | undefined;
+  viewpoints?: Floats | undefined;
+  direction?: Vector | undefined;
+  skipInvalid?: boolean | undefined;
+  priority?: "interactive" | "batch" | undefined;
+  requestTag?: string | undefined;
+}
+
+export interface CurvatureOptions extends CloudOptions {
+  estimator?: EstimatorName | undefined;
+  neighborCount?: number | "auto" | undefined;
+  radius?: number | undefined;
+  neighborCountRange?: readonly [number, number] | undefined;
+  maxRadius?: number | undefined;
+  scalePerCloud?: boolean | undefined;
+  triangleCount?: number | undefined;
+  seed?: number | undefined;
+  rotationCount?: number | undefined;
+  jetDegree?: number | undefined;
+  evenWeights?: boolean | undefined;
+  averageNormalWeight?: number | undefined;
+  normalMethod?: NormalMethod | undefined;
+  normalNeighborCount?: number | undefined;
+  normalRadius?: number | undefined;
+  quantities?: readonly Quantity[] | undefined;
+  rejectOpposedNormals?: boolean | undefined;
+}
+
+export interface NormalsOptions extends CloudOptions {
+  method?: NormalMethod | undefined;
+  neighborCount?: number | undefined;
+  radius?: number | undefined;
+}
+
+// Of the contract (proto/curvature/v1/curvature.proto), in camelCase, enums as strings; here, what programs read most.
+export interface Summary {
+  pointCount: number;
+  statusCounts: Record<string, number>;
+  warnings: { code: string; message: string }[];
+  [field: string]: unknown;
+}
+
+export interface ServerInfo {
+  version: string;
+  [field: string]: unknown;
+}
+
+export interface Estimate {
+  meanCurvature?: Float32Array;
+  gaussianCurvature?: Float32Array;
+  k1?: Float32Array;
+  k2?: Float32Array;
+  d1?: Float32Array;
+  d2?: Float32Array;
+  radius?: Float32Array;
+  normal?: Float32Array;
+  normalResidual?: Float32Array;
+  normalVarianceRatio?: Float32Array;
+  shapeIndex?: Float32Array;
+  curvedness?: Float32Array;
+  status: Uint8Array;
+  summary: Summary;
+}
+
+export interface Normals {
+  normal: Float32Array;
+  normalResidual: Float32Array;
+  normalVarianceRatio: Float32Array;
+  status: Uint8Array;
+  summary: Summary;
+}
+
+export class CurvatureClient {
+  constructor(server?: string, options?: ConnectionOptions);
+  estimateCurvature(positions: Floats, normals: Floats | null, options?: CurvatureOptions): Promise<Estimate>;
+  estimateNormals(positions: Floats, normals?: Floats | null, options?: NormalsOptions): Promise<Normals>;
+  info(options?: CallOptions): Promise<ServerInfo>;
+  close(): void;
+}
+
+export interface ServerOptions extends ConnectionOptions {
+  server?: string | undefined;
+}
+
+export function estimateCurvature(
+  positions: Floats,
+  normals: Floats | null,
+  options?: CurvatureOptions & ServerOptions,
+): Promise<Estimate>;
+export function estimateNormals(
+  positions: Floats,
+  normals?: Floats | null,
+  options?: NormalsOptions & ServerOptions,
+): Promise<Normals>;
+
+export class CurvdError extends Error {
+  readonly code: number;
+  readonly codeName: string;
+  readonly details: string;
+  readonly reason: string;
+  readonly metadata: Record<string, string>;
+  readonly retryAfter: number | null;
+  readonly transient: boolean;
+  readonly answered: boolean;
+}
+
+export const PointStatus: Readonly<{
+  OK: 1;
+  TOO_FEW_NEIGHBORS: 2;
+  DEGENERATE_AREA: 3;
+  INVALID_INPUT: 4;
+  INCONSISTENT_NORMALS: 5;
+  SINGULAR_FIT: 6;
+  OPPOSED_NORMALS: 7;
+}>;

@@ -1,0 +1,151 @@
+// How the Node.js client calls: connections, replicas, progress, signals, options. Against a real curvd (CURVD_SERVER).
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { isLocal, splitServers } from "../../client/node/addresses.mjs";
+import { CurvatureClient, estimateCurvature, estimateNormals } from "../../client/node/index.mjs";
+import { failure, scripted, sphere } from "./node_helpers.mjs";
+
+const server = process.env.CURVD_SERVER;
+
+test("a client keeps its connection, and estimates, makes normals and tells of its server", async () => {
+  const client = new CurvatureClient(server);
+  const [positions, normals] = sphere(2_000, 2);
+  const { meanCurvature } = await client.estimateCurvature(positions, normals);
+  assert.ok(meanCurvature.every((mean) => Math.abs(mean - 0.5) < 0.02));
+  const made = await client.estimateNormals(positions);
+  assert.ok(made.normal.every((component, i) => Math.abs(component - normals[i]) < 0.02));
+  assert.match((await client.info()).version, /^\d+\.\d+\.\d+/);
+  client.close();
+  client.close();
+  await assert.rejects(client.info(), /the client is closed/);
+});
+
+test("calls go to replicas in turn", async () => {
+  for (const join of [(a, b) => `${a},${b}`, (a, b) => `ipv4:${a},${b}`]) {
+    const counts = { one: 0, two: 0 };
+    const counting = (name) => (call) => {
+      counts[name] += 1;
+      call.write({ summary: { pointCount: 0 } });
+      call.end();
+    };
+    await scripted(counting("one"), (one) =>
+      scripted(counting("two"), async (two) => {
+        const none = new Float32Array();
+        const client = new CurvatureClient(join(one, two));
+        for (let i = 0; i < 50; ++i) await client.estimateCurvature(none, none);
+        client.close();
+        for (let i = 0; i < 50; ++i) await estimateCurvature(none, none, { server: join(one, two) });
+      }),
+    );
+    assert.equal(counts.one + counts.two, 100);
+    assert.ok(Math.min(counts.one, counts.two) >= 40, JSON.stringify(counts));
+  }
+});
+
+test("a server that never answered is given up early, unless the caller has more time", async () => {
+  const [positions, normals] = sphere(10, 1);
+  const elapsed = async (options) => {
+    const start = performance.now();
+    const client = new CurvatureClient("127.0.0.1:1");
+    const error = await failure(client.estimateCurvature(positions, normals, options));
+    assert.equal(error.codeName, "UNAVAILABLE");
+    assert.equal(error.answered, false);
+    client.close();
+    return performance.now() - start;
+  };
+  assert.ok((await elapsed({})) < 2_000);
+  assert.ok((await elapsed({ connectTimeoutMs: 2_500 })) > 1_200);
+});
+
+test("a signal ends a call that runs, and one that has not begun", async () => {
+  const [positions, normals] = sphere(200_000, 1);
+  const controller = new AbortController();
+  const onProgress = ({ phase }) => phase === "estimating" && controller.abort();
+  const slow = { server, neighborCount: 2_000, estimator: "jet", signal: controller.signal, onProgress };
+  await assert.rejects(estimateCurvature(positions, normals, slow), { name: "AbortError" });
+  await assert.rejects(estimateCurvature(positions, normals, slow), { name: "AbortError" });
+});
+
+test("a signal ends the pauses between tries", async () => {
+  const signal = AbortSignal.timeout(300);
+  const start = performance.now();
+  const options = { server: "127.0.0.1:1", signal, connectTimeoutMs: 60_000, maxAttempts: 20 };
+  await assert.rejects(estimateCurvature(...sphere(10, 1), options), { name: "TimeoutError" });
+  assert.ok(performance.now() - start < 1_500);
+});
+
+test("progress names phases and counts points", async () => {
+  const seen = [];
+  const [positions, normals] = sphere(200_000, 1);
+  await estimateCurvature(positions, normals, { server, neighborCount: 1_000, onProgress: (each) => seen.push(each) });
+  assert.ok(seen.some(({ phase }) => phase === "estimating"));
+  assert.ok(seen.every((each) => each.pointCount === 200_000 && each.pointsEstimated <= 200_000));
+});
+
+test("what a caller's function throws ends the call", async () => {
+  const onProgress = () => {
+    throw new RangeError("enough");
+  };
+  const [positions, normals] = sphere(200_000, 1);
+  const options = { server, neighborCount: 1_000, onProgress };
+  await assert.rejects(estimateCurvature(positions, normals, options), RangeError);
+});
+
+test("options that do not exist, or are of another type, are refused before a call", async () => {
+  const [positions, normals] = sphere(10, 1);
+  const refusals = [
+    [{ neighbourCount: 9 }, /has no option neighbourCount: did you mean neighborCount\?/],
+    [{ timeout: 9 }, /has no option timeout: did you mean timeoutMs\?/],
+    [{ xyzzy: 9 }, /has no option xyzzy$/],
+    [{ neighborCount: 1.5 }, /neighborCount is 1.5; it must be a whole number/],
+    [{ neighborCount: -1 }, /neighborCount is -1/],
+    [{ radius: "1" }, /radius is "1"; it must be a number/],
+    [{ skipInvalid: 1 }, /skipInvalid is 1; it must be true or false/],
+    [{ timeoutMs: 0 }, /timeoutMs is 0; it must be a number of milliseconds above 0/],
+    [{ signal: {} }, /signal is {}; it must be an AbortSignal/],
+    [{ maxAttempts: 0 }, /maxAttempts is 0; it must be a whole number from 1/],
+  ];
+  for (const [options, message] of refusals) {
+    await assert.rejects(estimateCurvature(positions, normals, { server, ...options }), (error) => {
+      assert.ok(error instanceof TypeError, String(error));
+      assert.match(error.message, message);
+      return true;
+    });
+  }
+  await assert.rejects(estimateNormals(positions, null, { server, estimator: "jet" }), /has no option estimator/);
+  await assert.rejects(estimateCurvature(positions, normals, 50), TypeError);
+  const client = new CurvatureClient(server);
+  await assert.rejects(client.estimateCurvature(positions, normals, { server }), /server: it is an option of the client/);
+  client.close();
+  assert.throws(() => new CurvatureClient(server, { tls: true }), /has no option tls/);
+});
+
+test("servers get the default port, and others a reason", () => {
+  assert.deepEqual(splitServers("localhost"), ["localhost:50061"]);
+  assert.deepEqual(splitServers("a:1, b"), ["a:1", "b:50061"]);
+  assert.deepEqual(splitServers("ipv4:10.0.0.1:1,10.0.0.2"), ["ipv4:10.0.0.1:1,10.0.0.2:50061"]);
+  assert.deepEqual(splitServers("dns:///curvd.example"), ["dns:///curvd.example:50061"]);
+  assert.deepEqual(splitServers("dns:curvd.example:7"), ["dns:curvd.example:7"]);
+  assert.deepEqual(splitServers("::1,[::1]:7"), ["[::1]:50061", "[::1]:7"]);
+  assert.deepEqual(splitServers("unix:/run/curvd"), ["unix:/run/curvd"]);
+  for (const wrong of ["", "a,", ":50061", "a:", "a:0", "a:65536", "a:x"]) {
+    assert.throws(() => splitServers(wrong), TypeError, wrong);
+  }
+  assert.ok(["localhost:1", "[::1]:1", "unix:/x", "ipv4:127.0.0.1:1,127.0.0.2:1"].every(isLocal));
+  assert.ok(!["localhost.example:1", "ipv4:127.0.0.1:1,10.0.0.1:1", "dns:///curvd.example:1"].some(isLocal));
+});
+
+test("kept connections do not keep a program alive", async () => {
+  const index = fileURLToPath(new URL("../../client/node/index.mjs", import.meta.url));
+  const program = `import { estimateCurvature } from ${JSON.stringify(index)};
+    const none = new Float32Array();
+    await estimateCurvature(none, none, { server: ${JSON.stringify(server)} });`;
+  const child = spawn(process.execPath, ["--input-type=module", "--eval", program], { stdio: "inherit" });
+  const watchdog = setTimeout(() => child.kill(), 5_000);
+  const [code] = await once(child, "exit");
+  clearTimeout(watchdog);
+  assert.equal(code, 0);
+});
