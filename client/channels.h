@@ -25,12 +25,16 @@ class CurvatureClient::Channels {
   // Takes turns, starting with any.
   const std::shared_ptr<grpc::Channel>& Next() { return channels_[next_++ % channels_.size()]; }
   size_t size() const { return channels_.size(); }
+  // Whether any server has ever answered.
+  bool reached() const { return reached_; }
+  void SetReached() { reached_ = true; }
   // See ExplainConnectError.
   absl::Status Explain(const absl::Status& status) const { return ExplainConnectError(status, tls_, has_certificate_); }
 
  private:
   std::vector<std::shared_ptr<grpc::Channel>> channels_;
   std::atomic<size_t> next_;
+  std::atomic<bool> reached_ = false;
   bool tls_ = false;
   bool has_certificate_ = false;
 };

@@ -82,11 +82,12 @@ absl::Duration PauseAfter(int attempt, absl::Duration asked, bool another) {
 
 // Gives a server that may have come back the time to take a connection. A call of its own would not: while the channel
 // knows of the failure alone it fails at once, and between calls nobody drives a connection on.
-void AwaitConnection(const std::shared_ptr<grpc::Channel>& channel, const std::stop_token& stop) {
+void AwaitConnection(const std::shared_ptr<grpc::Channel>& channel, absl::Duration at_most,
+                     const std::stop_token& stop) {
   constexpr auto kStep = std::chrono::milliseconds(50);
-  constexpr int kSteps = 20;
+  const auto steps = std::min(at_most, absl::Seconds(1)) / absl::FromChrono(kStep);
   grpc::experimental::ChannelResetConnectionBackoff(channel.get());
-  for (int step = 0; step < kSteps && !stop.stop_requested(); ++step) {
+  for (int step = 0; step < steps && !stop.stop_requested(); ++step) {
     if (channel->WaitForConnected(std::chrono::system_clock::now() + kStep)) return;
   }
 }
@@ -115,19 +116,24 @@ absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud
   if (absl::Status status = CheckArrays(cloud, options.normals); !status.ok()) return status;
   if (absl::Status status = CheckQuantities(options.quantities); !status.ok()) return status;
   const Clock::time_point start = Clock::now();
-  const auto time_left = [&] { return options.timeout - absl::FromChrono(Clock::now() - start); };
+  const auto left_of = [&](absl::Duration limit) { return limit - absl::FromChrono(Clock::now() - start); };
+  const auto limit = [&] {
+    return channels_->reached() ? options.timeout : std::min(options.timeout, options.connect_timeout);
+  };
   for (int attempt = 1;; ++attempt) {
     const std::shared_ptr<grpc::Channel> channel = channels_->Next();
-    if (attempt > 1) AwaitConnection(channel, callbacks.stop);
-    AttemptOutcome outcome = RunAttempt(channel, cloud, options, time_left(), attempt, callbacks);
+    if (attempt > 1) AwaitConnection(channel, left_of(limit()), callbacks.stop);
+    AttemptOutcome outcome = RunAttempt(channel, cloud, options, left_of(options.timeout), attempt, callbacks);
     if (outcome.result) {
+      channels_->SetReached();
       outcome.result->summary.attempts = attempt;
       return *std::move(outcome.result);
     }
     const AttemptFailure& failure = outcome.failure;
+    if (failure.answered) channels_->SetReached();
     if (!failure.retry_after || attempt >= options.max_attempts) return channels_->Explain(failure.status);
     const absl::Duration pause = PauseAfter(attempt, *failure.retry_after, channels_->size() > 1);
-    if (pause >= time_left()) return channels_->Explain(failure.status);
+    if (pause >= left_of(limit())) return channels_->Explain(failure.status);
     if (!PauseFor(pause, callbacks.stop)) return absl::CancelledError("cancelled while waiting for a server");
   }
 }

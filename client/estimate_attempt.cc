@@ -185,9 +185,12 @@ class Attempt {
   }
 
   AttemptOutcome Conclude() {
-    if (!broken_.ok()) return {std::nullopt, {broken_, std::nullopt}};
-    if (!status_.ok()) return {std::nullopt, {ToAbslStatus(status_), RetryDelay(status_)}};
-    if (absl::Status finish = collector_.Finish(); !finish.ok()) return {std::nullopt, {finish, std::nullopt}};
+    if (!broken_.ok()) return {std::nullopt, {broken_, std::nullopt, true}};
+    if (!status_.ok()) {
+      const bool answered = collector_.accepted() || !status_.error_details().empty();
+      return {std::nullopt, {ToAbslStatus(status_), RetryDelay(status_), answered}};
+    }
+    if (absl::Status finish = collector_.Finish(); !finish.ok()) return {std::nullopt, {finish, std::nullopt, true}};
     return {collector_.Release(), {}};
   }
 

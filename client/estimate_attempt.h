@@ -16,6 +16,8 @@ struct AttemptFailure {
   absl::Status status;
   // Set if another try may succeed: how long to wait before it at least.
   std::optional<absl::Duration> retry_after;
+  // Whether a server took part: one that is not there is no reason to wait long.
+  bool answered = false;
 };
 
 struct AttemptOutcome {

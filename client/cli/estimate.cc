@@ -41,6 +41,7 @@ struct EstimateFlags {
   int threads = 0;
   ScaleFlags scale;
   double timeout = 0.0;  // seconds; 0: none
+  double connect_timeout = 1.5;
   std::string summary = "text";
   std::string color;
   NormalFlags normals;
@@ -204,6 +205,10 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->option_text("COUNT");
   AddEstimatorFlags(*command, *flags);
   AddSourceFlags(*command, flags->normals);
+  command
+      ->add_option("--connect-timeout", flags->connect_timeout,
+                   "seconds until it is given up if no server answers at all [1.5]")
+      ->check(CLI::Range(0.0, 1e6));
   command->add_option("--timeout", flags->timeout, "seconds until the call is given up [none]")
       ->check(FinitePositive())
       ->option_text("SECONDS");
@@ -258,6 +263,7 @@ void AddEstimate(CLI::App& app, Action& action) {
     CheckSource(flags->normals);
     ApplyScale(flags->scale, flags->options);
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
+    flags->options.connect_timeout = absl::Seconds(flags->connect_timeout);
     action = [flags] { return Run(*flags); };
   });
 }

@@ -278,9 +278,17 @@ TEST(CurvatureClientTest, TellsAboutTheServer) {
   EXPECT_GT(info->max_points, 0u);
 }
 
+TEST(CurvatureClientTest, TakesServersWithoutAPort) {
+  for (const char* servers :
+       {"localhost", "curvd.example, 10.0.0.1", "::1", "[::1]", "dns:///curvd.example", "dns:a"}) {
+    EXPECT_TRUE(CurvatureClient::Connect(servers).ok()) << servers;
+  }
+}
+
 TEST(CurvatureClientTest, RefusesBadServerLists) {
-  for (const char* servers : {"", "localhost", "a:1,", "a:1,,b:2", ":50061", "host:"}) {
-    EXPECT_THAT(CurvatureClient::Connect(servers).status().message(), HasSubstr("is not HOST:PORT")) << servers;
+  for (const char* servers : {"", "a:1,", "a:1,,b:2", ":50061", "host:", "dns:", "dns:///"}) {
+    EXPECT_THAT(CurvatureClient::Connect(servers).status().message(), HasSubstr("is neither HOST nor HOST:PORT"))
+        << servers;
   }
 }
 

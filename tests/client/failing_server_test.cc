@@ -178,6 +178,15 @@ TEST(CurvatureClientRetryTest, AnUnreachableServerIsUnavailable) {
   EXPECT_TRUE(absl::IsUnavailable((*CurvatureClient::Connect("127.0.0.1:1"))->Estimate(kEmpty, options).status()));
 }
 
+// Six attempts would take eight seconds.
+TEST(CurvatureClientRetryTest, AServerThatNeverAnsweredIsGivenUpEarly) {
+  const auto client = CurvatureClient::Connect("127.0.0.1:1");
+  ASSERT_TRUE(client.ok()) << client.status();
+  const absl::Time start = absl::Now();
+  EXPECT_EQ((*client)->Estimate(kEmpty, {}).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_LT(absl::Now() - start, absl::Seconds(4));
+}
+
 TEST(CurvatureClientProtocolTest, AnOkWithoutSummaryIsInternal) {
   ScriptedService service([](int, ScriptedService::Stream& stream, grpc::ServerContext&) {
     Accept(stream);

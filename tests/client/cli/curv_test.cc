@@ -82,7 +82,8 @@ TEST_F(CurvTest, WrongFlagsNameFlagValueAndLimit) {
               AllOf(HasSubstr("--jet-degree"), HasSubstr("\"5\""), HasSubstr("2 to 4")));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--seed=-1"}), AllOf(HasSubstr("--seed"), HasSubstr("\"-1\"")));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server="}), HasSubstr("--server"));
-  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server=nowhere"}), HasSubstr("\"nowhere\" is not HOST:PORT"));
+  EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server=nowhere:"}),
+              HasSubstr("\"nowhere:\" is neither HOST nor HOST:PORT"));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--color=pink"}), HasSubstr("pink"));
   EXPECT_THAT(message({"estimate", cloud}), HasSubstr("--output"));
   EXPECT_THAT(message({"generate", "klein", "--points=10", "-o", out}), AllOf(HasSubstr("klein"), HasSubstr("torus")));
