@@ -208,7 +208,8 @@ void AddEstimate(CLI::App& app, Action& action) {
   command
       ->add_option("--connect-timeout", flags->connect_timeout,
                    "seconds until it is given up if no server answers at all [1.5]")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(FinitePositive())
+      ->option_text("SECONDS");
   command->add_option("--timeout", flags->timeout, "seconds until the call is given up [none]")
       ->check(FinitePositive())
       ->option_text("SECONDS");

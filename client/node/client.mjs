@@ -1,4 +1,5 @@
 // Calls that try again, over connections that are kept.
+import { setMaxListeners } from "node:events";
 import { statSync } from "node:fs";
 import { DEFAULT_SERVER, splitServers } from "./addresses.mjs";
 import { checkCallOptions, checkConnectionOptions, checkCurvatureOptions, checkNormalsOptions, splitConnection } from "./arguments.mjs";
@@ -42,6 +43,7 @@ export class CurvatureClient {
       const credentials = options.credentials ?? connections[i].credentials;
       return new CurvatureService(target, credentials, { ...CHANNEL_OPTIONS, ...connections[i].options });
     });
+    setMaxListeners(0, this.#closing.signal); // one for each call that runs
     this.#turn = Math.floor(Math.random() * targets.length);
   }
 
@@ -202,7 +204,7 @@ export class CurvatureClient {
 // "CURVD_OPPOSED_NORMALS".
 export async function estimateCurvature(positions, normals, options = {}) {
   const { connection, call } = splitConnection(options);
-  return keptClient(connection).estimateCurvature(positions, normals, call);
+  return withClient(connection, (client) => client.estimateCurvature(positions, normals, call));
 }
 
 // Estimates the normal at every point of a cloud; or turns those that are given, as orientation, viewpoint, viewpoints or
@@ -214,15 +216,25 @@ export async function estimateCurvature(positions, normals, options = {}) {
 // tells how they were made, and whether their sides can be trusted. Rejects and warns as estimateCurvature.
 export async function estimateNormals(positions, normals = null, options = {}) {
   const { connection, call } = splitConnection(options);
-  return keptClient(connection).estimateNormals(positions, normals, call);
+  return withClient(connection, (client) => client.estimateNormals(positions, normals, call));
+}
+
+// Credentials of the caller's own cannot be compared with earlier ones: their client is closed after the call.
+async function withClient({ server = DEFAULT_SERVER, security, credentials }, use) {
+  if (credentials === undefined) return use(keptClient(server, security));
+  const client = new CurvatureClient(server, { security, credentials });
+  try {
+    return await use(client);
+  } finally {
+    client.close();
+  }
 }
 
 const keptClients = new Map();
 
 // The client that earlier calls used; a new one where files of keys have changed. Those that were used last are kept; a
 // call that runs keeps its own.
-function keptClient({ server = DEFAULT_SERVER, security, credentials }) {
-  if (credentials !== undefined) return new CurvatureClient(server, { security, credentials });
+function keptClient(server, security) {
   const files = [security?.caFile, security?.certFile, security?.keyFile];
   const key = JSON.stringify([server, security, files.map(ageOf)]);
   const client = keptClients.get(key) ?? new CurvatureClient(server, { security });

@@ -1,5 +1,6 @@
 // Tries a call again, on another replica where there is one, while that may help.
 import { setTimeout as sleep } from "node:timers/promises";
+import { CurvdError } from "./errors.mjs";
 
 const FIRST_PAUSE_MS = 250;
 const DOUBLINGS = 5;
@@ -20,6 +21,8 @@ export async function callWithRetries(targets, attempt, { first, timeoutMs, maxA
     try {
       return await attempt(targets[(first + number - 1) % targets.length], timeLeft());
     } catch (error) {
+      // A signal's reason, or what the caller's function threw: anything, null included.
+      if (!(error instanceof CurvdError)) throw error;
       if (error.answered) connectLeft = () => Infinity;
       const pause = pauseAfter(number, 1000 * (error.retryAfter ?? 0), targets.length > 1);
       const isOver = pause >= Math.min(timeLeft() ?? Infinity, connectLeft());

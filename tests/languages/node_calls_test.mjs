@@ -2,12 +2,17 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
+import { createRequire } from "node:module";
+import net from "node:net";
 import { test } from "node:test";
+import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
+import { promisify } from "node:util";
 import { isLocal, splitServers } from "../../client/node/addresses.mjs";
 import { CurvatureClient, estimateCurvature, estimateNormals } from "../../client/node/index.mjs";
 import { failure, scripted, sphere } from "./node_helpers.mjs";
 
+const grpc = createRequire(new URL("../../client/node/", import.meta.url))("@grpc/grpc-js");
 const server = process.env.CURVD_SERVER;
 
 test("a client keeps its connection, and estimates, makes normals and tells of its server", async () => {
@@ -67,6 +72,34 @@ test("a signal ends a call that runs, and one that has not begun", async () => {
   const slow = { server, neighborCount: 2_000, estimator: "jet", signal: controller.signal, onProgress };
   await assert.rejects(estimateCurvature(positions, normals, slow), { name: "AbortError" });
   await assert.rejects(estimateCurvature(positions, normals, slow), { name: "AbortError" });
+});
+
+test("any reason of a signal comes back as it is", async () => {
+  const controller = new AbortController();
+  const onProgress = () => controller.abort(null);
+  const options = { server, neighborCount: 1_000, signal: controller.signal, onProgress };
+  const reason = await estimateCurvature(...sphere(200_000, 1), options).catch((error) => error);
+  assert.equal(reason, null);
+});
+
+test("credentials of one's own serve one call, and its connection is closed", async (context) => {
+  const [host, port] = server.split(":");
+  const relay = net.createServer((near) => {
+    const far = net.connect(Number(port), host);
+    near.pipe(far).pipe(near);
+    context.after(() => near.destroy());
+    near.on("error", () => far.destroy());
+    far.on("error", () => near.destroy());
+  });
+  context.after(() => relay.close());
+  await once(relay.listen(0, "127.0.0.1"), "listening");
+  const count = promisify(relay.getConnections.bind(relay));
+  const none = new Float32Array();
+  const options = { server: `127.0.0.1:${relay.address().port}`, credentials: grpc.credentials.createInsecure() };
+  for (let i = 0; i < 3; ++i) await estimateCurvature(none, none, options);
+  const end = performance.now() + 3_000;
+  while ((await count()) > 0 && performance.now() < end) await sleep(20);
+  assert.equal(await count(), 0);
 });
 
 test("a signal ends the pauses between tries", async () => {
