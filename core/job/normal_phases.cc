@@ -1,6 +1,7 @@
 #include "core/job/normal_phases.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <variant>
@@ -28,6 +29,9 @@ class FunctionPhase final : public Phase {
   const std::function<void(size_t)> run_;
   const std::function<absl::Status()> end_;
 };
+
+// The share of the area that closed pieces must have where a cloud is taken as thin closed ones.
+constexpr double kMostlyClosed = 0.9;
 
 bool IsAutomatic(const NormalOptions& options) {
   return std::holds_alternative<AutoNeighborhood>(options.neighborhood);
@@ -60,7 +64,8 @@ size_t NormalBytesPerPoint(const NormalOptions& options) {
 
 size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count) {
   if (options.source == NormalSource::kGiven) return 0;
-  size_t most = Orientation::ScratchBytes(options, point_count);
+  size_t most = std::max(Orientation::ScratchBytes(options, point_count),
+                         SheetTest::ScratchBytes(point_count, options.max_neighbor_count));
   if (options.source == NormalSource::kEstimate) {
     const size_t fit = IsAutomatic(options) ? ScalePilot::ScratchBytes(point_count, options.max_neighbor_count)
                                             : NormalScratch::MostBytes(WantedFit(options), point_count);
@@ -74,29 +79,67 @@ NormalPhases::NormalPhases(const NormalOptions& options, const std::array<double
     : options_(options),
       index_(index),
       thread_count_(thread_count),
-      add_phase_(add_phase),
-      orientation_(index, options_, origin, thread_count, std::move(add_phase), std::move(then)) {}
+      add_phase_(std::move(add_phase)),
+      origin_(origin),
+      then_(std::move(then)) {}
 
 absl::Status NormalPhases::Start() {
-  if (options_.source == NormalSource::kOrient || index_.point_count() == 0) {
-    orientation_.Start();
+  if (index_.point_count() == 0) {
+    Orient();
     return absl::OkStatus();
   }
-  if (absl::Status status = index_.MakeNormals(); !status.ok()) return status;
-  const size_t places = index_.leaf_count() * SpatialIndex::kLeafSize;
-  if (absl::Status status = quality_.Create(places, options_.returns_normals); !status.ok()) return status;
-  if (!IsAutomatic(options_)) {
-    scale_.fit = WantedFit(options_);
+  if (options_.source == NormalSource::kEstimate) {
+    if (absl::Status status = index_.MakeNormals(); !status.ok()) return status;
+    const size_t places = index_.leaf_count() * SpatialIndex::kLeafSize;
+    if (absl::Status status = quality_.Create(places, options_.returns_normals); !status.ok()) return status;
+  }
+  AddLooks();
+  return absl::OkStatus();
+}
+
+void NormalPhases::AddLooks() {
+  const bool is_estimated = options_.source == NormalSource::kEstimate;
+  const std::string_view name = is_estimated ? kNormalsPhase : kOrientationPhase;
+  if (is_estimated && IsAutomatic(options_)) {
+    pilot_.emplace(index_, options_.method, options_.max_neighbor_count, thread_count_);
+    add_phase_(MakePilotPhase(*pilot_));
+  }
+  if (std::holds_alternative<ConsistentSides>(options_.sides)) {
+    sheet_test_.emplace(index_, options_.max_neighbor_count, thread_count_);
+    add_phase_(MakeSheetPhase(*sheet_test_, name));
+  }
+  add_phase_(std::make_unique<FunctionPhase>(name, 0, nullptr, [this] {
+    if (sheet_test_.has_value()) sheets_ = sheet_test_->Find();
+    sheet_test_.reset();
+    return Fit();
+  }));
+}
+
+absl::Status NormalPhases::Fit() {
+  if (options_.source != NormalSource::kEstimate) {
+    Orient();
+    return absl::OkStatus();
+  }
+  tries_one_sheet_ = pilot_.has_value() && sheets_.two_sheets && orientations_.empty();
+  if (tries_one_sheet_) {
+    scale_ = {FitOfOneSheet(), std::ldexp(sheets_.noise, -index_.scale_exponent())};
     return AddFit();
   }
-  pilot_.emplace(index_, options_.method, options_.max_neighbor_count, thread_count_);
-  add_phase_(MakePilotPhase(*pilot_));
-  add_phase_(std::make_unique<FunctionPhase>(kNormalsPhase, 0, nullptr, [this] {
+  if (pilot_.has_value()) {
     scale_ = pilot_->Choose();
     pilot_.reset();
-    return AddFit();
-  }));
-  return absl::OkStatus();
+  } else {
+    scale_.fit = WantedFit(options_);
+  }
+  return AddFit();
+}
+
+NormalFit NormalPhases::FitOfOneSheet() const {
+  NormalFit fit;
+  fit.method = options_.method.value_or(NormalMethod::kJet2);
+  fit.neighborhood = NeighborCount{std::max(sheets_.neighbor_count, LeastNeighborCount(fit.method))};
+  fit.max_neighbor_count = options_.max_neighbor_count;
+  return fit;
 }
 
 absl::Status NormalPhases::AddFit() {
@@ -133,8 +176,24 @@ void NormalPhases::FillTooFew() {
 absl::Status NormalPhases::EndFit() {
   scratch_.reset();
   fit_.reset();
-  orientation_.Start();
+  Orient();
   return absl::OkStatus();
+}
+
+void NormalPhases::Orient() {
+  orientations_.push_back(std::make_unique<Orientation>(
+      index_, options_, origin_, thread_count_, add_phase_, [this] { return EndOrientation(); }, sheets_.two_sheets));
+  orientations_.back()->Start();
+}
+
+absl::Status NormalPhases::EndOrientation() {
+  if (tries_one_sheet_) {
+    const NormalReport found = report();
+    const bool is_closed = found.closed_area_share >= kMostlyClosed && found.certificate.has_value();
+    if (!is_closed || *found.certificate > kMaxTrustedCertificate) return Fit();
+    pilot_.reset();
+  }
+  return then_();
 }
 
 PointStatus NormalPhases::status(size_t place) const {
@@ -148,7 +207,8 @@ NormalReport NormalPhases::report() const {
     const int32_t rank = index_.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
     if (set.is_query(rank)) ++report.status_counts[static_cast<size_t>(status(place))];
   }
-  orientation_.Report(report);
+  if (!orientations_.empty()) orientations_.back()->Report(report);
+  if (sheets_.spacing > 0.0) report.max_trusted_certificate = MaxTrustedCertificate(sheets_.noise / sheets_.spacing);
   return report;
 }
 
@@ -186,7 +246,9 @@ void NormalPhases::Collect(size_t first, size_t last, NormalField& field) const 
 }
 
 size_t NormalPhases::bytes() const {
-  return quality_.bytes() + (pilot_.has_value() ? pilot_->bytes() : 0) + orientation_.bytes();
+  return quality_.bytes() + (pilot_.has_value() ? pilot_->bytes() : 0) +
+         (sheet_test_.has_value() ? sheet_test_->bytes() : 0) +
+         (orientations_.empty() ? 0 : orientations_.back()->bytes());
 }
 
 }  // namespace curvd

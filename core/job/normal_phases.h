@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
@@ -15,6 +16,7 @@
 #include "core/normals/normals.h"
 #include "core/normals/orientation.h"
 #include "core/normals/scale_pilot.h"
+#include "core/normals/sheet_test.h"
 
 namespace curvd {
 
@@ -30,6 +32,10 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
 // Makes normals as options say: estimates them, in phases called kNormalsPhase, then orients them, in phases called
 // "orientation" (core/normals/orientation.h). Each phase adds what follows it. The normals depend on the cloud and the
 // options alone: not on threads.
+//
+// Where neighborhoods hold two sheets (core/normals/sheet_test.h) and the scale is automatic, normals are first made of
+// so few neighbors that most come from one sheet. If those do not orient to closed surfaces that can be trusted, both
+// steps run again at the scale that the pilot chose.
 class NormalPhases {
  public:
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and
@@ -50,9 +56,16 @@ class NormalPhases {
   size_t bytes() const;
 
  private:
+  // Adds the phases that look at a sample of the cloud, and call Fit at their end.
+  void AddLooks();
+  // Makes normals and orients them, at the next scale that is worth it.
+  absl::Status Fit();
   absl::Status AddFit();
   void FillTooFew();
   absl::Status EndFit();
+  void Orient();
+  absl::Status EndOrientation();
+  NormalFit FitOfOneSheet() const;
   void Collect(size_t first, size_t last, NormalField& field) const;
 
   const NormalOptions options_;
@@ -61,11 +74,17 @@ class NormalPhases {
   const PhaseSink add_phase_;
   NormalQuality quality_;  // empty for given normals
   std::optional<ScalePilot> pilot_;
+  std::optional<SheetTest> sheet_test_;
+  SheetFinding sheets_;
+  bool tries_one_sheet_ = false;  // the scale of now is that of FitOfOneSheet
   ChosenScale scale_;
   std::unique_ptr<StrategyRun> fit_;
   std::optional<ScratchSet> scratch_;
   NormalReport fit_report_;
-  Orientation orientation_;
+  const std::array<double, 3> origin_;
+  const std::function<absl::Status()> then_;
+  // One for each scale that was tried; all but the last hold nothing any more. A phase of the last may be running.
+  std::vector<std::unique_ptr<Orientation>> orientations_;
 };
 
 }  // namespace curvd

@@ -146,6 +146,7 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
     if (status != PointStatus::kOk) return;
     const double unit = 1.0 / s.frames.rho[i];
     status = SetPlane(MeasureSpread(s.neighbors, unit), s.neighbors.count, i, s);
+    if (status == PointStatus::kOk && s.inspect) s.inspect(i);
     if (status != PointStatus::kOk || plan.degree == 0) return;
     if (s.neighbors.count < size) {
       status = PointStatus::kSingularFit;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "core/base/page_array.h"
@@ -40,6 +41,8 @@ struct NormalScratch : JetScratch {
   GroupDoubles mean_square{};         // distance of the neighbors from the fit, squared, in units of rho
   GroupDoubles variance_ratio{};      // as PointNormal has it
   GroupDoubles mean_square_height{};  // of the neighbors along the axis of least spread, in units of rho
+  // If not empty, called once the neighbors of point i of a sample and its frame are known.
+  std::function<void(size_t i)> inspect{};
 
   size_t bytes() const override { return JetScratch::bytes() - sizeof(JetScratch) + sizeof(*this); }
   static size_t MostBytes(const NormalFit& fit, size_t point_count) {

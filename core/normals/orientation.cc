@@ -33,12 +33,13 @@ class StepPhase final : public Phase {
 }  // namespace
 
 Orientation::Orientation(SpatialIndex& index, const NormalOptions& options, const std::array<double, 3>& origin,
-                         int thread_count, PhaseSink add_phase, std::function<absl::Status()> then)
+                         int thread_count, PhaseSink add_phase, std::function<absl::Status()> then, bool two_sheets)
     : index_(index),
       options_(options),
       origin_(origin),
       add_phase_(std::move(add_phase)),
       then_(std::move(then)),
+      two_sheets_(two_sheets),
       tree_(index),
       scratch_(static_cast<size_t>(thread_count)) {}
 
@@ -111,8 +112,8 @@ absl::Status Orientation::AddPieces() {
   return absl::OkStatus();
 }
 
-// The winding numbers of those pieces that they say something about: closed ones, and those whose clusters may have got
-// the wrong sides, as far as they are large.
+// The winding numbers of those pieces that they say something about: closed ones, those that may be, and those whose
+// clusters may have got the wrong sides, as far as they are large.
 void Orientation::AddField() {
   const std::vector<PieceSums>& pieces = sides_->pieces();
   std::vector<uint32_t> cluster_counts(pieces.size()), wanted;
@@ -120,7 +121,8 @@ void Orientation::AddField() {
   for (size_t i = 0; i < pieces.size(); ++i) {
     piece_is_closed_.push_back(IsClosed(pieces[i]) || (all_closed() && pieces[i].area > 0.0) ? 1 : 0);
     const bool is_large = pieces[i].points >= tree_.least_points();
-    if (is_large && (IsPieceClosed(i) || cluster_counts[i] > 1)) wanted.push_back(static_cast<uint32_t>(i));
+    const bool tells = IsPieceClosed(i) || cluster_counts[i] > 1 || two_sheets_;
+    if (is_large && tells) wanted.push_back(static_cast<uint32_t>(i));
   }
   if (wanted.empty()) return AddTurns();
   field_.emplace(index_, tree_, wanted);
@@ -182,8 +184,8 @@ void Orientation::TakeRepairs() {
   for (size_t i = 0; i < repairs_.size(); ++i) {
     const FieldPiece& field = field_->pieces()[i];
     uint8_t& is_closed = piece_is_closed_[field.piece];
-    // Sides that fit a closed surface much better, but not well enough to be taken.
-    bool is_doubtful = is_closed == 0 && repairs_[i].IsPromising();
+    // Sides that fit a closed surface much better, but not well enough to be taken; or a thin part that looks open.
+    const bool is_doubtful = two_sheets_ || (is_closed == 0 && repairs_[i].IsPromising());
     if (repairs_[i].Accept()) {
       is_closed = 1;
       for (size_t c = 0; c < field.clusters.size(); ++c) {

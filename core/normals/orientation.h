@@ -31,10 +31,11 @@ inline constexpr std::string_view kOrientationPhase = "orientation";
 class Orientation {
  public:
   // `origin`: what was subtracted from the input's positions (Cloud::origin). `then` is called once all normals point
-  // where they should; it adds the phases that follow. REQUIRES: index.has_normals(); NaN where a point has none.
+  // where they should; it adds the phases that follow. `two_sheets`: whether pieces that look open may be thin closed
+  // ones, so that each large piece gets a certificate. REQUIRES: index.has_normals(); NaN where a point has none.
   // `index`, what `options` refers to, and the orientation outlive the phases.
   Orientation(SpatialIndex& index, const NormalOptions& options, const std::array<double, 3>& origin, int thread_count,
-              PhaseSink add_phase, std::function<absl::Status()> then);
+              PhaseSink add_phase, std::function<absl::Status()> then, bool two_sheets = false);
 
   // Adds the first phase.
   void Start();
@@ -87,6 +88,7 @@ class Orientation {
   const std::array<double, 3> origin_;
   const PhaseSink add_phase_;
   const std::function<absl::Status()> then_;
+  const bool two_sheets_;
   SideTree tree_;
   std::optional<PieceSides> sides_;
   std::optional<WindingField> field_;

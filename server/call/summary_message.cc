@@ -42,7 +42,7 @@ std::string DoubtfulOrientationText(const NormalReport& report) {
       "some of the oriented normals point to the wrong side: their certificate is %.2g, at most %.2g can be trusted, "
       "and the sign of curvature is as doubtful. That happens where two sheets are as near to each other as points of "
       "one sheet are. Send more points, or say where they were seen from",
-      *report.certificate, kMaxTrustedCertificate);
+      *report.certificate, report.max_trusted_certificate);
 }
 
 void AddOrientationWarning(const CallRecord& record, curvature::v1::Summary* summary) {

@@ -1,0 +1,75 @@
+#include "core/normals/sheet_test.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/core/normals/normal_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+constexpr size_t kManyPoints = 20'000;
+
+NormalOptions AutomaticNormals() {
+  NormalOptions options;
+  options.source = NormalSource::kEstimate;
+  return options;
+}
+
+TestPoints Plate(double spacings) { return ClosedPlate(kManyPoints, spacings * std::sqrt(8.0 / kManyPoints), 1); }
+
+// Taken as noise, the thickness would make normals of hundreds of neighbors, from both sheets.
+TEST(SheetTestTest, ThinPlatesGetNormalsOfOneSheet) {
+  for (const double spacings : {1.0, 2.0, 3.0}) {
+    const TestPoints plate = Plate(spacings);
+    const NormalResult result = MustMakeNormals(BareCloud(plate), AutomaticNormals());
+    EXPECT_LE(result.report.neighbor_count, 34u) << spacings;
+    EXPECT_LT(FlippedShare(result.normals, plate), spacings == 1.0 ? 0.01 : 0.001) << spacings;
+    EXPECT_FALSE(result.report.is_doubtful()) << spacings;
+  }
+}
+
+TEST(SheetTestTest, NoiseDoesNotHideThinPlates) {
+  TestPoints plate = Plate(3.0);
+  AddNoise(0.3 * std::sqrt(8.0 / kManyPoints), 2, plate);
+  const NormalResult result = MustMakeNormals(BareCloud(plate), AutomaticNormals());
+  EXPECT_LT(FlippedShare(result.normals, plate), 0.005);
+  EXPECT_FALSE(result.report.is_doubtful());
+}
+
+TEST(SheetTestTest, ShellsOfAFewSpacingsAreMostlyRight) {
+  for (const double spacings : {4.0, 6.0}) {
+    const TestPoints shell = Lens(kManyPoints, spacings, 4);
+    const NormalResult result = MustMakeNormals(BareCloud(shell), AutomaticNormals());
+    EXPECT_LT(FlippedShare(result.normals, shell), 0.05) << spacings;
+  }
+}
+
+// Whatever cannot be told apart is at least said to be doubtful, whoever chose the scale.
+TEST(SheetTestTest, FlippedPointsAreNeverTrusted) {
+  for (const double spacings : {0.5, 1.0, 1.5, 2.0, 3.0, 8.0}) {
+    const TestPoints shell = Lens(kManyPoints, spacings, 4);
+    for (const NormalOptions& options :
+         {AutomaticNormals(), EstimateBy(NormalMethod::kPca, 12), EstimateBy(NormalMethod::kJet2, 48)}) {
+      const NormalResult result = MustMakeNormals(BareCloud(shell), options);
+      EXPECT_TRUE(FlippedShare(result.normals, shell) <= 0.02 || result.report.is_doubtful())
+          << spacings << " " << result.report.neighbor_count << ": " << FlippedShare(result.normals, shell) << " "
+          << result.report.certificate.value_or(-1);
+    }
+  }
+}
+
+TEST(SheetTestTest, NoiseIsNotTakenForTwoSheets) {
+  for (const double sigma : {0.0, 0.05, 0.1, 0.2}) {
+    TestPoints torus = Torus(kManyPoints, 1);
+    AddNoise(sigma, 2, torus);
+    const NormalResult result = MustMakeNormals(BareCloud(torus), AutomaticNormals());
+    EXPECT_TRUE(sigma == 0.0 || result.report.neighbor_count >= 48) << sigma;
+    EXPECT_LT(FlippedShare(result.normals, torus), 0.001) << sigma;
+    EXPECT_FALSE(result.report.is_doubtful()) << sigma << " " << *result.report.certificate;
+  }
+}
+
+}  // namespace
+}  // namespace curvd::testing
