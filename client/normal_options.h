@@ -75,8 +75,11 @@ struct NormalsReport {
   uint64_t closed_pieces = 0;
   double closed_area_share = 0.0;
   uint64_t repaired = 0;  // normals that neighbors had on the wrong side
-  // Of closed surfaces: 0 is perfect; above 0.25 sides cannot be trusted.
+  // Closed pieces that are the inside of a hollow body's wall: their normals point inward.
+  uint64_t inner_walls = 0;
+  // Of closed surfaces: 0 is perfect; above max_trusted_certificate sides cannot be trusted.
   std::optional<double> certificate = std::nullopt;
+  std::optional<double> max_trusted_certificate = std::nullopt;
   bool doubtful = false;  // sides cannot be trusted; the summary has a warning
 };
 

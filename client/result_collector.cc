@@ -70,7 +70,9 @@ NormalsReport FromProto(const v1::NormalsReport& report) {
   out.closed_pieces = report.closed_piece_count();
   out.closed_area_share = report.closed_area_share();
   out.repaired = report.repaired_count();
+  out.inner_walls = report.inner_wall_count();
   if (report.has_certificate()) out.certificate = report.certificate();
+  if (report.has_max_trusted_certificate()) out.max_trusted_certificate = report.max_trusted_certificate();
   out.doubtful = report.doubtful();
   return out;
 }

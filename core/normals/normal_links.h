@@ -32,6 +32,8 @@ inline bool ComesBefore(const NormalLink& x, const NormalLink& y) {
 
 // The part of a surface that stands for a point, up to a common factor, in two bytes: good to 2^-8.
 using PackedArea = uint16_t;
+// The factor: a neighborhood of so many points has pi times the area that stands for its middle one.
+inline constexpr double kPointsPerArea = 0.5 * (kLinksPerPoint + 1);
 PackedArea PackArea(float area);
 float UnpackArea(PackedArea area);
 

@@ -67,6 +67,8 @@ struct NormalReport {
   double closed_area_share = 0.0;
   // Points with a normal that the repair turned, and so saved from the wrong side.
   size_t repaired_count = 0;
+  // Closed pieces that are the inside of another's wall (core/normals/hollow_walls.h): their normals point inward.
+  size_t inner_wall_count = 0;
   // How much the winding number of a piece's own normals varies over its points: that of the worst piece, of those that
   // are large and closed, or were said to be, or may be thin closed ones. 0 is perfect, max_trusted_certificate the
   // most that can be trusted, 1 says that sides cancel, and 2 that the normals point inward.

@@ -173,7 +173,7 @@ void Orientation::AddDescents(size_t first, size_t last) {
            AddDescents(1, SideRepair::kStarts);
          } else {
            TakeRepairs();
-           AddTurns();
+           AddWalls();
          }
          return absl::OkStatus();
        }});
@@ -200,6 +200,44 @@ void Orientation::TakeRepairs() {
   }
 }
 
+// Pieces whose sides the repair chose are left out: their sums are of other sides.
+void Orientation::AddWalls() {
+  const std::vector<PieceSums>& pieces = sides_->pieces();
+  std::vector<uint8_t> is_candidate;
+  for (const PieceSums& piece : pieces) {
+    is_candidate.push_back(piece.points >= tree_.least_points() && IsClosed(piece) ? 1 : 0);
+  }
+  for (size_t i = 0; i < repairs_.size(); ++i) {
+    if (repairs_[i].is_accepted()) is_candidate[field_->pieces()[i].piece] = 0;
+  }
+  walls_.emplace(index_, tree_, *sides_, is_candidate);
+  if (walls_->pair_count() == 0) return AddTurns();
+  Add({chunk_count(),
+       [this](const BlockContext& context) {
+         walls_->SumChunk(context.block);
+         return absl::OkStatus();
+       },
+       [] { return absl::OkStatus(); }});
+  Add({walls_->pair_count(),
+       [this](const BlockContext& context) {
+         if (!context.stopped) walls_->CheckPair(context.block);
+         return absl::OkStatus();
+       },
+       [this] {
+         TakeWalls();
+         AddTurns();
+         return absl::OkStatus();
+       }});
+}
+
+void Orientation::TakeWalls() {
+  const std::vector<uint32_t> inner = walls_->InnerPieces();
+  inner_wall_count_ = inner.size();
+  for (uint32_t cluster = 0; cluster < tree_.clusters().size(); ++cluster) {
+    if (std::binary_search(inner.begin(), inner.end(), tree_.clusters()[cluster].piece)) sides_->Turn(cluster);
+  }
+}
+
 void Orientation::AddTurns() {
   const std::vector<PieceSums>& pieces = sides_->pieces();
   double area = 0.0, closed = 0.0;
@@ -213,6 +251,7 @@ void Orientation::AddTurns() {
   closed_share_ = area > 0.0 ? closed / area : 0.0;
   repairs_.clear();
   field_.reset();
+  walls_.reset();
   Add({chunk_count(),
        [this](const BlockContext& context) {
          TurnPieces(context.block);
@@ -290,6 +329,7 @@ void Orientation::Report(NormalReport& report) const {
   report.closed_piece_count = closed_count_;
   report.closed_area_share = closed_share_;
   report.repaired_count = repaired_count_;
+  report.inner_wall_count = inner_wall_count_;
   report.certificate = certificate_;
 }
 

@@ -11,6 +11,7 @@
 
 #include "core/base/phase.h"
 #include "core/index/spatial_index.h"
+#include "core/normals/hollow_walls.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
 #include "core/normals/piece_sides.h"
@@ -68,6 +69,8 @@ class Orientation {
   void AddSamples();
   void AddDescents(size_t first, size_t last);
   void TakeRepairs();
+  void AddWalls();
+  void TakeWalls();
   void AddTurns();
   void AddDirectTurns();
   // Gives memory back, and goes on.
@@ -94,11 +97,12 @@ class Orientation {
   std::optional<WindingField> field_;
   std::vector<SideRepair> repairs_;       // of the field's pieces
   std::vector<uint8_t> piece_is_closed_;  // by piece
+  std::optional<HollowWalls> walls_;
   std::vector<std::unique_ptr<WorkerScratch>> scratch_;
   std::atomic<size_t> flipped_ = 0;
   size_t piece_count_ = 0, closed_count_ = 0;
   double closed_share_ = 0.0;
-  size_t repaired_count_ = 0;
+  size_t repaired_count_ = 0, inner_wall_count_ = 0;
   std::optional<double> certificate_;
 };
 

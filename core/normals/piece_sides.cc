@@ -17,6 +17,7 @@ PieceSums SumsOfPoint(const SpatialIndex& index, const SideTree& tree, size_t pl
   sums.kept_points = opposite ? 0 : 1;
   sums.area = area;
   sums.kept_area = opposite ? 0.0 : area;
+  sums.least = sums.most = {p.x[lane], p.y[lane], p.z[lane]};
   sums.center = {area * p.x[lane], area * p.y[lane], area * p.z[lane]};
   sums.normal_sum = {side * n.x[lane], side * n.y[lane], side * n.z[lane]};
   sums.flux = sums.normal_sum[0] * p.x[lane] + sums.normal_sum[1] * p.y[lane] + sums.normal_sum[2] * p.z[lane];
@@ -44,6 +45,8 @@ void PieceSums::Add(const PieceSums& other) {
   for (size_t axis = 0; axis < 3; ++axis) {
     center[axis] += other.center[axis];
     normal_sum[axis] += other.normal_sum[axis];
+    least[axis] = std::min(least[axis], other.least[axis]);
+    most[axis] = std::max(most[axis], other.most[axis]);
   }
   flux += other.flux;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "core/index/spatial_index.h"
@@ -13,6 +14,8 @@ namespace curvd {
 
 // Sums over the points of a cluster, or of a piece, whose normals are taken in its root's orientation.
 struct PieceSums {
+  static constexpr float kNoFloat = std::numeric_limits<float>::infinity();
+
   uint32_t number = 0;  // of the cluster, or of the piece
   uint64_t points = 0;
   uint64_t kept_points = 0;  // whose normals agree with the root's
@@ -21,6 +24,8 @@ struct PieceSums {
   std::array<double, 3> center{};      // times area
   std::array<double, 3> normal_sum{};  // times area
   double flux = 0.0;                   // of the position
+  // The box of the points.
+  std::array<float, 3> least = {kNoFloat, kNoFloat, kNoFloat}, most = {-kNoFloat, -kNoFloat, -kNoFloat};
 
   // The same sums where the root is turned.
   PieceSums Turned() const;

@@ -131,6 +131,7 @@ bool SideRepair::Accept() {
   const double clusters = static_cast<double>(field_.clusters.size());
   if (!IsPromising() || BestTrial().fit.certificate > kMostAccepted / (1.0 + clusters / kFreeClusters)) return false;
   now_ = BestTrial();
+  is_accepted_ = true;
   return true;
 }
 

@@ -34,6 +34,8 @@ class SideRepair {
   bool IsPromising() const;
   // Takes the best sides if they are, and fit so well that chance does not explain it. Returns whether it does.
   bool Accept();
+  // Whether Accept has taken other sides.
+  bool is_accepted() const { return is_accepted_; }
 
   const std::vector<uint8_t>& turned() const { return now_.turned; }
 
@@ -61,6 +63,7 @@ class SideRepair {
   double weight_ = 0.0;     // of all samples
   std::vector<Sums> sums_;  // by cluster
   Trial now_;
+  bool is_accepted_ = false;
   std::vector<Trial> trials_;
 };
 

@@ -11,8 +11,6 @@ namespace {
 constexpr double kFarSquared = 6.0;
 // Nodes that are looked into for one sample; ordinary clouds of 10 million points need a few thousand.
 constexpr size_t kMostVisited = 50'000;
-// Neighborhoods of so many points have the area that SideTree gives to their middle one.
-constexpr double kPointsPerArea = 0.5 * (kLinksPerPoint + 1);
 constexpr size_t kBlockSamples = 64;
 
 template <typename Vector, typename OtherVector>

@@ -204,7 +204,11 @@ void WriteReport(const NormalReport& report, v1::NormalsReport& proto) {
   proto.set_closed_piece_count(report.closed_piece_count);
   proto.set_closed_area_share(report.closed_area_share);
   proto.set_repaired_count(report.repaired_count);
-  if (report.certificate.has_value()) proto.set_certificate(*report.certificate);
+  proto.set_inner_wall_count(report.inner_wall_count);
+  if (report.certificate.has_value()) {
+    proto.set_certificate(*report.certificate);
+    proto.set_max_trusted_certificate(report.max_trusted_certificate);
+  }
   proto.set_doubtful(report.is_doubtful());
 }
 

@@ -25,6 +25,7 @@ std::string NormalsText(const NormalsReport& report) {
     absl::StrAppend(&text, "; ", WithCommas(report.pieces), report.pieces == 1 ? " piece" : " pieces", ", ",
                     report.closed_pieces == report.pieces ? "closed" : absl::StrCat(report.closed_pieces, " closed"));
   }
+  if (report.inner_walls > 0) absl::StrAppend(&text, ", ", report.inner_walls, " the inside of a wall");
   if (report.certificate.has_value()) absl::StrAppendFormat(&text, ", certificate %.2g", *report.certificate);
   if (report.repaired > 0) absl::StrAppend(&text, ", ", WithCommas(report.repaired), " normals repaired");
   if (report.missing > 0) {
@@ -48,7 +49,9 @@ nlohmann::ordered_json NormalsJson(const NormalsReport& report) {
   json["closed_pieces"] = report.closed_pieces;
   json["closed_area_share"] = report.closed_area_share;
   json["repaired"] = report.repaired;
+  json["inner_walls"] = report.inner_walls;
   if (report.certificate.has_value()) json["certificate"] = *report.certificate;
+  if (report.max_trusted_certificate.has_value()) json["max_trusted_certificate"] = *report.max_trusted_certificate;
   json["doubtful"] = report.doubtful;
   return json;
 }

@@ -206,6 +206,28 @@ TEST(OrientationSidesTest, NestedPiecesPointOutwardEachForItself) {
   EXPECT_LT(*result.report.certificate, 0.05);
 }
 
+// Of a hollow body's wall, the normals of the inside point into the hollow; what lies in a large hollow is a body.
+TEST(OrientationSidesTest, InsidesOfHollowWallsPointIntoTheHollow) {
+  for (const double inner : {0.85, 0.7}) {
+    TestPoints shell = Sphere(8000, 1.0), inside = Sphere(static_cast<size_t>(8000 * inner * inner), inner),
+               other = shell;
+    for (auto& normal : inside.normals) {
+      for (float& component : normal) component = -component;
+    }
+    Append(inside, shell);
+    // Beside it, nothing changes.
+    Shift(0, 2.5, 0, other);
+    Append(other, shell);
+    for (const NormalResult& result :
+         {OrientTurned(shell), MustMakeNormals(BareCloud(shell), EstimateBy(NormalMethod::kJet2, 24))}) {
+      EXPECT_LT(FlippedShare(result.normals, shell), 0.001) << inner;
+      EXPECT_EQ(result.report.closed_piece_count, 3u) << inner;
+      EXPECT_EQ(result.report.inner_wall_count, 1u) << inner;
+      EXPECT_FALSE(result.report.is_doubtful()) << inner;
+    }
+  }
+}
+
 // A scene as a scanner sees it: ground, a wall and a ball, from one place, at distances that thin the points out.
 TEST(OrientationSidesTest, AScannedSceneLooksAtItsScanner) {
   TestPoints scene;
