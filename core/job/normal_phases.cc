@@ -30,8 +30,9 @@ class FunctionPhase final : public Phase {
   const std::function<absl::Status()> end_;
 };
 
-// The share of the area that closed pieces must have where a cloud is taken as thin closed ones.
-constexpr double kMostlyClosed = 0.9;
+// The share of the area that closed pieces must have where a cloud is taken as thin closed ones, and the certificate that
+// they may have.
+constexpr double kMostlyClosed = 0.9, kMostOfThin = 0.08;
 
 bool IsAutomatic(const NormalOptions& options) {
   return std::holds_alternative<AutoNeighborhood>(options.neighborhood);
@@ -190,7 +191,7 @@ absl::Status NormalPhases::EndOrientation() {
   if (tries_one_sheet_) {
     const NormalReport found = report();
     const bool is_closed = found.closed_area_share >= kMostlyClosed && found.certificate.has_value();
-    if (!is_closed || *found.certificate > kMaxTrustedCertificate) return Fit();
+    if (!is_closed || *found.certificate > kMostOfThin) return Fit();
     pilot_.reset();
   }
   return then_();

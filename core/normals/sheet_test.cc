@@ -24,7 +24,7 @@ constexpr double kLeastThickness = 0.15, kPlateau = 1.25;
 // A neighborhood is of one sheet if its residuals deviate by less than this share of those of both.
 constexpr double kOneSheet = 0.32;
 // The neighbors to take where no count that was tried keeps to one sheet.
-constexpr uint32_t kFewNeighbors = 17;
+constexpr uint32_t kFewNeighbors = 24;
 // In smaller neighborhoods, in units of the deviation, the residual is that of a ball of points.
 constexpr double kLeastRadius = 5.0;
 constexpr size_t kMostGroups = 64;
@@ -171,12 +171,12 @@ SheetFinding SheetTest::Find() const {
     both = rung.deviation;
   }
   finding.two_sheets = both.has_value();
-  finding.noise = smallest.deviation;
   if (finding.two_sheets) finding.neighbor_count = std::min(kFewNeighbors, rungs.back().count);
   for (const Rung& rung : rungs) {
     if (finding.two_sheets) {
       if (rung.deviation > kOneSheet * *both) break;
       finding.neighbor_count = rung.count;
+      finding.noise = smallest.deviation;
     } else {
       finding.noise = rung.deviation;
       if (rung.count >= 24 && rung.radius >= kLeastRadius * rung.deviation) break;

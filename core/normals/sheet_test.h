@@ -26,7 +26,7 @@ namespace curvd {
 struct SheetFinding {
   // Of the points of one sheet, in the median; 0 where the cloud is too small to tell.
   double spacing = 0.0;
-  // Standard deviation of the positions along the normal; about one sheet as far as that could be told apart.
+  // Standard deviation of the positions along the normal; 0 where there are two sheets that could not be told apart.
   double noise = 0.0;
   bool two_sheets = false;
   // The most neighbors that come from one sheet, among the counts that were tried, as far as that can be.
