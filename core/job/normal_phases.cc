@@ -30,8 +30,8 @@ class FunctionPhase final : public Phase {
   const std::function<absl::Status()> end_;
 };
 
-// The share of the area that closed pieces must have where a cloud is taken as thin closed ones, and the certificate that
-// they may have.
+// The share of the area that closed pieces must have where a cloud is taken as thin closed ones, and the certificate
+// that they may have.
 constexpr double kMostlyClosed = 0.9, kMostOfThin = 0.08;
 
 bool IsAutomatic(const NormalOptions& options) {
@@ -164,17 +164,21 @@ absl::Status NormalPhases::AddFit() {
 
 // For a cloud with fewer points than a neighborhood.
 void NormalPhases::FillTooFew() {
+  const PointSet& set = index_.point_set();
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   for (size_t place = 0; place < index_.point_count(); ++place) {
     SpatialIndex::LeafNormals& normals = index_.mutable_normals(place / SpatialIndex::kLeafSize);
     const size_t lane = place % SpatialIndex::kLeafSize;
     normals.x[lane] = normals.y[lane] = normals.z[lane] = kNan;
     quality_.status[place] = PointStatus::kTooFewNeighbors;
+    const int32_t rank = index_.positions(place / SpatialIndex::kLeafSize).id[lane];
+    if (set.is_query(rank)) ++fit_report_.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)];
     if (quality_.residual.size() > 0) quality_.residual[place] = quality_.variance_ratio[place] = kNan;
   }
 }
 
 absl::Status NormalPhases::EndFit() {
+  if (scratch_.has_value()) fit_report_.status_counts = scratch_->status_counts();
   scratch_.reset();
   fit_.reset();
   Orient();
@@ -203,11 +207,7 @@ PointStatus NormalPhases::status(size_t place) const {
 
 NormalReport NormalPhases::report() const {
   NormalReport report = fit_report_;
-  const PointSet& set = index_.point_set();
-  for (size_t place = 0; place < index_.point_count(); ++place) {
-    const int32_t rank = index_.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
-    if (set.is_query(rank)) ++report.status_counts[static_cast<size_t>(status(place))];
-  }
+  if (quality_.status.size() == 0) report.status_counts[static_cast<size_t>(PointStatus::kOk)] = collected_;
   if (!orientations_.empty()) orientations_.back()->Report(report);
   if (sheets_.spacing > 0.0) report.max_trusted_certificate = MaxTrustedCertificate(sheets_.noise / sheets_.spacing);
   return report;
@@ -220,7 +220,15 @@ absl::Status NormalPhases::AddCollection(NormalField& field, std::function<absl:
   if (!created.ok()) return created.status();
   field = *std::move(created);
   // The index does not hold points that are not valid.
-  std::fill(field.data(), field.data() + field.size(), Undefined(PointStatus::kInvalidInput));
+  const size_t slots = field.size();
+  add_phase_(std::make_unique<FunctionPhase>(
+      kOrientationPhase, (slots + kBlockPoints - 1) / kBlockPoints,
+      [&field, slots](size_t block) {
+        PointNormal* const points = field.data();
+        std::fill(points + block * kBlockPoints, points + std::min((block + 1) * kBlockPoints, slots),
+                  Undefined(PointStatus::kInvalidInput));
+      },
+      [] { return absl::OkStatus(); }));
   add_phase_(std::make_unique<FunctionPhase>(
       kOrientationPhase, (points + kBlockPoints - 1) / kBlockPoints,
       [this, &field, points](size_t block) {
@@ -230,9 +238,10 @@ absl::Status NormalPhases::AddCollection(NormalField& field, std::function<absl:
   return absl::OkStatus();
 }
 
-void NormalPhases::Collect(size_t first, size_t last, NormalField& field) const {
+void NormalPhases::Collect(size_t first, size_t last, NormalField& field) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   const PointSet& set = index_.point_set();
+  size_t collected = 0;
   for (size_t place = first; place < last; ++place) {
     const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
     const int32_t rank = index_.positions(leaf).id[lane];
@@ -243,7 +252,9 @@ void NormalPhases::Collect(size_t first, size_t last, NormalField& field) const 
                                 has_quality ? quality_.residual[place] : kNan,
                                 has_quality ? quality_.variance_ratio[place] : kNan,
                                 status(place)};
+    ++collected;
   }
+  collected_ += collected;
 }
 
 size_t NormalPhases::bytes() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -47,7 +48,8 @@ class NormalPhases {
   // Adds the first phases. Errors: ErrorKind::kOutOfMemory; may throw std::bad_alloc.
   absl::Status Start();
 
-  // What was found out. REQUIRES: `then` was called.
+  // What was found out; of normals that were given, the status counts are those of AddCollection. REQUIRES: `then` was
+  // called.
   NormalReport report() const;
   // Whether the point has a normal, and why not. REQUIRES: `then` was called, or is.
   PointStatus status(size_t place) const;
@@ -66,7 +68,7 @@ class NormalPhases {
   void Orient();
   absl::Status EndOrientation();
   NormalFit FitOfOneSheet() const;
-  void Collect(size_t first, size_t last, NormalField& field) const;
+  void Collect(size_t first, size_t last, NormalField& field);
 
   const NormalOptions options_;
   SpatialIndex& index_;
@@ -81,6 +83,7 @@ class NormalPhases {
   std::unique_ptr<StrategyRun> fit_;
   std::optional<ScratchSet> scratch_;
   NormalReport fit_report_;
+  std::atomic<size_t> collected_ = 0;  // points whose normals were handed out
   const std::array<double, 3> origin_;
   const std::function<absl::Status()> then_;
   // One for each scale that was tried; all but the last hold nothing any more. A phase of the last may be running.
