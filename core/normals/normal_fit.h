@@ -72,6 +72,11 @@ struct NormalQuality {
   size_t bytes() const { return status.bytes() + residual.bytes() + variance_ratio.bytes(); }
 };
 
+// The distance between neighboring values that coordinates take, in the index's unit, as a sample of the points shows
+// it: of positions that were rounded to a lattice, such as centimeters, or single precision far away from the origin.
+// That of the finest axis, so that heights over a grid have none. 0 where they take any value.
+double LatticeStep(const SpatialIndex& index);
+
 // A run of one phase, "normals", which fits every point, halo included, and writes its normal to the index, NaN where
 // there is none, and its quality. The counts of its scratch are of the points that get a result. Normals have any sign.
 // REQUIRES: index.has_normals(); `quality` has a place for each point of each leaf; both outlive the run.

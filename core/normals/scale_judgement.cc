@@ -19,6 +19,9 @@ constexpr double kClipQuantile = 0.95;
 // Neighborhoods whose radius is less than this many standard deviations of the noise are balls of points more than
 // pieces of a surface: nothing that is said of their fits holds.
 constexpr double kLeastRadius = 5.0;
+// A polynomial passes through all sites of a lattice that are within a few of its steps, on which the positions may
+// lie.
+constexpr double kLeastSteps = 4.0;
 // Nor does it where more than this share of the normals turn by more than 60 degrees as the count doubles, and more
 // than that many times the share of the calmest scale. Those of trees in a terrain do while neighborhoods are small;
 // those of points that fill a volume do at every scale.
@@ -99,14 +102,18 @@ std::optional<double> ScalePilot::Sigma() const {
     const std::optional<Medians> medians = MediansOf(c);
     if (!medians.has_value()) continue;
     sigma = std::sqrt(medians->variance);
-    if (medians->radius >= kLeastRadius * *sigma) break;
+    if (medians->radius >= LeastRadius(*sigma)) break;
   }
   return sigma;
 }
 
+double ScalePilot::LeastRadius(double sigma) const {
+  return std::max(kLeastRadius * sigma, kLeastSteps * lattice_step_);
+}
+
 bool ScalePilot::IsLargeEnough(size_t candidate, double sigma) const {
   const std::optional<Medians> medians = MediansOf(candidate);
-  return medians.has_value() && medians->radius >= kLeastRadius * sigma;
+  return medians.has_value() && medians->radius >= LeastRadius(sigma);
 }
 
 std::optional<double> ScalePilot::UnsettledShare(size_t candidate) const {

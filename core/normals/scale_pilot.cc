@@ -70,7 +70,7 @@ class PilotPhase final : public Phase {
 
 ScalePilot::ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> method, uint32_t max_neighbor_count,
                        int thread_count)
-    : index_(index), scratch_(static_cast<size_t>(thread_count)) {
+    : index_(index), lattice_step_(LatticeStep(index)), scratch_(static_cast<size_t>(thread_count)) {
   const size_t points = index.point_count();
   fallback_.fit = FallbackFit(points, method, max_neighbor_count);
   const size_t groups = std::min(index.group_count(), kMostGroups);

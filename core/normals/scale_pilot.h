@@ -93,6 +93,9 @@ class ScalePilot {
   double ErrorOf(size_t candidate, double sigma, const std::vector<bool>& usable) const;
   // REQUIRES: there is a candidate of the method.
   const Candidate& LargestOf(NormalMethod method) const;
+  // The least radius of neighborhoods that are much larger than noise of that standard deviation, and than the lattice
+  // on which positions may lie.
+  double LeastRadius(double sigma) const;
   // Whether the neighborhoods are so much larger than the noise that a fit finds the surface in it.
   bool IsLargeEnough(size_t candidate, double sigma) const;
   // The share of the normals that turn to elsewhere when the neighborhoods double. None where no candidate has twice
@@ -105,6 +108,7 @@ class ScalePilot {
   std::vector<bool> Usable(double sigma) const;
 
   const SpatialIndex& index_;
+  const double lattice_step_;
   std::vector<size_t> groups_;
   std::vector<Candidate> candidates_;
   std::vector<Outcome> outcomes_;

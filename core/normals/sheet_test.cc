@@ -21,6 +21,8 @@ constexpr double kTwoSheets = 0.78;
 // They deviate at least so much, in units of the spacing, and hardly more in a neighborhood of twice as many points.
 // The bends of one sheet make residuals of any shape, but small ones, which grow.
 constexpr double kLeastThickness = 0.15, kPlateau = 1.25;
+// Nor do layers count that a lattice explains on which positions lie.
+constexpr double kLeastSteps = 2.0;
 // A neighborhood is of one sheet if its residuals deviate by less than this share of those of both.
 constexpr double kOneSheet = 0.32;
 // The neighbors to take where no count that was tried keeps to one sheet.
@@ -164,10 +166,12 @@ SheetFinding SheetTest::Find() const {
   const Rung& smallest = rungs.front();
   finding.spacing = smallest.radius * std::sqrt(std::numbers::pi / smallest.count);
   std::optional<double> both;
+  // Positions on a coarse lattice lie in layers, too.
+  const double least = std::max(kLeastThickness * finding.spacing, kLeastSteps * LatticeStep(index_));
   for (size_t i = 0; i + 1 < rungs.size() && !both.has_value(); ++i) {
     const Rung &rung = rungs[i], &next = rungs[i + 1];
     if (rung.count < kLeastForShape || rung.evenness < kTwoSheets) continue;
-    if (rung.deviation < kLeastThickness * finding.spacing || next.deviation > kPlateau * rung.deviation) continue;
+    if (rung.deviation < least || next.deviation > kPlateau * rung.deviation) continue;
     both = rung.deviation;
   }
   finding.two_sheets = both.has_value();

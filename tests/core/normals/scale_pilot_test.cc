@@ -107,6 +107,9 @@ TEST(ScalePilotTest, PositionsOnALatticeGetNormals) {
   }
   const NormalResult result = MustMakeNormals(BareCloud(sphere), Automatic());
   EXPECT_GE(result.report.status_counts[static_cast<size_t>(PointStatus::kOk)], 4'950u);
+  // What rounding to steps of 1/16 has done to the positions.
+  EXPECT_GE(*result.report.sigma, 0.018);
+  EXPECT_LT(MeanAngle(result.normals, sphere), 6.0);
 }
 
 TEST(ScalePilotTest, KeepsToTheWantedMethodAndLimit) {
