@@ -13,8 +13,12 @@ namespace {
 
 // Two rungs double the count. Fewer neighbors than the first have no residual to tell noise by; what more neighbors
 // than the last could still smooth, whoever uses the normals can, at less cost.
-constexpr uint32_t kLadder[] = {12, 17, 24, 34, 48, 68, 96, 136, 192, 272, 384, 544};
-constexpr uint32_t kLeastForJet4 = 24, kMostForJet4 = 384;
+constexpr uint32_t kLadder[] = {12, 17, 24, 34, 48, 68, 96, 136, 192, 272, 384, 544, 768, 1086};
+constexpr uint32_t kLeastForJet4 = 24;
+// All points together take this many neighbors at most, so that large clouds are not kept waiting, unless they are
+// fewer than kFewForJet2 or kFewForJet4 for each.
+constexpr size_t kMostOfAllPoints = 400'000'000;
+constexpr uint32_t kFewForJet2 = 544, kFewForJet4 = 384;
 // A neighborhood of more than this share of the cloud is no neighborhood.
 constexpr size_t kLargestShare = 3;
 
@@ -86,7 +90,9 @@ ScalePilot::ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> me
 void ScalePilot::AddCandidates(NormalMethod method, size_t most) {
   for (const uint32_t count : kLadder) {
     if (count > most) continue;
-    if (method == NormalMethod::kJet4 && (count < kLeastForJet4 || count > kMostForJet4)) continue;
+    const bool is_jet4 = method == NormalMethod::kJet4;
+    if (is_jet4 && count < kLeastForJet4) continue;
+    if (count > (is_jet4 ? kFewForJet4 : kFewForJet2) && count * index_.point_count() > kMostOfAllPoints) continue;
     NormalFit fit;
     fit.method = method;
     fit.neighborhood = NeighborCount{count};
