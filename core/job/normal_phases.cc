@@ -33,6 +33,10 @@ class FunctionPhase final : public Phase {
 // The share of the area that closed pieces must have where a cloud is taken as thin closed ones, and the certificate
 // that they may have.
 constexpr double kMostlyClosed = 0.9, kMostOfThin = 0.08;
+// Where sides that the pilot's scale makes cannot be trusted, so few neighbors may keep to one sheet, which shows in a
+// certificate that is lower by this factor.
+constexpr uint32_t kFewNeighbors = 17;
+constexpr double kMuchBetter = 0.5;
 
 bool IsAutomatic(const NormalOptions& options) {
   return std::holds_alternative<AutoNeighborhood>(options.neighborhood);
@@ -121,29 +125,26 @@ absl::Status NormalPhases::Fit() {
     Orient();
     return absl::OkStatus();
   }
-  tries_one_sheet_ = pilot_.has_value() && sheets_.two_sheets && orientations_.empty();
-  if (tries_one_sheet_) {
-    scale_ = {FitOfOneSheet(), std::ldexp(sheets_.noise, -index_.scale_exponent())};
-    return AddFit();
+  if (!pilot_.has_value()) {
+    chosen_.fit = WantedFit(options_);
+    return AddFit(chosen_);
   }
-  if (pilot_.has_value()) {
-    scale_ = pilot_->Choose();
-    pilot_.reset();
-  } else {
-    scale_.fit = WantedFit(options_);
-  }
-  return AddFit();
+  chosen_ = pilot_->Choose();
+  pilot_.reset();
+  attempt_ = sheets_.two_sheets ? Attempt::kOneSheet : Attempt::kChosen;
+  return sheets_.two_sheets ? AddFit(ScaleOf(sheets_.neighbor_count)) : AddFit(chosen_);
 }
 
-NormalFit NormalPhases::FitOfOneSheet() const {
-  NormalFit fit;
-  fit.method = options_.method.value_or(NormalMethod::kJet2);
-  fit.neighborhood = NeighborCount{std::max(sheets_.neighbor_count, LeastNeighborCount(fit.method))};
-  fit.max_neighbor_count = options_.max_neighbor_count;
-  return fit;
+ChosenScale NormalPhases::ScaleOf(uint32_t neighbor_count) const {
+  ChosenScale scale = chosen_;
+  scale.fit.method = options_.method.value_or(NormalMethod::kJet2);
+  scale.fit.neighborhood = NeighborCount{std::max(neighbor_count, LeastNeighborCount(scale.fit.method))};
+  if (sheets_.two_sheets) scale.sigma = std::ldexp(sheets_.noise, -index_.scale_exponent());
+  return scale;
 }
 
-absl::Status NormalPhases::AddFit() {
+absl::Status NormalPhases::AddFit(const ChosenScale& scale) {
+  scale_ = scale;
   fit_report_.method = scale_.fit.method;
   fit_report_.sigma = scale_.sigma;
   const auto* count = std::get_if<NeighborCount>(&scale_.fit.neighborhood);
@@ -192,11 +193,25 @@ void NormalPhases::Orient() {
 }
 
 absl::Status NormalPhases::EndOrientation() {
-  if (tries_one_sheet_) {
-    const NormalReport found = report();
-    const bool is_closed = found.closed_area_share >= kMostlyClosed && found.certificate.has_value();
-    if (!is_closed || *found.certificate > kMostOfThin) return Fit();
-    pilot_.reset();
+  const NormalReport found = report();
+  const bool is_closed = found.closed_area_share >= kMostlyClosed && found.certificate.has_value();
+  const double certificate = is_closed ? *found.certificate : std::numeric_limits<double>::infinity();
+  switch (attempt_) {
+    case Attempt::kOneSheet:
+      if (certificate <= kMostOfThin) return then_();
+      attempt_ = Attempt::kChosen;
+      return AddFit(chosen_);
+    case Attempt::kChosen:
+      if (!found.is_doubtful() || found.neighbor_count <= kFewNeighbors) return then_();
+      attempt_ = Attempt::kFew;
+      chosen_certificate_ = *found.certificate;
+      return AddFit(ScaleOf(kFewNeighbors));
+    case Attempt::kFew:
+      if (certificate <= kMuchBetter * chosen_certificate_) return then_();
+      attempt_ = Attempt::kLast;
+      return AddFit(chosen_);
+    case Attempt::kLast:
+      break;
   }
   return then_();
 }

@@ -34,9 +34,10 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
 // "orientation" (core/normals/orientation.h). Each phase adds what follows it. The normals depend on the cloud and the
 // options alone: not on threads.
 //
-// Where neighborhoods hold two sheets (core/normals/sheet_test.h) and the scale is automatic, normals are first made of
-// so few neighbors that most come from one sheet. If those do not orient to closed surfaces that can be trusted, both
-// steps run again at the scale that the pilot chose.
+// Where the scale is automatic, it may take several attempts. If neighborhoods hold two sheets
+// (core/normals/sheet_test.h), normals are first made of so few neighbors that most come from one sheet; those stay if
+// they orient to closed surfaces that can be trusted. Then comes the scale that the pilot chose. If its sides cannot be
+// trusted, few neighbors are tried, which stay if that is much better; else the pilot's normals are made again.
 class NormalPhases {
  public:
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and
@@ -60,14 +61,15 @@ class NormalPhases {
  private:
   // Adds the phases that look at a sample of the cloud, and call Fit at their end.
   void AddLooks();
-  // Makes normals and orients them, at the next scale that is worth it.
+  // Makes normals and orients them, by the first attempt.
   absl::Status Fit();
-  absl::Status AddFit();
+  absl::Status AddFit(const ChosenScale& scale);
   void FillTooFew();
   absl::Status EndFit();
   void Orient();
+  // Makes the next attempt, or is done.
   absl::Status EndOrientation();
-  NormalFit FitOfOneSheet() const;
+  ChosenScale ScaleOf(uint32_t neighbor_count) const;
   void Collect(size_t first, size_t last, NormalField& field);
 
   const NormalOptions options_;
@@ -78,8 +80,11 @@ class NormalPhases {
   std::optional<ScalePilot> pilot_;
   std::optional<SheetTest> sheet_test_;
   SheetFinding sheets_;
-  bool tries_one_sheet_ = false;  // the scale of now is that of FitOfOneSheet
-  ChosenScale scale_;
+  // At which scale the normals of now are made; all but kLast may be followed by another attempt.
+  enum class Attempt : uint8_t { kOneSheet, kChosen, kFew, kLast };
+  Attempt attempt_ = Attempt::kLast;
+  ChosenScale chosen_, scale_;       // by the pilot or the caller; and of the attempt of now
+  double chosen_certificate_ = 0.0;  // of kChosen
   std::unique_ptr<StrategyRun> fit_;
   std::optional<ScratchSet> scratch_;
   NormalReport fit_report_;
