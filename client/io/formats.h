@@ -37,4 +37,12 @@ absl::StatusOr<PointTable> ReadObj(std::string_view bytes);
 // which is a word.
 absl::StatusOr<PointTable> ReadCsv(std::string_view bytes);
 
+// Reads LAS 1.0 to 1.4, point formats 0 to 10 (ASPRS LAS 1.4 R15): x y z in doubles, every attribute of the format, and
+// the extra ones under their names; normal_x normal_y normal_z become nx ny nz. What else the file says is kept in
+// PointTable::las. Compressed points (LAZ, COPC) are refused with a remedy.
+absl::StatusOr<PointTable> ReadLas(std::string_view bytes);
+
+// Refuses E57 with a remedy.
+absl::StatusOr<PointTable> ReadE57(std::string_view bytes);
+
 }  // namespace curv

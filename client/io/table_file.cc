@@ -43,6 +43,8 @@ std::optional<Format> FormatOf(const std::string& extension) {
   if (extension == ".pcd") return Format{ReadPcd, "POINTS of 1 or more, and as many rows"};
   if (extension == ".obj") return Format{ReadObj, "v lines"};
   if (extension == ".csv") return Format{ReadCsv, "lines of values after the line with the columns' names"};
+  if (extension == ".las" || extension == ".laz") return Format{ReadLas, "point data records"};
+  if (extension == ".e57") return Format{ReadE57, "points"};
   for (const char* text : {".xyz", ".pts", ".xyzn", ".txt", ".asc"}) {
     if (extension == text) return Format{ReadXyz, "lines of x y z nx ny nz"};
   }
@@ -50,7 +52,9 @@ std::optional<Format> FormatOf(const std::string& extension) {
 }
 
 Writer WriterFor(const std::string& extension) {
-  return extension == ".ply" ? WritePly : extension == ".csv" ? WriteCsv : nullptr;
+  if (extension == ".ply") return WritePly;
+  if (extension == ".csv") return WriteCsv;
+  return extension == ".las" ? WriteLas : nullptr;
 }
 
 // Closes the descriptor at the end of a scope.

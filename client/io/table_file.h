@@ -10,8 +10,8 @@
 namespace curv {
 
 // Extensions that LoadTable and SaveTable know, for help texts.
-inline constexpr char kReadableExtensions[] = ".ply .pcd .xyz .pts .xyzn .txt .asc .obj .csv";
-inline constexpr char kWritableExtensions[] = ".ply .csv";
+inline constexpr char kReadableExtensions[] = ".ply .pcd .xyz .pts .xyzn .txt .asc .obj .csv .las";
+inline constexpr char kWritableExtensions[] = ".ply .csv .las";
 
 // Reads a file; upper and lower case extensions are the same. INVALID_ARGUMENT naming the file if it cannot be read,
 // has no known extension, is not what its extension says, or holds no points.
@@ -23,7 +23,8 @@ absl::Status CheckWritable(const std::string& path);
 
 // Writes all columns in order, whole or not at all: binary little-endian PLY, or CSV with the columns' names in the
 // first line and the shortest digits that read back as the same value. The column `status` of type uint8 is a word in
-// CSV, a number in PLY (whose header explains it). Blanks, commas and quotes in names become '_'.
+// CSV, a number in PLY (whose header explains it). Blanks, commas and quotes in names become '_'. LAS has 32-bit
+// coordinates on a lattice; that of the file that the table comes from is kept, and all else that it said.
 absl::Status SaveTable(const PointTable& table, const std::string& path);
 
 }  // namespace curv

@@ -13,6 +13,8 @@ namespace curv {
 // These append the table to `file`; see SaveTable for the formats. Errors are those of AtomicFile::Append.
 absl::Status WritePly(const PointTable& table, AtomicFile& file);
 absl::Status WriteCsv(const PointTable& table, AtomicFile& file);
+// Also INVALID_ARGUMENT if the table has no finite x, y and z, or more attributes than LAS can describe.
+absl::Status WriteLas(const PointTable& table, AtomicFile& file);
 
 // Returns `name` with underscores in place of characters that would break a header.
 std::string HeaderName(std::string_view name);
