@@ -10,6 +10,7 @@
 #include "client/cli/command.h"
 #include "client/cli/connection.h"
 #include "client/cli/estimate_summary.h"
+#include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/normals/normal_flags.h"
@@ -37,6 +38,7 @@ constexpr char kEstimateExamples[] =
 struct EstimateFlags {
   std::string input;
   std::string output;
+  SaveOptions save;
   ConnectionFlags connection;
   int threads = 0;
   ScaleFlags scale;
@@ -139,7 +141,8 @@ ExitCode Run(const EstimateFlags& flags) {
   PrintWarnings(report.summary, !were_given);
   PrintAdvice(report.summary, flags.options, !were_given);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
-  if (absl::Status status = SaveTable(output, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
+  if (absl::Status status = SaveTable(output, flags.output, flags.save); !status.ok())
+    return Fail(ExitCode::kOutput, status);
   report.write_seconds = SecondsSince(write_start);
   std::fputs((flags.summary == "json" ? SummaryJson(report, output) : SummaryText(report, output)).c_str(), stdout);
   return ExitCode::kOk;
@@ -199,6 +202,7 @@ void AddEstimate(CLI::App& app, Action& action) {
   command->add_option("-o,--output", flags->output, absl::StrCat("the result: ", kWritableExtensions))
       ->required()
       ->option_text("OUT");
+  AddFormatFlags(*command, flags->save);
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))

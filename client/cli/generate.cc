@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
+#include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
 #include "client/cli/numbers.h"
 #include "client/io/table_file.h"
@@ -27,6 +28,7 @@ constexpr char kGenerateExamples[] =
 struct GenerateFlags {
   std::string surface;
   std::string output;
+  SaveOptions save;
   uint64_t points = 0;
   uint64_t seed = 0;
   double position_noise = 0.0;
@@ -100,7 +102,8 @@ ExitCode Run(const GenerateFlags& flags) {
   absl::StatusOr<std::vector<Vec3>> positions = SampleEvenly(**surface, flags.points, flags.seed);
   if (!positions.ok()) return Fail(ExitCode::kUsage, positions.status());
   const PointTable table = MakeTable(**surface, *std::move(positions), flags);
-  if (absl::Status status = SaveTable(table, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
+  if (absl::Status status = SaveTable(table, flags.output, flags.save); !status.ok())
+    return Fail(ExitCode::kOutput, status);
   std::printf("%s: %s points of the surface %s\n", flags.output.c_str(), WithCommas(flags.points).c_str(),
               flags.surface.c_str());
   return ExitCode::kOk;
@@ -134,6 +137,7 @@ void AddGenerate(CLI::App& app, Action& action) {
   command->add_option("-o,--output", flags->output, absl::StrCat("the cloud: ", kWritableExtensions))
       ->required()
       ->option_text("OUT");
+  AddFormatFlags(*command, flags->save);
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }
 

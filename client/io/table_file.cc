@@ -44,6 +44,8 @@ std::optional<Format> FormatOf(const std::string& extension) {
   if (extension == ".obj") return Format{ReadObj, "v lines"};
   if (extension == ".csv") return Format{ReadCsv, "lines of values after the line with the columns' names"};
   if (extension == ".las" || extension == ".laz") return Format{ReadLas, "point data records"};
+  if (extension == ".npy") return Format{ReadNpy, "an array of shape (N, 3) or (N, 6), N not 0"};
+  if (extension == ".npz") return Format{ReadNpz, "arrays of N elements, N not 0"};
   if (extension == ".e57") return Format{ReadE57, "points"};
   for (const char* text : {".xyz", ".pts", ".xyzn", ".txt", ".asc"}) {
     if (extension == text) return Format{ReadXyz, "lines of x y z nx ny nz"};
@@ -51,9 +53,13 @@ std::optional<Format> FormatOf(const std::string& extension) {
   return std::nullopt;
 }
 
-Writer WriterFor(const std::string& extension) {
-  if (extension == ".ply") return WritePly;
+Writer WriterFor(const std::string& extension, const SaveOptions& options) {
+  if (extension == ".ply") return options.ascii ? WriteAsciiPly : WritePly;
+  if (extension == ".pcd") return options.ascii ? WriteAsciiPcd : WritePcd;
+  if (extension == ".xyz") return WriteXyz;
   if (extension == ".csv") return WriteCsv;
+  if (extension == ".npy") return WriteNpy;
+  if (extension == ".npz") return WriteNpz;
   return extension == ".las" ? WriteLas : nullptr;
 }
 
@@ -114,12 +120,12 @@ absl::StatusOr<PointTable> LoadTable(const std::string& path) {
 }
 
 absl::Status CheckWritable(const std::string& path) {
-  if (WriterFor(ExtensionOf(path)) == nullptr) return UnknownExtension(path, kWritableExtensions);
+  if (WriterFor(ExtensionOf(path), {}) == nullptr) return UnknownExtension(path, kWritableExtensions);
   return AtomicFile::Create(path).status();
 }
 
-absl::Status SaveTable(const PointTable& table, const std::string& path) {
-  const Writer writer = WriterFor(ExtensionOf(path));
+absl::Status SaveTable(const PointTable& table, const std::string& path, const SaveOptions& options) {
+  const Writer writer = WriterFor(ExtensionOf(path), options);
   if (writer == nullptr) return UnknownExtension(path, kWritableExtensions);
   absl::StatusOr<AtomicFile> file = AtomicFile::Create(path);
   if (!file.ok()) return file.status();

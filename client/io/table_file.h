@@ -10,12 +10,16 @@
 namespace curv {
 
 // Extensions that LoadTable and SaveTable know, for help texts.
-inline constexpr char kReadableExtensions[] = ".ply .pcd .xyz .pts .xyzn .txt .asc .obj .csv .las";
-inline constexpr char kWritableExtensions[] = ".ply .csv .las";
+inline constexpr char kReadableExtensions[] = ".ply .pcd .xyz .pts .xyzn .txt .asc .obj .csv .las .npy .npz";
+inline constexpr char kWritableExtensions[] = ".ply .pcd .xyz .csv .las .npy .npz";
 
 // Reads a file; upper and lower case extensions are the same. INVALID_ARGUMENT naming the file if it cannot be read,
 // has no known extension, is not what its extension says, or holds no points.
 absl::StatusOr<PointTable> LoadTable(const std::string& path);
+
+struct SaveOptions {
+  bool ascii = false;  // text in place of binary numbers, in PLY and PCD; other formats have one form
+};
 
 // INVALID_ARGUMENT if SaveTable could not write such a file: unknown extension, or no file can be created there.
 // Leaves no trace.
@@ -25,6 +29,9 @@ absl::Status CheckWritable(const std::string& path);
 // first line and the shortest digits that read back as the same value. The column `status` of type uint8 is a word in
 // CSV, a number in PLY (whose header explains it). Blanks, commas and quotes in names become '_'. LAS has 32-bit
 // coordinates on a lattice; that of the file that the table comes from is kept, and all else that it said.
-absl::Status SaveTable(const PointTable& table, const std::string& path);
+//
+// Text files hold a line a point, in the shortest digits that read back as the same value; CSV has the columns' names
+// in its first line, XYZ in a comment.
+absl::Status SaveTable(const PointTable& table, const std::string& path, const SaveOptions& options = {});
 
 }  // namespace curv

@@ -12,7 +12,13 @@ namespace curv {
 
 // These append the table to `file`; see SaveTable for the formats. Errors are those of AtomicFile::Append.
 absl::Status WritePly(const PointTable& table, AtomicFile& file);
+absl::Status WriteAsciiPly(const PointTable& table, AtomicFile& file);
 absl::Status WriteCsv(const PointTable& table, AtomicFile& file);
+absl::Status WritePcd(const PointTable& table, AtomicFile& file);
+absl::Status WriteAsciiPcd(const PointTable& table, AtomicFile& file);
+absl::Status WriteXyz(const PointTable& table, AtomicFile& file);
+absl::Status WriteNpy(const PointTable& table, AtomicFile& file);
+absl::Status WriteNpz(const PointTable& table, AtomicFile& file);
 // Also INVALID_ARGUMENT if the table has no finite x, y and z, or more attributes than LAS can describe.
 absl::Status WriteLas(const PointTable& table, AtomicFile& file);
 

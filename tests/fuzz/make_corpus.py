@@ -7,11 +7,14 @@ that were findings once lie beside the seeds as regression-*, and are not touche
 
 import hashlib
 import importlib
+import io
 import pathlib
 import struct
 import subprocess
 import sys
 import tempfile
+
+import numpy as np
 
 
 def readers():
@@ -124,6 +127,26 @@ def las():
     yield "las", "compressed", file(0, 2)[:104] + b"\x80" + file(0, 2)[105:]
 
 
+def numpy_files():
+    """Seeds of the readers of numpy's files; numpy writes them."""
+    def saved(save, *arrays, **named):
+        stream = io.BytesIO()
+        save(stream, *arrays, **named)
+        return stream.getvalue()
+
+    cloud = np.arange(12, dtype="<f8").reshape(2, 6)
+    yield "npy", "six", saved(np.save, cloud)
+    yield "npy", "fortran", saved(np.save, np.asfortranarray(cloud[:, :3]))
+    yield "npy", "big", saved(np.save, cloud.astype(">f4"))
+    yield "npy", "wide_integers", saved(np.save, cloud.astype("<i8") << 60)
+    fields = np.zeros(2, dtype=[("x", "<f4"), ("y", ">f8"), ("z", "|i1"), ("normal", "<f4", (3,)), ("name", "<U2"), ("ok", "?")])
+    yield "npy", "fields", saved(np.save, fields)
+    yield "npy", "padding", saved(np.save, np.zeros(1, dtype=np.dtype([("x", "<f8"), ("c", "|u1")], align=True)))
+    yield "npy", "hostile_shape", saved(np.save, cloud).replace(b"(2, 6), }       ", b"(99999999, 6), }")
+    yield "npz", "stored", saved(np.savez, positions=cloud[:, :3], normals=cloud[:, 3:], k1=cloud[:, 0], other=np.zeros(7))
+    yield "npz", "deflated", saved(np.savez_compressed, x=cloud[:, 0], y=cloud[:, 1], z=cloud[:, 2], fields=fields)
+
+
 def access():
     """Seeds of the readers of tokens and names."""
     digest = hashlib.sha256(b"alice sha256:").hexdigest()
@@ -223,7 +246,7 @@ def main():
         subprocess.run(["protoc", f"-I{proto_dir}", f"--python_out={generated}", "curvature/v1/curvature.proto"], check=True)
         sys.path.insert(0, generated)
         proto = importlib.import_module("curvature.v1.curvature_pb2")
-    seeds = [*readers(), *las(), *access(), *answers(), *protocol(proto)]
+    seeds = [*readers(), *las(), *numpy_files(), *access(), *answers(), *protocol(proto)]
     for target, name, data in seeds:
         (corpus_dir / target).mkdir(parents=True, exist_ok=True)
         (corpus_dir / target / name).write_bytes(data)

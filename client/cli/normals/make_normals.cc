@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/connection.h"
+#include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
@@ -44,6 +45,7 @@ constexpr char kOrientExamples[] =
 struct MakeNormalsFlags {
   std::string input;
   std::string output;
+  SaveOptions save;
   ConnectionFlags connection;
   NormalFlags normals;
   int threads = 0;
@@ -102,7 +104,8 @@ ExitCode Run(MakeNormalsFlags& flags) {
   const uint64_t turned = TakeNormals(were_given, *std::move(result), *table);
   for (const EstimateWarning& warning : summary.warnings) PrintWarning(warning.message);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
-  if (absl::Status status = SaveTable(*table, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
+  if (absl::Status status = SaveTable(*table, flags.output, flags.save); !status.ok())
+    return Fail(ExitCode::kOutput, status);
   PrintSummary(flags, summary, turned);
   return ExitCode::kOk;
 }
@@ -117,6 +120,7 @@ CLI::App* AddCommand(CLI::App& app, const char* name, const char* what, const ch
   command->add_option("-o,--output", flags->output, absl::StrCat("the cloud: ", kWritableExtensions))
       ->required()
       ->option_text("OUT");
+  AddFormatFlags(*command, flags->save);
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "client/io/las/las_bytes.h"
+#include "client/io/bytes.h"
 #include "client/io/text.h"
 #include "client/io/writers.h"
 

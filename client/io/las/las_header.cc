@@ -7,8 +7,8 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "client/io/bytes.h"
 #include "client/io/las/extra_bytes.h"
-#include "client/io/las/las_bytes.h"
 #include "client/io/las/las_fields.h"
 #include "client/io/text.h"
 

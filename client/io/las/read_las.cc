@@ -9,9 +9,9 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "client/io/bytes.h"
 #include "client/io/formats.h"
 #include "client/io/las/extra_bytes.h"
-#include "client/io/las/las_bytes.h"
 #include "client/io/las/las_columns.h"
 #include "client/io/las/las_header.h"
 

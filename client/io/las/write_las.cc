@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/civil_time.h"
 #include "absl/time/clock.h"
-#include "client/io/las/las_bytes.h"
+#include "client/io/bytes.h"
 #include "client/io/las/las_plan.h"
 #include "client/io/las/lattice.h"
 #include "client/io/writers.h"

@@ -91,7 +91,8 @@ TEST(TableFileTest, NamesTheFileInErrors) {
   EXPECT_THAT(LoadTable(damaged).status().message(), HasSubstr("bad.ply: line 1"));
   std::filesystem::create_directory(dir.File("dir.ply"));
   EXPECT_THAT(LoadTable(dir.File("dir.ply")).status().message(), HasSubstr("Is a directory"));
-  EXPECT_THAT(SaveTable(Sample(), dir.File("t.obj")).message(), HasSubstr("must be one of .ply .csv .las"));
+  EXPECT_THAT(SaveTable(Sample(), dir.File("t.obj")).message(),
+              HasSubstr("must be one of .ply .pcd .xyz .csv .las .npy .npz"));
 }
 
 TEST(TableFileTest, ReadsEveryExtension) {
