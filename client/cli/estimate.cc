@@ -106,10 +106,11 @@ ExitCode Run(const EstimateFlags& flags) {
   const InterruptWatch interrupt;
   EstimateReport report{.input = flags.input, .output = flags.output, .options = flags.options};
   report.server = flags.connection.server.empty() ? "embedded" : flags.connection.server;
-  if (absl::Status status = CheckWritable(flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
+  if (absl::Status status = CheckWritable(flags.output, flags.save); !status.ok())
+    return Fail(ExitCode::kOutput, status);
 
   const absl::Time start = absl::Now();
-  absl::StatusOr<PointTable> table = LoadTable(flags.input);
+  absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
   std::string note;
@@ -144,7 +145,8 @@ ExitCode Run(const EstimateFlags& flags) {
   if (absl::Status status = SaveTable(output, flags.output, flags.save); !status.ok())
     return Fail(ExitCode::kOutput, status);
   report.write_seconds = SecondsSince(write_start);
-  std::fputs((flags.summary == "json" ? SummaryJson(report, output) : SummaryText(report, output)).c_str(), stdout);
+  std::fputs((flags.summary == "json" ? SummaryJson(report, output) : SummaryText(report, output)).c_str(),
+             SummaryStream(flags.output));
   return ExitCode::kOk;
 }
 
@@ -196,10 +198,10 @@ void AddEstimate(CLI::App& app, Action& action) {
   auto flags = std::make_shared<EstimateFlags>();
   CLI::App* command = app.add_subcommand("estimate", "Estimate the curvature of a point cloud");
   command->footer(absl::StrCat(kEstimateExamples, "\n", kExitCodesHelp));
-  command->add_option("input", flags->input, absl::StrCat("the cloud: ", kReadableExtensions))
+  command->add_option("input", flags->input, absl::StrCat("the cloud: ", kReadableFiles))
       ->required()
       ->option_text("IN");
-  command->add_option("-o,--output", flags->output, absl::StrCat("the result: ", kWritableExtensions))
+  command->add_option("-o,--output", flags->output, absl::StrCat("the result: ", kWritableFiles))
       ->required()
       ->option_text("OUT");
   AddFormatFlags(*command, flags->save);

@@ -5,7 +5,7 @@
 
 namespace curv {
 
-absl::Status WriteCsv(const PointTable& table, AtomicFile& file) {
+absl::Status WriteCsv(const PointTable& table, ByteSink& file) {
   std::string header;
   for (const Column& column : table.columns()) {
     if (!header.empty()) header += ',';

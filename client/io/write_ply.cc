@@ -35,12 +35,12 @@ std::string HeaderName(std::string_view name) {
   return result;
 }
 
-absl::Status WritePly(const PointTable& table, AtomicFile& file) {
+absl::Status WritePly(const PointTable& table, ByteSink& file) {
   if (absl::Status status = file.Append(Header(table, "binary_little_endian")); !status.ok()) return status;
   return AppendBinaryRows(table, file);
 }
 
-absl::Status WriteAsciiPly(const PointTable& table, AtomicFile& file) {
+absl::Status WriteAsciiPly(const PointTable& table, ByteSink& file) {
   if (absl::Status status = file.Append(Header(table, "ascii")); !status.ok()) return status;
   return AppendTextRows(table, ' ', /*status_words=*/false, file);
 }

@@ -1,5 +1,8 @@
-// The flags that say how a command writes its file.
+// The flags that say in which format a command reads and writes its files.
 #pragma once
+
+#include <cstdio>
+#include <string>
 
 #include "client/io/table_file.h"
 
@@ -9,7 +12,13 @@ class App;
 
 namespace curv {
 
-// Adds --ascii to a command. `options` must outlive it.
+// Adds --format to a command that reads. `format` must outlive it.
+void AddInputFormat(CLI::App& command, std::string& format);
+
+// Adds --format and --ascii to a command that writes. `options` must outlive it.
 void AddFormatFlags(CLI::App& command, SaveOptions& options);
+
+// Returns where a summary goes: to standard output, unless the result goes there.
+std::FILE* SummaryStream(const std::string& output);
 
 }  // namespace curv

@@ -9,7 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "client/io/atomic_file.h"
+#include "client/io/byte_sink.h"
 
 namespace curv {
 
@@ -33,7 +33,7 @@ absl::StatusOr<std::string> ReadZipMember(std::string_view archive, const ZipMem
 // Appends an archive of stored members to a file, with sizes of 64 bits where they are needed. Not thread-safe.
 class ZipWriter {
  public:
-  explicit ZipWriter(AtomicFile& file) : file_(file) {}
+  explicit ZipWriter(ByteSink& file) : file_(file) {}
 
   // Starts a member of so many bytes with that sum (Crc32). REQUIRES: exactly these bytes are appended next.
   absl::Status Begin(const std::string& name, uint64_t bytes, uint32_t crc);
@@ -42,7 +42,7 @@ class ZipWriter {
   absl::Status End();
 
  private:
-  AtomicFile& file_;
+  ByteSink& file_;
   uint64_t at_ = 0;
   std::vector<ZipMember> members_;
 };

@@ -90,7 +90,7 @@ size_t BytesOf(const LasRecord& record) {
 // Writes a table as its plan says.
 class LasWriter {
  public:
-  LasWriter(const PointTable& table, const LasPlan& plan, AtomicFile& file)
+  LasWriter(const PointTable& table, const LasPlan& plan, ByteSink& file)
       : points_(table.size()),
         plan_(plan),
         frame_(table.las != nullptr ? *table.las : NewFrame(plan.point_format)),
@@ -212,12 +212,12 @@ class LasWriter {
   size_t points_;
   const LasPlan& plan_;
   LasFrame frame_;
-  AtomicFile& file_;
+  ByteSink& file_;
 };
 
 }  // namespace
 
-absl::Status WriteLas(const PointTable& table, AtomicFile& file) {
+absl::Status WriteLas(const PointTable& table, ByteSink& file) {
   const absl::StatusOr<LasPlan> plan = PlanLas(table);
   if (!plan.ok()) return absl::InvalidArgumentError(absl::StrCat("cannot write LAS: ", plan.status().message()));
   return LasWriter(table, *plan, file).Write();

@@ -63,7 +63,7 @@ std::string_view BytesOfValues(const Column& column) {
 
 }  // namespace
 
-absl::Status WriteNpy(const PointTable& table, AtomicFile& file) {
+absl::Status WriteNpy(const PointTable& table, ByteSink& file) {
   const std::vector<std::string> names = NamesOf(table);
   std::string type = "[";
   for (size_t i = 0; i < names.size(); ++i) {
@@ -73,7 +73,7 @@ absl::Status WriteNpy(const PointTable& table, AtomicFile& file) {
   return AppendBinaryRows(table, file);
 }
 
-absl::Status WriteNpz(const PointTable& table, AtomicFile& file) {
+absl::Status WriteNpz(const PointTable& table, ByteSink& file) {
   const std::vector<std::string> names = NamesOf(table);
   ZipWriter archive(file);
   for (size_t i = 0; i < names.size(); ++i) {

@@ -40,7 +40,7 @@ void AppendValue(const Column& column, bool as_word, size_t row, std::string& ou
 
 }  // namespace
 
-absl::Status AppendBinaryRows(const PointTable& table, AtomicFile& file) {
+absl::Status AppendBinaryRows(const PointTable& table, ByteSink& file) {
   size_t row_bytes = 0;
   for (const Column& column : table.columns()) row_bytes += BytesOf(column.kind());
   std::string block(kBlockRows * row_bytes, '\0');
@@ -57,7 +57,7 @@ absl::Status AppendBinaryRows(const PointTable& table, AtomicFile& file) {
   return absl::OkStatus();
 }
 
-absl::Status AppendTextRows(const PointTable& table, char separator, bool status_words, AtomicFile& file) {
+absl::Status AppendTextRows(const PointTable& table, char separator, bool status_words, ByteSink& file) {
   std::string block;
   for (size_t row = 0; row < table.size(); ++row) {
     bool first = true;

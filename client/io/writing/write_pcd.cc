@@ -41,12 +41,12 @@ std::string Header(const PointTable& table, const char* encoding) {
 
 }  // namespace
 
-absl::Status WritePcd(const PointTable& table, AtomicFile& file) {
+absl::Status WritePcd(const PointTable& table, ByteSink& file) {
   if (absl::Status status = file.Append(Header(table, "binary")); !status.ok()) return status;
   return AppendBinaryRows(table, file);
 }
 
-absl::Status WriteAsciiPcd(const PointTable& table, AtomicFile& file) {
+absl::Status WriteAsciiPcd(const PointTable& table, ByteSink& file) {
   if (absl::Status status = file.Append(Header(table, "ascii")); !status.ok()) return status;
   return AppendTextRows(table, ' ', /*status_words=*/false, file);
 }

@@ -5,7 +5,7 @@
 
 namespace curv {
 
-absl::Status WriteXyz(const PointTable& table, AtomicFile& file) {
+absl::Status WriteXyz(const PointTable& table, ByteSink& file) {
   std::string header = "#";
   for (const Column& column : table.columns()) header += ' ' + HeaderName(column.name);
   if (absl::Status status = file.Append(header + '\n'); !status.ok()) return status;
