@@ -165,6 +165,8 @@ absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string&
   return table;
 }
 
+bool IsWritable(const std::string& name) { return FindWriter(name, {}).ok(); }
+
 absl::Status CheckWritable(const std::string& path, const SaveOptions& options) {
   if (absl::Status status = FindWriter(path, options).status(); !status.ok()) return status;
   return AtomicFile::Create(path).status();

@@ -33,6 +33,9 @@ struct SaveOptions {
   std::string format{};  // of standard output, and of files whose extension is not known
 };
 
+// Returns whether SaveTable can write a file of that name.
+bool IsWritable(const std::string& name);
+
 // INVALID_ARGUMENT if SaveTable could not write such a file: unknown format, or no file can be created there.
 // Leaves no trace.
 absl::Status CheckWritable(const std::string& path, const SaveOptions& options = {});

@@ -45,6 +45,25 @@ std::string Unique(std::string name, std::set<std::string>& used) {
   return name;
 }
 
+// Names for bytes of which nothing is known: undocumented, undocumented_2 and so on.
+class UndocumentedNames {
+ public:
+  explicit UndocumentedNames(std::set<std::string>& used) : used_(used) {}
+
+  std::string Next() {
+    // Counted on, as there can be many: to try all numbers for each would take the square of their count.
+    std::string name = "undocumented";
+    do {
+      if (++count_ > 1) name = absl::StrCat("undocumented_", count_);
+    } while (!used_.insert(name).second);
+    return name;
+  }
+
+ private:
+  std::set<std::string>& used_;
+  int count_ = 0;
+};
+
 void ReserveHalves(const std::string& name, std::set<std::string>& used) {
   used.insert({name + "_low", name + "_high"});
 }
@@ -116,7 +135,7 @@ LasExtra NewExtra(uint8_t data_type, uint8_t options, std::string_view name, std
 }
 
 // Appends undocumented bytes, 255 of them to an attribute.
-void AddUndocumented(size_t count, std::set<std::string>& used, std::vector<std::string>& notes,
+void AddUndocumented(size_t count, UndocumentedNames& names, std::vector<std::string>& notes,
                      std::vector<LasExtra>& extras) {
   if (count > kMaxUndocumented) {
     notes.push_back(absl::StrCat("left out ", count - kMaxUndocumented, " of ", count,
@@ -127,7 +146,7 @@ void AddUndocumented(size_t count, std::set<std::string>& used, std::vector<std:
   while (count > 0) {
     LasExtra extra = DescribeUndocumented(std::min<size_t>(count, 255));
     count -= BytesOf(extra);
-    for (size_t i = 0; i < BytesOf(extra); ++i) extra.columns.push_back(Unique("undocumented", used));
+    for (size_t i = 0; i < BytesOf(extra); ++i) extra.columns.push_back(names.Next());
     extras.push_back(std::move(extra));
   }
 }
@@ -138,6 +157,7 @@ std::vector<LasExtra> ReadDescriptors(std::string_view descriptors, size_t extra
                                       std::vector<std::string>& notes) {
   std::vector<LasExtra> extras;
   const std::set<std::string> used_before = used;
+  UndocumentedNames undocumented(used);
   size_t left = extra_bytes;
   for (; !descriptors.empty(); descriptors.remove_prefix(kLasDescriptorBytes)) {
     LasExtra extra{.descriptor = std::string(descriptors.substr(0, kLasDescriptorBytes)), .columns = {}};
@@ -161,14 +181,14 @@ std::vector<LasExtra> ReadDescriptors(std::string_view descriptors, size_t extra
     left -= bytes;
     const std::string_view name = NameOf(extra);
     if (extra.data_type() == kUndocumented) {
-      for (size_t i = 0; i < bytes; ++i) extra.columns.push_back(Unique("undocumented", used));
+      for (size_t i = 0; i < bytes; ++i) extra.columns.push_back(undocumented.Next());
     } else {
       extra.columns = ColumnNames(name, extra.data_type(), used);
       NoteBadScaling(extra, notes);
     }
     extras.push_back(std::move(extra));
   }
-  AddUndocumented(left, used, notes, extras);
+  AddUndocumented(left, undocumented, notes, extras);
   return extras;
 }
 

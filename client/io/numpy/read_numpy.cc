@@ -92,7 +92,7 @@ absl::StatusOr<PointTable> ReadNpy(std::string_view bytes) {
                            : ": expected (N, 3), x y z, or (N, 6), with nx ny nz; further columns may follow"));
   }
   if (!header->structured && !header->fields[0].kept()) {
-    return absl::InvalidArgumentError(absl::StrCat("the array's type is ", std::string(1, header->fields[0].sort),
+    return absl::InvalidArgumentError(absl::StrCat("the array's type is ", Printable({&header->fields[0].sort, 1}),
                                                    header->fields[0].bytes,
                                                    ": expected f4, f8, or integers of 1, 2, 4 or 8 bytes"));
   }

@@ -87,6 +87,10 @@ TEST(NpyTest, RefusesOtherArrays) {
   EXPECT_THAT(Message(Matrix("<f4", "(1, 2)", three)), HasSubstr("(1, 2)"));
   EXPECT_THAT(Message(Matrix("<f4", "(1, 3, 1)", three)), HasSubstr("(1, 3, 1)"));
   EXPECT_THAT(Message(Matrix("<c8", "(1, 3)", three + three)), HasSubstr("type is c8: expected f4, f8"));
+  EXPECT_THAT(Message(Matrix("<\xa3"
+                             "6",
+                             "(1, 3)", three + three)),
+              HasSubstr("type is ?6: expected f4, f8"));
   EXPECT_THAT(Message(Matrix("|O", "(1, 3)", three)), HasSubstr("holds Python objects"));
   EXPECT_THAT(Message(Matrix("<f4", "(2, 3)", three)),
               HasSubstr("the shape is (2, 3), 4 bytes an element, but only 12"));
