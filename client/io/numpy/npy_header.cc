@@ -220,9 +220,8 @@ absl::StatusOr<NpyHeader> ReadNpyHeader(std::string_view file) {
   if (file.substr(0, kMagic.size()) != kMagic || file.size() < 12) {
     return Error("the file does not start as an array of numpy does, with 0x93 NUMPY and a version");
   }
-  const auto major = static_cast<unsigned>(file[6]);
-  if (major < 1 || major > 3)
-    return Error(absl::StrCat("the format's version is ", major & 0xffu, ": expected 1 to 3"));
+  const auto major = unsigned{static_cast<unsigned char>(file[6])};
+  if (major < 1 || major > 3) return Error(absl::StrCat("the format's version is ", major, ": expected 1 to 3"));
   const size_t text_at = major == 1 ? 10 : 12;
   const size_t text_bytes = major == 1 ? ScalarAt<uint16_t>(file, 8) : ScalarAt<uint32_t>(file, 8);
   if (text_bytes > file.size() - text_at) {
