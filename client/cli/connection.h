@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <stop_token>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "client/cli/connection_flags.h"
@@ -23,8 +24,9 @@ class Connection {
   virtual const CurvatureClient& client() const = 0;
 };
 
-// Sends a cloud as CurvatureClient::Estimate does, and shows a progress bar meanwhile.
+// Sends a cloud as CurvatureClient::Estimate does, and shows a progress bar meanwhile, behind `title`.
 absl::StatusOr<CurvatureResult> CallServer(const Connection& connection, const OrientedCloud& cloud,
-                                           const EstimateOptions& options, const std::stop_token& stop);
+                                           const EstimateOptions& options, const std::stop_token& stop,
+                                           const std::string& title = "");
 
 }  // namespace curv

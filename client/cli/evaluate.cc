@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "client/cli/accuracy.h"
 #include "client/cli/command.h"
+#include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
 #include "client/cli/json.h"
 #include "client/cli/numbers.h"
@@ -26,6 +27,7 @@ constexpr char kEvaluateExamples[] =
 struct EvaluateFlags {
   std::string input;
   bool json = false;
+  std::string format;
 };
 
 std::string Text(const std::string& input, const Accuracy& accuracy) {
@@ -60,7 +62,7 @@ std::string Json(const std::string& input, const Accuracy& accuracy) {
 }
 
 ExitCode Run(const EvaluateFlags& flags) {
-  absl::StatusOr<PointTable> table = LoadTable(flags.input);
+  absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   absl::StatusOr<Accuracy> accuracy = MeasureAccuracy(*table);
   if (!accuracy.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", accuracy.status().message()));
@@ -77,6 +79,7 @@ void AddEvaluate(CLI::App& app, Action& action) {
   command->add_option("result", flags->input, "a result of curv estimate with true_* columns")
       ->required()
       ->option_text("RESULT");
+  AddInputFormat(*command, flags->format);
   command->add_flag("--json", flags->json, "one line of JSON instead of a table");
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }

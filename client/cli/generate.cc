@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
+#include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
 #include "client/cli/numbers.h"
 #include "client/io/table_file.h"
@@ -27,6 +28,7 @@ constexpr char kGenerateExamples[] =
 struct GenerateFlags {
   std::string surface;
   std::string output;
+  SaveOptions save;
   uint64_t points = 0;
   uint64_t seed = 0;
   double position_noise = 0.0;
@@ -94,15 +96,17 @@ PointTable MakeTable(const Surface& surface, std::vector<Vec3> positions, const 
 }
 
 ExitCode Run(const GenerateFlags& flags) {
-  if (absl::Status status = CheckWritable(flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
+  if (absl::Status status = CheckWritable(flags.output, flags.save); !status.ok())
+    return Fail(ExitCode::kOutput, status);
   absl::StatusOr<std::unique_ptr<Surface>> surface = MakeSurface(flags.surface);
   if (!surface.ok()) return Fail(ExitCode::kUsage, surface.status());
   absl::StatusOr<std::vector<Vec3>> positions = SampleEvenly(**surface, flags.points, flags.seed);
   if (!positions.ok()) return Fail(ExitCode::kUsage, positions.status());
   const PointTable table = MakeTable(**surface, *std::move(positions), flags);
-  if (absl::Status status = SaveTable(table, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
-  std::printf("%s: %s points of the surface %s\n", flags.output.c_str(), WithCommas(flags.points).c_str(),
-              flags.surface.c_str());
+  if (absl::Status status = SaveTable(table, flags.output, flags.save); !status.ok())
+    return Fail(ExitCode::kOutput, status);
+  std::fprintf(SummaryStream(flags.output), "%s: %s points of the surface %s\n", flags.output.c_str(),
+               WithCommas(flags.points).c_str(), flags.surface.c_str());
   return ExitCode::kOk;
 }
 
@@ -131,9 +135,10 @@ void AddGenerate(CLI::App& app, Action& action) {
       ->check(Whole(0, ~uint64_t{0}))
       ->option_text("NUMBER [0]");
   command->add_flag("--double", flags->doubles, "64-bit columns instead of 32-bit");
-  command->add_option("-o,--output", flags->output, absl::StrCat("the cloud: ", kWritableExtensions))
+  command->add_option("-o,--output", flags->output, absl::StrCat("the cloud: ", kWritableFiles))
       ->required()
       ->option_text("OUT");
+  AddFormatFlags(*command, flags->save);
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -64,7 +65,8 @@ std::string ProgressLine(const EstimateProgress& progress, double seconds) {
   return line;
 }
 
-ProgressBar::ProgressBar() : visible_(isatty(STDERR_FILENO) != 0), phase_start_(absl::Now()) {}
+ProgressBar::ProgressBar(std::string title)
+    : title_(std::move(title)), visible_(isatty(STDERR_FILENO) != 0), phase_start_(absl::Now()) {}
 
 ProgressBar::~ProgressBar() {
   if (drawn_) std::fputs("\r\x1b[K", stderr);
@@ -80,7 +82,8 @@ void ProgressBar::Show(const EstimateProgress& progress) {
   if (now - last_ < absl::Milliseconds(100)) return;
   last_ = now;
   drawn_ = true;
-  std::fprintf(stderr, "\r\x1b[K%s", ProgressLine(progress, absl::ToDoubleSeconds(now - phase_start_)).c_str());
+  std::fprintf(stderr, "\r\x1b[K%s%s", title_.c_str(),
+               ProgressLine(progress, absl::ToDoubleSeconds(now - phase_start_)).c_str());
 }
 
 }  // namespace curv

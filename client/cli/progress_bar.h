@@ -11,8 +11,8 @@ namespace curv {
 // Not thread-safe.
 class ProgressBar {
  public:
-  // Silent unless stderr is a terminal.
-  ProgressBar();
+  // Silent unless stderr is a terminal. `title` stands before the progress.
+  explicit ProgressBar(std::string title = "");
   // Wipes the line.
   ~ProgressBar();
 
@@ -20,6 +20,7 @@ class ProgressBar {
   void Show(const EstimateProgress& progress);
 
  private:
+  std::string title_;
   bool visible_;
   bool drawn_ = false;
   absl::Time last_ = absl::InfinitePast();

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "client/cli/command.h"
+#include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/table_vectors.h"
@@ -35,6 +36,7 @@ struct RenderFlags {
   std::string up = "z";
   std::string size = "1200x900";
   std::string unit = "length unit";
+  std::string format;
 };
 
 struct Drawing {
@@ -97,7 +99,7 @@ ExitCode Run(const RenderFlags& flags) {
   if (!absl::EndsWithIgnoreCase(flags.output, ".png")) {
     return Fail(ExitCode::kOutput, absl::StrCat(flags.output, ": pictures are written as .png"));
   }
-  absl::StatusOr<PointTable> table = LoadTable(flags.input);
+  absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   const auto bad_input = [&](const absl::Status& status) {
     return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", status.message()));
@@ -125,6 +127,7 @@ void AddRender(CLI::App& app, Action& action) {
   command->add_option("result", flags->input, "a result of curv estimate, or a cloud of curv generate")
       ->required()
       ->option_text("RESULT");
+  AddInputFormat(*command, flags->format);
   command->add_option("-o,--output", flags->output, "the picture: .png")->required()->option_text("PNG");
   command->add_option("--quantity", flags->quantity, absl::StrCat(kQuantityWords, ", or the name of a column [mean]"))
       ->option_text("NAME");

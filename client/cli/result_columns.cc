@@ -89,6 +89,8 @@ std::string ContractName(const std::string& word) {
 PointTable MakeResultTable(PointTable input, CurvatureResult result) {
   std::vector<Column> columns = input.Release();
   PointTable table;
+  table.las = std::move(input.las);
+  table.viewpoint = input.viewpoint;
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) Move(columns, name, table);
   AddVector("n", result.normals, table);  // in the place of the input's
   AddScalars("mean_curvature", std::move(result.mean), table);

@@ -43,6 +43,11 @@ mode_t DefaultMode() {
 }  // namespace
 
 absl::StatusOr<AtomicFile> AtomicFile::Create(const std::string& path) {
+  if (path == "-") {
+    const int descriptor = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0);
+    if (descriptor < 0) return SystemError("write", "standard output", errno);
+    return AtomicFile("standard output", "", descriptor);
+  }
   const std::string target = Resolved(path);
   struct stat existing {};
   const bool exists = stat(target.c_str(), &existing) == 0;

@@ -7,24 +7,25 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "client/io/byte_sink.h"
 
 namespace curv {
 
 // Writes to a temporary file beside the target and renames it at the end: whoever looks at the target sees the old file
 // or the whole new one, also after a crash. A target that exists and is no regular file (a device, a pipe) is written
-// to directly, since it cannot be replaced. Not thread-safe.
-class AtomicFile {
+// to directly, since it cannot be replaced; so is standard output. Not thread-safe.
+class AtomicFile : public ByteSink {
  public:
-  // INVALID_ARGUMENT naming the path and the system's reason if no file can be created there.
+  // INVALID_ARGUMENT naming the path and the system's reason if no file can be created there. "-" is standard output.
   static absl::StatusOr<AtomicFile> Create(const std::string& path);
 
   AtomicFile(AtomicFile&& other) noexcept;
   AtomicFile& operator=(AtomicFile&&) = delete;
   // Removes what was written, unless Commit succeeded.
-  ~AtomicFile();
+  ~AtomicFile() override;
 
   // INVALID_ARGUMENT naming the path and the system's reason (disk full, say). REQUIRES: no Append failed before.
-  absl::Status Append(std::string_view bytes);
+  absl::Status Append(std::string_view bytes) override;
 
   // Makes the file appear, its bytes safely on disk. The same errors; the target is then as it was before.
   // REQUIRES: called once, after the last Append, none of which failed.

@@ -25,7 +25,9 @@ absl::StatusOr<PointTable> ReadPcd(std::string_view bytes);
 // Reads text with one point a line: x y z, then nx ny nz, then any further columns, which are named column7, column8
 // and so on. Fields are separated by blanks, commas or semicolons. Lines that start with # or // are comments; a first
 // line of one integer is the number of points. Six columns whose last three are integers from 0 to 255, some above 1,
-// hold colors: they become red green blue.
+// hold colors: they become red green blue. Where the comment right before the first point, or before the number of
+// points, starts with x y z and has a word for each column, these are the columns' names (X Y Z Nx Ny Nz in either
+// case).
 absl::StatusOr<PointTable> ReadXyz(std::string_view bytes);
 
 // Reads the v and vn lines of OBJ. Where faces pair vertices with normals (f v//vn or v/vt/vn), a vertex gets the sum
@@ -36,5 +38,24 @@ absl::StatusOr<PointTable> ReadObj(std::string_view bytes);
 // Reads comma-separated values under a line with the columns' names, as WriteCsv makes them: doubles, save `status`,
 // which is a word.
 absl::StatusOr<PointTable> ReadCsv(std::string_view bytes);
+
+// Reads LAS 1.0 to 1.4, point formats 0 to 10 (ASPRS LAS 1.4 R15): x y z in doubles, every attribute of the format, and
+// the extra ones under their names; normal_x normal_y normal_z become nx ny nz. What else the file says is kept in
+// PointTable::las. Compressed points (LAZ, COPC) are refused with a remedy.
+absl::StatusOr<PointTable> ReadLas(std::string_view bytes);
+
+// Reads an array that numpy has saved: (N, 3), x y z; (N, 6), with nx ny nz; wider ones, whose further columns are
+// named column7 and so on; or a structured one of shape (N,), whose fields are the columns (a field of three scalars is
+// NAMEx NAMEy NAMEz, of `positions` x y z, of `normals` nx ny nz). Floats and integers of either byte order, C or
+// Fortran order; integers of 64 bits become doubles.
+absl::StatusOr<PointTable> ReadNpy(std::string_view bytes);
+
+// Reads arrays that numpy has saved together, stored or deflated: each of shape (N,) is a column, each of shape (N, 3)
+// three, named as above. One must be positions, points or xyz, or all of x, y and z. Others than of N points are left
+// out, with a note.
+absl::StatusOr<PointTable> ReadNpz(std::string_view bytes);
+
+// Refuses E57 with a remedy.
+absl::StatusOr<PointTable> ReadE57(std::string_view bytes);
 
 }  // namespace curv

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +12,8 @@
 #include <vector>
 
 namespace curv {
+
+struct LasFrame;
 
 // Types of a column, in the order of ColumnValues' alternatives.
 enum class ScalarKind : uint8_t { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
@@ -57,6 +60,10 @@ class PointTable {
 
   // From where the points were seen, if the file tells: in the coordinates of x y z.
   std::optional<std::array<double, 3>> viewpoint;
+
+  // What the LAS file that the points come from says beside their values; a LAS file made of the table says it too.
+  // Null for other tables.
+  std::shared_ptr<const LasFrame> las;
 
   // Tells the user what a reader left out of the table, in one sentence for each thing.
   std::vector<std::string> notes;

@@ -10,7 +10,10 @@
 #include <string_view>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "client/io/archive/gzip_sink.h"
+#include "client/io/archive/inflate.h"
 #include "client/io/atomic_file.h"
 #include "client/io/formats.h"
 #include "client/io/writers.h"
@@ -25,13 +28,33 @@ std::string ExtensionOf(const std::string& path) {
   return dot == std::string::npos || dot < name ? "" : absl::AsciiStrToLower(path.substr(dot));
 }
 
-absl::Status UnknownExtension(const std::string& path, const char* known) {
+absl::Status UnknownExtension(const std::string& path, const std::string& extension, const char* known) {
   return absl::InvalidArgumentError(
-      absl::StrCat(path, ": the extension \"", ExtensionOf(path), "\" is not known: it must be one of ", known));
+      absl::StrCat(path, ": the extension \"", extension, "\" is not known: it must be one of ", known));
+}
+
+constexpr char kStandard[] = "-";
+
+struct NamedFormat {
+  std::string extension;  // with the dot, in lower case
+  bool gzip = false;      // whether the name says that gzip has packed, or is to pack, the file
+};
+
+// The format that a name tells, or, where it tells none that is in `known`, the format that was asked for.
+absl::StatusOr<NamedFormat> FormatOfName(const std::string& path, const std::string& asked, const char* known) {
+  constexpr char kGzip[] = ".gz";
+  NamedFormat named{.extension = ExtensionOf(path)};
+  if (named.extension == kGzip) named = {ExtensionOf(path.substr(0, path.size() - (sizeof(kGzip) - 1))), true};
+  const bool is_known = !named.extension.empty() && absl::StrContains(absl::StrCat(known, " "), named.extension + " ");
+  if (!asked.empty() && !is_known) named.extension = "." + asked;
+  if (path == kStandard && asked.empty()) {
+    return absl::InvalidArgumentError("the name - does not tell a format: say --format=ply, or another");
+  }
+  return named;
 }
 
 using Reader = absl::StatusOr<PointTable> (*)(std::string_view);
-using Writer = absl::Status (*)(const PointTable&, AtomicFile&);
+using Writer = absl::Status (*)(const PointTable&, ByteSink&);
 
 struct Format {
   Reader read;
@@ -43,20 +66,45 @@ std::optional<Format> FormatOf(const std::string& extension) {
   if (extension == ".pcd") return Format{ReadPcd, "POINTS of 1 or more, and as many rows"};
   if (extension == ".obj") return Format{ReadObj, "v lines"};
   if (extension == ".csv") return Format{ReadCsv, "lines of values after the line with the columns' names"};
+  if (extension == ".las" || extension == ".laz") return Format{ReadLas, "point data records"};
+  if (extension == ".npy") return Format{ReadNpy, "an array of shape (N, 3) or (N, 6), N not 0"};
+  if (extension == ".npz") return Format{ReadNpz, "arrays of N elements, N not 0"};
+  if (extension == ".e57") return Format{ReadE57, "points"};
   for (const char* text : {".xyz", ".pts", ".xyzn", ".txt", ".asc"}) {
     if (extension == text) return Format{ReadXyz, "lines of x y z nx ny nz"};
   }
   return std::nullopt;
 }
 
-Writer WriterFor(const std::string& extension) {
-  return extension == ".ply" ? WritePly : extension == ".csv" ? WriteCsv : nullptr;
+Writer WriterFor(const std::string& extension, const SaveOptions& options) {
+  if (extension == ".ply") return options.ascii ? WriteAsciiPly : WritePly;
+  if (extension == ".pcd") return options.ascii ? WriteAsciiPcd : WritePcd;
+  if (extension == ".xyz") return WriteXyz;
+  if (extension == ".csv") return WriteCsv;
+  if (extension == ".npy") return WriteNpy;
+  if (extension == ".npz") return WriteNpz;
+  return extension == ".las" ? WriteLas : nullptr;
+}
+
+struct NamedWriter {
+  Writer write;
+  bool gzip;
+};
+
+absl::StatusOr<NamedWriter> FindWriter(const std::string& path, const SaveOptions& options) {
+  const absl::StatusOr<NamedFormat> named = FormatOfName(path, options.format, kWritableExtensions);
+  if (!named.ok()) return named.status();
+  const Writer writer = WriterFor(named->extension, options);
+  if (writer == nullptr) return UnknownExtension(path, named->extension, kWritableExtensions);
+  return NamedWriter{writer, named->gzip};
 }
 
 // Closes the descriptor at the end of a scope.
 class OpenFile {
  public:
-  explicit OpenFile(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+  explicit OpenFile(const std::string& path)
+      : descriptor_(path == kStandard ? fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)
+                                      : open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
   ~OpenFile() {
@@ -72,7 +120,8 @@ class OpenFile {
 absl::StatusOr<std::string> ReadBytes(const std::string& path) {
   constexpr size_t kFirstRead = 1 << 20;
   const auto error = [&] {
-    return absl::InvalidArgumentError(absl::StrCat("cannot read ", path, ": ", std::strerror(errno)));
+    const std::string shown = path == kStandard ? "standard input" : path;
+    return absl::InvalidArgumentError(absl::StrCat("cannot read ", shown, ": ", std::strerror(errno)));
   };
   const OpenFile file(path);
   if (file.descriptor() < 0) return error();
@@ -95,31 +144,46 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
 
 }  // namespace
 
-absl::StatusOr<PointTable> LoadTable(const std::string& path) {
-  const std::optional<Format> format = FormatOf(ExtensionOf(path));
-  if (!format) return UnknownExtension(path, kReadableExtensions);
+absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string& format) {
+  const absl::StatusOr<NamedFormat> named = FormatOfName(path, format, kReadableExtensions);
+  if (!named.ok()) return named.status();
+  const std::optional<Format> reader = FormatOf(named->extension);
+  if (!reader) return UnknownExtension(path, named->extension, kReadableExtensions);
+  const std::string shown = path == kStandard ? "standard input" : path;
   absl::StatusOr<std::string> bytes = ReadBytes(path);
+  if (bytes.ok() && IsGzip(*bytes)) {
+    bytes = Gunzip(*bytes);
+    if (!bytes.ok()) return absl::InvalidArgumentError(absl::StrCat(shown, ": ", bytes.status().message()));
+  }
   if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<PointTable> table = format->read(*bytes);
-  if (!table.ok()) return absl::InvalidArgumentError(absl::StrCat(path, ": ", table.status().message()));
+  absl::StatusOr<PointTable> table = reader->read(*bytes);
+  if (!table.ok()) return absl::InvalidArgumentError(absl::StrCat(shown, ": ", table.status().message()));
   if (table->size() == 0) {
     return absl::InvalidArgumentError(absl::StrCat(
-        path, ": the file holds no points", bytes->empty() ? ", it is empty" : "", ": expected ", format->points));
+        shown, ": the file holds no points", bytes->empty() ? ", it is empty" : "", ": expected ", reader->points));
   }
   return table;
 }
 
-absl::Status CheckWritable(const std::string& path) {
-  if (WriterFor(ExtensionOf(path)) == nullptr) return UnknownExtension(path, kWritableExtensions);
+bool IsWritable(const std::string& name) { return FindWriter(name, {}).ok(); }
+
+absl::Status CheckWritable(const std::string& path, const SaveOptions& options) {
+  if (absl::Status status = FindWriter(path, options).status(); !status.ok()) return status;
   return AtomicFile::Create(path).status();
 }
 
-absl::Status SaveTable(const PointTable& table, const std::string& path) {
-  const Writer writer = WriterFor(ExtensionOf(path));
-  if (writer == nullptr) return UnknownExtension(path, kWritableExtensions);
+absl::Status SaveTable(const PointTable& table, const std::string& path, const SaveOptions& options) {
+  const absl::StatusOr<NamedWriter> writer = FindWriter(path, options);
+  if (!writer.ok()) return writer.status();
   absl::StatusOr<AtomicFile> file = AtomicFile::Create(path);
   if (!file.ok()) return file.status();
-  if (absl::Status status = writer(table, *file); !status.ok()) return status;
+  if (!writer->gzip) {
+    if (absl::Status status = writer->write(table, *file); !status.ok()) return status;
+    return file->Commit();
+  }
+  GzipSink packed(*file);
+  if (absl::Status status = writer->write(table, packed); !status.ok()) return status;
+  if (absl::Status status = packed.Finish(); !status.ok()) return status;
   return file->Commit();
 }
 

@@ -10,20 +10,44 @@
 namespace curv {
 
 // Extensions that LoadTable and SaveTable know, for help texts.
-inline constexpr char kReadableExtensions[] = ".ply .pcd .xyz .pts .xyzn .txt .asc .obj .csv";
-inline constexpr char kWritableExtensions[] = ".ply .csv";
+inline constexpr char kReadableExtensions[] = ".ply .pcd .xyz .pts .xyzn .txt .asc .obj .csv .las .npy .npz";
+inline constexpr char kWritableExtensions[] = ".ply .pcd .xyz .csv .las .npy .npz";
 
-// Reads a file; upper and lower case extensions are the same. INVALID_ARGUMENT naming the file if it cannot be read,
-// has no known extension, is not what its extension says, or holds no points.
-absl::StatusOr<PointTable> LoadTable(const std::string& path);
+// The same for people, who may pack files, and use pipes.
+inline constexpr char kReadableFiles[] =
+    ".ply .pcd .xyz .pts .xyzn .txt .asc .obj .csv .las .npy .npz, each also with .gz, or - for standard input";
+inline constexpr char kWritableFiles[] =
+    ".ply .pcd .xyz .csv .las .npy .npz, each also with .gz, or - for standard output";
 
-// INVALID_ARGUMENT if SaveTable could not write such a file: unknown extension, or no file can be created there.
+// The formats that --format can name: the extensions without their dots.
+inline constexpr const char* kFormats[] = {"ply", "pcd", "xyz", "csv", "las", "npy", "npz", "obj"};
+
+// Reads a file; upper and lower case extensions are the same. "-" is standard input. `format`, one of kFormats, says
+// how to read it, and files whose extension is not known. What gzip has packed is unpacked, whatever its name.
+// INVALID_ARGUMENT naming the file if it cannot be read, has no known format, is not what its format says, or holds no
+// points.
+absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string& format = "");
+
+struct SaveOptions {
+  bool ascii = false;    // text in place of binary numbers, in PLY and PCD; other formats have one form
+  std::string format{};  // of standard output, and of files whose extension is not known
+};
+
+// Returns whether SaveTable can write a file of that name.
+bool IsWritable(const std::string& name);
+
+// INVALID_ARGUMENT if SaveTable could not write such a file: unknown format, or no file can be created there.
 // Leaves no trace.
-absl::Status CheckWritable(const std::string& path);
+absl::Status CheckWritable(const std::string& path, const SaveOptions& options = {});
 
-// Writes all columns in order, whole or not at all: binary little-endian PLY, or CSV with the columns' names in the
+// Writes all columns in order, whole or not at all ("-" is standard output), packed with gzip if the name ends in .gz
+// after its extension: binary little-endian PLY, or CSV with the columns' names in the
 // first line and the shortest digits that read back as the same value. The column `status` of type uint8 is a word in
-// CSV, a number in PLY (whose header explains it). Blanks, commas and quotes in names become '_'.
-absl::Status SaveTable(const PointTable& table, const std::string& path);
+// CSV, a number in PLY (whose header explains it). Blanks, commas and quotes in names become '_'. LAS has 32-bit
+// coordinates on a lattice; that of the file that the table comes from is kept, and all else that it said.
+//
+// Text files hold a line a point, in the shortest digits that read back as the same value; CSV has the columns' names
+// in its first line, XYZ in a comment.
+absl::Status SaveTable(const PointTable& table, const std::string& path, const SaveOptions& options = {});
 
 }  // namespace curv

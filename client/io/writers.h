@@ -5,14 +5,22 @@
 #include <string_view>
 
 #include "absl/status/status.h"
-#include "client/io/atomic_file.h"
+#include "client/io/byte_sink.h"
 #include "client/io/point_table.h"
 
 namespace curv {
 
-// These append the table to `file`; see SaveTable for the formats. Errors are those of AtomicFile::Append.
-absl::Status WritePly(const PointTable& table, AtomicFile& file);
-absl::Status WriteCsv(const PointTable& table, AtomicFile& file);
+// These append the table to `file`; see SaveTable for the formats. Errors are those of ByteSink::Append.
+absl::Status WritePly(const PointTable& table, ByteSink& file);
+absl::Status WriteAsciiPly(const PointTable& table, ByteSink& file);
+absl::Status WriteCsv(const PointTable& table, ByteSink& file);
+absl::Status WritePcd(const PointTable& table, ByteSink& file);
+absl::Status WriteAsciiPcd(const PointTable& table, ByteSink& file);
+absl::Status WriteXyz(const PointTable& table, ByteSink& file);
+absl::Status WriteNpy(const PointTable& table, ByteSink& file);
+absl::Status WriteNpz(const PointTable& table, ByteSink& file);
+// Also INVALID_ARGUMENT if the table has no finite x, y and z, or more attributes than LAS can describe.
+absl::Status WriteLas(const PointTable& table, ByteSink& file);
 
 // Returns `name` with underscores in place of characters that would break a header.
 std::string HeaderName(std::string_view name);

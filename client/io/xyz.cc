@@ -5,12 +5,16 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "client/io/formats.h"
 #include "client/io/text.h"
 
 namespace curv {
 namespace {
+
+// A longer one names no columns: there are at most kMaxColumns.
+constexpr size_t kMaxComment = 1 << 20;
 
 // A line with its commas and semicolons, if any, made blanks.
 std::string_view WithBlanks(std::string_view line, std::string& scratch) {
@@ -31,6 +35,31 @@ size_t CountFields(std::string_view line) {
   size_t count = 0;
   while (!NextField(line).empty()) ++count;
   return count;
+}
+
+// The columns' names in a comment, if it starts with x y z and has a word for each of `count` columns.
+std::vector<std::string> NamesIn(std::string_view comment, size_t count) {
+  comment.remove_prefix(std::min(comment.find_first_not_of(" \t#/"), comment.size()));
+  std::vector<std::string> names;
+  while (names.size() <= count) {
+    std::string name(NextField(comment));
+    if (name.empty()) break;
+    const std::string lower = absl::AsciiStrToLower(name);
+    for (const char* known : {"x", "y", "z", "nx", "ny", "nz"}) {
+      if (lower == known) name = known;
+    }
+    if (std::find(names.begin(), names.end(), name) != names.end()) return {};
+    names.push_back(std::move(name));
+  }
+  const bool starts = names.size() == count && names[0] == "x" && names[1] == "y" && names[2] == "z";
+  return starts ? names : std::vector<std::string>();
+}
+
+std::vector<Column> MakeColumns(const std::vector<std::string>& names) {
+  std::vector<Column> columns;
+  columns.reserve(names.size());
+  for (const std::string& name : names) columns.push_back({name, std::vector<double>()});
+  return columns;
 }
 
 std::vector<Column> MakeColumns(size_t count) {
@@ -73,9 +102,14 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
   std::vector<Column*> targets;
   std::optional<uint64_t> declared;
   size_t rows = 0;
+  std::string comment;
+  bool named = false;
   for (std::string_view raw; lines.Next(raw);) {
     const std::string_view line = WithBlanks(raw, scratch);
-    if (IsSkipped(line)) continue;
+    if (IsSkipped(line)) {
+      if (columns.empty() && line.size() <= kMaxComment) comment = line;
+      continue;
+    }
     if (columns.empty()) {
       const size_t count = CountFields(line);
       std::string_view rest = line;
@@ -92,7 +126,9 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
         return absl::InvalidArgumentError(
             absl::StrCat("line ", lines.number(), ": found ", count, " values: expected at most ", kMaxColumns));
       }
-      columns = MakeColumns(count);
+      const std::vector<std::string> names = NamesIn(comment, count);
+      named = !names.empty();
+      columns = named ? MakeColumns(names) : MakeColumns(count);
       for (Column& column : columns) targets.push_back(&column);
     }
     if (absl::Status status = AppendRow(line, lines.number(), targets); !status.ok()) return status;
@@ -104,7 +140,7 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
   }
   if (columns.empty()) columns = MakeColumns(6);
   PointTable table;
-  const bool colors = HoldColors(columns);
+  const bool colors = !named && HoldColors(columns);
   static constexpr const char* kColorNames[] = {"red", "green", "blue"};
   for (size_t i = 0; i < columns.size(); ++i) {
     table.Set(colors && i >= 3 ? ToColor(columns[i], kColorNames[i - 3]) : std::move(columns[i]));

@@ -7,11 +7,14 @@ that were findings once lie beside the seeds as regression-*, and are not touche
 
 import hashlib
 import importlib
+import io
 import pathlib
 import struct
 import subprocess
 import sys
 import tempfile
+
+import numpy as np
 
 
 def readers():
@@ -75,6 +78,73 @@ def readers():
 
     yield "csv", "oriented", b"x,y,z,nx,ny,nz\n1,2,3,0,0,1\n4,5,6,0,1,0\n"
     yield "csv", "results", b"x,mean,status\n1, 0.5 ,ok\n\n2,nan,too_few_neighbors\r\n3,nan,singular_fit\n"
+
+
+def las():
+    """Seeds of the LAS reader, by the layout of the ASPRS LAS 1.4 R15 specification."""
+    core = struct.pack("<3iH", 1, -2, 3, 40000)
+    legacy = core + bytes([2 | 3 << 3, 2 | 1 << 6]) + struct.pack("<bBH", -9, 7, 600)
+    modern = core + bytes([2 | 3 << 4, 1 << 1, 2, 7]) + struct.pack("<hH", -9, 600)
+    time, colors, infrared = struct.pack("<d", 1e8), struct.pack("<3H", 1, 2, 3), struct.pack("<H", 4)
+    wave = struct.pack("<BQI4f", 1, 60, 64, 0.5, 1, 0, 0)
+    points = (legacy, legacy + time, legacy + colors, legacy + time + colors, legacy + time + wave,
+              legacy + time + colors + wave, modern + time, modern + time + colors, modern + time + colors + infrared,
+              modern + time + wave, modern + time + colors + infrared + wave)
+
+    def record(user, number, payload, extended=False):
+        return struct.pack("<H16sH" + ("Q" if extended else "H") + "32s", 0, user, number, len(payload), b"") + payload
+
+    def descriptor(kind, name, options=0, scale=0):
+        return struct.pack("<2xBB32s4x72xd16x24x32s", kind, options, name, scale, b"seed")
+
+    def file(form, minor, records=(), extended=(), extra=b"", count=2):
+        head_bytes = {2: 227, 3: 235, 4: 375}[minor]
+        before, body, after = b"".join(records), 2 * (points[form] + extra), b"".join(extended)
+        at = head_bytes + len(before)
+        legacy_count = count if minor < 4 else 0
+        head = struct.pack("<4sHH16sBB32s32sHHHIIBHI5I12d", b"LASF", 0, 2 if minor == 3 else 16, b"", 1, minor, b"", b"",
+                           1, 2020, head_bytes, at, len(records), form, len(body) // 2, legacy_count, 0, legacy_count, 0, 0, 0,
+                           0.01, 0.01, 0.01, 5e5, 4.5e6, 0, *6 * [0])
+        if minor >= 3:
+            head += struct.pack("<Q", at + len(body) if after else 0)
+        if minor == 4:
+            head += struct.pack("<QIQ15Q", at + len(body) if after else 0, len(extended), count, *15 * [0])
+        return head + before + body + after
+
+    normals = b"".join(descriptor(9, b"normal_" + axis) for axis in (b"x", b"y", b"z"))
+    for form in range(11):
+        yield "las", f"format_{form}", file(form, 2 if form < 4 else 3 if form < 6 else 4)
+    yield "las", "normals", file(6, 4, [record(b"LASF_Spec", 4, normals)], extra=struct.pack("<3f", 0, 0, 1))
+    kinds = b"".join(descriptor(kind, b"extra") for kind in range(1, 11)) + descriptor(29, b"triple") + descriptor(0, b"", 3)
+    yield "las", "extra_types", file(0, 2, [record(b"LASF_Spec", 4, kinds)], extra=b"\xff" * (42 + 12 + 3))
+    yield "las", "scaled", file(1, 2, [record(b"LASF_Spec", 4, descriptor(3, b"width", 9, 0.5))], extra=b"\0\0")
+    yield "las", "mismatch", file(1, 2, [record(b"LASF_Spec", 4, descriptor(10, b"width"))], extra=b"\0\0")
+    keys = struct.pack("<8H", 1, 1, 0, 1, 1024, 0, 1, 2)
+    yield "las", "records", file(7, 4, [record(b"LASF_Projection", 34735, keys), record(b"LASF_Projection", 2112, b"GEOGCS[]")],
+                                 [record(b"seed", 1, b"abc", True)])
+    yield "las", "waveforms", file(4, 3, extended=[record(b"LASF_Spec", 65535, bytes(64), True)])
+    yield "las", "hostile_count", file(6, 4, count=1 << 60)
+    yield "las", "compressed", file(0, 2)[:104] + b"\x80" + file(0, 2)[105:]
+
+
+def numpy_files():
+    """Seeds of the readers of numpy's files; numpy writes them."""
+    def saved(save, *arrays, **named):
+        stream = io.BytesIO()
+        save(stream, *arrays, **named)
+        return stream.getvalue()
+
+    cloud = np.arange(12, dtype="<f8").reshape(2, 6)
+    yield "npy", "six", saved(np.save, cloud)
+    yield "npy", "fortran", saved(np.save, np.asfortranarray(cloud[:, :3]))
+    yield "npy", "big", saved(np.save, cloud.astype(">f4"))
+    yield "npy", "wide_integers", saved(np.save, cloud.astype("<i8") << 60)
+    fields = np.zeros(2, dtype=[("x", "<f4"), ("y", ">f8"), ("z", "|i1"), ("normal", "<f4", (3,)), ("name", "<U2"), ("ok", "?")])
+    yield "npy", "fields", saved(np.save, fields)
+    yield "npy", "padding", saved(np.save, np.zeros(1, dtype=np.dtype([("x", "<f8"), ("c", "|u1")], align=True)))
+    yield "npy", "hostile_shape", saved(np.save, cloud).replace(b"(2, 6), }       ", b"(99999999, 6), }")
+    yield "npz", "stored", saved(np.savez, positions=cloud[:, :3], normals=cloud[:, 3:], k1=cloud[:, 0], other=np.zeros(7))
+    yield "npz", "deflated", saved(np.savez_compressed, x=cloud[:, 0], y=cloud[:, 1], z=cloud[:, 2], fields=fields)
 
 
 def access():
@@ -176,7 +246,7 @@ def main():
         subprocess.run(["protoc", f"-I{proto_dir}", f"--python_out={generated}", "curvature/v1/curvature.proto"], check=True)
         sys.path.insert(0, generated)
         proto = importlib.import_module("curvature.v1.curvature_pb2")
-    seeds = [*readers(), *access(), *answers(), *protocol(proto)]
+    seeds = [*readers(), *las(), *numpy_files(), *access(), *answers(), *protocol(proto)]
     for target, name, data in seeds:
         (corpus_dir / target).mkdir(parents=True, exist_ok=True)
         (corpus_dir / target / name).write_bytes(data)

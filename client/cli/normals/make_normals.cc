@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/connection.h"
+#include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
@@ -44,6 +45,7 @@ constexpr char kOrientExamples[] =
 struct MakeNormalsFlags {
   std::string input;
   std::string output;
+  SaveOptions save;
   ConnectionFlags connection;
   NormalFlags normals;
   int threads = 0;
@@ -67,20 +69,21 @@ void PrintSummary(const MakeNormalsFlags& flags, const EstimateSummary& summary,
                                    {"points", summary.points},
                                    {"normals", NormalsJson(*summary.normals)},
                                    {"warnings", WarningsJson(summary)}};
-    std::fputs(ToJsonLine(json).c_str(), stdout);
+    std::fputs(ToJsonLine(json).c_str(), SummaryStream(flags.output));
   } else if (flags.normals.source == NormalSource::kOrient) {
-    std::printf("%s: negated %s of %s normals\n", flags.output.c_str(), WithCommas(turned).c_str(),
-                WithCommas(summary.points).c_str());
+    std::fprintf(SummaryStream(flags.output), "%s: negated %s of %s normals\n", flags.output.c_str(),
+                 WithCommas(turned).c_str(), WithCommas(summary.points).c_str());
   } else {
-    std::printf("%s: %s points, %s\n", flags.output.c_str(), WithCommas(summary.points).c_str(),
-                NormalsText(*summary.normals).c_str());
+    std::fprintf(SummaryStream(flags.output), "%s: %s points, %s\n", flags.output.c_str(),
+                 WithCommas(summary.points).c_str(), NormalsText(*summary.normals).c_str());
   }
 }
 
 ExitCode Run(MakeNormalsFlags& flags) {
   const InterruptWatch interrupt;
-  if (absl::Status status = CheckWritable(flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
-  absl::StatusOr<PointTable> table = LoadTable(flags.input);
+  if (absl::Status status = CheckWritable(flags.output, flags.save); !status.ok())
+    return Fail(ExitCode::kOutput, status);
+  absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
   std::string note;
@@ -102,7 +105,8 @@ ExitCode Run(MakeNormalsFlags& flags) {
   const uint64_t turned = TakeNormals(were_given, *std::move(result), *table);
   for (const EstimateWarning& warning : summary.warnings) PrintWarning(warning.message);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
-  if (absl::Status status = SaveTable(*table, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
+  if (absl::Status status = SaveTable(*table, flags.output, flags.save); !status.ok())
+    return Fail(ExitCode::kOutput, status);
   PrintSummary(flags, summary, turned);
   return ExitCode::kOk;
 }
@@ -111,12 +115,13 @@ CLI::App* AddCommand(CLI::App& app, const char* name, const char* what, const ch
                      const std::shared_ptr<MakeNormalsFlags>& flags, Action& action) {
   CLI::App* command = app.add_subcommand(name, what);
   command->footer(absl::StrCat(examples, "\n", kExitCodesHelp));
-  command->add_option("input", flags->input, absl::StrCat("the cloud: ", kReadableExtensions))
+  command->add_option("input", flags->input, absl::StrCat("the cloud: ", kReadableFiles))
       ->required()
       ->option_text("IN");
-  command->add_option("-o,--output", flags->output, absl::StrCat("the cloud: ", kWritableExtensions))
+  command->add_option("-o,--output", flags->output, absl::StrCat("the cloud: ", kWritableFiles))
       ->required()
       ->option_text("OUT");
+  AddFormatFlags(*command, flags->save);
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))

@@ -13,7 +13,7 @@
 namespace curv {
 namespace {
 
-constexpr uint32_t kMostNeighbors = 1'000'000;
+constexpr uint32_t kMostNormalNeighbors = 1'000'000;
 
 std::array<double, 3> VectorOf(const std::string& text) {
   std::array<double, 3> vector{};
@@ -86,7 +86,7 @@ void AddMethodFlags(CLI::App& command, const std::string& prefix, NormalFlags& f
       command
           .add_option(absl::StrCat("--", prefix, "k"), flags.k,
                       "points that a normal is made of, itself included [auto: by the noise of the points]")
-          ->check(AutoOrCount(kMostNeighbors))
+          ->check(AutoOrCount(kMostNormalNeighbors))
           ->option_text("COUNT");
   command
       .add_option(absl::StrCat("--", prefix, "radius"), flags.radius,

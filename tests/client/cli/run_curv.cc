@@ -9,7 +9,7 @@
 
 namespace curv {
 
-CurvRun RunCurv(const std::vector<std::string>& arguments) {
+CurvRun RunCurv(const std::vector<std::string>& arguments, const std::string& input) {
   const TempDir dir;
   std::vector<std::string> words = {CURV_BINARY};
   words.insert(words.end(), arguments.begin(), arguments.end());
@@ -21,6 +21,7 @@ CurvRun RunCurv(const std::vector<std::string>& arguments) {
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 1, dir.File("out").c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&actions, 2, dir.File("err").c_str(), O_WRONLY | O_CREAT, 0600);
+  if (!input.empty()) posix_spawn_file_actions_addopen(&actions, 0, input.c_str(), O_RDONLY, 0);
   pid_t child = -1;
   const int error = posix_spawn(&child, CURV_BINARY, &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);

@@ -12,6 +12,7 @@ struct CurvRun {
   std::string err;
 };
 
-CurvRun RunCurv(const std::vector<std::string>& arguments);
+// `input` is the file that it reads as standard input; none if empty.
+CurvRun RunCurv(const std::vector<std::string>& arguments, const std::string& input = "");
 
 }  // namespace curv

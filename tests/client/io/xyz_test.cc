@@ -80,5 +80,17 @@ TEST(XyzTest, RefusesMoreColumnsThanATableHolds) {
   EXPECT_THAT(Message(line), HasSubstr("4097 values: expected at most 4096"));
 }
 
+TEST(XyzTest, TakesNamesFromTheCommentBeforeThePoints) {
+  absl::StatusOr<PointTable> table = ReadXyz("# made by hand\n//X,Y,Z,k1,status,Nx\n2\n1 2 3 4 5 6\n1 2 3 4 5 255\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "k1"), ElementsAre(4, 4));
+  EXPECT_THAT(Values(*table, "nx"), ElementsAre(6, 255));
+  for (const char* comment : {"# x y z", "# x y z a b a", "# x z y a b c", "# x y z a b c d", "#"}) {
+    table = ReadXyz(std::string(comment) + "\n1 2 3 4.5 5 6\n");
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_THAT(Values(*table, "nx"), ElementsAre(4.5)) << comment;
+  }
+}
+
 }  // namespace
 }  // namespace curv

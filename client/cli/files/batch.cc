@@ -1,0 +1,182 @@
+#include "client/cli/files/batch.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "CLI/CLI.hpp"
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/clock.h"
+#include "client/cli/files/finished_files.h"
+#include "client/cli/json.h"
+#include "client/cli/numbers.h"
+#include "client/io/table_file.h"
+
+namespace curv {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string LowerExtension(const fs::path& path) { return absl::AsciiStrToLower(path.extension().string()); }
+
+bool IsSameFile(const std::string& a, const std::string& b) {
+  std::error_code ignored;
+  return fs::equivalent(a, b, ignored);
+}
+
+std::string OutputName(const std::string& input, const std::string& format) {
+  fs::path name = fs::path(input).filename();
+  if (LowerExtension(name) == ".gz") name.replace_extension();
+  if (!format.empty()) return name.replace_extension(format).string();
+  if (!IsWritable(name.string())) name.replace_extension("ply");
+  return name.string();
+}
+
+// Counts what became of the files, and tells it.
+class BatchReport {
+ public:
+  BatchReport(size_t files, bool json) : files_(files), json_(json), start_(absl::Now()) {}
+
+  void Skipped(const BatchFile& file) {
+    ++skipped_;
+    if (json_) {
+      std::fputs(ToJsonLine({{"input", file.input}, {"output", file.output}, {"skipped", true}}).c_str(), stdout);
+    } else {
+      std::printf("%s: skipped, %s is finished\n", file.input.c_str(), file.output.c_str());
+    }
+    std::fflush(stdout);
+  }
+
+  void Done(const BatchFile& file, const BatchOutcome& outcome) {
+    ++done_;
+    points_ += outcome.points;
+    if (json_) {
+      std::fputs(outcome.summary.c_str(), stdout);
+    } else {
+      std::printf("%s: %s -> %s\n", file.input.c_str(), outcome.summary.c_str(), file.output.c_str());
+    }
+    std::fflush(stdout);
+  }
+
+  void Failed(const BatchFile& file) {
+    failed_.push_back(file.input);
+    PrintWarning(absl::StrCat(file.input, " failed"));
+  }
+
+  void End() const {
+    const double seconds = absl::ToDoubleSeconds(absl::Now() - start_);
+    const size_t left = files_ - done_ - skipped_ - failed_.size();
+    if (json_) {
+      std::fputs(ToJsonLine({{"files", files_},
+                             {"done", done_},
+                             {"skipped", skipped_},
+                             {"failed", failed_},
+                             {"not_tried", left},
+                             {"points", points_},
+                             {"seconds", seconds}})
+                     .c_str(),
+                 stdout);
+      return;
+    }
+    std::string text =
+        absl::StrFormat("%d files: %d done, %d skipped, %d failed", files_, done_, skipped_, failed_.size());
+    if (left > 0) absl::StrAppend(&text, ", ", left, " not tried");
+    absl::StrAppendFormat(&text, "; %s points in %.3f s", WithCommas(points_), seconds);
+    for (const std::string& input : failed_) absl::StrAppend(&text, "\n  failed: ", input);
+    std::printf("%s\n", text.c_str());
+  }
+
+  bool has_failures() const { return !failed_.empty(); }
+
+ private:
+  size_t files_;
+  bool json_;
+  absl::Time start_;
+  size_t done_ = 0;
+  size_t skipped_ = 0;
+  uint64_t points_ = 0;
+  std::vector<std::string> failed_;
+};
+
+}  // namespace
+
+bool IsDirectory(const std::string& output) {
+  std::error_code ignored;
+  return output.ends_with('/') || fs::is_directory(output, ignored);
+}
+
+absl::StatusOr<std::vector<BatchFile>> PlanBatch(const std::vector<std::string>& inputs, const std::string& directory,
+                                                 const std::string& format) {
+  std::vector<BatchFile> files;
+  std::map<std::string, std::string> input_of;
+  for (const std::string& input : inputs) {
+    if (input == "-") {
+      return absl::InvalidArgumentError("standard input has no name for an output in a directory: name a file");
+    }
+    const std::string output = (fs::path(directory) / OutputName(input, format)).string();
+    const auto [other, is_new] = input_of.emplace(output, input);
+    if (!is_new) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(other->second, " and ", input, " would both become ", output, ": estimate them apart"));
+    }
+    files.push_back({input, output});
+  }
+  for (const BatchFile& file : files) {
+    for (const BatchFile& other : files) {
+      if (!IsSameFile(file.output, other.input)) continue;
+      return absl::InvalidArgumentError(absl::StrCat("the output of ", file.input, " would replace the input ",
+                                                     other.input, ": name another directory"));
+    }
+  }
+  return files;
+}
+
+std::string OptionsText(const CLI::App& command, const std::set<std::string>& leave_out) {
+  std::string text;
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0 || leave_out.contains(option->get_name())) continue;
+    std::string values;
+    for (const std::string& value : option->results()) absl::StrAppend(&values, values.empty() ? "" : ",", value);
+    absl::StrAppend(&text, text.empty() ? "" : " ", option->get_name(), "=", values);
+  }
+  return text;
+}
+
+ExitCode RunBatch(const std::vector<BatchFile>& files, const BatchOptions& options, const std::stop_token& stop,
+                  const std::function<BatchOutcome(const BatchFile& file, const std::string& title)>& process) {
+  std::error_code error;
+  fs::create_directories(options.directory, error);
+  if (error) return Fail(ExitCode::kOutput, absl::StrCat("cannot make ", options.directory, ": ", error.message()));
+  FinishedFiles finished(options.directory, options.options);
+  BatchReport report(files.size(), options.json);
+  ExitCode early = ExitCode::kOk;
+  for (size_t i = 0; i < files.size() && early == ExitCode::kOk; ++i) {
+    const BatchFile& file = files[i];
+    if (!options.force && finished.Has(file.input, file.output)) {
+      report.Skipped(file);
+      continue;
+    }
+    const std::string title = absl::StrCat(i + 1, " of ", files.size(), ", ", file.input, ": ");
+    const BatchOutcome outcome =
+        stop.stop_requested() ? BatchOutcome{.code = ExitCode::kInterrupted} : process(file, title);
+    if (outcome.code == ExitCode::kOk) {
+      if (absl::Status status = finished.Add(file.output); !status.ok()) PrintWarning(std::string(status.message()));
+      report.Done(file, outcome);
+    } else if (outcome.code == ExitCode::kInterrupted || outcome.code == ExitCode::kUnavailable) {
+      early = outcome.code;
+    } else {
+      report.Failed(file);
+    }
+  }
+  report.End();
+  if (early != ExitCode::kOk) return early;
+  return report.has_failures() ? ExitCode::kFailed : ExitCode::kOk;
+}
+
+}  // namespace curv

@@ -1,0 +1,173 @@
+#include "client/cli/files/estimate_files.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/clock.h"
+#include "client/cli/connection.h"
+#include "client/cli/estimate_summary.h"
+#include "client/cli/files/batch.h"
+#include "client/cli/files/format_flags.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/numbers.h"
+#include "client/cli/result_columns.h"
+#include "client/cli/table_vectors.h"
+#include "client/io/oriented_cloud.h"
+
+namespace curv {
+namespace {
+
+double SecondsSince(absl::Time start) { return absl::ToDoubleSeconds(absl::Now() - start); }
+
+// The server's error, with the flag that helps where there is one.
+absl::Status WithRemedy(const absl::Status& status) {
+  const std::string reason = ErrorReason(status);
+  const char* remedy = nullptr;
+  if (reason == "INVALID_POINT") remedy = "With --on-invalid=skip such points get a status";
+  if (reason == "OPPOSED_NORMALS") {
+    remedy = "--orient does that; with --on-opposed-normals=mark the points around get a status";
+  }
+  return remedy == nullptr ? status : absl::Status(status.code(), absl::StrCat(status.message(), ". ", remedy));
+}
+
+void PrintWarnings(const EstimateSummary& summary, bool oriented, const std::string& title) {
+  for (const EstimateWarning& warning : summary.warnings) {
+    const bool can_orient = warning.code == "OPPOSED_NORMALS" && !oriented;
+    PrintWarning(absl::StrCat(title, warning.message, can_orient ? ": try --orient" : ""));
+  }
+}
+
+void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options, bool oriented,
+                 const std::string& title) {
+  if (summary.status_counts[static_cast<size_t>(PointStatus::kOk)] == 0 && summary.points > 0) {
+    PrintNote(title + "no point could be estimated: the summary tells why");
+  }
+  const uint64_t inconsistent = summary.status_counts[static_cast<size_t>(PointStatus::kInconsistentNormals)];
+  if (inconsistent > 0 && !oriented && summary.warnings.empty()) {
+    PrintNote(absl::StrCat(title, "the normals around ", WithCommas(inconsistent),
+                           " points contradict each other. Where they do not all point to one side of the surface, "
+                           "signs of curvature are wrong: try --orient"));
+  }
+  const uint32_t degree = options.jet_degree.value_or(2), coefficients = (degree + 1) * (degree + 2) / 2;
+  if (options.estimator == Estimator::kJetFitting && !options.radius && !options.automatic_scale &&
+      options.neighbor_count < coefficients) {
+    PrintNote(absl::StrCat(title, "a jet of degree ", degree, " has ", coefficients,
+                           " coefficients and needs as many neighbors: try --k=", coefficients, " or more"));
+  }
+}
+
+// What one file needs of a run: its names, where its progress is shown, and the connection, made for the first call.
+struct FileTask {
+  BatchFile file;
+  std::string title{};  // before progress and messages; empty if it is the only file
+  const InterruptWatch& interrupt;
+  std::unique_ptr<Connection>& connection;
+};
+
+// Estimates one file. Reports the errors itself; returns the code and fills in `report` and `summary`.
+ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, EstimateReport& report, std::string& summary) {
+  const auto& [input, output] = task.file;
+  report = {.input = input, .output = output, .options = flags.options};
+  report.server = flags.connection.server.empty() ? "embedded" : flags.connection.server;
+  const absl::Status writable = CheckWritable(output, flags.save);
+  if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+
+  const absl::Time start = absl::Now();
+  absl::StatusOr<PointTable> table = LoadTable(input, flags.save.format);
+  if (!table.ok()) return Fail(ExitCode::kInput, table.status());
+  for (const std::string& note : table->notes) PrintNote(absl::StrCat(input, ": ", note));
+  std::string note;
+  report.options.normals = OptionsFor(flags.normals, *table, note);
+  absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table, NeedsOf(report.options.normals));
+  if (!cloud.ok()) return Fail(ExitCode::kInput, absl::StrCat(input, ": ", cloud.status().message()));
+  if (!note.empty()) PrintNote(task.title + note);
+  const bool were_given = flags.normals.source == NormalSource::kGiven;
+  // The file has the normals in use, whatever else was asked for.
+  if (!were_given && !report.options.quantities.empty()) AddQuantity("normals", report.options.quantities);
+  report.read_seconds = SecondsSince(start);
+
+  if (task.connection == nullptr) {
+    absl::StatusOr<std::unique_ptr<Connection>> made = Connection::Create(flags.connection, flags.threads);
+    if (!made.ok()) return Fail(ExitCode::kUsage, made.status());
+    task.connection = *std::move(made);
+  }
+  const absl::Time call_start = absl::Now();
+  absl::StatusOr<CurvatureResult> result =
+      CallServer(*task.connection, *cloud, report.options, task.interrupt.token(), task.title);
+  if (!result.ok()) return FailCall(WithRemedy(result.status()));
+  report.call_seconds = SecondsSince(call_start);
+  report.summary = result->summary;
+  *cloud = OrientedCloud();
+
+  const absl::Time write_start = absl::Now();
+  if (flags.normals.source == NormalSource::kOrient) {
+    PrintNote(absl::StrCat(task.title, "negated ", WithCommas(TurnTable(result->normals, *table)), " normals"));
+    result->normals.clear();  // the table's have more digits
+  }
+  PointTable made = MakeResultTable(*std::move(table), *std::move(result));
+  if (!flags.color.empty()) AddColors(FindQuantity(flags.color)->column, made);
+  PrintWarnings(report.summary, !were_given, task.title);
+  PrintAdvice(report.summary, flags.options, !were_given, task.title);
+  if (task.interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
+  const absl::Status saved = SaveTable(made, output, flags.save);
+  if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
+  report.write_seconds = SecondsSince(write_start);
+  summary = flags.summary == "json" ? SummaryJson(report, made) : SummaryText(report, made);
+  return ExitCode::kOk;
+}
+
+ExitCode RunOne(const EstimateFlags& flags) {
+  const InterruptWatch interrupt;
+  std::unique_ptr<Connection> connection;
+  EstimateReport report;
+  std::string summary;
+  const FileTask task{{flags.inputs.front(), flags.output}, "", interrupt, connection};
+  const ExitCode code = EstimateFile(flags, task, report, summary);
+  if (code == ExitCode::kOk) std::fputs(summary.c_str(), SummaryStream(flags.output));
+  return code;
+}
+
+// One line about a file that is done.
+std::string ShortSummary(const EstimateReport& report) {
+  return absl::StrFormat("%s points, %s ok, %.3f s", WithCommas(report.summary.points),
+                         WithCommas(report.summary.status_counts[static_cast<size_t>(PointStatus::kOk)]),
+                         report.read_seconds + report.call_seconds + report.write_seconds);
+}
+
+ExitCode RunMany(const EstimateFlags& flags) {
+  const absl::StatusOr<std::vector<BatchFile>> files = PlanBatch(flags.inputs, flags.output, flags.save.format);
+  if (!files.ok()) return Fail(ExitCode::kUsage, files.status());
+  const InterruptWatch interrupt;
+  std::unique_ptr<Connection> connection;
+  const auto process = [&](const BatchFile& file, const std::string& title) {
+    EstimateReport report;
+    BatchOutcome outcome;
+    outcome.code = EstimateFile(flags, {file, title, interrupt, connection}, report, outcome.summary);
+    outcome.points = report.summary.points;
+    if (flags.summary != "json") outcome.summary = ShortSummary(report);
+    return outcome;
+  };
+  const BatchOptions options{
+      .directory = flags.output, .options = flags.given, .force = flags.force, .json = flags.summary == "json"};
+  return RunBatch(*files, options, interrupt.token(), process);
+}
+
+}  // namespace
+
+void AddQuantity(const std::string& word, std::vector<std::string>& quantities) {
+  const std::string name = ContractName(word);
+  if (std::find(quantities.begin(), quantities.end(), name) == quantities.end()) quantities.push_back(name);
+}
+
+ExitCode EstimateFiles(const EstimateFlags& flags) {
+  if (IsDirectory(flags.output)) return RunMany(flags);
+  if (flags.inputs.size() == 1) return RunOne(flags);
+  return Fail(ExitCode::kUsage,
+              absl::StrCat("--output: ", flags.inputs.size(), " inputs need a directory, as ", flags.output, "/"));
+}
+
+}  // namespace curv

@@ -1,0 +1,39 @@
+// Estimates the curvature of files: one, or many into a directory.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/cli/command.h"
+#include "client/cli/connection_flags.h"
+#include "client/cli/normals/normal_flags.h"
+#include "client/cli/scale/scale_flags.h"
+#include "client/curvature_client.h"
+#include "client/io/table_file.h"
+
+namespace curv {
+
+struct EstimateFlags {
+  std::vector<std::string> inputs;
+  std::string output;
+  SaveOptions save;
+  bool force = false;
+  std::string given;  // the options on the command line that results depend on
+  ConnectionFlags connection;
+  int threads = 0;
+  ScaleFlags scale;
+  double timeout = 0.0;  // seconds; 0: none
+  double connect_timeout = 1.5;
+  std::string summary = "text";
+  std::string color;
+  NormalFlags normals;
+  EstimateOptions options;
+};
+
+// Adds a quantity, by a word of QuantityWords(), to those of a call, once.
+void AddQuantity(const std::string& word, std::vector<std::string>& quantities);
+
+// Runs `curv estimate`. Prints summaries and errors, and returns how it ended.
+ExitCode EstimateFiles(const EstimateFlags& flags);
+
+}  // namespace curv

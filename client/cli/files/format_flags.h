@@ -1,0 +1,24 @@
+// The flags that say in which format a command reads and writes its files.
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+#include "client/io/table_file.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+namespace curv {
+
+// Adds --format to a command that reads. `format` must outlive it.
+void AddInputFormat(CLI::App& command, std::string& format);
+
+// Adds --format and --ascii to a command that writes. `options` must outlive it.
+void AddFormatFlags(CLI::App& command, SaveOptions& options);
+
+// Returns where a summary goes: to standard output, unless the result goes there.
+std::FILE* SummaryStream(const std::string& output);
+
+}  // namespace curv

@@ -1,0 +1,72 @@
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "CLI/CLI.hpp"
+#include "absl/strings/str_cat.h"
+#include "client/cli/command.h"
+#include "client/cli/files/format_flags.h"
+#include "client/cli/numbers.h"
+#include "client/cli/select/condition.h"
+#include "client/io/table_file.h"
+
+namespace curv {
+namespace {
+
+constexpr char kSelectExamples[] =
+    "Examples:\n"
+    "  curv select result.ply --where 'k2 > 0.5 and status == ok' -o edges.ply\n"
+    "  curv select result.las --where 'classification == 2 and abs(mean_curvature) < 0.1' -o ground.las\n"
+    "  curv select result.ply --where 'not (status == ok)' -o failed.csv\n"
+    "Conditions compare (< <= > >= == !=) columns, numbers, and what + - * / and abs() make of them; and, or, not and\n"
+    "parentheses join them. Words of status are ok, too_few_neighbors, degenerate_area, invalid_input,\n"
+    "inconsistent_normals, singular_fit and opposed_normals. Names with blanks stand in double quotes.";
+
+struct SelectFlags {
+  std::string input;
+  std::string output;
+  std::string where;
+  SaveOptions save;
+};
+
+ExitCode Run(const SelectFlags& flags) {
+  const absl::Status writable = CheckWritable(flags.output, flags.save);
+  if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+  const absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);
+  if (!table.ok()) return Fail(ExitCode::kInput, table.status());
+  for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
+  const absl::StatusOr<Condition> condition = Condition::Parse(flags.where, *table);
+  if (!condition.ok()) return Fail(ExitCode::kUsage, absl::StrCat("--where: ", condition.status().message()));
+  const std::vector<size_t> rows = condition->Rows();
+  if (rows.empty()) {
+    return Fail(ExitCode::kFailed, absl::StrCat("the condition holds for none of ", WithCommas(table->size()),
+                                                " points: nothing was written"));
+  }
+  const absl::Status saved = SaveTable(SelectRows(*table, rows), flags.output, flags.save);
+  if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
+  std::fprintf(SummaryStream(flags.output), "%s: %s of %s points\n", flags.output.c_str(),
+               WithCommas(rows.size()).c_str(), WithCommas(table->size()).c_str());
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddSelect(CLI::App& app, Action& action) {
+  auto flags = std::make_shared<SelectFlags>();
+  CLI::App* command = app.add_subcommand("select", "Keep the points for which a condition on their columns holds");
+  command->footer(absl::StrCat(kSelectExamples, "\n", kExitCodesHelp));
+  command->add_option("input", flags->input, absl::StrCat("a result, or any cloud: ", kReadableFiles))
+      ->required()
+      ->option_text("RESULT");
+  command->add_option("--where", flags->where, "the condition, as \"k2 > 0.5 and status == ok\"")
+      ->required()
+      ->option_text("CONDITION");
+  command->add_option("-o,--output", flags->output, absl::StrCat("the points: ", kWritableFiles))
+      ->required()
+      ->option_text("OUT");
+  AddFormatFlags(*command, flags->save);
+  command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
+}
+
+}  // namespace curv

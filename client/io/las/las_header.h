@@ -1,0 +1,27 @@
+// Reads the header and the variable length records of a LAS file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "client/io/las/las_frame.h"
+
+namespace curv {
+
+// What was read, all of it checked against the file's size.
+struct LasHeader {
+  LasFrame frame;        // without `extras`
+  size_t points_at = 0;  // byte of the first point
+  size_t points = 0;     // points_at + points * record_bytes is at most the file's size
+  size_t record_bytes = 0;
+  size_t end = 0;           // byte after the last thing that the header tells of
+  std::string extra_bytes;  // descriptors of all Extra Bytes records, 192 bytes each
+};
+
+// Reads LAS 1.0 to 1.4, point formats 0 to 10, from the whole file. INVALID_ARGUMENT naming the field, its value and
+// what was expected if the file is anything else; for compressed points (LAZ, COPC) it names what decompresses them.
+absl::StatusOr<LasHeader> ReadLasHeader(std::string_view file);
+
+}  // namespace curv

@@ -1,0 +1,104 @@
+#include "client/io/numpy/npy_columns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "client/io/binary.h"
+#include "client/io/text.h"
+
+namespace curv {
+namespace {
+
+ScalarKind KindOf(const NpyField& field) {
+  if (field.sort == 'f') return field.bytes == 4 ? ScalarKind::kFloat32 : ScalarKind::kFloat64;
+  const bool is_signed = field.sort == 'i';
+  switch (field.bytes) {
+    case 1:
+      return is_signed ? ScalarKind::kInt8 : ScalarKind::kUint8;
+    case 2:
+      return is_signed ? ScalarKind::kInt16 : ScalarKind::kUint16;
+    case 4:
+      return is_signed ? ScalarKind::kInt32 : ScalarKind::kUint32;
+    default:
+      return ScalarKind::kFloat64;
+  }
+}
+
+// Appends 64-bit integers as doubles. Returns whether all of them are.
+bool AppendWide(const char* first, size_t count, size_t stride, const NpyField& field, Column& column) {
+  auto& values = std::get<std::vector<double>>(column.values);
+  values.reserve(count);
+  bool exact = true;
+  for (size_t i = 0; i < count; ++i) {
+    uint64_t bits;
+    std::memcpy(&bits, first + i * stride, sizeof(bits));
+    if (field.swap) bits = __builtin_bswap64(bits);
+    const auto value = field.sort == 'i' ? static_cast<double>(static_cast<int64_t>(bits)) : static_cast<double>(bits);
+    exact &= std::abs(value) <= 9'007'199'254'740'992.0;  // 2^53
+    values.push_back(value);
+  }
+  return exact;
+}
+
+// Appends one column; its first scalar is at `first`, the others `stride` bytes apart.
+void AppendColumn(const char* first, uint64_t count, size_t stride, const NpyField& field, std::string name,
+                  std::vector<Column>& columns, std::vector<std::string>& notes) {
+  Column column{std::move(name), MakeValues(KindOf(field))};
+  if (field.bytes == 8 && field.sort != 'f') {
+    if (!AppendWide(first, count, stride, field, column)) {
+      notes.push_back(
+          absl::StrCat("column ", Printable(column.name), " is rounded: integers beyond 2^53 are not all doubles"));
+    }
+  } else {
+    AppendStrided(first, count, stride, field.swap, column);
+  }
+  columns.push_back(std::move(column));
+}
+
+}  // namespace
+
+std::vector<std::string> ColumnNamesOf(const std::string& name, uint64_t count) {
+  if (count == 1) return {name};
+  const bool is_position = name == "positions" || name == "position" || name == "points" || name == "xyz";
+  const bool is_normal = name == "normals" || name == "normal";
+  const std::string prefix = is_position ? "" : is_normal ? "n" : name;
+  if (count == 3) return {prefix + "x", prefix + "y", prefix + "z"};
+  std::vector<std::string> names;
+  for (uint64_t i = 0; i < count; ++i) names.push_back(absl::StrCat(name, "_", i));
+  return names;
+}
+
+void AppendColumns(std::string_view file, const NpyHeader& header, const std::string& name,
+                   std::vector<Column>& columns, std::vector<std::string>& notes) {
+  const uint64_t points = header.shape[0], width = header.shape.size() == 2 ? header.shape[1] : 1;
+  for (const NpyField& field : header.fields) {
+    const std::string field_name = header.structured ? field.name : name;
+    if (!field.kept()) {
+      // numpy describes padding as fields without a name.
+      if (field.sort != 'V') {
+        notes.push_back(absl::StrCat("left out ", Printable(field_name),
+                                     ": its scalars are neither numbers of 8 to 64 "
+                                     "bits nor truth values"));
+      }
+      continue;
+    }
+    const uint64_t count = header.structured ? field.scalars : width;
+    if (count > kMaxColumns - std::min(kMaxColumns, columns.size())) {
+      notes.push_back(absl::StrCat("left out ", Printable(field_name), ": its ", count,
+                                   " columns would make more than ", kMaxColumns));
+      continue;
+    }
+    const std::vector<std::string> names = ColumnNamesOf(field_name, count);
+    for (uint64_t i = 0; i < count; ++i) {
+      const bool by_column = header.fortran_order && !header.structured;
+      const size_t place = field.offset + (by_column ? i * points : i) * field.bytes;
+      const size_t stride = by_column ? field.bytes : header.element_bytes * (header.structured ? 1 : width);
+      AppendColumn(file.data() + header.array_at + place, points, stride, field, names[i], columns, notes);
+    }
+  }
+}
+
+}  // namespace curv

@@ -1,0 +1,131 @@
+#include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "client/io/archive/zip.h"
+#include "client/io/formats.h"
+#include "client/io/numpy/npy_columns.h"
+#include "client/io/text.h"
+
+namespace curv {
+namespace {
+
+constexpr char kNpyEnding[] = ".npy";
+
+// Puts columns of equal length into a table, each name once.
+void SetAll(std::vector<Column> columns, PointTable& table) {
+  for (Column& column : columns) {
+    if (table.Find(column.name) != nullptr) {
+      table.notes.push_back(absl::StrCat("left out a second column ", Printable(column.name)));
+      continue;
+    }
+    table.Set(std::move(column));
+  }
+}
+
+// Positions, then normals, as text files have them.
+void NameByPlace(std::vector<Column>& columns) {
+  static constexpr const char* kNames[] = {"x", "y", "z", "nx", "ny", "nz"};
+  const size_t known = columns.size() >= 6 ? 6 : 3;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    columns[i].name = i < known ? kNames[i] : absl::StrCat("column", i + 1);
+  }
+}
+
+// The name of the array in a member; empty if there is none.
+std::string ArrayName(const ZipMember& member) {
+  const size_t ending = sizeof(kNpyEnding) - 1;
+  const bool is_array = member.name.size() > ending && member.name.ends_with(kNpyEnding);
+  return is_array ? member.name.substr(0, member.name.size() - ending) : "";
+}
+
+bool HoldsPositions(const std::string& name) {
+  return name == "positions" || name == "points" || name == "xyz" || name == "x";
+}
+
+// The member that says how many points there are: that of the positions.
+absl::StatusOr<const ZipMember*> FindPositions(const std::vector<ZipMember>& members) {
+  std::string names;
+  for (const ZipMember& member : members) {
+    if (HoldsPositions(ArrayName(member))) return &member;
+    if (names.size() < 500) absl::StrAppend(&names, " ", Printable(ArrayName(member)));
+  }
+  return absl::InvalidArgumentError(absl::StrCat(
+      "the archive has no positions: expected an array positions, points or xyz, or x, y and z; it has:", names));
+}
+
+// Appends the columns of a member, if it has an element for each of `points`.
+absl::Status AppendMember(std::string_view archive, const ZipMember& member, uint64_t points,
+                          std::vector<Column>& columns, std::vector<std::string>& notes) {
+  const absl::StatusOr<std::string> file = ReadZipMember(archive, member);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<NpyHeader> header = ReadNpyHeader(*file);
+  if (!header.ok()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("array ", Printable(ArrayName(member)), ": ", header.status().message()));
+  }
+  const size_t dimensions = header->shape.size();
+  if (dimensions < 1 || dimensions > (header->structured ? 1 : 2) || header->shape[0] != points) {
+    notes.push_back(absl::StrCat("left out array ", Printable(ArrayName(member)), ": its shape is ",
+                                 ShapeText(header->shape), ", there are ", points, " points"));
+    return absl::OkStatus();
+  }
+  AppendColumns(*file, *header, ArrayName(member), columns, notes);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<PointTable> ReadNpy(std::string_view bytes) {
+  const absl::StatusOr<NpyHeader> header = ReadNpyHeader(bytes);
+  if (!header.ok()) return header.status();
+  const std::vector<uint64_t>& shape = header->shape;
+  const bool is_matrix = !header->structured && shape.size() == 2 && shape[1] >= 3 && shape[1] <= kMaxColumns;
+  if (!is_matrix && !(header->structured && shape.size() == 1)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the array has the shape ", ShapeText(shape),
+        header->structured ? ": a structured one must have (N,)"
+                           : ": expected (N, 3), x y z, or (N, 6), with nx ny nz; further columns may follow"));
+  }
+  if (!header->structured && !header->fields[0].kept()) {
+    return absl::InvalidArgumentError(absl::StrCat("the array's type is ", Printable({&header->fields[0].sort, 1}),
+                                                   header->fields[0].bytes,
+                                                   ": expected f4, f8, or integers of 1, 2, 4 or 8 bytes"));
+  }
+  PointTable table;
+  std::vector<Column> columns;
+  AppendColumns(bytes, *header, "", columns, table.notes);
+  if (!header->structured) NameByPlace(columns);
+  SetAll(std::move(columns), table);
+  return table;
+}
+
+absl::StatusOr<PointTable> ReadNpz(std::string_view bytes) {
+  const absl::StatusOr<std::vector<ZipMember>> members = ReadZipDirectory(bytes);
+  if (!members.ok()) return members.status();
+  const absl::StatusOr<const ZipMember*> positions = FindPositions(*members);
+  if (!positions.ok()) return positions.status();
+  const absl::StatusOr<std::string> file = ReadZipMember(bytes, **positions);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<NpyHeader> header = ReadNpyHeader(*file);
+  if (!header.ok()) return header.status();
+  if (header->shape.empty()) return absl::InvalidArgumentError("the positions are one number: expected (N, 3) or (N,)");
+  PointTable table;
+  std::vector<Column> columns;
+  for (const ZipMember& member : *members) {
+    if (ArrayName(member).empty()) {
+      table.notes.push_back(absl::StrCat("left out member ", Printable(member.name), ": it is no array"));
+      continue;
+    }
+    absl::Status status = AppendMember(bytes, member, header->shape[0], columns, table.notes);
+    if (!status.ok()) return status;
+  }
+  SetAll(std::move(columns), table);
+  return table;
+}
+
+}  // namespace curv

@@ -1,0 +1,92 @@
+#include <algorithm>
+#include <cstring>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "client/io/archive/zip.h"
+#include "client/io/bytes.h"
+#include "client/io/writers.h"
+#include "client/io/writing/rows.h"
+
+namespace curv {
+namespace {
+
+// In the order of ScalarKind.
+constexpr const char* kTypes[] = {"|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<f4", "<f8"};
+
+std::string TypeOf(const Column& column) { return absl::StrCat("'", kTypes[static_cast<size_t>(column.kind())], "'"); }
+
+// Names that numpy takes, each once: printable, without quotes and backslashes.
+std::vector<std::string> NamesOf(const PointTable& table) {
+  std::set<std::string> used;
+  std::vector<std::string> names;
+  for (const Column& column : table.columns()) {
+    std::string name = HeaderName(column.name);
+    for (char& c : name) {
+      if (c < ' ' || c > '~' || c == '\'' || c == '\\' || c == '/') c = '_';
+    }
+    if (name.empty()) name = "column";
+    const std::string first = name;
+    for (int number = 2; !used.insert(name).second; ++number) name = absl::StrCat(first, "_", number);
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+// The start of an array: version 1.0, or 2.0 where the text is long. Its size is a multiple of 64, as numpy likes it.
+std::string NpyHeaderOf(const std::string& type, size_t count) {
+  std::string text = absl::StrCat("{'descr': ", type, ", 'fortran_order': False, 'shape': (", count, ",), }");
+  const bool is_long = text.size() > 65'000;
+  const size_t head = is_long ? 12 : 10;
+  text.append(63 - (head + text.size()) % 64, ' ');
+  text += '\n';
+  std::string header("\x93NUMPY", 6);
+  header += static_cast<char>(is_long ? 2 : 1);
+  header += '\0';
+  if (is_long) {
+    AppendScalar(static_cast<uint32_t>(text.size()), header);
+  } else {
+    AppendScalar(static_cast<uint16_t>(text.size()), header);
+  }
+  return header + text;
+}
+
+std::string_view BytesOfValues(const Column& column) {
+  return std::visit(
+      [](const auto& values) {
+        return std::string_view(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(values[0]));
+      },
+      column.values);
+}
+
+}  // namespace
+
+absl::Status WriteNpy(const PointTable& table, ByteSink& file) {
+  const std::vector<std::string> names = NamesOf(table);
+  std::string type = "[";
+  for (size_t i = 0; i < names.size(); ++i) {
+    absl::StrAppend(&type, i == 0 ? "" : ", ", "('", names[i], "', ", TypeOf(table.columns()[i]), ")");
+  }
+  if (absl::Status status = file.Append(NpyHeaderOf(type + "]", table.size())); !status.ok()) return status;
+  return AppendBinaryRows(table, file);
+}
+
+absl::Status WriteNpz(const PointTable& table, ByteSink& file) {
+  const std::vector<std::string> names = NamesOf(table);
+  ZipWriter archive(file);
+  for (size_t i = 0; i < names.size(); ++i) {
+    const Column& column = table.columns()[i];
+    const std::string header = NpyHeaderOf(TypeOf(column), table.size());
+    const std::string_view values = BytesOfValues(column);
+    const uint32_t crc = Crc32(Crc32(0, header), values);
+    absl::Status status = archive.Begin(names[i] + ".npy", header.size() + values.size(), crc);
+    if (status.ok()) status = archive.Append(header);
+    if (status.ok()) status = archive.Append(values);
+    if (!status.ok()) return status;
+  }
+  return archive.End();
+}
+
+}  // namespace curv

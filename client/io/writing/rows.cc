@@ -1,0 +1,78 @@
+#include "client/io/writing/rows.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <string>
+#include <variant>
+
+#include "client/io/point_status.h"
+
+namespace curv {
+namespace {
+
+constexpr size_t kBlockRows = 4096;
+constexpr size_t kBlockBytes = 1 << 20;
+
+// Copies rows [begin, begin + count) of `column` to every row_bytes-th place from `out`.
+void Scatter(const Column& column, size_t begin, size_t count, size_t row_bytes, char* out) {
+  std::visit(
+      [&](const auto& values) {
+        for (size_t i = 0; i < count; ++i) std::memcpy(out + i * row_bytes, &values[begin + i], sizeof(values[0]));
+      },
+      column.values);
+}
+
+template <typename T>
+void AppendNumber(T value, std::string& out) {
+  char digits[32];
+  const std::to_chars_result result = std::to_chars(digits, digits + sizeof(digits), value);
+  out.append(digits, result.ptr);
+}
+
+void AppendValue(const Column& column, bool as_word, size_t row, std::string& out) {
+  if (as_word) {
+    out.append(StatusWord(std::get<std::vector<uint8_t>>(column.values)[row]));
+  } else {
+    std::visit([&](const auto& values) { AppendNumber(values[row], out); }, column.values);
+  }
+}
+
+}  // namespace
+
+absl::Status AppendBinaryRows(const PointTable& table, ByteSink& file) {
+  size_t row_bytes = 0;
+  for (const Column& column : table.columns()) row_bytes += BytesOf(column.kind());
+  std::string block(kBlockRows * row_bytes, '\0');
+  for (size_t begin = 0; begin < table.size(); begin += kBlockRows) {
+    const size_t count = std::min(kBlockRows, table.size() - begin);
+    size_t offset = 0;
+    for (const Column& column : table.columns()) {
+      Scatter(column, begin, count, row_bytes, block.data() + offset);
+      offset += BytesOf(column.kind());
+    }
+    absl::Status status = file.Append(std::string_view(block).substr(0, count * row_bytes));
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status AppendTextRows(const PointTable& table, char separator, bool status_words, ByteSink& file) {
+  std::string block;
+  for (size_t row = 0; row < table.size(); ++row) {
+    bool first = true;
+    for (const Column& column : table.columns()) {
+      if (!first) block += separator;
+      first = false;
+      const bool as_word = status_words && column.name == "status" && column.kind() == ScalarKind::kUint8;
+      AppendValue(column, as_word, row, block);
+    }
+    block += '\n';
+    if (block.size() < kBlockBytes) continue;
+    if (absl::Status status = file.Append(block); !status.ok()) return status;
+    block.clear();
+  }
+  return file.Append(block);
+}
+
+}  // namespace curv

@@ -1,0 +1,18 @@
+// Writes the rows of a table, as bytes or as text.
+#pragma once
+
+#include "absl/status/status.h"
+#include "client/io/byte_sink.h"
+#include "client/io/point_table.h"
+
+namespace curv {
+
+// Appends the scalars of each row one after the other, little-endian, without padding. Errors are those of
+// ByteSink::Append.
+absl::Status AppendBinaryRows(const PointTable& table, ByteSink& file);
+
+// Appends a line for each row, with `separator` between values, in the shortest digits that read back as the same
+// value. With `status_words` the column `status` of type uint8 is a word. Errors are those of ByteSink::Append.
+absl::Status AppendTextRows(const PointTable& table, char separator, bool status_words, ByteSink& file);
+
+}  // namespace curv

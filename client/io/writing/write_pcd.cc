@@ -1,0 +1,54 @@
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/io/writers.h"
+#include "client/io/writing/rows.h"
+
+namespace curv {
+namespace {
+
+// In the order of ScalarKind.
+constexpr char kTypes[] = {'I', 'U', 'I', 'U', 'I', 'U', 'F', 'F'};
+
+// The names that PCL gives normals.
+std::string FieldName(const std::string& name) {
+  for (const auto& [in_table, in_file] : {std::pair("nx", "normal_x"), {"ny", "normal_y"}, {"nz", "normal_z"}}) {
+    if (name == in_table) return in_file;
+  }
+  return HeaderName(name);
+}
+
+// PCD 0.7, whose readers want the lines in this order.
+std::string Header(const PointTable& table, const char* encoding) {
+  std::string fields, sizes, types, counts;
+  for (const Column& column : table.columns()) {
+    absl::StrAppend(&fields, " ", FieldName(column.name));
+    absl::StrAppend(&sizes, " ", BytesOf(column.kind()));
+    absl::StrAppend(&types, " ", std::string(1, kTypes[static_cast<size_t>(column.kind())]));
+    absl::StrAppend(&counts, " 1");
+  }
+  std::string viewpoint = "0 0 0";
+  if (table.viewpoint.has_value()) {
+    const auto& v = *table.viewpoint;
+    viewpoint = absl::StrFormat("%.17g %.17g %.17g", v[0], v[1], v[2]);
+  }
+  return absl::StrCat("# .PCD v0.7 - made by curv\nVERSION 0.7\nFIELDS", fields, "\nSIZE", sizes, "\nTYPE", types,
+                      "\nCOUNT", counts, "\nWIDTH ", table.size(), "\nHEIGHT 1\nVIEWPOINT ", viewpoint,
+                      " 1 0 0 0\nPOINTS ", table.size(), "\nDATA ", encoding, "\n");
+}
+
+}  // namespace
+
+absl::Status WritePcd(const PointTable& table, ByteSink& file) {
+  if (absl::Status status = file.Append(Header(table, "binary")); !status.ok()) return status;
+  return AppendBinaryRows(table, file);
+}
+
+absl::Status WriteAsciiPcd(const PointTable& table, ByteSink& file) {
+  if (absl::Status status = file.Append(Header(table, "ascii")); !status.ok()) return status;
+  return AppendTextRows(table, ' ', /*status_words=*/false, file);
+}
+
+}  // namespace curv

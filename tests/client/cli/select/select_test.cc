@@ -1,0 +1,51 @@
+// curv select, the program.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/io/table_file.h"
+#include "tests/client/cli/run_curv.h"
+#include "tests/client/temp_dir.h"
+
+namespace curv {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(SelectTest, KeepsPointsAndColumns) {
+  const TempDir dir;
+  const std::string cloud = dir.File("torus.ply"), result = dir.File("result.las"), out = dir.File("out.las");
+  ASSERT_EQ(RunCurv({"generate", "torus", "--points=1000", "-o", cloud}).exit_code, 0);
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", result}).exit_code, 0);
+  const CurvRun run = RunCurv({"select", result, "--where", "k1 < 0 and status == ok", "-o", out});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const PointTable all = *LoadTable(result), inner = *LoadTable(out);
+  size_t expected = 0;
+  for (size_t i = 0; i < all.size(); ++i) expected += all.Find("k1")->At(i) < 0;
+  EXPECT_EQ(inner.size(), expected);
+  EXPECT_GT(expected, 200u);
+  EXPECT_EQ(inner.columns().size(), all.columns().size());
+  for (size_t i = 0; i < inner.size(); ++i) EXPECT_LT(inner.Find("k1")->At(i), 0.0);
+  EXPECT_THAT(run.out, HasSubstr(" of 1,000 points"));
+  const CurvRun piped = RunCurv({"select", "-", "--format=ply", "--where=x > 0", "-o", "-"}, cloud);
+  EXPECT_EQ(piped.exit_code, 0) << piped.err;
+  EXPECT_THAT(piped.err, HasSubstr(" of 1,000 points"));
+}
+
+TEST(SelectTest, SaysWhatIsWrong) {
+  const TempDir dir;
+  const std::string cloud = dir.Write("a.xyz", "1 2 3 0 0 1\n"), out = dir.File("out.ply");
+  const CurvRun unknown = RunCurv({"select", cloud, "--where", "k2 > 0", "-o", out});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err,
+              HasSubstr("--where: character 1: there is no column \"k2\". The columns are: x y z nx ny nz"));
+  const CurvRun none = RunCurv({"select", cloud, "--where", "x > 1", "-o", out});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.err, HasSubstr("holds for none of 1 points"));
+  EXPECT_EQ(RunCurv({"select", cloud, "-o", out}).exit_code, 2);
+  EXPECT_EQ(RunCurv({"select", dir.File("none.ply"), "--where=x>0", "-o", out}).exit_code, 3);
+  EXPECT_EQ(RunCurv({"select", cloud, "--where=x>0", "-o", dir.File("out.doc")}).exit_code, 4);
+  EXPECT_FALSE(dir.Has("out.ply"));
+}
+
+}  // namespace
+}  // namespace curv
