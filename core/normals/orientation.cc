@@ -204,6 +204,7 @@ void Orientation::TakeRepairs() {
 void Orientation::AddWalls() {
   const std::vector<PieceSums>& pieces = sides_->pieces();
   std::vector<uint8_t> is_candidate;
+  is_candidate.reserve(pieces.size());
   for (const PieceSums& piece : pieces) {
     is_candidate.push_back(piece.points >= tree_.least_points() && IsClosed(piece) ? 1 : 0);
   }
