@@ -20,6 +20,7 @@ int Run(int argc, char** argv) {
   curv::AddOrient(app, action);
   curv::AddEvaluate(app, action);
   curv::AddRender(app, action);
+  curv::AddReport(app, action);
   curv::AddInfo(app, action);
   curv::AddToken(app, action);
   try {

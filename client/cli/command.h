@@ -40,6 +40,7 @@ void AddNormals(CLI::App& app, Action& action);
 void AddOrient(CLI::App& app, Action& action);
 void AddEvaluate(CLI::App& app, Action& action);
 void AddRender(CLI::App& app, Action& action);
+void AddReport(CLI::App& app, Action& action);
 void AddInfo(CLI::App& app, Action& action);
 void AddToken(CLI::App& app, Action& action);
 

@@ -1,0 +1,110 @@
+// A turntable: the cloud turns about its up axis and tilts toward the viewer, seen without perspective.
+import { Matrix4, OrthographicCamera, Vector3 } from "three";
+
+const DISTANCE = 4;
+export const DEPTH_RANGE = 2 * DISTANCE;
+/** How much of the window the cloud takes. */
+const FILLED = 0.84;
+const radians = (degrees) => (degrees * Math.PI) / 180;
+
+export const VIEWS = {
+  "Three-quarter": [35, 25],
+  Front: [0, 0],
+  Back: [180, 0],
+  Left: [-90, 0],
+  Right: [90, 0],
+  Top: [0, 90],
+  Bottom: [0, -90],
+};
+
+export class Turntable {
+  /** `extent`: sides of the cloud's box, whose middle is the origin; `upAxis`: "y" or "z". */
+  constructor(extent, upAxis) {
+    this.extent = extent;
+    this.upAxis = upAxis;
+    this.camera = new OrthographicCamera(-1, 1, 1, -1, 0, DEPTH_RANGE);
+    this.camera.matrixAutoUpdate = false;
+    [this.width, this.height] = [1, 1];
+    this.show("Three-quarter");
+  }
+
+  show(name) {
+    [this.azimuth, this.elevation] = VIEWS[name];
+    this.fit();
+  }
+
+  fit() {
+    this.zoom = 1;
+    this.target = new Vector3();
+    this.scale = this.fitScale();
+  }
+
+  resize(width, height) {
+    [this.width, this.height] = [width, height];
+    this.scale = this.fitScale();
+  }
+
+  turn(azimuth, elevation) {
+    this.azimuth = (this.azimuth + azimuth) % 360;
+    this.elevation = Math.min(Math.max(this.elevation + elevation, -90), 90);
+  }
+
+  /** Moves the cloud by so many pixels, to the right and down. */
+  move(right, down) {
+    const { right: r, up } = this.axes();
+    this.target.addScaledVector(r, -right / this.pixelsPerUnit()).addScaledVector(up, down / this.pixelsPerUnit());
+    this.target.clampLength(0, 1.5);
+  }
+
+  /** Zooms so that what is at (x, y), in pixels from the middle, right and up, stays there. */
+  zoomBy(factor, x = 0, y = 0) {
+    const before = this.pixelsPerUnit();
+    this.zoom = Math.min(Math.max(this.zoom * factor, 0.2), 2000);
+    const shift = 1 / before - 1 / this.pixelsPerUnit();
+    const { right, up } = this.axes();
+    this.target.addScaledVector(right, x * shift).addScaledVector(up, y * shift);
+  }
+
+  /** Unit vectors to the right and upward on the screen, and toward the viewer. */
+  axes() {
+    const [a, e] = [radians(this.azimuth), radians(this.elevation)];
+    const turned = (x, y, z) => (this.upAxis === "z" ? new Vector3(x, y, z) : new Vector3(x, z, -y));
+    return {
+      right: turned(Math.cos(a), Math.sin(a), 0),
+      up: turned(-Math.sin(e) * Math.sin(a), Math.sin(e) * Math.cos(a), Math.cos(e)),
+      toward: turned(Math.cos(e) * Math.sin(a), -Math.cos(e) * Math.cos(a), Math.sin(e)),
+    };
+  }
+
+  /** Pixels of one unit at zoom 1: the box fits into the window as it is seen now. */
+  fitScale() {
+    const reach = (axis) => this.extent.reduce((sum, side, i) => sum + side * Math.abs(axis.getComponent(i)), 0);
+    const { right, up } = this.axes();
+    return Math.min((FILLED * this.width) / Math.max(reach(right), 0.1),
+                    (FILLED * this.height) / Math.max(reach(up), 0.1));
+  }
+
+  pixelsPerUnit() {
+    return this.scale * this.zoom;
+  }
+
+  /** Right, up and toward the viewer of a place, in pixels from the middle of the window. */
+  project(place) {
+    const { right, up, toward } = this.axes();
+    const d = new Vector3(...place).sub(this.target);
+    return [right, up, toward].map((axis) => axis.dot(d) * this.pixelsPerUnit());
+  }
+
+  update() {
+    const { right, up, toward } = this.axes();
+    const scale = this.pixelsPerUnit();
+    const [w, h] = [this.width / scale / 2, this.height / scale / 2];
+    Object.assign(this.camera, { left: -w, right: w, top: h, bottom: -h });
+    this.camera.updateProjectionMatrix();
+    const eye = this.target.clone().addScaledVector(toward, DISTANCE);
+    this.camera.matrix.copy(new Matrix4().makeBasis(right, up, toward).setPosition(eye));
+    this.camera.matrixWorld.copy(this.camera.matrix);
+    this.camera.matrixWorldInverse.copy(this.camera.matrixWorld).invert();
+    this.camera.matrixWorldAutoUpdate = false;
+  }
+}
