@@ -118,7 +118,10 @@ absl::StatusOr<std::string> MakeReportPage(const PointTable& table, const Report
   Payload payload;
   const EncodedPoints encoded = AppendPoints(table, thinning.chosen, bounds, statuses, payload);
   AppendStatuses(statuses, thinning.chosen, payload);
-  const ReportQuantities quantities = ChooseQuantities(table, thinning.chosen, kMostQuantities);
+  const ReportQuantities quantities =
+      ChooseQuantities(table, thinning.chosen,
+                       {.most = std::clamp(kMostValues / thinning.chosen.size(), kFewestQuantities, kMostQuantities),
+                        .wanted = options.quantity});
   Json json = {{"title", options.title},
                {"unit", options.unit},
                {"up", std::string(1, options.up_axis)},

@@ -17,8 +17,11 @@ struct ReportOptions {
   size_t most_points = 1'000'000;  // DEFAULT: 1,000,000; more are thinned
 };
 
-// A report holds no more quantities than this; the page names those that are left out.
+// A report holds no more quantities than this; of more than 500,000 points as many as make kMostValues, but at least 6:
+// curvatures, radius and one more, with which a million points take less than 30 MB. The page names what is left out.
 inline constexpr size_t kMostQuantities = 12;
+inline constexpr size_t kFewestQuantities = 6;
+inline constexpr size_t kMostValues = 6'000'000;
 
 // Returns the page: its program, and of each point the position to 16 bits of the bounding box, quantities as binary16
 // numbers, normal, first direction and status. All texts come from JSON in which no `<` stands, so that no file can add

@@ -38,10 +38,15 @@ constexpr KnownColumn kKnownColumns[] = {
     {"true_k2", "Principal curvature k\u2082 (exact)", -1, false, true},
 };
 
+// Columns that are parts of vectors, colors, or no quantities.
 bool IsNoQuantity(const std::string& name) {
-  static const auto* const names =
-      new std::set<std::string>{"x",   "y",   "z",   "nx",  "ny",    "nz",   "d1x",   "d1y",   "d1z",
-                                "d2x", "d2y", "d2z", "red", "green", "blue", "alpha", "status"};
+  static const auto* const names = [] {
+    auto* all = new std::set<std::string>{"red", "green", "blue", "alpha", "status"};
+    for (const char* prefix : {"", "n", "d1", "d2", "true_n", "true_d1", "true_d2"}) {
+      for (const char* axis : {"x", "y", "z"}) all->insert(std::string(prefix) + axis);
+    }
+    return all;
+  }();
   return names->contains(name);
 }
 
@@ -111,26 +116,46 @@ ReportQuantity OtherQuantity(const Column& column, const std::vector<uint32_t>& 
   return quantity;
 }
 
-}  // namespace
+// A column that can be shown; known is nullptr for one of the file's own.
+struct Candidate {
+  const KnownColumn* known;
+  const Column* column;
+};
 
-ReportQuantities ChooseQuantities(const PointTable& table, const std::vector<uint32_t>& chosen, size_t most) {
-  const std::vector<uint8_t> statuses = StatusesOf(table);
-  ReportQuantities quantities;
+std::vector<Candidate> FindCandidates(const PointTable& table) {
+  std::vector<Candidate> candidates;
   std::set<std::string> known_names;
-  const auto has_room = [&](const std::string& name) {
-    if (quantities.shown.size() < most) return true;
-    quantities.left_out.push_back(name);
-    return false;
-  };
   for (const KnownColumn& known : kKnownColumns) {
     known_names.insert(known.column);
-    const Column* const column = table.Find(known.column);
-    if (column == nullptr || !has_room(known.column)) continue;
-    quantities.shown.push_back(KnownQuantity(known, *column, statuses, chosen));
+    if (const Column* const column = table.Find(known.column)) candidates.push_back({&known, column});
   }
   for (const Column& column : table.columns()) {
-    if (IsNoQuantity(column.name) || known_names.contains(column.name) || !has_room(column.name)) continue;
-    quantities.shown.push_back(OtherQuantity(column, chosen));
+    if (!IsNoQuantity(column.name) && !known_names.contains(column.name)) candidates.push_back({nullptr, &column});
+  }
+  return candidates;
+}
+
+}  // namespace
+
+ReportQuantities ChooseQuantities(const PointTable& table, const std::vector<uint32_t>& chosen,
+                                  const QuantityLimits& limits) {
+  std::vector<Candidate> candidates = FindCandidates(table);
+  const auto wanted = std::find_if(candidates.begin(), candidates.end(),
+                                   [&](const Candidate& c) { return c.column->name == limits.wanted; });
+  const auto most = static_cast<ptrdiff_t>(std::min(limits.most, candidates.size()));
+  if (wanted != candidates.end() && wanted - candidates.begin() >= most) {
+    std::rotate(candidates.begin() + most - 1, wanted, wanted + 1);
+  }
+  const std::vector<uint8_t> statuses = StatusesOf(table);
+  ReportQuantities quantities;
+  for (const Candidate& candidate : candidates) {
+    if (quantities.shown.size() == limits.most) {
+      quantities.left_out.push_back(candidate.column->name);
+    } else if (candidate.known != nullptr) {
+      quantities.shown.push_back(KnownQuantity(*candidate.known, *candidate.column, statuses, chosen));
+    } else {
+      quantities.shown.push_back(OtherQuantity(*candidate.column, chosen));
+    }
   }
   return quantities;
 }

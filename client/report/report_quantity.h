@@ -30,15 +30,21 @@ struct ReportQuantity {
   double high = 1.0;
 };
 
+struct QuantityLimits {
+  size_t most;           // quantities that are shown, at least 1
+  std::string wanted{};  // a column that is shown even if others come before it; DEFAULT: none
+};
+
 struct ReportQuantities {
   std::vector<ReportQuantity> shown;
-  std::vector<std::string> left_out;  // names of numeric columns beyond `most`
+  std::vector<std::string> left_out;  // names of the columns beyond the limit
 };
 
 // Returns the quantities of a table: curvatures first, then other results, then the file's own columns in order; not
 // positions, normals, directions, colors and status. Where a status is not `ok`, curvatures have no value, whatever the
 // file says. REQUIRES: `chosen` are indices of points.
-ReportQuantities ChooseQuantities(const PointTable& table, const std::vector<uint32_t>& chosen, size_t most);
+ReportQuantities ChooseQuantities(const PointTable& table, const std::vector<uint32_t>& chosen,
+                                  const QuantityLimits& limits);
 
 // Returns for each point its value of the column `status`; nothing if there is none, or it is no column of whole
 // numbers from 0 to 255.

@@ -18,9 +18,9 @@ export const VIEWS = {
 };
 
 export class Turntable {
-  /** `extent`: sides of the cloud's box, whose middle is the origin; `upAxis`: "y" or "z". */
-  constructor(extent, upAxis) {
-    this.extent = extent;
+  /** `places`: some of the cloud's, which stand for all; `upAxis`: "y" or "z". */
+  constructor(places, upAxis) {
+    this.places = places.map((place) => new Vector3(...place));
     this.upAxis = upAxis;
     this.camera = new OrthographicCamera(-1, 1, 1, -1, 0, DEPTH_RANGE);
     this.camera.matrixAutoUpdate = false;
@@ -35,18 +35,32 @@ export class Turntable {
 
   fit() {
     this.zoom = 1;
+    const { right, up } = this.axes();
     this.target = new Vector3();
-    this.scale = this.fitScale();
+    for (const axis of [right, up]) {
+      const [low, high] = this.#reach(axis);
+      this.target.addScaledVector(axis, (low + high) / 2);
+    }
+    this.scale = this.#fitScale();
   }
 
   resize(width, height) {
     [this.width, this.height] = [width, height];
-    this.scale = this.fitScale();
+    this.scale = this.#fitScale();
   }
 
   turn(azimuth, elevation) {
     this.azimuth = (this.azimuth + azimuth) % 360;
     this.elevation = Math.min(Math.max(this.elevation + elevation, -90), 90);
+  }
+
+  /** Turns to where a direction points at the viewer, and moves a place to the middle. */
+  face([x, y, z], place) {
+    const [ahead, above] = this.upAxis === "z" ? [-y, z] : [z, y];
+    const degrees = (angle) => (angle * 180) / Math.PI;
+    this.azimuth = degrees(Math.atan2(x, ahead));
+    this.elevation = degrees(Math.asin(Math.min(Math.max(above, -1), 1)));
+    this.target = new Vector3(...place);
   }
 
   /** Moves the cloud by so many pixels, to the right and down. */
@@ -76,12 +90,25 @@ export class Turntable {
     };
   }
 
-  /** Pixels of one unit at zoom 1: the box fits into the window as it is seen now. */
-  fitScale() {
-    const reach = (axis) => this.extent.reduce((sum, side, i) => sum + side * Math.abs(axis.getComponent(i)), 0);
+  /** How far the cloud reaches along an axis, from and to. */
+  #reach(axis) {
+    let [low, high] = [Infinity, -Infinity];
+    for (const place of this.places) {
+      const along = axis.dot(place);
+      low = Math.min(low, along);
+      high = Math.max(high, along);
+    }
+    return [low, high];
+  }
+
+  /** Pixels of one unit at zoom 1: the cloud fits into the window as it is seen now. */
+  #fitScale() {
     const { right, up } = this.axes();
-    return Math.min((FILLED * this.width) / Math.max(reach(right), 0.1),
-                    (FILLED * this.height) / Math.max(reach(up), 0.1));
+    const [width, height] = [right, up].map((axis) => {
+      const [low, high] = this.#reach(axis);
+      return Math.max(high - low, 0.1);
+    });
+    return FILLED * Math.min(this.width / width, this.height / height);
   }
 
   pixelsPerUnit() {

@@ -15,7 +15,7 @@ const find = (id) => document.getElementById(id);
 class Page {
   constructor(report, points) {
     Object.assign(this, { report, points, chosen: -1, hidden: new Set(), radiusFactor: 1 });
-    this.turntable = new Turntable(points.extent, report.up);
+    this.turntable = new Turntable(points.somePlaces(), report.up);
     this.range = new RangeControl(() => this.#color());
     fillStatuses(report, (status, isShown) => this.#toggle(status, isShown));
     fillNotes(report, points);
@@ -106,6 +106,10 @@ class Page {
       else high = middle;
     }
     const isHeld = points.indices[low] === index;
+    if (isHeld && points.isSomewhere(low)) {
+      this.turntable.face(points.normal(low) ?? this.turntable.axes().toward.toArray(), points.place(low));
+      this.#redraw();
+    }
     return this.#choose(isHeld ? low : -1, `Point ${grouped(index)} is none of those that the page holds.`);
   }
 
@@ -185,7 +189,7 @@ class Page {
   }
 
   #overlay() {
-    drawOverlay(find("overlay"), this.turntable, this.points, this.chosen, short);
+    drawOverlay(find("overlay"), this.turntable, this.points, this.chosen);
   }
 
   #resize() {

@@ -22,6 +22,7 @@ flat out vec3 splatNormal;
 flat out vec3 splatColor;
 flat out float splatRadius;
 flat out float splatWeight;
+flat out float splatBack;
 
 vec3 octahedral(vec2 uv) {
   vec3 n = vec3(uv, 1.0 - abs(uv.x) - abs(uv.y));
@@ -39,8 +40,9 @@ void main() {
   vec3 n = traits.w > 0.5 ? vec3(0.0, 0.0, 1.0) : mat3(viewMatrix) * octahedral(direction);
   // What faces away shows only where nothing faces the viewer: thin parts keep their sides apart.
   splatWeight = n.z < 0.0 ? 0.01 : 1.0;
+  splatBack = n.z < 0.0 ? 3.0 : 1.0;
   if (n.z < 0.0) n = -n;
-  float light = 0.42 + 0.58 * max(dot(n, normalize(vec3(-0.35, 0.45, 0.82))), 0.0);
+  float light = 0.52 + 0.48 * max(dot(n, normalize(vec3(-0.35, 0.45, 0.82))), 0.0);
   splatNormal = vec3(n.xy, max(n.z, 0.3));
   vec3 color = value > 1e30 ? noValue : texture(ramp, vec2((value - low) / (high - low), 0.5)).rgb;
   splatColor = color * light;
@@ -52,6 +54,7 @@ flat in vec3 splatNormal;
 flat in vec3 splatColor;
 flat in float splatRadius;
 flat in float splatWeight;
+flat in float splatBack;
 uniform float depthPerPixel;
 uniform float moveBack;
 out vec4 color;
@@ -61,7 +64,7 @@ void main() {
   float z = -dot(splatNormal.xy, p) / splatNormal.z;
   float d = dot(p, p) + z * z;
   if (dot(p, p) > 1.0 || d > 2.0) discard;
-  gl_FragDepth = gl_FragCoord.z + (moveBack - z) * splatRadius * depthPerPixel;
+  gl_FragDepth = gl_FragCoord.z + (moveBack * splatBack - z) * splatRadius * depthPerPixel;
   float weight = splatWeight * exp(-3.0 * d);
   color = vec4(splatColor * weight, weight);
 }`;
