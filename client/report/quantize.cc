@@ -7,7 +7,7 @@
 namespace curv {
 namespace {
 
-constexpr double kSquareSteps = 32767.0;
+constexpr double kSquareSteps = 127.0;
 
 double SignOf(double value) { return value < 0.0 ? -1.0 : 1.0; }
 
@@ -33,7 +33,7 @@ uint16_t HalfBits(double value) {
   return static_cast<uint16_t>(sign | (((unit + 24) << 10) + places));
 }
 
-std::array<int16_t, 2> OctahedralCode(const Vec3& direction) {
+std::array<int8_t, 2> OctahedralCode(const Vec3& direction) {
   const Vec3 d = Bounded(direction);
   const double sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
   if (sum == 0.0) return {kNoDirection, kNoDirection};
@@ -43,10 +43,21 @@ std::array<int16_t, 2> OctahedralCode(const Vec3& direction) {
     v = (1.0 - std::abs(u)) * SignOf(v);
     u = folded;
   }
-  return {static_cast<int16_t>(std::lround(u * kSquareSteps)), static_cast<int16_t>(std::lround(v * kSquareSteps))};
+  std::array<int8_t, 2> best{};
+  double best_agreement = -2.0;
+  for (const double along : {std::floor(u * kSquareSteps), std::ceil(u * kSquareSteps)}) {
+    for (const double across : {std::floor(v * kSquareSteps), std::ceil(v * kSquareSteps)}) {
+      const std::array<int8_t, 2> code{static_cast<int8_t>(along), static_cast<int8_t>(across)};
+      const double agreement = Dot(d, OctahedralDirection(code)) / Norm(d);
+      if (agreement <= best_agreement) continue;
+      best_agreement = agreement;
+      best = code;
+    }
+  }
+  return best;
 }
 
-Vec3 OctahedralDirection(const std::array<int16_t, 2>& code) {
+Vec3 OctahedralDirection(const std::array<int8_t, 2>& code) {
   const double u = code[0] / kSquareSteps, v = code[1] / kSquareSteps;
   const double z = 1.0 - std::abs(u) - std::abs(v);
   if (z >= 0.0) return Normalized({u, v, z});

@@ -19,14 +19,16 @@ inline constexpr double kHalfPrecision = 1.0 / 2048.0;
 uint16_t HalfBits(double value);
 
 // The code of a direction that is none.
-inline constexpr int16_t kNoDirection = -32768;
+inline constexpr int8_t kNoDirection = -128;
+// How far a direction is off at most when it is decoded, in radians: 0.7 degrees.
+inline constexpr double kDirectionPrecision = 0.0122;
 
-// Returns the place of a unit vector on the octahedron that is unfolded into a square, from -32767 to 32767 along each
-// side; kNoDirection twice for a vector whose length is zero or not finite, which need not be 1 otherwise. The decoded
-// direction is within 1e-4 rad.
-std::array<int16_t, 2> OctahedralCode(const Vec3& direction);
+// Returns the place of a unit vector on the octahedron that is unfolded into a square, from -127 to 127 along each
+// side: of the four around it, that whose direction is nearest. kNoDirection twice for a vector whose length is zero or
+// not finite, which need not be 1 otherwise.
+std::array<int8_t, 2> OctahedralCode(const Vec3& direction);
 // Returns the unit vector of such a code. REQUIRES: it is not kNoDirection.
-Vec3 OctahedralDirection(const std::array<int16_t, 2>& code);
+Vec3 OctahedralDirection(const std::array<int8_t, 2>& code);
 
 // The code of an angle that is none.
 inline constexpr uint8_t kNoAngle = 255;
@@ -36,9 +38,9 @@ inline constexpr int kAngleSteps = 255;  // a half turn
 // same operations in the page give the same vector.
 Vec3 FirstTangent(const Vec3& normal);
 
-// Returns how far a direction is turned in the plane across `normal`, counterclockwise from FirstTangent, in steps of
-// 1 / kAngleSteps of a half turn; opposite directions are the same. kNoAngle if the direction is not finite or has no
-// part in the plane. REQUIRES: normal is a unit vector.
+// Returns how far a direction is turned in the plane across the unit vector `normal`, counterclockwise from
+// FirstTangent, in steps of 1 / kAngleSteps of a half turn; opposite directions are the same. kNoAngle if the direction
+// is not finite or has no part in the plane. REQUIRES: normal is a unit vector.
 uint8_t AngleCode(const Vec3& normal, const Vec3& direction);
 
 }  // namespace curv

@@ -89,39 +89,48 @@ double AppendRadii(const VectorColumns& positions, const std::vector<uint32_t>& 
   return largest;
 }
 
+using DirectionCode = std::array<int8_t, 2>;
+
+void AppendCodes(const std::string& name, const std::vector<DirectionCode>& codes, Payload& payload) {
+  for (const size_t side : {size_t{0}, size_t{1}}) {
+    std::vector<uint8_t> bits;
+    bits.reserve(codes.size());
+    for (const DirectionCode& code : codes) bits.push_back(static_cast<uint8_t>(code[side]));
+    payload.Add(name + "_" + "uv"[side], bits);
+  }
+}
+
 // The normals of the file; where it has none, across its directions.
-std::vector<std::array<int16_t, 2>> NormalCodes(const PointTable& table, const std::vector<uint32_t>& chosen) {
+bool AppendNormals(const PointTable& table, const std::vector<uint32_t>& chosen, Payload& payload) {
   const auto normals = FindVectors(table, "n"), first = FindVectors(table, "d1"), second = FindVectors(table, "d2");
-  std::vector<std::array<int16_t, 2>> codes;
-  if (!normals && !(first && second)) return codes;
+  if (!normals && !(first && second)) return false;
+  std::vector<DirectionCode> codes;
   codes.reserve(chosen.size());
   for (const uint32_t i : chosen) {
     codes.push_back(OctahedralCode(normals ? normals->At(i) : Cross(first->At(i), second->At(i))));
   }
-  return codes;
+  AppendCodes("normal", codes, payload);
+  return true;
 }
 
-void AppendNormals(const std::vector<std::array<int16_t, 2>>& codes, Payload& payload) {
-  for (const size_t side : {size_t{0}, size_t{1}}) {
-    std::vector<uint16_t> bits;
-    bits.reserve(codes.size());
-    for (const auto& code : codes) bits.push_back(static_cast<uint16_t>(code[side]));
-    payload.Add(side == 0 ? "normal_u" : "normal_v", bits);
-  }
-}
-
-void AppendAngles(const VectorColumns& first, const std::vector<uint32_t>& chosen,
-                  const std::vector<std::array<int16_t, 2>>& normals, const std::vector<uint8_t>& statuses,
-                  Payload& payload) {
+// They lie across each other, but not across the point's own normal: the estimators smooth normals first.
+bool AppendDirections(const PointTable& table, const std::vector<uint32_t>& chosen,
+                      const std::vector<uint8_t>& statuses, Payload& payload) {
+  const auto first = FindVectors(table, "d1"), second = FindVectors(table, "d2");
+  if (!first || !second) return false;
+  std::vector<DirectionCode> codes;
   std::vector<uint8_t> angles;
+  codes.reserve(chosen.size());
   angles.reserve(chosen.size());
-  for (size_t c = 0; c < chosen.size(); ++c) {
-    const uint32_t i = chosen[c];
+  for (const uint32_t i : chosen) {
     const bool is_ok = statuses.empty() || statuses[i] == static_cast<uint8_t>(PointStatus::kOk);
-    angles.push_back(is_ok && normals[c][0] != kNoDirection ? AngleCode(OctahedralDirection(normals[c]), first.At(i))
-                                                            : kNoAngle);
+    codes.push_back(OctahedralCode(is_ok ? first->At(i) : Vec3{}));
+    angles.push_back(codes.back()[0] == kNoDirection ? kNoAngle
+                                                     : AngleCode(OctahedralDirection(codes.back()), second->At(i)));
   }
+  AppendCodes("first", codes, payload);
   payload.Add("angle", angles);
+  return true;
 }
 
 }  // namespace
@@ -150,14 +159,8 @@ EncodedPoints AppendPoints(const PointTable& table, const std::vector<uint32_t>&
   AppendPlaces(positions, chosen, bounds, payload);
   encoded.largest_radius = AppendRadii(positions, chosen, bounds, payload);
   for (const uint32_t i : chosen) encoded.nowhere += IsFinite(positions.At(i)) ? 0 : 1;
-  const std::vector<std::array<int16_t, 2>> normals = NormalCodes(table, chosen);
-  if (normals.empty()) return encoded;
-  encoded.has_normals = true;
-  AppendNormals(normals, payload);
-  if (const auto first = FindVectors(table, "d1")) {
-    encoded.has_directions = true;
-    AppendAngles(*first, chosen, normals, statuses, payload);
-  }
+  encoded.has_normals = AppendNormals(table, chosen, payload);
+  encoded.has_directions = AppendDirections(table, chosen, statuses, payload);
   return encoded;
 }
 

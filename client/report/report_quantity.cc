@@ -57,9 +57,9 @@ std::vector<double> ValuesOfColumn(const Column& column) {
 
 // Keeps low < high where all values are the same, or nearly.
 void Widen(double& low, double& high) {
-  const double least = std::max({std::abs(low), std::abs(high)}) * 1e-6;
-  if (high - low > least) return;
-  const double by = least > 0.0 ? least : 1.0;
+  const double size = std::max(std::abs(low), std::abs(high));
+  if (high - low > 1e-6 * size) return;
+  const double by = size > 0.0 ? 0.5 * size : 1.0;
   low -= by;
   high += by;
 }

@@ -1,9 +1,9 @@
 // Puts the page together.
 import { COLOR_MAPS, css, rampOf, statusRamp } from "./color_maps.mjs";
 import { control } from "./controls.mjs";
-import { grouped, parse, short } from "./numbers.mjs";
+import { grouped, parse, pointsHave, short } from "./numbers.mjs";
 import { drawOverlay } from "./overlay.mjs";
-import { fillHeader, fillNotes, fillPoint, fillStatuses, fillSummary, make, titleOf } from "./panels.mjs";
+import { fillHeader, fillNotes, fillPoint, fillStatuses, fillSummary, make, swatchOf, titleOf } from "./panels.mjs";
 import { pickPoint } from "./picking.mjs";
 import { RangeControl } from "./range.mjs";
 import { HALF_VALUES, readPoints, readReport } from "./report_file.mjs";
@@ -150,7 +150,7 @@ class Page {
   #color() {
     if (!this.quantity) {
       this.scene?.setColors(-0.5, 255.5, statusRamp());
-      find("legend").replaceChildren(make("b", find("quantity").value === "status" ? "Status" : ""));
+      this.#fillStatusLegend();
       return;
     }
     const map = this.#map();
@@ -159,6 +159,15 @@ class Page {
     const [low, high] = this.quantity.range;
     this.scene?.setColors(low / this.quantity.scale, high / this.quantity.scale, rampOf(map, low, high));
     this.#fillLegend(rampOf(map, low, high), low, high);
+  }
+
+  #fillStatusLegend() {
+    const lines = this.report.statuses.map(({ value, word }) => {
+      const line = make("div", undefined, { class: "status" });
+      line.append(swatchOf(value), make("span", word));
+      return line;
+    });
+    find("legend").replaceChildren(make("b", lines.length > 0 ? "Status" : "No quantity"), ...lines);
   }
 
   #fillLegend(ramp, low, high) {
@@ -180,7 +189,7 @@ class Page {
     const without = quantity ? report.points - quantity.finite : 0;
     find("coverage").textContent = !quantity ? ""
       : without === 0 ? "Every point has a value."
-        : `${grouped(without)} of ${grouped(report.points)} points have no value: they are grey.`;
+        : `${pointsHave(without)} no value, of ${grouped(report.points)}: grey in the picture.`;
   }
 
   #redraw() {

@@ -2,6 +2,12 @@
 
 export const grouped = (count) => count.toLocaleString("en-US");
 
+/** "1 point", "2,000 points". */
+export const pointCount = (count) => `${grouped(count)} ${count === 1 ? "point" : "points"}`;
+
+/** "1 point has", "2,000 points have". */
+export const pointsHave = (count) => `${pointCount(count)} ${count === 1 ? "has" : "have"}`;
+
 /** `digits` significant digits, as a power of ten where zeros would hide them. */
 export function short(value, digits = 4) {
   if (Number.isNaN(value)) return "none";

@@ -1,6 +1,6 @@
 // Tables and texts beside the cloud. All of them are set as text, never as markup: names come from files.
 import { css, statusColor } from "./color_maps.mjs";
-import { grouped, short, toStep, unitText } from "./numbers.mjs";
+import { grouped, pointCount, pointsHave, short, toStep, unitText } from "./numbers.mjs";
 
 export function make(name, text, attributes = {}) {
   const made = document.createElement(name);
@@ -27,12 +27,12 @@ export function fillHeader(report) {
   find("title").textContent = report.title;
   const thinned = report.shown < report.points;
   find("subtitle").textContent = thinned
-    ? `${grouped(report.points)} points, of which ${grouped(report.shown)} are shown`
-    : `${grouped(report.points)} points`;
+    ? `${pointCount(report.points)}, of which ${grouped(report.shown)} are shown`
+    : pointCount(report.points);
 }
 
 function table(caption, heads, rows) {
-  const made = make("table");
+  const made = make("table", undefined, heads.length > 4 ? { class: "many" } : {});
   made.append(make("caption", caption));
   const head = make("thead");
   head.append(row(...heads.map((text) => make("th", text, { scope: "col" }))));
@@ -63,6 +63,12 @@ export function fillSummary(report) {
   find("summary").replaceChildren(...tables);
 }
 
+export function swatchOf(status) {
+  const swatch = make("span", undefined, { class: "swatch" });
+  swatch.style.background = css(statusColor(status));
+  return swatch;
+}
+
 /** A checkbox for each status; calls `changed(status, isShown)`. */
 export function fillStatuses(report, changed) {
   if (report.statuses.length === 0) {
@@ -74,15 +80,13 @@ export function fillStatuses(report, changed) {
     const box = make("input", undefined, { type: "checkbox", id: `status-${value}` });
     box.checked = true;
     box.addEventListener("change", () => changed(value, box.checked));
-    const swatch = make("span", undefined, { class: "swatch" });
-    swatch.style.background = css(statusColor(value));
-    label.append(box, swatch, make("span", word), make("span", grouped(count), { class: "count" }));
+    label.append(box, swatchOf(value), make("span", word), make("span", grouped(count), { class: "count" }));
     item.append(label);
     return item;
   }));
   const without = report.points - (report.statuses.find(({ value }) => value === 1)?.count ?? 0);
   find("status-note").textContent = without === 0 ? "Every point has a curvature."
-    : `${grouped(without)} points have a status other than ok, and no curvature: they are grey, not zero.`;
+    : `${pointsHave(without)} a status other than ok, and no curvature: grey, not zero.`;
 }
 
 export function fillNotes(report, points) {
@@ -92,7 +96,7 @@ export function fillNotes(report, points) {
     `Lengths are in ${length}; mean and principal curvatures in 1/length, Gaussian curvature in 1/length². A ball of ` +
       "radius r has H = 1/r, G = 1/r², k₁ = k₂ = 1/r.",
     "The page keeps values to 0.05 % of themselves (binary16), positions to " +
-      `${short(step, 2)} ${report.unit || "length units"} along each axis, directions to 0.4°. The summary was computed ` +
+      `${short(step, 2)} ${report.unit || "length units"} along each axis, normals and directions to 0.7°. The summary was computed ` +
       "from the file's own numbers.",
   ];
   if (report.shown < report.points) {
@@ -100,7 +104,7 @@ export function fillNotes(report, points) {
       "by a hash of their index, evenly over the file; the summary counts all.");
   }
   if (report.unplaced > 0) {
-    notes.push(`${grouped(report.unplaced)} points have no finite position: they are counted, but cannot be drawn.`);
+    notes.push(`${pointsHave(report.unplaced)} no finite position: counted, but not drawn.`);
   }
   if (report.leftOut.length > 0) notes.push(`Columns that are left out: ${report.leftOut.join(", ")}.`);
   if (!points.arrays.normal_u) notes.push("The file has no normals: splats face the viewer.");
@@ -129,11 +133,11 @@ export function fillPoint(report, points, i, missing) {
   const directions = points.directions(i);
   if (directions) {
     for (const [d, direction] of directions.entries()) {
-      add(`Direction d${"₁₂"[d]}`, vector(direction, 0.001), ["first", "second"][d]);
+      add(`Direction d${"₁₂"[d]}`, vector(direction, 0.01), ["first", "second"][d]);
     }
   }
   const normal = points.normal(i);
-  if (normal) add("Normal", vector(normal, 0.001));
+  if (normal) add("Normal", vector(normal, 0.01));
   const made = make("table");
   made.append(...rows);
   place.replaceChildren(made);

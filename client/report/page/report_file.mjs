@@ -1,7 +1,7 @@
 // Unpacks what `curv report` wrote into the page. Its counterpart is client/report/report_page.cc.
 
 const LARGEST_PLACE = 65534;
-const NO_DIRECTION = -32768;
+const NO_DIRECTION = -128;
 const NO_ANGLE = 255;
 const ANGLE_STEPS = 255;
 
@@ -64,7 +64,7 @@ function chosenIndices(report) {
 /** As OctahedralDirection in client/report/quantize.cc. */
 function octahedralDirection(u, v) {
   const sign = (value) => (value < 0 ? -1 : 1);
-  let [x, y] = [u / 32767, v / 32767];
+  let [x, y] = [u / 127, v / 127];
   const z = 1 - Math.abs(x) - Math.abs(y);
   if (z < 0) [x, y] = [(1 - Math.abs(y)) * sign(x), (1 - Math.abs(x)) * sign(y)];
   const length = Math.hypot(x, y, z);
@@ -86,6 +86,8 @@ class Points {
     this.report = report;
     this.arrays = arrays;
     this.count = report.shown;
+    this.signed = Object.fromEntries(["normal_u", "normal_v", "first_u", "first_v"].filter((name) => arrays[name])
+      .map((name) => [name, new Int8Array(arrays[name].buffer, arrays[name].byteOffset, arrays[name].length)]));
     this.indices = chosenIndices(report);
     this.sides = report.low.map((low, axis) => report.high[axis] / 2 - low / 2).map((half) => half * 2);
     const longest = Math.max(...report.low.map((low, axis) => report.high[axis] / 2 - low / 2));
@@ -123,21 +125,25 @@ class Points {
     return this.report.largestRadius * 2 ** (-this.arrays.radius8[i] / 16);
   }
 
-  normal(i) {
-    if (!this.arrays.normal_u) return null;
-    const [u, v] = [(this.arrays.normal_u[i] << 16) >> 16, (this.arrays.normal_v[i] << 16) >> 16];
+  /** The unit vector of the octahedral codes of that name; null for a point that has none. */
+  #direction(name, i) {
+    if (!this.arrays[`${name}_u`]) return null;
+    const [u, v] = [this.signed[`${name}_u`][i], this.signed[`${name}_v`][i]];
     return u === NO_DIRECTION ? null : octahedralDirection(u, v);
+  }
+
+  normal(i) {
+    return this.#direction("normal", i);
   }
 
   /** Both principal directions, as unit vectors; null for a point that has none. */
   directions(i) {
-    const normal = this.normal(i);
-    if (!normal || !this.arrays.angle || this.arrays.angle[i] === NO_ANGLE) return null;
+    const first = this.#direction("first", i);
+    if (!first || this.arrays.angle[i] === NO_ANGLE) return null;
     const angle = (this.arrays.angle[i] / ANGLE_STEPS) * Math.PI;
-    const first = firstTangent(normal);
-    const second = cross(normal, first);
-    const d1 = first.map((c, axis) => Math.cos(angle) * c + Math.sin(angle) * second[axis]);
-    return [d1, cross(normal, d1)];
+    const side = firstTangent(first);
+    const other = cross(first, side);
+    return [first, side.map((c, axis) => Math.cos(angle) * c + Math.sin(angle) * other[axis])];
   }
 
   /** Value i of quantity q; NaN where there is none. */

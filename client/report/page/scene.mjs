@@ -47,16 +47,16 @@ export class CloudScene {
 
   #makeGeometry() {
     const { points, order } = this;
-    const { arrays, count } = points;
+    const { arrays, count, signed } = points;
     const places = new Uint16Array(3 * count);
-    const directions = new Int16Array(2 * count);
+    const directions = new Int8Array(2 * count);
     this.traits = new Uint8Array(4 * count);
     for (let at = 0; at < count; at++) {
       const i = order[at];
       places.set([arrays.x[i], arrays.y[i], arrays.z[i]], 3 * at);
-      const u = arrays.normal_u ? (arrays.normal_u[i] << 16) >> 16 : -32768;
-      if (u !== -32768) directions.set([u, (arrays.normal_v[i] << 16) >> 16], 2 * at);
-      this.traits.set([arrays.radius8[i], 0, points.isSomewhere(i) ? 0 : 1, u === -32768 ? 1 : 0], 4 * at);
+      const u = signed.normal_u ? signed.normal_u[i] : -128;
+      if (u !== -128) directions.set([u, signed.normal_v[i]], 2 * at);
+      this.traits.set([arrays.radius8[i], 0, points.isSomewhere(i) ? 0 : 1, u === -128 ? 1 : 0], 4 * at);
     }
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(places, 3, true));
