@@ -171,9 +171,13 @@ $(BUF): proto/package.json proto/package-lock.json
 	@cd build/tools/buf && npm ci --ignore-scripts --silent
 	@touch $@
 
-client/node/node_modules/.package-lock.json: client/node/package.json client/node/package-lock.json
-	@cd client/node && npm ci --ignore-scripts --silent
+client/%/node_modules/.package-lock.json: client/%/package.json client/%/package-lock.json
+	@cd client/$* && npm ci --ignore-scripts --silent
 	@touch $@
+
+.PHONY: report-page
+report-page: client/report/node_modules/.package-lock.json ## Make the page of curv report again, client/report/page.html, of client/report/page/
+	@node client/report/build.mjs
 
 # docker, podman or buildah; the latter two make OCI images, which know no health check, unless they are told.
 CONTAINER_TOOL ?= $(notdir $(firstword $(foreach tool,docker podman buildah,$(shell command -v $(tool)))))
@@ -187,4 +191,4 @@ image-test: ## Build the image and run it as deploy/ asks: as root, with buildah
 
 .PHONY: clean
 clean: ## Remove what was built, and the demo's results
-	@rm -rf build demo dist client/node/node_modules
+	@rm -rf build demo dist client/node/node_modules client/report/node_modules

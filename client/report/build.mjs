@@ -55,6 +55,6 @@ if (process.argv[2] !== "--check") {
   writeFileSync(target, page);
   console.log(`client/report/page.html: ${page.length} bytes`);
 } else if (read("page.html") !== page) {
-  console.error("client/report/page.html is not what its sources make: run `npm ci && npm run build` in client/report");
+  console.error("client/report/page.html is not what its sources make: run `make report-page`");
   process.exit(1);
 }

@@ -25,6 +25,7 @@ uint16_t HalfBits(double value) {
   const int sign = std::signbit(value) ? 0x8000 : 0;
   const double size = std::abs(value);
   if (size >= kLargestHalf + 16.0) return static_cast<uint16_t>(sign | 0x7c00);
+  if (size == 0.0) return static_cast<uint16_t>(sign);
   int exponent = 0;
   std::frexp(size, &exponent);
   const int unit = std::max(exponent - 11, -24);  // of the last place, as a power of two

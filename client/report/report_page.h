@@ -26,8 +26,8 @@ inline constexpr size_t kMostValues = 6'000'000;
 // Returns the page: its program, and of each point the position to 16 bits of the bounding box, quantities as binary16
 // numbers, normal and directions to 0.7 degrees, and status. All texts come from JSON in which no `<` stands, so that
 // no file can add to the page. INVALID_ARGUMENT if no point has a finite position; RESOURCE_EXHAUSTED if memory runs
-// out. REQUIRES: ExtractCloud(table, {.normals = false}) succeeds; options.quantity is empty or a column that
-// ChooseQuantities shows, or "status".
+// out. REQUIRES: ExtractCloud(table, {.normals = false}) succeeds; options.quantity is empty or
+// IsShownInReports.
 absl::StatusOr<std::string> MakeReportPage(const PointTable& table, const ReportOptions& options);
 
 }  // namespace curv

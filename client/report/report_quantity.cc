@@ -160,6 +160,11 @@ ReportQuantities ChooseQuantities(const PointTable& table, const std::vector<uin
   return quantities;
 }
 
+bool IsShownInReports(const PointTable& table, const std::string& column) {
+  if (column == "status") return !StatusesOf(table).empty();
+  return table.Find(column) != nullptr && !IsNoQuantity(column);
+}
+
 std::vector<uint8_t> StatusesOf(const PointTable& table) {
   const Column* const column = table.Find("status");
   if (column == nullptr) return {};

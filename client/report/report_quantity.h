@@ -46,6 +46,9 @@ struct ReportQuantities {
 ReportQuantities ChooseQuantities(const PointTable& table, const std::vector<uint32_t>& chosen,
                                   const QuantityLimits& limits);
 
+// Returns whether ChooseQuantities can show the column of that name, or the page can color by it: `status`.
+bool IsShownInReports(const PointTable& table, const std::string& column);
+
 // Returns for each point its value of the column `status`; nothing if there is none, or it is no column of whole
 // numbers from 0 to 255.
 std::vector<uint8_t> StatusesOf(const PointTable& table);

@@ -15,6 +15,7 @@
 #include "client/io/oriented_cloud.h"
 #include "client/io/table_file.h"
 #include "client/report/report_page.h"
+#include "client/report/report_quantity.h"
 
 namespace curv {
 namespace {
@@ -42,9 +43,11 @@ absl::StatusOr<std::string> ChooseColumn(const PointTable& table, const std::str
   if (quantity.empty()) return quantity;
   const NamedQuantity* const named = FindQuantity(quantity);
   const std::string column = named == nullptr ? quantity : named->column;
-  if (table.Find(column) != nullptr) return column;
-  return absl::InvalidArgumentError(absl::StrCat("there is no column ", column, ": --quantity must be one of ",
-                                                 kQuantityWords, ", status, or the name of a column"));
+  if (IsShownInReports(table, column)) return column;
+  return absl::InvalidArgumentError(absl::StrCat("there is no quantity ", column, ": --quantity must be one of ",
+                                                 kQuantityWords,
+                                                 ", status, or the name of a column that is none of "
+                                                 "positions, normals, directions and colors"));
 }
 
 absl::Status SavePage(const std::string& page, const std::string& path) {

@@ -50,6 +50,7 @@ TEST_F(CurvTest, HelpTeachesAndSucceeds) {
                                                                  {"orient", "-h"},
                                                                  {"evaluate", "-h"},
                                                                  {"render", "-h"},
+                                                                 {"report", "-h"},
                                                                  {"info", "-h"}}) {
     const CurvRun run = RunCurv(words);
     EXPECT_EQ(run.exit_code, 0);
