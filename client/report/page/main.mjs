@@ -1,7 +1,7 @@
 // Puts the page together.
 import { COLOR_MAPS, css, rampOf, statusRamp } from "./color_maps.mjs";
 import { control } from "./controls.mjs";
-import { grouped, parse, pointsHave, short } from "./numbers.mjs";
+import { grouped, parse, pointCount, pointsHave, short } from "./numbers.mjs";
 import { drawOverlay } from "./overlay.mjs";
 import { fillHeader, fillNotes, fillPoint, fillStatuses, fillSummary, make, swatchOf, titleOf } from "./panels.mjs";
 import { pickPoint } from "./picking.mjs";
@@ -34,15 +34,16 @@ class Page {
       this.failure = `The cloud cannot be drawn: this browser offers no WebGL 2 with float pictures (${error.message}).`;
       return;
     }
-    this.scene.onPicture = (isAll) => this.#tellPicture(isAll);
+    this.scene.onPicture = (drawn) => this.#tellPicture(drawn);
   }
 
-  #tellPicture(isAll) {
+  /** Notes what is drawn, and when some and all points were first, in milliseconds, as attributes of the page. */
+  #tellPicture(drawn) {
     const { dataset } = document.documentElement;
     dataset.picture ??= Math.round(performance.now());
-    find("progress").textContent = isAll || dataset.ready ? "" : `Drawing ${grouped(this.points.count)} points …`;
-    dataset.drawn = isAll ? "all" : "some";
-    if (isAll) dataset.ready ??= Math.round(performance.now());
+    if (drawn !== "some") dataset.ready ??= Math.round(performance.now());
+    find("progress").textContent = dataset.ready ? "" : `Drawing ${pointCount(this.points.count)} …`;
+    dataset.drawn = drawn;
   }
 
   #fillMenus() {

@@ -14,8 +14,10 @@ const FRAME_MS = 30;
 const SLICE_MS = 60;
 /** Above any value in units of its scale; the shader knows it as none. */
 const NO_VALUE = 3e38;
-/** The most samples on a side of a pixel, where the machine is fast. */
-const MOST_SAMPLES = 2;
+/** Samples on a side of a pixel for smooth outlines, how much longer they take, and how long they may. */
+const SMOOTH_SAMPLES = 2;
+const SMOOTH_COST = 3;
+const SMOOTH_MS = 1500;
 
 /** Spreads points over the order of drawing, so that the first of them show all of the cloud. */
 function drawingOrder(count) {
@@ -42,6 +44,7 @@ export class CloudScene {
     this.#makePasses();
     this.pointsPerMs = FEWEST_POINTS / FRAME_MS;
     this.samples = 1;
+    /** Called with what is on the screen: some of the points, all, or all with the best outlines that there will be. */
     this.onPicture = () => {};
   }
 
@@ -158,34 +161,37 @@ export class CloudScene {
 
   #advance() {
     this.waits = 0;
-    if (this.step === "first") {
-      const count = Math.min(Math.max(Math.round(this.pointsPerMs * FRAME_MS), FEWEST_POINTS), this.order.length);
-      this.#begin(count, 1);
-      this.#drawSlice(this.depthPass, 0, count);
-      this.#drawSlice(this.colorPass, 0, count);
-      this.#present();
-      const isAll = count === this.order.length;
-      if (isAll && !this.#isFast()) return this.#finish();
-      this.step = "rest";
-      this.onPicture(false);
-      this.restAt = performance.now() + (this.isSettled ? 150 : 0);
-      return this.#again();
-    }
+    if (this.step === "first") return this.#drawFirst();
     if (this.step === "rest") {
       if (performance.now() < this.restAt) return this.#again();
-      this.#begin(this.order.length, this.#isFast() ? MOST_SAMPLES : 1);
+      this.#begin(this.order.length, this.nextSamples);
       [this.step, this.at] = ["depth", 0];
     }
-    this.#refine();
+    return this.#refine();
   }
 
-  #isFast() {
-    return this.pointsPerMs * FRAME_MS > 4 * this.order.length && this.pixelRatio < 2;
+  /** Draws as many points as a frame has time for. */
+  #drawFirst() {
+    const count = Math.min(Math.max(Math.round(this.pointsPerMs * FRAME_MS), FEWEST_POINTS), this.order.length);
+    this.#begin(count, 1);
+    this.#drawSlice(this.depthPass, 0, count);
+    this.#drawSlice(this.colorPass, 0, count);
+    this.#present();
+    if (count === this.order.length) return this.#finish();
+    this.onPicture("some");
+    return this.#rest(1, this.isSettled ? 150 : 0);
+  }
+
+  /** Goes on with all points after so many milliseconds, unless something changes before. */
+  #rest(samples, milliseconds) {
+    [this.step, this.nextSamples, this.restAt] = ["rest", samples, performance.now() + milliseconds];
+    this.#again();
   }
 
   #refine() {
     const pass = this.step === "depth" ? this.depthPass : this.colorPass;
-    const count = Math.min(Math.round(this.pointsPerMs * SLICE_MS), this.order.length - this.at);
+    const slice = (this.pointsPerMs * SLICE_MS) / (this.samples > 1 ? SMOOTH_COST : 1);
+    const count = Math.min(Math.max(Math.round(slice), 1), this.order.length - this.at);
     this.#drawSlice(pass, this.at, count);
     this.at += count;
     if (this.at < this.order.length) return this.#again();
@@ -194,13 +200,19 @@ export class CloudScene {
       return this.#again();
     }
     this.#present();
-    this.#finish();
+    return this.#finish();
   }
 
+  /** All points are drawn; once more with smooth outlines, if that takes no long time. */
   #finish() {
-    this.step = "done";
     this.isSettled = true;
-    this.onPicture(true);
+    const milliseconds = ((2 * this.order.length) / this.pointsPerMs) * SMOOTH_COST;
+    if (this.samples === 1 && this.pixelRatio < 2 && milliseconds < SMOOTH_MS) {
+      this.onPicture("all");
+      return this.#rest(SMOOTH_SAMPLES, 150);
+    }
+    this.step = "done";
+    return this.onPicture("smooth");
   }
 
   /** Clears the sums for a picture of `count` points; fewer are drawn larger. */
@@ -233,6 +245,7 @@ export class CloudScene {
     this.renderer.render(this.scene, this.turntable.camera);
     // Reading a pixel waits until it is drawn.
     this.renderer.readRenderTargetPixels(this.target, 0, 0, 1, 1, new Uint16Array(4));
+    if (this.samples > 1) return;
     const rate = count / Math.max(performance.now() - began, 0.5) / 2;
     this.pointsPerMs = Math.max(this.pointsPerMs * 0.5 + rate * 0.5, FEWEST_POINTS / SLICE_MS / 8);
   }

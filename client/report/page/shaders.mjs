@@ -65,7 +65,7 @@ void main() {
   float d = dot(p, p) + z * z;
   if (dot(p, p) > 1.0 || d > 2.0) discard;
   gl_FragDepth = gl_FragCoord.z + (moveBack * splatBack - z) * splatRadius * depthPerPixel;
-  float weight = splatWeight * exp(-3.0 * d);
+  float weight = splatWeight * exp(-4.5 * d);
   color = vec4(splatColor * weight, weight);
 }`;
 

@@ -29,13 +29,13 @@ export function readCsv(name) {
     [names[i], names[i] === "status" ? field : Number(field)])));
 }
 
-export const READY = "document.documentElement.dataset.ready && document.documentElement.dataset.drawn === 'all'";
+export const READY = "document.documentElement.dataset.ready && document.documentElement.dataset.drawn === 'smooth'";
 
 /** What the picture of the cloud shows once all of it is drawn, without what lies over it. */
 export async function pictureOf(tab) {
   // Two frames later whatever an event asked for has begun.
   await tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
-  await tab.waitFor("document.documentElement.dataset.drawn === 'all'");
+  await tab.waitFor("document.documentElement.dataset.drawn === 'smooth'");
   await tab.evaluate("for (const id of ['overlay', 'legend', 'progress']) document.getElementById(id).style.opacity = 0");
   const picture = readPng(await tab.screenshot("#view"));
   await tab.evaluate("for (const id of ['overlay', 'legend', 'progress']) document.getElementById(id).style.opacity = ''");

@@ -18,7 +18,7 @@ before(async () => {
   runCurv("estimate", inFolder("cloud.ply"), "-o", inFolder("result.csv"), "--radius=0.12");
   rows = readCsv("result.csv");
   path = writeReport("result.csv", "report.html", "--unit=mm");
-  tab = await browser.openTab(1100, 800);
+  tab = await browser.openTab(820, 600);
   await tab.open(path, READY);
 });
 
