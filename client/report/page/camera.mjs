@@ -3,8 +3,10 @@ import { Matrix4, OrthographicCamera, Vector3 } from "three";
 
 const DISTANCE = 4;
 export const DEPTH_RANGE = 2 * DISTANCE;
-/** How much of the window the cloud takes. */
-const FILLED = 0.84;
+/** How much of the free part of the window the cloud takes; the legend lies over its top, axes and scale over its bottom. */
+const FILLED = 0.92;
+const TOP_PIXELS = 80;
+const BOTTOM_PIXELS = 40;
 const radians = (degrees) => (degrees * Math.PI) / 180;
 
 export const VIEWS = {
@@ -34,7 +36,7 @@ export class Turntable {
   }
 
   fit() {
-    this.zoom = 1;
+    [this.zoom, this.isFitted] = [1, true];
     const { right, up } = this.axes();
     this.target = new Vector3();
     for (const axis of [right, up]) {
@@ -42,20 +44,24 @@ export class Turntable {
       this.target.addScaledVector(axis, (low + high) / 2);
     }
     this.scale = this.#fitScale();
+    this.target.addScaledVector(up, (TOP_PIXELS - BOTTOM_PIXELS) / 2 / this.scale);
   }
 
   resize(width, height) {
     [this.width, this.height] = [width, height];
-    this.scale = this.#fitScale();
+    if (this.isFitted) this.fit();
+    else this.scale = this.#fitScale();
   }
 
   turn(azimuth, elevation) {
+    this.isFitted = false;
     this.azimuth = (this.azimuth + azimuth) % 360;
     this.elevation = Math.min(Math.max(this.elevation + elevation, -90), 90);
   }
 
   /** Turns to where a direction points at the viewer, and moves a place to the middle. */
   face([x, y, z], place) {
+    this.isFitted = false;
     const [ahead, above] = this.upAxis === "z" ? [-y, z] : [z, y];
     const degrees = (angle) => (angle * 180) / Math.PI;
     this.azimuth = degrees(Math.atan2(x, ahead));
@@ -65,6 +71,7 @@ export class Turntable {
 
   /** Moves the cloud by so many pixels, to the right and down. */
   move(right, down) {
+    this.isFitted = false;
     const { right: r, up } = this.axes();
     this.target.addScaledVector(r, -right / this.pixelsPerUnit()).addScaledVector(up, down / this.pixelsPerUnit());
     this.target.clampLength(0, 1.5);
@@ -72,6 +79,7 @@ export class Turntable {
 
   /** Zooms so that what is at (x, y), in pixels from the middle, right and up, stays there. */
   zoomBy(factor, x = 0, y = 0) {
+    this.isFitted = false;
     const before = this.pixelsPerUnit();
     this.zoom = Math.min(Math.max(this.zoom * factor, 0.2), 2000);
     const shift = 1 / before - 1 / this.pixelsPerUnit();
@@ -108,7 +116,8 @@ export class Turntable {
       const [low, high] = this.#reach(axis);
       return Math.max(high - low, 0.1);
     });
-    return FILLED * Math.min(this.width / width, this.height / height);
+    const free = Math.max(this.height - TOP_PIXELS - BOTTOM_PIXELS, this.height / 2);
+    return FILLED * Math.min(this.width / width, free / height);
   }
 
   pixelsPerUnit() {
