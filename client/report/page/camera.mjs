@@ -3,7 +3,7 @@ import { Matrix4, OrthographicCamera, Vector3 } from "three";
 
 const DISTANCE = 4;
 export const DEPTH_RANGE = 2 * DISTANCE;
-/** How much of the free part of the window the cloud takes; the legend lies over its top, axes and scale over its bottom. */
+/** How much of the free part of the window the cloud takes: the legend lies over its top, axes and scale below. */
 const FILLED = 0.92;
 const TOP_PIXELS = 80;
 const BOTTOM_PIXELS = 40;

@@ -31,7 +31,8 @@ class Page {
     try {
       this.scene = new CloudScene(find("canvas"), this.points, this.turntable);
     } catch (error) {
-      this.failure = `The cloud cannot be drawn: this browser offers no WebGL 2 with float pictures (${error.message}).`;
+      this.failure = "The cloud cannot be drawn: this browser offers no WebGL 2 with pictures of half floats " +
+        `(${error.message}).`;
       return;
     }
     this.scene.onPicture = (drawn) => this.#tellPicture(drawn);

@@ -15,7 +15,8 @@ export function short(value, digits = 4) {
   if (value === 0) return "0";
   const size = Math.abs(value);
   const text = size >= 1e5 || size < 1e-3 ? value.toExponential(digits - 1) : value.toPrecision(digits);
-  return text.replace("-", "−").replace(/e\+?(−|-)?(\d+)$/, (_, sign, power) => ` × 10${sign ? "⁻" : ""}${raised(power)}`);
+  return text.replace(/e([+-])(\d+)$/, (_, sign, power) => ` × 10${sign === "-" ? "⁻" : ""}${raised(power)}`)
+    .replace("-", "−");
 }
 
 const raised = (digits) => [...digits].map((digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]).join("");

@@ -74,8 +74,8 @@ function drawMarker(overlay, turntable, points, chosen, [x, y]) {
       element("line", { x1, y1, x2, y2, stroke: "var(--scene)", "stroke-width": 6, "stroke-linecap": "round" }),
       element("line", { id: `direction-${d + 1}`, x1, y1, x2, y2, stroke: `var(--${name})`, "stroke-width": 3,
         "stroke-linecap": "round" }),
-      element("text", { x: end[0] + Math.sign(end[0] - middle[0]) * 11, y: end[1] + Math.sign(end[1] - middle[1]) * 7 + 5,
-        "text-anchor": "middle" }, `d${"₁₂"[d]}`),
+      element("text", { x: end[0] + Math.sign(end[0] - middle[0]) * 11,
+        y: end[1] + Math.sign(end[1] - middle[1]) * 7 + 5, "text-anchor": "middle" }, `d${"₁₂"[d]}`),
     );
   }
   const ring = { cx: middle[0], cy: middle[1], fill: "none" };
@@ -88,7 +88,8 @@ export function drawOverlay(overlay, turntable, points, chosen) {
   const { width, height } = turntable;
   overlay.setAttribute("viewBox", `0 0 ${width} ${height}`);
   overlay.replaceChildren();
-  if (chosen >= 0 && points.isSomewhere(chosen)) drawMarker(overlay, turntable, points, chosen, [width / 2, height / 2]);
+  const middle = [width / 2, height / 2];
+  if (chosen >= 0 && points.isSomewhere(chosen)) drawMarker(overlay, turntable, points, chosen, middle);
   drawAxes(overlay, turntable, height);
   drawScale(overlay, turntable, points, points.report.unit, height);
 }

@@ -93,15 +93,15 @@ export function fillNotes(report, points) {
   const step = points.unit * Math.max(...points.extent) / 131068;
   const length = report.unit || "the file's length unit";
   const notes = [
-    `Lengths are in ${length}; mean and principal curvatures in 1/length, Gaussian curvature in 1/length². A ball of ` +
-      "radius r has H = 1/r, G = 1/r², k₁ = k₂ = 1/r.",
+    `Lengths are in ${length}; mean and principal curvatures in 1/length, Gaussian curvature in 1/length². A ball ` +
+      "of radius r has H = 1/r, G = 1/r², k₁ = k₂ = 1/r.",
     "The page keeps values to 0.05 % of themselves (binary16), positions to " +
-      `${short(step, 2)} ${report.unit || "length units"} along each axis, normals and directions to 0.7°. The summary was computed ` +
-      "from the file's own numbers.",
+      `${short(step, 2)} ${report.unit || "length units"} along each axis, normals and directions to 0.7°. The summary ` +
+      "was computed from the file's own numbers.",
   ];
   if (report.shown < report.points) {
-    notes.push(`The file has ${grouped(report.points)} points. The page shows ${grouped(report.shown)} of them, chosen ` +
-      "by a hash of their index, evenly over the file; the summary counts all.");
+    notes.push(`The file has ${grouped(report.points)} points. The page shows ${grouped(report.shown)} of them, ` +
+      "chosen by a hash of their index, evenly over the file; the summary counts all.");
   }
   if (report.unplaced > 0) {
     notes.push(`${pointsHave(report.unplaced)} no finite position: counted, but not drawn.`);

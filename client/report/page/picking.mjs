@@ -1,7 +1,7 @@
 // Finds the point that one sees at a place of the picture.
 
-/** The index, as the report counts, of the point at (x, y), in pixels from the middle, right and up; -1 for none. Of the
- * splats in front there, the one whose center is nearest. `isShown(i)` says which points are drawn. */
+/** The index, as the report counts, of the point at (x, y), in pixels from the middle, right and up; -1 for none. Of
+ * the splats in front there, the one whose center is nearest. `isShown(i)` says which points are drawn. */
 export function pickPoint(points, turntable, radiusFactor, isShown, x, y) {
   const scale = turntable.pixelsPerUnit();
   const { right, up, toward } = turntable.axes();

@@ -1,5 +1,5 @@
-// Draws the points: at once a part of them, as many as the machine draws while one waits, then all, in slices, so that the
-// page stays responsive however slow the machine is.
+// Draws the points: at once a part of them, as many as the machine draws while one waits, then all, in slices, so that
+// the page stays responsive however slow the machine is.
 import {
   AddEquation, BufferAttribute, BufferGeometry, CustomBlending, DataTexture, GLSL3, HalfFloatType, Mesh, NearestFilter,
   NoBlending, OneFactor, Points as ThreePoints, RawShaderMaterial, RGBAFormat, Scene, Vector2, Vector3, WebGLRenderer,
@@ -82,8 +82,8 @@ export class CloudScene {
       noValue: { value: new Vector3(...NO_VALUE_COLOR.map((c) => c / 255)) },
       ramp: { value: this.ramp },
     };
-    const splats = (settings) =>
-      new RawShaderMaterial({ vertexShader: SPLAT_VERTEX, fragmentShader: SPLAT_FRAGMENT, glslVersion: GLSL3, ...settings });
+    const shaders = { vertexShader: SPLAT_VERTEX, fragmentShader: SPLAT_FRAGMENT, glslVersion: GLSL3 };
+    const splats = (settings) => new RawShaderMaterial({ ...shaders, ...settings });
     this.depthPass = splats({
       uniforms: { ...this.uniforms, moveBack: { value: 1 } }, colorWrite: false, blending: NoBlending,
     });

@@ -1,6 +1,6 @@
-// Splats: discs that blend into a closed surface (Botsch et al. 2005, in two passes). The first draws depth alone, moved
-// back by a splat's radius; the second adds up the colors of all splats before that depth, weighted toward their centers,
-// and the sum is divided by the weights when it goes to the screen.
+// Splats: discs that blend into a closed surface (Botsch et al. 2005), in two passes. The first draws depth alone,
+// moved back by a splat's radius; the second adds up the colors of all splats before that depth, weighted toward their
+// centers, and the sum is divided by the weights when it goes to the screen.
 
 export const SPLAT_VERTEX = `
 precision highp float;

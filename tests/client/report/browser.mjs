@@ -99,7 +99,10 @@ class Tab {
 
   receive(method, params) {
     if (method === "Network.requestWillBeSent") this.requests.push(params.request.url);
-    if (method === "Runtime.exceptionThrown") this.errors.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
+    if (method === "Runtime.exceptionThrown") {
+      const { exception, text } = params.exceptionDetails;
+      this.errors.push(exception?.description ?? text);
+    }
     if (method === "Log.entryAdded" && params.entry.level === "error") this.errors.push(params.entry.text);
     if (method === "Runtime.consoleAPICalled" && ["error", "warning", "assert"].includes(params.type)) {
       this.errors.push(params.args.map(({ value, description }) => value ?? description).join(" "));
@@ -158,7 +161,8 @@ class Tab {
   }
 
   async mouse(type, x, y, more = {}) {
-    await this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", buttons: type === "mouseReleased" ? 0 : 1, clickCount: 1, ...more });
+    const buttons = type === "mouseReleased" ? 0 : 1;
+    await this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", buttons, clickCount: 1, ...more });
   }
 
   async click(x, y) {

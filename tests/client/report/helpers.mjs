@@ -36,9 +36,12 @@ export async function pictureOf(tab) {
   // Two frames later whatever an event asked for has begun.
   await tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
   await tab.waitFor("document.documentElement.dataset.drawn === 'smooth'");
-  await tab.evaluate("for (const id of ['overlay', 'legend', 'progress']) document.getElementById(id).style.opacity = 0");
+  const setOpacity = (opacity) => tab.evaluate(`for (const id of ["overlay", "legend", "progress"]) {
+    document.getElementById(id).style.opacity = "${opacity}";
+  }`);
+  await setOpacity(0);
   const picture = readPng(await tab.screenshot("#view"));
-  await tab.evaluate("for (const id of ['overlay', 'legend', 'progress']) document.getElementById(id).style.opacity = ''");
+  await setOpacity("");
   return picture;
 }
 

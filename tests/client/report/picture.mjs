@@ -32,7 +32,8 @@ export function readPng(bytes) {
       pixels[y * stride + i] = lines[y * (stride + 1) + 1 + i] + guess;
     }
   }
-  return { width, height, at: (x, y) => [...pixels.subarray(y * stride + x * channels, y * stride + x * channels + 3)] };
+  const at = (x, y) => [...pixels.subarray(y * stride + x * channels, y * stride + x * channels + 3)];
+  return { width, height, at };
 }
 
 const differs = (a, b, by) => a.some((c, i) => Math.abs(c - b[i]) > by);
