@@ -51,6 +51,7 @@ TEST_F(CurvTest, HelpTeachesAndSucceeds) {
                                                                  {"evaluate", "-h"},
                                                                  {"render", "-h"},
                                                                  {"report", "-h"},
+                                                                 {"view", "-h"},
                                                                  {"info", "-h"}}) {
     const CurvRun run = RunCurv(words);
     EXPECT_EQ(run.exit_code, 0);

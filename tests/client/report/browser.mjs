@@ -121,9 +121,9 @@ class Tab {
     await this.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: scheme }] });
   }
 
-  /** Opens a file, and waits until `condition`, JavaScript, holds. */
+  /** Opens a file, or an address, and waits until `condition`, JavaScript, holds. */
   async open(path, condition) {
-    await this.send("Page.navigate", { url: `file://${path}` });
+    await this.send("Page.navigate", { url: path.startsWith("http:") ? path : `file://${path}` });
     await this.waitFor(condition);
   }
 

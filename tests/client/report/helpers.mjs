@@ -1,6 +1,7 @@
 // What the tests of the page share: results in files, and a page with its report in a browser.
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
+import { once } from "node:events";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -75,6 +76,13 @@ export function readNumber(text) {
 export function expectValue(text, value, name) {
   const error = Math.abs(readNumber(text) - value);
   assert.ok(error <= 1.1e-3 * Math.abs(value) + 1e-12, `${name}: the page says ${text}, the file ${value}`);
+}
+
+/** Runs `curv view` on a result; resolves to its process and the address that it prints. */
+export async function view(result) {
+  const child = spawn(curv, ["view", inFolder(result)], { stdio: ["ignore", "pipe", "inherit"] });
+  const [line] = await once(child.stdout, "data");
+  return { child, address: line.toString().trim() };
 }
 
 /** Fails if the page asked for anything but its file, or said that something is wrong. */
