@@ -20,8 +20,9 @@ export const VIEWS = {
 };
 
 export class Turntable {
-  /** `places`: some of the cloud's, which stand for all; `upAxis`: "y" or "z". */
-  constructor(places, upAxis) {
+  /** `places`: some of the cloud's, which stand for all; `radius`: of the largest splat; `upAxis`: "y" or "z". */
+  constructor(places, radius, upAxis) {
+    this.least = Math.max(0.1, 4 * radius);
     this.places = places.map((place) => new Vector3(...place));
     this.upAxis = upAxis;
     this.camera = new OrthographicCamera(-1, 1, 1, -1, 0, DEPTH_RANGE);
@@ -114,7 +115,7 @@ export class Turntable {
     const { right, up } = this.axes();
     const [width, height] = [right, up].map((axis) => {
       const [low, high] = this.#reach(axis);
-      return Math.max(high - low, 0.1);
+      return Math.max(high - low, this.least);
     });
     const free = Math.max(this.height - TOP_PIXELS - BOTTOM_PIXELS, this.height / 2);
     return FILLED * Math.min(this.width / width, free / height);

@@ -15,7 +15,7 @@ const find = (id) => document.getElementById(id);
 class Page {
   constructor(report, points) {
     Object.assign(this, { report, points, chosen: -1, hidden: new Set(), radiusFactor: 1 });
-    this.turntable = new Turntable(points.somePlaces(), report.up);
+    this.turntable = new Turntable(points.somePlaces(), report.largestRadius, report.up);
     this.range = new RangeControl(() => this.#color());
     fillStatuses(report, (status, isShown) => this.#toggle(status, isShown));
     fillNotes(report, points);

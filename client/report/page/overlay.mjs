@@ -39,6 +39,7 @@ const roundText = (length) =>
 
 /** A bar as long as a round length of the file. */
 function drawScale(overlay, turntable, points, unit, height) {
+  if (points.sides.every((side) => side === 0)) return;
   const pixels = turntable.pixelsPerUnit() / points.unit;
   const power = 10 ** Math.floor(Math.log10(120 / pixels));
   const length = power * [5, 2, 1].find((factor) => factor * power * pixels <= 120);

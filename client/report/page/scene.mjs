@@ -12,6 +12,8 @@ import { SCREEN_FRAGMENT, SCREEN_VERTEX, SPLAT_FRAGMENT, SPLAT_VERTEX } from "./
 const FEWEST_POINTS = 20_000;
 const FRAME_MS = 30;
 const SLICE_MS = 60;
+/** How long nothing must change before all points are drawn. */
+const REST_MS = 60;
 /** Above any value in units of its scale; the shader knows it as none. */
 const NO_VALUE = 3e38;
 /** Samples on a side of a pixel for smooth outlines, how much longer they take, and how long they may. */
@@ -179,7 +181,7 @@ export class CloudScene {
     this.#present();
     if (count === this.order.length) return this.#finish();
     this.onPicture("some");
-    return this.#rest(1, this.isSettled ? 150 : 0);
+    return this.#rest(1, this.isSettled ? REST_MS : 0);
   }
 
   /** Goes on with all points after so many milliseconds, unless something changes before. */
@@ -209,7 +211,7 @@ export class CloudScene {
     const milliseconds = ((2 * this.order.length) / this.pointsPerMs) * SMOOTH_COST;
     if (this.samples === 1 && this.pixelRatio < 2 && milliseconds < SMOOTH_MS) {
       this.onPicture("all");
-      return this.#rest(SMOOTH_SAMPLES, 150);
+      return this.#rest(SMOOTH_SAMPLES, REST_MS);
     }
     this.step = "done";
     return this.onPicture("smooth");
