@@ -8,7 +8,7 @@ JOBS ?= $(shell nproc)
 # Debian 12 packages, by what they are for.
 BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-dev protobuf-compiler \
   protobuf-compiler-grpc libprotobuf-dev libabsl-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
-  libspdlog-dev liblzf-dev libpng-dev libssl-dev libeigen3-dev libnanoflann-dev nlohmann-json3-dev libcairo2-dev \
+  libspdlog-dev liblzf-dev libpng-dev libssl-dev libeigen3-dev libnanoflann-dev nlohmann-json3-dev libcairo2-dev zlib1g-dev \
   fonts-dejavu-core
 WHEEL_PACKAGES := protobuf-compiler python3 python3-pip python3-setuptools python3-wheel
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libcgal-dev grpc-proto \
@@ -171,9 +171,13 @@ $(BUF): proto/package.json proto/package-lock.json
 	@cd build/tools/buf && npm ci --ignore-scripts --silent
 	@touch $@
 
-client/node/node_modules/.package-lock.json: client/node/package.json client/node/package-lock.json
-	@cd client/node && npm ci --ignore-scripts --silent
+client/%/node_modules/.package-lock.json: client/%/package.json client/%/package-lock.json
+	@cd client/$* && npm ci --ignore-scripts --silent
 	@touch $@
+
+.PHONY: report-page
+report-page: client/report/node_modules/.package-lock.json ## Make the page of curv report again, client/report/page.html, of client/report/page/
+	@node client/report/build.mjs
 
 # docker, podman or buildah; the latter two make OCI images, which know no health check, unless they are told.
 CONTAINER_TOOL ?= $(notdir $(firstword $(foreach tool,docker podman buildah,$(shell command -v $(tool)))))
@@ -187,4 +191,4 @@ image-test: ## Build the image and run it as deploy/ asks: as root, with buildah
 
 .PHONY: clean
 clean: ## Remove what was built, and the demo's results
-	@rm -rf build demo dist client/node/node_modules
+	@rm -rf build demo dist client/node/node_modules client/report/node_modules

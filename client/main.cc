@@ -21,6 +21,8 @@ int Run(int argc, char** argv) {
   curv::AddEvaluate(app, action);
   curv::AddRender(app, action);
   curv::AddSelect(app, action);
+  curv::AddReport(app, action);
+  curv::AddView(app, action);
   curv::AddInfo(app, action);
   curv::AddToken(app, action);
   try {

@@ -35,11 +35,13 @@ run estimate "$results/goursat.ply" -o "$results/curvature.ply" --k=100 "--serve
 run evaluate "$results/curvature.ply"
 run render "$results/curvature.ply" -o "$results/mean_curvature.png" --quantity=mean --range=-0.107:0.345
 run render "$results/curvature.ply" -o "$results/gaussian_curvature.png" --quantity=gaussian --range=-0.034:0.119
+run report "$results/curvature.ply" -o "$results/report.html"
 
 cat <<TEXT
 
 Done. Look at:
   $results/mean_curvature.png, $results/gaussian_curvature.png   the surface, colored by curvature
+  $results/report.html                                      the same to turn and to click, in a browser
   $results/curvature.ply                                    points with curvature, for any point cloud viewer
   $results/curvd.log                                        what the server logged
 TEXT

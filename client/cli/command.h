@@ -41,6 +41,8 @@ void AddOrient(CLI::App& app, Action& action);
 void AddEvaluate(CLI::App& app, Action& action);
 void AddRender(CLI::App& app, Action& action);
 void AddSelect(CLI::App& app, Action& action);
+void AddReport(CLI::App& app, Action& action);
+void AddView(CLI::App& app, Action& action);
 void AddInfo(CLI::App& app, Action& action);
 void AddToken(CLI::App& app, Action& action);
 

@@ -51,6 +51,8 @@ TEST_F(CurvTest, HelpTeachesAndSucceeds) {
                                                                  {"evaluate", "-h"},
                                                                  {"render", "-h"},
                                                                  {"select", "-h"},
+                                                                 {"report", "-h"},
+                                                                 {"view", "-h"},
                                                                  {"info", "-h"}}) {
     const CurvRun run = RunCurv(words);
     EXPECT_EQ(run.exit_code, 0);

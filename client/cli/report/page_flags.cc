@@ -1,0 +1,70 @@
+#include "client/cli/report/page_flags.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/flags.h"
+#include "client/cli/result_columns.h"
+#include "client/io/oriented_cloud.h"
+#include "client/io/table_file.h"
+#include "client/report/report_page.h"
+#include "client/report/report_quantity.h"
+
+namespace curv {
+namespace {
+
+constexpr uint64_t kMostPoints = 10'000'000;
+
+// The column of a word or name; empty if none was given.
+absl::StatusOr<std::string> ChooseColumn(const PointTable& table, const std::string& quantity) {
+  if (quantity.empty()) return quantity;
+  const NamedQuantity* const named = FindQuantity(quantity);
+  const std::string column = named == nullptr ? quantity : named->column;
+  if (IsShownInReports(table, column)) return column;
+  return absl::InvalidArgumentError(absl::StrCat("there is no quantity ", column, ": --quantity must be one of ",
+                                                 kQuantityWords,
+                                                 ", status, or the name of a column that is none of "
+                                                 "positions, normals, directions and colors"));
+}
+
+std::string BaseName(const std::string& path) { return path.substr(path.rfind('/') + 1); }
+
+}  // namespace
+
+void AddPageFlags(CLI::App& command, PageFlags& flags) {
+  command.add_option("result", flags.input, "a result of curv estimate")->required()->option_text("RESULT");
+  command
+      .add_option("--quantity", flags.quantity,
+                  absl::StrCat("shown first: ", kQuantityWords, ", status, or the name of a column [mean]"))
+      ->option_text("NAME");
+  command.add_option("--unit", flags.unit, "the cloud's length unit: mm makes the page say 1/mm")->option_text("NAME");
+  command.add_option("--up", flags.up, "axis that points up: z [default] or y")
+      ->check(CLI::IsMember({"y", "z"}).description(""))
+      ->option_text("AXIS");
+  command.add_option("--points", flags.points, "the most points that the page holds; more are thinned [1000000]")
+      ->check(Whole(1, kMostPoints))
+      ->option_text("COUNT");
+}
+
+ExitCode MakePage(const PageFlags& flags, MadePage& page) {
+  const absl::StatusOr<PointTable> table = LoadTable(flags.input);
+  if (!table.ok()) return Fail(ExitCode::kInput, table.status());
+  const auto bad_input = [&](const absl::Status& status) {
+    return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", status.message()));
+  };
+  if (absl::Status status = ExtractCloud(*table, {.normals = false}).status(); !status.ok()) return bad_input(status);
+  const absl::StatusOr<std::string> column = ChooseColumn(*table, flags.quantity);
+  if (!column.ok()) return bad_input(column.status());
+  absl::StatusOr<std::string> html = MakeReportPage(*table, {.title = BaseName(flags.input),
+                                                             .unit = flags.unit,
+                                                             .quantity = *column,
+                                                             .up_axis = flags.up[0],
+                                                             .most_points = flags.points});
+  if (absl::IsResourceExhausted(html.status())) return Fail(ExitCode::kFailed, html.status());
+  if (!html.ok()) return bad_input(html.status());
+  page = {.html = *std::move(html), .points = table->size(), .shown = std::min<uint64_t>(table->size(), flags.points)};
+  return ExitCode::kOk;
+}
+
+}  // namespace curv

@@ -1,0 +1,177 @@
+// Unpacks what `curv report` wrote into the page. Its counterpart is client/report/report_page.cc.
+
+const LARGEST_PLACE = 65534;
+const NO_DIRECTION = -128;
+const NO_ANGLE = 255;
+const ANGLE_STEPS = 255;
+
+/** The value of each of the 65,536 binary16 numbers. */
+function halfValues() {
+  const values = new Float64Array(65536);
+  for (let bits = 0; bits < 65536; bits++) {
+    const [exponent, places] = [(bits >> 10) & 31, bits & 1023];
+    let value = exponent === 0 ? places * 2 ** -24 : (1024 + places) * 2 ** (exponent - 25);
+    if (exponent === 31) value = places === 0 ? Infinity : NaN;
+    values[bits] = bits & 0x8000 ? -value : value;
+  }
+  return values;
+}
+export const HALF_VALUES = halfValues();
+
+function bytesOfBase64(text) {
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
+  const binary = atob(text);
+  const bytes = new Uint8Array(binary.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = binary.charCodeAt(i);
+  return bytes;
+}
+
+async function inflate(bytes, size) {
+  const inflated = new Uint8Array(size);
+  let at = 0;
+  const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate")).getReader();
+  for (let piece = await reader.read(); !piece.done; piece = await reader.read()) {
+    inflated.set(piece.value, at);
+    at += piece.value.length;
+  }
+  if (at !== size) throw new Error(`the points are ${at} bytes, ${size} were expected`);
+  return inflated;
+}
+
+/** Scalars of two bytes are kept as all low bytes, then all high bytes. */
+function joinBytes(bytes, at, count) {
+  const scalars = new Uint16Array(count);
+  for (let i = 0; i < count; i++) scalars[i] = bytes[at + i] | (bytes[at + count + i] << 8);
+  return scalars;
+}
+
+/** As IndexHash in client/report/thinning.cc. */
+function indexHash(index) {
+  let hash = Math.imul(index ^ (index >>> 16), 0x9e3779b1);
+  hash = Math.imul(hash ^ (hash >>> 15), 0x85ebca6b);
+  return (hash ^ (hash >>> 16)) >>> 0;
+}
+
+/** The indices in the file of the points that the report holds. */
+function chosenIndices(report) {
+  const indices = new Uint32Array(report.shown);
+  for (let index = 0, at = 0; index < report.points; index++) {
+    if (indexHash(index) <= report.hashLimit) indices[at++] = index;
+  }
+  return indices;
+}
+
+/** As OctahedralDirection in client/report/quantize.cc. */
+function octahedralDirection(u, v) {
+  const sign = (value) => (value < 0 ? -1 : 1);
+  let [x, y] = [u / 127, v / 127];
+  const z = 1 - Math.abs(x) - Math.abs(y);
+  if (z < 0) [x, y] = [(1 - Math.abs(y)) * sign(x), (1 - Math.abs(x)) * sign(y)];
+  const length = Math.hypot(x, y, z);
+  return [x / length, y / length, z / length];
+}
+
+export const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
+
+/** As FirstTangent in client/report/quantize.cc. */
+function firstTangent([x, y, z]) {
+  const sign = z < 0 ? -1 : 1;
+  const a = -1 / (sign + z);
+  return [1 + sign * x * x * a, sign * x * y * a, -sign * x];
+}
+
+/** The points of a report. They are counted as the report holds them; `indices` says which of the file's they are. */
+class Points {
+  constructor(report, arrays) {
+    this.report = report;
+    this.arrays = arrays;
+    this.count = report.shown;
+    this.signed = Object.fromEntries(["normal_u", "normal_v", "first_u", "first_v"].filter((name) => arrays[name])
+      .map((name) => [name, new Int8Array(arrays[name].buffer, arrays[name].byteOffset, arrays[name].length)]));
+    this.indices = chosenIndices(report);
+    this.sides = report.low.map((low, axis) => report.high[axis] / 2 - low / 2).map((half) => half * 2);
+    const longest = Math.max(...report.low.map((low, axis) => report.high[axis] / 2 - low / 2));
+    /** Sides of the bounding box, where the longest is 1. */
+    this.extent = report.low.map((low, axis) => (longest > 0 ? (report.high[axis] / 2 - low / 2) / longest : 0));
+    /** Length units of the file in one of the extent. */
+    this.unit = longest > 0 ? longest * 2 : 1;
+  }
+
+  isSomewhere(i) {
+    return this.arrays.x[i] <= LARGEST_PLACE;
+  }
+
+  /** The position in the file's coordinates; each is within 1/131,068 of the box's side. */
+  position(i) {
+    return ["x", "y", "z"].map(
+      (name, axis) => this.report.low[axis] + (this.arrays[name][i] / LARGEST_PLACE) * this.sides[axis],
+    );
+  }
+
+  /** The position relative to the middle of the box, whose longest side is 1. */
+  place(i) {
+    return ["x", "y", "z"].map((name, axis) => (this.arrays[name][i] / LARGEST_PLACE - 0.5) * this.extent[axis]);
+  }
+
+  /** Places of up to 20,000 points, evenly over the report. */
+  somePlaces() {
+    const step = Math.max(Math.floor(this.count / 20_000), 1);
+    const places = [];
+    for (let i = 0; i < this.count; i += step) if (this.isSomewhere(i)) places.push(this.place(i));
+    return places.length > 0 ? places : [[0, 0, 0]];
+  }
+
+  radius(i) {
+    return this.report.largestRadius * 2 ** (-this.arrays.radius8[i] / 16);
+  }
+
+  /** The unit vector of the octahedral codes of that name; null for a point that has none. */
+  #direction(name, i) {
+    if (!this.arrays[`${name}_u`]) return null;
+    const [u, v] = [this.signed[`${name}_u`][i], this.signed[`${name}_v`][i]];
+    return u === NO_DIRECTION ? null : octahedralDirection(u, v);
+  }
+
+  normal(i) {
+    return this.#direction("normal", i);
+  }
+
+  /** Both principal directions, as unit vectors; null for a point that has none. */
+  directions(i) {
+    const first = this.#direction("first", i);
+    if (!first || this.arrays.angle[i] === NO_ANGLE) return null;
+    const angle = (this.arrays.angle[i] / ANGLE_STEPS) * Math.PI;
+    const side = firstTangent(first);
+    const other = cross(first, side);
+    return [first, side.map((c, axis) => Math.cos(angle) * c + Math.sin(angle) * other[axis])];
+  }
+
+  /** Value i of quantity q; NaN where there is none. */
+  value(q, i) {
+    return HALF_VALUES[this.arrays[`quantity${q}`][i]] * this.report.quantities[q].scale;
+  }
+
+  status(i) {
+    return this.arrays.status ? this.arrays.status[i] : null;
+  }
+}
+
+/** Reads the report that the page holds. */
+export function readReport() {
+  return JSON.parse(document.getElementById("report").textContent);
+}
+
+/** Unpacks the points of the report; the page forgets the text that they came in. */
+export async function readPoints(report) {
+  const element = document.getElementById("points");
+  const packed = bytesOfBase64(element.textContent);
+  element.remove();
+  const bytes = await inflate(packed, report.arrays.reduce((sum, array) => sum + array.count * array.bytes, 0));
+  const arrays = {};
+  let at = 0;
+  for (const { name, count, bytes: width } of report.arrays) {
+    arrays[name] = width === 2 ? joinBytes(bytes, at, count) : bytes.subarray(at, at + count);
+    at += count * width;
+  }
+  return new Points(report, arrays);
+}
