@@ -35,6 +35,12 @@ HWY_INLINE uint64_t BitsFromMask(FloatMask mask) {
   return bits;
 }
 
+// first, first + 1, ... A constant and an addition: Highway's Iota of a variable goes through memory, lane by lane.
+HWY_INLINE hn::Vec<IntTag> IntsFrom(int32_t first) {
+  const IntTag d;
+  return hn::Add(hn::Iota(d, 0), hn::Set(d, first));
+}
+
 // sum + x where the mask is set, sum elsewhere.
 HWY_INLINE FloatVec AddWhere(FloatMask mask, FloatVec sum, FloatVec x) {
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86

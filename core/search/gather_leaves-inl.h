@@ -103,7 +103,7 @@ HWY_INLINE void AppendMeeting(const SpatialIndex& index, const ReachTest& meets,
       hi[axis] = index.leaf_hi(axis) + first + i;
     }
     const FloatMask wanted = hn::And(meets.Leaves(lo, hi), hn::FirstN(d, count - i));
-    AppendLeaves(lo, hi, hn::Iota(IntTag(), static_cast<int32_t>(first + i)), wanted, leaves);
+    AppendLeaves(lo, hi, IntsFrom(static_cast<int32_t>(first + i)), wanted, leaves);
   }
 }
 

@@ -110,7 +110,7 @@ HWY_INLINE void CullLeaves(const LeafList& leaves, const float* query, float squ
     const auto meets = hn::RebindMask(di, hn::Le(SquaredNorm(x, y, z), limit));
     const auto leaf = hn::Load(di, reinterpret_cast<const int32_t*>(leaves.leaves()) + i);
     hn::StoreU(hn::Compress(leaf, meets), di, near + count);
-    hn::StoreU(hn::Compress(hn::Iota(di, static_cast<int32_t>(i)), meets), di, positions + count);
+    hn::StoreU(hn::Compress(IntsFrom(static_cast<int32_t>(i)), meets), di, positions + count);
     count += hn::CountTrue(di, meets);
   }
   found.leaf_count = count;

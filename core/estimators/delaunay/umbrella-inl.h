@@ -56,7 +56,7 @@ class CandidateCollector {
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.z + lane), q.z), inside), d, out_->dz + count_);
     const auto inside_ids = hn::RebindMask(di, inside);
     const auto first = static_cast<int32_t>(size_t{near.leaf} * SpatialIndex::kLeafSize + lane);
-    hn::StoreU(hn::Compress(hn::Iota(di, first), inside_ids), di, out_->place + count_);
+    hn::StoreU(hn::Compress(IntsFrom(first), inside_ids), di, out_->place + count_);
     hn::StoreU(hn::Compress(hn::Load(di, points.id + lane), inside_ids), di, out_->id + count_);
     count_ += static_cast<int>(kept);
   }

@@ -127,7 +127,7 @@ HWY_INLINE size_t ListSteps(const SpatialIndex& index, const AvgHexagramPlan& pl
     const Triple offset = Sub(position, query);
     const IntVec step = FindSteps(plan, Dot(offset, u), Dot(offset, v));
     const uint32_t first = FirstRow(index, near.leaf, found.positions[near.near], s.rows);
-    const IntVec row = hn::Iota(di, static_cast<int32_t>(first + lane));
+    const IntVec row = IntsFrom(static_cast<int32_t>(first + lane));
     hn::StoreU(hn::Compress(hn::Or(hn::ShiftLeft<kStepBits>(row), step), inside), di, out);
     out += kept;
   };

@@ -130,7 +130,7 @@ HWY_INLINE size_t CullLeavesAround(const LeafList& leaves, const TargetPatch& pa
   size_t count = 0;
   for (size_t i = 0; i < leaves.size(); i += hn::Lanes(d)) {
     const auto meets = hn::RebindMask(di, NearBox(leaves, i, patch.box, squared_reach));
-    hn::StoreU(hn::Compress(hn::Iota(di, static_cast<int32_t>(i)), meets), di, positions + count);
+    hn::StoreU(hn::Compress(IntsFrom(static_cast<int32_t>(i)), meets), di, positions + count);
     count += hn::CountTrue(di, meets);
   }
   // Few leaves near the box of the targets are near none of them, unless the targets are far apart.
