@@ -10,7 +10,8 @@ namespace {
 
 // Errors from bends count so much more than those from noise.
 constexpr double kBendWeight = 3.0;
-// Of fits whose squared error is at most this many times the least, the cheapest is taken.
+// Of fits whose squared error is at most this many times the least, the cheapest of the highest degree is taken: its
+// bends, of which noise hides some, are least.
 constexpr double kGoodEnough = 1.2;
 // Errors below this are all good enough: squared radians.
 constexpr double kNegligible = 1e-10;
@@ -172,7 +173,7 @@ double ScalePilot::Noise(size_t candidate, double sigma) const {
 double ScalePilot::Bends(size_t small, size_t large, double sigma) const {
   // Noise explains this much more than it should: coordinates within the plane are noisy too, and balls cut off some of
   // the noise along the normal, so that sigma is found up to a tenth too small. Measured: 1.1 to 1.4.
-  constexpr double kSlack = 1.4;
+  constexpr double kSlack = 1.25;
   std::vector<double> changes, noises;
   for (size_t i = 0; i < sample_count(); ++i) {
     const Outcome &a = outcome(small, i), &b = outcome(large, i);
@@ -205,10 +206,11 @@ double ScalePilot::ErrorOf(size_t candidate, double sigma, const std::vector<boo
     }
     if (large == 0) break;
   }
-  if (const bool is_first = candidate == 0 || !is_rung(candidate - 1); is_first && is_rung(candidate + 1)) {
+  // What a larger one shows beyond doubt was there before, as much smaller as its power of the radius is.
+  if (is_rung(candidate + 1)) {
     const double at_next = Bends(candidate, candidate + 1, sigma);
     const double shrink = static_cast<double>(candidates_[candidate].count()) / candidates_[candidate + 1].count();
-    bends = at_next * std::pow(shrink, BendOrder(method));
+    bends = std::max(bends, at_next * std::pow(shrink, BendOrder(method)));
   }
   return noise + kBendWeight * bends;
 }
@@ -216,6 +218,11 @@ double ScalePilot::ErrorOf(size_t candidate, double sigma, const std::vector<boo
 const ScalePilot::Candidate& ScalePilot::LargestOf(NormalMethod method) const {
   const auto is_it = [&](const Candidate& candidate) { return candidate.fit.method == method; };
   return *std::find_if(candidates_.rbegin(), candidates_.rend(), is_it);
+}
+
+bool ScalePilot::IsRather(const Candidate& a, const Candidate& b) {
+  if (a.plan.degree != b.plan.degree) return a.plan.degree > b.plan.degree;
+  return a.cost() < b.cost();
 }
 
 ChosenScale ScalePilot::Choose() const {
@@ -232,7 +239,7 @@ ChosenScale ScalePilot::Choose() const {
   for (size_t c = 0; c < candidates_.size(); ++c) {
     const bool is_good =
         errors[c] < std::numeric_limits<double>::infinity() && errors[c] <= std::max(kGoodEnough * least, kNegligible);
-    if (is_good && (cheapest == nullptr || candidates_[c].cost() < cheapest->cost())) cheapest = &candidates_[c];
+    if (is_good && (cheapest == nullptr || IsRather(candidates_[c], *cheapest))) cheapest = &candidates_[c];
   }
   chosen.fit = cheapest != nullptr ? cheapest->fit : LargestOf(candidates_.front().fit.method).fit;
   chosen.fit.max_neighbor_count = fallback_.fit.max_neighbor_count;

@@ -91,6 +91,8 @@ class ScalePilot {
   // what noise explains.
   double Bends(size_t small, size_t large, double sigma) const;
   double ErrorOf(size_t candidate, double sigma, const std::vector<bool>& usable) const;
+  // Whether `a` is to be taken where both are good enough.
+  static bool IsRather(const Candidate& a, const Candidate& b);
   // REQUIRES: there is a candidate of the method.
   const Candidate& LargestOf(NormalMethod method) const;
   // The least radius of neighborhoods that are much larger than noise of that standard deviation, and than the lattice
