@@ -11,9 +11,6 @@ namespace {
 // A wall is thinner than this share of the radius of a ball that has as much surface for its volume as the piece
 // within.
 constexpr double kThinWall = 0.5;
-// More pairs than that are not looked at: every one of them costs a million dipoles.
-constexpr size_t kMostPairs = 256;
-
 double VolumeOf(const PieceSums& piece) {
   double about_center = piece.flux;
   for (size_t axis = 0; axis < 3; ++axis) {
@@ -40,20 +37,31 @@ bool MayBeWall(const PieceSums& inner, const PieceSums& outer) {
 
 HollowWalls::HollowWalls(const SpatialIndex& index, const SideTree& tree, const PieceSides& sides,
                          const std::vector<uint8_t>& is_candidate)
-    : index_(index), tree_(tree), sides_(sides), is_looked_at_(sides.pieces().size()), samples_(tree.chunk_count()) {
+    : index_(index), tree_(tree), sides_(sides) {
   const std::vector<PieceSums>& pieces = sides.pieces();
-  for (uint32_t inner = 0; inner < pieces.size(); ++inner) {
-    for (uint32_t outer = 0; is_candidate[inner] != 0 && outer < pieces.size(); ++outer) {
-      if (outer == inner || is_candidate[outer] == 0 || !MayBeWall(pieces[inner], pieces[outer])) continue;
-      if (pairs_.size() == kMostPairs) return;
+  std::vector<uint32_t> candidates;
+  for (uint32_t piece = 0; piece < pieces.size(); ++piece) {
+    if (is_candidate[piece] != 0) candidates.push_back(piece);
+  }
+  for (const uint32_t inner : candidates) {
+    for (const uint32_t outer : candidates) {
+      if (outer == inner || !MayBeWall(pieces[inner], pieces[outer])) continue;
       pairs_.push_back({inner, outer});
-      is_looked_at_[inner] = is_looked_at_[outer] = 1;
+      if (pairs_.size() > kMostPairs) {
+        pairs_.clear();
+        return;
+      }
     }
   }
+  if (pairs_.empty()) return;
+  is_looked_at_.resize(pieces.size());
+  for (const Pair& pair : pairs_) is_looked_at_[pair.inner] = is_looked_at_[pair.outer] = 1;
+  chunks_.resize(tree.chunk_count());
+  pieces_.resize(pieces.size());
 }
 
 size_t HollowWalls::Stride(uint32_t piece) const {
-  return std::max<size_t>(static_cast<size_t>(sides_.pieces()[piece].points) / kSamples, 1);
+  return (static_cast<size_t>(sides_.pieces()[piece].points) + kSamples - 1) / kSamples;
 }
 
 void HollowWalls::SumChunk(size_t chunk) {
@@ -69,52 +77,80 @@ void HollowWalls::SumChunk(size_t chunk) {
     const SpatialIndex::LeafNormals& n = index_.normals(leaf);
     const bool is_turned = tree_.is_opposite(place) != sides_.is_turned(cluster);
     const float area = tree_.area(place) * (is_turned ? -1.0f : 1.0f);
-    samples_[chunk].push_back(
+    chunks_[chunk].push_back(
         {piece, {p.x[lane], p.y[lane], p.z[lane]}, {area * n.x[lane], area * n.y[lane], area * n.z[lane]}});
+  }
+}
+
+void HollowWalls::GroupSamples() {
+  for (std::vector<Sample>& chunk : chunks_) {
+    for (const Sample& sample : chunk) pieces_[sample.piece].push_back(sample);
+    chunk = {};
   }
 }
 
 // 1 inside and 0 outside, as well as areas are known.
 double HollowWalls::WindingAt(const std::array<float, 3>& position, uint32_t outer) const {
   double winding = 0.0;
-  for (const std::vector<Sample>& chunk : samples_) {
-    for (const Sample& sample : chunk) {
-      if (sample.piece != outer) continue;
-      double squared = 0.0, along = 0.0;
-      for (size_t axis = 0; axis < 3; ++axis) {
-        const double offset = static_cast<double>(sample.position[axis]) - position[axis];
-        squared += offset * offset;
-        along += offset * sample.moment[axis];
-      }
-      if (squared > 0.0) winding += along / (squared * std::sqrt(squared));
+  for (const Sample& sample : pieces_[outer]) {
+    double squared = 0.0, along = 0.0;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const double offset = static_cast<double>(sample.position[axis]) - position[axis];
+      squared += offset * offset;
+      along += offset * sample.moment[axis];
     }
+    if (squared > 0.0) winding += along / (squared * std::sqrt(squared));
   }
   return winding * static_cast<double>(Stride(outer)) / (4.0 * kPointsPerArea);
 }
 
 void HollowWalls::CheckPair(size_t pair) {
-  const uint32_t inner = pairs_[pair].inner, outer = pairs_[pair].outer;
-  std::vector<const Sample*> own;
-  for (const std::vector<Sample>& chunk : samples_) {
-    for (const Sample& sample : chunk) {
-      if (sample.piece == inner) own.push_back(&sample);
-    }
-  }
-  const size_t step = std::max<size_t>(own.size() / kProbes, 1);
-  double sum = 0.0;
-  size_t probes = 0;
-  for (size_t i = 0; i < own.size(); i += step, ++probes) sum += WindingAt(own[i]->position, outer);
   constexpr double kInside = 0.5;
-  pairs_[pair].holds = probes > 0 && sum > kInside * static_cast<double>(probes);
+  const std::vector<Sample>& own = pieces_[pairs_[pair].inner];
+  const size_t step = std::max<size_t>(own.size() / kProbes, 1);
+  double sum = 0.0, probes = 0.0;
+  for (size_t i = 0; i < own.size(); i += step, ++probes) sum += WindingAt(own[i].position, pairs_[pair].outer);
+  pairs_[pair].holds = sum > kInside * probes;
 }
 
 std::vector<uint32_t> HollowWalls::InnerPieces() const {
-  std::vector<uint32_t> depths(sides_.pieces().size()), inner;
-  for (const Pair& pair : pairs_) depths[pair.inner] += pair.holds ? 1 : 0;
-  for (uint32_t piece = 0; piece < depths.size(); ++piece) {
-    if (depths[piece] % 2 == 1) inner.push_back(piece);
+  constexpr uint32_t kNone = ~uint32_t{0};
+  const std::vector<PieceSums>& pieces = sides_.pieces();
+  // The smallest piece around each, as far as it is near.
+  std::vector<uint32_t> around(is_looked_at_.size(), kNone), by_volume, inner;
+  std::vector<double> volumes(is_looked_at_.size());
+  for (uint32_t piece = 0; piece < is_looked_at_.size(); ++piece) {
+    if (is_looked_at_[piece] == 0) continue;
+    volumes[piece] = VolumeOf(pieces[piece]);
+    by_volume.push_back(piece);
   }
+  for (const Pair& pair : pairs_) {
+    uint32_t& nearest = around[pair.inner];
+    if (pair.holds && (nearest == kNone || volumes[pair.outer] < volumes[nearest])) nearest = pair.outer;
+  }
+  // What is around a piece has a larger volume.
+  std::stable_sort(by_volume.begin(), by_volume.end(), [&](uint32_t a, uint32_t b) { return volumes[a] > volumes[b]; });
+  std::vector<uint8_t> is_inner(is_looked_at_.size());
+  for (const uint32_t piece : by_volume) {
+    is_inner[piece] = around[piece] != kNone && is_inner[around[piece]] == 0 ? 1 : 0;
+    if (is_inner[piece] != 0) inner.push_back(piece);
+  }
+  std::sort(inner.begin(), inner.end());
   return inner;
+}
+
+size_t HollowWalls::bytes() const {
+  size_t bytes = pairs_.capacity() * sizeof(Pair) + is_looked_at_.capacity();
+  for (const auto* groups : {&chunks_, &pieces_}) {
+    for (const std::vector<Sample>& samples : *groups) bytes += samples.capacity() * sizeof(Sample);
+  }
+  return bytes;
+}
+
+size_t HollowWalls::MostBytes(size_t point_count) {
+  // Of a vector that grows by doubling, and while samples are grouped both of the chunks and of the pieces.
+  const size_t samples = std::min(point_count, (kSamples + 1) * (SideTree::kMostLargeClusters + 1));
+  return 4 * samples * sizeof(Sample) + 2 * kMostPairs * sizeof(Pair);
 }
 
 }  // namespace curvd

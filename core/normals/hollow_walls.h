@@ -13,21 +13,31 @@
 
 namespace curvd {
 
-// Usage: SumChunk for each chunk of the tree, unless pair_count is 0; CheckPair for each pair; then InnerPieces. Calls
-// of one kind may run concurrently for distinct chunks or pairs. What is found depends on the index and the tree alone.
+// Usage, unless pair_count is 0: SumChunk for each chunk of the tree; GroupSamples; CheckPair for each pair. Then
+// InnerPieces. SumChunk and CheckPair may run concurrently for distinct chunks or pairs. What is found depends on the
+// index and the tree alone. Takes less than a millisecond a pair.
 class HollowWalls {
  public:
+  // With more pairs than that no wall is looked for: those that were left out would turn what lies within.
+  static constexpr size_t kMostPairs = 1024;
+
   // `is_candidate`: by piece, whether it is large and closed by the sum of its normals, with normals that point outward
   // once Finish of the sides was called. May throw std::bad_alloc. REQUIRES: all outlive this.
   HollowWalls(const SpatialIndex& index, const SideTree& tree, const PieceSides& sides,
               const std::vector<uint8_t>& is_candidate);
 
   size_t pair_count() const { return pairs_.size(); }
-  // May throw std::bad_alloc.
+  // These may throw std::bad_alloc.
   void SumChunk(size_t chunk);
+  void GroupSamples();
   void CheckPair(size_t pair);
-  // The pieces that lie within an odd number of others that are so near: those whose normals are to point inward.
+  // The pieces whose normals are to point inward, ascending: each lies within another that is so near, and the nearest
+  // of those is no such piece itself, since what lies in a hollow is a body.
   std::vector<uint32_t> InnerPieces() const;
+
+  size_t bytes() const;
+  // Bytes held at most.
+  static size_t MostBytes(size_t point_count);
 
  private:
   struct Pair {
@@ -40,7 +50,7 @@ class HollowWalls {
     std::array<float, 3> position;
     std::array<float, 3> moment;  // area times normal that points outward
   };
-  static constexpr size_t kSamples = 4096, kProbes = 256;  // of a piece
+  static constexpr size_t kSamples = 512, kProbes = 64;  // of a piece, about and at most
 
   // How many points of the piece lie between two samples.
   size_t Stride(uint32_t piece) const;
@@ -50,8 +60,9 @@ class HollowWalls {
   const SideTree& tree_;
   const PieceSides& sides_;
   std::vector<Pair> pairs_;
-  std::vector<uint8_t> is_looked_at_;         // by piece
-  std::vector<std::vector<Sample>> samples_;  // of each chunk, in order
+  std::vector<uint8_t> is_looked_at_;        // by piece
+  std::vector<std::vector<Sample>> chunks_;  // until they are grouped, in order
+  std::vector<std::vector<Sample>> pieces_;  // of each piece that is looked at, in order
 };
 
 }  // namespace curvd

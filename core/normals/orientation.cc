@@ -211,6 +211,8 @@ void Orientation::AddWalls() {
   for (size_t i = 0; i < repairs_.size(); ++i) {
     if (repairs_[i].is_accepted()) is_candidate[field_->pieces()[i].piece] = 0;
   }
+  repairs_.clear();
+  field_.reset();
   walls_.emplace(index_, tree_, *sides_, is_candidate);
   if (walls_->pair_count() == 0) return AddTurns();
   Add({chunk_count(),
@@ -218,7 +220,10 @@ void Orientation::AddWalls() {
          walls_->SumChunk(context.block);
          return absl::OkStatus();
        },
-       [] { return absl::OkStatus(); }});
+       [this] {
+         walls_->GroupSamples();
+         return absl::OkStatus();
+       }});
   Add({walls_->pair_count(),
        [this](const BlockContext& context) {
          if (!context.stopped) walls_->CheckPair(context.block);
@@ -250,8 +255,6 @@ void Orientation::AddTurns() {
   }
   piece_count_ = pieces.size();
   closed_share_ = area > 0.0 ? closed / area : 0.0;
-  repairs_.clear();
-  field_.reset();
   walls_.reset();
   Add({chunk_count(),
        [this](const BlockContext& context) {
@@ -335,7 +338,8 @@ void Orientation::Report(NormalReport& report) const {
 }
 
 size_t Orientation::bytes() const {
-  return tree_.bytes() + (sides_.has_value() ? sides_->bytes() : 0) + (field_.has_value() ? field_->bytes() : 0);
+  return tree_.bytes() + (sides_.has_value() ? sides_->bytes() : 0) + (field_.has_value() ? field_->bytes() : 0) +
+         (walls_.has_value() ? walls_->bytes() : 0);
 }
 
 size_t Orientation::BytesPerPoint(const NormalOptions& options) {
@@ -349,7 +353,9 @@ size_t Orientation::ScratchBytes(const NormalOptions& options, size_t point_coun
 }
 
 size_t Orientation::FieldBytes(const NormalOptions& options, size_t point_count) {
-  return BytesPerPoint(options) == 0 ? 0 : WindingField::MostBytes(point_count);
+  return BytesPerPoint(options) == 0
+             ? 0
+             : std::max(WindingField::MostBytes(point_count), HollowWalls::MostBytes(point_count));
 }
 
 }  // namespace curvd

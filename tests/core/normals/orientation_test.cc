@@ -228,6 +228,39 @@ TEST(OrientationSidesTest, InsidesOfHollowWallsPointIntoTheHollow) {
   }
 }
 
+// Of shells within shells every other one bounds a hollow, however near the outermost is to the innermost.
+TEST(OrientationSidesTest, ShellsWithinShellsBoundHollowsInTurn) {
+  TestPoints shells;
+  for (const double radius : {1.0, 0.87, 0.75, 0.62}) {
+    TestPoints shell = Sphere(static_cast<size_t>(20'000 * radius * radius), radius);
+    const bool bounds_a_hollow = radius == 0.87 || radius == 0.62;
+    for (auto& normal : shell.normals) {
+      for (float& component : normal) component *= bounds_a_hollow ? -1.0f : 1.0f;
+    }
+    Append(shell, shells);
+  }
+  const NormalResult result = OrientTurned(shells);
+  EXPECT_EQ(result.report.piece_count, 4u);
+  EXPECT_EQ(result.report.inner_wall_count, 2u);
+  EXPECT_EQ(FlippedShare(result.normals, shells), 0.0);
+}
+
+TEST(OrientationSidesTest, ManyHollowBodiesAreLookedAtEachForItself) {
+  TestPoints bodies;
+  for (int i = 0; i < 20; ++i) {
+    TestPoints outside = Sphere(1600, 1.0), inside = Sphere(800, 0.7);
+    for (auto& normal : inside.normals) {
+      for (float& component : normal) component = -component;
+    }
+    Append(inside, outside);
+    Shift(3.0 * (i % 8), 3.0 * (i / 8), 0, outside);
+    Append(outside, bodies);
+  }
+  const NormalResult result = OrientTurned(bodies);
+  EXPECT_EQ(result.report.inner_wall_count, 20u);
+  EXPECT_EQ(FlippedShare(result.normals, bodies), 0.0);
+}
+
 // A scene as a scanner sees it: ground, a wall and a ball, from one place, at distances that thin the points out.
 TEST(OrientationSidesTest, AScannedSceneLooksAtItsScanner) {
   TestPoints scene;
