@@ -70,7 +70,7 @@ size_t NormalBytesPerPoint(const NormalOptions& options) {
 size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count) {
   if (options.source == NormalSource::kGiven) return 0;
   size_t most = std::max(Orientation::ScratchBytes(options, point_count),
-                         SheetTest::ScratchBytes(point_count, options.max_neighbor_count));
+                         SheetProbe::ScratchBytes(point_count, options.max_neighbor_count));
   if (options.source == NormalSource::kEstimate) {
     const size_t fit = IsAutomatic(options) ? ScalePilot::ScratchBytes(point_count, options.max_neighbor_count)
                                             : NormalScratch::MostBytes(WantedFit(options), point_count);
@@ -110,12 +110,12 @@ void NormalPhases::AddLooks() {
     add_phase_(MakePilotPhase(*pilot_));
   }
   if (std::holds_alternative<ConsistentSides>(options_.sides)) {
-    sheet_test_.emplace(index_, options_.max_neighbor_count, thread_count_);
-    add_phase_(MakeSheetPhase(*sheet_test_, name));
+    sheet_probe_.emplace(index_, options_.max_neighbor_count, thread_count_);
+    add_phase_(MakeSheetPhase(*sheet_probe_, name));
   }
   add_phase_(std::make_unique<FunctionPhase>(name, 0, nullptr, [this] {
-    if (sheet_test_.has_value()) sheets_ = sheet_test_->Find();
-    sheet_test_.reset();
+    if (sheet_probe_.has_value()) sheets_ = sheet_probe_->Find();
+    sheet_probe_.reset();
     return Fit();
   }));
 }
@@ -274,7 +274,7 @@ void NormalPhases::Collect(size_t first, size_t last, NormalField& field) {
 
 size_t NormalPhases::bytes() const {
   return quality_.bytes() + (pilot_.has_value() ? pilot_->bytes() : 0) +
-         (sheet_test_.has_value() ? sheet_test_->bytes() : 0) +
+         (sheet_probe_.has_value() ? sheet_probe_->bytes() : 0) +
          (orientations_.empty() ? 0 : orientations_.back()->bytes());
 }
 

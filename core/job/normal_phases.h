@@ -17,7 +17,7 @@
 #include "core/normals/normals.h"
 #include "core/normals/orientation.h"
 #include "core/normals/scale_pilot.h"
-#include "core/normals/sheet_test.h"
+#include "core/normals/sheet_probe.h"
 
 namespace curvd {
 
@@ -35,7 +35,7 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
 // options alone: not on threads.
 //
 // Where the scale is automatic, it may take several attempts. If neighborhoods hold two sheets
-// (core/normals/sheet_test.h), normals are first made of so few neighbors that most come from one sheet; those stay if
+// (core/normals/sheet_probe.h), normals are first made of so few neighbors that most come from one sheet; those stay if
 // they orient to closed surfaces that can be trusted. Then comes the scale that the pilot chose. If its sides cannot be
 // trusted, few neighbors are tried, which stay if that is much better; else the pilot's normals are made again.
 class NormalPhases {
@@ -78,7 +78,7 @@ class NormalPhases {
   const PhaseSink add_phase_;
   NormalQuality quality_;  // empty for given normals
   std::optional<ScalePilot> pilot_;
-  std::optional<SheetTest> sheet_test_;
+  std::optional<SheetProbe> sheet_probe_;
   SheetFinding sheets_;
   // At which scale the normals of now are made; all but kLast may be followed by another attempt.
   enum class Attempt : uint8_t { kOneSheet, kChosen, kFew, kLast };

@@ -35,10 +35,10 @@ struct SheetFinding {
 
 // Usage: block_count blocks of RunBlock, in any order and on any threads; then Find. What is found depends on the index
 // alone, not on threads. RunBlock is thread-safe for distinct blocks and workers.
-class SheetTest {
+class SheetProbe {
  public:
   // No neighborhood is larger than max_neighbor_count. REQUIRES: `index` has normals, of any values, and outlives this.
-  SheetTest(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count);
+  SheetProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count);
 
   // 0 where the cloud is too small.
   size_t block_count() const { return plans_.size() * groups_.size(); }
@@ -72,7 +72,7 @@ class SheetTest {
   std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
 };
 
-// Runs the test's blocks, under the name of a phase. REQUIRES: it outlives the phase.
-std::unique_ptr<Phase> MakeSheetPhase(SheetTest& test, std::string_view name);
+// Runs the probe's blocks, under the name of a phase. REQUIRES: it outlives the phase.
+std::unique_ptr<Phase> MakeSheetPhase(SheetProbe& probe, std::string_view name);
 
 }  // namespace curvd

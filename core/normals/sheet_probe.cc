@@ -1,4 +1,4 @@
-#include "core/normals/sheet_test.h"
+#include "core/normals/sheet_probe.h"
 
 #include <algorithm>
 #include <cmath>
@@ -81,15 +81,15 @@ double Median(std::vector<double>& values) {
 
 class SheetPhase final : public Phase {
  public:
-  SheetPhase(SheetTest& test, std::string_view name) : test_(test), name_(name) {}
+  SheetPhase(SheetProbe& probe, std::string_view name) : probe_(probe), name_(name) {}
   std::string_view name() const override { return name_; }
-  absl::StatusOr<size_t> Begin() override { return test_.block_count(); }
+  absl::StatusOr<size_t> Begin() override { return probe_.block_count(); }
   absl::Status RunBlock(const BlockContext& context) override {
-    return test_.RunBlock(context.block, context.worker, context.stopped);
+    return probe_.RunBlock(context.block, context.worker, context.stopped);
   }
 
  private:
-  SheetTest& test_;
+  SheetProbe& probe_;
   const std::string_view name_;
 };
 
@@ -102,7 +102,7 @@ NormalFit PlaneOf(uint32_t count) {
 
 }  // namespace
 
-SheetTest::SheetTest(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
+SheetProbe::SheetProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
     : index_(index), scratch_(static_cast<size_t>(thread_count)) {
   const size_t most = std::min<size_t>(index.point_count() / kLargestShare, max_neighbor_count);
   for (const uint32_t count : kLadder) {
@@ -116,7 +116,7 @@ SheetTest::SheetTest(const SpatialIndex& index, uint32_t max_neighbor_count, int
   outcomes_.assign(block_count() * SpatialIndex::kGroupLeaves, {kNan, kNan, kNan});
 }
 
-absl::Status SheetTest::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
+absl::Status SheetProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
   std::unique_ptr<NormalScratch>& scratch = scratch_[static_cast<size_t>(worker)];
   if (scratch == nullptr) {
     scratch = std::make_unique<NormalScratch>();
@@ -141,7 +141,7 @@ absl::Status SheetTest::RunBlock(size_t block, int worker, const std::atomic<boo
   return FitGroup(index_, plans_[rung], groups_[group], GroupSample::kOneOfEachLeaf, *scratch);
 }
 
-std::vector<SheetTest::Rung> SheetTest::Rungs() const {
+std::vector<SheetProbe::Rung> SheetProbe::Rungs() const {
   const size_t samples = groups_.size() * SpatialIndex::kGroupLeaves;
   std::vector<Rung> rungs;
   for (size_t rung = 0; rung < counts_.size(); ++rung) {
@@ -159,7 +159,7 @@ std::vector<SheetTest::Rung> SheetTest::Rungs() const {
   return rungs;
 }
 
-SheetFinding SheetTest::Find() const {
+SheetFinding SheetProbe::Find() const {
   SheetFinding finding;
   const std::vector<Rung> rungs = Rungs();
   if (rungs.empty()) return finding;
@@ -189,12 +189,12 @@ SheetFinding SheetTest::Find() const {
   return finding;
 }
 
-size_t SheetTest::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
+size_t SheetProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
   return NormalScratch::MostBytes(PlaneOf(std::min(kLadder[std::size(kLadder) - 1], max_neighbor_count)), point_count);
 }
 
-std::unique_ptr<Phase> MakeSheetPhase(SheetTest& test, std::string_view name) {
-  return std::make_unique<SheetPhase>(test, name);
+std::unique_ptr<Phase> MakeSheetPhase(SheetProbe& probe, std::string_view name) {
+  return std::make_unique<SheetPhase>(probe, name);
 }
 
 }  // namespace curvd

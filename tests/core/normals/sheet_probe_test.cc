@@ -1,4 +1,4 @@
-#include "core/normals/sheet_test.h"
+#include "core/normals/sheet_probe.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ NormalOptions AutomaticNormals() {
 TestPoints Plate(double spacings) { return ClosedPlate(kManyPoints, spacings * std::sqrt(8.0 / kManyPoints), 1); }
 
 // Taken as noise, the thickness would make normals of hundreds of neighbors, from both sheets.
-TEST(SheetTestTest, ThinPlatesGetNormalsOfOneSheet) {
+TEST(SheetProbeTest, ThinPlatesGetNormalsOfOneSheet) {
   for (const double spacings : {1.0, 2.0, 3.0}) {
     const TestPoints plate = Plate(spacings);
     const NormalResult result = MustMakeNormals(BareCloud(plate), AutomaticNormals());
@@ -30,7 +30,7 @@ TEST(SheetTestTest, ThinPlatesGetNormalsOfOneSheet) {
   }
 }
 
-TEST(SheetTestTest, NoiseDoesNotHideThinPlates) {
+TEST(SheetProbeTest, NoiseDoesNotHideThinPlates) {
   TestPoints plate = Plate(3.0);
   AddNoise(0.3 * std::sqrt(8.0 / kManyPoints), 2, plate);
   const NormalResult result = MustMakeNormals(BareCloud(plate), AutomaticNormals());
@@ -38,7 +38,7 @@ TEST(SheetTestTest, NoiseDoesNotHideThinPlates) {
   EXPECT_FALSE(result.report.is_doubtful());
 }
 
-TEST(SheetTestTest, ShellsOfAFewSpacingsAreMostlyRight) {
+TEST(SheetProbeTest, ShellsOfAFewSpacingsAreMostlyRight) {
   for (const double spacings : {4.0, 6.0}) {
     const TestPoints shell = Lens(kManyPoints, spacings, 4);
     const NormalResult result = MustMakeNormals(BareCloud(shell), AutomaticNormals());
@@ -47,7 +47,7 @@ TEST(SheetTestTest, ShellsOfAFewSpacingsAreMostlyRight) {
 }
 
 // Whatever cannot be told apart is at least said to be doubtful, whoever chose the scale.
-TEST(SheetTestTest, FlippedPointsAreNeverTrusted) {
+TEST(SheetProbeTest, FlippedPointsAreNeverTrusted) {
   for (const double spacings : {0.5, 1.0, 1.5, 2.0, 3.0, 8.0}) {
     const TestPoints shell = Lens(kManyPoints, spacings, 4);
     for (const NormalOptions& options :
@@ -60,7 +60,7 @@ TEST(SheetTestTest, FlippedPointsAreNeverTrusted) {
   }
 }
 
-TEST(SheetTestTest, NoiseIsNotTakenForTwoSheets) {
+TEST(SheetProbeTest, NoiseIsNotTakenForTwoSheets) {
   for (const double sigma : {0.0, 0.05, 0.1, 0.2}) {
     TestPoints torus = Torus(kManyPoints, 1);
     AddNoise(sigma, 2, torus);
