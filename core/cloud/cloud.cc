@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/base/out_of_memory.h"
 #include "core/cloud/unit_normals.h"
 
@@ -87,12 +88,6 @@ absl::Status InvalidPointError(size_t index, const char* field, const Triple<Sca
 
 PointRecord MakeRecord(const Triple<float>& position, size_t id) {
   return {{position[0], position[1], position[2]}, static_cast<int32_t>(id)};
-}
-
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

@@ -92,6 +92,14 @@ absl::Status NormalQuality::Create(size_t places, bool wants_all) {
   return absl::OkStatus();
 }
 
+std::vector<size_t> SampleGroups(const SpatialIndex& index, size_t most) {
+  const size_t groups = std::min(index.group_count(), most);
+  std::vector<size_t> sample;
+  sample.reserve(groups);
+  for (size_t i = 0; i < groups; ++i) sample.push_back((2 * i + 1) * index.group_count() / (2 * groups));
+  return sample;
+}
+
 double LatticeStep(const SpatialIndex& index) {
   constexpr size_t kMostLeaves = 4096;
   // Of n values at random in an interval, the two that lie nearest to each other are a part of 1 / n^2 apart.

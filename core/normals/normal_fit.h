@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "core/base/page_array.h"
 #include "core/estimators/fits/fit_scratch.h"
@@ -71,6 +72,9 @@ struct NormalQuality {
   absl::Status Create(size_t places, bool wants_all);
   size_t bytes() const { return status.bytes() + residual.bytes() + variance_ratio.bytes(); }
 };
+
+// At most `most` groups at even distances in the tree order: a sample of the cloud.
+std::vector<size_t> SampleGroups(const SpatialIndex& index, size_t most);
 
 // The distance between neighboring values that coordinates take, in the index's unit, as a sample of the points shows
 // it: of positions that were rounded to a lattice, such as centimeters, or single precision far away from the origin.

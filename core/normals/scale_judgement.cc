@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/median.h"
 #include "core/normals/scale_pilot.h"
 
 namespace curvd {
@@ -32,12 +33,6 @@ constexpr double kTurned = 1.0;  // the squared chord of 60 degrees
 // lattice, small neighborhoods are too alike. A few failures say nothing, since large neighborhoods reach from what has
 // no normal, such as a wire, to what has one.
 constexpr double kMostLost = 0.25;
-
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 struct Clipped {
   double mean;

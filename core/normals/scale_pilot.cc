@@ -74,11 +74,12 @@ class PilotPhase final : public Phase {
 
 ScalePilot::ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> method, uint32_t max_neighbor_count,
                        int thread_count)
-    : index_(index), lattice_step_(LatticeStep(index)), scratch_(static_cast<size_t>(thread_count)) {
+    : index_(index),
+      lattice_step_(LatticeStep(index)),
+      groups_(SampleGroups(index, kMostGroups)),
+      scratch_(static_cast<size_t>(thread_count)) {
   const size_t points = index.point_count();
   fallback_.fit = FallbackFit(points, method, max_neighbor_count);
-  const size_t groups = std::min(index.group_count(), kMostGroups);
-  for (size_t i = 0; i < groups; ++i) groups_.push_back((2 * i + 1) * index.group_count() / (2 * groups));
   const size_t most = std::min<size_t>(points / kLargestShare, max_neighbor_count);
   for (const NormalMethod candidate : {NormalMethod::kJet2, NormalMethod::kJet4}) {
     if (!method.has_value()) AddCandidates(candidate, most);

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "Eigen/Cholesky"
+#include "core/base/median.h"
 
 namespace curvd {
 namespace {
@@ -73,12 +74,6 @@ Quadric FitQuadric(const NormalScratch& s, size_t i) {
   return moments.ldlt().solve(heights);
 }
 
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 class SheetPhase final : public Phase {
  public:
   SheetPhase(SheetProbe& probe, std::string_view name) : probe_(probe), name_(name) {}
@@ -103,15 +98,13 @@ NormalFit PlaneOf(uint32_t count) {
 }  // namespace
 
 SheetProbe::SheetProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
-    : index_(index), scratch_(static_cast<size_t>(thread_count)) {
+    : index_(index), groups_(SampleGroups(index, kMostGroups)), scratch_(static_cast<size_t>(thread_count)) {
   const size_t most = std::min<size_t>(index.point_count() / kLargestShare, max_neighbor_count);
   for (const uint32_t count : kLadder) {
     if (count > most) break;
     counts_.push_back(count);
     plans_.emplace_back(PlaneOf(count), index);
   }
-  const size_t groups = std::min(index.group_count(), kMostGroups);
-  for (size_t i = 0; i < groups; ++i) groups_.push_back((2 * i + 1) * index.group_count() / (2 * groups));
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   outcomes_.assign(block_count() * SpatialIndex::kGroupLeaves, {kNan, kNan, kNan});
 }
