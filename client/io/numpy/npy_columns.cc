@@ -73,6 +73,11 @@ std::vector<std::string> ColumnNamesOf(const std::string& name, uint64_t count) 
 
 void AppendColumns(std::string_view file, const NpyHeader& header, const std::string& name,
                    std::vector<Column>& columns, std::vector<std::string>& notes) {
+  const uint64_t rest = file.size() - header.array_at - header.elements * header.element_bytes;
+  if (rest > 0) {
+    notes.push_back(
+        absl::StrCat("left out ", rest, " bytes that follow the array", name.empty() ? "" : " ", Printable(name)));
+  }
   const uint64_t points = header.shape[0], width = header.shape.size() == 2 ? header.shape[1] : 1;
   for (const NpyField& field : header.fields) {
     const std::string field_name = header.structured ? field.name : name;

@@ -59,11 +59,9 @@ absl::StatusOr<const ZipMember*> FindPositions(const std::vector<ZipMember>& mem
 }
 
 // Appends the columns of a member, if it has an element for each of `points`.
-absl::Status AppendMember(std::string_view archive, const ZipMember& member, uint64_t points,
-                          std::vector<Column>& columns, std::vector<std::string>& notes) {
-  const absl::StatusOr<std::string> file = ReadZipMember(archive, member);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<NpyHeader> header = ReadNpyHeader(*file);
+absl::Status AppendMember(std::string_view file, const ZipMember& member, uint64_t points, std::vector<Column>& columns,
+                          std::vector<std::string>& notes) {
+  const absl::StatusOr<NpyHeader> header = ReadNpyHeader(file);
   if (!header.ok()) {
     return absl::InvalidArgumentError(
         absl::StrCat("array ", Printable(ArrayName(member)), ": ", header.status().message()));
@@ -74,7 +72,7 @@ absl::Status AppendMember(std::string_view archive, const ZipMember& member, uin
                                  ShapeText(header->shape), ", there are ", points, " points"));
     return absl::OkStatus();
   }
-  AppendColumns(*file, *header, ArrayName(member), columns, notes);
+  AppendColumns(file, *header, ArrayName(member), columns, notes);
   return absl::OkStatus();
 }
 
@@ -109,9 +107,9 @@ absl::StatusOr<PointTable> ReadNpz(std::string_view bytes) {
   if (!members.ok()) return members.status();
   const absl::StatusOr<const ZipMember*> positions = FindPositions(*members);
   if (!positions.ok()) return positions.status();
-  const absl::StatusOr<std::string> file = ReadZipMember(bytes, **positions);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<NpyHeader> header = ReadNpyHeader(*file);
+  absl::StatusOr<std::string> first = ReadZipMember(bytes, **positions);
+  if (!first.ok()) return first.status();
+  const absl::StatusOr<NpyHeader> header = ReadNpyHeader(*first);
   if (!header.ok()) return header.status();
   if (header->shape.empty()) return absl::InvalidArgumentError("the positions are one number: expected (N, 3) or (N,)");
   PointTable table;
@@ -121,7 +119,9 @@ absl::StatusOr<PointTable> ReadNpz(std::string_view bytes) {
       table.notes.push_back(absl::StrCat("left out member ", Printable(member.name), ": it is no array"));
       continue;
     }
-    absl::Status status = AppendMember(bytes, member, header->shape[0], columns, table.notes);
+    const absl::StatusOr<std::string> file = &member == *positions ? std::move(first) : ReadZipMember(bytes, member);
+    if (!file.ok()) return file.status();
+    absl::Status status = AppendMember(*file, member, header->shape[0], columns, table.notes);
     if (!status.ok()) return status;
   }
   SetAll(std::move(columns), table);

@@ -60,6 +60,12 @@ TEST(NpyTest, ReadsNormalsAndFurtherColumns) {
   EXPECT_THAT(Values(table, "column4"), ElementsAre(4));
 }
 
+TEST(NpyTest, TellsOfBytesThatFollowTheArray) {
+  const PointTable table = Read(Matrix("<f4", "(1, 3)", Pack(1.f, 2.f, 3.f, 4.f)));
+  EXPECT_THAT(Values(table, "z"), ElementsAre(3));
+  EXPECT_THAT(table.notes, ElementsAre(HasSubstr("left out 4 bytes that follow the array")));
+}
+
 TEST(NpyTest, ReadsStructures) {
   const std::string row = Pack(1.0, 2.0, 3.0) + Pack(4.f, 5.f, 6.f) + PackSwapped(int16_t{-7}) + "??" +
                           Pack(uint8_t{1}) + "abc" + Pack(0.5f, 0.25f);
