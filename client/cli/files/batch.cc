@@ -1,10 +1,13 @@
 #include "client/cli/files/batch.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -25,9 +28,11 @@ namespace fs = std::filesystem;
 
 std::string LowerExtension(const fs::path& path) { return absl::AsciiStrToLower(path.extension().string()); }
 
-bool IsSameFile(const std::string& a, const std::string& b) {
-  std::error_code ignored;
-  return fs::equivalent(a, b, ignored);
+// What two names of one file have in common: its device and its number there; none if there is no such file.
+std::optional<std::pair<dev_t, ino_t>> IdentityOf(const std::string& path) {
+  struct stat file {};
+  if (stat(path.c_str(), &file) != 0) return std::nullopt;
+  return std::pair(file.st_dev, file.st_ino);
 }
 
 std::string OutputName(const std::string& input, const std::string& format) {
@@ -127,12 +132,16 @@ absl::StatusOr<std::vector<BatchFile>> PlanBatch(const std::vector<std::string>&
     }
     files.push_back({input, output});
   }
+  std::map<std::pair<dev_t, ino_t>, std::string> input_at;
   for (const BatchFile& file : files) {
-    for (const BatchFile& other : files) {
-      if (!IsSameFile(file.output, other.input)) continue;
-      return absl::InvalidArgumentError(absl::StrCat("the output of ", file.input, " would replace the input ",
-                                                     other.input, ": name another directory"));
-    }
+    if (const auto identity = IdentityOf(file.input)) input_at.emplace(*identity, file.input);
+  }
+  for (const BatchFile& file : files) {
+    const auto identity = IdentityOf(file.output);
+    const auto other = identity.has_value() ? input_at.find(*identity) : input_at.end();
+    if (other == input_at.end()) continue;
+    return absl::InvalidArgumentError(absl::StrCat("the output of ", file.input, " would replace the input ",
+                                                   other->second, ": name another directory"));
   }
   return files;
 }
