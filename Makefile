@@ -10,10 +10,12 @@ BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-
   protobuf-compiler-grpc libprotobuf-dev libabsl-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
   libspdlog-dev liblzf-dev libpng-dev libssl-dev libeigen3-dev libnanoflann-dev nlohmann-json3-dev libcairo2-dev zlib1g-dev \
   fonts-dejavu-core
+DEB_PACKAGES := dpkg-dev python3
 WHEEL_PACKAGES := protobuf-compiler python3 python3-pip python3-setuptools python3-wheel
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libcgal-dev grpc-proto \
   python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil python3-yaml curl ca-certificates \
-  prometheus procps libfaketime openssl binutils python3-pandas $(WHEEL_PACKAGES)
+  prometheus procps libfaketime openssl binutils python3-pandas $(WHEEL_PACKAGES) $(DEB_PACKAGES) \
+  lintian
 CHECK_PACKAGES := mypy clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)
@@ -59,6 +61,11 @@ wheel: ## Build the Python client's wheel: dist/curvd_client-VERSION-py3-none-an
 	  /usr/bin/python3 -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --no-index \
 	    --wheel-dir "$(DIST)" "$$copy/client/python"
 	@ls "$(DIST)"/curvd_client-*.whl
+
+.PHONY: deb
+deb: release ## Build Debian packages: dist/{curvd,curv,libcurvd-client-dev}_VERSION_ARCH.deb
+	$(call install,$(DEB_PACKAGES))
+	@deploy/debian/build.sh build/release "$(DIST)"
 
 .PHONY: npm-package
 npm-package: ## Build the Node.js client's package: dist/curvd-client-VERSION.tgz
