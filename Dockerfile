@@ -4,6 +4,7 @@ WORKDIR /curvd
 COPY Makefile ./
 RUN make build-deps
 COPY . .
+ARG CURVD_COMMIT
 RUN make release && strip build/release/bin/curvd build/release/bin/curv
 
 FROM debian:bookworm-slim

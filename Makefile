@@ -15,7 +15,7 @@ WHEEL_PACKAGES := protobuf-compiler python3 python3-pip python3-setuptools pytho
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libcgal-dev grpc-proto \
   python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil python3-yaml curl ca-certificates \
   prometheus procps libfaketime openssl binutils python3-pandas $(WHEEL_PACKAGES) $(DEB_PACKAGES) \
-  lintian systemd
+  lintian systemd git
 CHECK_PACKAGES := mypy clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)
@@ -32,8 +32,8 @@ install = @missing=$$(for p in $(1); do \
 # Runs the tests of preset $(1); the log is what .ci/run sums up.
 ctest = ctest --preset $(1) --parallel $(JOBS) --timeout 300 --no-tests=error $(2) | tee build/$(1)/ctest.log
 BUF := build/tools/buf/node_modules/.bin/buf
-SOURCES = $(wildcard proto/*.cc proto/*.h) $(shell find core server client tests bench -name '*.cc' -o -name '*.h')
-TIDY_SOURCES = $(wildcard proto/*.cc) $(shell find core server client -name '*.cc')
+SOURCES = $(wildcard proto/*.cc proto/*.h) $(shell find about core server client tests bench -name '*.cc' -o -name '*.h')
+TIDY_SOURCES = $(wildcard proto/*.cc) $(shell find about core server client -name '*.cc')
 
 .PHONY: help
 help: ## List what can be made
@@ -190,7 +190,8 @@ report-page: client/report/node_modules/.package-lock.json ## Make the page of c
 CONTAINER_TOOL ?= $(notdir $(firstword $(foreach tool,docker podman buildah,$(shell command -v $(tool)))))
 .PHONY: image
 image: ## Build the container image curvd:latest (CONTAINER_TOOL=docker, podman or buildah)
-	@$(CONTAINER_TOOL) build $(if $(filter docker,$(CONTAINER_TOOL)),,--format=docker) $(IMAGE_FLAGS) --tag curvd:latest .
+	@$(CONTAINER_TOOL) build $(if $(filter docker,$(CONTAINER_TOOL)),,--format=docker) \
+	  --build-arg CURVD_COMMIT="$$(git describe --always --dirty --abbrev=12 --match=v[0-9]* 2>/dev/null || true)" $(IMAGE_FLAGS) --tag curvd:latest .
 
 .PHONY: image-test
 image-test: ## Build the image and run it as deploy/ asks: as root, with buildah and podman; skipped without them

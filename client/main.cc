@@ -4,13 +4,14 @@
 #include <new>
 
 #include "CLI/CLI.hpp"
+#include "about/version_line.h"
 #include "client/cli/command.h"
 
 namespace {
 
 int Run(int argc, char** argv) {
   CLI::App app("curv estimates the curvature of point clouds, and their normals, with a curvd server.", "curv");
-  app.set_version_flag("--version", "curv " CURV_VERSION);
+  app.set_version_flag("--version", curvd::VersionLine("curv"), "Print version and commit, and exit");
   app.footer(curv::kExitCodesHelp);
   app.require_subcommand(0, 1);
   curv::Action action;

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/host/version.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
 
@@ -140,11 +139,11 @@ void AddLimits(CLI::App& app, ServerOptions& options) {
 
 }  // namespace
 
-absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv) {
+absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv, const std::string& version_line) {
   CommandLine line;
   CLI::App app(kDescription, "curvd");
   app.footer(kFooter);
-  app.set_version_flag("--version", absl::StrCat("curvd ", Version()), "Print the version and exit");
+  app.set_version_flag("--version", version_line, "Print version and commit, and exit");
   app.get_formatter()->column_width(32);
   AddAddresses(app, line.options);
   AddAccess(app, line.options);

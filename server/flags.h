@@ -16,8 +16,8 @@ struct CommandLine {
 };
 
 // Every flag --some-name may also be given as the environment variable CURVD_SOME_NAME; the command line wins. A flag
-// or variable of a file that says who may call must not be empty. INVALID_ARGUMENT, naming flag, value and limit, if it
-// cannot be understood or is out of range.
-absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv);
+// or variable of a file that says who may call must not be empty. --version answers `version_line`. INVALID_ARGUMENT,
+// naming flag, value and limit, if it cannot be understood or is out of range.
+absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv, const std::string& version_line);
 
 }  // namespace curvd

@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "about/version_line.h"
 #include "absl/strings/str_cat.h"
 #include "google/protobuf/stubs/logging.h"
 #include "server/curvature_server.h"
@@ -100,7 +101,7 @@ int Main(int argc, char** argv) {
   google::protobuf::SetLogHandler(nullptr);
   RaiseDescriptorLimit();
   LimitThreadStacks();
-  const absl::StatusOr<CommandLine> line = ParseCommandLine(argc, argv);
+  const absl::StatusOr<CommandLine> line = ParseCommandLine(argc, argv, VersionLine("curvd"));
   if (!line.ok()) {
     std::fprintf(stderr, "curvd: %s\n", std::string(line.status().message()).c_str());
     return kBadFlags;

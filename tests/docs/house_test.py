@@ -16,10 +16,13 @@ MAY_INCLUDE = {
     "core": {"core"},
     "proto": {"proto", "curvature", "google"},
     "server": {"server", "core", "proto", "curvature", "google"},
+    "about": {"about"},
     "client": {"client", "proto", "curvature", "google"},
 }
 # `curv estimate` without a server runs one inside itself.
 EXCEPTIONS = {("client/cli/connection.cc", "server/curvature_server.h")}
+# Who knows of which commit it was built is compiled after each: the two programs' own files alone.
+EXCEPTIONS |= {(f"{room}/main.cc", "about/version_line.h") for room in ("client", "server")}
 FOREIGN_TO_CORE = ("grpc", "google/protobuf", "prometheus", "curvature/", "spdlog")
 
 

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 absl::StatusOr<CommandLine> Parse(std::vector<const char*> arguments) {
   arguments.insert(arguments.begin(), "curvd");
-  return ParseCommandLine(static_cast<int>(arguments.size()), arguments.data());
+  return ParseCommandLine(static_cast<int>(arguments.size()), arguments.data(), "curvd 7.8.9 (of a test)");
 }
 
 TEST(ParseCommandLineTest, WithoutFlagsGivesTheDefaults) {
@@ -159,10 +159,10 @@ TEST(ParseCommandLineTest, HelpNamesEveryFlagItsVariableAndItsDefault) {
   }
 }
 
-TEST(ParseCommandLineTest, VersionIsThreeNumbers) {
+TEST(ParseCommandLineTest, VersionIsTheLineOfTheProgram) {
   const auto line = Parse({"--version"});
   ASSERT_TRUE(line.ok());
-  EXPECT_THAT(line->answer, ::testing::MatchesRegex("curvd [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+  EXPECT_EQ(line->answer, "curvd 7.8.9 (of a test)\n");
 }
 
 TEST(ParseCommandLineTest, NamesTheFlagThatItCannotUnderstand) {
