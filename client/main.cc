@@ -26,6 +26,7 @@ int Run(int argc, char** argv) {
   curv::AddView(app, action);
   curv::AddInfo(app, action);
   curv::AddToken(app, action);
+  curv::AddCompletion(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {

@@ -45,6 +45,8 @@ void AddReport(CLI::App& app, Action& action);
 void AddView(CLI::App& app, Action& action);
 void AddInfo(CLI::App& app, Action& action);
 void AddToken(CLI::App& app, Action& action);
+// Completes all subcommands that `app` has when the command line is parsed.
+void AddCompletion(CLI::App& app, Action& action);
 
 // Prints "curv: MESSAGE" on stderr and returns `code`.
 ExitCode Fail(ExitCode code, const std::string& message);

@@ -50,6 +50,15 @@ add_curvd() {
   (cd "$1/DEBIAN" && for script in postinst prerm postrm; do mv "curvd.$script" "$script"; done)
 }
 
+# What shells read when somebody types curv.
+add_curv() {
+  local shells=$1/usr/share
+  mkdir -p "$shells/bash-completion/completions" "$shells/zsh/vendor-completions" "$shells/fish/vendor_completions.d"
+  "$1/usr/bin/curv" completion bash >"$shells/bash-completion/completions/curv"
+  "$1/usr/bin/curv" completion zsh >"$shells/zsh/vendor-completions/_curv"
+  "$1/usr/bin/curv" completion fish >"$shells/fish/vendor_completions.d/curv.fish"
+}
+
 # Prints the packages that hold the shared libraries of the programs below a root, with the versions that they ask for.
 shared_libraries() {
   mkdir -p "$work/shlibs/debian"
@@ -86,5 +95,5 @@ package() {
 }
 
 package curvd curvd add_curvd
-package curv curv
+package curv curv add_curv
 package libcurvd-client-dev dev

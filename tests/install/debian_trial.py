@@ -21,7 +21,8 @@ import debian_machine
 SHIPPED = {
     "curvd": ["usr/bin/curvd", "etc/default/curvd", "etc/curvd/", "lib/systemd/system/curvd.service",
               "usr/share/doc/curvd/operations.md", "usr/share/doc/curvd/copyright"],
-    "curv": ["usr/bin/curv", "usr/share/doc/curv/copyright"],
+    "curv": ["usr/bin/curv", "usr/share/doc/curv/copyright", "usr/share/bash-completion/completions/curv",
+             "usr/share/zsh/vendor-completions/_curv", "usr/share/fish/vendor_completions.d/curv.fish"],
     "libcurvd-client-dev": ["usr/include/curvd/client/curvature_client.h", "usr/lib/libcurv_client.a",
                             "usr/lib/pkgconfig/curvd-client.pc", "usr/share/curvd/proto/curvature/v1/curvature.proto"],
 }

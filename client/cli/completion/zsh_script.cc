@@ -1,0 +1,95 @@
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
+#include "client/cli/completion/scripts.h"
+
+namespace curv {
+namespace {
+
+constexpr char kHead[] = R"(#compdef curv
+# How zsh completes a command line of curv; printed by `curv completion zsh`.
+_curv() {
+  local context state state_descr line
+  typeset -A opt_args
+  _arguments -C )";
+
+constexpr char kEnd[] = R"(      esac
+      ;;
+  esac
+}
+if [ "$funcstack[1]" = _curv ]; then
+  _curv "$@"
+else
+  compdef _curv curv
+fi
+)";
+
+std::string Quoted(const std::string& text) {
+  return absl::StrCat("'", absl::StrReplaceAll(text, {{"'", "'\\''"}}), "'");
+}
+
+// Within [...] or between colons of a specification.
+std::string Escaped(const std::string& text) {
+  return absl::StrReplaceAll(text, {{"\\", "\\\\"}, {"[", "\\["}, {"]", "\\]"}, {":", "\\:"}});
+}
+
+// ":OUT:_files", ":NAME:(a b)"
+std::string ValueOf(const ArgumentWords& argument) {
+  std::string how = " ";
+  if (argument.is_file) how = "_files";
+  if (!argument.values.empty()) {
+    const std::string values = absl::StrJoin(argument.values, " ");
+    how = argument.is_list ? absl::StrCat("_sequence compadd - ", values) : absl::StrCat("(", values, ")");
+  }
+  return absl::StrCat(":", Escaped(argument.placeholder.empty() ? "value" : argument.placeholder), ":", how);
+}
+
+// A specification of _arguments for each name of the flag; each makes the other names go away.
+std::vector<std::string> FlagSpecifications(const ArgumentWords& flag) {
+  std::vector<std::string> specifications;
+  for (const std::string& name : flag.names) {
+    const bool is_long = name.starts_with("--");
+    std::string value;
+    if (flag.takes_separate_value) value = ValueOf(flag);
+    if (!flag.takes_separate_value && is_long && !flag.values.empty()) value = ":" + ValueOf(flag);  // may be left out
+    const char* joint = value.empty() ? "" : flag.takes_separate_value ? (is_long ? "=" : "+") : "=-";
+    specifications.push_back(Quoted(
+        absl::StrCat("(", absl::StrJoin(flag.names, " "), ")", name, joint, "[", Escaped(flag.help), "]", value)));
+  }
+  return specifications;
+}
+
+std::vector<std::string> SpecificationsOf(const CommandWords& command) {
+  std::vector<std::string> specifications;
+  for (const ArgumentWords& flag : command.flags) {
+    for (std::string& specification : FlagSpecifications(flag)) specifications.push_back(std::move(specification));
+  }
+  for (const ArgumentWords& positional : command.positionals) {
+    specifications.push_back(Quoted("*" + ValueOf(positional)));
+  }
+  return specifications;
+}
+
+}  // namespace
+
+std::string ZshScript(const std::vector<CommandWords>& commands) {
+  std::string script = kHead;
+  absl::StrAppend(
+      &script, absl::StrJoin(SpecificationsOf(commands.front()), " "),
+      " '1:command:->command' '*::argument:->argument'\n  case $state in\n    command)\n      local -a commands=(\n");
+  for (const CommandWords& command : commands) {
+    if (!command.name.empty()) {
+      absl::StrAppend(&script, "        ", Quoted(absl::StrCat(command.name, ":", Escaped(command.help))), "\n");
+    }
+  }
+  absl::StrAppend(&script,
+                  "      )\n      _describe command commands\n      ;;\n    argument)\n      case $words[1] in\n");
+  for (const CommandWords& command : commands) {
+    if (command.name.empty()) continue;
+    absl::StrAppend(&script, "        ", command.name, ")\n          _arguments -s \\\n            ",
+                    absl::StrJoin(SpecificationsOf(command), " \\\n            "), "\n          ;;\n");
+  }
+  return script + kEnd;
+}
+
+}  // namespace curv
