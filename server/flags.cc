@@ -23,7 +23,9 @@ constexpr char kFooter[] =
     "  curvd --listen=127.0.0.1:50061 &\n"
     "  curv generate torus --points=100000 -o torus.ply\n"
     "  curv estimate torus.ply -o out.ply --server=127.0.0.1:50061\n"
-    "  curl http://127.0.0.1:9461/metrics\n";
+    "  curl http://127.0.0.1:9461/metrics\n"
+    "\nExit codes: 0 drained after SIGTERM or SIGINT; 1 cannot serve: an address is in use or not permitted;\n"
+    "2 wrong flags; 3 a second signal ended the drain.\n";
 
 // An empty value cannot be told from a missing one on a command line.
 constexpr char kNoAddress[] = "none";

@@ -37,6 +37,12 @@ add_documents() {
   fi
 }
 
+# add_man_page ROOT PROGRAM SECTION WHATIS
+add_man_page() {
+  mkdir -p "$1/usr/share/man/man$3"
+  /usr/bin/python3 "$here/man_page.py" "$1/usr/bin/$2" "$3" "$4" | gzip -9n >"$1/usr/share/man/man$3/$2.$3.gz"
+}
+
 # What a service needs besides its program.
 add_curvd() {
   install -D --mode=644 "$source_dir/deploy/systemd/curvd.service" "$1/lib/systemd/system/curvd.service"
@@ -45,6 +51,7 @@ add_curvd() {
   install -D --mode=644 --target-directory="$1/usr/share/doc/curvd" "$source_dir/docs/operations.md"
   install -D --mode=644 --target-directory="$1/usr/share/doc/curvd/examples" "$source_dir/deploy/prometheus/alerts.yml" \
     "$source_dir/deploy/grafana/curvd.json" "$source_dir/deploy/haproxy.cfg"
+  add_man_page "$1" curvd 8 "curvature of point clouds over gRPC"
   echo /etc/default/curvd >"$1/DEBIAN/conffiles"
   install --mode=755 --target-directory="$1/DEBIAN" "$here"/curvd.{postinst,prerm,postrm}
   (cd "$1/DEBIAN" && for script in postinst prerm postrm; do mv "curvd.$script" "$script"; done)
@@ -52,6 +59,7 @@ add_curvd() {
 
 # What shells read when somebody types curv.
 add_curv() {
+  add_man_page "$1" curv 1 "curvature of point clouds from the command line"
   local shells=$1/usr/share
   mkdir -p "$shells/bash-completion/completions" "$shells/zsh/vendor-completions" "$shells/fish/vendor_completions.d"
   "$1/usr/bin/curv" completion bash >"$shells/bash-completion/completions/curv"

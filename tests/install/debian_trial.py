@@ -20,8 +20,8 @@ import debian_machine
 
 SHIPPED = {
     "curvd": ["usr/bin/curvd", "etc/default/curvd", "etc/curvd/", "lib/systemd/system/curvd.service",
-              "usr/share/doc/curvd/operations.md", "usr/share/doc/curvd/copyright"],
-    "curv": ["usr/bin/curv", "usr/share/doc/curv/copyright", "usr/share/bash-completion/completions/curv",
+              "usr/share/doc/curvd/operations.md", "usr/share/man/man8/curvd.8.gz", "usr/share/doc/curvd/copyright"],
+    "curv": ["usr/bin/curv", "usr/share/doc/curv/copyright", "usr/share/man/man1/curv.1.gz", "usr/share/bash-completion/completions/curv",
              "usr/share/zsh/vendor-completions/_curv", "usr/share/fish/vendor_completions.d/curv.fish"],
     "libcurvd-client-dev": ["usr/include/curvd/client/curvature_client.h", "usr/lib/libcurv_client.a",
                             "usr/lib/pkgconfig/curvd-client.pc", "usr/share/curvd/proto/curvature/v1/curvature.proto"],
@@ -53,7 +53,7 @@ def check_contents(packages, source_dir):
     assert "libgrpc++1.51" in depends and "libc6 (>=" in depends, depends
     version = re.search(r"^project\(curvd VERSION (\S+)", (source_dir / "CMakeLists.txt").read_text(), re.MULTILINE)[1]
     assert run("dpkg-deb", "--field", packages["curv"], "Version").strip() == version
-    run("lintian", "--fail-on", "error,warning", "--allow-root", "--suppress-tags", "no-manual-page", *packages.values())
+    run("lintian", "--fail-on", "error,warning", "--allow-root", *packages.values())
 
 
 def readme_commands(source_dir):
@@ -63,6 +63,26 @@ def readme_commands(source_dir):
     code = "".join(snippets).replace("build/release/bin/", "")
     assert "curv estimate" in code and "curv info" in code, code
     return code
+
+
+def flags_of(*command):
+    return set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", run(*command, "--help")))
+
+
+def check_man_pages():
+    """Both are free of warnings, are found by name, and explain every flag."""
+    commands = re.findall(r"^  ([a-z]+) ", run("curv", "--help").partition("Subcommands:")[2], re.MULTILINE)
+    pages = {("curv", 1): flags_of("curv").union(*(flags_of("curv", command) for command in commands)),
+             ("curvd", 8): flags_of("curvd")}
+    for (name, section), flags in pages.items():
+        page = run("man", "--where", str(section), name).strip()
+        warnings = subprocess.run(["man", "--warnings", "--encoding=UTF-8", "-Tutf8", "-Z", "--local-file", page],
+                                  check=True, capture_output=True, text=True, env={**os.environ, "LC_ALL": "C.UTF-8"}).stderr
+        assert not warnings, warnings
+        text = re.sub(r"\\[fe][BIR]?", "", run("zcat", page)).replace("\\-", "-")
+        missing = [flag for flag in flags if not re.search(rf"(?<![\w-]){flag}(?![\w-])", text)]
+        assert not missing, f"{name}({section}) lacks {missing}"
+        print(run("lexgrog", page).strip())
 
 
 def use(curvd, user, code, environment):
@@ -109,6 +129,7 @@ def try_installed(source_dir, folder):
     print(run("dpkg", "--install", *packages.values()))
     assert not run("dpkg", "--audit", *packages), "dpkg finds faults"
     check_installed()
+    check_man_pages()
     use("/usr/bin/curvd", "curvd", code, {"PATH": "/usr/bin:/bin", "HOME": "/root"})
     check_removal(packages)
 
