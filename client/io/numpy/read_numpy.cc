@@ -107,7 +107,7 @@ absl::StatusOr<PointTable> ReadNpz(std::string_view bytes) {
   if (!members.ok()) return members.status();
   const absl::StatusOr<const ZipMember*> positions = FindPositions(*members);
   if (!positions.ok()) return positions.status();
-  absl::StatusOr<std::string> first = ReadZipMember(bytes, **positions);
+  const absl::StatusOr<std::string> first = ReadZipMember(bytes, **positions);
   if (!first.ok()) return first.status();
   const absl::StatusOr<NpyHeader> header = ReadNpyHeader(*first);
   if (!header.ok()) return header.status();
@@ -119,9 +119,11 @@ absl::StatusOr<PointTable> ReadNpz(std::string_view bytes) {
       table.notes.push_back(absl::StrCat("left out member ", Printable(member.name), ": it is no array"));
       continue;
     }
-    const absl::StatusOr<std::string> file = &member == *positions ? std::move(first) : ReadZipMember(bytes, member);
-    if (!file.ok()) return file.status();
-    absl::Status status = AppendMember(*file, member, header->shape[0], columns, table.notes);
+    absl::StatusOr<std::string> other = std::string();
+    if (&member != *positions) other = ReadZipMember(bytes, member);
+    if (!other.ok()) return other.status();
+    absl::Status status =
+        AppendMember(&member == *positions ? *first : *other, member, header->shape[0], columns, table.notes);
     if (!status.ok()) return status;
   }
   SetAll(std::move(columns), table);
