@@ -6,7 +6,7 @@ namespace curv {
 namespace {
 
 // What is typed is taken apart: bash makes words of its own at the "=" of --flag=value.
-constexpr char kHead[] = R"(# How bash completes a command line of curv; printed by `curv completion bash`.
+constexpr char kBashHead[] = R"(# How bash completes a command line of curv; printed by `curv completion bash`.
 _curv() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]}
   local command='' flag='' kind='' words='' prefix='' i
@@ -25,13 +25,13 @@ _curv() {
 )";
 
 // One of the words, several of them with commas between, a file, or anything.
-constexpr char kTail[] = R"(  esac
+constexpr char kBashTail[] = R"(  esac
   if [[ -z $kind ]]; then
     # No flag that wants a value stands before.
     case "$command" in
 )";
 
-constexpr char kEnd[] = R"(    esac
+constexpr char kBashEnd[] = R"(    esac
     if [[ $word == -* ]]; then kind=one words=$flags; fi
   fi
   case $kind in
@@ -87,13 +87,13 @@ std::vector<std::string> CommandNames(const std::vector<CommandWords>& commands)
 
 std::string BashScript(const std::vector<CommandWords>& commands) {
   const std::vector<std::string> names = CommandNames(commands);
-  std::string script = kHead;
+  std::string script = kBashHead;
   absl::StrAppend(&script, "      ", absl::StrJoin(names, " | "), ")\n        command=${COMP_WORDS[i]}\n",
                   "        break\n        ;;\n    esac\n  done\n  local flags=''\n  case \"$command $flag\" in\n");
   for (const CommandWords& command : commands) {
     for (const ArgumentWords& flag : command.flags) AddValueOfFlag(command.name, flag, script);
   }
-  script += kTail;
+  script += kBashTail;
   for (const CommandWords& command : commands) {
     std::string positional = absl::StrCat("kind=one words='", absl::StrJoin(names, " "), "'");
     if (!command.name.empty()) {
@@ -102,7 +102,7 @@ std::string BashScript(const std::vector<CommandWords>& commands) {
     absl::StrAppend(&script, "      '", command.name, "') ", positional, " flags='",
                     absl::StrJoin(FlagNames(command), " "), "' ;;\n");
   }
-  return script + kEnd;
+  return script + kBashEnd;
 }
 
 }  // namespace curv

@@ -47,7 +47,7 @@ std::vector<std::string> ValuesOf(CLI::Option& option) {
   return absl::StrSplit(kQuantityWords, ", ");
 }
 
-ArgumentWords WordsOf(CLI::Option& option) {
+ArgumentWords ArgumentWordsOf(CLI::Option& option) {
   ArgumentWords words;
   for (const std::string& name : option.get_snames()) words.names.push_back("-" + name);
   for (const std::string& name : option.get_lnames()) words.names.push_back("--" + name);
@@ -62,10 +62,10 @@ ArgumentWords WordsOf(CLI::Option& option) {
   return words;
 }
 
-CommandWords WordsOf(CLI::App& command, const std::string& name) {
+CommandWords CommandWordsOf(CLI::App& command, const std::string& name) {
   CommandWords words{.name = name, .help = command.get_description(), .flags = {}, .positionals = {}};
   for (CLI::Option* option : command.get_options()) {
-    (option->get_positional() ? words.positionals : words.flags).push_back(WordsOf(*option));
+    (option->get_positional() ? words.positionals : words.flags).push_back(ArgumentWordsOf(*option));
   }
   return words;
 }
@@ -73,9 +73,9 @@ CommandWords WordsOf(CLI::App& command, const std::string& name) {
 }  // namespace
 
 std::vector<CommandWords> WordsOf(CLI::App& app) {
-  std::vector<CommandWords> commands = {WordsOf(app, "")};
+  std::vector<CommandWords> commands = {CommandWordsOf(app, "")};
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    commands.push_back(WordsOf(*command, command->get_name()));
+    commands.push_back(CommandWordsOf(*command, command->get_name()));
   }
   return commands;
 }

@@ -6,7 +6,7 @@
 namespace curv {
 namespace {
 
-std::string Quoted(const std::string& text) {
+std::string FishQuoted(const std::string& text) {
   return absl::StrCat("'", absl::StrReplaceAll(text, {{"\\", "\\\\"}, {"'", "\\'"}}), "'");
 }
 
@@ -16,13 +16,13 @@ std::string Condition(const CommandWords& command) {
 }
 
 std::string Line(const CommandWords& command, const std::string& rest, const std::string& help) {
-  return absl::StrCat("complete -c curv -n ", Quoted(Condition(command)), rest, " -d ", Quoted(help), "\n");
+  return absl::StrCat("complete -c curv -n ", FishQuoted(Condition(command)), rest, " -d ", FishQuoted(help), "\n");
 }
 
 // "(__curv_list a b)" makes lists of them, with commas between.
 std::string Candidates(const ArgumentWords& argument) {
   const std::string values = absl::StrJoin(argument.values, " ");
-  return Quoted(argument.is_list ? absl::StrCat("(__curv_list ", values, ")") : values);
+  return FishQuoted(argument.is_list ? absl::StrCat("(__curv_list ", values, ")") : values);
 }
 
 std::string FlagLine(const CommandWords& command, const ArgumentWords& flag) {

@@ -6,14 +6,14 @@
 namespace curv {
 namespace {
 
-constexpr char kHead[] = R"(#compdef curv
+constexpr char kZshHead[] = R"(#compdef curv
 # How zsh completes a command line of curv; printed by `curv completion zsh`.
 _curv() {
   local context state state_descr line
   typeset -A opt_args
   _arguments -C )";
 
-constexpr char kEnd[] = R"(      esac
+constexpr char kZshEnd[] = R"(      esac
       ;;
   esac
 }
@@ -24,12 +24,12 @@ else
 fi
 )";
 
-std::string Quoted(const std::string& text) {
+std::string ZshQuoted(const std::string& text) {
   return absl::StrCat("'", absl::StrReplaceAll(text, {{"'", "'\\''"}}), "'");
 }
 
 // Within [...] or between colons of a specification.
-std::string Escaped(const std::string& text) {
+std::string ZshEscaped(const std::string& text) {
   return absl::StrReplaceAll(text, {{"\\", "\\\\"}, {"[", "\\["}, {"]", "\\]"}, {":", "\\:"}});
 }
 
@@ -41,7 +41,7 @@ std::string ValueOf(const ArgumentWords& argument) {
     const std::string values = absl::StrJoin(argument.values, " ");
     how = argument.is_list ? absl::StrCat("_sequence compadd - ", values) : absl::StrCat("(", values, ")");
   }
-  return absl::StrCat(":", Escaped(argument.placeholder.empty() ? "value" : argument.placeholder), ":", how);
+  return absl::StrCat(":", ZshEscaped(argument.placeholder.empty() ? "value" : argument.placeholder), ":", how);
 }
 
 // A specification of _arguments for each name of the flag; each makes the other names go away.
@@ -53,8 +53,8 @@ std::vector<std::string> FlagSpecifications(const ArgumentWords& flag) {
     if (flag.takes_separate_value) value = ValueOf(flag);
     if (!flag.takes_separate_value && is_long && !flag.values.empty()) value = ":" + ValueOf(flag);  // may be left out
     const char* joint = value.empty() ? "" : flag.takes_separate_value ? (is_long ? "=" : "+") : "=-";
-    specifications.push_back(Quoted(
-        absl::StrCat("(", absl::StrJoin(flag.names, " "), ")", name, joint, "[", Escaped(flag.help), "]", value)));
+    specifications.push_back(ZshQuoted(
+        absl::StrCat("(", absl::StrJoin(flag.names, " "), ")", name, joint, "[", ZshEscaped(flag.help), "]", value)));
   }
   return specifications;
 }
@@ -65,7 +65,7 @@ std::vector<std::string> SpecificationsOf(const CommandWords& command) {
     for (std::string& specification : FlagSpecifications(flag)) specifications.push_back(std::move(specification));
   }
   for (const ArgumentWords& positional : command.positionals) {
-    specifications.push_back(Quoted("*" + ValueOf(positional)));
+    specifications.push_back(ZshQuoted("*" + ValueOf(positional)));
   }
   return specifications;
 }
@@ -73,13 +73,13 @@ std::vector<std::string> SpecificationsOf(const CommandWords& command) {
 }  // namespace
 
 std::string ZshScript(const std::vector<CommandWords>& commands) {
-  std::string script = kHead;
+  std::string script = kZshHead;
   absl::StrAppend(
       &script, absl::StrJoin(SpecificationsOf(commands.front()), " "),
       " '1:command:->command' '*::argument:->argument'\n  case $state in\n    command)\n      local -a commands=(\n");
   for (const CommandWords& command : commands) {
     if (!command.name.empty()) {
-      absl::StrAppend(&script, "        ", Quoted(absl::StrCat(command.name, ":", Escaped(command.help))), "\n");
+      absl::StrAppend(&script, "        ", ZshQuoted(absl::StrCat(command.name, ":", ZshEscaped(command.help))), "\n");
     }
   }
   absl::StrAppend(&script,
@@ -89,7 +89,7 @@ std::string ZshScript(const std::vector<CommandWords>& commands) {
     absl::StrAppend(&script, "        ", command.name, ")\n          _arguments -s \\\n            ",
                     absl::StrJoin(SpecificationsOf(command), " \\\n            "), "\n          ;;\n");
   }
-  return script + kEnd;
+  return script + kZshEnd;
 }
 
 }  // namespace curv
