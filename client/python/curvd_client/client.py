@@ -155,15 +155,13 @@ class CurvatureClient:
 
         def attempt(channel: typing.Any, time_left: float | None, stop: Cancel) -> Estimate:
             answers = Answers(request, on_progress)
-            call = rpc.estimate_method(channel)(request.messages(), timeout=time_left, metadata=self._metadata)
-            try:
-                with stop.watched(call.cancel):
-                    for response in call:
-                        answers.take(response)
-            except grpc.RpcError as error:
-                raise from_rpc_error(error, rpc.was_answered(error, answers.any)) from None
-            finally:
-                call.cancel()
+            method = rpc.estimate_method(channel)
+            failure = _exchange(method(request.messages(), timeout=time_left, metadata=self._metadata), answers, stop)
+            if failure is not None:
+                try:
+                    raise failure
+                finally:
+                    del failure  # whose traceback holds this frame: the two would keep each other
             return answers.estimate()
 
         try:
@@ -179,14 +177,13 @@ class CurvatureClient:
         connect_timeout: float,
     ) -> object:
         def attempt(channel: typing.Any, time_left: float | None, stop: Cancel) -> object:
-            call = method(channel).future(None, timeout=time_left, metadata=self._metadata)
-            try:
-                with stop.watched(call.cancel):
-                    return call.result()
-            except grpc.FutureCancelledError:
-                raise _cancelled() from None
-            except grpc.RpcError as error:
-                raise from_rpc_error(error, rpc.was_answered(error, False)) from None
+            answer = _answer(method(channel).future(None, timeout=time_left, metadata=self._metadata), stop)
+            if isinstance(answer, CurvdError):
+                try:
+                    raise answer
+                finally:
+                    del answer
+            return answer
 
         return self._with_retries(attempt, timeout, max_attempts, connect_timeout, None)
 
@@ -248,6 +245,35 @@ class CurvatureClient:
         finally:
             with self._lock:
                 self._running.discard(stop)
+
+
+# gRPC for Python raises the call itself, whose traceback then holds the call. As such a pair goes only when Python collects
+# garbage, its finalizer may run as the interpreter ends, and waits there for a lock that a thread held when it was stopped:
+# one program in some hundreds never ended. So these functions return an error, which does not know the call.
+
+
+def _exchange(call: typing.Any, answers: Answers, stop: Cancel) -> CurvdError | None:
+    """Takes each answer of a call to EstimateCurvature. Returns how the call failed, None where it did not."""
+    try:
+        with stop.watched(call.cancel):
+            for response in call:
+                answers.take(response)
+    except grpc.RpcError as error:
+        return from_rpc_error(error.with_traceback(None), rpc.was_answered(error, answers.any))
+    finally:
+        call.cancel()
+    return None
+
+
+def _answer(call: typing.Any, stop: Cancel) -> object:
+    """The answer of a call that has one, or the CurvdError that it failed with."""
+    try:
+        with stop.watched(call.cancel):
+            return call.result()
+    except grpc.FutureCancelledError:
+        return _cancelled()
+    except grpc.RpcError as error:
+        return from_rpc_error(error.with_traceback(None), rpc.was_answered(error, False))
 
 
 def _cancelled() -> CurvdError:

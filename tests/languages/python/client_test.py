@@ -1,10 +1,12 @@
 """CurvatureClient against a real curvd: what it tells, how its calls end early."""
 
+import gc
 import io
 import threading
 import time
 import unittest
 
+import grpc
 import numpy as np
 
 import curvd_client
@@ -104,6 +106,25 @@ class ClientTest(RealServerTest):
             for each in threads:
                 each.join()
         self.assertEqual((len(results), len(set(results))), (8, 1))
+
+    def test_a_call_that_failed_is_gone_with_its_error(self):
+        # One that stayed for the garbage collector could keep its program from ending: grpc's finalizer takes a lock.
+        gc.collect()
+        gc.disable()
+        self.addCleanup(gc.enable)
+        with CurvatureClient(self.server) as client:
+            with self.assertRaises(CurvdError) as caught:
+                client.estimate(*sphere(100, radius=1.0), neighbor_count=2)
+        self.assertIn("neighbor_count", caught.exception.message)  # the error is still here, the call is not
+        self.assertEqual(_calls_alive(), 0)
+        # Port 1 has no server, so this call is one that nobody answers.
+        with CurvatureClient("127.0.0.1:1") as client, self.assertRaises(CurvdError):
+            client.health(connect_timeout=0.1, max_attempts=1)
+        self.assertEqual(_calls_alive(), 0)
+
+
+def _calls_alive() -> int:
+    return sum(isinstance(each, grpc.Call) for each in gc.get_objects())
 
 
 class ProgressTest(unittest.TestCase):
