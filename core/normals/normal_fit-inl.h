@@ -14,6 +14,7 @@
 #include "core/estimators/fits/repeated_search-inl.h"
 #include "core/estimators/group_estimate-inl.h"
 #include "core/normals/normal_fit.h"
+#include "core/normals/quadric_sums-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -152,6 +153,7 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
       status = PointStatus::kSingularFit;
       return;
     }
+    if (plan.degree == 2) return SumQuadricInFrame(s.neighbors, unit, i, s.system);
     SumJetInFrame(s.neighbors, unit, plan.degree, i, s.columns, s.system);
   };
   QueryPoint query;
