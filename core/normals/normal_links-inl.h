@@ -92,14 +92,40 @@ HWY_INLINE void CompareNormals(float nx, float ny, float nz, LinkNeighbors& n) {
   }
 }
 
-inline void AppendLinksOf(uint32_t place, const LinkNeighbors& n, LinkScratch& s) {
+HWY_INLINE void AppendLinksOf(uint32_t place, const LinkNeighbors& n, LinkScratch& s) {
   s.links.Reserve(s.link_count + n.count);
+  NormalLink* next = s.links.data() + s.link_count;
+  const float* const reaches = s.reaches.data();
+  const auto first = static_cast<uint32_t>(s.first_reach);
   for (size_t j = 0; j < n.count; ++j) {
     const auto other = static_cast<uint32_t>(n.place[j]);
-    // Neighbors without a normal have NaN.
-    if (other == place || std::isnan(n.nx[j])) continue;
-    s.links[s.link_count++] = {n.cost[j], place, other, n.agreement[j] < 0.0f ? 1u : 0u};
+    *next = {n.cost[j], place, other, n.agreement[j] < 0.0f ? 1u : 0u};
+    // Neighbors without a normal have NaN. The point is a neighbor of those that reach beyond it, since distances are
+    // the same from both ends.
+    const bool is_linked = other - first < place - first && n.squared[j] < reaches[other - first];
+    next += other == place || n.nx[j] != n.nx[j] || is_linked ? 0 : 1;
   }
+  s.link_count = static_cast<size_t>(next - s.links.data());
+}
+
+// Returns the squared distance that has n.count / 2 others before it in ascending order.
+HWY_INLINE float MiddleDistance(const LinkNeighbors& n) {
+  const FloatTag d;
+  const size_t before = n.count / 2;
+  const FloatVec zero = hn::Zero(d), one = hn::Set(d, 1.0f), middle = hn::Set(d, static_cast<float>(before));
+  for (size_t i = 0; i < n.count; i += hn::Lanes(d)) {
+    const FloatVec own = hn::Load(d, n.squared + i);
+    FloatVec less = zero, at_most = zero;
+    for (size_t j = 0; j < n.count; ++j) {
+      const FloatVec other = hn::Set(d, n.squared[j]);
+      less = hn::Add(less, hn::IfThenElseZero(hn::Lt(other, own), one));
+      at_most = hn::Add(at_most, hn::IfThenElseZero(hn::Le(other, own), one));
+    }
+    const auto is_it = hn::And(hn::And(hn::Le(less, middle), hn::Lt(middle, at_most)), hn::FirstN(d, n.count - i));
+    const intptr_t lane = hn::FindFirstTrue(d, is_it);
+    if (lane >= 0) return n.squared[i + static_cast<size_t>(lane)];
+  }
+  return 0.0f;
 }
 
 inline absl::Status AppendLinksKernel(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
@@ -110,12 +136,12 @@ inline absl::Status AppendLinksKernel(const SpatialIndex& index, const Neighborh
   const auto compare = [&](size_t i, const LeafList&) HWY_ATTR {
     const auto place = static_cast<uint32_t>(s.points.place[i]);
     areas[place] = 0;
+    s.reaches[place - s.first_reach] = 0.0f;
     if (std::isnan(s.points.normal.x[i])) return;
     CompareNormals(s.points.normal.x[i], s.points.normal.y[i], s.points.normal.z[i], neighbors);
     AppendLinksOf(place, neighbors, s);
-    float* const middle = neighbors.squared + neighbors.count / 2;
-    std::nth_element(neighbors.squared, middle, neighbors.squared + neighbors.count);
-    areas[place] = PackArea(*middle);
+    s.reaches[place - s.first_reach] = s.neighborhoods.squared_radius[i];
+    areas[place] = PackArea(MiddleDistance(neighbors));
   };
   return ForEachNeighborhood(index, plan, query, kNoNormals, LinkCollector(index, query, neighbors), s, compare);
 }

@@ -39,24 +39,31 @@ float UnpackArea(PackedArea area);
 
 // What one thread compares normals with: a group of points at a time.
 struct LinkScratch : GroupScratch {
+  // Ascending by a, then by b, since neighbors come in the tree order.
   ScratchArray<NormalLink> links;
   size_t link_count = 0;
+  // Squared distances of the farthest neighbors of the points from `first_reach` on that were done before: what lies
+  // nearer has its link already. The caller sets both.
+  ScratchArray<float> reaches;
+  size_t first_reach = 0;
 
-  size_t bytes() const override { return sizeof(*this) + search.bytes() + links.bytes(); }
+  size_t bytes() const override { return sizeof(*this) + search.bytes() + links.bytes() + reaches.bytes(); }
 };
 
 // The search for the neighbors that points are compared with.
 NeighborhoodPlan LinkSearch(const SpatialIndex& index);
 
-// Appends the links of each point of the group to its neighbors to scratch.links, and writes the areas of the points,
-// by place. Points without a normal (NaN) have no links, and area 0.
+// Appends the links of each point of the group to its neighbors to scratch.links, those left out that scratch.reaches
+// tells to be there already, and writes the areas of the points, by place. Points without a normal (NaN) have no links,
+// and area 0.
 //
 // Going around a bend, the normal is mirrored in the plane between the two points (Koenig, Gumhold, "Consistent
 // propagation of normal orientations in point clouds", 2009): exactly so on a circle, and also around an edge. Ways
 // across the surface cost more than ways along it: in a noisy cloud they say nothing. The cost is the same from both
 // points, and on every instruction set.
 // Errors: ErrorKind::kCancelled once the scratch is stopped. May throw std::bad_alloc. Thread-safe for distinct scratch
-// and groups.
+// and groups. REQUIRES: groups come in ascending order; scratch.reaches has room for all places from first_reach to the
+// group's last.
 absl::Status AppendLinks(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group, LinkScratch& scratch,
                          PackedArea* areas);
 

@@ -79,7 +79,7 @@ bool Orientation::all_closed() const {
 }
 
 absl::Status Orientation::AddRound() {
-  if (!tree_.BeginRound()) return AddPieces();
+  const bool is_round = tree_.BeginRound();
   const auto each_chunk = [this](void (SideTree::*run)(size_t), std::function<absl::Status()> end) {
     Add({chunk_count(),
          [this, run](const BlockContext& context) {
@@ -89,10 +89,14 @@ absl::Status Orientation::AddRound() {
          std::move(end)});
   };
   const auto nothing = [] { return absl::OkStatus(); };
+  if (!is_round) {
+    each_chunk(&SideTree::FlattenPlaces, [this] { return AddPieces(); });
+    return absl::OkStatus();
+  }
   each_chunk(&SideTree::Propose, nothing);
   each_chunk(&SideTree::Follow, nothing);
   each_chunk(&SideTree::Flatten, nothing);
-  each_chunk(&SideTree::Count, [this] { return AddRound(); });
+  each_chunk(&SideTree::EndRound, [this] { return AddRound(); });
   return absl::OkStatus();
 }
 

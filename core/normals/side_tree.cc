@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <numeric>
 #include <utility>
 
 namespace curvd {
@@ -31,6 +32,7 @@ size_t SideTree::ChunkEnd(size_t chunk) const { return std::min((chunk + 1) * kC
 absl::Status SideTree::Start() {
   const size_t points = index_.point_count();
   links_.resize(chunk_count());
+  roots_.resize(chunk_count() * kChunkWords);
   least_points_ = static_cast<uint32_t>(std::max(kLeastCluster, points / kMostLargeClusters));
   absl::Status status = CreateArray(points, parents_);
   if (status.ok()) status = CreateArray(points, offers_);
@@ -45,6 +47,10 @@ absl::StatusOr<size_t> SideTree::Link(size_t first, LinkScratch& scratch, Forest
   scratch.link_count = kept_links.size();  // of the points before
   scratch.links.Reserve(scratch.link_count);
   std::copy(kept_links.begin(), kept_links.end(), scratch.links.data());
+  std::sort(scratch.links.data(), scratch.links.data() + scratch.link_count,
+            [](const NormalLink& x, const NormalLink& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+  scratch.first_reach = first;
+  scratch.reaches.Reserve(kChunkPoints);
   const uint64_t began = scratch.work();
   size_t next = first;
   while (next < last && scratch.work() - began <= WorkerScratch::kMostRunWork) {
@@ -67,7 +73,9 @@ absl::StatusOr<size_t> SideTree::Link(size_t first, LinkScratch& scratch, Forest
 
 void SideTree::StartPlace(size_t place) {
   const float x = index_.normals(place / SpatialIndex::kLeafSize).x[place % SpatialIndex::kLeafSize];
-  parents_[place] = x == x ? Join(static_cast<uint32_t>(place), 0) : kNone;
+  const bool is_root = x == x;
+  parents_[place] = is_root ? Join(static_cast<uint32_t>(place), 0) : kNone;
+  if (is_root) roots_[place / kWordBits] |= uint64_t{1} << place % kWordBits;
   offers_[place] = kNoLink;
   pieces_[place] = 1;
 }
@@ -92,38 +100,49 @@ void SideTree::Offer(uint32_t root, uint64_t offer) {
 void SideTree::Propose(size_t chunk) {
   std::vector<NormalLink>& links = links_[chunk];
   size_t kept = 0;
-  for (const NormalLink& link : links) {
-    const uint32_t root_a = parents_[link.a] >> 1, root_b = parents_[link.b] >> 1;
-    if (root_a == root_b) continue;
+  for (NormalLink link : links) {
+    // The ends were roots when the round before began, and know the roots of now.
+    const uint32_t a = parents_[link.a], b = parents_[link.b];
+    if (a >> 1 == b >> 1) continue;
+    link.a = a >> 1;
+    link.b = b >> 1;
+    link.opposite ^= (a ^ b) & 1;
     const uint64_t name = chunk << kLinkBits | kept;
     const uint64_t offer = uint64_t{std::bit_cast<uint32_t>(link.cost)} << 32 | name;
     links[kept++] = link;
     const bool is_certain = link.cost <= kCertain;
     if (stage_ == Stage::kCertain && !is_certain) continue;
-    if (is_certain || IsSmall(root_a)) Offer(root_a, offer);
-    if (is_certain || IsSmall(root_b)) Offer(root_b, offer);
+    if (is_certain || IsSmall(link.a)) Offer(link.a, offer);
+    if (is_certain || IsSmall(link.b)) Offer(link.b, offer);
   }
   links.resize(kept);
 }
 
+// Calls use(root) for each root of the chunk, in ascending order; it may stop being one meanwhile.
+template <typename Use>
+void SideTree::ForEachRoot(size_t chunk, const Use& use) {
+  for (size_t word = chunk * kChunkWords; word < (chunk + 1) * kChunkWords; ++word) {
+    for (uint64_t left = roots_[word]; left != 0; left &= left - 1) {
+      use(static_cast<uint32_t>(word * kWordBits + static_cast<size_t>(std::countr_zero(left))));
+    }
+  }
+}
+
 void SideTree::Follow(size_t chunk) {
   size_t joined = 0;
-  for (size_t place = chunk * kChunkPoints; place < ChunkEnd(chunk); ++place) {
-    if (!IsRoot(place)) continue;
-    const auto root = static_cast<uint32_t>(place);
+  ForEachRoot(chunk, [&](uint32_t root) {
     uint32_t target = Join(root, 0);
     if (offers_[root] != kNoLink) {
       const auto name = static_cast<uint32_t>(offers_[root]);
       const NormalLink& link = links_[name >> kLinkBits][name & (kMostKept - 1)];
-      const uint32_t a = parents_[link.a], b = parents_[link.b];
-      const uint32_t other = a >> 1 == root ? b >> 1 : a >> 1;
+      const uint32_t other = link.a == root ? link.b : link.a;
       // Large clusters follow nothing that is uncertain, so that what follows them closes no circle.
       const bool follows_large = stage_ == Stage::kUncertain && !IsSmall(other);
-      if (follows_large || RankOf(other) < RankOf(root)) target = Join(other, (a ^ b ^ link.opposite) & 1);
+      if (follows_large || RankOf(other) < RankOf(root)) target = Join(other, link.opposite);
     }
     offers_[root] = target;
     joined += target >> 1 != root ? 1 : 0;
-  }
+  });
   joined_ += joined;
 }
 
@@ -139,35 +158,44 @@ uint32_t SideTree::TargetOf(uint32_t root) const {
 }
 
 void SideTree::Flatten(size_t chunk) {
-  for (size_t place = chunk * kChunkPoints; place < ChunkEnd(chunk); ++place) {
-    pieces_[place] = 0;
-    if (parents_[place] != kNone) parents_[place] = TargetOf(parents_[place] >> 1) ^ (parents_[place] & 1);
-  }
+  ForEachRoot(chunk, [this](uint32_t root) {
+    parents_[root] = TargetOf(root);
+    if (IsRoot(root)) return;
+    std::atomic_ref<uint32_t>(pieces_[parents_[root] >> 1]).fetch_add(pieces_[root], std::memory_order_relaxed);
+  });
 }
 
-void SideTree::Count(size_t chunk) {
-  uint32_t root = kNone, points = 0;
-  const auto add = [&] {
-    if (points > 0) std::atomic_ref<uint32_t>(pieces_[root]).fetch_add(points, std::memory_order_relaxed);
-    points = 0;
-  };
+void SideTree::EndRound(size_t chunk) {
+  ForEachRoot(chunk, [this](uint32_t root) {
+    offers_[root] = kNoLink;
+    if (!IsRoot(root)) roots_[root / kWordBits] ^= uint64_t{1} << root % kWordBits;
+  });
+}
+
+// Others may do the same with what this one reads: each value names a place nearer to the root, and the side to it.
+void SideTree::FlattenPlaces(size_t chunk) {
   for (size_t place = chunk * kChunkPoints; place < ChunkEnd(chunk); ++place) {
-    offers_[place] = kNoLink;
-    if (parents_[place] == kNone) continue;
-    if (parents_[place] >> 1 != root) add();
-    root = parents_[place] >> 1;
-    ++points;
+    const std::atomic_ref<uint32_t> own(parents_[place]);
+    uint32_t at = own.load(std::memory_order_relaxed);
+    if (at == kNone) continue;
+    for (;;) {
+      const uint32_t next = std::atomic_ref<uint32_t>(parents_[at >> 1]).load(std::memory_order_relaxed);
+      if (next >> 1 == at >> 1) break;
+      at = next ^ (at & 1);
+    }
+    own.store(at, std::memory_order_relaxed);
   }
-  add();
 }
 
 void SideTree::NumberClusters() {
-  for (size_t place = 0; place < index_.point_count(); ++place) {
-    if (!IsRoot(place)) continue;
-    const auto root = static_cast<uint32_t>(place), number = static_cast<uint32_t>(clusters_.size());
-    clusters_.push_back({root, pieces_[place], number, false});
-    pieces_[place] = number;
+  for (size_t chunk = 0; chunk < chunk_count(); ++chunk) {
+    ForEachRoot(chunk, [this](uint32_t root) {
+      const auto number = static_cast<uint32_t>(clusters_.size());
+      clusters_.push_back({root, pieces_[root], number, false});
+      pieces_[root] = number;
+    });
   }
+  roots_ = {};
 }
 
 void SideTree::JoinClusters() {
@@ -179,7 +207,12 @@ void SideTree::JoinClusters() {
     links = {};
   }
   links_ = {};
-  std::sort(left.begin(), left.end(), ComesBefore);
+  // They come in the order of the places at which they began: what remains of ComesBefore.
+  std::vector<uint32_t> order(left.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&left](uint32_t x, uint32_t y) {
+    return left[x].cost != left[y].cost ? left[x].cost < left[y].cost : x < y;
+  });
   // A cluster's `piece` is first another cluster of the same piece, of a lower number, or itself.
   const auto find = [this](uint32_t cluster) {
     uint32_t opposite = 0;
@@ -189,7 +222,8 @@ void SideTree::JoinClusters() {
     }
     return Join(cluster, opposite);
   };
-  for (const NormalLink& link : left) {
+  for (const uint32_t i : order) {
+    const NormalLink& link = left[i];
     const uint32_t a = find(cluster(link.a)), b = find(cluster(link.b));
     if (a >> 1 == b >> 1) continue;
     const uint32_t sides = (a ^ b ^ link.opposite ^ parents_[link.a] ^ parents_[link.b]) & 1;
@@ -212,6 +246,7 @@ void SideTree::JoinClusters() {
 
 void SideTree::Clear() {
   links_ = {};
+  roots_ = {};
   parents_ = {};
   offers_ = {};
   pieces_ = {};
@@ -223,15 +258,15 @@ size_t SideTree::bytes() const {
   size_t bytes =
       parents_.bytes() + offers_.bytes() + pieces_.bytes() + areas_.bytes() + clusters_.capacity() * sizeof(Cluster);
   for (const auto& links : links_) bytes += links.capacity() * sizeof(NormalLink);
-  return bytes;
+  return bytes + roots_.capacity() * sizeof(uint64_t);
 }
 
 size_t SideTree::ScratchBytes(size_t point_count) {
   const size_t points = std::min(point_count, kChunkPoints), links = points * (kLinksPerPoint + 1);
   const SearchPlan search = SearchPlan::ByCount(std::min(kLinksPerPoint + 1, point_count));
   return sizeof(LinkScratch) + sizeof(ForestScratch) + SearchScratchBytes(search, point_count) +
-         ScratchArray<NormalLink>::MostBytes(links) + ScratchArray<uint32_t>::MostBytes(links) +
-         ScratchArray<uint32_t>::MostBytes(points + links);
+         ScratchArray<NormalLink>::MostBytes(links) + ScratchArray<float>::MostBytes(kChunkPoints) +
+         ForestScratch::MostBytes(points, links);
 }
 
 }  // namespace curvd

@@ -30,9 +30,9 @@ struct Cluster {
 // large: that is where whole parts of a cloud come out with the wrong side.
 //
 // Usage: Start; Link for each chunk, until nothing is left of it; then rounds, as long as BeginRound says so: Propose
-// for each chunk, Follow for each chunk, Flatten for each chunk, Count for each chunk; then JoinClusters. Calls of one
-// kind may run concurrently for distinct chunks, and all of a kind must have returned before the next kind begins. A
-// chunk is kChunkGroups groups of the index.
+// for each chunk, Follow for each chunk, Flatten for each chunk, EndRound for each chunk; then FlattenPlaces for each
+// chunk, and JoinClusters. Calls of one kind may run concurrently for distinct chunks, and all of a kind must have
+// returned before the next kind begins. A chunk is kChunkGroups groups of the index.
 class SideTree {
  public:
   static constexpr size_t kChunkGroups = 64;
@@ -61,7 +61,8 @@ class SideTree {
   void Propose(size_t chunk);
   void Follow(size_t chunk);
   void Flatten(size_t chunk);
-  void Count(size_t chunk);
+  void EndRound(size_t chunk);
+  void FlattenPlaces(size_t chunk);
 
   // Numbers the clusters in the order of their roots' places, joins them by the links that are left, and gives back
   // what only rounds need. Called once, when there are no more rounds. May throw std::bad_alloc.
@@ -94,6 +95,7 @@ class SideTree {
   static constexpr int kLinkBits = 13;
   static_assert(kMostKept == size_t{1} << kLinkBits);
   static_assert(sizeof(NormalLink) == 12);
+  static constexpr size_t kWordBits = 64, kChunkWords = kChunkPoints / kWordBits;
 
   // First the rounds that join by certain links; then those in which small clusters follow uncertain ones.
   enum class Stage { kStart, kCertain, kUncertain, kDone };
@@ -101,8 +103,10 @@ class SideTree {
   // A place and a side: the place shifted by one, and in the lowest bit whether the sides differ.
   static uint32_t Join(uint32_t place, uint32_t opposite) { return place << 1 | opposite; }
   size_t ChunkEnd(size_t chunk) const;
-  bool IsRoot(size_t place) const { return parents_[place] >> 1 == place && parents_[place] != kNone; }
+  bool IsRoot(uint32_t place) const { return parents_[place] >> 1 == place; }
   bool IsSmall(uint32_t root) const { return pieces_[root] < least_points_; }
+  template <typename Use>
+  void ForEachRoot(size_t chunk, const Use& use);
   void StartPlace(size_t place);
   void Offer(uint32_t root, uint64_t offer);
   uint32_t TargetOf(uint32_t root) const;
@@ -111,10 +115,13 @@ class SideTree {
   const SpatialIndex& index_;
   const NeighborhoodPlan plan_;
   Stage stage_ = Stage::kStart;
-  std::atomic<size_t> joined_ = 0;              // in this round
-  uint32_t least_points_ = 0;                   // of a large cluster
-  std::vector<std::vector<NormalLink>> links_;  // of each chunk, in order
-  // By place. The parent of a point is its cluster's root, with the side relative to it.
+  std::atomic<size_t> joined_ = 0;  // in this round
+  uint32_t least_points_ = 0;       // of a large cluster
+  // Of each chunk, in order; once there are rounds, between the roots that there were when the last one began.
+  std::vector<std::vector<NormalLink>> links_;
+  std::vector<uint64_t> roots_;  // by place, a bit each: whether it is a root, of a point with a normal
+  // By place. The parent of a point is its cluster's root, with the side relative to it; during rounds, of a point that
+  // is no root any more, the place that was the root when it stopped being one.
   PageArray<uint32_t> parents_;
   // Of roots: cost and name of the cheapest link; once they follow, what they follow, or themselves.
   PageArray<uint64_t> offers_;

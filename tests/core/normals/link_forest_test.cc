@@ -37,6 +37,8 @@ std::vector<NormalLink> RandomLinks(uint64_t seed, uint32_t first, uint32_t last
     const auto cost = static_cast<float>(Draw21(random.Next(), 8)) / 8.0f;
     if (a != b) links.push_back({cost, a, b, 0});
   }
+  std::sort(links.begin(), links.end(),
+            [](const NormalLink& x, const NormalLink& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
   return links;
 }
 
@@ -48,6 +50,34 @@ TEST(LinkForestTest, KeepsKruskalsForestInOrder) {
     links.resize(KeepForest(links.data(), links.size(), 0, 200, scratch));
     ASSERT_EQ(links.size(), expected.size());
     EXPECT_TRUE(std::equal(links.begin(), links.end(), expected.begin(), SameLink));
+  }
+}
+
+TEST(LinkForestTest, CostsOfAnySizeAreInOrder) {
+  constexpr float kCosts[] = {0.0f, 1e-45f, 1e-30f, 0.1f, 0.1000001f, 1.0f, 1.9999999f, 2.0f, 3e38f};
+  ForestScratch scratch;
+  RandomStream random(1, 2);
+  // A star, of which each link is kept.
+  std::vector<NormalLink> links;
+  for (uint32_t i = 1; i < 500; ++i) links.push_back({kCosts[Draw21(random.Next(), 9)], 0, i, 0});
+  std::vector<NormalLink> expected = links;
+  std::sort(expected.begin(), expected.end(), ComesBefore);
+  for (const uint32_t last : {500u, 1u}) {  // all inside the part; all but one outside
+    std::vector<NormalLink> kept = links;
+    ASSERT_EQ(KeepForest(kept.data(), kept.size(), 0, last, scratch), links.size());
+    EXPECT_TRUE(std::equal(kept.begin(), kept.end(), expected.begin(), SameLink));
+  }
+}
+
+TEST(LinkForestTest, PlacesHaveNumbersOfTheirOwn) {
+  PlaceNumbers numbers;
+  for (const size_t others : {0u, 3u, 1000u}) {
+    numbers.Reset(100, 200, others);
+    EXPECT_EQ(numbers.Of(100), 0u);
+    EXPECT_EQ(numbers.Of(199), 99u);
+    for (uint32_t i = 0; i < others; ++i) EXPECT_EQ(numbers.Of(200 + 65'536 * i), 100 + i);
+    for (uint32_t i = 0; i < others; ++i) EXPECT_EQ(numbers.Of(200 + 65'536 * i), 100 + i);
+    EXPECT_EQ(numbers.size(), 100 + others);
   }
 }
 
