@@ -188,8 +188,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       return MakeCoreError(ErrorKind::kInvalid, "the cloud has no normals; ask for estimated ones");
     }
     normals_.emplace(
-        normal_options_, origin_, index_, thread_count_, [this](auto phase) { AddPhase(std::move(phase)); },
-        [this] { return CollectNormals(); });
+        normal_options_, wants_curvature_ ? NormalAim::kCurvature : NormalAim::kNormals, origin_, index_, thread_count_,
+        [this](auto phase) { AddPhase(std::move(phase)); }, [this] { return CollectNormals(); });
     return normal_options_.source == NormalSource::kGiven ? CollectNormals() : normals_->Start();
   }
 

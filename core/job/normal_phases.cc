@@ -79,9 +79,11 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
   return std::max(static_cast<size_t>(thread_count) * most, Orientation::FieldBytes(options, point_count));
 }
 
-NormalPhases::NormalPhases(const NormalOptions& options, const std::array<double, 3>& origin, SpatialIndex& index,
-                           int thread_count, PhaseSink add_phase, std::function<absl::Status()> then)
+NormalPhases::NormalPhases(const NormalOptions& options, NormalAim aim, const std::array<double, 3>& origin,
+                           SpatialIndex& index, int thread_count, PhaseSink add_phase,
+                           std::function<absl::Status()> then)
     : options_(options),
+      aim_(aim),
       index_(index),
       thread_count_(thread_count),
       add_phase_(std::move(add_phase)),
@@ -106,7 +108,7 @@ void NormalPhases::AddLooks() {
   const bool is_estimated = options_.source == NormalSource::kEstimate;
   const std::string_view name = is_estimated ? kNormalsPhase : kOrientationPhase;
   if (is_estimated && IsAutomatic(options_)) {
-    pilot_.emplace(index_, options_.method, options_.max_neighbor_count, thread_count_);
+    pilot_.emplace(index_, options_.method, options_.max_neighbor_count, thread_count_, aim_);
     add_phase_(MakePilotPhase(*pilot_));
   }
   if (std::holds_alternative<ConsistentSides>(options_.sides)) {

@@ -42,9 +42,9 @@ class NormalPhases {
  public:
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and
   // their source is not kGiven; `index` has normals if it is kOrient; `index`, what `options` refers to, and this
-  // outlive the phases. `origin` is the cloud's.
-  NormalPhases(const NormalOptions& options, const std::array<double, 3>& origin, SpatialIndex& index, int thread_count,
-               PhaseSink add_phase, std::function<absl::Status()> then);
+  // outlive the phases. `origin` is the cloud's. `aim` decides for which errors an automatic scale is best.
+  NormalPhases(const NormalOptions& options, NormalAim aim, const std::array<double, 3>& origin, SpatialIndex& index,
+               int thread_count, PhaseSink add_phase, std::function<absl::Status()> then);
 
   // Adds the first phases. Errors: ErrorKind::kOutOfMemory; may throw std::bad_alloc.
   absl::Status Start();
@@ -73,6 +73,7 @@ class NormalPhases {
   void Collect(size_t first, size_t last, NormalField& field);
 
   const NormalOptions options_;
+  const NormalAim aim_;
   SpatialIndex& index_;
   const int thread_count_;
   const PhaseSink add_phase_;

@@ -9,11 +9,17 @@
 namespace curvd {
 namespace {
 
-// Errors from bends count so much more than those from noise.
-constexpr double kBendWeight = 3.0;
-// Of fits whose squared error is at most this many times the least, the cheapest of the highest degree is taken: its
-// bends, of which noise hides some, are least.
-constexpr double kGoodEnough = 1.2;
+struct Weights {
+  // Errors from bends count so much more than those from noise.
+  double bends;
+  // Of fits whose squared error is at most this many times the least, the cheapest of the highest degree is taken: its
+  // bends, of which noise hides some, are least.
+  double good_enough;
+};
+constexpr Weights WeightsFor(NormalAim aim) {
+  return aim == NormalAim::kCurvature ? Weights{.bends = 3.0, .good_enough = 1.2}
+                                      : Weights{.bends = 1.0, .good_enough = 1.1};
+}
 // Errors below this are all good enough: squared radians.
 constexpr double kNegligible = 1e-10;
 // Sampled differences above this quantile are cut down to it: edges of the surface are few.
@@ -207,7 +213,7 @@ double ScalePilot::ErrorOf(size_t candidate, double sigma, const std::vector<boo
     const double shrink = static_cast<double>(candidates_[candidate].count()) / candidates_[candidate + 1].count();
     bends = std::max(bends, at_next * std::pow(shrink, BendOrder(method)));
   }
-  return noise + kBendWeight * bends;
+  return noise + WeightsFor(aim_).bends * bends;
 }
 
 const ScalePilot::Candidate& ScalePilot::LargestOf(NormalMethod method) const {
@@ -232,8 +238,8 @@ ChosenScale ScalePilot::Choose() const {
   const double least = *std::min_element(errors.begin(), errors.end());
   const Candidate* cheapest = nullptr;
   for (size_t c = 0; c < candidates_.size(); ++c) {
-    const bool is_good =
-        errors[c] < std::numeric_limits<double>::infinity() && errors[c] <= std::max(kGoodEnough * least, kNegligible);
+    const bool is_good = errors[c] < std::numeric_limits<double>::infinity() &&
+                         errors[c] <= std::max(WeightsFor(aim_).good_enough * least, kNegligible);
     if (is_good && (cheapest == nullptr || IsRather(candidates_[c], *cheapest))) cheapest = &candidates_[c];
   }
   chosen.fit = cheapest != nullptr ? cheapest->fit : LargestOf(candidates_.front().fit.method).fit;

@@ -73,8 +73,9 @@ class PilotPhase final : public Phase {
 }  // namespace
 
 ScalePilot::ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> method, uint32_t max_neighbor_count,
-                       int thread_count)
+                       int thread_count, NormalAim aim)
     : index_(index),
+      aim_(aim),
       lattice_step_(LatticeStep(index)),
       groups_(SampleGroups(index, kMostGroups)),
       scratch_(static_cast<size_t>(thread_count)) {

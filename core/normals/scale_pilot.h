@@ -3,8 +3,8 @@
 // Each sampled point gets normals from jets of degree 2 and 4 at a ladder of neighbor counts. What noise does to a
 // normal follows from the residuals of the fits and from where the neighbors lie: the covariance of the coefficients of
 // least squares. What the surface's bends beyond the jet do to it shows in how the normal changes with
-// K, in excess of what noise explains. The sum of both, of bends with a larger weight, is least at the chosen scale:
-// who uses the normals can average their noise, but not undo what was smoothed away.
+// K, in excess of what noise explains. The sum of both is least at the chosen scale. Bends have a larger weight where
+// curvature is made of the normals: it averages their noise, but cannot undo what was smoothed away.
 #pragma once
 
 #include <array>
@@ -27,6 +27,12 @@ struct ChosenScale {
   std::optional<double> sigma;  // of the positions' noise, in the caller's unit; none where no point of the sample told
 };
 
+// What normals are made for.
+enum class NormalAim : uint8_t {
+  kNormals,    // they are the result
+  kCurvature,  // the result is made of those of whole neighborhoods
+};
+
 // Usage: block_count blocks of RunBlock, in any order and on any threads; then Choose. What is chosen depends on the
 // index alone, not on threads. RunBlock is thread-safe for distinct blocks and workers.
 class ScalePilot {
@@ -38,7 +44,7 @@ class ScalePilot {
   // `method`: the one to find a scale for; none: the better of kJet2 and kJet4. No neighborhood is larger than
   // max_neighbor_count. REQUIRES: `index` has normals, of any values, and outlives the pilot.
   ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> method, uint32_t max_neighbor_count,
-             int thread_count);
+             int thread_count, NormalAim aim);
 
   // 0 where the cloud is too small for a choice.
   size_t block_count() const { return candidates_.size() * groups_.size(); }
@@ -110,6 +116,7 @@ class ScalePilot {
   std::vector<bool> Usable(double sigma) const;
 
   const SpatialIndex& index_;
+  const NormalAim aim_;
   const double lattice_step_;
   std::vector<size_t> groups_;
   std::vector<Candidate> candidates_;

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/estimators/triangles/random_stream.h"
+#include "core/job/estimation_job.h"
 #include "tests/core/normals/normal_clouds.h"
 
 namespace curvd::testing {
@@ -51,6 +53,30 @@ TEST(ScalePilotTest, ChoosesNearlyTheBestScale) {
     EXPECT_LT(MeanAngle(chosen.normals, torus), 1.3 * best)
         << sigma << ": " << NormalMethodName(*chosen.report.method) << " " << chosen.report.neighbor_count;
   }
+}
+
+// PCA with whatever count is best for it: who does not choose by the noise cannot know that one.
+TEST(ScalePilotTest, NormalsAloneAreAtLeastAsExactAsThoseOfTheBestPlanes) {
+  for (const double sigma : {0.075, 0.2}) {
+    TestPoints torus = Torus(25'000, 3);
+    AddNoise(sigma, 4, torus);
+    double best = 180.0;
+    for (const uint32_t count : {272u, 384u, 544u}) {
+      const NormalResult planes = MustMakeNormals(BareCloud(torus), EstimateBy(NormalMethod::kPca, count));
+      best = std::min(best, MeanAngle(planes.normals, torus));
+    }
+    EXPECT_LE(MeanAngle(MustMakeNormals(BareCloud(torus), Automatic()).normals, torus), best) << sigma;
+  }
+}
+
+TEST(ScalePilotTest, CurvatureIsMadeOfNormalsThatAreSmoothedLess) {
+  TestPoints torus = Torus(25'000, 3);
+  AddNoise(0.15, 4, torus);
+  WorkerPool pool(2);
+  const auto curvature = EstimateCurvature(BareCloud(torus), EstimatorOptions(), Automatic(), pool);
+  ASSERT_TRUE(curvature.ok()) << curvature.status();
+  EXPECT_LT(curvature->normal_report->neighbor_count,
+            MustMakeNormals(BareCloud(torus), Automatic()).report.neighbor_count);
 }
 
 TEST(ScalePilotTest, NothingDependsOnTheUnit) {
