@@ -11,10 +11,10 @@
 #include <cmath>
 
 #include "core/estimators/fits/jet-inl.h"
+#include "core/estimators/fits/quadric_sums-inl.h"
 #include "core/estimators/fits/repeated_search-inl.h"
 #include "core/estimators/group_estimate-inl.h"
 #include "core/normals/normal_fit.h"
-#include "core/normals/quadric_sums-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

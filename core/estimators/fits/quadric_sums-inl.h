@@ -1,10 +1,10 @@
 // Sums over the neighbors of a point that a jet of degree 2 is solved from.
 
-#if defined(CURVD_CORE_NORMALS_QUADRIC_SUMS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef CURVD_CORE_NORMALS_QUADRIC_SUMS_INL_H_
-#undef CURVD_CORE_NORMALS_QUADRIC_SUMS_INL_H_
+#if defined(CURVD_CORE_ESTIMATORS_FITS_QUADRIC_SUMS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_FITS_QUADRIC_SUMS_INL_H_
+#undef CURVD_CORE_ESTIMATORS_FITS_QUADRIC_SUMS_INL_H_
 #else
-#define CURVD_CORE_NORMALS_QUADRIC_SUMS_INL_H_
+#define CURVD_CORE_ESTIMATORS_FITS_QUADRIC_SUMS_INL_H_
 #endif
 
 #include "core/estimators/fits/double_sums-inl.h"
@@ -59,4 +59,4 @@ HWY_NOINLINE inline void SumQuadricInFrame(const NeighborArrays& n, double unit,
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
 
-#endif  // CURVD_CORE_NORMALS_QUADRIC_SUMS_INL_H_
+#endif  // CURVD_CORE_ESTIMATORS_FITS_QUADRIC_SUMS_INL_H_
