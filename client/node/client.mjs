@@ -24,9 +24,6 @@ const CHANNEL_OPTIONS = {
 };
 const MOST_KEPT_CLIENTS = 16;
 
-// A century. gRPC ends the process with an error that nobody can catch where a deadline is too far for its clock.
-const MOST_TIMEOUT_MS = 100 * 365 * 86_400_000;
-
 // Calls one server, or several replicas, over connections that it keeps until close. They do not keep a process alive.
 export class CurvatureClient {
   #services;
@@ -130,7 +127,7 @@ export class CurvatureClient {
         (service, timeLeft) => attempt(service, timeLeft, stop.signal),
         {
           first: this.#turn++,
-          timeoutMs: timeoutMs > MOST_TIMEOUT_MS ? undefined : timeoutMs,
+          timeoutMs,
           maxAttempts,
           connectTimeoutMs: this.#reached ? undefined : connectTimeoutMs,
           signal: stop.signal,

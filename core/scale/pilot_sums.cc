@@ -125,6 +125,19 @@ PilotSums& PilotSums::operator+=(const PilotSums& other) {
   return *this;
 }
 
+bool PilotSums::LieAlongLine() const {
+  const double* const moments = &values_[kMoments];
+  const auto mean = [&](double sum) { return sum / count(); };
+  const double x = mean(moments[IndexOf(1, 0)]), y = mean(moments[IndexOf(0, 1)]), z = mean(values_[kHeights]);
+  const double xx = mean(moments[IndexOf(2, 0)]) - x * x, xy = mean(moments[IndexOf(1, 1)]) - x * y;
+  const double yy = mean(moments[IndexOf(0, 2)]) - y * y, zz = mean(values_[kHeightSquares]) - z * z;
+  // The variances along and across the line are the eigenvalues of the tangent plane's covariance.
+  const double half = 0.5 * (xx + yy), away = std::hypot(0.5 * (xx - yy), xy);
+  const double along = half + away, across = half - away;
+  if (across > kLineWidth * kLineWidth * along) return false;
+  return across <= kLineWidthPerThickness * kLineWidthPerThickness * zz || across <= kLineRounding * along;
+}
+
 // The mean of what lies in a sixth of the circle that begins at the given twelfth; the point itself if there is
 // nothing.
 PilotSums::Corner PilotSums::CornerOf(size_t sector) const {
@@ -141,19 +154,6 @@ PilotSums::Corner PilotSums::CornerOf(size_t sector) const {
   }
   for (double& component : corner.normal) component /= std::sqrt(squared);
   return corner;
-}
-
-bool PilotSums::LieAlongLine() const {
-  const double* const moments = &values_[kMoments];
-  const auto mean = [&](double sum) { return sum / count(); };
-  const double x = mean(moments[IndexOf(1, 0)]), y = mean(moments[IndexOf(0, 1)]), z = mean(values_[kHeights]);
-  const double xx = mean(moments[IndexOf(2, 0)]) - x * x, xy = mean(moments[IndexOf(1, 1)]) - x * y;
-  const double yy = mean(moments[IndexOf(0, 2)]) - y * y, zz = mean(values_[kHeightSquares]) - z * z;
-  // The variances along and across the line are the eigenvalues of the tangent plane's covariance.
-  const double half = 0.5 * (xx + yy), away = std::hypot(0.5 * (xx - yy), xy);
-  const double along = half + away, across = half - away;
-  if (across > kLineWidth * kLineWidth * along) return false;
-  return across <= kLineWidthPerThickness * kLineWidthPerThickness * zz || across <= kLineRounding * along;
 }
 
 std::optional<PilotSums::Hexagrams> PilotSums::MeanOfHexagrams() const {

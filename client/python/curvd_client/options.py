@@ -7,8 +7,8 @@ import typing
 
 import numpy.typing as npt
 
-from curvd_client import curvature_pb2
 from curvd_client.fields import real_number, seed_number, whole_number
+from curvd_client import curvature_pb2
 from curvd_client.normals import normal_options
 from curvd_client.results import quantity_number
 
