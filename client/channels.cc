@@ -7,6 +7,7 @@
 #include "absl/random/random.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "client/token_interceptor.h"
@@ -62,6 +63,19 @@ std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server, const Conn
                                                                  std::move(interceptors));
 }
 
+// Refuses ports that there are not: gRPC would call port 99999 34463.
+absl::Status CheckPort(const std::string& target) {
+  for (const char* kind : {"unix:", "unix-abstract:", "vsock:", "xds:"}) {
+    if (absl::StartsWith(target, kind)) return absl::OkStatus();
+  }
+  const std::string port = target.substr(target.rfind(':') + 1);
+  uint32_t number;
+  const bool is_port = absl::SimpleAtoi(port, &number) && number >= 1 && number <= 65535;
+  return is_port ? absl::OkStatus()
+                 : absl::InvalidArgumentError(
+                       absl::StrCat("server \"", target, "\" has port \"", port, "\"; it must be from 1 to 65535"));
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Channels::Create(
@@ -75,6 +89,7 @@ absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Chan
       return absl::InvalidArgumentError(
           absl::StrCat("server \"", server, "\" is neither HOST nor HOST:PORT, as in 127.0.0.1:50061"));
     }
+    if (absl::Status status = CheckPort(server); !status.ok()) return status;
     if (!options.token.empty() && !options.tls && !options.send_token_in_plain_text && !IsLocalTarget(server)) {
       return absl::InvalidArgumentError(absl::StrCat(
           "the token would go to ", server,
@@ -86,6 +101,7 @@ absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Chan
   absl::BitGen bits;
   const size_t start = absl::Uniform<size_t>(bits, 0, channels.size());
   auto created = std::make_unique<Channels>(std::move(channels), start);
+  created->connect_ = true;
   created->tls_ = options.tls;
   created->has_certificate_ = !options.certificate.empty();
   return created;

@@ -25,6 +25,9 @@ class CurvatureClient::Channels {
   // Takes turns, starting with any.
   const std::shared_ptr<grpc::Channel>& Next() { return channels_[next_++ % channels_.size()]; }
   size_t size() const { return channels_.size(); }
+  // Whether they lead to servers that they connect to themselves. A channel that was given may be that of a server in
+  // this process, which has no connection: gRPC ends a process that waits for it.
+  bool connect() const { return connect_; }
   // Whether any server has ever answered.
   bool reached() const { return reached_; }
   void SetReached() { reached_ = true; }
@@ -35,6 +38,7 @@ class CurvatureClient::Channels {
   std::vector<std::shared_ptr<grpc::Channel>> channels_;
   std::atomic<size_t> next_;
   std::atomic<bool> reached_ = false;
+  bool connect_ = false;
   bool tls_ = false;
   bool has_certificate_ = false;
 };

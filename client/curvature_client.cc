@@ -122,7 +122,7 @@ absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud
   };
   for (int attempt = 1;; ++attempt) {
     const std::shared_ptr<grpc::Channel> channel = channels_->Next();
-    if (attempt > 1) AwaitConnection(channel, left_of(limit()), callbacks.stop);
+    if (attempt > 1 && channels_->connect()) AwaitConnection(channel, left_of(limit()), callbacks.stop);
     AttemptOutcome outcome = RunAttempt(channel, cloud, options, left_of(options.timeout), attempt, callbacks);
     if (outcome.result) {
       channels_->SetReached();

@@ -264,8 +264,8 @@ class CurvatureClient {
  public:
   // `servers` is HOST:PORT (or any gRPC target, such as unix:PATH), or several with commas between: replicas, each call
   // starting with another one and going on to the next when one is unavailable. Nothing is sent yet.
-  // INVALID_ARGUMENT if the list is empty or an entry has no port, if CheckConnectOptions finds something, or if a
-  // token would go to another machine in plain text.
+  // INVALID_ARGUMENT if the list is empty or an entry has no port, or one that is not from 1 to 65535, if
+  // CheckConnectOptions finds something, or if a token would go to another machine in plain text.
   static absl::StatusOr<std::unique_ptr<CurvatureClient>> Connect(std::string_view servers,
                                                                   const ConnectOptions& options = {});
 

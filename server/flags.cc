@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cctype>
 #include <cstdlib>
+#include <type_traits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -37,9 +38,17 @@ std::string EnvironmentName(const std::string& flag) {
   return name;
 }
 
+// CLI11 reads 0100 as 64, by the rules of C.
+std::string CheckDecimal(const std::string& text) {
+  const bool is_decimal = text.size() < 2 || text[0] != '0';
+  return is_decimal ? "" : absl::StrCat(text, " must be a decimal number without zeros before it");
+}
+
 template <typename Value>
 CLI::Option* AddFlag(CLI::App& app, const char* flag, Value& value, const std::string& help) {
-  return app.add_option(flag, value, help)->envname(EnvironmentName(flag))->capture_default_str();
+  CLI::Option* option = app.add_option(flag, value, help)->envname(EnvironmentName(flag))->capture_default_str();
+  if constexpr (std::is_integral_v<Value> && !std::is_same_v<Value, bool>) option->check(CheckDecimal, "");
+  return option;
 }
 
 void AddDuration(CLI::App& app, const char* flag, absl::Duration& value, const std::string& help) {

@@ -34,8 +34,10 @@ CLI::Validator Whole(uint64_t low, uint64_t high) {
   return CLI::Validator(
       [=](std::string& text) -> std::string {
         uint64_t value;
-        if (ParseNumber(text, value) && value >= low && value <= high) return "";
-        return absl::StrCat("\"", text, "\" must be a whole number from ", low, " to ", high);
+        // CLI11 would read 0100 as 64, by the rules of C.
+        if (ParseNumber(text, value) && value >= low && value <= high && text == absl::StrCat(value)) return "";
+        return absl::StrCat("\"", text, "\" must be a whole number from ", low, " to ", high,
+                            text.size() > 1 && text.front() == '0' ? ", without zeros before it" : "");
       },
       "");
 }

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "client/io/formats.h"
 #include "client/io/point_status.h"
@@ -17,11 +18,17 @@ std::string_view Trimmed(std::string_view field) {
   return field;
 }
 
-// Cuts the first field off; false if the line had none left.
+// Without the quotes around it, which many programs write around names, and some around values.
+std::string_view Unquoted(std::string_view cell) {
+  if (cell.size() < 2 || cell.front() != '"' || cell.back() != '"') return cell;
+  return Trimmed(cell.substr(1, cell.size() - 2));
+}
+
+// Cuts the first field off; false if the line had none left. A comma between quotes separates cells as any other.
 bool NextCell(std::string_view& line, bool& at_end, std::string_view& cell) {
   if (at_end) return false;
   const size_t comma = line.find(',');
-  cell = Trimmed(line.substr(0, comma));
+  cell = Unquoted(Trimmed(line.substr(0, comma)));
   at_end = comma == std::string_view::npos;
   line.remove_prefix(at_end ? line.size() : comma + 1);
   return true;
@@ -31,16 +38,28 @@ absl::Status ErrorAt(size_t line, const std::string& problem) {
   return absl::InvalidArgumentError(absl::StrCat("line ", line, ": ", problem));
 }
 
+// The name of a column: that of a coordinate in lower case, as some programs write it in upper case.
+std::string ColumnName(std::string_view name) {
+  const std::string lower = absl::AsciiStrToLower(std::string(name));
+  for (const char* known : {"x", "y", "z", "nx", "ny", "nz"}) {
+    if (lower == known) return lower;
+  }
+  return std::string(name);
+}
+
 absl::StatusOr<std::vector<Column>> ReadNames(std::string_view line) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // spreadsheets write it before UTF-8
+  if (line.substr(0, kByteOrderMark.size()) == kByteOrderMark) line.remove_prefix(kByteOrderMark.size());
   std::vector<Column> columns;
   bool at_end = false;
-  for (std::string_view name; NextCell(line, at_end, name);) {
+  for (std::string_view cell; NextCell(line, at_end, cell);) {
+    const std::string name = ColumnName(cell);
     if (columns.size() == kMaxColumns) return ErrorAt(1, absl::StrCat("more than ", kMaxColumns, " columns"));
     if (name.empty()) return ErrorAt(1, absl::StrCat("column ", columns.size() + 1, " has no name"));
     for (const Column& other : columns) {
       if (other.name == name) return ErrorAt(1, absl::StrCat("two columns have the name ", Quoted(name)));
     }
-    columns.push_back({std::string(name), MakeValues(name == "status" ? ScalarKind::kUint8 : ScalarKind::kFloat64)});
+    columns.push_back({name, MakeValues(name == "status" ? ScalarKind::kUint8 : ScalarKind::kFloat64)});
   }
   return columns;
 }

@@ -4,8 +4,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <new>
 #include <optional>
 #include <string_view>
 
@@ -116,9 +118,15 @@ class OpenFile {
   int descriptor_;
 };
 
+// The most bytes of a file that are kept in memory: its table takes about as much again. Some files never end.
+uint64_t MostFileBytes() {
+  return static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE)) / 2;
+}
+
 // Reads to the end, so that pipes work too. Not mapped: a mapped file that another program shortens kills the reader.
 absl::StatusOr<std::string> ReadBytes(const std::string& path) {
   constexpr size_t kFirstRead = 1 << 20;
+  const uint64_t most = MostFileBytes();
   const auto error = [&] {
     const std::string shown = path == kStandard ? "standard input" : path;
     return absl::InvalidArgumentError(absl::StrCat("cannot read ", shown, ": ", std::strerror(errno)));
@@ -127,6 +135,12 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
   if (file.descriptor() < 0) return error();
   struct stat status {};
   if (fstat(file.descriptor(), &status) != 0) return error();
+  const auto too_large = [&] {
+    return absl::InvalidArgumentError(absl::StrCat("cannot read ", path == kStandard ? "standard input" : path,
+                                                   ": it has more than ", most,
+                                                   " bytes, half of this machine's memory"));
+  };
+  if (S_ISREG(status.st_mode) && static_cast<uint64_t>(status.st_size) > most) return too_large();
   // One byte more than the file has, to meet its end without growing.
   std::string bytes(S_ISREG(status.st_mode) ? static_cast<size_t>(status.st_size) + 1 : kFirstRead, '\0');
   size_t size = 0;
@@ -136,7 +150,8 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
     if (got < 0) return error();
     if (got == 0) break;
     size += static_cast<size_t>(got);
-    if (size == bytes.size()) bytes.resize(2 * size);
+    if (size > most) return too_large();
+    if (size == bytes.size()) bytes.resize(std::min<uint64_t>(2 * size, most + 1));
   }
   bytes.resize(size);
   return bytes;
@@ -150,19 +165,23 @@ absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string&
   const std::optional<Format> reader = FormatOf(named->extension);
   if (!reader) return UnknownExtension(path, named->extension, kReadableExtensions);
   const std::string shown = path == kStandard ? "standard input" : path;
-  absl::StatusOr<std::string> bytes = ReadBytes(path);
-  if (bytes.ok() && IsGzip(*bytes)) {
-    bytes = Gunzip(*bytes);
-    if (!bytes.ok()) return absl::InvalidArgumentError(absl::StrCat(shown, ": ", bytes.status().message()));
+  try {
+    absl::StatusOr<std::string> bytes = ReadBytes(path);
+    if (bytes.ok() && IsGzip(*bytes)) {
+      bytes = Gunzip(*bytes, MostFileBytes());
+      if (!bytes.ok()) return absl::InvalidArgumentError(absl::StrCat(shown, ": ", bytes.status().message()));
+    }
+    if (!bytes.ok()) return bytes.status();
+    absl::StatusOr<PointTable> table = reader->read(*bytes);
+    if (!table.ok()) return absl::InvalidArgumentError(absl::StrCat(shown, ": ", table.status().message()));
+    if (table->size() == 0) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          shown, ": the file holds no points", bytes->empty() ? ", it is empty" : "", ": expected ", reader->points));
+    }
+    return table;
+  } catch (const std::bad_alloc&) {
+    return absl::InvalidArgumentError(absl::StrCat("cannot read ", shown, ": there is not enough memory for it"));
   }
-  if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<PointTable> table = reader->read(*bytes);
-  if (!table.ok()) return absl::InvalidArgumentError(absl::StrCat(shown, ": ", table.status().message()));
-  if (table->size() == 0) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        shown, ": the file holds no points", bytes->empty() ? ", it is empty" : "", ": expected ", reader->points));
-  }
-  return table;
 }
 
 bool IsWritable(const std::string& name) { return FindWriter(name, {}).ok(); }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -24,6 +25,28 @@ std::string_view WithBlanks(std::string_view line, std::string& scratch) {
     if (c == ',' || c == ';') c = ' ';
   }
   return scratch;
+}
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+// Whether the commas of a line seem to be decimal ones, as in "0,25 1,5 3": other characters separate its values, and
+// each comma is the only one of its value and stands between digits.
+bool SeemsToHaveDecimalCommas(std::string_view line) {
+  size_t commas = 0, values = 0;
+  bool has_comma = false, in_value = false;
+  for (size_t i = 0; i < line.size(); ++i) {
+    if (IsBlank(line[i]) || line[i] == ';') {
+      in_value = has_comma = false;
+      continue;
+    }
+    if (!in_value) ++values;
+    in_value = true;
+    if (line[i] != ',') continue;
+    if (has_comma || i == 0 || i + 1 == line.size() || !IsDigit(line[i - 1]) || !IsDigit(line[i + 1])) return false;
+    has_comma = true;
+    ++commas;
+  }
+  return commas > 0 && values > 1;
 }
 
 bool IsSkipped(std::string_view line) {
@@ -72,6 +95,23 @@ std::vector<Column> MakeColumns(size_t count) {
   return columns;
 }
 
+// Whether columns 4 to 6 of more than six hold unit vectors, as they are written with few digits: where they do not,
+// they are no normals, but intensities and colors as PTS files have them. A vector of zeros says nothing.
+bool HoldUnitVectors(const std::vector<Column>& columns) {
+  constexpr double kSlack = 0.1;
+  bool any = false;
+  const auto axis = [&](size_t c) -> const std::vector<double>& {
+    return std::get<std::vector<double>>(columns[c].values);
+  };
+  for (size_t row = 0; row < columns[0].size(); ++row) {
+    const double length = std::hypot(axis(3)[row], axis(4)[row], axis(5)[row]);
+    if (length == 0.0 || std::isnan(length)) continue;
+    if (std::abs(length - 1.0) > kSlack) return false;
+    any = true;
+  }
+  return any;
+}
+
 // Whether columns 4 to 6 of exactly six hold colors rather than normals.
 bool HoldColors(const std::vector<Column>& columns) {
   if (columns.size() != 6) return false;
@@ -96,6 +136,8 @@ Column ToColor(const Column& column, const char* name) {
 }  // namespace
 
 absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // editors write it before UTF-8
+  if (bytes.substr(0, kByteOrderMark.size()) == kByteOrderMark) bytes.remove_prefix(kByteOrderMark.size());
   LineReader lines(bytes);
   std::string scratch;
   std::vector<Column> columns;
@@ -109,6 +151,12 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
     if (IsSkipped(line)) {
       if (columns.empty() && line.size() <= kMaxComment) comment = line;
       continue;
+    }
+    if (SeemsToHaveDecimalCommas(raw)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("line ", lines.number(), ": ", Quoted(raw),
+                       " seems to have decimal commas: write points for them, or the same "
+                       "separator between all values"));
     }
     if (columns.empty()) {
       const size_t count = CountFields(line);
@@ -141,6 +189,9 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
   if (columns.empty()) columns = MakeColumns(6);
   PointTable table;
   const bool colors = !named && HoldColors(columns);
+  if (!named && columns.size() > 6 && !HoldUnitVectors(columns)) {
+    for (size_t i = 3; i < 6; ++i) columns[i].name = absl::StrCat("column", i + 1);
+  }
   static constexpr const char* kColorNames[] = {"red", "green", "blue"};
   for (size_t i = 0; i < columns.size(); ++i) {
     table.Set(colors && i >= 3 ? ToColor(columns[i], kColorNames[i - 3]) : std::move(columns[i]));

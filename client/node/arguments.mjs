@@ -9,7 +9,10 @@ const isObject = (value) => typeof value === "object" && value !== null;
 // Read by functions that say themselves what is wrong.
 const anything = () => true;
 
-const count = [isCount, "a whole number from 0"];
+// The contract counts in 32 bits, and protobuf would drop the others.
+const isCount32 = (value) => isCount(value) && value < 2 ** 32;
+const count = [isCount32, "a whole number from 0 to 4294967295"];
+const seed = [isCount, "a whole number from 0 to 2^53 - 1"];
 const number = [isNumber, "a number"];
 const boolean = [isBoolean, "true or false"];
 const string = [isString, "a string"];
@@ -40,13 +43,13 @@ const CLOUD = {
 const CURVATURE = {
   ...CLOUD,
   estimator: readElsewhere,
-  neighborCount: [(value) => isCount(value) || isString(value), 'a whole number from 0 or "auto"'],
+  neighborCount: [(value) => isCount32(value) || isString(value), 'a whole number from 0 to 4294967295 or "auto"'],
   radius: number,
   neighborCountRange: readElsewhere,
   maxRadius: number,
   scalePerCloud: boolean,
   triangleCount: count,
-  seed: count,
+  seed,
   rotationCount: count,
   jetDegree: count,
   evenWeights: boolean,
@@ -84,6 +87,7 @@ function check(options, known, whose) {
 }
 
 function show(value) {
+  if (typeof value === "bigint") return `${value}n`;
   return typeof value === "number" ? String(value) : (JSON.stringify(value) ?? String(value));
 }
 

@@ -40,7 +40,7 @@ function scaleOf({ estimator, neighborCount, radius, neighborCountRange, maxRadi
     return undefined;
   }
   const range = neighborCountRange ?? [0, 0];
-  if (!Array.isArray(range) || range.length !== 2 || !range.every(Number.isInteger)) {
+  if (!Array.isArray(range) || range.length !== 2 || !range.every((count) => Number.isInteger(count) && count >= 0 && count < 2 ** 32)) {
     throw new TypeError(
       `neighborCountRange is ${JSON.stringify(neighborCountRange)}; it must be [fewest, most] points, as [16, 2048]`,
     );

@@ -4,10 +4,12 @@ import { CurvdError } from "./errors.mjs";
 
 const FIRST_PAUSE_MS = 250;
 const DOUBLINGS = 5;
+// A century. gRPC ends the process with an error that nobody can catch where a deadline is too far for its clock.
+const MOST_TIMEOUT_MS = 100 * 365 * 86_400_000;
 
 // Resolves to what attempt(target, timeoutMs) of the first try that succeeds resolves to.
 //   targets      replicas, of which the first try takes number `first` modulo their number, and each other try the next
-//   timeoutMs    for all tries together, undefined: no limit; each try is told what is left
+//   timeoutMs    for all tries together, undefined or centuries: no limit; each try is told what is left
 //   maxAttempts  tries at most
 //   connectTimeoutMs  after which it gives up if no server has answered; undefined: if one has before
 //   signal       ends the pauses
@@ -15,7 +17,8 @@ const DOUBLINGS = 5;
 // the signal's reason when that ends it.
 export async function callWithRetries(targets, attempt, { first, timeoutMs, maxAttempts, connectTimeoutMs, signal }) {
   const start = performance.now();
-  const timeLeft = () => (timeoutMs === undefined ? undefined : Math.max(0, timeoutMs - (performance.now() - start)));
+  const hasLimit = timeoutMs !== undefined && timeoutMs <= MOST_TIMEOUT_MS;
+  const timeLeft = () => (hasLimit ? Math.max(0, timeoutMs - (performance.now() - start)) : undefined);
   let connectLeft = () => (connectTimeoutMs ?? Infinity) - (performance.now() - start);
   for (let number = 1; ; ++number) {
     try {

@@ -147,6 +147,7 @@ void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
     if (!(radius > 0.0)) continue;
     PilotSums all = even;
     all += odd;
+    if (all.LieAlongLine()) continue;
     EstimatePart(all, radius, unit, rung, PilotPoint::kAll, point);
     EstimatePart(even, radius, unit, rung, PilotPoint::kEven, point);
     EstimatePart(odd, radius, unit, rung, PilotPoint::kOdd, point);

@@ -19,6 +19,12 @@ constexpr double kLeastPivot = 1e-10;
 // Neighbors more than a fit has coefficients, from which its residual says something.
 constexpr double kLeastFreedom = 4.0;
 
+// A neighborhood is a line if the standard deviation across it is at most so much of that along it, and at most so much
+// of that along the normal: noise, or the line's own bend, could be all of its width.
+constexpr double kLineWidth = 0.1, kLineWidthPerThickness = 2.0;
+// What rounding of offsets to floats makes of a width of 0, squared, with room.
+constexpr double kLineRounding = 1e-12;
+
 // Which twelfth of the circle (x, y) lies in.
 size_t SectorOf(double x, double y) {
   constexpr double kTan30 = 0.57735026918962576;
@@ -117,6 +123,19 @@ void PilotSums::Add(const PilotNeighbor& neighbor) {
 PilotSums& PilotSums::operator+=(const PilotSums& other) {
   for (size_t i = 0; i < kValues; ++i) values_[i] += other.values_[i];
   return *this;
+}
+
+bool PilotSums::LieAlongLine() const {
+  const double* const moments = &values_[kMoments];
+  const auto mean = [&](double sum) { return sum / count(); };
+  const double x = mean(moments[IndexOf(1, 0)]), y = mean(moments[IndexOf(0, 1)]), z = mean(values_[kHeights]);
+  const double xx = mean(moments[IndexOf(2, 0)]) - x * x, xy = mean(moments[IndexOf(1, 1)]) - x * y;
+  const double yy = mean(moments[IndexOf(0, 2)]) - y * y, zz = mean(values_[kHeightSquares]) - z * z;
+  // The variances along and across the line are the eigenvalues of the tangent plane's covariance.
+  const double half = 0.5 * (xx + yy), away = std::hypot(0.5 * (xx - yy), xy);
+  const double along = half + away, across = half - away;
+  if (across > kLineWidth * kLineWidth * along) return false;
+  return across <= kLineWidthPerThickness * kLineWidthPerThickness * zz || across <= kLineRounding * along;
 }
 
 // The mean of what lies in a sixth of the circle that begins at the given twelfth; the point itself if there is

@@ -24,6 +24,9 @@ class PilotSums {
   PilotSums& operator+=(const PilotSums& other);
 
   double count() const { return values_[kCount]; }
+  // Whether the neighbors lie along a line, as those on one line of a scanner do: a tenth as wide as long at most, and
+  // no wider than twice what they spread along the normal. They show nothing of the curvature across it.
+  bool LieAlongLine() const;
 
   // In each case lengths are in the unit of the neighbors, `radius` is that of the neighborhood, and nothing is
   // returned where the neighbors fix no surface.

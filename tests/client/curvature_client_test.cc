@@ -292,5 +292,16 @@ TEST(CurvatureClientTest, RefusesBadServerLists) {
   }
 }
 
+// gRPC calls port 99999 34463.
+TEST(CurvatureClientTest, RefusesPortsThatThereAreNot) {
+  for (const char* servers : {"a:0", "a:65536", "a:99999", "a:http", "a:1,b:-1", "[::1]:1e3", "dns:///a:99999"}) {
+    EXPECT_THAT(std::string(CurvatureClient::Connect(servers).status().message()), HasSubstr("must be from 1 to 65535"))
+        << servers;
+  }
+  for (const char* servers : {"a:1", "a:65535", "unix:/run/curvd.sock", "ipv4:127.0.0.1:50061", "[::1]:50061"}) {
+    EXPECT_TRUE(CurvatureClient::Connect(servers).ok()) << servers;
+  }
+}
+
 }  // namespace
 }  // namespace curv

@@ -48,6 +48,7 @@ class ScriptedService : public v1::CurvatureService::Service {
     return script_(++calls_, *stream, *context);
   }
   std::string address() const { return AddressOf(port_); }
+  std::shared_ptr<grpc::Channel> InProcessChannel() { return server_->InProcessChannel(grpc::ChannelArguments()); }
   int calls() const { return calls_; }
 
  private:
@@ -88,6 +89,16 @@ TEST(CurvatureClientRetryTest, TriesAgainWhileUnavailable) {
     return call < 3 ? Unavailable() : Succeed(stream);
   });
   const absl::StatusOr<CurvatureResult> result = (*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, {});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->summary.attempts, 3);
+}
+
+// Such a channel has no connection, and gRPC ends a process that waits for one.
+TEST(CurvatureClientRetryTest, TriesAgainInItsOwnProcess) {
+  ScriptedService service([](int call, ScriptedService::Stream& stream, grpc::ServerContext&) {
+    return call < 3 ? Unavailable() : Succeed(stream);
+  });
+  const absl::StatusOr<CurvatureResult> result = CurvatureClient(service.InProcessChannel()).Estimate(kEmpty, {});
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->summary.attempts, 3);
 }

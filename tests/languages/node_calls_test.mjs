@@ -134,6 +134,9 @@ test("options that do not exist, or are of another type, are refused before a ca
     [{ timeout: 9 }, /has no option timeout: did you mean timeoutMs\?/],
     [{ xyzzy: 9 }, /has no option xyzzy$/],
     [{ neighborCount: 1.5 }, /neighborCount is 1.5; it must be a whole number/],
+    [{ neighborCount: 2 ** 32 + 50 }, /neighborCount is 4294967346; it must be a whole number from 0 to 4294967295/],
+    [{ triangleCount: 2 ** 32 }, /triangleCount is 4294967296; it must be/],
+    [{ seed: 2n ** 64n }, /seed is 18446744073709551616n; it must be/],
     [{ neighborCount: -1 }, /neighborCount is -1/],
     [{ radius: "1" }, /radius is "1"; it must be a number/],
     [{ skipInvalid: 1 }, /skipInvalid is 1; it must be true or false/],
@@ -154,6 +157,15 @@ test("options that do not exist, or are of another type, are refused before a ca
   await assert.rejects(client.estimateCurvature(positions, normals, { server }), /server: it is an option of the client/);
   client.close();
   assert.throws(() => new CurvatureClient(server, { tls: true }), /has no option tls/);
+});
+
+// gRPC's own error for a deadline that is too far would end the process.
+test("a timeout of centuries is none", async () => {
+  const [positions, normals] = sphere(100, 1);
+  for (const timeoutMs of [1e15, 1e300, Infinity]) {
+    const { status } = await estimateCurvature(positions, normals, { server, timeoutMs });
+    assert.equal(status[0], 1);
+  }
 });
 
 test("servers get the default port, and others a reason", () => {

@@ -173,6 +173,8 @@ TEST(ParseCommandLineTest, NamesTheFlagThatItCannotUnderstand) {
                                                         {"--no-such-flag=1", "--no-such-flag"},
                                                         {"--threads=-1", "--threads"},
                                                         {"--max-streams=0", "--max-streams"},
+                                                        {"--max-streams=0100", "0100 must be a decimal number"},
+                                                        {"--threads=0x2", "0x2 must be a decimal number"},
                                                         {"--log=maybe", "--log"}}) {
     const auto line = Parse({flag});
     EXPECT_EQ(line.status().code(), absl::StatusCode::kInvalidArgument) << flag;

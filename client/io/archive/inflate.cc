@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -76,14 +77,21 @@ absl::StatusOr<std::string> InflateRaw(std::string_view packed, uint64_t bytes) 
 
 bool IsGzip(std::string_view bytes) { return bytes.substr(0, 2) == "\x1f\x8b"; }
 
-absl::StatusOr<std::string> Gunzip(std::string_view packed) {
+absl::StatusOr<std::string> Gunzip(std::string_view packed, uint64_t most_bytes) {
   constexpr size_t kFirst = 1 << 16;
+  const size_t most = std::min<uint64_t>(most_bytes, std::numeric_limits<size_t>::max());
   std::string plain;
   size_t filled = 0;
   do {
     Inflater inflater(packed, kGzipWindow);
     while (!inflater.ended()) {
-      if (filled == plain.size()) plain.resize(std::max(kFirst, 2 * plain.size()));
+      if (filled == plain.size()) plain.resize(std::min(std::max(kFirst, 2 * plain.size()), most));
+      if (filled == plain.size()) {
+        // The end of the stream may be all that is left.
+        char beyond;
+        if (inflater.Fill(&beyond, 1) == 0 && inflater.ended()) break;
+        return absl::InvalidArgumentError(absl::StrCat("the gzip data unpacks to more than ", most_bytes, " bytes"));
+      }
       const size_t piece = inflater.Fill(plain.data() + filled, plain.size() - filled);
       filled += piece;
       if (piece == 0 && !inflater.ended()) {

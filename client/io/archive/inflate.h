@@ -17,7 +17,8 @@ absl::StatusOr<std::string> InflateRaw(std::string_view packed, uint64_t bytes);
 // Returns whether these are the first bytes of a gzip file.
 bool IsGzip(std::string_view bytes);
 
-// Unpacks a gzip file (RFC 1952), of several members too. INVALID_ARGUMENT if it is damaged or cut off.
-absl::StatusOr<std::string> Gunzip(std::string_view packed);
+// Unpacks a gzip file (RFC 1952), of several members too. INVALID_ARGUMENT if it is damaged or cut off, or unpacks to
+// more than `most_bytes`, of which no more than that is allocated.
+absl::StatusOr<std::string> Gunzip(std::string_view packed, uint64_t most_bytes);
 
 }  // namespace curv

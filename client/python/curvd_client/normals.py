@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from curvd_client.clouds import real_array
 from curvd_client import curvature_pb2
+from curvd_client.fields import real_number, whole_number
 
 _METHODS = {
     "pca": curvature_pb2.NORMAL_METHOD_PCA,
@@ -100,6 +101,6 @@ def _set_method(
             raise ValueError(f"the method of normals is {method!r}; it must be one of {', '.join(_METHODS)}")
         options.method = _METHODS[method]
     if radius is not None:
-        options.radius = radius
+        options.radius = real_number("the radius of normals", radius)
     elif neighbor_count is not None:
-        options.neighbor_count = neighbor_count
+        options.neighbor_count = whole_number("the neighbor_count of normals", neighbor_count)

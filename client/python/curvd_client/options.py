@@ -7,6 +7,7 @@ import typing
 
 import numpy.typing as npt
 
+from curvd_client.fields import real_number, seed_number, whole_number
 from curvd_client import curvature_pb2
 from curvd_client.normals import normal_options
 from curvd_client.results import quantity_number
@@ -225,7 +226,9 @@ def _automatic_scale(
         if neighbor_count_range is not None or max_radius is not None or per_cloud:
             raise ValueError('neighbor_count_range, max_radius and scale_per_cloud need neighbor_count="auto"')
         return None
-    scale = curvature_pb2.AutomaticScale(max_radius=max_radius or 0.0, per_cloud=per_cloud)
+    scale = curvature_pb2.AutomaticScale(
+        max_radius=0.0 if max_radius is None else real_number("max_radius", max_radius), per_cloud=per_cloud
+    )
     if neighbor_count_range is not None:
         try:
             scale.least_neighbor_count, scale.most_neighbor_count = map(operator.index, neighbor_count_range)
@@ -249,11 +252,16 @@ def _estimator_options(
         raise ValueError("neighbor_count and radius exclude each other")
     if isinstance(neighbor_count, str) and neighbor_count != "auto":
         raise ValueError(f"neighbor_count is {neighbor_count!r}; it must be a number or 'auto'")
+    for name in ("triangle_count", "rotation_count", "jet_degree"):
+        others[name] = whole_number(name, others[name])
+    others["seed"] = seed_number("seed", others["seed"])
+    if others["average_normal_weight"] is not None:
+        others["average_normal_weight"] = real_number("average_normal_weight", others["average_normal_weight"])
     options = curvature_pb2.EstimatorOptions(estimator=ESTIMATORS[estimator], **others)
     if automatic_scale is not None:
         options.automatic_scale.CopyFrom(automatic_scale)
     elif radius is not None:
-        options.radius = radius
+        options.radius = real_number("radius", radius)
     elif neighbor_count is not None:
-        options.neighbor_count = typing.cast(int, neighbor_count)  # a name would have made a scale
+        options.neighbor_count = whole_number("neighbor_count", neighbor_count)  # a name would have made a scale
     return options

@@ -7,6 +7,7 @@ import random
 import time
 
 from curvd_client.errors import CurvdError
+from curvd_client.fields import real_number, whole_number
 
 DEFAULT_ATTEMPTS = 6
 # No server was ever there: long enough for a replica that is just being started, short enough for a wrong address.
@@ -15,6 +16,15 @@ _FIRST_PAUSE_SECONDS = 0.25
 _DOUBLINGS = 5
 # How long a try waits for the connection to a server that may have come back.
 _MOST_CONNECT_SECONDS = 1.0
+# A century.
+_MOST_SECONDS = 100 * 365 * 86_400.0
+
+
+def _seconds(name: str, value: float) -> float:
+    seconds = real_number(name, value)
+    if math.isnan(seconds):
+        raise ValueError(f"{name} is nan; it must be a number of seconds")
+    return seconds
 
 
 class Schedule:
@@ -23,8 +33,10 @@ class Schedule:
     replica_count:   replicas; the first try goes to number `first` modulo this.
     reached:         whether a server has ever answered the client: if not, the call gives up connect_seconds after it
                      began.
-    timeout:         seconds for all tries together, None: no limit.
-    max_attempts:    tries at most.
+    timeout:         seconds for all tries together, None: no limit; centuries are none either.
+    max_attempts:    tries at most, 1 or more.
+
+    Raises ValueError, naming the argument, for a timeout or connect_seconds that is no number, and for max_attempts.
     """
 
     def __init__(
@@ -38,8 +50,12 @@ class Schedule:
         connect_seconds: float,
     ) -> None:
         now = time.monotonic()
-        self._deadline = math.inf if timeout is None else now + timeout
-        self._reach_before = now + connect_seconds
+        limit = math.inf if timeout is None else _seconds("timeout", timeout)
+        if whole_number("max_attempts", max_attempts) == 0:
+            raise ValueError("max_attempts is 0; it must be 1 or more")
+        # What gRPC's clock cannot count to would be over at once.
+        self._deadline = math.inf if limit > _MOST_SECONDS else now + limit
+        self._reach_before = now + _seconds("connect_timeout", connect_seconds)
         self._reached = reached
         self._replica_count = replica_count
         self._next = first

@@ -91,6 +91,7 @@ TEST_F(CurvTest, WrongFlagsNameFlagValueAndLimit) {
   EXPECT_THAT(message({"estimate", cloud}), HasSubstr("--output"));
   EXPECT_THAT(message({"generate", "klein", "--points=10", "-o", out}), AllOf(HasSubstr("klein"), HasSubstr("torus")));
   EXPECT_THAT(message({"generate", "torus", "--points=0", "-o", out}), HasSubstr("1 to 100000000"));
+  EXPECT_THAT(message({"generate", "torus", "--points=0100", "-o", out}), HasSubstr("without zeros before it"));
   EXPECT_THAT(message({"render", cloud, "-o", "x.png", "--range=2:1"}), HasSubstr("LO < HI"));
   EXPECT_THAT(message({"render", cloud, "-o", "x.png", "--size=10x10"}), HasSubstr("from 64 to 4096"));
   EXPECT_THAT(message({"render", cloud, "-o", "x.png", "--view=inside"}), HasSubstr("\"inside\""));

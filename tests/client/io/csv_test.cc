@@ -22,6 +22,19 @@ TEST(CsvTest, ReadsNamesNumbersAndStatuses) {
   EXPECT_THAT(Values(*table, "status"), ElementsAre(3, 1));
 }
 
+TEST(CsvTest, TakesByteOrderMarksQuotesAndCapitals) {
+  const absl::StatusOr<PointTable> table =
+      ReadCsv("\xef\xbb\xbf\"X\", Y,\"Z\",\"NX\",Intensity\n1,2,\"3\",\" 4 \",5\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "x"), ElementsAre(1));
+  EXPECT_THAT(Values(*table, "z"), ElementsAre(3));
+  EXPECT_THAT(Values(*table, "nx"), ElementsAre(4));
+  EXPECT_THAT(Values(*table, "Intensity"), ElementsAre(5));
+  EXPECT_THAT(Message("x,X\n"), HasSubstr("two columns have the name \"x\""));
+  EXPECT_THAT(Message("x,\"\"\n"), HasSubstr("column 2 has no name"));
+  EXPECT_THAT(Message("x\n\"1\n"), HasSubstr("line 2: value 1 (x) is \"\"1\""));
+}
+
 TEST(CsvTest, NamesLineAndValue) {
   EXPECT_THAT(Message(""), HasSubstr("the file is empty"));
   EXPECT_THAT(Message("x,,y\n"), HasSubstr("column 2 has no name"));

@@ -95,6 +95,15 @@ TEST(TableFileTest, NamesTheFileInErrors) {
               HasSubstr("must be one of .ply .pcd .xyz .csv .las .npy .npz"));
 }
 
+// A file with holes takes no room on the disk; some devices never end.
+TEST(TableFileTest, RefusesFilesLargerThanTheMemory) {
+  const TempDir dir;
+  const std::string path = dir.Write("huge.ply", "ply");
+  ASSERT_EQ(truncate(path.c_str(), off_t{1} << 42), 0);
+  EXPECT_THAT(std::string(LoadTable(path).status().message()),
+              AllOf(HasSubstr("huge.ply: it has more than"), HasSubstr("half of this machine's memory")));
+}
+
 TEST(TableFileTest, ReadsEveryExtension) {
   const TempDir dir;
   for (const char* name : {"a.xyz", "a.pts", "a.xyzn", "a.TXT", "a.asc"}) {

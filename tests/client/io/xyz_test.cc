@@ -34,6 +34,13 @@ TEST(XyzTest, TakesCommasAndSemicolons) {
   EXPECT_THAT(Values(*table, "nz"), ElementsAre(1));
 }
 
+TEST(XyzTest, TakesAByteOrderMark) {
+  EXPECT_THAT(Values(*ReadXyz("\xef\xbb\xbf"
+                              "1 2 3\n"),
+                     "x"),
+              ElementsAre(1));
+}
+
 TEST(XyzTest, TakesACount) {
   EXPECT_TRUE(ReadXyz("2\n1 2 3\n4 5 6\n").ok());
   EXPECT_THAT(Message("3\n1 2 3\n4 5 6\n"), HasSubstr("declares 3 points, the file holds 2"));
@@ -51,6 +58,29 @@ TEST(XyzTest, ColorsAreNoNormals) {
   EXPECT_EQ(table->Find("nx"), nullptr);
   EXPECT_THAT(Values(*table, "red"), ElementsAre(255, 0));
   EXPECT_THAT(Values(*table, "blue"), ElementsAre(128, 0));
+}
+
+// As in a PTS file: x y z intensity red green blue.
+TEST(XyzTest, IntensityAndColorsAreNoNormals) {
+  for (const char* rows : {"1 2 3 -1200 17 18 255\n4 5 6 0 0 0 0\n", "1 2 3 0 1 0 255\n4 5 6 0.5 200 0 0\n",
+                           "1 2 3 255 128 0 0.6 0 0.8\n", "1 2 3 0 0 0 7\n"}) {
+    const absl::StatusOr<PointTable> table = ReadXyz(rows);
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_EQ(table->Find("nx"), nullptr) << rows;
+    EXPECT_NE(table->Find("column4"), nullptr) << rows;
+  }
+  // Rounded to a digit; of a point without a normal.
+  EXPECT_NE(ReadXyz("1 2 3 0.6 0.6 0.6 9\n4 5 6 0 0 0 9\n")->Find("nx"), nullptr);
+}
+
+TEST(XyzTest, RefusesDecimalCommas) {
+  for (const char* row : {"0,25 1,5 3,75", "0,25;1,5;3,75", "1 2 3,5 0 0 1", "-1,5\t2,5\t-3,5e3"}) {
+    EXPECT_THAT(Message(std::string("1 2 3\n") + row), HasSubstr("line 2: \"")) << row;
+    EXPECT_THAT(Message(row), HasSubstr("seems to have decimal commas")) << row;
+  }
+  for (const char* row : {"1,2,3", "1, 2, 3", "1 ,2 ,3", "1,2,3;0,0,1", "1,2,3,\n", "1;2;3", "1,2,3 # 0,5"}) {
+    EXPECT_THAT(Message(row), ::testing::Not(HasSubstr("decimal"))) << row;
+  }
 }
 
 TEST(XyzTest, WholeNumbersUpToOneAreNormals) { EXPECT_NE(ReadXyz("1 2 3 0 0 1\n4 5 6 1 0 0\n")->Find("nx"), nullptr); }

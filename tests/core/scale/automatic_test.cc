@@ -69,6 +69,30 @@ TEST(AutomaticTest, TellsWhatItChose) {
   EXPECT_TRUE(shares.contains("avg-hexagram") && shares.contains("jet"));
 }
 
+// Lines along a cylinder of radius 1, as a scanner leaves them, 20 and 40 times as far apart as the points on them.
+// Small neighborhoods lie on one line, and noise alone makes them wider than that: they would call the cylinder a
+// plane.
+TEST(AutomaticTest, LooksAcrossTheLinesOfAScan) {
+  constexpr double kBetweenLines = 0.05, kNoise = 1e-4;
+  for (const size_t ratio : {20u, 40u}) {
+    TestPoints lines;
+    for (size_t line = 0; line < 20; ++line) {
+      const double angle = kBetweenLines * static_cast<double>(line);
+      const float x = static_cast<float>(std::cos(angle)), y = static_cast<float>(std::sin(angle));
+      for (size_t i = 0; i < 20 * ratio; ++i) {
+        // Lines do not begin at one height.
+        const double height = kBetweenLines * (static_cast<double>(i) / static_cast<double>(ratio) + 0.37 * line);
+        lines.positions.push_back({x, y, static_cast<float>(height)});
+        lines.normals.push_back({x, y, 0.0f});
+      }
+    }
+    AddNoise(kNoise, 3, lines);
+    const EstimationResult result = MustEstimate(lines.ToCloud(), Automatic());
+    // A plane would be off by 0.5; what noise does to two neighboring lines is far less than this.
+    EXPECT_LT(MeanError(result, 0.5), 0.05) << ratio;
+  }
+}
+
 TEST(AutomaticTest, FixedEstimatesTellNothing) {
   EXPECT_FALSE(MustEstimate(Sphere(1000, 1.0).ToCloud(), {}).scale_report.has_value());
 }

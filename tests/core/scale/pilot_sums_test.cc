@@ -52,6 +52,27 @@ TEST(PilotSumsTest, TheResidualIsTheNoiseOfThePositions) {
   EXPECT_NEAR(sums.MeanOfJet(1.0)->residual, 0.01, 0.0005);
 }
 
+// A spread of points of a normal distribution, along two axes of the tangent plane, turned, and along the normal.
+PilotSums Spread(double along, double across, double thickness) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> draw;
+  PilotSums sums;
+  for (int i = 0; i < 1000; ++i) {
+    const double a = along * draw(random), b = across * draw(random);
+    sums.Add({{0.6 * a - 0.8 * b, 0.8 * a + 0.6 * b, thickness * draw(random)}, {0, 0, 1}});
+  }
+  return sums;
+}
+
+TEST(PilotSumsTest, TellsALineFromANarrowStripAndFromNoise) {
+  EXPECT_TRUE(Spread(0.5, 0.01, 0.01).LieAlongLine());
+  EXPECT_TRUE(Spread(0.5, 0.0, 0.0).LieAlongLine());
+  EXPECT_TRUE(Spread(0.5, 0.01, 0.1).LieAlongLine()) << "a bent line is as thick as its bend";
+  EXPECT_FALSE(Spread(0.5, 0.01, 0.001).LieAlongLine()) << "a strip";
+  EXPECT_FALSE(Spread(0.5, 0.2, 0.5).LieAlongLine()) << "noise as large as the neighborhood";
+  EXPECT_FALSE(Bowl(0.9, 0.1, 400, 1.0).LieAlongLine());
+}
+
 TEST(PilotSumsTest, NothingIsSaidWhereTheNeighborsFixNoSurface) {
   EXPECT_FALSE(PilotSums().MeanOfHexagrams().has_value());
   EXPECT_FALSE(PilotSums().MeanOfRegression(1.0).has_value());

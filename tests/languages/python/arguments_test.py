@@ -46,6 +46,30 @@ class ArgumentTest(unittest.TestCase):
                 estimate_curvature(*cloud, server="127.0.0.1:1", max_attempts=1, **options)
             self.assertIn(word, str(refused.exception))
 
+    def test_numbers_that_do_not_fit_are_named(self):
+        cloud = np.zeros((4, 3)), np.zeros((4, 3))
+        for name, value, limit in (
+            ("neighbor_count", -1, "from 0 to 4294967295"),
+            ("neighbor_count", 50.5, "whole number"),
+            ("neighbor_count", True, "whole number"),
+            ("jet_degree", 2**32, "from 0 to 4294967295"),
+            ("seed", 2**64, "from 0 to 18446744073709551615"),
+            ("radius", "1", "a number"),
+            ("average_normal_weight", [1], "a number"),
+            ("max_attempts", 0, "1 or more"),
+            ("max_attempts", 1.5, "whole number"),
+            ("timeout", float("nan"), "seconds"),
+            ("timeout", "5", "a number"),
+            ("connect_timeout", float("nan"), "seconds"),
+        ):
+            with self.subTest((name, value)), self.assertRaises(ValueError) as refused:
+                estimate_curvature(*cloud, server="127.0.0.1:1", **{name: value})
+            self.assertIn(f"{name} is {value!r}; it must be", str(refused.exception))
+            self.assertIn(limit, str(refused.exception))
+        for options in ({"normal_neighbor_count": -1}, {"normal_radius": "1"}):
+            with self.subTest(options), self.assertRaisesRegex(ValueError, "of normals is .*; it must be a"):
+                estimate_curvature(cloud[0], server="127.0.0.1:1", **options)
+
     def test_nobody_listening_is_unavailable(self):
         with self.assertRaises(CurvdError) as caught:
             estimate_curvature(*sphere(10, 1.0), server="127.0.0.1:1", max_attempts=2)

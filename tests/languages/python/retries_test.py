@@ -121,6 +121,11 @@ class ScheduleTest(unittest.TestCase):
         self.assertEqual(schedule.pause_after(busy), 7.0)
         self.assertEqual(schedule.replica, 1)
 
+    def test_a_timeout_of_centuries_is_none(self):
+        for timeout in (1e300, float("inf")):
+            schedule = Schedule(1, 0, reached=True, timeout=timeout, max_attempts=6, connect_seconds=1.5)
+            self.assertIsNone(schedule.time_left)
+
     def test_no_pause_goes_beyond_the_timeout(self):
         schedule = Schedule(1, 0, reached=True, timeout=5.0, max_attempts=6, connect_seconds=1.5)
         busy = CurvdError(grpc.StatusCode.RESOURCE_EXHAUSTED, "busy", retry_after=7.0, transient=True)

@@ -31,8 +31,8 @@ TEST(InflateTest, UnpacksWhatWasPacked) {
     EXPECT_EQ(*InflateRaw(Packed(plain, -15), plain.size()), plain);
     const std::string gz = Packed(plain, 31);
     EXPECT_TRUE(IsGzip(gz));
-    EXPECT_EQ(*Gunzip(gz), plain);
-    EXPECT_EQ(*Gunzip(gz + gz), plain + plain) << "members follow each other";
+    EXPECT_EQ(*Gunzip(gz, plain.size()), plain);
+    EXPECT_EQ(*Gunzip(gz + gz, 2 * plain.size()), plain + plain) << "members follow each other";
   }
 }
 
@@ -43,10 +43,18 @@ TEST(InflateTest, RefusesDamage) {
   EXPECT_THAT(std::string(InflateRaw(packed, plain.size() + 1).status().message()), HasSubstr("gives 31 of 32"));
   EXPECT_THAT(std::string(InflateRaw(packed, 1'000'000'000).status().message()), HasSubstr("cannot hold them"));
   const std::string gz = Packed(plain, 31);
-  for (size_t size = 0; size < gz.size(); ++size) EXPECT_FALSE(Gunzip(gz.substr(0, size)).ok()) << size;
+  for (size_t size = 0; size < gz.size(); ++size) EXPECT_FALSE(Gunzip(gz.substr(0, size), 1000).ok()) << size;
   std::string damaged = gz;
   damaged[gz.size() - 6] ^= 1;  // in the sum
-  EXPECT_THAT(std::string(Gunzip(damaged).status().message()), HasSubstr("damaged or cut off"));
+  EXPECT_THAT(std::string(Gunzip(damaged, 1000).status().message()), HasSubstr("damaged or cut off"));
+}
+
+// A few bytes can unpack to more than a machine has.
+TEST(InflateTest, StopsAtTheMostBytes) {
+  const std::string plain(5'000'000, 'a'), gz = Packed(plain, 31);
+  EXPECT_THAT(std::string(Gunzip(gz, plain.size() - 1).status().message()), HasSubstr("to more than 4999999 bytes"));
+  EXPECT_THAT(std::string(Gunzip(gz + gz, plain.size()).status().message()), HasSubstr("to more than 5000000 bytes"));
+  EXPECT_THAT(std::string(Gunzip(gz, 0).status().message()), HasSubstr("to more than 0 bytes"));
 }
 
 }  // namespace
