@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_replace.h"
 #include "client/io/point_status.h"
+#include "client/render/pose.h"
 #include "client/report/page_template.h"
 #include "client/report/payload.h"
 #include "client/report/quantize.h"
@@ -122,9 +123,11 @@ absl::StatusOr<std::string> MakeReportPage(const PointTable& table, const Report
       ChooseQuantities(table, thinning.chosen,
                        {.most = std::clamp(kMostValues / thinning.chosen.size(), kFewestQuantities, kMostQuantities),
                         .wanted = options.quantity});
+  const Pose pose = PoseOf(table, thinning.chosen, options.up_axis);
   Json json = {{"title", options.title},
                {"unit", options.unit},
-               {"up", std::string(1, options.up_axis)},
+               {"up", std::string(1, pose.up_axis)},
+               {"pose", {pose.azimuth, pose.elevation}},
                {"quantity", options.quantity},
                {"points", table.size()},
                {"shown", thinning.chosen.size()},

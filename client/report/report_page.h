@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -13,7 +14,7 @@ struct ReportOptions {
   std::string title{};             // what the page calls the result: the file's name
   std::string unit{};              // the cloud's length unit; DEFAULT: none is known
   std::string quantity{};          // the column that is shown first; DEFAULT: the first quantity
-  char up_axis = 'z';              // DEFAULT: 'z'; or 'y'
+  std::optional<char> up_axis{};   // 'y' or 'z'; DEFAULT: as ChoosePose chooses
   size_t most_points = 1'000'000;  // DEFAULT: 1,000,000; more are thinned
 };
 

@@ -152,6 +152,17 @@ Bounds BoundsOf(const PointTable& table) {
   return bounds;
 }
 
+Pose PoseOf(const PointTable& table, const std::vector<uint32_t>& chosen, std::optional<char> up_axis) {
+  const VectorColumns positions = *FindVectors(table, "");
+  const auto normals = FindVectors(table, "n");
+  std::vector<Vec3> places, sides;
+  for (const uint32_t i : chosen) {
+    places.push_back(positions.At(i));
+    if (normals) sides.push_back(normals->At(i));
+  }
+  return ChoosePose(places, sides, up_axis);
+}
+
 EncodedPoints AppendPoints(const PointTable& table, const std::vector<uint32_t>& chosen, const Bounds& bounds,
                            const std::vector<uint8_t>& statuses, Payload& payload) {
   const VectorColumns positions = *FindVectors(table, "");

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "client/io/point_table.h"
+#include "client/render/pose.h"
 #include "client/report/payload.h"
 
 namespace curv {
@@ -37,5 +39,8 @@ struct EncodedPoints {
 // REQUIRES: bounds.finite > 0; the table has x y z; `chosen` are indices of points.
 EncodedPoints AppendPoints(const PointTable& table, const std::vector<uint32_t>& chosen, const Bounds& bounds,
                            const std::vector<uint8_t>& statuses, Payload& payload);
+
+// How the chosen points are shown at first (ChoosePose), by their normals where the table has them.
+Pose PoseOf(const PointTable& table, const std::vector<uint32_t>& chosen, std::optional<char> up_axis);
 
 }  // namespace curv

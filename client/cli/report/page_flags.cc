@@ -1,6 +1,7 @@
 #include "client/cli/report/page_flags.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -39,7 +40,7 @@ void AddPageFlags(CLI::App& command, PageFlags& flags) {
                   absl::StrCat("shown first: ", kQuantityWords, ", status, or the name of a column [mean]"))
       ->option_text("NAME");
   command.add_option("--unit", flags.unit, "the cloud's length unit: mm makes the page say 1/mm")->option_text("NAME");
-  command.add_option("--up", flags.up, "axis that points up: z [default] or y")
+  command.add_option("--up", flags.up, "axis that points up: y or z [chosen from the cloud]")
       ->check(CLI::IsMember({"y", "z"}).description(""))
       ->option_text("AXIS");
   command.add_option("--points", flags.points, "the most points that the page holds; more are thinned [1000000]")
@@ -56,11 +57,12 @@ ExitCode MakePage(const PageFlags& flags, MadePage& page) {
   if (absl::Status status = ExtractCloud(*table, {.normals = false}).status(); !status.ok()) return bad_input(status);
   const absl::StatusOr<std::string> column = ChooseColumn(*table, flags.quantity);
   if (!column.ok()) return bad_input(column.status());
-  absl::StatusOr<std::string> html = MakeReportPage(*table, {.title = BaseName(flags.input),
-                                                             .unit = flags.unit,
-                                                             .quantity = *column,
-                                                             .up_axis = flags.up[0],
-                                                             .most_points = flags.points});
+  absl::StatusOr<std::string> html =
+      MakeReportPage(*table, {.title = BaseName(flags.input),
+                              .unit = flags.unit,
+                              .quantity = *column,
+                              .up_axis = flags.up.empty() ? std::nullopt : std::optional(flags.up[0]),
+                              .most_points = flags.points});
   if (absl::IsResourceExhausted(html.status())) return Fail(ExitCode::kFailed, html.status());
   if (!html.ok()) return bad_input(html.status());
   page = {.html = *std::move(html), .points = table->size(), .shown = std::min<uint64_t>(table->size(), flags.points)};

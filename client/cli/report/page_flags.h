@@ -12,7 +12,7 @@ struct PageFlags {
   std::string input;
   std::string quantity;
   std::string unit;
-  std::string up = "z";
+  std::string up;  // "" chooses it from the cloud
   uint64_t points = 1'000'000;
 };
 

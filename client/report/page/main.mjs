@@ -15,7 +15,7 @@ const find = (id) => document.getElementById(id);
 class Page {
   constructor(report, points) {
     Object.assign(this, { report, points, chosen: -1, hidden: new Set(), radiusFactor: 1 });
-    this.turntable = new Turntable(points.somePlaces(), report.largestRadius, report.up);
+    this.turntable = new Turntable(points.somePlaces(), report.largestRadius, report.up, report.pose);
     this.range = new RangeControl(() => this.#color());
     fillStatuses(report, (status, isShown) => this.#toggle(status, isShown));
     fillNotes(report, points);
@@ -58,10 +58,10 @@ class Page {
     for (const map of COLOR_MAPS) {
       find("colormap").append(make("option", map.name, { value: map.id }));
     }
-    for (const name of Object.keys(VIEWS)) {
+    for (const [name, pose] of Object.entries(VIEWS)) {
       const button = make("button", name, { type: "button" });
       button.addEventListener("click", () => {
-        this.turntable.show(name);
+        this.turntable.show(pose);
         this.#redraw();
       });
       find("views").append(button);
