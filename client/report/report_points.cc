@@ -74,10 +74,13 @@ std::vector<Vec3> ScaledPlaces(const VectorColumns& positions, const std::vector
 
 // Rounds radii up, so that no hole opens between splats.
 double AppendRadii(const VectorColumns& positions, const std::vector<uint32_t>& chosen, const Bounds& bounds,
-                   Payload& payload) {
+                   const SplatSizes& sizes, Payload& payload) {
   const std::vector<Vec3> scaled = ScaledPlaces(positions, chosen, bounds);
-  const std::vector<double> radii = scaled.empty() ? std::vector<double>() : DiscRadii(scaled);
-  const double largest = radii.empty() ? 1.0 : *std::max_element(radii.begin(), radii.end());
+  std::vector<double> radii = scaled.empty() ? std::vector<double>() : DiscRadii(scaled);
+  for (double& radius : radii) radius *= std::sqrt(sizes.share);
+  const double largest = sizes.largest > 0.0 ? sizes.largest
+                         : radii.empty()     ? 1.0
+                                             : *std::max_element(radii.begin(), radii.end());
   std::vector<uint8_t> codes;
   codes.reserve(chosen.size());
   size_t next = 0;
@@ -164,11 +167,11 @@ Pose PoseOf(const PointTable& table, const std::vector<uint32_t>& chosen, std::o
 }
 
 EncodedPoints AppendPoints(const PointTable& table, const std::vector<uint32_t>& chosen, const Bounds& bounds,
-                           const std::vector<uint8_t>& statuses, Payload& payload) {
+                           const std::vector<uint8_t>& statuses, Payload& payload, const SplatSizes& sizes) {
   const VectorColumns positions = *FindVectors(table, "");
   EncodedPoints encoded;
   AppendPlaces(positions, chosen, bounds, payload);
-  encoded.largest_radius = AppendRadii(positions, chosen, bounds, payload);
+  encoded.largest_radius = AppendRadii(positions, chosen, bounds, sizes, payload);
   for (const uint32_t i : chosen) encoded.nowhere += IsFinite(positions.At(i)) ? 0 : 1;
   encoded.has_normals = AppendNormals(table, chosen, payload);
   encoded.has_directions = AppendDirections(table, chosen, statuses, payload);
