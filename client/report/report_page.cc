@@ -155,15 +155,19 @@ absl::StatusOr<Selection> Select(const PointTable& table, const ReportOptions& o
   return selection;
 }
 
-Json ReportJson(const PointTable& table, const ReportOptions& options, const Selection& selection) {
-  const Pose pose = PoseOf(table, selection.thinning.chosen, options.up_axis);
+Json ReportJson(const PointTable& table, const ReportOptions& options, const Selection& selection, bool is_shuffled) {
+  // In shuffled order the first stand for all.
+  constexpr ptrdiff_t kPosePoints = 1'000'000;
+  const std::vector<uint32_t>& chosen = selection.thinning.chosen;
+  const auto end = chosen.begin() + std::min(kPosePoints, std::ssize(chosen));
+  const Pose pose = PoseOf(table, is_shuffled ? std::vector(chosen.begin(), end) : chosen, options.up_axis);
   return {{"title", options.title},
           {"unit", options.unit},
           {"up", std::string(1, pose.up_axis)},
           {"pose", {pose.azimuth, pose.elevation}},
           {"quantity", options.quantity},
           {"points", table.size()},
-          {"shown", selection.thinning.chosen.size()},
+          {"shown", chosen.size()},
           {"hashLimit", selection.thinning.limit},
           {"unplaced", table.size() - selection.bounds.finite},
           {"low", selection.bounds.low},
@@ -196,7 +200,7 @@ absl::StatusOr<std::string> MakeReportPage(const PointTable& table, const Report
   const EncodedPoints encoded = AppendPoints(table, chosen, selection->bounds, selection->statuses, payload);
   AppendStatuses(selection->statuses, chosen, payload);
   AppendQuantities(selection->quantities.shown, 0, chosen.size(), payload);
-  Json json = ReportJson(table, options, *selection);
+  Json json = ReportJson(table, options, *selection, /*is_shuffled=*/false);
   json["largestRadius"] = encoded.largest_radius;
   json["arrays"] = ArraysJson(payload);
   const absl::StatusOr<std::string> points = payload.Encode();
@@ -229,7 +233,7 @@ absl::Status ServeReport(const PointTable& table, const ReportOptions& options, 
     std::string encoded_bytes = payload.TakeBytes();
     if (bytes == nullptr) {
       splats.largest = encoded.largest_radius;
-      Json json = ReportJson(table, options, *selection);
+      Json json = ReportJson(table, options, *selection, /*is_shuffled=*/true);
       json["largestRadius"] = splats.largest;
       json["arrays"] = arrays;
       json["blocks"] = sizes;
