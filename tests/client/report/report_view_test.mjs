@@ -163,4 +163,11 @@ test("draws points as they come, and has them all in the end", async () => {
   // Seen from above, the sheet is a rectangle without holes.
   await clickOn(tab, "#views button:nth-child(6)");
   assert.equal(countHoles(await pictureOf(tab), [255, 255, 255]).holes, 0);
+
+  // A file has room for a million of them, and says so.
+  assert.match(runCurv("report", inFolder("large.ply"), "-o", inFolder("large.html")),
+               /large.html: 1,000,000 of 1,100,000 points of/);
+  await tab.open(inFolder("large.html"), "document.querySelector('#summary table')");
+  assert.equal(await tab.evaluate("document.getElementById('subtitle').textContent"),
+               "1,100,000 points, of which 1,000,000 are shown");
 });
