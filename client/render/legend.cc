@@ -10,6 +10,7 @@
 #include "client/render/axes.h"
 #include "client/render/canvas.h"
 #include "client/render/lettering.h"
+#include "client/render/strokes.h"
 #include "client/render/ticks.h"
 
 namespace curv {
@@ -18,12 +19,10 @@ namespace {
 constexpr Color kInk{0.15f, 0.15f, 0.15f};
 constexpr Color kFaintInk{0.40f, 0.40f, 0.40f};
 
-// Size of the letters, which all lengths are multiples of.
-double LetterSize(int image_width, int image_height) {
-  return std::max(11.0, 0.0215 * std::min<double>(image_height, 0.85 * image_width));
-}
+// Lengths are multiples of the letters' size.
 constexpr double kWidth = 11.5, kBarWidth = 1.5, kMargin = 1.0, kLine = 1.35;
 constexpr double kAxesHeight = 6.5, kMinBarHeight = 8.0;
+constexpr double kEntryHeight = 1.6 * kLine;
 constexpr size_t kMaxTitleLines = 4;
 
 struct Box {
@@ -41,7 +40,7 @@ class LegendPainter {
   void Draw(const ColorScale& scale, const LegendText& text, const View& view) {
     const Ticks ticks = RoundTicks(scale.low(), scale.high());
     double top = DrawHeading(text, ticks.exponent) + (text.has_above ? kBarWidth : 0.4) * size_;
-    double bottom = height_ - (kMargin + (text.has_missing ? 1.6 * kLine : 0.0)) * size_;
+    double bottom = height_ - (kMargin + Entries(text) * kEntryHeight) * size_;
     bottom -= (text.has_below ? kBarWidth : 0.4) * size_;
     const bool has_axes = bottom - top > (kMinBarHeight + kAxesHeight) * size_;
     if (has_axes) bottom -= kAxesHeight * size_;
@@ -51,11 +50,16 @@ class LegendPainter {
     FrameBar(bar, text, scale);
     DrawTicks(bar, ticks.ticks, scale);
     double y = bar.bottom + (text.has_below ? kBarWidth : 0.0) * size_;
-    if (text.has_missing) DrawMissing(y += 1.6 * kLine * size_);
+    if (text.has_missing) DrawMissing(y += kEntryHeight * size_);
+    for (size_t s = 0; s < text.strokes.size(); ++s) DrawStroke(s, text.strokes[s], y += kEntryHeight * size_);
     if (has_axes) DrawAxes(view, Left() + 2.2 * size_, 0.5 * (y + height_), size_, cairo_);
   }
 
  private:
+  static double Entries(const LegendText& text) {
+    return static_cast<double>(text.strokes.size() + (text.has_missing ? 1 : 0));
+  }
+
   double Left() const { return std::floor(kMargin * size_) + 0.5; }
 
   // Returns where the heading ends.
@@ -134,9 +138,20 @@ class LegendPainter {
     cairo_rectangle(cairo_, Left(), y - 0.85 * size_, kBarWidth * size_, size_);
     SetColor(kNoValueColor, cairo_);
     cairo_fill(cairo_);
+    NameEntry("no value", y);
+  }
+
+  void DrawStroke(size_t kind, const std::string& name, double y) {
+    cairo_move_to(cairo_, Left(), y - 0.35 * size_);
+    cairo_rel_line_to(cairo_, kBarWidth * size_, 0.0);
+    PaintStroke(kind, size_, cairo_);
+    NameEntry(name, y);
+  }
+
+  void NameEntry(const std::string& name, double y) {
     SetColor(kInk, cairo_);
-    SelectFont("no value", 0.85 * size_, cairo_);
-    DrawText("no value", Left() + (kBarWidth + 0.7) * size_, y - 0.05 * size_, cairo_);
+    SelectFont(name, 0.85 * size_, cairo_);
+    DrawText(name, Left() + (kBarWidth + 0.7) * size_, y - 0.05 * size_, cairo_);
   }
 
   void Stroke(double width, const Color& color) {
@@ -151,6 +166,10 @@ class LegendPainter {
 };
 
 }  // namespace
+
+double LetterSize(int image_width, int image_height) {
+  return std::max(11.0, 0.0215 * std::min<double>(image_height, 0.85 * image_width));
+}
 
 int LegendWidth(int image_width, int image_height) {
   const double size = LetterSize(image_width, image_height);

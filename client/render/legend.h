@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "client/render/camera.h"
 #include "client/render/color_scale.h"
@@ -15,7 +16,11 @@ struct LegendText {
   bool has_missing = false;  // some points have no value: explains kNoValueColor
   bool has_below = false;    // some values are below the scale: its lower end is pointed
   bool has_above = false;    // some values are above the scale: its upper end is pointed
+  std::vector<std::string> strokes{};  // what each kind of stroke shows, in the order of DrawStrokes; DEFAULT: none
 };
+
+// Size in pixels of the letters of a picture of that size.
+double LetterSize(int image_width, int image_height);
 
 // Width in pixels that DrawLegend takes at the right side of a picture of that size; 0 if there is no room for one.
 int LegendWidth(int image_width, int image_height);

@@ -5,14 +5,25 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <memory>
 #include <utility>
+
+#include "absl/strings/str_cat.h"
 
 namespace curv {
 namespace {
 
 constexpr char kReplacement[] = "\xef\xbf\xbd";  // U+FFFD
 constexpr char kEllipsis[] = "\xe2\x80\xa6";
+
+struct CodeRange {
+  FcChar32 first;
+  FcChar32 last;
+};
+// Hebrew to Arabic Extended-A; Devanagari to Myanmar; Khmer and Mongolian; presentation forms of Hebrew and Arabic.
+constexpr CodeRange kShapedScripts[] = {
+    {0x0590, 0x08ff}, {0x0900, 0x109f}, {0x1780, 0x18af}, {0xfb1d, 0xfdff}, {0xfe70, 0xfeff}};
 
 struct Release {
   void operator()(FcPattern* pattern) const { FcPatternDestroy(pattern); }
@@ -91,6 +102,27 @@ absl::Status CheckFonts() {
   return absl::FailedPreconditionError(
       "no font is installed, which the scale bar of a picture needs: install one, for example the package "
       "fonts-dejavu-core");
+}
+
+std::string LetteringProblem(const std::string& text) {
+  const Pattern font = MatchFont(text);
+  FcCharSet* has = nullptr;
+  const bool is_known = FcPatternGetCharSet(font.get(), FC_CHARSET, 0, &has) == FcResultMatch;
+  std::string missing;
+  bool is_shaped = false;
+  for (const Character& character : Characters(text)) {
+    if (is_known && FcCharSetHasChar(has, character.code) == FcFalse) missing += character.bytes;
+    is_shaped |= std::any_of(std::begin(kShapedScripts), std::end(kShapedScripts), [&](const CodeRange& range) {
+      return character.code >= range.first && character.code <= range.last;
+    });
+  }
+  if (!missing.empty()) {
+    return absl::StrCat("no installed font has all of \"", text, "\": ", missing, " will be boxes. Install a font of ",
+                        "that language, for example one of the packages fonts-noto");
+  }
+  if (!is_shaped) return "";
+  return absl::StrCat("\"", text, "\" has letters that are joined, stacked or written from right to left, which curv ",
+                      "does not do: they stand one by one, from the left");
 }
 
 void SelectFont(const std::string& text, double size, cairo_t* cairo) {

@@ -1,17 +1,23 @@
 // Writes text into pictures, in any language that an installed font has the characters of.
 #pragma once
 
-#include <cairo.h>
-
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 
+// Cairo's own name for what cairo_t is, so that who writes no text need not know cairo.
+typedef struct _cairo cairo_t;
+
 namespace curv {
 
 // OK if a font is installed; FAILED_PRECONDITION saying how to get one if not.
 absl::Status CheckFonts();
+
+// Returns "", or in a sentence what of `text` will not look as it should: characters that no installed font has, which
+// become boxes, and scripts whose letters are joined, stacked or written from right to left, which cairo alone does not
+// do. REQUIRES: CheckFonts() is OK.
+std::string LetteringProblem(const std::string& text);
 
 // Makes the sans-serif font that has most of the characters of `text` the one that is written with, `size` pixels high
 // from line to line. Outlines are not fitted to the pixels, so that widths do not depend on the size.

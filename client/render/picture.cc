@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "client/neighbors/scaled_positions.h"
 #include "client/render/framing.h"
 #include "client/render/legend.h"
@@ -42,56 +44,121 @@ std::vector<Disc> MakeDiscs(const std::vector<size_t>& shown, const std::vector<
   return discs;
 }
 
-// Returns the picture without its legend.
-Image DrawCloud(const std::vector<Disc>& discs, const std::vector<Color>& colors, int width, int height) {
+// The discs in pixels of a panel without its legend, each of its color to be set.
+std::vector<Splat> PlaceDiscs(const std::vector<Disc>& discs, int width, int height) {
   const Framing framing = FitFrame(discs, width, height, kMarginShare * std::min(width, height));
   std::vector<Splat> splats(discs.size());
   for (size_t s = 0; s < discs.size(); ++s) {
     const Vec3 place = framing.scale * (discs[s].center - framing.center);
     splats[s] = {.center = {0.5 * width + place.x, 0.5 * height - place.y, place.z},
                  .normal = discs[s].normal,
-                 .radius = framing.scale * discs[s].radius,
-                 .color = colors[s]};
+                 .radius = framing.scale * discs[s].radius};
   }
-  Image image(width, height, kPaper);
-  DrawSplats(splats, kOversampling, image);
-  return image;
+  return splats;
 }
 
-// Copies `part` into the upper left corner of `image`, which is no smaller.
-void Paste(const Image& part, Image& image) {
+// Copies `part` into `image`, which has room for it there.
+void Paste(const Image& part, int left, int top, Image& image) {
   for (int y = 0; y < part.height; ++y) {
-    for (int x = 0; x < part.width; ++x) image.at(x, y) = part.at(x, y);
+    for (int x = 0; x < part.width; ++x) image.at(left + x, top + y) = part.at(x, y);
   }
+}
+
+// Draws panels of one size, which differ in their colors alone.
+class PanelPainter {
+ public:
+  // `shown` are the points to draw, `splats` their discs, `strokes` directions of them in the view.
+  PanelPainter(const PictureOptions& options, int width, int height, std::vector<size_t> shown,
+               std::vector<Splat> splats, std::vector<StrokeField> strokes)
+      : options_(options),
+        width_(width),
+        height_(height),
+        shown_(std::move(shown)),
+        splats_(std::move(splats)),
+        strokes_(std::move(strokes)) {}
+
+  Image Draw(const Layer& layer) {
+    const ColorScale scale = layer.scale ? *layer.scale : ColorScale::ForValues(layer.values);
+    LegendText legend{.title = layer.title, .unit = layer.unit};
+    for (const StrokeField& field : strokes_) legend.strokes.push_back(field.name);
+    for (size_t s = 0; s < shown_.size(); ++s) {
+      const double value = layer.values[shown_[s]];
+      legend.has_missing |= std::isnan(value);
+      legend.has_below |= value < scale.low();
+      legend.has_above |= value > scale.high();
+      splats_[s].color = scale.ColorOf(value);
+    }
+    // A picture of its own, so that no disc reaches into the legend.
+    Image cloud(width_ - LegendWidth(width_, height_), height_, kPaper);
+    const std::vector<float> depths = DrawSplats(splats_, kOversampling, cloud);
+    DrawStrokes(splats_, strokes_, depths, LetterSize(width_, height_), cloud);
+    Image panel(width_, height_, kPaper);
+    Paste(cloud, 0, 0, panel);
+    DrawLegend(scale, legend, options_.view, panel);
+    return panel;
+  }
+
+ private:
+  const PictureOptions& options_;
+  int width_;
+  int height_;
+  std::vector<size_t> shown_;
+  std::vector<Splat> splats_;
+  std::vector<StrokeField> strokes_;
+};
+
+std::vector<StrokeField> TurnStrokes(const std::vector<StrokeField>& strokes, const std::vector<size_t>& shown,
+                                     const View& view) {
+  std::vector<StrokeField> turned;
+  for (const StrokeField& field : strokes) {
+    turned.push_back({.name = field.name, .directions = {}});
+    for (const size_t i : shown) turned.back().directions.push_back(view.Turn(field.directions[i]));
+  }
+  return turned;
 }
 
 }  // namespace
 
+PanelGrid ArrangePanels(int panels, int width, int height) {
+  PanelGrid best{1, panels};
+  double most = 0.0;
+  for (int columns = 1; columns <= panels; ++columns) {
+    const int rows = (panels + columns - 1) / columns;
+    const int panel_width = width / columns, panel_height = height / rows;
+    const double room = std::min(panel_width - LegendWidth(panel_width, panel_height), panel_height);
+    if (room <= most) continue;
+    most = room;
+    best = {columns, rows};
+  }
+  return best;
+}
+
 absl::StatusOr<Image> DrawPicture(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
-                                  const std::vector<double>& values, const PictureOptions& options) {
+                                  const std::vector<Layer>& layers, const PictureOptions& options) {
   std::vector<size_t> shown;
   for (size_t i = 0; i < positions.size(); ++i) {
     if (IsFinite(positions[i])) shown.push_back(i);
   }
   if (shown.empty()) return absl::InvalidArgumentError("there is no point with a finite position to draw");
-  const int legend_width = LegendWidth(options.width, options.height);
+  const PanelGrid grid = ArrangePanels(static_cast<int>(layers.size()), options.width, options.height);
+  const int width = options.width / grid.columns, height = options.height / grid.rows;
+  if (std::min(width, height) < kMinPictureSide) {
+    return absl::InvalidArgumentError(absl::StrCat(layers.size(), " panels of a picture of ", options.width, "x",
+                                                   options.height, " would be of ", width, "x", height,
+                                                   " pixels: each side must be at least ", kMinPictureSide));
+  }
+  const int legend_width = LegendWidth(width, height);
   if (absl::Status status = legend_width > 0 ? CheckFonts() : absl::OkStatus(); !status.ok()) return status;
 
-  const ColorScale scale = options.scale ? *options.scale : ColorScale::ForValues(values);
-  LegendText legend{.title = options.title, .unit = options.unit};
-  std::vector<Color> colors;
-  for (const size_t i : shown) {
-    legend.has_missing |= std::isnan(values[i]);
-    legend.has_below |= values[i] < scale.low();
-    legend.has_above |= values[i] > scale.high();
-    colors.push_back(scale.ColorOf(values[i]));
-  }
+  std::vector<Splat> splats =
+      PlaceDiscs(MakeDiscs(shown, positions, normals, options.view), width - legend_width, height);
+  std::vector<StrokeField> strokes = TurnStrokes(options.strokes, shown, options.view);
+  PanelPainter painter(options, width, height, std::move(shown), std::move(splats), std::move(strokes));
   Image image(options.width, options.height, kPaper);
-  // A picture of its own, so that no disc reaches into the legend.
-  Paste(DrawCloud(MakeDiscs(shown, positions, normals, options.view), colors, options.width - legend_width,
-                  options.height),
-        image);
-  DrawLegend(scale, legend, options.view, image);
+  for (size_t l = 0; l < layers.size(); ++l) {
+    const int at = static_cast<int>(l);
+    Paste(painter.Draw(layers[l]), at % grid.columns * width, at / grid.columns * height, image);
+  }
   return image;
 }
 

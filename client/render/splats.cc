@@ -55,6 +55,8 @@ class SampleGrid {
     });
   }
 
+  float Depth(int x, int y) const { return at(x, y).depth; }
+
   // The lit color of a sample; false if nothing covers it.
   bool Resolve(int x, int y, Color& color) const {
     const Sample& sample = at(x, y);
@@ -120,7 +122,7 @@ void Downsample(const SampleGrid& grid, int oversampling, Image& image) {
 
 }  // namespace
 
-void DrawSplats(const std::vector<Splat>& splats, int oversampling, Image& image) {
+std::vector<float> DrawSplats(const std::vector<Splat>& splats, int oversampling, Image& image) {
   SampleGrid grid(image.width * oversampling, image.height * oversampling);
   const auto enlarged = [oversampling](Splat splat) {
     splat.center = static_cast<double>(oversampling) * splat.center;
@@ -130,6 +132,14 @@ void DrawSplats(const std::vector<Splat>& splats, int oversampling, Image& image
   for (const Splat& splat : splats) grid.AddDepth(enlarged(splat));
   for (const Splat& splat : splats) grid.AddColor(enlarged(splat));
   Downsample(grid, oversampling, image);
+  std::vector<float> depths;
+  depths.reserve(image.pixels.size());
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      depths.push_back(grid.Depth(x * oversampling, y * oversampling) / static_cast<float>(oversampling));
+    }
+  }
+  return depths;
 }
 
 }  // namespace curv

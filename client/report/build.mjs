@@ -8,7 +8,7 @@ import { fileURLToPath } from "node:url";
 
 const folder = dirname(fileURLToPath(import.meta.url));
 const read = (...names) => readFileSync(join(folder, ...names), "utf8");
-const PLACES = ["@curv-report@", "@curv-points@"];
+const PLACES = ["@curv-connect@", "@curv-report@", "@curv-points@"];
 
 async function bundle() {
   const { outputFiles } = await build({
@@ -38,7 +38,7 @@ async function makePage() {
   const hash = createHash("sha256").update(script).digest("base64");
   const license = `three.js is part of this page.\n\n${read("node_modules", "three", "LICENSE").trim()}`;
   const page = fill(read("page", "index.html"), {
-    POLICY: `default-src 'none'; script-src 'sha256-${hash}'; style-src 'unsafe-inline'; img-src data:`,
+    POLICY: `default-src 'none'; @curv-connect@script-src 'sha256-${hash}'; style-src 'unsafe-inline'; img-src data:`,
     STYLE: read("page", "style.css").trim(),
     SCRIPT: script,
     LICENSE: license.replaceAll("--", "- -"),

@@ -5,8 +5,9 @@
 
 namespace curv {
 
-// Returns the page; @curv-report@ stands once where the report's JSON goes, @curv-points@ once, after it, where its
-// points go.
+// Returns the page. @curv-connect@ stands once, where its policy may allow requests ("connect-src 'self'; ", or
+// nothing); @curv-report@ once, after that, where the report's JSON goes; @curv-points@ once, at last, where its points
+// go.
 std::string_view PageTemplate();
 
 }  // namespace curv

@@ -20,6 +20,11 @@ void Payload::Add(std::string name, const std::vector<uint16_t>& scalars) {
   for (const uint16_t scalar : scalars) bytes_.push_back(static_cast<char>(scalar >> 8));
 }
 
+std::string Payload::TakeBytes() {
+  arrays_.clear();
+  return std::exchange(bytes_, {});
+}
+
 absl::StatusOr<std::string> Payload::Encode() const {
   uLongf size = compressBound(bytes_.size());
   std::string packed(size, '\0');

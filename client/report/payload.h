@@ -29,6 +29,8 @@ class Payload {
   // Returns the arrays as one zlib stream (RFC 1950) in base64 (RFC 4648, section 4). RESOURCE_EXHAUSTED if zlib gets
   // no memory.
   absl::StatusOr<std::string> Encode() const;
+  // Returns the arrays as they are; the payload has none any more.
+  std::string TakeBytes();
 
  private:
   std::vector<PackedArray> arrays_;

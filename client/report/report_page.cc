@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_replace.h"
 #include "client/io/point_status.h"
+#include "client/render/pose.h"
 #include "client/report/page_template.h"
 #include "client/report/payload.h"
 #include "client/report/quantize.h"
@@ -23,6 +26,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::string_view kConnectPlace = "@curv-connect@";
 constexpr std::string_view kReportPlace = "@curv-report@";
 constexpr std::string_view kPointsPlace = "@curv-points@";
 
@@ -62,17 +66,21 @@ Json QuantityJson(const ReportQuantity& quantity, double scale) {
   return json;
 }
 
-Json AppendQuantities(const std::vector<ReportQuantity>& quantities, Payload& payload) {
+Json QuantitiesJson(const std::vector<ReportQuantity>& quantities) {
   Json json = Json::array();
+  for (const ReportQuantity& quantity : quantities) json.push_back(QuantityJson(quantity, ScaleOf(quantity)));
+  return json;
+}
+
+// Adds the values from `begin` to `end` of the chosen points.
+void AppendQuantities(const std::vector<ReportQuantity>& quantities, size_t begin, size_t end, Payload& payload) {
   for (size_t q = 0; q < quantities.size(); ++q) {
     const double scale = ScaleOf(quantities[q]);
     std::vector<uint16_t> codes;
-    codes.reserve(quantities[q].values.size());
-    for (const double value : quantities[q].values) codes.push_back(HalfBits(value / scale));
+    codes.reserve(end - begin);
+    for (size_t i = begin; i < end; ++i) codes.push_back(HalfBits(quantities[q].values[i] / scale));
     payload.Add("quantity" + std::to_string(q), codes);
-    json.push_back(QuantityJson(quantities[q], scale));
   }
-  return json;
 }
 
 void AppendStatuses(const std::vector<uint8_t>& statuses, const std::vector<uint32_t>& chosen, Payload& payload) {
@@ -81,6 +89,16 @@ void AppendStatuses(const std::vector<uint8_t>& statuses, const std::vector<uint
   of_chosen.reserve(chosen.size());
   for (const uint32_t i : chosen) of_chosen.push_back(statuses[i]);
   payload.Add("status", of_chosen);
+}
+
+void AppendIndices(const std::vector<uint32_t>& chosen, Payload& payload) {
+  std::vector<uint16_t> low, high;
+  for (const uint32_t i : chosen) {
+    low.push_back(static_cast<uint16_t>(i & 0xffff));
+    high.push_back(static_cast<uint16_t>(i >> 16));
+  }
+  payload.Add("index_low", low);
+  payload.Add("index_high", high);
 }
 
 Json ArraysJson(const Payload& payload) {
@@ -97,51 +115,143 @@ std::string ScriptJson(const Json& json) {
                              {{"<", "\\u003c"}});
 }
 
-std::string FillIn(std::string_view report, std::string_view points) {
+std::string FillIn(std::string_view connect, std::string_view report, std::string_view points) {
   const std::string_view page = PageTemplate();
-  const size_t report_at = page.find(kReportPlace), points_at = page.find(kPointsPlace);
   std::string filled;
   filled.reserve(page.size() + report.size() + points.size());
-  filled.append(page.substr(0, report_at)).append(report);
-  filled.append(page.substr(report_at + kReportPlace.size(), points_at - report_at - kReportPlace.size()));
-  filled.append(points).append(page.substr(points_at + kPointsPlace.size()));
+  size_t at = 0;
+  for (const auto& [place, text] :
+       {std::pair(kConnectPlace, connect), std::pair(kReportPlace, report), std::pair(kPointsPlace, points)}) {
+    const size_t found = page.find(place, at);
+    filled.append(page.substr(at, found - at)).append(text);
+    at = found + place.size();
+  }
+  filled.append(page.substr(at));
   return filled;
+}
+
+// What a report shows of a table, and what the page needs to know of it.
+struct Selection {
+  Bounds bounds;
+  Thinning thinning;
+  std::vector<uint8_t> statuses;
+  ReportQuantities quantities;
+};
+
+absl::StatusOr<Selection> Select(const PointTable& table, const ReportOptions& options, bool is_shuffled) {
+  Selection selection{.bounds = BoundsOf(table), .thinning = {}, .statuses = StatusesOf(table), .quantities = {}};
+  if (selection.bounds.finite == 0) {
+    return absl::InvalidArgumentError("there is no point with a finite position to show");
+  }
+  selection.thinning = ChoosePoints(table.size(), options.most_points);
+  std::vector<uint32_t>& chosen = selection.thinning.chosen;
+  if (is_shuffled) {
+    std::sort(chosen.begin(), chosen.end(), [](uint32_t a, uint32_t b) { return IndexHash(a) < IndexHash(b); });
+  }
+  selection.quantities =
+      ChooseQuantities(table, chosen,
+                       {.most = std::clamp(kMostValues / chosen.size(), kFewestQuantities, kMostQuantities),
+                        .wanted = options.quantity});
+  return selection;
+}
+
+Json ReportJson(const PointTable& table, const ReportOptions& options, const Selection& selection, bool is_shuffled) {
+  // In shuffled order the first stand for all.
+  constexpr ptrdiff_t kPosePoints = 1'000'000;
+  const std::vector<uint32_t>& chosen = selection.thinning.chosen;
+  const auto end = chosen.begin() + std::min(kPosePoints, std::ssize(chosen));
+  const Pose pose = PoseOf(table, is_shuffled ? std::vector(chosen.begin(), end) : chosen, options.up_axis);
+  return {{"title", options.title},
+          {"unit", options.unit},
+          {"up", std::string(1, pose.up_axis)},
+          {"pose", {pose.azimuth, pose.elevation}},
+          {"quantity", options.quantity},
+          {"points", table.size()},
+          {"shown", chosen.size()},
+          {"hashLimit", selection.thinning.limit},
+          {"unplaced", table.size() - selection.bounds.finite},
+          {"low", selection.bounds.low},
+          {"high", selection.bounds.high},
+          {"statuses", StatusesJson(selection.statuses)},
+          {"percents", kReportPercents},
+          {"quantities", QuantitiesJson(selection.quantities.shown)},
+          {"leftOut", selection.quantities.left_out},
+          {"notes", table.notes}};
+}
+
+// How many points the blocks have: all, or first some, so that there is something to see, then the rest in large ones.
+std::vector<size_t> BlockSizes(size_t points) {
+  constexpr size_t kFirstPoints = 200'000, kBlockPoints = 1'000'000;
+  if (points <= kBlockPoints) return {points};
+  std::vector<size_t> sizes = {kFirstPoints};
+  for (size_t left = points - kFirstPoints; left > 0; left -= sizes.back()) {
+    sizes.push_back(std::min(left, kBlockPoints));
+  }
+  return sizes;
 }
 
 }  // namespace
 
 absl::StatusOr<std::string> MakeReportPage(const PointTable& table, const ReportOptions& options) {
-  const Bounds bounds = BoundsOf(table);
-  if (bounds.finite == 0) return absl::InvalidArgumentError("there is no point with a finite position to show");
-  const Thinning thinning = ChoosePoints(table.size(), options.most_points);
-  const std::vector<uint8_t> statuses = StatusesOf(table);
+  const absl::StatusOr<Selection> selection = Select(table, options, /*is_shuffled=*/false);
+  if (!selection.ok()) return selection.status();
+  const std::vector<uint32_t>& chosen = selection->thinning.chosen;
   Payload payload;
-  const EncodedPoints encoded = AppendPoints(table, thinning.chosen, bounds, statuses, payload);
-  AppendStatuses(statuses, thinning.chosen, payload);
-  const ReportQuantities quantities =
-      ChooseQuantities(table, thinning.chosen,
-                       {.most = std::clamp(kMostValues / thinning.chosen.size(), kFewestQuantities, kMostQuantities),
-                        .wanted = options.quantity});
-  Json json = {{"title", options.title},
-               {"unit", options.unit},
-               {"up", std::string(1, options.up_axis)},
-               {"quantity", options.quantity},
-               {"points", table.size()},
-               {"shown", thinning.chosen.size()},
-               {"hashLimit", thinning.limit},
-               {"unplaced", table.size() - bounds.finite},
-               {"low", bounds.low},
-               {"high", bounds.high},
-               {"largestRadius", encoded.largest_radius},
-               {"statuses", StatusesJson(statuses)},
-               {"percents", kReportPercents},
-               {"quantities", AppendQuantities(quantities.shown, payload)},
-               {"leftOut", quantities.left_out},
-               {"notes", table.notes}};
+  const EncodedPoints encoded = AppendPoints(table, chosen, selection->bounds, selection->statuses, payload);
+  AppendStatuses(selection->statuses, chosen, payload);
+  AppendQuantities(selection->quantities.shown, 0, chosen.size(), payload);
+  Json json = ReportJson(table, options, *selection, /*is_shuffled=*/false);
+  json["largestRadius"] = encoded.largest_radius;
   json["arrays"] = ArraysJson(payload);
   const absl::StatusOr<std::string> points = payload.Encode();
   if (!points.ok()) return points.status();
-  return FillIn(ScriptJson(json), *points);
+  return FillIn("", ScriptJson(json), *points);
+}
+
+std::string MakeViewPage() { return FillIn("connect-src 'self'; ", ScriptJson({{"served", true}}), ""); }
+
+absl::Status ServeReport(const PointTable& table, const ReportOptions& options, uint64_t generation, bool watches,
+                         const std::stop_token& stop, ReportShelf& shelf) {
+  const absl::StatusOr<Selection> selection = Select(table, options, /*is_shuffled=*/true);
+  if (!selection.ok()) return selection.status();
+  const std::vector<uint32_t>& chosen = selection->thinning.chosen;
+  const std::vector<size_t> sizes = BlockSizes(chosen.size());
+  std::shared_ptr<GrowingBytes> bytes;
+  SplatSizes splats;
+  size_t begin = 0;
+  for (const size_t size : sizes) {
+    const std::vector<uint32_t> block(chosen.begin() + static_cast<ptrdiff_t>(begin),
+                                      chosen.begin() + static_cast<ptrdiff_t>(begin + size));
+    splats.share = static_cast<double>(size) / static_cast<double>(chosen.size());
+    Payload payload;
+    const EncodedPoints encoded = AppendPoints(table, block, selection->bounds, selection->statuses, payload, splats);
+    AppendStatuses(selection->statuses, block, payload);
+    AppendQuantities(selection->quantities.shown, begin, begin + size, payload);
+    AppendIndices(block, payload);
+    begin += size;
+    const Json arrays = ArraysJson(payload);
+    std::string encoded_bytes = payload.TakeBytes();
+    if (bytes == nullptr) {
+      splats.largest = encoded.largest_radius;
+      Json json = ReportJson(table, options, *selection, /*is_shuffled=*/true);
+      json["largestRadius"] = splats.largest;
+      json["arrays"] = arrays;
+      json["blocks"] = sizes;
+      json["generation"] = generation;
+      json["watches"] = watches;
+      bytes = std::make_shared<GrowingBytes>(encoded_bytes.size() / size * chosen.size());
+      shelf.Put({.generation = generation, .report = ScriptJson(json), .points = bytes});
+    }
+    bytes->Append(std::move(encoded_bytes));
+    if (stop.stop_requested()) break;
+  }
+  return absl::OkStatus();
+}
+
+void ServeWaiting(const std::string& name, ReportShelf& shelf) {
+  shelf.Put({.generation = 0,
+             .report = ScriptJson({{"waiting", name}, {"generation", 0}, {"watches", true}}),
+             .points = std::make_shared<GrowingBytes>(0)});
 }
 
 }  // namespace curv

@@ -2,10 +2,15 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <stop_token>
 #include <string>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/io/point_table.h"
+#include "client/report/served_report.h"
 
 namespace curv {
 
@@ -13,7 +18,7 @@ struct ReportOptions {
   std::string title{};             // what the page calls the result: the file's name
   std::string unit{};              // the cloud's length unit; DEFAULT: none is known
   std::string quantity{};          // the column that is shown first; DEFAULT: the first quantity
-  char up_axis = 'z';              // DEFAULT: 'z'; or 'y'
+  std::optional<char> up_axis{};   // 'y' or 'z'; DEFAULT: as ChoosePose chooses
   size_t most_points = 1'000'000;  // DEFAULT: 1,000,000; more are thinned
 };
 
@@ -29,5 +34,18 @@ inline constexpr size_t kMostValues = 6'000'000;
 // out. REQUIRES: ExtractCloud(table, {.normals = false}) succeeds; options.quantity is empty or
 // IsShownInReports.
 absl::StatusOr<std::string> MakeReportPage(const PointTable& table, const ReportOptions& options);
+
+// Returns the page that shows what a ReportShelf holds (served_report.h), when a PageServer serves both.
+std::string MakeViewPage();
+
+// Puts a report with these points on the shelf, as soon as its summary is known, then its points, block by block: in
+// each block all points are spread evenly over the file. `generation` and `watches` are for the page: the number of the
+// report, and whether others may follow. Ends early when a stop is requested. Errors and requirements are those of
+// MakeReportPage.
+absl::Status ServeReport(const PointTable& table, const ReportOptions& options, uint64_t generation, bool watches,
+                         const std::stop_token& stop, ReportShelf& shelf);
+
+// Puts a report on the shelf that says that the file of that name is waited for.
+void ServeWaiting(const std::string& name, ReportShelf& shelf);
 
 }  // namespace curv

@@ -74,10 +74,13 @@ std::vector<Vec3> ScaledPlaces(const VectorColumns& positions, const std::vector
 
 // Rounds radii up, so that no hole opens between splats.
 double AppendRadii(const VectorColumns& positions, const std::vector<uint32_t>& chosen, const Bounds& bounds,
-                   Payload& payload) {
+                   const SplatSizes& sizes, Payload& payload) {
   const std::vector<Vec3> scaled = ScaledPlaces(positions, chosen, bounds);
-  const std::vector<double> radii = scaled.empty() ? std::vector<double>() : DiscRadii(scaled);
-  const double largest = radii.empty() ? 1.0 : *std::max_element(radii.begin(), radii.end());
+  std::vector<double> radii = scaled.empty() ? std::vector<double>() : DiscRadii(scaled);
+  for (double& radius : radii) radius *= std::sqrt(sizes.share);
+  const double largest = sizes.largest > 0.0 ? sizes.largest
+                         : radii.empty()     ? 1.0
+                                             : *std::max_element(radii.begin(), radii.end());
   std::vector<uint8_t> codes;
   codes.reserve(chosen.size());
   size_t next = 0;
@@ -152,12 +155,23 @@ Bounds BoundsOf(const PointTable& table) {
   return bounds;
 }
 
+Pose PoseOf(const PointTable& table, const std::vector<uint32_t>& chosen, std::optional<char> up_axis) {
+  const VectorColumns positions = *FindVectors(table, "");
+  const auto normals = FindVectors(table, "n");
+  std::vector<Vec3> places, sides;
+  for (const uint32_t i : chosen) {
+    places.push_back(positions.At(i));
+    if (normals) sides.push_back(normals->At(i));
+  }
+  return ChoosePose(places, sides, up_axis);
+}
+
 EncodedPoints AppendPoints(const PointTable& table, const std::vector<uint32_t>& chosen, const Bounds& bounds,
-                           const std::vector<uint8_t>& statuses, Payload& payload) {
+                           const std::vector<uint8_t>& statuses, Payload& payload, const SplatSizes& sizes) {
   const VectorColumns positions = *FindVectors(table, "");
   EncodedPoints encoded;
   AppendPlaces(positions, chosen, bounds, payload);
-  encoded.largest_radius = AppendRadii(positions, chosen, bounds, payload);
+  encoded.largest_radius = AppendRadii(positions, chosen, bounds, sizes, payload);
   for (const uint32_t i : chosen) encoded.nowhere += IsFinite(positions.At(i)) ? 0 : 1;
   encoded.has_normals = AppendNormals(table, chosen, payload);
   encoded.has_directions = AppendDirections(table, chosen, statuses, payload);

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "client/io/point_table.h"
+#include "client/render/pose.h"
 #include "client/report/payload.h"
 
 namespace curv {
@@ -31,11 +33,20 @@ struct EncodedPoints {
   bool has_directions = false;
 };
 
+// How large splats are, where the points are not all that are shown.
+struct SplatSizes {
+  double share = 1.0;    // of what is shown: radii shrink with its root, as if the others lay between the points
+  double largest = 0.0;  // radii are cut to it and told relative to it; DEFAULT: the largest of the points
+};
+
 // Adds the arrays x y z; radius8, from which the radius of a splat is largest_radius * 2^(-code / 16), the distance to
 // the sixth neighbor among the chosen points (DiscRadii); normal_u normal_v (OctahedralCode, as unsigned bits) and
 // angle of d1 (AngleCode, to that normal), where the table has them. A point whose status is not ok has no direction.
 // REQUIRES: bounds.finite > 0; the table has x y z; `chosen` are indices of points.
 EncodedPoints AppendPoints(const PointTable& table, const std::vector<uint32_t>& chosen, const Bounds& bounds,
-                           const std::vector<uint8_t>& statuses, Payload& payload);
+                           const std::vector<uint8_t>& statuses, Payload& payload, const SplatSizes& sizes = {});
+
+// How the chosen points are shown at first (ChoosePose), by their normals where the table has them.
+Pose PoseOf(const PointTable& table, const std::vector<uint32_t>& chosen, std::optional<char> up_axis);
 
 }  // namespace curv

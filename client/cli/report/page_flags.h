@@ -4,19 +4,31 @@
 #include <cstdint>
 #include <string>
 
+#include "absl/status/statusor.h"
 #include "client/cli/command.h"
+#include "client/io/point_table.h"
+#include "client/report/report_page.h"
 
 namespace curv {
 
 struct PageFlags {
-  std::string input;
-  std::string quantity;
-  std::string unit;
-  std::string up = "z";
+  std::string input{};
+  std::string quantity{};
+  std::string unit{};
+  std::string up{};  // "" chooses it from the cloud
   uint64_t points = 1'000'000;
 };
 
 void AddPageFlags(CLI::App& command, PageFlags& flags);
+
+// The file, and how it is to be shown.
+struct PageContent {
+  PointTable table;
+  ReportOptions options;
+};
+
+// Reads the file. INVALID_ARGUMENT, naming it, if it cannot be shown.
+absl::StatusOr<PageContent> ReadContent(const PageFlags& flags);
 
 struct MadePage {
   std::string html;

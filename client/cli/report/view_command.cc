@@ -1,7 +1,15 @@
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
+#include <mutex>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "CLI/CLI.hpp"
@@ -11,33 +19,120 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/report/page_flags.h"
 #include "client/report/page_server.h"
+#include "client/report/report_page.h"
+#include "client/report/served_report.h"
 
 namespace curv {
 namespace {
 
 constexpr char kViewExamples[] =
-    "Example:\n"
+    "Examples:\n"
     "  curv view result.ply --quantity=gaussian\n"
-    "Open the address that it prints in a browser of this machine; nobody else can guess it. Ctrl-C ends it, with "
-    "exit\n"
-    "code 0. curv report writes the same page into a file.";
+    "  curv view result.ply --watch &\n"
+    "  curv estimate scan.ply -o result.ply --auto\n"
+    "Open the address that it prints in a browser of this machine; nobody else can guess it. Points are drawn as they\n"
+    "come. Ctrl-C ends it, with exit code 0. curv report writes the same page into a file.";
 
 struct ViewFlags {
-  PageFlags page;
+  PageFlags page{.points = 10'000'000};
   uint64_t port = 0;
+  bool watch = false;
+};
+
+// Serves the file of a view, and each that takes its place.
+class FileFollower {
+ public:
+  FileFollower(const ViewFlags& flags, ReportShelf& shelf) : flags_(flags), shelf_(shelf) {}
+
+  // Serves the file as it is now.
+  absl::Status ServeNow(const std::stop_token& stop) {
+    seen_ = FileStamp::Of(flags_.page.input);
+    const absl::StatusOr<PageContent> content = ReadContent(flags_.page);
+    if (!content.ok()) return content.status();
+    const absl::Status status =
+        ServeReport(content->table, content->options, generation_ + 1, flags_.watch, stop, shelf_);
+    if (!status.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat(flags_.page.input, ": ", status.message()));
+    }
+    ++generation_;
+    return absl::OkStatus();
+  }
+
+  // Has the page wait for the file, which cannot be shown for that reason.
+  void WaitForFile(const absl::Status& problem) {
+    if (seen_.exists) PrintNote(std::string(problem.message()));
+    ServeWaiting(flags_.page.input.substr(flags_.page.input.rfind('/') + 1), shelf_);
+  }
+
+  // Serves the file again whenever it has changed, and has not between two looks, so that who writes it is done.
+  void Follow(const std::stop_token& stop) {
+    constexpr std::chrono::milliseconds kBetweenLooks(200);
+    std::mutex mutex;
+    std::condition_variable_any wait;
+    std::unique_lock lock(mutex);
+    FileStamp last = seen_;
+    while (!wait.wait_for(lock, stop, kBetweenLooks, [&] { return stop.stop_requested(); })) {
+      const FileStamp now = FileStamp::Of(flags_.page.input);
+      const bool is_steady = now == last;
+      last = now;
+      if (!is_steady || now == seen_ || !now.exists) continue;
+      if (const absl::Status status = ServeNow(stop); !status.ok()) PrintNote(std::string(status.message()));
+    }
+  }
+
+ private:
+  // What changes when a file is written or replaced.
+  struct FileStamp {
+    bool exists = false;
+    ino_t inode = 0;
+    off_t size = 0;
+    int64_t seconds = 0, nanoseconds = 0;
+
+    static FileStamp Of(const std::string& path) {
+      struct stat status {};
+      if (stat(path.c_str(), &status) != 0) return {};
+      return {true, status.st_ino, status.st_size, status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+    }
+    bool operator==(const FileStamp&) const = default;
+  };
+
+  const ViewFlags& flags_;
+  ReportShelf& shelf_;
+  FileStamp seen_;
+  uint64_t generation_ = 0;
 };
 
 ExitCode Run(const ViewFlags& flags) {
+  if (flags.watch && flags.page.input == "-") {
+    return Fail(ExitCode::kUsage, "--watch needs a file: standard input comes once");
+  }
   // Before anything is opened, so that an interrupt at any time ends the command well.
   InterruptWatch interrupt;
-  MadePage page;
-  if (const ExitCode code = MakePage(flags.page, page); code != ExitCode::kOk) return code;
-  absl::StatusOr<PageServer> server = PageServer::Create(static_cast<uint16_t>(flags.port), std::move(page.html));
+  const auto shelf = std::make_shared<ReportShelf>();
+  absl::StatusOr<PageServer> server = PageServer::Create(static_cast<uint16_t>(flags.port), MakeViewPage(), shelf);
   if (!server.ok()) return Fail(ExitCode::kUsage, server.status());
-  std::printf("%s\n", server->url().c_str());
-  std::fflush(stdout);
-  server->Serve(interrupt.token());
-  return ExitCode::kOk;
+  std::stop_source ended;
+  const std::stop_callback interrupted(interrupt.token(), [&] { ended.request_stop(); });
+  absl::Status problem;
+  std::jthread making([&] {
+    FileFollower follower(flags, *shelf);
+    problem = follower.ServeNow(ended.get_token());
+    if (flags.watch) {
+      if (!problem.ok()) follower.WaitForFile(problem);
+      problem = absl::OkStatus();
+      follower.Follow(ended.get_token());
+    } else if (!problem.ok()) {
+      ended.request_stop();
+    }
+  });
+  if (shelf->AwaitFirst(ended.get_token())) {
+    std::printf("%s\n", server->url().c_str());
+    std::fflush(stdout);
+    server->Serve(ended.get_token());
+  }
+  ended.request_stop();
+  making.join();
+  return problem.ok() ? ExitCode::kOk : Fail(ExitCode::kInput, problem);
 }
 
 }  // namespace
@@ -47,6 +142,8 @@ void AddView(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("view", "Show a result in a browser of this machine, as curv report does");
   command->footer(absl::StrCat(kViewExamples, "\n", kExitCodesHelp));
   AddPageFlags(*command, flags->page);
+  command->add_flag("--watch", flags->watch,
+                    "show each new version of the file as soon as it is written; it need not be there yet");
   command->add_option("--port", flags->port, "port of 127.0.0.1 to listen on [a free one]")
       ->check(Whole(0, 65535))
       ->option_text("PORT");

@@ -20,19 +20,27 @@ export const VIEWS = {
 };
 
 export class Turntable {
-  /** `places`: some of the cloud's, which stand for all; `radius`: of the largest splat; `upAxis`: "y" or "z". */
-  constructor(places, radius, upAxis) {
-    this.least = Math.max(0.1, 4 * radius);
-    this.places = places.map((place) => new Vector3(...place));
-    this.upAxis = upAxis;
+  /** `places`: some of the cloud's, which stand for all; `radius`: of the largest splat; `upAxis`: "y" or "z"; `pose`:
+   * azimuth and elevation at first. */
+  constructor(places, radius, upAxis, pose) {
+    this.setCloud(places, radius, upAxis);
     this.camera = new OrthographicCamera(-1, 1, 1, -1, 0, DEPTH_RANGE);
     this.camera.matrixAutoUpdate = false;
     [this.width, this.height] = [1, 1];
-    this.show("Three-quarter");
+    this.show(pose);
   }
 
-  show(name) {
-    [this.azimuth, this.elevation] = VIEWS[name];
+  /** Takes another cloud for the one before: what is seen of it stays as it is. */
+  setCloud(places, radius, upAxis) {
+    this.least = Math.max(0.1, 4 * radius);
+    this.places = places.map((place) => new Vector3(...place));
+    this.upAxis = upAxis;
+    if (this.isFitted) this.fit();
+  }
+
+  /** Turns to an azimuth and an elevation, and shows all of the cloud. */
+  show([azimuth, elevation]) {
+    [this.azimuth, this.elevation] = [azimuth, elevation];
     this.fit();
   }
 

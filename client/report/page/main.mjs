@@ -4,6 +4,7 @@ import { control } from "./controls.mjs";
 import { grouped, parse, pointCount, pointsHave, short } from "./numbers.mjs";
 import { drawOverlay } from "./overlay.mjs";
 import { fillHeader, fillNotes, fillPoint, fillStatuses, fillSummary, make, swatchOf, titleOf } from "./panels.mjs";
+import { follow } from "./following.mjs";
 import { pickPoint } from "./picking.mjs";
 import { RangeControl } from "./range.mjs";
 import { HALF_VALUES, readPoints, readReport } from "./report_file.mjs";
@@ -13,23 +14,53 @@ import { Turntable, VIEWS } from "./camera.mjs";
 const find = (id) => document.getElementById(id);
 
 class Page {
-  constructor(report, points) {
-    Object.assign(this, { report, points, chosen: -1, hidden: new Set(), radiusFactor: 1 });
-    this.turntable = new Turntable(points.somePlaces(), report.largestRadius, report.up);
+  constructor() {
+    Object.assign(this, { chosen: -1, hidden: new Set(), radiusFactor: 1 });
     this.range = new RangeControl(() => this.#color());
-    fillStatuses(report, (status, isShown) => this.#toggle(status, isShown));
+  }
+
+  /** Shows a report, in the place of the one before if there was one: what is seen from where, the menus, the ranges that
+   * somebody has set, hidden statuses and the chosen point stay as they are. */
+  show(report, points) {
+    const before = this.report;
+    const chosenIndex = this.chosen < 0 ? -1 : this.points.indices[this.chosen];
+    Object.assign(this, { report, points });
+    fillHeader(report);
+    fillSummary(report);
     fillNotes(report, points);
-    this.#startScene();
-    this.#fillMenus();
-    this.#listen();
+    fillStatuses(report, this.hidden, (status, isShown) => this.#toggle(status, isShown));
+    if (before) {
+      this.turntable.setCloud(points.somePlaces(), report.largestRadius, report.up);
+      this.#keepRanges(before);
+    } else {
+      this.turntable = new Turntable(points.somePlaces(), report.largestRadius, report.up, report.pose);
+      this.#startScene();
+      this.#fillMenus();
+      this.#listen();
+    }
+    this.scene?.setPoints(points);
+    this.scene?.setShown((i) => this.#isShown(i));
+    this.#fillQuantities(before);
     this.#chooseQuantity();
-    new ResizeObserver(() => this.#resize()).observe(find("view"));
-    this.#resize();
+    if (!before) {
+      new ResizeObserver(() => this.#resize()).observe(find("view"));
+      this.#resize();
+    }
+    if (chosenIndex >= 0) this.#choose(points.find(chosenIndex), "The point that was chosen is no longer there.");
+    this.#redraw();
+  }
+
+  /** Shows what has come since of the points. */
+  grow() {
+    this.turntable.setCloud(this.points.somePlaces(), this.report.largestRadius, this.report.up);
+    this.scene?.grow();
+    if (this.quantity) this.range.setQuantity(this.quantity, this.#codes());
+    this.#overlay();
   }
 
   #startScene() {
     try {
-      this.scene = new CloudScene(find("canvas"), this.points, this.turntable);
+      this.scene = new CloudScene(find("canvas"), this.turntable);
     } catch (error) {
       this.failure = "The cloud cannot be drawn: this browser offers no WebGL 2 with pictures of half floats " +
         `(${error.message}).`;
@@ -42,26 +73,47 @@ class Page {
   #tellPicture(drawn) {
     const { dataset } = document.documentElement;
     dataset.picture ??= Math.round(performance.now());
-    if (drawn !== "some") dataset.ready ??= Math.round(performance.now());
-    find("progress").textContent = dataset.ready ? "" : `Drawing ${pointCount(this.points.count)} …`;
-    dataset.drawn = drawn;
+    const { points, report } = this;
+    const isComplete = points.count === report.shown;
+    if (drawn !== "some" && isComplete) {
+      dataset.ready ??= Math.round(performance.now());
+      dataset.generation = report.generation ?? 1;
+    }
+    find("progress").textContent = !isComplete ? `${grouped(points.count)} of ${pointCount(report.shown)} have come …`
+      : dataset.ready ? "" : `Drawing ${pointCount(points.count)} …`;
+    dataset.drawn = isComplete ? drawn : "some";
+  }
+
+  /** Fills the menu of quantities; what was chosen stays if it is there. */
+  #fillQuantities(before) {
+    const { report, points } = this;
+    const menu = find("quantity");
+    const wanted = before?.quantities[menu.value]?.column ?? (before ? menu.value : report.quantity);
+    menu.replaceChildren(...report.quantities.map((one, q) => make("option", one.title, { value: q })));
+    if (points.arrays.status) menu.append(make("option", "Status", { value: "status" }));
+    if (menu.options.length === 0) menu.append(make("option", "none", { value: "none" }));
+    const asked = report.quantities.findIndex(({ column }) => column === wanted);
+    if (asked >= 0) menu.value = String(asked);
+    if (wanted === "status" && points.arrays.status) menu.value = "status";
+  }
+
+  /** Ranges that somebody has set hold for the same columns of the next report. */
+  #keepRanges(before) {
+    for (const quantity of this.report.quantities) {
+      const old = before.quantities.find(({ column }) => column === quantity.column);
+      if (!old?.range || old.isFull || (old.range[0] === old.low && old.range[1] === old.high)) continue;
+      quantity.range = old.range;
+    }
   }
 
   #fillMenus() {
-    const quantity = find("quantity");
-    for (const [q, one] of this.report.quantities.entries()) quantity.append(make("option", one.title, { value: q }));
-    if (this.points.arrays.status) quantity.append(make("option", "Status", { value: "status" }));
-    const asked = this.report.quantities.findIndex(({ column }) => column === this.report.quantity);
-    if (asked >= 0) quantity.value = String(asked);
-    if (this.report.quantity === "status" && this.points.arrays.status) quantity.value = "status";
-    if (quantity.options.length === 0) quantity.append(make("option", "none", { value: "none" }));
     for (const map of COLOR_MAPS) {
       find("colormap").append(make("option", map.name, { value: map.id }));
     }
-    for (const name of Object.keys(VIEWS)) {
+    for (const [name, pose] of Object.entries(VIEWS)) {
       const button = make("button", name, { type: "button" });
       button.addEventListener("click", () => {
-        this.turntable.show(name);
+        this.turntable.show(pose);
         this.#redraw();
       });
       find("views").append(button);
@@ -100,19 +152,12 @@ class Page {
     if (!Number.isInteger(index) || index < 0 || index >= report.points) {
       return this.#choose(-1, `The index must be a whole number from 0 to ${grouped(report.points - 1)}.`);
     }
-    // The indices ascend.
-    let [low, high] = [0, points.count];
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (points.indices[middle] < index) low = middle + 1;
-      else high = middle;
-    }
-    const isHeld = points.indices[low] === index;
-    if (isHeld && points.isSomewhere(low)) {
-      this.turntable.face(points.normal(low) ?? this.turntable.axes().toward.toArray(), points.place(low));
+    const i = points.find(index);
+    if (i >= 0 && points.isSomewhere(i)) {
+      this.turntable.face(points.normal(i) ?? this.turntable.axes().toward.toArray(), points.place(i));
       this.#redraw();
     }
-    return this.#choose(isHeld ? low : -1, `Point ${grouped(index)} is none of those that the page holds.`);
+    return this.#choose(i, `Point ${grouped(index)} is none of those that the page holds.`);
   }
 
   #choose(i, missing) {
@@ -135,13 +180,18 @@ class Page {
     find("colormap").disabled = !this.quantity;
     if (this.quantity) {
       const codes = points.arrays[`quantity${value}`];
-      this.range.setQuantity(this.quantity, codes);
+      this.range.setQuantity(this.quantity, this.#codes());
       this.scene?.setValues((i) => HALF_VALUES[codes[i]]);
     } else {
       this.scene?.setValues((i) => points.status(i) ?? NaN);
     }
     this.#color();
     this.#tellCoverage();
+  }
+
+  /** The codes of the chosen quantity, of the points that are here. */
+  #codes() {
+    return this.points.arrays[`quantity${find("quantity").value}`].subarray(0, this.points.count);
   }
 
   #map() {
@@ -217,10 +267,20 @@ function fail(message) {
   document.documentElement.dataset.failed = message;
 }
 
-const report = readReport();
-fillHeader(report);
-fillSummary(report);
-readPoints(report).then((points) => {
-  const page = new Page(report, points);
+/** Shows the report that the page holds. */
+async function showReport(page, report) {
+  fillHeader(report);
+  fillSummary(report);
+  let points;
+  try {
+    points = await readPoints(report);
+  } catch (error) {
+    return fail(`The points cannot be unpacked: ${error.message}`);
+  }
+  page.show(report, points);
   if (page.failure) fail(page.failure);
-}, (error) => fail(`The points cannot be unpacked: ${error.message}`));
+}
+
+const report = readReport();
+if (report.served) follow(new Page(), fail);
+else showReport(new Page(), report);

@@ -69,8 +69,9 @@ export function swatchOf(status) {
   return swatch;
 }
 
-/** A checkbox for each status; calls `changed(status, isShown)`. */
-export function fillStatuses(report, changed) {
+/** A checkbox for each status, empty for those that are `hidden`; calls `changed(status, isShown)`. */
+export function fillStatuses(report, hidden, changed) {
+  find("status-note").textContent = "";
   if (report.statuses.length === 0) {
     find("statuses").replaceChildren(make("li", "The file has no column of statuses."));
     return;
@@ -78,7 +79,7 @@ export function fillStatuses(report, changed) {
   find("statuses").replaceChildren(...report.statuses.map(({ value, word, count }) => {
     const item = make("li"), label = make("label");
     const box = make("input", undefined, { type: "checkbox", id: `status-${value}` });
-    box.checked = true;
+    box.checked = !hidden.has(value);
     box.addEventListener("change", () => changed(value, box.checked));
     label.append(box, swatchOf(value), make("span", word), make("span", grouped(count), { class: "count" }));
     item.append(label);

@@ -135,7 +135,7 @@ export class RangeControl {
     }
     const texts = [from, (from + to) / 2, to].map((value) => {
       const tick = document.createElement("span");
-      tick.textContent = short(Math.abs(value) < (to - from) * 1e-9 ? 0 : value, 3);
+      tick.textContent = short(Math.abs(value) < (to - from) * 5e-4 ? 0 : value, 3);
       tick.style.left = `${((value - from) / (to - from)) * 100}%`;
       return tick;
     });

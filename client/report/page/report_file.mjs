@@ -82,19 +82,34 @@ function firstTangent([x, y, z]) {
 
 /** The points of a report. They are counted as the report holds them; `indices` says which of the file's they are. */
 class Points {
-  constructor(report, arrays) {
-    this.report = report;
-    this.arrays = arrays;
-    this.count = report.shown;
+  /** `arrays` and `indices` have room for all points of the report, of which the first `count` are there. */
+  constructor(report, arrays, indices, count) {
+    Object.assign(this, { report, arrays, indices, count });
     this.signed = Object.fromEntries(["normal_u", "normal_v", "first_u", "first_v"].filter((name) => arrays[name])
       .map((name) => [name, new Int8Array(arrays[name].buffer, arrays[name].byteOffset, arrays[name].length)]));
-    this.indices = chosenIndices(report);
     this.sides = report.low.map((low, axis) => report.high[axis] / 2 - low / 2).map((half) => half * 2);
     const longest = Math.max(...report.low.map((low, axis) => report.high[axis] / 2 - low / 2));
     /** Sides of the bounding box, where the longest is 1. */
     this.extent = report.low.map((low, axis) => (longest > 0 ? (report.high[axis] / 2 - low / 2) / longest : 0));
     /** Length units of the file in one of the extent. */
     this.unit = longest > 0 ? longest * 2 : 1;
+  }
+
+  /** Whether the first points stand for all, wherever one stops. */
+  get isShuffled() {
+    return this.report.blocks !== undefined;
+  }
+
+  /** The point that has that index in the file; -1 if none that is here has. */
+  find(index) {
+    if (this.isShuffled) return this.indices.subarray(0, this.count).indexOf(index);
+    let [low, high] = [0, this.count];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.indices[middle] < index) low = middle + 1;
+      else high = middle;
+    }
+    return this.indices[low] === index ? low : -1;
   }
 
   isSomewhere(i) {
@@ -113,7 +128,7 @@ class Points {
     return ["x", "y", "z"].map((name, axis) => (this.arrays[name][i] / LARGEST_PLACE - 0.5) * this.extent[axis]);
   }
 
-  /** Places of up to 20,000 points, evenly over the report. */
+  /** Places of up to 20,000 of the points that are here, evenly over them. */
   somePlaces() {
     const step = Math.max(Math.floor(this.count / 20_000), 1);
     const places = [];
@@ -161,17 +176,63 @@ export function readReport() {
   return JSON.parse(document.getElementById("report").textContent);
 }
 
+const bytesOfPoint = (report) => report.arrays.reduce((sum, { bytes }) => sum + bytes, 0);
+
 /** Unpacks the points of the report; the page forgets the text that they came in. */
 export async function readPoints(report) {
   const element = document.getElementById("points");
   const packed = bytesOfBase64(element.textContent);
   element.remove();
-  const bytes = await inflate(packed, report.arrays.reduce((sum, array) => sum + array.count * array.bytes, 0));
+  const bytes = await inflate(packed, report.shown * bytesOfPoint(report));
   const arrays = {};
   let at = 0;
-  for (const { name, count, bytes: width } of report.arrays) {
-    arrays[name] = width === 2 ? joinBytes(bytes, at, count) : bytes.subarray(at, at + count);
-    at += count * width;
+  for (const { name, bytes: width } of report.arrays) {
+    arrays[name] = width === 2 ? joinBytes(bytes, at, report.shown) : bytes.subarray(at, at + report.shown);
+    at += report.shown * width;
   }
-  return new Points(report, arrays);
+  return new Points(report, arrays, chosenIndices(report), report.shown);
+}
+
+/** Returns a function that reads so many bytes of a stream. */
+function takerOf(reader) {
+  let [rest, at] = [new Uint8Array(0), 0];
+  return async (size) => {
+    const taken = new Uint8Array(size);
+    for (let have = 0; have < size;) {
+      if (at === rest.length) {
+        const { value, done } = await reader.read();
+        if (done) throw new Error("curv view ended before all of them had come");
+        [rest, at] = [value, 0];
+      }
+      const piece = rest.subarray(at, at + Math.min(rest.length - at, size - have));
+      taken.set(piece, have);
+      at += piece.length;
+      have += piece.length;
+    }
+    return taken;
+  };
+}
+
+/** Receives the points of a report that `curv view` serves, block by block, and calls `arrived(points)` after each. */
+export async function receivePoints(report, address, arrived) {
+  const response = await fetch(address, { cache: "no-store" });
+  if (!response.ok) throw new Error(`curv view answers ${response.status}`);
+  const arrays = {};
+  for (const { name, bytes } of report.arrays) {
+    if (!name.startsWith("index_")) arrays[name] = new (bytes === 2 ? Uint16Array : Uint8Array)(report.shown);
+  }
+  const points = new Points(report, arrays, new Uint32Array(report.shown), 0);
+  const take = takerOf(response.body.getReader());
+  for (const count of report.blocks) {
+    const bytes = await take(count * bytesOfPoint(report));
+    let at = 0;
+    for (const { name, bytes: width } of report.arrays) {
+      const part = width === 2 ? joinBytes(bytes, at, count) : bytes.subarray(at, at + count);
+      at += count * width;
+      if (arrays[name]) arrays[name].set(part, points.count);
+      else for (let i = 0; i < count; i++) points.indices[points.count + i] += part[i] * (name === "index_low" ? 1 : 65536);
+    }
+    points.count += count;
+    arrived(points);
+  }
 }

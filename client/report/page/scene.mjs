@@ -34,15 +34,13 @@ function drawingOrder(count) {
 
 export class CloudScene {
   /** Throws if the browser offers no WebGL 2 with pictures of half floats. */
-  constructor(canvas, points, turntable) {
-    this.points = points;
+  constructor(canvas, turntable) {
     this.turntable = turntable;
     this.renderer = new WebGLRenderer({ canvas, alpha: true, antialias: false, depth: false, stencil: false });
     this.renderer.autoClear = false;
     this.renderer.setClearColor(0, 0);
     if (!this.renderer.extensions.has("EXT_color_buffer_float")) throw new Error("no pictures of half floats");
-    this.order = drawingOrder(points.count);
-    this.geometry = this.#makeGeometry();
+    this.count = 0;
     this.#makePasses();
     this.pointsPerMs = FEWEST_POINTS / FRAME_MS;
     this.samples = 1;
@@ -50,32 +48,69 @@ export class CloudScene {
     this.onPicture = () => {};
   }
 
-  #makeGeometry() {
-    const { points, order } = this;
-    const { arrays, count, signed } = points;
-    const places = new Uint16Array(3 * count);
-    const directions = new Int8Array(2 * count);
-    this.traits = new Uint8Array(4 * count);
-    for (let at = 0; at < count; at++) {
-      const i = order[at];
-      places.set([arrays.x[i], arrays.y[i], arrays.z[i]], 3 * at);
-      const u = signed.normal_u ? signed.normal_u[i] : -128;
-      if (u !== -128) directions.set([u, signed.normal_v[i]], 2 * at);
-      this.traits.set([arrays.radius8[i], 0, points.isSomewhere(i) ? 0 : 1, u === -128 ? 1 : 0], 4 * at);
+  /** Draws these points from now on, those that are here. Their values and who is shown are to be set next. */
+  setPoints(points) {
+    this.points = points;
+    this.order = points.isShuffled ? null : drawingOrder(points.count);
+    this.geometry?.dispose();
+    const capacity = points.report.shown;
+    this.geometry = new BufferGeometry();
+    const attributes = { position: [Uint16Array, 3, true], direction: [Int8Array, 2, true], traits: [Uint8Array, 4, false],
+      value: [Float32Array, 1, false] };
+    for (const [name, [Kind, size, isNormalized]] of Object.entries(attributes)) {
+      this.geometry.setAttribute(name, new BufferAttribute(new Kind(size * capacity), size, isNormalized));
     }
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(places, 3, true));
-    geometry.setAttribute("direction", new BufferAttribute(directions, 2, true));
-    geometry.setAttribute("traits", new BufferAttribute(this.traits, 4));
-    geometry.setAttribute("value", new BufferAttribute(new Float32Array(count), 1));
-    return geometry;
+    this.traits = this.geometry.getAttribute("traits").array;
+    this.cloud.geometry = this.geometry;
+    this.uniforms.extent.value.set(...points.extent);
+    this.uniforms.largestRadius.value = points.report.largestRadius;
+    [this.valueOf, this.isShown] = [() => NaN, () => true];
+    this.#fill(0);
+  }
+
+  /** Draws the points too that have come since. */
+  grow() {
+    this.#fill(this.count);
+    this.draw();
+  }
+
+  /** Which point is drawn at that place of the order. */
+  #pointAt(at) {
+    return this.order ? this.order[at] : at;
+  }
+
+  #fill(begin) {
+    const { points } = this;
+    const { arrays, signed } = points;
+    const [places, directions] = ["position", "direction"].map((name) => this.geometry.getAttribute(name).array);
+    for (let at = begin; at < points.count; at++) {
+      const i = this.#pointAt(at);
+      [places[3 * at], places[3 * at + 1], places[3 * at + 2]] = [arrays.x[i], arrays.y[i], arrays.z[i]];
+      const u = signed.normal_u ? signed.normal_u[i] : -128;
+      if (u !== -128) [directions[2 * at], directions[2 * at + 1]] = [u, signed.normal_v[i]];
+      [this.traits[4 * at], this.traits[4 * at + 3]] = [arrays.radius8[i], u === -128 ? 1 : 0];
+    }
+    this.count = points.count;
+    this.#fillValues(begin);
+    this.#fillShown(begin);
+    this.#changed(["position", "direction"], begin);
+  }
+
+  /** Has what changed from a place of the order on sent to the graphics card. */
+  #changed(names, begin) {
+    for (const name of names) {
+      const attribute = this.geometry.getAttribute(name);
+      if (begin > 0) attribute.addUpdateRange(begin * attribute.itemSize, (this.count - begin) * attribute.itemSize);
+      else attribute.clearUpdateRanges();
+      attribute.needsUpdate = true;
+    }
   }
 
   #makePasses() {
     this.ramp = new DataTexture(new Uint8Array(1024), 256, 1, RGBAFormat);
     this.uniforms = {
-      extent: { value: new Vector3(...this.points.extent) },
-      largestRadius: { value: this.points.report.largestRadius },
+      extent: { value: new Vector3() },
+      largestRadius: { value: 1 },
       radiusFactor: { value: 1 },
       pixelsPerUnit: { value: 1 },
       depthPerPixel: { value: 1 },
@@ -93,7 +128,7 @@ export class CloudScene {
       uniforms: { ...this.uniforms, moveBack: { value: 0 } }, depthWrite: false, transparent: true,
       blending: CustomBlending, blendEquation: AddEquation, blendSrc: OneFactor, blendDst: OneFactor,
     });
-    this.cloud = new ThreePoints(this.geometry, this.depthPass);
+    this.cloud = new ThreePoints(new BufferGeometry(), this.depthPass);
     this.cloud.frustumCulled = false;
     this.scene = new Scene();
     this.scene.add(this.cloud);
@@ -112,12 +147,17 @@ export class CloudScene {
 
   /** `valueOf(i)` in any unit, NaN for none; `low` and `high` in the same unit; `ramp` as rampOf makes it. */
   setValues(valueOf) {
-    const values = this.geometry.getAttribute("value");
-    for (let at = 0; at < this.order.length; at++) {
-      const value = valueOf(this.order[at]);
-      values.array[at] = Number.isNaN(value) ? NO_VALUE : Math.min(Math.max(value, -1e30), 1e30);
+    this.valueOf = valueOf;
+    this.#fillValues(0);
+  }
+
+  #fillValues(begin) {
+    const { array } = this.geometry.getAttribute("value");
+    for (let at = begin; at < this.count; at++) {
+      const value = this.valueOf(this.#pointAt(at));
+      array[at] = Number.isNaN(value) ? NO_VALUE : Math.min(Math.max(value, -1e30), 1e30);
     }
-    values.needsUpdate = true;
+    this.#changed(["value"], begin);
   }
 
   setColors(low, high, ramp) {
@@ -130,12 +170,17 @@ export class CloudScene {
 
   /** Shows the points for which `isShown(i)`. */
   setShown(isShown) {
-    for (let at = 0; at < this.order.length; at++) {
-      const i = this.order[at];
-      this.traits[4 * at + 2] = this.points.isSomewhere(i) && isShown(i) ? 0 : 1;
-    }
-    this.geometry.getAttribute("traits").needsUpdate = true;
+    this.isShown = isShown;
+    this.#fillShown(0);
     this.draw();
+  }
+
+  #fillShown(begin) {
+    for (let at = begin; at < this.count; at++) {
+      const i = this.#pointAt(at);
+      this.traits[4 * at + 2] = this.points.isSomewhere(i) && this.isShown(i) ? 0 : 1;
+    }
+    this.#changed(["traits"], begin);
   }
 
   setRadiusFactor(factor) {
@@ -166,7 +211,7 @@ export class CloudScene {
     if (this.step === "first") return this.#drawFirst();
     if (this.step === "rest") {
       if (performance.now() < this.restAt) return this.#again();
-      this.#begin(this.order.length, this.nextSamples);
+      this.#begin(this.count, this.nextSamples);
       [this.step, this.at] = ["depth", 0];
     }
     return this.#refine();
@@ -174,12 +219,12 @@ export class CloudScene {
 
   /** Draws as many points as a frame has time for. */
   #drawFirst() {
-    const count = Math.min(Math.max(Math.round(this.pointsPerMs * FRAME_MS), FEWEST_POINTS), this.order.length);
+    const count = Math.min(Math.max(Math.round(this.pointsPerMs * FRAME_MS), FEWEST_POINTS), this.count);
     this.#begin(count, 1);
     this.#drawSlice(this.depthPass, 0, count);
     this.#drawSlice(this.colorPass, 0, count);
     this.#present();
-    if (count === this.order.length) return this.#finish();
+    if (count === this.count) return this.#finish();
     this.onPicture("some");
     return this.#rest(1, this.isSettled ? REST_MS : 0);
   }
@@ -193,10 +238,10 @@ export class CloudScene {
   #refine() {
     const pass = this.step === "depth" ? this.depthPass : this.colorPass;
     const slice = (this.pointsPerMs * SLICE_MS) / (this.samples > 1 ? SMOOTH_COST : 1);
-    const count = Math.min(Math.max(Math.round(slice), 1), this.order.length - this.at);
+    const count = Math.min(Math.max(Math.round(slice), 1), this.count - this.at);
     this.#drawSlice(pass, this.at, count);
     this.at += count;
-    if (this.at < this.order.length) return this.#again();
+    if (this.at < this.count) return this.#again();
     if (this.step === "depth") {
       [this.step, this.at] = ["color", 0];
       return this.#again();
@@ -208,7 +253,7 @@ export class CloudScene {
   /** All points are drawn; once more with smooth outlines, if that takes no long time. */
   #finish() {
     this.isSettled = true;
-    const milliseconds = ((2 * this.order.length) / this.pointsPerMs) * SMOOTH_COST;
+    const milliseconds = ((2 * this.count) / this.pointsPerMs) * SMOOTH_COST;
     if (this.samples === 1 && this.pixelRatio < 2 && milliseconds < SMOOTH_MS) {
       this.onPicture("all");
       return this.#rest(SMOOTH_SAMPLES, REST_MS);
@@ -232,8 +277,9 @@ export class CloudScene {
     const pixels = this.turntable.pixelsPerUnit() * this.pixelRatio * samples;
     this.uniforms.pixelsPerUnit.value = pixels;
     this.uniforms.depthPerPixel.value = 1 / pixels / DEPTH_RANGE;
-    const fewer = Math.min(Math.sqrt(this.order.length / count), 3);
-    this.uniforms.radiusFactor.value = (this.radiusFactor ?? 1) * fewer;
+    const fewer = Math.min(Math.sqrt(this.count / count), 3);
+    const soFar = Math.sqrt(this.points.report.shown / Math.max(this.count, 1));
+    this.uniforms.radiusFactor.value = (this.radiusFactor ?? 1) * fewer * soFar;
     this.renderer.setRenderTarget(this.target);
     this.renderer.clear();
   }

@@ -55,6 +55,15 @@ TEST_F(ReportCommandTest, NamesWhatIsWrong) {
   EXPECT_FALSE(dir_.Has("r.html"));
 }
 
+TEST_F(ReportCommandTest, ViewRefusesWhatItCannotShow) {
+  const CurvRun none = RunCurv({"view", dir_.File("none.ply")});
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_THAT(none.err, HasSubstr("none.ply"));
+  EXPECT_EQ(none.out, "");
+  EXPECT_EQ(RunCurv({"view", dir_.Write("nowhere.csv", "x,y,z\nnan,1,2\n")}).exit_code, 3);
+  EXPECT_THAT(RunCurv({"view", "-", "--watch"}).err, HasSubstr("--watch needs a file"));
+}
+
 TEST_F(ReportCommandTest, ShowsWhatIsAskedFor) {
   for (const std::string quantity : {"k1", "status"}) {
     EXPECT_EQ(RunCurv({"report", cloud_, "-o", dir_.File("r.html"), "--quantity=" + quantity}).exit_code, 0);

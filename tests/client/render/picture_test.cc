@@ -5,6 +5,7 @@
 #include <png.h>
 
 #include <cmath>
+#include <utility>
 
 #include "client/render/legend.h"
 #include "client/surfaces/surface.h"
@@ -19,8 +20,8 @@ bool IsWhite(const Color& color) { return color.red == 1.0f && color.green == 1.
 Image Draw(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals, const std::vector<double>& values,
            std::string_view view = "front") {
   PictureOptions options{.width = 400, .height = 300, .view = *MakeView(view, 'z')};
-  options.scale = ColorScale(-1, 1);
-  absl::StatusOr<Image> image = DrawPicture(positions, normals, values, options);
+  const std::vector<Layer> layers = {{.values = values, .scale = ColorScale(-1, 1)}};
+  absl::StatusOr<Image> image = DrawPicture(positions, normals, layers, options);
   EXPECT_TRUE(image.ok()) << image.status();
   return *image;
 }
@@ -96,8 +97,9 @@ TEST(PictureTest, SurvivesOddClouds) {
   Draw(std::vector<Vec3>(20, {5e6, 5e6, 1}), std::vector<Vec3>(20, {nan, 0, 0}), std::vector<double>(20, inf));
   Draw({{0, 0, 0}, {nan, 0, 0}, {1e-30, 0, 0}, {1e30, 0, 0}}, std::vector<Vec3>(4, {1, 0, 0}), {1, 2, 3, 4});
   PictureOptions options{.view = *MakeView("front", 'z')};
-  EXPECT_THAT(DrawPicture({{inf, 0, 0}}, {{0, 0, 1}}, {1}, options).status().message(), HasSubstr("no point"));
-  EXPECT_FALSE(DrawPicture({}, {}, {}, options).ok());
+  EXPECT_THAT(DrawPicture({{inf, 0, 0}}, {{0, 0, 1}}, {{.values = {1}}}, options).status().message(),
+              HasSubstr("no point"));
+  EXPECT_FALSE(DrawPicture({}, {}, {{}}, options).ok());
 }
 
 // A square of points that faces the front.
@@ -177,7 +179,7 @@ TEST(PictureTest, TallPicturesHaveAMarginOfTheirWidth) {
   PictureOptions options{.width = 64, .height = 1024, .view = *MakeView("front", 'z')};
   const std::vector<double> values(positions.size(), 1.0);
   const absl::StatusOr<Image> image =
-      DrawPicture(positions, std::vector<Vec3>(positions.size(), {0, -1, 0}), values, options);
+      DrawPicture(positions, std::vector<Vec3>(positions.size(), {0, -1, 0}), {{.values = values}}, options);
   ASSERT_TRUE(image.ok()) << image.status();
   int drawn = 0;
   for (int x = 0; x < 64; ++x) drawn += IsWhite(image->at(x, 512)) ? 0 : 1;
@@ -188,9 +190,51 @@ TEST(PictureTest, SmallPicturesAreOfTheCloudAlone) {
   const auto sphere = *MakeSurface("sphere");
   const std::vector<Vec3> points = *SampleEvenly(*sphere, 500, 0);
   PictureOptions options{.width = 64, .height = 64, .view = *MakeView("front", 'z')};
-  const absl::StatusOr<Image> image = DrawPicture(points, points, std::vector<double>(500, 1.0), options);
+  const absl::StatusOr<Image> image = DrawPicture(points, points, {{.values = std::vector<double>(500, 1.0)}}, options);
   ASSERT_TRUE(image.ok()) << image.status();
   for (int x = 8; x < 56; ++x) EXPECT_FALSE(IsWhite(image->at(x, 32))) << x;
+}
+
+TEST(PictureTest, PanelsShowTheirOwnValuesOfOneCloud) {
+  const std::vector<Vec3> positions = Square(30, 1.0);
+  const std::vector<Vec3> normals(positions.size(), Vec3{0, -1, 0});
+  std::vector<Layer> layers;
+  for (const double value : {1.0, -1.0, 1.0}) {
+    layers.push_back({.values = std::vector<double>(positions.size(), value), .scale = ColorScale(-1, 1)});
+  }
+  const PictureOptions options{.width = 800, .height = 600, .view = *MakeView("front", 'z')};
+  const absl::StatusOr<Image> sheet = DrawPicture(positions, normals, layers, options);
+  ASSERT_TRUE(sheet.ok()) << sheet.status();
+  // Each panel is the picture of its layer.
+  for (int panel = 0; panel < 4; ++panel) {
+    const int left = panel % 2 * 400, top = panel / 2 * 300;
+    const std::vector<double> values(positions.size(), panel == 1 ? -1.0 : 1.0);
+    const Image expected = panel == 3 ? Image(400, 300, {1, 1, 1}) : Draw(positions, normals, values);
+    for (int y = 0; y < 300; ++y) {
+      for (int x = 0; x < 400; ++x) {
+        ASSERT_EQ(sheet->at(left + x, top + y).red, expected.at(x, y).red) << panel << ": " << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST(PictureTest, RefusesPanelsThatAreTooSmall) {
+  const std::vector<Layer> layers(16, Layer{.values = {1}});
+  const PictureOptions options{.width = 200, .height = 200, .view = *MakeView("front", 'z')};
+  EXPECT_THAT(DrawPicture({{0, 0, 0}}, {{0, 0, 1}}, layers, options).status().message(),
+              HasSubstr("16 panels of a picture of 200x200 would be of 50x50 pixels: each side must be at least 64"));
+}
+
+TEST(PictureTest, ArrangesPanelsByTheShapeOfThePicture) {
+  const auto grid = [](int panels, int width, int height) {
+    const PanelGrid grid = ArrangePanels(panels, width, height);
+    return std::pair(grid.columns, grid.rows);
+  };
+  EXPECT_EQ(grid(1, 1200, 900), std::pair(1, 1));
+  EXPECT_EQ(grid(4, 1200, 900), std::pair(2, 2));
+  EXPECT_EQ(grid(4, 4000, 900), std::pair(4, 1));
+  EXPECT_EQ(grid(4, 600, 2400), std::pair(1, 4));
+  EXPECT_EQ(grid(2, 1600, 600), std::pair(2, 1));
 }
 
 TEST(CameraTest, ViewsAreRightHanded) {

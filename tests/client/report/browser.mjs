@@ -122,9 +122,9 @@ class Tab {
   }
 
   /** Opens a file, or an address, and waits until `condition`, JavaScript, holds. */
-  async open(path, condition) {
+  async open(path, condition, seconds) {
     await this.send("Page.navigate", { url: path.startsWith("http:") ? path : `file://${path}` });
-    await this.waitFor(condition);
+    await this.waitFor(condition, seconds);
   }
 
   /** The value of an expression in the page. */

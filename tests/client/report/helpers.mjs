@@ -79,8 +79,8 @@ export function expectValue(text, value, name) {
 }
 
 /** Runs `curv view` on a result; resolves to its process and the address that it prints. */
-export async function view(result) {
-  const child = spawn(curv, ["view", inFolder(result)], { stdio: ["ignore", "pipe", "inherit"] });
+export async function view(result, ...flags) {
+  const child = spawn(curv, ["view", inFolder(result), ...flags], { stdio: ["ignore", "pipe", "inherit"] });
   const [line] = await once(child.stdout, "data");
   return { child, address: line.toString().trim() };
 }

@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -19,12 +20,13 @@ namespace {
 using ::testing::AllOf;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 class PageServerTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    auto server = PageServer::Create(0, "<p>a page</p>");
+    auto server = PageServer::Create(0, "<p>a page</p>", shelf_);
     ASSERT_TRUE(server.ok()) << server.status();
     url_ = server->url();
     const size_t slash = url_.find('/', 7);
@@ -61,6 +63,7 @@ class PageServerTest : public ::testing::Test {
     return Ask({absl::StrCat(method, " ", path, " HTTP/1.1\r\nHost: ", host, "\r\n\r\n")});
   }
 
+  const std::shared_ptr<ReportShelf> shelf_ = std::make_shared<ReportShelf>();
   std::string url_, host_, path_;
   std::jthread thread_;
 };
@@ -71,6 +74,37 @@ TEST_F(PageServerTest, GivesThePageToWhoKnowsItsAddress) {
       Request("GET", path_, host_),
       AllOf(StartsWith("HTTP/1.1 200 OK\r\n"), HasSubstr("Content-Length: 13\r\n"), EndsWith("\r\n\r\n<p>a page</p>")));
   EXPECT_THAT(Request("HEAD", path_, host_), AllOf(StartsWith("HTTP/1.1 200 OK\r\n"), EndsWith("\r\n\r\n")));
+}
+
+TEST_F(PageServerTest, GivesTheReportOfTheShelf) {
+  EXPECT_THAT(Request("GET", path_ + "/report", host_), StartsWith("HTTP/1.1 404")) << "there is none so far";
+  const auto points = std::make_shared<GrowingBytes>(6);
+  points->Append("abc");
+  shelf_->Put({.generation = 7, .report = "{}", .points = points});
+  EXPECT_THAT(Request("GET", path_ + "/report", host_), EndsWith("\r\n\r\n{}"));
+  EXPECT_THAT(Request("GET", path_ + "/generation", host_), EndsWith("\r\n\r\n7"));
+  EXPECT_THAT(Request("GET", path_ + "/points/6", host_), StartsWith("HTTP/1.1 404"));
+  EXPECT_THAT(Request("GET", path_ + "/points/7", "example.com"), StartsWith("HTTP/1.1 421"));
+  EXPECT_THAT(Request("HEAD", path_ + "/points/7", host_),
+              AllOf(HasSubstr("Content-Length: 6\r\n"), EndsWith("\r\n\r\n")));
+  // The answer ends once the rest has come.
+  std::string answer;
+  std::thread asking([&] { answer = Request("GET", path_ + "/points/7", host_); });
+  EXPECT_THAT(Request("GET", path_ + "/generation", host_), EndsWith("7")) << "others are served meanwhile";
+  points->Append("def");
+  asking.join();
+  EXPECT_THAT(answer, EndsWith("\r\n\r\nabcdef"));
+}
+
+TEST_F(PageServerTest, EndsWhilePointsAreWaitedFor) {
+  shelf_->Put({.generation = 1, .report = "{}", .points = std::make_shared<GrowingBytes>(6)});
+  std::string answer;
+  std::thread asking([&] { answer = Request("GET", path_ + "/points/1", host_); });
+  // Once this is answered, or even before, the stop finds somebody who waits.
+  Request("GET", path_ + "/generation", host_);
+  thread_.request_stop();
+  asking.join();
+  EXPECT_THAT(answer, Not(HasSubstr("\r\n\r\na")));
 }
 
 TEST_F(PageServerTest, RefusesEverythingElse) {

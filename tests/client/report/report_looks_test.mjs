@@ -1,12 +1,11 @@
 // The page of `curv report` in narrow windows and dark rooms, and with files that mean harm or are large.
 import assert from "node:assert/strict";
-import { once } from "node:events";
 import { writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 import { Browser, findBrowser } from "./browser.mjs";
 import {
   askFor, expectQuiet, expectValue, inFolder, pictureOf, pointTable, READY, readCsv, readNumber, removeFolder, runCurv,
-  view, writeReport,
+  writeReport,
 } from "./helpers.mjs";
 
 let browser, tab, path;
@@ -107,18 +106,6 @@ test("says that it is thinned, and keeps the file's indices", async () => {
   }
   // 10 are expected of 60; fewer than 2 or more than 25 would be no even choice.
   assert.ok(held >= 2 && held <= 25, `${held} of 60 points are held`);
-});
-
-test("is served to a browser of this machine by curv view", async () => {
-  const { child, address } = await view("result.csv");
-  const other = await browser.openTab(800, 600);
-  await other.open(address, READY);
-  assert.equal(await other.evaluate("document.getElementById('title').textContent"), "result.csv");
-  assert.deepEqual(other.errors, []);
-  assert.deepEqual(other.requests.filter((url) => !url.startsWith("data:")), [address]);
-  child.kill("SIGINT");
-  const [code] = await once(child, "exit");
-  assert.equal(code, 0);
 });
 
 test("counts points that are nowhere, and does not draw them", async () => {

@@ -131,6 +131,35 @@ test("changes the picture with every entry of its menus", async () => {
   await choose(tab, "colormap", maps[0]);
 });
 
+test("shows where the axes point, from every side", async () => {
+  // Names stand beyond the tips of the axes: [right, up] of the middle that they start from.
+  const names = () => tab.evaluate(`(() => {
+    const axes = document.querySelector("#axes");
+    const line = axes.querySelector("line");
+    const [x, y] = ["x1", "y1"].map((name) => Number(line.getAttribute(name)));
+    return Object.fromEntries([...axes.querySelectorAll("text")].map((text) =>
+      [text.textContent, [Number(text.getAttribute("x")) - x, y + 5 - Number(text.getAttribute("y"))]]));
+  })()`);
+  // What is to the right and above, z being up; a minus: the other way.
+  const expected = { Front: "+x +z", Back: "-x +z", Left: "-y +z", Right: "+y +z", Top: "+x +y", Bottom: "+x -y" };
+  const buttons = await tab.evaluate("[...document.querySelectorAll('#views button')].map((b) => b.textContent)");
+  assert.deepEqual(buttons, ["Three-quarter", ...Object.keys(expected)]);
+  let last = await pictureOf(tab);
+  for (const [at, name] of buttons.entries()) {
+    await clickOn(tab, `#views button:nth-child(${at + 1})`);
+    const picture = await pictureOf(tab);
+    assert.ok(at === 0 || shareChanged(last, picture) > 0.01, `${name} changes nothing`);
+    last = picture;
+    const [right, up] = expected[name]?.split(" ") ?? [];
+    if (!right) continue;
+    const told = await names();
+    const way = (sign) => (sign === "-" ? -1 : 1);
+    assert.ok(way(right[0]) * told[right[1]][0] > 20, `${name}: ${right} is not to the right: ${JSON.stringify(told)}`);
+    assert.ok(way(up[0]) * told[up[1]][1] > 20, `${name}: ${up} is not above: ${JSON.stringify(told)}`);
+  }
+  await clickOn(tab, "#views button");
+});
+
 test("leaves out the points of a status", async () => {
   await choose(tab, "quantity", "0");
   const all = await pictureOf(tab);
