@@ -91,7 +91,7 @@ struct AutomaticScratch final : WorkerScratch {
   std::vector<std::unique_ptr<WorkerScratch>> chosen;  // of the chosen estimates
   std::optional<LocalWeights> weights;
   // Of the points of the group at hand.
-  std::array<LocalWeights::Weights, SpatialIndex::kGroupPoints> point_weights;
+  std::array<LocalWeights::PointWeights, SpatialIndex::kGroupPoints> point_weights;
   std::array<Blend, SpatialIndex::kGroupPoints> blends;
 
   size_t bytes() const override {
@@ -133,8 +133,7 @@ class AutomaticRun final : public StrategyRun {
   }
 
   size_t bytes() const override {
-    return table_.capacity() * sizeof(PilotPoint) +
-           choice_.local_errors.capacity() * sizeof(choice_.local_errors.front());
+    return table_.capacity() * sizeof(PilotPoint) + choice_.mean.bytes() + choice_.gaussian.bytes();
   }
 
   const ScaleReport* scale_report() const override { return &report_; }
@@ -152,7 +151,7 @@ class AutomaticRun final : public StrategyRun {
     Report();
     if (choice_.chosen.empty()) {
       choice_.chosen = {Fallback()};
-      choice_.cloud_weights = {1.0};
+      choice_.mean.cloud_weights = choice_.gaussian.cloud_weights = {1.0};
     }
     for (const ScaleCandidate& candidate : choice_.chosen) {
       const EstimatorOptions one = OptionsOf(options_, candidate.method, candidate.count());
@@ -228,7 +227,7 @@ class AutomaticRun final : public StrategyRun {
     PointCurvature estimate = results_[points.slot[i]];
     const double most_radius = ScaleOf(options_).max_radius;
     if (most_radius > 0.0 && estimate.radius > most_radius) estimate.status = PointStatus::kTooFewNeighbors;
-    s.blends[i].Add(estimate, s.point_weights[i][c]);
+    s.blends[i].Add(estimate, s.point_weights[i].mean[c], s.point_weights[i].gaussian[c]);
   }
 
   const EstimatorOptions options_;
