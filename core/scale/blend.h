@@ -17,6 +17,8 @@ class Blend {
   // come of the mean tensor, and lie in the plane normal to the mean normal. The radius is the largest: how far any of
   // them looked. If no estimate had a weight, the status of the one that was to have the largest.
   PointCurvature Finish() const;
+  // Of the shape operators so far.
+  double weight() const { return weight_; }
 
  private:
   double weight_ = 0.0, gaussian_weight_ = 0.0, mean_ = 0.0, gaussian_ = 0.0;

@@ -119,14 +119,14 @@ void EstimatePart(const PilotSums& sums, double radius, double unit, size_t rung
 
 size_t PilotScratch::bytes() const {
   return sizeof(*this) + search.bytes() + neighbors.bytes() + ids.bytes() + order.capacity() * sizeof(uint32_t) +
-         squared.capacity() * sizeof(float);
+         squared.capacity() * sizeof(float) + side.capacity() * sizeof(SideNeighbor);
 }
 
 size_t PilotScratch::MostBytes(const EstimatorOptions& options, size_t point_count) {
   const size_t most = MostNeighbors(options, point_count);
   return sizeof(PilotScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
          NeighborArrays::MostBytes(most) + ScratchArray<int32_t>::MostBytes(most + NeighborArrays::kPad) +
-         most * (sizeof(uint32_t) + sizeof(float));
+         most * (sizeof(uint32_t) + sizeof(float) + 2 * sizeof(SideNeighbor));
 }
 
 Pilot::Pilot(const SpatialIndex& index, uint32_t most_count) : index_(index) {

@@ -33,6 +33,21 @@ struct PilotPoint {
   std::array<float, kRungCount> residual;         // of positions, from the jet
   std::array<float, kRungCount> normal_residual;  // of normals along a tangent, from the regression of normals
 
+  // Rungs whose neighborhoods reach over no sharp edge; others have no estimates.
+  size_t clear_rungs = kRungCount;
+
+  // Takes the estimates of the rungs from `count` on back.
+  void KeepRungs(size_t count) {
+    clear_rungs = count;
+    for (size_t rung = count; rung < kRungCount; ++rung) {
+      for (Estimates* const estimates : {&mean, &difference, &twist}) {
+        for (auto& rungs : *estimates) rungs[rung].fill(kNone);
+      }
+      for (auto& slopes : slope[rung]) slopes.fill(kNone);
+      for (auto* rungs : {&steepest, &residual, &normal_residual}) (*rungs)[rung] = kNone;
+    }
+  }
+
   // Stands where no point was sampled.
   static PilotPoint None() { return PilotPoint({kNone, kNone, kNone}); }
   bool is_sampled() const { return position[0] == position[0]; }

@@ -11,6 +11,8 @@ namespace {
 
 // Of the sampled points, so many must have an estimate, or a difference of halves, for a candidate to be judged.
 constexpr double kLeastShare = 0.97, kLeastShareOfHalves = 0.95;
+// At the least, unless the table has fewer.
+constexpr size_t kLeastPoints = 16;
 // The difference from the next larger scale is so much smaller than the error.
 constexpr double kErrorPerDifference = 1.2;
 // Products of differences beyond these quantiles are cut down to them: edges of the surface are few.
@@ -88,8 +90,12 @@ class Judge {
       if (std::isfinite(errors[i])) known.push_back(errors[i]);
     }
     if (known.empty()) return std::vector<double>(table_.size(), 1.0);
-    const double most = Quantile(std::move(known), kDifferenceQuantile);
-    for (double& error : errors) error = std::isfinite(error) ? std::min(error, most) : most;
+    const double most = Quantile(known, kDifferenceQuantile);
+    const double usual = std::min(kErrorPerDifference * Median(std::move(known)), most);
+    for (size_t i = 0; i < table_.size(); ++i) {
+      const bool is_clear = table_[i].clear_rungs > rung + step;
+      errors[i] = std::isfinite(errors[i]) ? std::min(errors[i], most) : is_clear ? most : usual;
+    }
     return errors;
   }
 
@@ -104,7 +110,7 @@ class Judge {
       return std::isfinite(ValueAt(point, candidate.method, candidate.rung, PilotPoint::kEven) +
                            ValueAt(point, candidate.method, candidate.rung, PilotPoint::kOdd));
     });
-    return IsEnough(static_cast<size_t>(known), kLeastShareOfHalves);
+    return IsEnough(static_cast<size_t>(known), kLeastShareOfHalves, candidate.rung);
   }
 
   double sigma() const { return sigma_; }
@@ -146,8 +152,12 @@ class Judge {
     return values.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(values));
   }
 
-  bool IsEnough(size_t count, double share) const {
-    return count > 0 && static_cast<double>(count) >= share * static_cast<double>(table_.size());
+  // Of the points whose neighborhoods at that rung reach over no edge.
+  bool IsEnough(size_t count, double share, size_t rung) const {
+    const auto clear = std::count_if(table_.begin(), table_.end(),
+                                     [rung](const PilotPoint& point) { return point.clear_rungs > rung; });
+    return count >= std::min(table_.size(), kLeastPoints) &&
+           static_cast<double>(count) >= share * static_cast<double>(clear);
   }
 
   bool IsAllowed(const ScaleCandidate& candidate) const {
@@ -164,7 +174,7 @@ class Judge {
       const double difference = Difference(point, candidate.method, candidate.rung, next);
       if (std::isfinite(difference)) values.push_back(std::abs(difference));
     }
-    if (!IsEnough(values.size(), kLeastShare)) return std::nullopt;
+    if (!IsEnough(values.size(), kLeastShare, next)) return std::nullopt;
     return kErrorPerDifference * Median(std::move(values));
   }
 
@@ -228,7 +238,7 @@ class Judge {
                                 ValueAt(point, candidate.method, candidate.rung, PilotPoint::kOdd);
       if (std::isfinite(difference)) values.push_back(std::abs(difference));
     }
-    if (!IsEnough(values.size(), kLeastShareOfHalves)) return 0.0;
+    if (!IsEnough(values.size(), kLeastShareOfHalves, candidate.rung)) return 0.0;
     const double median = Median(std::move(values));
     return 0.25 * kVariancePerSquaredMedian * median * median;
   }
@@ -242,7 +252,7 @@ class Judge {
                              Difference(point, large.method, large.rung, small_rung, PilotPoint::kOdd);
       if (std::isfinite(product)) products.push_back(product);
     }
-    if (!IsEnough(products.size(), kLeastShareOfHalves)) return std::nullopt;
+    if (!IsEnough(products.size(), kLeastShareOfHalves, large.rung)) return std::nullopt;
     const double low = Quantile(products, 1.0 - kProductQuantile), high = Quantile(products, kProductQuantile);
     double sum = 0.0, squares = 0.0;
     for (const double product : products) {
@@ -292,11 +302,11 @@ class Judge {
     const auto known = std::count_if(table_.begin(), table_.end(), [&](const PilotPoint& point) {
       return std::isfinite(ValueAt(point, candidate.method, candidate.rung));
     });
-    return IsEnough(static_cast<size_t>(known), kLeastShare);
+    return IsEnough(static_cast<size_t>(known), kLeastShare, candidate.rung);
   }
 
   const PilotTable& table_;
-  const ScaleBounds& bounds_;
+  const ScaleBounds bounds_;
   const Quantity quantity_;
   std::optional<double> differences_[kMethodCount][kRungCount];
   size_t last_compared_[kMethodCount] = {};  // the last rung that has a next one
@@ -432,6 +442,8 @@ ScaleWeights WeightsOf(const Judged& judged, const std::vector<size_t>& chosen, 
 }
 
 }  // namespace
+
+double PositionNoise(const PilotTable& table) { return Judge(table, {}, Quantity::kMean).sigma(); }
 
 double ScaleWeight(double error) { return 1.0 / (error * error * error * error); }
 

@@ -68,6 +68,9 @@ struct ScaleChoice {
   double sigma = 0.0;  // standard deviation of the positions' noise, in the index's unit, as the residuals show it
 };
 
+// The standard deviation of the noise of positions, in the index's unit, as the residuals show it; 0: nothing does.
+double PositionNoise(const PilotTable& table);
+
 // Thread-safe. The same table gives the same choice on every machine.
 ScaleChoice ChooseScales(const PilotTable& table, const ScaleBounds& bounds);
 
