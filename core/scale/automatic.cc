@@ -12,6 +12,7 @@
 
 #include "core/estimators/strategies.h"
 #include "core/scale/blend.h"
+#include "core/scale/edge_run.h"
 #include "core/scale/local_weights.h"
 #include "core/scale/pilot.h"
 #include "core/scale/scale_choice.h"
@@ -86,13 +87,26 @@ ScaleBounds BoundsOf(const EstimatorOptions& options, const SpatialIndex& index)
   return bounds;
 }
 
+// Most neighbors among which those on the side of a point are looked for.
+constexpr uint32_t kMostOneSideCount = 512;
+// Of the weights at a point, so many must belong to estimates that reach over no edge.
+constexpr double kLeastClearShare = 0.1;
+
+// Where the estimator or the scale is fixed, points beside edges are estimated by it, too.
+bool MindsEdges(const EstimatorOptions& options) {
+  return options.estimator == kAutomaticEstimator && std::holds_alternative<AutomaticScale>(options.neighborhood);
+}
+
 struct AutomaticScratch final : WorkerScratch {
   PilotScratch pilot;
   std::vector<std::unique_ptr<WorkerScratch>> chosen;  // of the chosen estimates
   std::optional<LocalWeights> weights;
   // Of the points of the group at hand.
-  std::array<LocalWeights::Weights, SpatialIndex::kGroupPoints> point_weights;
+  std::array<LocalWeights::PointWeights, SpatialIndex::kGroupPoints> point_weights;
   std::array<Blend, SpatialIndex::kGroupPoints> blends;
+  // The same without estimates that reach over an edge.
+  std::array<Blend, SpatialIndex::kGroupPoints> clear_blends;
+  std::array<float, SpatialIndex::kGroupPoints> edge_distances;  // in the caller's unit
 
   size_t bytes() const override {
     size_t bytes = sizeof(*this) - sizeof(pilot) + pilot.bytes();
@@ -112,6 +126,7 @@ class AutomaticRun final : public StrategyRun {
   AutomaticRun(const EstimatorOptions& options, const SpatialIndex& index, PointCurvature* results)
       : options_(options), index_(index), results_(results), pilot_(index, MostSampledCount(options)) {
     table_.resize(pilot_.rung_count() > 0 ? pilot_.sample_count() : 0, PilotPoint::None());
+    if (MindsEdges(options)) edges_.emplace(index);
   }
 
   std::unique_ptr<WorkerScratch> MakeScratch() const override { return std::make_unique<AutomaticScratch>(); }
@@ -121,6 +136,20 @@ class AutomaticRun final : public StrategyRun {
     phases.push_back({"scale", nullptr, [this](size_t group, WorkerScratch& scratch) {
                         return Sample(group, static_cast<AutomaticScratch&>(scratch));
                       }});
+    if (edges_.has_value()) {
+      phases.push_back({"roughness", nullptr, [this](size_t group, WorkerScratch& scratch) {
+                          return MeasureEdges(group, static_cast<AutomaticScratch&>(scratch));
+                        }});
+      phases.push_back({"edges",
+                        [this] {
+                          edges_->Sample(PositionNoise(SampledPoints()));
+                          return absl::OkStatus();
+                        },
+                        [this](size_t group, WorkerScratch&) {
+                          edges_->Mark(group);
+                          return absl::OkStatus();
+                        }});
+    }
     phases.push_back({"curvature",
                       [this] {
                         Choose();
@@ -133,8 +162,8 @@ class AutomaticRun final : public StrategyRun {
   }
 
   size_t bytes() const override {
-    return table_.capacity() * sizeof(PilotPoint) +
-           choice_.local_errors.capacity() * sizeof(choice_.local_errors.front());
+    return table_.capacity() * sizeof(PilotPoint) + choice_.mean.bytes() + choice_.gaussian.bytes() +
+           (edges_.has_value() ? edges_->bytes() : 0);
   }
 
   const ScaleReport* scale_report() const override { return &report_; }
@@ -146,14 +175,32 @@ class AutomaticRun final : public StrategyRun {
     return pilot_.SampleGroup(group, s.pilot, table_);
   }
 
-  void Choose() {
+  // The table, without places for points that were not sampled.
+  PilotTable& SampledPoints() {
     std::erase_if(table_, [](const PilotPoint& point) { return !point.is_sampled(); });
+    return table_;
+  }
+
+  absl::Status MeasureEdges(size_t group, AutomaticScratch& s) {
+    s.pilot.stopped = s.stopped;
+    s.pilot.most_work = s.most_work;
+    s.pilot.first_point = s.first_point;
+    s.pilot.rest = 0;
+    const absl::Status status = edges_->Measure(group, s.pilot);
+    s.rest = s.pilot.rest;
+    return status;
+  }
+
+  void Choose() {
+    SampledPoints();
+    if (edges_.has_value()) edges_->Finish(table_);
     choice_ = ChooseScales(table_, BoundsOf(options_, index_));
     Report();
     if (choice_.chosen.empty()) {
       choice_.chosen = {Fallback()};
-      choice_.cloud_weights = {1.0};
+      choice_.mean.cloud_weights = choice_.gaussian.cloud_weights = {1.0};
     }
+    if (edges_.has_value()) edges_->LookAmong(OneSideSearchCount());
     for (const ScaleCandidate& candidate : choice_.chosen) {
       const EstimatorOptions one = OptionsOf(options_, candidate.method, candidate.count());
       runs_.push_back(FindStrategy(one.estimator)->start(one, index_, results_));
@@ -189,6 +236,7 @@ class AutomaticRun final : public StrategyRun {
       s.weights.emplace(table_, choice_);
     }
     s.blends.fill({});
+    s.clear_blends.fill({});
     size_t done = SpatialIndex::kGroupPoints;
     s.rest = 0;
     for (size_t c = 0; c < s.chosen.size(); ++c) {
@@ -207,11 +255,57 @@ class AutomaticRun final : public StrategyRun {
     }
     const GroupPoints& points = static_cast<const GroupScratch&>(*s.chosen.front()).points;
     for (size_t i = 0; i < done; ++i) {
-      const PointCurvature point = s.blends[i].Finish();
-      ++s.status_counts[static_cast<size_t>(point.status)];
-      results_[points.slot[i]] = point;
+      results_[points.slot[i]] = IsOneSided(s, i) ? s.blends[i].Finish() : s.clear_blends[i].Finish();
     }
-    return absl::OkStatus();
+    const absl::Status status = EstimateOneSided(group, done, s);
+    for (size_t i = 0; i < done; ++i) ++s.status_counts[static_cast<size_t>(results_[points.slot[i]].status)];
+    return status;
+  }
+
+  // Whether what was to count most at a point reaches over an edge.
+  static bool IsOneSided(const AutomaticScratch& s, size_t i) {
+    return s.clear_blends[i].weight() < kLeastClearShare * s.blends[i].weight();
+  }
+
+  absl::Status EstimateOneSided(size_t group, size_t count, AutomaticScratch& s) const {
+    bool has_any = false;
+    for (size_t i = 0; i < count; ++i) has_any = has_any || IsOneSided(s, i);
+    if (!has_any) return absl::OkStatus();
+    s.pilot.stopped = s.stopped;
+    s.pilot.first_point = s.first_point;
+    const double most_radius = ScaleOf(options_).max_radius;
+    const float most_in_index = most_radius > 0.0 ? static_cast<float>(std::ldexp(most_radius, index_.scale_exponent()))
+                                                  : std::numeric_limits<float>::max();
+    return edges_->Repair(
+        group, most_in_index, [&](size_t i) { return i < count && IsOneSided(s, i); },
+        [&](const float* position) { return ScaleAt(position, *s.weights); },
+        [&](size_t slot, const PointCurvature& point) { results_[slot] = point; }, s.pilot);
+  }
+
+  // Twice as many as the choice takes: on a straight edge, half of them are on the side of a point.
+  uint32_t OneSideSearchCount() const {
+    constexpr double kLeastShare = 0.1;
+    uint32_t count = ScaleOf(options_).least_count;
+    for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+      if (choice_.mean.cloud_weights[c] >= kLeastShare) count = std::max(count, choice_.chosen[c].count());
+    }
+    return std::min({2 * count, kMostOneSideCount, MostSampledCount(options_)});
+  }
+
+  // As many neighbors as the choice would take without the edge: the mean over its weights.
+  OneSideScale ScaleAt(const float* position, LocalWeights& weights) const {
+    const LocalWeights::Weights mean = weights.At(position).mean;
+    double logarithms = 0.0, total = 0.0;
+    for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+      logarithms += mean[c] * std::log(static_cast<double>(choice_.chosen[c].count()));
+      total += mean[c];
+    }
+    double error = std::numeric_limits<double>::infinity();
+    for (const ScaleScore& score : choice_.scores) {
+      if (score.share > 0.0) error = std::min(error, score.error);
+    }
+    return {std::min<size_t>(static_cast<size_t>(std::lround(std::exp(logarithms / total))), kMostOneSideCount / 2),
+            2.0 * error};
   }
 
   void StartWeights(const GroupPoints& points, AutomaticScratch& s) {
@@ -221,6 +315,10 @@ class AutomaticRun final : public StrategyRun {
       float position[3];
       points.query.Get(i, position);
       s.point_weights[i] = s.weights->At(position);
+      s.edge_distances[i] = std::numeric_limits<float>::infinity();
+      if (edges_.has_value() && edges_->HasEdges()) {
+        s.edge_distances[i] = std::ldexp(edges_->DistanceToEdge(position), -index_.scale_exponent());
+      }
     }
   }
 
@@ -228,13 +326,18 @@ class AutomaticRun final : public StrategyRun {
     PointCurvature estimate = results_[points.slot[i]];
     const double most_radius = ScaleOf(options_).max_radius;
     if (most_radius > 0.0 && estimate.radius > most_radius) estimate.status = PointStatus::kTooFewNeighbors;
-    s.blends[i].Add(estimate, s.point_weights[i][c]);
+    s.blends[i].Add(estimate, s.point_weights[i].mean[c], s.point_weights[i].gaussian[c]);
+    // Results without curvature count: if there are no others, they tell why.
+    if (estimate.status != PointStatus::kOk || estimate.radius < s.edge_distances[i]) {
+      s.clear_blends[i].Add(estimate, s.point_weights[i].mean[c], s.point_weights[i].gaussian[c]);
+    }
   }
 
   const EstimatorOptions options_;
   const SpatialIndex& index_;
   PointCurvature* const results_;
   const Pilot pilot_;
+  std::optional<EdgeRun> edges_;  // unless the estimator or the scale is fixed
   PilotTable table_;
   ScaleChoice choice_;
   ScaleReport report_;
@@ -263,7 +366,7 @@ constexpr Strategy kAutomatic = {.name = kAutomaticEstimator,
                                  .summary = "the estimators and scales that suit the cloud, averaged",
                                  .options = {},
                                  .needs_normals = true,
-                                 .bytes_per_point = 0,
+                                 .bytes_per_point = EdgeMarks::kBytesPerPoint,
                                  .scratch_bytes = MostScratchBytes,
                                  .start = Start};
 

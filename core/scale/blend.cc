@@ -18,7 +18,7 @@ std::array<float, 3> ToFloats(const Vector3d& v) {
 
 }  // namespace
 
-void Blend::Add(const PointCurvature& estimate, double weight) {
+void Blend::Add(const PointCurvature& estimate, double weight, double gaussian_weight) {
   if (estimate.status != PointStatus::kOk) {
     if (weight > most_refused_) {
       most_refused_ = weight;
@@ -27,8 +27,9 @@ void Blend::Add(const PointCurvature& estimate, double weight) {
     return;
   }
   weight_ += weight;
+  gaussian_weight_ += gaussian_weight;
   mean_ += weight * estimate.mean;
-  gaussian_ += weight * estimate.gaussian;
+  gaussian_ += gaussian_weight * estimate.gaussian;
   radius_ = std::max(radius_, estimate.radius);
   const Vector3d d1 = ToVector(estimate.d1), d2 = ToVector(estimate.d2), normal = d1.cross(d2);
   for (int i = 0, place = 0; i < 3; ++i) {
@@ -56,7 +57,7 @@ PointCurvature Blend::Finish() const {
   const Vector3d d2 = std::cos(angle) * u + std::sin(angle) * v;
   const double mean = mean_ / weight_;
   const PointCurvature point = {static_cast<float>(mean),
-                                static_cast<float>(gaussian_ / weight_),
+                                static_cast<float>(gaussian_ / gaussian_weight_),
                                 static_cast<float>(mean - r),
                                 static_cast<float>(mean + r),
                                 ToFloats(d2.cross(normal)),

@@ -10,15 +10,18 @@ namespace curvd {
 // Usage: Add each estimate with its weight, then Finish. In doubles.
 class Blend {
  public:
-  // An estimate whose status is not kOk has no weight, whatever `weight` is.
-  void Add(const PointCurvature& estimate, double weight);
+  // An estimate whose status is not kOk has no weight, whatever the weights are: of the shape operator, and of the
+  // Gaussian curvature. REQUIRES: they are not negative, and `weight` is 0 only if both are.
+  void Add(const PointCurvature& estimate, double weight, double gaussian_weight);
   // The weighted mean of the shape operators, as curvature: H is the mean of the mean curvatures, k1, k2, d1 and d2
   // come of the mean tensor, and lie in the plane normal to the mean normal. The radius is the largest: how far any of
   // them looked. If no estimate had a weight, the status of the one that was to have the largest.
   PointCurvature Finish() const;
+  // Of the shape operators so far.
+  double weight() const { return weight_; }
 
  private:
-  double weight_ = 0.0, mean_ = 0.0, gaussian_ = 0.0;
+  double weight_ = 0.0, gaussian_weight_ = 0.0, mean_ = 0.0, gaussian_ = 0.0;
   std::array<double, 6> tensor_{};  // xx xy xz yy yz zz
   std::array<double, 3> normal_{};
   float radius_ = 0.0f;

@@ -20,7 +20,7 @@ LocalWeights::LocalWeights(const PilotTable& table, const ScaleChoice& choice) :
 
 void LocalWeights::Start(const Box& box) {
   near_.clear();
-  if (choice_.local_errors.empty()) return;
+  if (choice_.mean.trends.empty()) return;
   float center[3];
   float squared_radius = 0.0f;
   for (size_t axis = 0; axis < 3; ++axis) {
@@ -39,10 +39,11 @@ void LocalWeights::Start(const Box& box) {
   std::erase_if(near_, [squared_reach = reach * reach](const Near& near) { return near.squared > squared_reach; });
 }
 
-LocalWeights::Weights LocalWeights::At(const float* position) {
-  Weights weights{};
-  if (choice_.local_errors.empty()) {
-    std::copy(choice_.cloud_weights.begin(), choice_.cloud_weights.end(), weights.begin());
+LocalWeights::PointWeights LocalWeights::At(const float* position) {
+  if (choice_.mean.trends.empty()) {
+    PointWeights weights{};
+    std::copy(choice_.mean.cloud_weights.begin(), choice_.mean.cloud_weights.end(), weights.mean.begin());
+    std::copy(choice_.gaussian.cloud_weights.begin(), choice_.gaussian.cloud_weights.end(), weights.gaussian.begin());
     return weights;
   }
   squared_.clear();
@@ -55,12 +56,17 @@ LocalWeights::Weights LocalWeights::At(const float* position) {
   // Sums must not depend on the order in which the points were found.
   std::sort(squared_.begin(), squared_.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Near& a, const Near& b) { return a.point < b.point; });
-  for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+  return {NearestOf(choice_.mean, count), NearestOf(choice_.gaussian, count)};
+}
+
+LocalWeights::Weights LocalWeights::NearestOf(const ScaleWeights& weights, size_t count) const {
+  Weights nearest{};
+  for (size_t c = 0; c < weights.trends.size(); ++c) {
     double sum = 0.0;
-    for (size_t i = 0; i < count; ++i) sum += choice_.local_errors[squared_[i].point][c];
-    weights[c] = ScaleWeight(sum / static_cast<double>(count));
+    for (size_t i = 0; i < count; ++i) sum += weights.local_differences[squared_[i].point][c];
+    nearest[c] = ScaleWeight(weights.trends[c].ErrorAt(sum / static_cast<double>(count)));
   }
-  return weights;
+  return nearest;
 }
 
 }  // namespace curvd

@@ -17,6 +17,10 @@ namespace curvd {
 class LocalWeights {
  public:
   using Weights = std::array<double, ScaleChoice::kMostChosen>;
+  // Of each quantity.
+  struct PointWeights {
+    Weights mean, gaussian;
+  };
 
   // `table` and `choice` outlive the object. REQUIRES: choice.chosen is not empty.
   LocalWeights(const PilotTable& table, const ScaleChoice& choice);
@@ -24,12 +28,15 @@ class LocalWeights {
   // Looks at the sampled points around a box; then At(position) gives the weights at any position in it, in the order
   // of ScaleChoice::chosen. They have no particular sum.
   void Start(const Box& box);
-  Weights At(const float* position);
+  PointWeights At(const float* position);
 
   size_t bytes() const { return (near_.capacity() + squared_.capacity()) * sizeof(Near); }
   static size_t MostBytes(size_t sampled_points) { return 2 * sampled_points * sizeof(Near); }
 
  private:
+  // From the first `count` of squared_.
+  Weights NearestOf(const ScaleWeights& weights, size_t count) const;
+
   struct Near {
     float squared;  // distance
     uint32_t point;

@@ -12,6 +12,7 @@
 #include "core/estimators/neighborhood_plan.h"
 #include "core/estimators/neighbors.h"
 #include "core/index/spatial_index.h"
+#include "core/scale/one_side.h"
 #include "core/scale/pilot_table.h"
 
 namespace curvd {
@@ -22,6 +23,7 @@ struct PilotScratch : GroupScratch {
   ScratchArray<int32_t> ids;    // of the neighbors
   std::vector<uint32_t> order;  // of the neighbors, by distance up to the rungs
   std::vector<float> squared;   // distances of the neighbors
+  std::vector<SideNeighbor> side;
 
   size_t bytes() const override;
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count);

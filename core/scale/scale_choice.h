@@ -19,7 +19,7 @@ struct ScaleScore {
   double difference;   // from the next larger scale, as it is found at the sampled points
   double noise;        // what differs between the halves of a neighborhood
   double bias;         // what the halves have in common that smaller neighborhoods show otherwise
-  double share = 0.0;  // mean weight over the sampled points; 0: not among the chosen
+  double share = 0.0;  // mean weight in the mean curvature over the sampled points; 0: not among the chosen
 };
 
 // Which candidates may be chosen.
@@ -31,20 +31,45 @@ struct ScaleBounds {
   bool per_cloud = false;                                      // the same weights at every point
 };
 
+// How the expected errors of one chosen candidate change from place to place.
+struct LocalTrend {
+  double cloud_error;       // over the whole cloud
+  double cloud_difference;  // from the next larger scale, as it is found at the sampled points
+  // From 0, differences change from place to place no more than chance makes them, to 1: what chance adds is nothing
+  // beside how they change.
+  double reliance;
+
+  // The error where sampled points nearby show this mean difference.
+  double ErrorAt(double difference) const;
+};
+
+// How much the estimates of one quantity by the chosen candidates count. All lists are in the order of
+// ScaleChoice::chosen.
+struct ScaleWeights {
+  static constexpr size_t kMostChosen = 5;
+
+  std::vector<double> cloud_weights;  // over the whole cloud; their sum is 1
+  std::vector<LocalTrend> trends;     // empty: cloud_weights hold everywhere
+  // By how much the estimates of each chosen candidate, and its next larger scale, differ at each sampled point.
+  std::vector<std::array<float, kMostChosen>> local_differences;
+
+  size_t bytes() const { return local_differences.capacity() * sizeof(local_differences.front()); }
+};
+
 // Candidates whose estimates are averaged, and how the weights change from place to place.
 struct ScaleChoice {
-  static constexpr size_t kMostChosen = 5;
+  static constexpr size_t kMostChosen = ScaleWeights::kMostChosen;
   // Sampled points that the weights at a point are taken from.
   static constexpr size_t kNearest = 24;
 
   std::vector<ScaleScore> scores;      // of all candidates that could be judged
   std::vector<ScaleCandidate> chosen;  // at most kMostChosen, the largest share first; empty: none could be judged
-  std::vector<double> cloud_weights;   // of each chosen one, over the whole cloud; their sum is 1
-  // The expected error of each chosen candidate at each sampled point, kMostChosen values a point; empty: cloud_weights
-  // hold everywhere.
-  std::vector<std::array<float, kMostChosen>> local_errors;
+  ScaleWeights mean, gaussian;         // of the curvatures: what suits the one need not suit the other
   double sigma = 0.0;  // standard deviation of the positions' noise, in the index's unit, as the residuals show it
 };
+
+// The standard deviation of the noise of positions, in the index's unit, as the residuals show it; 0: nothing does.
+double PositionNoise(const PilotTable& table);
 
 // Thread-safe. The same table gives the same choice on every machine.
 ScaleChoice ChooseScales(const PilotTable& table, const ScaleBounds& bounds);

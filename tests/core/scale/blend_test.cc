@@ -22,7 +22,7 @@ PointCurvature Estimate(double k1, double k2, double angle) {
 
 TEST(BlendTest, OneEstimateStaysAsItIs) {
   Blend blend;
-  blend.Add(Estimate(-0.5, 2.0, 0.3), 7.0);
+  blend.Add(Estimate(-0.5, 2.0, 0.3), 7.0, 7.0);
   const PointCurvature point = blend.Finish();
   EXPECT_EQ(point.status, PointStatus::kOk);
   EXPECT_FLOAT_EQ(point.mean, 0.75f);
@@ -35,8 +35,8 @@ TEST(BlendTest, OneEstimateStaysAsItIs) {
 
 TEST(BlendTest, AveragesShapeOperatorsAndNotTheirPrincipalCurvatures) {
   Blend blend;
-  blend.Add(Estimate(0.0, 1.0, 0.0), 1.0);
-  blend.Add(Estimate(0.0, 1.0, std::acos(0.0)), 1.0);
+  blend.Add(Estimate(0.0, 1.0, 0.0), 1.0, 1.0);
+  blend.Add(Estimate(0.0, 1.0, std::acos(0.0)), 1.0, 1.0);
   const PointCurvature point = blend.Finish();
   EXPECT_NEAR(point.k1, 0.5, 1e-6) << "ridges across each other make a sphere";
   EXPECT_NEAR(point.k2, 0.5, 1e-6);
@@ -44,26 +44,26 @@ TEST(BlendTest, AveragesShapeOperatorsAndNotTheirPrincipalCurvatures) {
 
 TEST(BlendTest, WeightsCount) {
   Blend blend;
-  blend.Add(Estimate(1.0, 1.0, 0.0), 3.0);
+  blend.Add(Estimate(1.0, 1.0, 0.0), 3.0, 3.0);
   PointCurvature wide = Estimate(2.0, 2.0, 0.0);
   wide.radius = 5.0f;
-  blend.Add(wide, 1.0);
+  blend.Add(wide, 1.0, 1.0);
   EXPECT_FLOAT_EQ(blend.Finish().mean, 1.25f);
   EXPECT_EQ(blend.Finish().radius, 5.0f) << "how far any of them looked";
 }
 
 TEST(BlendTest, WhatCouldNotBeEstimatedDoesNotCount) {
   Blend blend;
-  blend.Add(UndefinedCurvature(PointStatus::kSingularFit), 100.0);
-  blend.Add(Estimate(1.0, 2.0, 0.1), 1.0);
+  blend.Add(UndefinedCurvature(PointStatus::kSingularFit), 100.0, 100.0);
+  blend.Add(Estimate(1.0, 2.0, 0.1), 1.0, 1.0);
   EXPECT_EQ(blend.Finish().status, PointStatus::kOk);
   EXPECT_FLOAT_EQ(blend.Finish().mean, 1.5f);
 }
 
 TEST(BlendTest, WithoutAnyTheLargestWeightSaysWhy) {
   Blend blend;
-  blend.Add(UndefinedCurvature(PointStatus::kSingularFit), 1.0);
-  blend.Add(UndefinedCurvature(PointStatus::kDegenerateArea), 2.0);
+  blend.Add(UndefinedCurvature(PointStatus::kSingularFit), 1.0, 1.0);
+  blend.Add(UndefinedCurvature(PointStatus::kDegenerateArea), 2.0, 2.0);
   const PointCurvature point = blend.Finish();
   EXPECT_EQ(point.status, PointStatus::kDegenerateArea);
   EXPECT_TRUE(std::isnan(point.mean) && std::isnan(point.k1) && std::isnan(point.d1[0]));
@@ -72,10 +72,10 @@ TEST(BlendTest, WithoutAnyTheLargestWeightSaysWhy) {
 
 TEST(BlendTest, OppositeNormalsAreNoSurface) {
   Blend blend;
-  blend.Add(Estimate(1.0, 1.0, 0.0), 1.0);
+  blend.Add(Estimate(1.0, 1.0, 0.0), 1.0, 1.0);
   PointCurvature turned = Estimate(1.0, 1.0, 0.0);
   turned.d1 = {0.0f, 1.0f, 0.0f}, turned.d2 = {1.0f, 0.0f, 0.0f};
-  blend.Add(turned, 1.0);
+  blend.Add(turned, 1.0, 1.0);
   EXPECT_EQ(blend.Finish().status, PointStatus::kInconsistentNormals);
 }
 

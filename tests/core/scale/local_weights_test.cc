@@ -19,16 +19,21 @@ Sampled RandomSamples(size_t count) {
   std::uniform_real_distribution<float> coordinate(0.0f, 1.0f);
   Sampled sampled;
   sampled.choice.chosen = {{0, 3}, {1, 5}};
-  sampled.choice.cloud_weights = {0.6, 0.4};
+  sampled.choice.mean.cloud_weights = {0.6, 0.4};
+  sampled.choice.gaussian.cloud_weights = {0.3, 0.7};
+  sampled.choice.mean.trends = {{0.5, 0.6, 1.0}, {0.7, 0.4, 0.5}};
+  sampled.choice.gaussian.trends = {{0.1, 0.6, 0.0}, {0.2, 0.4, 1.0}};
   for (size_t i = 0; i < count; ++i) {
     sampled.table.emplace_back(std::array<float, 3>{coordinate(random), coordinate(random), coordinate(random)});
-    sampled.choice.local_errors.push_back({0.1f + coordinate(random), 0.1f + coordinate(random)});
+    for (ScaleWeights* const weights : {&sampled.choice.mean, &sampled.choice.gaussian}) {
+      weights->local_differences.push_back({0.1f + coordinate(random), 0.1f + coordinate(random)});
+    }
   }
   return sampled;
 }
 
 // By looking at all sampled points.
-LocalWeights::Weights SlowWeights(const Sampled& sampled, const std::array<float, 3>& at) {
+LocalWeights::Weights SlowWeights(const Sampled& sampled, const ScaleWeights& of, const std::array<float, 3>& at) {
   std::vector<std::pair<double, size_t>> order;
   for (size_t i = 0; i < sampled.table.size(); ++i) {
     double squared = 0.0;
@@ -43,8 +48,8 @@ LocalWeights::Weights SlowWeights(const Sampled& sampled, const std::array<float
   LocalWeights::Weights weights{};
   for (size_t c = 0; c < 2; ++c) {
     double sum = 0.0;
-    for (const auto& [squared, i] : order) sum += sampled.choice.local_errors[i][c];
-    weights[c] = ScaleWeight(sum / static_cast<double>(order.size()));
+    for (const auto& [squared, i] : order) sum += of.local_differences[i][c];
+    weights[c] = ScaleWeight(of.trends[c].ErrorAt(sum / static_cast<double>(order.size())));
   }
   return weights;
 }
@@ -66,8 +71,13 @@ TEST(LocalWeightsTest, AreThoseOfTheNearestSampledPoints) {
         std::array<float, 3> at;
         for (size_t axis = 0; axis < 3; ++axis)
           at[axis] = box.lo[axis] + within(random) * (box.hi[axis] - box.lo[axis]);
-        const LocalWeights::Weights expected = SlowWeights(sampled, at), found = weights.At(at.data());
-        for (size_t c = 0; c < 2; ++c) EXPECT_NEAR(found[c] / expected[c], 1.0, 1e-9) << count;
+        const LocalWeights::PointWeights found = weights.At(at.data());
+        const LocalWeights::Weights mean = SlowWeights(sampled, sampled.choice.mean, at);
+        const LocalWeights::Weights gaussian = SlowWeights(sampled, sampled.choice.gaussian, at);
+        for (size_t c = 0; c < 2; ++c) {
+          EXPECT_NEAR(found.mean[c] / mean[c], 1.0, 1e-9) << count;
+          EXPECT_NEAR(found.gaussian[c] / gaussian[c], 1.0, 1e-9) << count;
+        }
       }
     }
   }
@@ -75,12 +85,14 @@ TEST(LocalWeightsTest, AreThoseOfTheNearestSampledPoints) {
 
 TEST(LocalWeightsTest, AChoiceForTheWholeCloudIsTheSameEverywhere) {
   Sampled sampled = RandomSamples(100);
-  sampled.choice.local_errors.clear();
+  sampled.choice.mean.trends.clear();
+  sampled.choice.gaussian.trends.clear();
   LocalWeights weights(sampled.table, sampled.choice);
   weights.Start({{0, 0, 0}, {1, 1, 1}});
   const float at[3] = {0.5f, 0.5f, 0.5f};
-  EXPECT_EQ(weights.At(at)[0], 0.6);
-  EXPECT_EQ(weights.At(at)[1], 0.4);
+  EXPECT_EQ(weights.At(at).mean[0], 0.6);
+  EXPECT_EQ(weights.At(at).mean[1], 0.4);
+  EXPECT_EQ(weights.At(at).gaussian[1], 0.7);
 }
 
 }  // namespace

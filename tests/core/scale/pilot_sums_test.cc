@@ -27,12 +27,12 @@ TEST(PilotSumsTest, EveryMethodFindsTheCurvatureOfAGraph) {
   for (const auto& [a, b] : {std::pair{0.2, 0.2}, std::pair{0.3, -0.1}, std::pair{-0.4, -0.1}}) {
     const PilotSums sums = Bowl(a, b, 400, 0.5);
     const double mean = 0.5 * (a + b);
-    ASSERT_TRUE(sums.MeanOfHexagrams().has_value());
-    EXPECT_NEAR(sums.MeanOfHexagrams()->mean, mean, 0.02);
-    EXPECT_NEAR(sums.MeanOfHexagrams()->steepest, std::max(std::abs(a), std::abs(b)), 0.03);
-    EXPECT_NEAR(*sums.MeanOfRegression(0.5), mean, 1e-4);
-    EXPECT_NEAR(sums.MeanOfJet(0.5)->mean, mean, 1e-10) << "the graph is a polynomial of degree 2";
-    EXPECT_LT(sums.MeanOfJet(0.5)->residual, 1e-7);
+    ASSERT_TRUE(sums.HexagramEstimate().has_value());
+    EXPECT_NEAR(sums.HexagramEstimate()->shape.mean, mean, 0.02);
+    EXPECT_NEAR(sums.HexagramEstimate()->steepest, std::max(std::abs(a), std::abs(b)), 0.03);
+    EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.mean, mean, 1e-4);
+    EXPECT_NEAR(sums.JetEstimate(0.5)->shape.mean, mean, 1e-10) << "the graph is a polynomial of degree 2";
+    EXPECT_LT(sums.JetEstimate(0.5)->residual, 1e-7);
   }
 }
 
@@ -40,7 +40,7 @@ TEST(PilotSumsTest, SumsOfPartsAreThoseOfTheWhole) {
   PilotSums parts = Bowl(0.2, 0.1, 60, 1.0);
   parts += Bowl(0.2, 0.1, 40, 1.0);
   EXPECT_EQ(parts.count(), 100.0);
-  EXPECT_NEAR(parts.MeanOfJet(1.0)->mean, 0.15, 1e-9);
+  EXPECT_NEAR(parts.JetEstimate(1.0)->shape.mean, 0.15, 1e-9);
 }
 
 TEST(PilotSumsTest, TheResidualIsTheNoiseOfThePositions) {
@@ -49,7 +49,7 @@ TEST(PilotSumsTest, TheResidualIsTheNoiseOfThePositions) {
   std::normal_distribution<double> noise(0.0, 0.01);
   PilotSums sums;
   for (int i = 0; i < 2000; ++i) sums.Add({{coordinate(random), coordinate(random), noise(random)}, {0, 0, 1}});
-  EXPECT_NEAR(sums.MeanOfJet(1.0)->residual, 0.01, 0.0005);
+  EXPECT_NEAR(sums.JetEstimate(1.0)->residual, 0.01, 0.0005);
 }
 
 // A spread of points of a normal distribution, along two axes of the tangent plane, turned, and along the normal.
@@ -74,9 +74,9 @@ TEST(PilotSumsTest, TellsALineFromANarrowStripAndFromNoise) {
 }
 
 TEST(PilotSumsTest, NothingIsSaidWhereTheNeighborsFixNoSurface) {
-  EXPECT_FALSE(PilotSums().MeanOfHexagrams().has_value());
-  EXPECT_FALSE(PilotSums().MeanOfRegression(1.0).has_value());
-  EXPECT_FALSE(PilotSums().MeanOfJet(1.0).has_value());
+  EXPECT_FALSE(PilotSums().HexagramEstimate().has_value());
+  EXPECT_FALSE(PilotSums().RegressionEstimate(1.0).has_value());
+  EXPECT_FALSE(PilotSums().JetEstimate(1.0).has_value());
   PilotSums line, spot, opposed;
   for (int i = 0; i < 100; ++i) {
     line.Add({{0.01 * i, 0.0, 0.0}, {0, 0, 1}});
@@ -84,11 +84,11 @@ TEST(PilotSumsTest, NothingIsSaidWhereTheNeighborsFixNoSurface) {
     opposed.Add({{std::cos(i), std::sin(i), 0.0}, {0, 0, i % 2 == 0 ? 1.0 : -1.0}});
   }
   for (const PilotSums* sums : {&line, &spot}) {
-    EXPECT_FALSE(sums->MeanOfHexagrams().has_value());
-    EXPECT_FALSE(sums->MeanOfRegression(1.0).has_value());
-    EXPECT_FALSE(sums->MeanOfJet(1.0).has_value());
+    EXPECT_FALSE(sums->HexagramEstimate().has_value());
+    EXPECT_FALSE(sums->RegressionEstimate(1.0).has_value());
+    EXPECT_FALSE(sums->JetEstimate(1.0).has_value());
   }
-  EXPECT_FALSE(opposed.MeanOfRegression(1.0).has_value()) << "normals cancel out";
+  EXPECT_FALSE(opposed.RegressionEstimate(1.0).has_value()) << "normals cancel out";
 }
 
 }  // namespace

@@ -38,6 +38,10 @@ PilotTable MakeTable(const std::array<Behavior, kMethodCount>& behaviors, double
         parts[PilotPoint::kEven] = static_cast<float>(1.0 + lost + std::sqrt(2.0) * even);
         parts[PilotPoint::kOdd] = static_cast<float>(1.0 + lost + std::sqrt(2.0) * odd);
         parts[PilotPoint::kAll] = static_cast<float>(1.0 + lost + (even + odd) / std::sqrt(2.0));
+        // Of a sphere.
+        for (const auto part : {PilotPoint::kAll, PilotPoint::kEven, PilotPoint::kOdd}) {
+          point.difference[m][rung][part] = point.twist[m][rung][part] = 0.0f;
+        }
       }
     }
     table.push_back(point);
@@ -50,7 +54,7 @@ constexpr Behavior kUseless{100.0, 100.0};
 uint32_t MeanCount(const ScaleChoice& choice) {
   double logs = 0.0;
   for (size_t c = 0; c < choice.chosen.size(); ++c)
-    logs += choice.cloud_weights[c] * std::log2(choice.chosen[c].count());
+    logs += choice.mean.cloud_weights[c] * std::log2(choice.chosen[c].count());
   return static_cast<uint32_t>(std::exp2(logs));
 }
 
@@ -72,7 +76,7 @@ TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
     const ScaleChoice choice = ChooseScales(MakeTable(behaviors), {});
     double weight = 0.0;
     for (size_t c = 0; c < choice.chosen.size(); ++c) {
-      if (choice.chosen[c].method == best) weight += choice.cloud_weights[c];
+      if (choice.chosen[c].method == best) weight += choice.mean.cloud_weights[c];
     }
     EXPECT_GT(weight, 0.95) << best;
   }
@@ -96,12 +100,15 @@ TEST(ScaleChoiceTest, KeepsToItsBounds) {
 TEST(ScaleChoiceTest, WeightsFollowTheNoiseFromPlaceToPlace) {
   const PilotTable table = MakeTable({Behavior{0.03, 2.0}, kUseless, kUseless}, 30.0);
   const ScaleChoice choice = ChooseScales(table, {});
-  ASSERT_EQ(choice.local_errors.size(), table.size());
+  ASSERT_EQ(choice.mean.local_differences.size(), table.size());
   const auto mean_count = [&](size_t first, size_t last) {
     double logs = 0.0, weights = 0.0;
     for (size_t c = 0; c < choice.chosen.size(); ++c) {
-      double error = 0.0;
-      for (size_t i = first; i < last; ++i) error += choice.local_errors[i][c] / static_cast<double>(last - first);
+      double difference = 0.0;
+      for (size_t i = first; i < last; ++i) {
+        difference += choice.mean.local_differences[i][c] / static_cast<double>(last - first);
+      }
+      const double error = choice.mean.trends[c].ErrorAt(difference);
       logs += ScaleWeight(error) * std::log2(choice.chosen[c].count());
       weights += ScaleWeight(error);
     }
@@ -116,12 +123,13 @@ TEST(ScaleChoiceTest, SharesOfTheChosenSumToOne) {
     bounds.per_cloud = per_cloud;
     const ScaleChoice choice = ChooseScales(MakeTable({Behavior{1.0, 1.0}, kUseless, kUseless}), bounds);
     EXPECT_EQ(choice.chosen.size(), ScaleChoice::kMostChosen);
-    EXPECT_NEAR(std::accumulate(choice.cloud_weights.begin(), choice.cloud_weights.end(), 0.0), 1.0, 1e-12);
-    EXPECT_TRUE(std::is_sorted(choice.cloud_weights.rbegin(), choice.cloud_weights.rend()));
+    EXPECT_NEAR(std::accumulate(choice.mean.cloud_weights.begin(), choice.mean.cloud_weights.end(), 0.0), 1.0, 1e-12);
+    EXPECT_TRUE(std::is_sorted(choice.mean.cloud_weights.rbegin(), choice.mean.cloud_weights.rend()));
     double shares = 0.0;
     for (const ScaleScore& score : choice.scores) shares += score.share;
     EXPECT_NEAR(shares, 1.0, 1e-12);
-    EXPECT_EQ(choice.local_errors.empty(), per_cloud);
+    EXPECT_EQ(choice.mean.trends.empty(), per_cloud);
+    EXPECT_EQ(choice.gaussian.trends.empty(), per_cloud);
   }
 }
 
@@ -130,7 +138,7 @@ TEST(ScaleChoiceTest, EstimatesThatAgreeExactlyHaveFiniteWeights) {
   const PilotTable table = MakeTable({Behavior{0.0, 0.0}, Behavior{0.0, 0.0}, Behavior{0.0, 0.0}});
   const ScaleChoice choice = ChooseScales(table, {});
   ASSERT_FALSE(choice.chosen.empty());
-  for (const double weight : choice.cloud_weights) EXPECT_TRUE(std::isfinite(weight)) << weight;
+  for (const double weight : choice.mean.cloud_weights) EXPECT_TRUE(std::isfinite(weight)) << weight;
   for (const ScaleScore& score : choice.scores) EXPECT_TRUE(std::isfinite(score.error) && score.error > 0.0);
 }
 

@@ -1,0 +1,27 @@
+// Collects the neighbors of every point of a group, one point at a time.
+#pragma once
+
+#include <cstddef>
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "core/estimators/neighborhood_plan.h"
+#include "core/index/spatial_index.h"
+#include "core/scale/pilot.h"
+
+namespace curvd {
+
+// Which points of a group are looked at.
+enum class CollectedPoints : uint8_t {
+  kAll,      // those that get no result included
+  kQueries,  // those that get one
+};
+
+// Loads the points of a group, from scratch.first_point on, keeps those of them, by their order, for which keep(i) is
+// true, and calls visit(i) for each once scratch.neighbors and scratch.ids hold its neighbors; i is then its place in
+// scratch.points. Errors as those of GroupPhase::run. REQUIRES: `plan` is by count; `index` has normals.
+absl::Status CollectNeighbors(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
+                              CollectedPoints which, PilotScratch& scratch, absl::FunctionRef<bool(size_t i)> keep,
+                              absl::FunctionRef<void(size_t i)> visit);
+
+}  // namespace curvd

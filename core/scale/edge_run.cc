@@ -1,0 +1,159 @@
+#include "core/scale/edge_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/scale/collect.h"
+
+namespace curvd {
+namespace {
+
+// Neighbors whose normals tell an edge.
+constexpr uint32_t kMeasured = 32;
+// Samples around a group that tell what is usual there, and the share of them which is no rougher: edges are few.
+constexpr size_t kNearestSamples = 24;
+constexpr double kUsualShare = 0.4;
+// Where fewer of the sampled points than this share have a neighborhood of 64 points without an edge, the cloud is
+// rough, and has no edges.
+constexpr double kLeastClearShare = 0.1;
+constexpr size_t kClearRung = 4;
+
+NeighborhoodPlan PlanFor(uint32_t count, const SpatialIndex& index) {
+  EstimatorOptions options;
+  options.neighborhood = NeighborCount{count};
+  return NeighborhoodPlan::Make(options, index);
+}
+
+// The neighbors that were collected, as they come.
+void CopyNeighbors(const PilotScratch& s, std::vector<SideNeighbor>& neighbors) {
+  const NeighborArrays& n = s.neighbors;
+  neighbors.clear();
+  for (size_t j = 0; j < n.count; ++j) {
+    neighbors.push_back({Eigen::Vector3d(n.dx[j], n.dy[j], n.dz[j]), Eigen::Vector3d(n.nx[j], n.ny[j], n.nz[j])});
+  }
+}
+
+// The same, sorted by distance, then by id; none beyond `most`.
+void CopySorted(const PilotScratch& s, float most, std::vector<uint32_t>& order, std::vector<float>& squared,
+                std::vector<SideNeighbor>& neighbors) {
+  const NeighborArrays& n = s.neighbors;
+  order.clear();
+  squared.resize(n.count);
+  for (uint32_t j = 0; j < n.count; ++j) {
+    squared[j] = n.dx[j] * n.dx[j] + n.dy[j] * n.dy[j] + n.dz[j] * n.dz[j];
+    if (squared[j] <= most * most) order.push_back(j);
+  }
+  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    return squared[a] != squared[b] ? squared[a] < squared[b] : s.ids[a] < s.ids[b];
+  });
+  neighbors.clear();
+  for (const uint32_t j : order) {
+    neighbors.push_back({Eigen::Vector3d(n.dx[j], n.dy[j], n.dz[j]), Eigen::Vector3d(n.nx[j], n.ny[j], n.nz[j])});
+  }
+}
+
+}  // namespace
+
+EdgeRun::EdgeRun(const SpatialIndex& index)
+    : index_(index), is_large_enough_(index.point_count() >= 3 * kMeasured), marks_(index) {
+  if (is_large_enough_) measured_ = PlanFor(kMeasured, index);
+}
+
+void EdgeRun::LookAmong(uint32_t count) {
+  const uint32_t most = static_cast<uint32_t>(std::min<size_t>(index_.point_count() / 3, count));
+  if (is_large_enough_) repaired_ = PlanFor(most, index_);
+}
+
+absl::Status EdgeRun::Measure(size_t group, PilotScratch& s) {
+  if (!is_large_enough_) return absl::OkStatus();
+  const auto all = [](size_t) { return true; };
+  return CollectNeighbors(index_, measured_, group, CollectedPoints::kAll, s, all, [&](size_t i) {
+    s.search.work += 16 * s.neighbors.count;
+    CopyNeighbors(s, s.side);
+    marks_.SetTrend(static_cast<size_t>(s.points.place[i]), TrendOf(s.side));
+  });
+}
+
+void EdgeRun::Sample(double position_noise) {
+  position_noise_ = position_noise;
+  const size_t leaves = index_.leaf_count(), count = std::min(leaves, Pilot::kMostPoints);
+  for (size_t k = 0; k < count; ++k) {
+    const size_t leaf = k * leaves / count;
+    const SpatialIndex::LeafPositions& points = index_.positions(leaf);
+    const float roughness = marks_.RoughnessAt(leaf * SpatialIndex::kLeafSize);
+    if (std::isfinite(roughness)) samples_.push_back({{points.x[0], points.y[0], points.z[0]}, roughness});
+  }
+}
+
+double EdgeRun::NoiseAround(size_t group) const {
+  const SpatialIndex::LeafPositions& points = index_.positions(group * SpatialIndex::kGroupLeaves);
+  std::array<std::pair<float, float>, Pilot::kMostPoints> near;  // squared distance, roughness
+  size_t count = 0;
+  for (const Sampled& sample : samples_) {
+    const float x = sample.position[0] - points.x[0], y = sample.position[1] - points.y[0],
+                z = sample.position[2] - points.z[0];
+    near[count++] = {x * x + y * y + z * z, sample.roughness};
+  }
+  const size_t kept = std::min(count, kNearestSamples);
+  if (kept == 0) return std::numeric_limits<double>::infinity();
+  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(kept),
+                    near.begin() + static_cast<std::ptrdiff_t>(count));
+  const auto usual = near.begin() + static_cast<std::ptrdiff_t>(kUsualShare * static_cast<double>(kept - 1));
+  std::nth_element(near.begin(), usual, near.begin() + static_cast<std::ptrdiff_t>(kept),
+                   [](const auto& a, const auto& b) { return a.second < b.second; });
+  return usual->second;
+}
+
+void EdgeRun::Mark(size_t group) {
+  if (is_large_enough_) marks_.MarkGroup(group, NoiseAround(group), position_noise_);
+}
+
+void EdgeRun::Finish(PilotTable& table) {
+  if (!is_large_enough_) return;
+  marks_.Finish();
+  has_edges_ = marks_.HasEdges();
+  if (!has_edges_) return;
+  std::vector<size_t> clear(table.size());
+  for (size_t i = 0; i < table.size(); ++i) {
+    const float distance = DistanceToEdge(table[i].position.data());
+    while (clear[i] < kRungCount && table[i].radius[clear[i]] < distance) ++clear[i];
+  }
+  const auto are_clear = std::count_if(clear.begin(), clear.end(), [](size_t rungs) { return rungs > kClearRung; });
+  has_edges_ = static_cast<double>(are_clear) >= kLeastClearShare * static_cast<double>(table.size());
+  if (!has_edges_) return;
+  for (size_t i = 0; i < table.size(); ++i) table[i].KeepRungs(clear[i]);
+}
+
+float EdgeRun::DistanceToEdge(const float* position) const {
+  return std::sqrt(marks_.SquaredDistance(position, std::numeric_limits<float>::max()));
+}
+
+absl::Status EdgeRun::Repair(size_t group, float most_radius, absl::FunctionRef<bool(size_t i)> is_one_sided,
+                             absl::FunctionRef<OneSideScale(const float* position)> scale_at,
+                             absl::FunctionRef<void(size_t slot, const PointCurvature& point)> take,
+                             PilotScratch& s) const {
+  const double normal_noise = NoiseAround(group), to_caller = std::ldexp(1.0, index_.scale_exponent());
+  s.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
+  return CollectNeighbors(index_, repaired_, group, CollectedPoints::kQueries, s, is_one_sided, [&](size_t i) {
+    s.search.work += 16 * s.neighbors.count;
+    float position[3], normal[3];
+    s.points.query.Get(i, position);
+    s.points.normal.Get(i, normal);
+    CopySorted(s, most_radius, s.order, s.squared, s.side);
+    const OneSideScale scale = scale_at(position);
+    auto point = EstimateOneSide(s.side, Eigen::Vector3d(normal[0], normal[1], normal[2]),
+                                 {scale.count, normal_noise, position_noise_, scale.allowed_error});
+    if (!point.has_value()) return;
+    for (float* const curvature : {&point->mean, &point->k1, &point->k2}) {
+      *curvature = static_cast<float>(*curvature * to_caller);
+    }
+    point->gaussian = static_cast<float>(point->gaussian * to_caller * to_caller);
+    point->radius = static_cast<float>(point->radius / to_caller);
+    if (std::isfinite(point->gaussian) && std::isfinite(point->k1) && std::isfinite(point->k2)) {
+      take(s.points.slot[i], *point);
+    }
+  });
+}
+
+}  // namespace curvd

@@ -1,0 +1,76 @@
+// Keeps estimates from reaching over sharp edges: finds the edges of a cloud, and estimates points beside them from
+// their own side (docs/numerics.md).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "core/estimators/curvature_field.h"
+#include "core/scale/edge_marks.h"
+#include "core/scale/one_side.h"
+#include "core/scale/pilot.h"
+
+namespace curvd {
+
+// What the choice of scales says of one point beside an edge.
+struct OneSideScale {
+  size_t count;          // of neighbors
+  double allowed_error;  // of the mean curvature, in 1 / the index's length
+};
+
+// Usage: Measure every group; Sample; Mark every group; Finish; then ask; LookAmong; Repair points of any group.
+// Measure, Mark and Repair are thread-safe for distinct groups and scratch.
+class EdgeRun {
+ public:
+  // REQUIRES: `index` has normals, and outlives the object. May throw std::bad_alloc.
+  explicit EdgeRun(const SpatialIndex& index);
+
+  // How rough normals are around each point. Errors as those of GroupPhase::run.
+  absl::Status Measure(size_t group, PilotScratch& scratch);
+  // Looks at the roughness of some points: what is usual in a place is noise. That of the positions has this standard
+  // deviation, in the index's unit.
+  void Sample(double position_noise);
+  void Mark(size_t group);
+  // Tells `table` which scales reach over an edge at its points. If that are nearly all, there are no edges.
+  void Finish(PilotTable& table);
+
+  bool HasEdges() const { return has_edges_; }
+  // From a position to the nearest point beside an edge, in the index's unit.
+  float DistanceToEdge(const float* position) const;
+  // Repair looks among so many neighbors, a third of the cloud at most, for those on the side of a point.
+  void LookAmong(uint32_t count);
+  // Estimates points of a group from their own sides: of those that get a result, from scratch.first_point on, each for
+  // which is_one_sided(i) is true; take(slot, curvature) is called for each that has one, of lengths in the caller's
+  // unit. `scale_at(position)` is asked at each; no neighbor is farther than `most_radius`, in the index's unit. Errors
+  // as those of GroupPhase::run.
+  absl::Status Repair(size_t group, float most_radius, absl::FunctionRef<bool(size_t i)> is_one_sided,
+                      absl::FunctionRef<OneSideScale(const float* position)> scale_at,
+                      absl::FunctionRef<void(size_t slot, const PointCurvature& point)> take,
+                      PilotScratch& scratch) const;
+
+  size_t bytes() const { return marks_.bytes() + samples_.capacity() * sizeof(Sampled); }
+
+ private:
+  struct Sampled {
+    std::array<float, 3> position;
+    float roughness;
+  };
+
+  // The noise of normals along each tangent that is usual around a group.
+  double NoiseAround(size_t group) const;
+
+  const SpatialIndex& index_;
+  const bool is_large_enough_;
+  NeighborhoodPlan measured_{}, repaired_{};
+  EdgeMarks marks_;
+  std::vector<Sampled> samples_;
+  double position_noise_ = 0.0;
+  bool has_edges_ = false;
+};
+
+}  // namespace curvd
