@@ -55,8 +55,8 @@ absl::Status CheckArrays(const CloudView& cloud, const NormalOptions& normals) {
 absl::Status CheckPart(const CloudView& cloud) {
   const auto check = [&](const char* name, size_t size) {
     if (size == 0 || size == cloud.size()) return absl::OkStatus();
-    return absl::InvalidArgumentError(
-        absl::StrCat(name, " holds ", size, " entries: it must hold one for each of ", cloud.size(), " points, or none"));
+    return absl::InvalidArgumentError(absl::StrCat(name, " holds ", size, " entries: it must hold one for each of ",
+                                                   cloud.size(), " points, or none"));
   };
   absl::Status status = check("ids", cloud.ids().size());
   return status.ok() ? check("roles", cloud.roles().size()) : status;

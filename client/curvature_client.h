@@ -59,8 +59,8 @@ class CloudView {
   CloudView SeenFrom(std::span<const float> viewpoints) const { return WithViewpoints(std::as_bytes(viewpoints)); }
   CloudView SeenFrom(std::span<const double> viewpoints) const { return WithViewpoints(std::as_bytes(viewpoints)); }
 
-  // The same points as a part of a larger cloud, with the id that each has in it: in any order, no two the same. A point's
-  // result then does not depend on the part in which it is sent (docs/protocol.md says what else that takes).
+  // The same points as a part of a larger cloud, with the id that each has in it: in any order, no two the same. A
+  // point's result then does not depend on the part in which it is sent (docs/protocol.md says what else that takes).
   // REQUIRES: the array outlives the view.
   CloudView WithIds(std::span<const uint64_t> ids) const {
     CloudView view = *this;
@@ -249,11 +249,11 @@ struct EstimateSummary {
   std::vector<EstimateWarning> warnings;
   std::optional<NormalsReport> normals;  // none where they were given
   std::optional<ScaleReport> scale;      // of kAuto or automatic_scale
-  // How far from a point its estimate looked at most, in units of its radius. A point of a part of a cloud has the result
-  // that it has in the whole one if no place that was left out, and may hold points, is within that and one part in a
-  // million more. None where there is no such factor.
+  // How far from a point its estimate looked at most, in units of its radius. A point of a part of a cloud has the
+  // result that it has in the whole one if no place that was left out, and may hold points, is within that and one part
+  // in a million more. None where there is no such factor.
   std::optional<double> reach_factor;
-  std::string request_id;                // as in the server's log
+  std::string request_id;  // as in the server's log
   int attempts = 1;
 };
 
@@ -264,9 +264,9 @@ struct NamedColumn {
   std::variant<std::vector<float>, std::vector<uint8_t>> values;
 };
 
-// One entry a point (three for d1, d2 and normals), in the order of the cloud; where it has roles, one for each query. NaN
-// where status is not kOk, save `radius`, which is there wherever there is a neighborhood, and normals, which are NaN where
-// there are none. Empty for quantities that were not asked for.
+// One entry a point (three for d1, d2 and normals), in the order of the cloud; where it has roles, one for each query.
+// NaN where status is not kOk, save `radius`, which is there wherever there is a neighborhood, and normals, which are
+// NaN where there are none. Empty for quantities that were not asked for.
 struct CurvatureResult {
   std::vector<float> mean;  // (k1 + k2) / 2; 1 / r on a ball with outward normals
   std::vector<float> gaussian;
@@ -323,8 +323,8 @@ class CurvatureClient {
   // helps, or die behind a proxy (UNKNOWN or INTERNAL without a reason): at once on the next server, then with growing
   // pauses, the cloud sent again each time. Further errors:
   // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals, viewpoints,
-  //   ids or roles as points, or the cloud has those that options.normals does not ask for, or lacks them; a quantity is unknown or given
-  //   twice.
+  //   ids or roles as points, or the cloud has those that options.normals does not ask for, or lacks them; a quantity
+  //   is unknown or given twice.
   // - UNIMPLEMENTED: the server is too old to make or orient normals, or to know of ids, roles or lattices.
   // - DEADLINE_EXCEEDED, CANCELLED: timeout, stop.
   // - INTERNAL: the server's answer has gaps, wrong lengths or no summary.

@@ -276,8 +276,9 @@ absl::Status Cloud::AppendOnLattice(const char* positions, const char* normals, 
     std::optional<Triple<float>> placed;
     if (AllFinite(given)) placed = lattice_->Place(exact);
     if (AllFinite(given) && !placed.has_value() && policy_ == InvalidPointPolicy::kReject) {
-      return InvalidPointError(size_, "position", exact,
-                               "within 2^23 lattice.spacing of lattice.origin; choose another origin, or a larger spacing");
+      return InvalidPointError(
+          size_, "position", exact,
+          "within 2^23 lattice.spacing of lattice.origin; choose another origin, or a larger spacing");
     }
     Triple<float> position = placed.value_or(Triple<float>{kNaN, kNaN, kNaN}), unit;
     if (placed.has_value()) {

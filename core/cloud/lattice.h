@@ -8,8 +8,8 @@
 
 namespace curvd {
 
-// Rounds each coordinate to the nearest multiple of `spacing`, halves to even, before it subtracts the origin, and all of
-// it exactly. So the difference of two positions is the same whatever the origin, and a float holds each of them.
+// Rounds each coordinate to the nearest multiple of `spacing`, halves to even, before it subtracts the origin, and all
+// of it exactly. So the difference of two positions is the same whatever the origin, and a float holds each of them.
 struct Lattice {
   // The largest distance of a coordinate from the origin, in spacings: floats hold twice as much.
   static constexpr double kMostSpacings = 0x1p23;

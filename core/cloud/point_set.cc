@@ -18,8 +18,8 @@ constexpr size_t kDigits = size_t{1} << kDigitBits;
 
 size_t Digit(uint64_t id, int shift) { return id >> shift & (kDigits - 1); }
 
-// Sorts by id, and points of the same id by place: a digit of the ids at a time, from the lowest, but for those that all
-// have in common. `ids` and `other` are scratch of that size; returns which of them has the result.
+// Sorts by id, and points of the same id by place: a digit of the ids at a time, from the lowest, but for those that
+// all have in common. `ids` and `other` are scratch of that size; returns which of them has the result.
 PlacedId* SortById(PlacedId* ids, PlacedId* other, size_t size) {
   uint64_t all = ~uint64_t{0}, any = 0;
   for (size_t i = 0; i < size; ++i) {

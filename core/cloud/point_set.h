@@ -16,10 +16,10 @@ enum class PointRole : uint8_t {
   kHalo,   // is a neighbor of others, and gets no result
 };
 
-// Points are added in the order of their input, and are known by their place in it until Rank is called; from then on by
-// their rank, which is their place in the order of their ids and decides between equal distances. Where ids ascend, both
-// are the same, and Rank does nothing. Where all points are queries, and nobody gave ids, id and slot are the rank, and no
-// memory is taken.
+// Points are added in the order of their input, and are known by their place in it until Rank is called; from then on
+// by their rank, which is their place in the order of their ids and decides between equal distances. Where ids ascend,
+// both are the same, and Rank does nothing. Where all points are queries, and nobody gave ids, id and slot are the
+// rank, and no memory is taken.
 //
 // Thread-compatible: const methods may run concurrently. What adds points may throw std::bad_alloc, and has then added
 // none.
@@ -101,9 +101,9 @@ class PointSet {
     uint64_t id;
   };
 
-  // Orders the points by their ids. Returns two that have the same id, if there are any; what it holds is then undefined.
-  // Takes some 20 ns a point where ids do not ascend, and 24 bytes a point meanwhile. May throw std::bad_alloc.
-  // REQUIRES: called once, after all points were added.
+  // Orders the points by their ids. Returns two that have the same id, if there are any; what it holds is then
+  // undefined. Takes some 20 ns a point where ids do not ascend, and 24 bytes a point meanwhile. May throw
+  // std::bad_alloc. REQUIRES: called once, after all points were added.
   std::optional<Twins> Rank();
 
   // Forgets the points from place `size` on. REQUIRES: size <= size(); Rank was not called.
@@ -138,8 +138,8 @@ class PointSet {
   bool has_ids_ = false;
   bool has_roles_ = false;
   bool is_reordered_ = false;
-  ScratchArray<uint64_t> ids_;   // by rank
-  ScratchArray<int32_t> slots_;  // by rank; kNoSlot for halo
+  ScratchArray<uint64_t> ids_;    // by rank
+  ScratchArray<int32_t> slots_;   // by rank; kNoSlot for halo
   ScratchArray<int32_t> places_;  // by rank, once they are not the ranks
 };
 

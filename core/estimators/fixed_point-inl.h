@@ -1,6 +1,6 @@
-// Sums of floats that are the same in whatever order they run: each addend becomes a whole number of quanta, and integers
-// are added. What a number becomes depends on itself and on the quantum, which follows from a bound of the addends and
-// from their number; so a sum depends on what is added alone, and not on where in the tree it lies.
+// Sums of floats that are the same in whatever order they run: each addend becomes a whole number of quanta, and
+// integers are added. What a number becomes depends on itself and on the quantum, which follows from a bound of the
+// addends and from their number; so a sum depends on what is added alone, and not on where in the tree it lies.
 
 #if defined(CURVD_CORE_ESTIMATORS_FIXED_POINT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef CURVD_CORE_ESTIMATORS_FIXED_POINT_INL_H_

@@ -106,14 +106,9 @@ HWY_INLINE void WriteGroup(const NeighborhoodPlan& plan, const GroupCurvature& c
     // A curvature that is no float32 comes out as infinity, and here as NaN.
     const bool finite = (k1 + k2 + c.gaussian[i]) * 0.0f == 0.0f;
     if (status == PointStatus::kOk && !finite) status = PointStatus::kDegenerateArea;
-    PointCurvature point = {c.mean[i],
-                            c.gaussian[i],
-                            k1,
-                            k2,
-                            {c.d1.x[i], c.d1.y[i], c.d1.z[i]},
-                            {c.d2.x[i], c.d2.y[i], c.d2.z[i]},
-                            0.0f,
-                            PointStatus::kOk};
+    PointCurvature point = {
+        c.mean[i], c.gaussian[i],   k1, k2, {c.d1.x[i], c.d1.y[i], c.d1.z[i]}, {c.d2.x[i], c.d2.y[i], c.d2.z[i]},
+        0.0f,      PointStatus::kOk};
     if (status != PointStatus::kOk) point = UndefinedCurvature(status);
     if (plan.search.by_radius) {
       point.radius = static_cast<float>(plan.radius);

@@ -16,8 +16,8 @@ std::span<const Strategy* const> Strategies();
 // The strategy of that name, or nullptr.
 const Strategy* FindStrategy(std::string_view name);
 
-// How far from a point its estimate looks at most, in units of the radius that it reports; nothing where that has no bound.
-// REQUIRES: options.Validate() is OK.
+// How far from a point its estimate looks at most, in units of the radius that it reports; nothing where that has no
+// bound. REQUIRES: options.Validate() is OK.
 std::optional<double> ReachFactor(const EstimatorOptions& options);
 
 // All names, for messages: "avg-hexagram, hexagram, ...".

@@ -156,7 +156,8 @@ TEST(CloudPartClientTest, TheServerNamesAPointThatIsOffTheLattice) {
   EXPECT_NE(status.message().find("position of point 0 is (432"), std::string::npos) << status;
   options.lattice = PositionLattice{0.001, {0, 0, 0}};
   const absl::Status spacing = (*client)->Estimate(cloud.View(), options).status();
-  EXPECT_NE(spacing.message().find("lattice.spacing is 0.001; it must be a power of two"), std::string::npos) << spacing;
+  EXPECT_NE(spacing.message().find("lattice.spacing is 0.001; it must be a power of two"), std::string::npos)
+      << spacing;
 }
 
 }  // namespace

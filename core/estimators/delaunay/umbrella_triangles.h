@@ -29,9 +29,10 @@ struct alignas(64) TriangleMeasures {
   float gaussian() const { return static_cast<float>(values[7]); }
 };
 
-// Position and normal.
-struct TriangleCorner {
+// Position and normal, and the point's rank.
+struct alignas(32) TriangleCorner {
   float values[6];
+  int32_t rank;
 };
 
 // All distinct triangles whose corners lie in the leaves of a list. Points go by their place: position of the leaf in

@@ -17,8 +17,9 @@
 #define CURVD_CORE_ESTIMATORS_FITS_ALGEBRAIC_SPHERE_INL_H_
 #endif
 
-#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "core/estimators/fits/double_sums-inl.h"
 #include "core/estimators/fits/fit_scratch.h"
@@ -152,10 +153,10 @@ HWY_INLINE void SumInfluence(const SphereColumns& columns, const Sphere& f, size
   const auto size = [](DoubleVec v) HWY_ATTR { return std::abs(hn::GetLane(v)); };
   const double most = size(f.constant) + size(f.by_qn) + size(f.by_qq) + size(f.by_q.x) + size(f.by_q.y) +
                       size(f.by_q.z) + size(f.by_n.x) + size(f.by_n.y) + size(f.by_n.z);
-  // In units of a power of two above that; where it is no number, so is the result.
-  int exponent = 0;
-  if (std::isfinite(most)) std::frexp(most, &exponent);
-  const double unit = std::ldexp(1.0, std::clamp(exponent, -1000, 1000));
+  // In units of a power of two above that, if it is within what has an inverse; where it is not, there is no result.
+  const bool is_usable = most > 0x1p-1000 && most < 0x1p1000;
+  const double unit =
+      is_usable ? 2.0 * std::bit_cast<double>(std::bit_cast<uint64_t>(most) & 0xFFF0000000000000u) : 1.0;
   const DoubleVec per_unit = hn::Set(d, 1.0 / unit), anchor = hn::Set(d, AnchorOf(count));
   DoubleVec xx = anchor, xy = xx, xz = xx, yy = xx, yz = xx, zz = xx, trace = xx;
   for (size_t j = 0; j < count; j += hn::Lanes(d)) {

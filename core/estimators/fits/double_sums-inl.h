@@ -51,8 +51,8 @@ HWY_INLINE DoubleVec Dot(const DoubleTriple& a, const DoubleTriple& b) {
   return hn::MulAdd(a.z, b.z, hn::MulAdd(a.y, b.y, hn::Mul(a.x, b.x)));
 }
 
-// The anchor of sums over the lanes of vectors of `count` addends, each of at most `bound` and a millionth of it, which is
-// a power of two: all sums are exact in its quanta, those over lanes too.
+// The anchor of sums over the lanes of vectors of `count` addends, each of at most `bound` and a millionth of it, which
+// is a power of two: all sums are exact in its quanta, those over lanes too.
 HWY_INLINE double AnchorOf(size_t count, double bound = 1.0) {
   const auto width = [](size_t n) { return static_cast<int>(std::bit_width(n)); };
   const size_t lanes = hn::Lanes(DoubleTag());
@@ -131,8 +131,8 @@ HWY_INLINE void StoreAnchoredSums(DoubleVec a, DoubleVec b, DoubleVec c, DoubleV
   StoreFourSums(hn::Sub(a, anchor), hn::Sub(b, anchor), hn::Sub(c, anchor), hn::Sub(e, anchor), out);
 }
 
-// Stores the dot products of `left` with each of `right` to out[0..3]. REQUIRES: of any two numbers that meet, one is Odd
-// or both are 1, and none is above 1 and a millionth.
+// Stores the dot products of `left` with each of `right` to out[0..3]. REQUIRES: of any two numbers that meet, one is
+// Odd or both are 1, and none is above 1 and a millionth.
 HWY_INLINE void DotFour(const double* left, const FourColumns& right, size_t size, double* out) {
   const DoubleTag d;
   const DoubleVec anchor = hn::Set(d, AnchorOf(size));

@@ -32,8 +32,8 @@ HWY_INLINE Triple RoundedTo(float spacing, const Triple& v) {
   return {round(v.x), round(v.y), round(v.z)};
 }
 
-// Sets the targets of corner s, at s * 60 degrees and distance rho, for points first, first + 1, ... of the group. Where
-// points are on a lattice, so are the targets: sums are then exact, and the same wherever its origin is.
+// Sets the targets of corner s, at s * 60 degrees and distance rho, for points first, first + 1, ... of the group.
+// Where points are on a lattice, so are the targets: sums are then exact, and the same wherever its origin is.
 HWY_INLINE void SetTargets(const GroupPoints& points, const GroupFrames& frames, float lattice_spacing, size_t first,
                            int s, TargetPatch& patch) {
   constexpr float kCos[6] = {1.0f, 0.5f, -0.5f, -1.0f, -0.5f, 0.5f};

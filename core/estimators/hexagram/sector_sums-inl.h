@@ -221,8 +221,8 @@ HWY_INLINE void FoldSteps(const RowScale& scale, StepSums& sums, size_t i, Hexag
   JoinHalves<kSteps>(sums);
   const hn::CappedTag<int32_t, 4> half;
   const hn::RebindToFloat<decltype(half)> half_floats;
-  alignas(16) const float position_quantum[4] = {scale.position_quantum, scale.position_quantum,
-                                                 scale.position_quantum, 1.0f};
+  alignas(16)
+      const float position_quantum[4] = {scale.position_quantum, scale.position_quantum, scale.position_quantum, 1.0f};
   const auto normal_quantum = hn::Set(half_floats, scale.normal_quantum);
   for (int r = 0; r < kRotations; ++r) {
     for (int s = 0; s < 6; ++s) {

@@ -1,5 +1,5 @@
-// Collects the neighbors of a query, and the order in which random strategies number them: that of their ranks, which is
-// the same for a cloud and its parts.
+// Collects the neighbors of a query, and the order in which random strategies number them: that of their ranks, which
+// is the same for a cloud and its parts.
 
 #if defined(CURVD_CORE_ESTIMATORS_TRIANGLES_RANKED_NEIGHBORS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef CURVD_CORE_ESTIMATORS_TRIANGLES_RANKED_NEIGHBORS_INL_H_

@@ -60,8 +60,9 @@ absl::Status TakeRoles(PieceReader& reader, size_t first_point, std::span<PointR
   for (size_t i = 0; i < roles.size(); ++i) {
     const auto byte = static_cast<unsigned char>(reader.Take(1).front());
     if (byte > v1::POINT_ROLE_HALO) {
-      return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("role of point %u is %u; it must be 1 (query) or 2 (halo)",
-                                                                first_point + i, byte));
+      return MakeCoreError(
+          ErrorKind::kInvalid,
+          absl::StrFormat("role of point %u is %u; it must be 1 (query) or 2 (halo)", first_point + i, byte));
     }
     roles[i] = byte == v1::POINT_ROLE_HALO ? PointRole::kHalo : PointRole::kQuery;
   }

@@ -139,8 +139,9 @@ TEST(PointSetTest, ProgressCountsQueriesAlone) {
 TEST(CloudTest, RanksPointsByTheirIds) {
   const TestPoints points = Sphere(3, 1.0);
   Cloud cloud;
-  ASSERT_TRUE(cloud.AppendPart(Bytes(points.positions), Bytes(points.normals), std::vector<uint64_t>{9, 1, 5},
-                               std::vector<PointRole>{PointRole::kQuery, PointRole::kHalo, PointRole::kQuery})
+  ASSERT_TRUE(cloud
+                  .AppendPart(Bytes(points.positions), Bytes(points.normals), std::vector<uint64_t>{9, 1, 5},
+                              std::vector<PointRole>{PointRole::kQuery, PointRole::kHalo, PointRole::kQuery})
                   .ok());
   ASSERT_TRUE(cloud.Finish().ok());
   ASSERT_TRUE(cloud.Rank().ok());
@@ -175,7 +176,8 @@ TEST(CloudTest, RanksIdsOfAllSizes) {
 
 TEST(CloudTest, RefusesTwoPointsOfOneId) {
   const TestPoints points = Sphere(3, 1.0);
-  for (const std::vector<uint64_t>& ids : {std::vector<uint64_t>{3, 3, 4}, {3, 2, 3}, {~uint64_t{0}, 1, ~uint64_t{0}}}) {
+  for (const std::vector<uint64_t>& ids :
+       {std::vector<uint64_t>{3, 3, 4}, {3, 2, 3}, {~uint64_t{0}, 1, ~uint64_t{0}}}) {
     Cloud cloud;
     ASSERT_TRUE(cloud.AppendPart(Bytes(points.positions), Bytes(points.normals), ids).ok());
     ASSERT_TRUE(cloud.Finish().ok());

@@ -46,14 +46,16 @@ Scene<Scalar> Hills(size_t points, std::array<double, 3> far) {
   std::normal_distribution<double> noise(0.0, 0.02);
   const auto add = [&](double x, double y) {
     const double z = 3.0 * std::sin(x / 9.0) * std::cos(y / 7.0);
-    scene.Add(x + far[0], y + far[1], z + far[2] + noise(random), std::cos(x / 9.0) * std::cos(y / 7.0) / 3.0 + noise(random),
+    scene.Add(x + far[0], y + far[1], z + far[2] + noise(random),
+              std::cos(x / 9.0) * std::cos(y / 7.0) / 3.0 + noise(random),
               -3.0 / 7.0 * std::sin(x / 9.0) * std::sin(y / 7.0) + noise(random));
   };
   while (scene.size() < points) {
     const double u = unit(random), v = unit(random);
     if (unit(random) > 1.0 / (1.0 + 4.0 * (u * u + v * v))) continue;
     add(kSide * u, kSide * v);
-    if (scene.size() % 50 == 0) scene.Add(scene.positions.back()[0], scene.positions.back()[1], scene.positions.back()[2], 0, 0);
+    if (scene.size() % 50 == 0)
+      scene.Add(scene.positions.back()[0], scene.positions.back()[1], scene.positions.back()[2], 0, 0);
   }
   for (int i = 0; i < 30; ++i) {
     for (int j = 0; j < 30; ++j) scene.Add(40 + i + far[0], 40 + j + far[1], 20 + far[2], 0, 0);
@@ -108,8 +110,8 @@ bool SameBytes(const PointCurvature& a, const PointCurvature& b) {
   return std::memcmp(&a, &b, offsetof(PointCurvature, status) + sizeof(PointStatus)) == 0;
 }
 
-// Estimates the scene whole and in tiles whose points come in random order, and compares the points whose tile holds all
-// that their estimate may have looked at.
+// Estimates the scene whole and in tiles whose points come in random order, and compares the points whose tile holds
+// all that their estimate may have looked at.
 template <typename Scalar>
 void ExpectSameBytes(const Scene<Scalar>& scene, const EstimatorOptions& options, int parts, double halo,
                      std::array<double, 3> far, std::optional<double> spacing) {
@@ -169,10 +171,21 @@ struct Case {
   uint32_t count;
   uint32_t jet_degree = 2;
 };
-constexpr Case kCases[] = {{"avg-hexagram", 15}, {"avg-hexagram", 50}, {"avg-hexagram", 600}, {"hexagram", 30},
-                           {"hexagram", 90},     {"uniform", 20},      {"uniform", 150},      {"independent", 60},
-                           {"delaunay", 31},     {"delaunay", 50},     {"jet", 20},           {"jet", 40, 4},
-                           {"aso", 40},          {"normal-regression", 60}, {"normal-regression", 300}};
+constexpr Case kCases[] = {{"avg-hexagram", 15},
+                           {"avg-hexagram", 50},
+                           {"avg-hexagram", 600},
+                           {"hexagram", 30},
+                           {"hexagram", 90},
+                           {"uniform", 20},
+                           {"uniform", 150},
+                           {"independent", 60},
+                           {"delaunay", 31},
+                           {"delaunay", 50},
+                           {"jet", 20},
+                           {"jet", 40, 4},
+                           {"aso", 40},
+                           {"normal-regression", 60},
+                           {"normal-regression", 300}};
 
 EstimatorOptions OptionsOf(const Case& one) {
   EstimatorOptions options;
