@@ -12,9 +12,9 @@
 #include "core/job/worker_pool.h"
 #include "core/normals/normal_options.h"
 #include "curvature/v1/curvature.pb.h"
+#include "server/call/chunk/wire_part.h"
 #include "server/call/quantity_set.h"
 #include "server/call/request_limits.h"
-#include "server/call/wire_part.h"
 
 namespace curvd {
 

@@ -1,4 +1,4 @@
-#include "server/call/wire_part.h"
+#include "server/call/chunk/wire_part.h"
 
 #include <utility>
 
