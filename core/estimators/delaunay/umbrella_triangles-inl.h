@@ -11,9 +11,11 @@
 #endif
 
 #include <algorithm>
+#include <bit>
 
 #include "core/estimators/delaunay/delaunay_scratch.h"
 #include "core/estimators/delaunay/umbrella_triangles.h"
+#include "core/estimators/fits/double_sums-inl.h"
 #include "core/estimators/measures-inl.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
@@ -23,13 +25,14 @@ namespace curvd {
 namespace HWY_NAMESPACE {
 
 // All of a triangle's measures, a vector or parts of it.
-using MeasuresTag = hn::CappedTag<float, sizeof(TriangleMeasures) / sizeof(float)>;
+using MeasuresTag = hn::CappedTag<double, sizeof(TriangleMeasures) / sizeof(double)>;
 
 // A vector of triangles, component by component.
 struct TriangleBatch {
   alignas(64) float corner[3][6][SpatialIndex::kLeafSize];  // position, normal
   alignas(64) float weight[SpatialIndex::kLeafSize];
   alignas(64) float measure[8][SpatialIndex::kLeafSize];  // in the order of TriangleMeasures
+  alignas(64) double odd[8][SpatialIndex::kLeafSize];     // the same for sums
 
   Triple Position(int c) const { return LoadAt(c, 0); }
   Triple Normal(int c) const { return LoadAt(c, 3); }
@@ -40,6 +43,17 @@ struct TriangleBatch {
     return {hn::Load(d, corner[c][first]), hn::Load(d, corner[c][first + 1]), hn::Load(d, corner[c][first + 2])};
   }
 };
+
+// Makes measures, floats of any size, numbers whose sums do not depend on the order: as Odd
+// (core/estimators/fits/double_sums-inl.h), but for 0, which stays.
+HWY_INLINE void MakeOdd(const float* from, double* to) {
+  const DoubleTag d;
+  const hn::Rebind<float, DoubleTag> floats;
+  for (size_t i = 0; i < SpatialIndex::kLeafSize; i += hn::Lanes(d)) {
+    const DoubleVec v = hn::PromoteTo(d, hn::Load(floats, from + i));
+    hn::Store(hn::IfThenElseZero(hn::Ne(v, hn::Zero(d)), WithLastBit(v)), d, to + i);
+  }
+}
 
 // Measures a vector of triangles. As in measures-inl.h, with the whole tensor: half the symmetric part of
 // (e2 x w) (x) n1 - (e1 x w) (x) n2.
@@ -72,6 +86,26 @@ HWY_INLINE void MeasureBatch(TriangleBatch& batch) {
   hn::Store(hn::Mul(half, Dot(u0, Cross(n1, n2))), d, batch.measure[7]);
 }
 
+// Puts the corners of a triangle in the order of their ranks, so that what is computed of it does not depend on whose
+// umbrella it was taken from.
+HWY_INLINE void OrderCorners(const TriangleCorner* corners, UmbrellaTriangles::Triangle& triangle) {
+  uint64_t keys[3];
+  for (int c = 0; c < 3; ++c) {
+    const uint32_t place = triangle.place[c];
+    keys[c] = uint64_t{static_cast<uint32_t>(corners[place].rank)} << 32 | place;
+  }
+  // Without a branch: nobody can predict it.
+  const auto sort = [&keys](int a, int b) {
+    const uint64_t low = std::min(keys[a], keys[b]), high = std::max(keys[a], keys[b]);
+    keys[a] = low;
+    keys[b] = high;
+  };
+  sort(0, 1);
+  sort(1, 2);
+  sort(0, 1);
+  for (int c = 0; c < 3; ++c) triangle.place[c] = static_cast<uint32_t>(keys[c]);
+}
+
 // Measures all gathered triangles. Corners are copied one by one: from the first-level cache that is faster than vector
 // gathers.
 HWY_INLINE void MeasureGathered(UmbrellaTriangles& triangles) {
@@ -81,7 +115,8 @@ HWY_INLINE void MeasureGathered(UmbrellaTriangles& triangles) {
   for (size_t t = 0; t < size; t += hn::Lanes(d)) {
     const size_t lanes = std::min(hn::Lanes(d), size - t);
     for (size_t lane = 0; lane < lanes; ++lane) {
-      const UmbrellaTriangles::Triangle& triangle = triangles.triangle(t + lane);
+      UmbrellaTriangles::Triangle& triangle = triangles.mutable_triangle(t + lane);
+      OrderCorners(triangles.corners(), triangle);
       batch.weight[lane] = triangle.occurrences * (1.0f / 3.0f);
       for (int c = 0; c < 3; ++c) {
         const float* values = triangles.corners()[triangle.place[c]].values;
@@ -89,9 +124,10 @@ HWY_INLINE void MeasureGathered(UmbrellaTriangles& triangles) {
       }
     }
     MeasureBatch(batch);
+    for (int m = 0; m < 8; ++m) MakeOdd(batch.measure[m], batch.odd[m]);
     for (size_t lane = 0; lane < lanes; ++lane) {
-      float* out = triangles.measures()[t + lane].values;
-      for (int m = 0; m < 8; ++m) out[m] = batch.measure[m][lane];
+      double* out = triangles.measures()[t + lane].values;
+      for (int m = 0; m < 8; ++m) out[m] = batch.odd[m][lane];
     }
   }
 }
@@ -103,7 +139,8 @@ HWY_INLINE void LoadCorners(const SpatialIndex& index, const LeafList& leaves, U
     const SpatialIndex::LeafNormals& normals = index.normals(leaves.leaf(i));
     for (size_t lane = 0; lane < kLeaf; ++lane) {
       triangles.corners()[i * kLeaf + lane] = {
-          {points.x[lane], points.y[lane], points.z[lane], normals.x[lane], normals.y[lane], normals.z[lane]}};
+          {points.x[lane], points.y[lane], points.z[lane], normals.x[lane], normals.y[lane], normals.z[lane]},
+          points.id[lane]};
     }
   }
 }
@@ -133,36 +170,57 @@ HWY_INLINE size_t WeighNeighbors(const SpatialIndex& index, const Neighborhood& 
   return count;
 }
 
-// Sums the weighted measures of all triangles whose corners are neighbors. Leaf by leaf, so that no long sum loses
-// digits. Adds to `work` a step for each triangle that it looks at.
+// Where the sums of the measures of at most `count` triangles begin, whose corners lie within rho of each other's
+// middle, so that each is exact in its quanta (core/estimators/fits/double_sums-inl.h). Corners weigh at most 1
+// together, edges are at most 2 rho long, and normals differ by at most 2.
+HWY_INLINE TriangleMeasures MeasureAnchors(size_t count, float rho) {
+  const double above_rho = 2.0 * static_cast<double>(std::bit_cast<float>(std::bit_cast<uint32_t>(rho) & 0xFF800000u));
+  const double anchor = 3.0 * static_cast<double>(std::bit_ceil(4 * count));
+  TriangleMeasures anchors;
+  std::fill_n(anchors.values, 6, anchor * above_rho);
+  anchors.values[6] = anchor * above_rho * above_rho;
+  anchors.values[7] = anchor;
+  return anchors;
+}
+
+// Sums the weighted measures of all triangles whose corners are neighbors, at distances up to rho, in whatever order
+// they come. Adds to `work` a step for each triangle that it looks at.
 HWY_INLINE TriangleMeasures SumNeighborTriangles(const UmbrellaTriangles& triangles, const uint32_t* positions,
-                                                 size_t count, uint64_t& work) {
+                                                 size_t count, size_t neighbor_count, float rho, uint64_t& work) {
   const MeasuresTag d;
-  constexpr size_t kParts = sizeof(TriangleMeasures) / sizeof(float) / hn::MaxLanes(MeasuresTag());
+  constexpr size_t kParts = sizeof(TriangleMeasures) / sizeof(double) / hn::MaxLanes(MeasuresTag());
   const float* weights = triangles.weights();
-  hn::Vec<MeasuresTag> total[kParts];
-  for (auto& part : total) part = hn::Zero(d);
+  const TriangleMeasures anchors = MeasureAnchors(neighbor_count * Umbrella::kMaxTriangles, rho);
+  hn::Vec<MeasuresTag> anchor[kParts], total[kParts];
+  for (size_t part = 0; part < kParts; ++part) {
+    anchor[part] = hn::Load(d, anchors.values + part * hn::MaxLanes(d));
+    total[part] = hn::Zero(d);
+  }
   size_t looked_at = 0;
   for (size_t j = 0; j < count; ++j) {
+    // Of each leaf apart, since an addition waits for the one before it.
     hn::Vec<MeasuresTag> sum[kParts];
-    for (auto& part : sum) part = hn::Zero(d);
+    for (size_t part = 0; part < kParts; ++part) sum[part] = anchor[part];
     const uint32_t first = triangles.first(positions[j]), last = triangles.first(positions[j] + 1);
     looked_at += last - first;
     for (uint32_t t = first; t < last; ++t) {
       const uint32_t* place = triangles.triangle(t).place;
       // The mean of the corners' weights over the triangle; nothing where one is no neighbor.
       const float mean = weights[place[0]] + weights[place[1]] + weights[place[2]];
-      const auto weight = hn::Set(d, std::max(mean, 0.0f));
-      const float* measures = triangles.measures()[t].values;
+      // In vectors: compilers make a branch of a scalar's maximum, which nobody can predict.
+      const auto weight = hn::Max(hn::Set(d, static_cast<double>(mean)), hn::Zero(d));
+      const double* measures = triangles.measures()[t].values;
       for (size_t part = 0; part < kParts; ++part) {
-        sum[part] = hn::MulAdd(weight, hn::Load(d, measures + part * hn::MaxLanes(d)), sum[part]);
+        sum[part] = AddProduct(hn::Load(d, measures + part * hn::MaxLanes(d)), weight, sum[part], anchor[part]);
       }
     }
-    for (size_t part = 0; part < kParts; ++part) total[part] = hn::Add(total[part], sum[part]);
+    for (size_t part = 0; part < kParts; ++part) total[part] = hn::Add(total[part], hn::Sub(sum[part], anchor[part]));
   }
   work += looked_at;
   TriangleMeasures measures;
-  for (size_t part = 0; part < kParts; ++part) hn::Store(total[part], d, measures.values + part * hn::MaxLanes(d));
+  for (size_t part = 0; part < kParts; ++part) {
+    hn::Store(total[part], d, measures.values + part * hn::MaxLanes(d));
+  }
   return measures;
 }
 
@@ -207,7 +265,8 @@ HWY_NOINLINE inline void MeasureUmbrellas(const SpatialIndex& index, const Delau
   }
   const float rho = s.frames.rho[i];
   const size_t count = WeighNeighbors(index, s.search.found, rho * rho, plan.falloff, s.triangles, s.positions);
-  const TriangleMeasures sum = SumNeighborTriangles(s.triangles, s.positions.data(), count, s.search.work);
+  const TriangleMeasures sum =
+      SumNeighborTriangles(s.triangles, s.positions.data(), count, s.search.found.count, rho, s.search.work);
   StoreMeasures(sum, plan.spread, s.frames, i, s.measures);
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
   for (size_t j = 0; j < count; ++j) {

@@ -76,7 +76,7 @@ TEST_F(JetLeastSquaresTest, ResidualsAreNormalToTheMonomials) {
 TEST_F(JetLeastSquaresTest, WorksInItsRoomAlone) {
   for (const int degree : {2, 4}) {
     for (int j = 0; j < 1'000; ++j) Add(Draw(), Draw(), Draw());
-    room_.Reserve(neighbors_.count * static_cast<size_t>(JetSize(degree) + 1));
+    room_.Reserve(neighbors_.count * static_cast<size_t>(JetSize(degree) + 2));
     const size_t bytes = room_.bytes();
     room_[0] = room_[bytes / sizeof(double) - 1] = 77.0;
     ASSERT_TRUE(SolveJetByQr(neighbors_, kPoint, 1.0, degree, room_, *jets_));
