@@ -1,14 +1,10 @@
 #include "client/channels.h"
 
-#include <arpa/inet.h>
-
-#include <algorithm>
-
 #include "absl/random/random.h"
 #include "absl/strings/ascii.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "client/server_target.h"
 #include "client/token_interceptor.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
@@ -16,23 +12,6 @@
 
 namespace curv {
 namespace {
-
-bool LooksLikeTarget(const std::string& server) {
-  const size_t colon = server.rfind(':');
-  return colon != std::string::npos && colon > 0 && colon + 1 < server.size() && server.back() != '/';
-}
-
-// Adds the default port to a host, an address of IPv6 or a name for dns: that has none. All else stays as it is.
-std::string WithPort(const std::string& server) {
-  constexpr char kDefaultPort[] = ":50061";
-  in6_addr address;
-  if (inet_pton(AF_INET6, server.c_str(), &address) == 1) return absl::StrCat("[", server, "]", kDefaultPort);
-  const bool is_dns = absl::StartsWith(server, "dns:");
-  const size_t name_at = is_dns ? std::max(server.rfind('/') + 1, size_t{4}) : 0;
-  const std::string name = server.substr(name_at);
-  const bool has_port = absl::StrContains(name, ':') && !absl::EndsWith(name, "]");
-  return name.empty() || has_port ? server : absl::StrCat(server, kDefaultPort);
-}
 
 std::shared_ptr<grpc::ChannelCredentials> MakeCredentials(const ConnectOptions& options) {
   if (!options.tls) return grpc::InsecureChannelCredentials();
@@ -70,7 +49,7 @@ absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Chan
   std::vector<std::shared_ptr<grpc::Channel>> channels;
   const std::string list(servers);
   for (const absl::string_view part : absl::StrSplit(list, ',')) {
-    const std::string server = WithPort(std::string(absl::StripAsciiWhitespace(part)));
+    const std::string server = WithDefaultPort(std::string(absl::StripAsciiWhitespace(part)));
     if (!LooksLikeTarget(server)) {
       return absl::InvalidArgumentError(
           absl::StrCat("server \"", server, "\" is neither HOST nor HOST:PORT, as in 127.0.0.1:50061"));
