@@ -1,26 +1,14 @@
-// Looks up names and opens connections without gRPC, which tells of failures in few words.
+// Opens connections without gRPC, which tells of failures in few words.
 #pragma once
 
-#include <netinet/in.h>
-
-#include <span>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "client/name_lookup.h"
 
 namespace curv {
-
-struct Address {
-  sockaddr_storage bytes = {};
-  socklen_t size = 0;
-  std::string text;  // "127.0.0.1:50061", "[::1]:50061"
-};
-
-// The addresses of a host in the order in which the system prefers them, each once. NOT_FOUND, with the system's words,
-// if it has none. `port` is a number.
-absl::StatusOr<std::vector<Address>> LookUp(const std::string& host, const std::string& port);
 
 // A connection that is closed with its owner. Reads and writes wait for at most the time that it was opened with.
 class Socket {
