@@ -12,10 +12,11 @@ BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-
   fonts-dejavu-core
 DEB_PACKAGES := dpkg-dev python3
 WHEEL_PACKAGES := protobuf-compiler python3 python3-pip python3-setuptools python3-wheel
+GO_PACKAGES := golang-go golang-google-grpc-dev golang-github-golang-protobuf-1-5-dev protoc-gen-go protoc-gen-go-grpc
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libcgal-dev grpc-proto \
   python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil python3-yaml curl ca-certificates \
   prometheus procps libfaketime openssl binutils python3-pandas $(WHEEL_PACKAGES) $(DEB_PACKAGES) \
-  lintian systemd man-db git zsh fish locales
+  lintian systemd man-db git zsh fish locales $(GO_PACKAGES)
 CHECK_PACKAGES := mypy clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)
