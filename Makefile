@@ -12,22 +12,31 @@ BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-
   fonts-dejavu-core
 DEB_PACKAGES := dpkg-dev python3
 WHEEL_PACKAGES := protobuf-compiler python3 python3-pip python3-setuptools python3-wheel
+GO_PACKAGES := golang-go golang-google-grpc-dev golang-github-golang-protobuf-1-5-dev protoc-gen-go protoc-gen-go-grpc
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libcgal-dev grpc-proto \
   python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil python3-yaml curl ca-certificates \
   prometheus procps libfaketime openssl binutils python3-pandas $(WHEEL_PACKAGES) $(DEB_PACKAGES) \
-  lintian systemd man-db git zsh fish chromium
+  lintian systemd man-db git zsh fish locales chromium $(GO_PACKAGES)
 CHECK_PACKAGES := mypy clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)
 
-# Installs those of the packages $(1) that are missing; says nothing if none is.
+# Installs those of the packages $(1) that are missing; says nothing if none is. Where another apt runs it waits for up to ten
+# minutes: apt itself waits for dpkg's lock if it is told to, and never for that of the lists.
+APT_PAUSE := 5
 install = @missing=$$(for p in $(1); do \
     [ "$$(dpkg-query -W -f='$${db:Status-Status}' $$p 2>/dev/null)" = installed ] || echo $$p; done); \
   [ -n "$$missing" ] || exit 0; \
   as_root=$$([ "$$(id -u)" = 0 ] || echo sudo); \
   echo "Installing:" $$missing; \
-  $$as_root apt-get update -qq; \
-  $$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -qq --no-install-recommends $$missing </dev/null >/dev/null
+  for try in {1..120}; do \
+    said=$$($$as_root env LC_ALL=C apt-get update -qq 2>&1) && break; \
+    grep -q 'Could not get lock' <<<"$$said" || { echo "$$said" >&2; exit 1; }; \
+    [ $$try != 1 ] || echo 'Waiting for another apt to end'; \
+    sleep $(APT_PAUSE); \
+  done; \
+  $$as_root env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 install -qq --no-install-recommends \
+    $$missing </dev/null >/dev/null
 
 # Runs the tests of preset $(1); the log is what .ci/run sums up.
 ctest = ctest --preset $(1) --parallel $(JOBS) --timeout 300 --no-tests=error $(2) | tee build/$(1)/ctest.log

@@ -1,15 +1,13 @@
 #include "client/channels.h"
 
-#include <arpa/inet.h>
-
-#include <algorithm>
-
 #include "absl/random/random.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "client/name_lookup.h"
+#include "client/server_target.h"
 #include "client/token_interceptor.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
@@ -18,29 +16,34 @@
 namespace curv {
 namespace {
 
-bool LooksLikeTarget(const std::string& server) {
-  const size_t colon = server.rfind(':');
-  return colon != std::string::npos && colon > 0 && colon + 1 < server.size() && server.back() != '/';
-}
-
-// Adds the default port to a host, an address of IPv6 or a name for dns: that has none. All else stays as it is.
-std::string WithPort(const std::string& server) {
-  constexpr char kDefaultPort[] = ":50061";
-  in6_addr address;
-  if (inet_pton(AF_INET6, server.c_str(), &address) == 1) return absl::StrCat("[", server, "]", kDefaultPort);
-  const bool is_dns = absl::StartsWith(server, "dns:");
-  const size_t name_at = is_dns ? std::max(server.rfind('/') + 1, size_t{4}) : 0;
-  const std::string name = server.substr(name_at);
-  const bool has_port = absl::StrContains(name, ':') && !absl::EndsWith(name, "]");
-  return name.empty() || has_port ? server : absl::StrCat(server, kDefaultPort);
-}
-
 std::shared_ptr<grpc::ChannelCredentials> MakeCredentials(const ConnectOptions& options) {
   if (!options.tls) return grpc::InsecureChannelCredentials();
   return grpc::SslCredentials({options.authorities, options.private_key, options.certificate});
 }
 
-std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server, const ConnectOptions& options) {
+// Where a channel connects to, and the name under which that was asked for, which proxies and certificates go by.
+struct Place {
+  std::string target;
+  std::string authority;  // empty: that of the target
+};
+
+// A place for each address of `server`; a single one, which gRPC looks up, where there is one address, or none.
+// Addresses of the family that the system prefers: a server may listen on that alone.
+std::vector<Place> PlacesOf(const std::string& server) {
+  const size_t colon = server.rfind(':');
+  const std::string host = server.substr(0, colon);
+  std::vector<Place> places;
+  if (host != "localhost" && !absl::StrContains(host, ':')) {
+    const auto addresses = LookUp(host, server.substr(colon + 1));
+    for (size_t i = 0; addresses.ok() && i < addresses->size(); ++i) {
+      const Address& address = (*addresses)[i];
+      if (address.bytes.ss_family == addresses->front().bytes.ss_family) places.push_back({address.text, server});
+    }
+  }
+  return places.size() > 1 ? places : std::vector<Place>{{server, ""}};
+}
+
+std::shared_ptr<grpc::Channel> MakeChannel(const Place& place, const ConnectOptions& options) {
   grpc::ChannelArguments arguments;
   // Result chunks are far smaller; a server that sends more is not curvd.
   arguments.SetMaxReceiveMessageSize(64 << 20);
@@ -56,10 +59,15 @@ std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server, const Conn
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 5'000);
   // Between two clients of one process no connection is shared, so that each goes to a server of its own.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  if (!options.server_name.empty()) arguments.SetSslTargetNameOverride(options.server_name);
+  if (!place.authority.empty()) arguments.SetString(GRPC_ARG_DEFAULT_AUTHORITY, place.authority);
+  if (!options.server_name.empty()) {
+    arguments.SetSslTargetNameOverride(options.server_name);
+  } else if (options.tls && !place.authority.empty()) {
+    arguments.SetSslTargetNameOverride(place.authority.substr(0, place.authority.rfind(':')));
+  }
   std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
   if (!options.token.empty()) interceptors.push_back(std::make_unique<TokenInterceptorFactory>(options.token));
-  return grpc::experimental::CreateCustomChannelWithInterceptors(server, MakeCredentials(options), arguments,
+  return grpc::experimental::CreateCustomChannelWithInterceptors(place.target, MakeCredentials(options), arguments,
                                                                  std::move(interceptors));
 }
 
@@ -84,7 +92,7 @@ absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Chan
   std::vector<std::shared_ptr<grpc::Channel>> channels;
   const std::string list(servers);
   for (const absl::string_view part : absl::StrSplit(list, ',')) {
-    const std::string server = WithPort(std::string(absl::StripAsciiWhitespace(part)));
+    const std::string server = WithDefaultPort(std::string(absl::StripAsciiWhitespace(part)));
     if (!LooksLikeTarget(server)) {
       return absl::InvalidArgumentError(
           absl::StrCat("server \"", server, "\" is neither HOST nor HOST:PORT, as in 127.0.0.1:50061"));
@@ -95,7 +103,9 @@ absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Chan
           "the token would go to ", server,
           " in plain text, where others can read it: use TLS (--tls), or insist (--send-token-in-plain-text)"));
     }
-    channels.push_back(MakeChannel(server, options));
+    for (const Place& place : options.resolve_once ? PlacesOf(server) : std::vector<Place>{{server, ""}}) {
+      channels.push_back(MakeChannel(place, options));
+    }
   }
   // Many short processes together spread over the replicas as well.
   absl::BitGen bits;

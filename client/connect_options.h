@@ -18,6 +18,11 @@ struct ConnectOptions {
   // The name to find in the server's certificate, where that is not the host in the address. DEFAULT: empty.
   std::string server_name;
 
+  // Looks names up once, at Connect, and starts with any of their addresses: for a program that makes one call, which
+  // the first address would get nearly always. Otherwise gRPC looks them up, takes turns, and sees when addresses
+  // change. DEFAULT: false.
+  bool resolve_once = false;
+
   // Sent with each call as "authorization: Bearer TOKEN". DEFAULT: none.
   std::string token;
   // Whether the token may go to other machines without TLS. DEFAULT: false.

@@ -299,6 +299,8 @@ struct ServerInfo {
   uint64_t memory_bytes = 0;  // 0: not limited
   uint32_t max_streams = 0;
   std::string health;  // of the curvature service: "SERVING", "NOT_SERVING", ...
+  // What its clock said as it answered, to the second; none of servers that do not tell.
+  std::optional<absl::Time> date;
 };
 
 // The machine-readable reason that the server gave for an error ("CHUNK_OUT_OF_ORDER"), or "" if it gave none.

@@ -25,6 +25,7 @@ int Run(int argc, char** argv) {
   curv::AddReport(app, action);
   curv::AddView(app, action);
   curv::AddInfo(app, action);
+  curv::AddDoctor(app, action);
   curv::AddToken(app, action);
   curv::AddCompletion(app, action);
   try {

@@ -12,6 +12,7 @@
 #include "grpcpp/channel.h"
 #include "grpcpp/client_context.h"
 #include "grpcpp/generic/generic_stub.h"
+#include "proto/http_date.h"
 
 namespace curv {
 namespace {
@@ -36,7 +37,8 @@ ServerInfo ToServerInfo(const v1::GetServerInfoResponse& response) {
                   .max_neighbor_count = limits.max_neighbor_count(),
                   .memory_bytes = limits.memory_bytes(),
                   .max_streams = limits.max_streams(),
-                  .health = "UNKNOWN"};
+                  .health = "UNKNOWN",
+                  .date = std::nullopt};
   for (const int estimator : response.estimators()) {
     info.estimators.push_back(NameOf(estimator));
   }
@@ -81,6 +83,10 @@ absl::StatusOr<ServerInfo> AskServer(const std::shared_ptr<grpc::Channel>& chann
       v1::CurvatureService::NewStub(channel)->GetServerInfo(&context, v1::GetServerInfoRequest(), &response);
   if (!status.ok()) return ToAbslStatus(status);
   ServerInfo info = ToServerInfo(response);
+  const auto& headers = context.GetServerInitialMetadata();
+  if (const auto date = headers.find(curvd::kDateHeader); date != headers.end()) {
+    info.date = curvd::ParseHttpDate({date->second.data(), date->second.size()});
+  }
   info.health = CheckHealth(channel, timeout).value_or("UNKNOWN");
   return info;
 }

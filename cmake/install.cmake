@@ -8,7 +8,7 @@ install(TARGETS curv DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT curv)
 
 # Archives only: a shared library would promise that its binary interface stays, which a 0.x release cannot. Position
 # independent nevertheless, so that a user's plug-in or Python extension can hold them.
-set(client_archives curv_client curv_protocol curvd_bulk_message curvd_proto curvd_result_columns)
+set(client_archives curv_client curv_protocol curvd_bulk_message curvd_http_date curvd_proto curvd_result_columns)
 set_target_properties(${client_archives} PROPERTIES POSITION_INDEPENDENT_CODE ON)
 foreach(archive IN LISTS client_archives)
   string(REGEX REPLACE "^curvd?_" "" name ${archive})

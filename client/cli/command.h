@@ -44,6 +44,7 @@ void AddSelect(CLI::App& app, Action& action);
 void AddReport(CLI::App& app, Action& action);
 void AddView(CLI::App& app, Action& action);
 void AddInfo(CLI::App& app, Action& action);
+void AddDoctor(CLI::App& app, Action& action);
 void AddToken(CLI::App& app, Action& action);
 // Completes all subcommands that `app` has when the command line is parsed.
 void AddCompletion(CLI::App& app, Action& action);

@@ -51,6 +51,7 @@ absl::StatusOr<ConnectOptions> ReadConnectOptions(const ConnectionFlags& flags) 
   ConnectOptions options;
   options.tls = flags.tls || !flags.ca_file.empty() || !flags.cert_file.empty();
   options.server_name = flags.server_name;
+  options.resolve_once = true;
   options.send_token_in_plain_text = flags.send_token_in_plain_text;
   for (const absl::Status& status :
        {ReadFile("--ca", flags.ca_file, options.authorities), ReadFile("--cert", flags.cert_file, options.certificate),

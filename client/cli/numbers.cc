@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <cstdio>
+#include <iterator>
+
+#include "absl/strings/str_format.h"
 
 namespace curv {
 
@@ -18,9 +21,7 @@ std::string WithPrefix(double number) {
     number /= 1000.0;
     ++prefix;
   }
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.*f%s", number < 9.995 ? 2 : number < 99.95 ? 1 : 0, number, kPrefixes[prefix]);
-  return text;
+  return absl::StrFormat("%.*f%s", number < 9.995 ? 2 : number < 99.95 ? 1 : 0, number, kPrefixes[prefix]);
 }
 
 std::string Clock(double seconds) {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -47,6 +49,12 @@ std::string Bar(double percent) {
                       std::string(static_cast<size_t>(kCells - full), '.'), "]");
 }
 
+// Whether stderr is a terminal that moves its cursor when asked to.
+bool CanRedrawLine() {
+  const char* terminal = std::getenv("TERM");
+  return isatty(STDERR_FILENO) != 0 && terminal != nullptr && std::string_view(terminal) != "dumb";
+}
+
 }  // namespace
 
 std::string ProgressLine(const EstimateProgress& progress, double seconds) {
@@ -66,7 +74,7 @@ std::string ProgressLine(const EstimateProgress& progress, double seconds) {
 }
 
 ProgressBar::ProgressBar(std::string title)
-    : title_(std::move(title)), visible_(isatty(STDERR_FILENO) != 0), phase_start_(absl::Now()) {}
+    : title_(std::move(title)), visible_(CanRedrawLine()), phase_start_(absl::Now()) {}
 
 ProgressBar::~ProgressBar() {
   if (drawn_) std::fputs("\r\x1b[K", stderr);

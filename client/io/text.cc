@@ -1,7 +1,7 @@
 #include "client/io/text.h"
 
-#include <cmath>
-#include <cstdlib>
+#include <algorithm>
+#include <charconv>
 #include <cstring>
 #include <variant>
 
@@ -38,10 +38,20 @@ const char* Expectation(ScalarKind kind) {
 
 namespace internal {
 
-// from_chars reports overflow and underflow alike.
-bool ParseTiny(std::string_view field, double& value) {
-  value = std::strtod(std::string(field).c_str(), nullptr);
-  return std::abs(value) < 1.0;
+bool IsTiny(std::string_view number) {
+  const size_t exponent_at = std::min(number.find_first_of("eE"), number.size());
+  const std::string_view digits = number.substr(0, exponent_at);
+  std::string_view exponent = number.substr(std::min(exponent_at + 1, number.size()));
+  if (exponent.starts_with('+')) exponent.remove_prefix(1);
+  int64_t power = 0;
+  const std::errc error = std::from_chars(exponent.data(), exponent.data() + exponent.size(), power).ec;
+  if (error == std::errc::result_out_of_range) return exponent.starts_with('-');
+  // Where the leading digit stands: the power of ten that it counts.
+  const size_t leading = digits.find_first_of("123456789");
+  const size_t point = std::min(digits.find('.'), digits.size());
+  const int64_t place = static_cast<int64_t>(point) - static_cast<int64_t>(leading) - (leading < point ? 1 : 0);
+  // Their sum is far from 0, or the number would be in range; it may overflow.
+  return power < -place;
 }
 
 }  // namespace internal

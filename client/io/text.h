@@ -52,7 +52,8 @@ std::string Printable(std::string_view text);
 std::string Quoted(std::string_view field);
 
 namespace internal {
-bool ParseTiny(std::string_view field, double& value);
+// Whether a number that no type can hold is too small, rather than too large.
+bool IsTiny(std::string_view number);
 }  // namespace internal
 
 template <typename T>
@@ -63,9 +64,9 @@ bool ParseNumber(std::string_view field, T& value) {
   const auto [stop, error] = std::from_chars(field.data(), end, value);
   if (error == std::errc() && stop == end) return true;
   if constexpr (std::is_floating_point_v<T>) {
-    double tiny;
-    if (error == std::errc::result_out_of_range && stop == end && internal::ParseTiny(field, tiny)) {
-      value = static_cast<T>(tiny);
+    // from_chars reports both alike.
+    if (error == std::errc::result_out_of_range && stop == end && internal::IsTiny(field)) {
+      value = field.front() == '-' ? T{-0.0} : T{0.0};
       return true;
     }
   }

@@ -34,16 +34,13 @@ export function callOnce(service, { header, cloud, arrays, onProgress }, { timeo
     };
     stream.on("data", (response) => {
       try {
-        if (response.message === "accepted" && source !== "NORMAL_SOURCE_GIVEN" && response.accepted.normals?.source !== source) {
+        const refusal = callRefusal(response, header);
+        if (refusal !== undefined) {
           stream.cancel();
-          reject(new CurvdError(grpc.status.UNIMPLEMENTED, "the server is too old to make or orient normals"));
-        }
-        if (response.message === "accepted" && header.options?.automaticScale && !response.accepted.options?.automaticScale) {
-          stream.cancel();
-          reject(new CurvdError(grpc.status.UNIMPLEMENTED, "the server is too old to choose a scale"));
+          reject(refusal);
         }
         if (response.message === "progress" && onProgress !== undefined) {
-          report(onProgress, response.progress, header.pointCount, (error) => {
+          reportProgress(onProgress, response.progress, header.pointCount, (error) => {
             stream.cancel();
             reject(error);
           });
@@ -66,8 +63,17 @@ export function callOnce(service, { header, cloud, arrays, onProgress }, { timeo
   });
 }
 
-// What a caller throws is the caller's, and no breach of the protocol.
-function report(onProgress, { phase, pointsReceived, pointsEstimated }, pointCount, fail) {
+// The CurvdError of a server that does not know what the header asks for, by what it accepted; undefined where it does.
+export function callRefusal({ message, accepted }, { normals: { source }, options }) {
+  if (message !== "accepted") return undefined;
+  const tooOld = (to) => new CurvdError(grpc.status.UNIMPLEMENTED, `the server is too old to ${to}`);
+  if (source !== "NORMAL_SOURCE_GIVEN" && accepted.normals?.source !== source) return tooOld("make or orient normals");
+  if (options?.automaticScale && !accepted.options?.automaticScale) return tooOld("choose a scale");
+  return undefined;
+}
+
+// Tells onProgress; `fail` gets what it throws, which is the caller's, and no breach of the protocol.
+export function reportProgress(onProgress, { phase, pointsReceived, pointsEstimated }, pointCount, fail) {
   const name = String(phase).replace(/^PHASE_/, "").toLowerCase().replaceAll("_", " ");
   try {
     onProgress({ phase: name, pointsReceived, pointsEstimated, pointCount });
@@ -78,7 +84,7 @@ function report(onProgress, { phase, pointsReceived, pointsEstimated }, pointCou
 
 // Writes the cloud no faster than the server reads it, and half-closes. Stops quietly when the call has ended: its
 // status tells why.
-async function sendCloud(stream, header, cloud) {
+export async function sendCloud(stream, header, cloud) {
   const ended = new AbortController();
   stream.once("status", () => ended.abort());
   stream.write({ header });

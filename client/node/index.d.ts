@@ -1,4 +1,4 @@
-// Types of the package; index.mjs and client.mjs tell what the options mean.
+// Types of the package; index.mjs and functions.mjs tell what the options mean.
 import type { ChannelCredentials } from "@grpc/grpc-js";
 
 export type Floats = Float32Array | Float64Array;
@@ -104,7 +104,9 @@ export interface ServerInfo {
   [field: string]: unknown;
 }
 
-export interface Estimate {
+export type Health = "SERVING" | "NOT_SERVING" | "UNKNOWN" | "SERVICE_UNKNOWN";
+
+export interface Results {
   meanCurvature?: Float32Array;
   gaussianCurvature?: Float32Array;
   k1?: Float32Array;
@@ -118,7 +120,21 @@ export interface Estimate {
   shapeIndex?: Float32Array;
   curvedness?: Float32Array;
   status: Uint8Array;
+}
+
+export interface Estimate extends Results {
   summary: Summary;
+}
+
+// The results of some points, from firstIndex on.
+export interface ResultChunk extends Results {
+  firstIndex: number;
+  pointCount: number;
+}
+
+// Each iteration is a call; the summary is there once one has ended.
+export interface ResultChunks extends AsyncIterable<ResultChunk> {
+  summary: Summary | null;
 }
 
 export interface Normals {
@@ -133,7 +149,9 @@ export class CurvatureClient {
   constructor(server?: string, options?: ConnectionOptions);
   estimateCurvature(positions: Floats, normals: Floats | null, options?: CurvatureOptions): Promise<Estimate>;
   estimateNormals(positions: Floats, normals?: Floats | null, options?: NormalsOptions): Promise<Normals>;
+  estimateChunks(positions: Floats, normals: Floats | null, options?: CurvatureOptions): ResultChunks;
   info(options?: CallOptions): Promise<ServerInfo>;
+  health(options?: CallOptions): Promise<Health>;
   close(): void;
 }
 

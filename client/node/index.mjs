@@ -1,4 +1,5 @@
 // Curvature of point clouds, and their normals, from a curvd server: typed arrays in, typed arrays out.
-export { CurvatureClient, estimateCurvature, estimateNormals } from "./client.mjs";
+export { CurvatureClient } from "./client.mjs";
 export { CurvdError } from "./errors.mjs";
+export { estimateCurvature, estimateNormals } from "./functions.mjs";
 export { PointStatus } from "./results.mjs";

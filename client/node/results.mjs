@@ -36,13 +36,7 @@ export class ResultCollector {
 
   add(chunk) {
     const begin = chunk.firstIndex;
-    const end = begin + chunk.pointCount;
-    if (begin !== this.#received || end === begin) {
-      throw new Error(`a result chunk of ${chunk.pointCount} points starts at ${begin}, not ${this.#received}`);
-    }
-    if (end > this.#pointCount) {
-      throw new Error(`results up to point ${end} for a cloud of ${this.#pointCount} points`);
-    }
+    const end = checkPlace(chunk, this.#received, this.#pointCount);
     if (begin === 0) this.#makeArrays(chunk);
     for (const name of RESULT_ARRAYS) {
       // What nobody asked for comes from servers that are older than the question.
@@ -82,12 +76,58 @@ export class ResultCollector {
 
   // Checks that every point has its result. `summary` is the stream's Summary, or null if none came.
   finish(summary) {
-    if (summary === null) throw new Error("the stream ended without a summary");
-    if (summary.pointCount !== this.#pointCount || this.#received !== this.#pointCount) {
-      throw new Error(
-        `${this.#received} results and a summary of ${summary.pointCount} points ` +
-          `for a cloud of ${this.#pointCount} points`,
-      );
+    checkEnd(summary, this.#received, this.#pointCount);
+  }
+}
+
+// The same checks, chunk by chunk, without a place for all results.
+export class ChunkReader {
+  #received = 0;
+  #pointCount;
+  #names;
+  #widths = null;
+
+  constructor(pointCount, names = null) {
+    this.#pointCount = pointCount;
+    this.#names = names;
+  }
+
+  // Returns { firstIndex, pointCount, status, ... } with arrays of the chunk's points. Throws as ResultCollector.add.
+  read(chunk) {
+    const { firstIndex, pointCount } = chunk;
+    const end = checkPlace(chunk, this.#received, this.#pointCount);
+    const collector = new ResultCollector(pointCount, this.#names);
+    collector.add({ ...chunk, firstIndex: 0 });
+    const widths = Object.entries(collector.arrays).map(([name, array]) => `${name} ${array.length / pointCount}`);
+    this.#widths ??= widths.join();
+    if (widths.join() !== this.#widths) {
+      throw new Error(`points from ${firstIndex} have the arrays ${widths}, those before ${this.#widths}`);
     }
+    this.#received = end;
+    return { firstIndex, pointCount, ...collector.arrays };
+  }
+
+  // As ResultCollector.finish.
+  finish(summary) {
+    checkEnd(summary, this.#received, this.#pointCount);
+  }
+}
+
+// Returns the index after the chunk's last point. Throws if the chunk does not follow those before.
+function checkPlace({ firstIndex, pointCount }, received, cloudPoints) {
+  const end = firstIndex + pointCount;
+  if (firstIndex !== received || end === firstIndex) {
+    throw new Error(`a result chunk of ${pointCount} points starts at ${firstIndex}, not ${received}`);
+  }
+  if (end > cloudPoints) throw new Error(`results up to point ${end} for a cloud of ${cloudPoints} points`);
+  return end;
+}
+
+function checkEnd(summary, received, cloudPoints) {
+  if (summary === null) throw new Error("the stream ended without a summary");
+  if (summary.pointCount !== cloudPoints || received !== cloudPoints) {
+    throw new Error(
+      `${received} results and a summary of ${summary.pointCount} points for a cloud of ${cloudPoints} points`,
+    );
   }
 }

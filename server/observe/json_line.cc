@@ -1,9 +1,10 @@
 #include "server/observe/json_line.h"
 
+#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "absl/strings/str_format.h"
+#include "absl/strings/str_cat.h"
 
 namespace curvd {
 namespace {
@@ -19,7 +20,11 @@ std::string Quote(const std::string& text) {
 JsonLine& JsonLine::Add(const char* key, const std::string& value) { return AddRaw(key, Quote(value)); }
 
 JsonLine& JsonLine::Add(const char* key, double value) {
-  return AddRaw(key, std::isfinite(value) ? absl::StrFormat("%.6g", value) : "null");
+  if (!std::isfinite(value)) return AddRaw(key, "null");
+  // A program that embeds the server may have set a locale with another point, which printf would write.
+  char digits[32];
+  const std::to_chars_result end = std::to_chars(digits, digits + sizeof(digits), value, std::chars_format::general, 6);
+  return AddRaw(key, std::string(digits, end.ptr));
 }
 
 JsonLine& JsonLine::AddRaw(const char* key, const std::string& value) {

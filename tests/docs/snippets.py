@@ -6,6 +6,7 @@ snippets.py run DOCUMENT SOURCE_DIR BUILD_DIR   runs all blocks, in order, from 
 
 What a block is for stands after its language:
   sh            commands; must succeed
+  sh clone      the same, for a clone alone: who has installed packages types other commands
   sh server     starts curvd, which then serves the blocks that follow
   sh install    commands that change the machine; not run here
   python, js    programs; must succeed
@@ -68,6 +69,11 @@ class Reader:
             code = code.replace(default, own)
         return code
 
+    def copy(self, document):
+        """Puts a document into the folder, with this reader's ports."""
+        text = self._own_ports(document.read_text(encoding="utf-8"))
+        (self._folder / document.name).write_text(text, encoding="utf-8")
+
     def type(self, kind, code):
         code = self._own_ports(code)
         shell = ["bash", "-euo", "pipefail", "-c", code]
@@ -76,7 +82,7 @@ class Reader:
             self._server = subprocess.Popen(["bash", "-c", "exec " + code.strip()], cwd=self._folder)
             self._run(["bash", "-c", f"until build/release/bin/curv info --server={address}; do sleep 0.1; done"],
                       START_SECONDS)
-        elif kind == "sh":
+        elif kind in ("sh", "sh clone"):
             self._run(shell)
         elif kind == "python":
             self._run(["/usr/bin/python3", "-c", code], environment={"PYTHONPATH": "build/release/python"})
@@ -111,6 +117,7 @@ def run(document, source_dir, build_dir):
         (clone / "build").mkdir()
         (clone / "build" / "release").symlink_to(build_dir)
         reader = Reader(clone, source_dir)
+        reader.copy(pathlib.Path(source_dir) / "README.md")
         began = time.monotonic()
         try:
             if not any(kind == "sh server" for kind, _ in blocks(document)):

@@ -1,7 +1,7 @@
 // What the tests of the Node.js client share.
 import assert from "node:assert/strict";
 import { createRequire } from "node:module";
-import { CurvdError } from "../../client/node/index.mjs";
+import { CurvdError, PointStatus } from "../../client/node/index.mjs";
 import { CurvatureService } from "../../client/node/protocol.mjs";
 
 const grpc = createRequire(new URL("../../client/node/", import.meta.url))("@grpc/grpc-js");
@@ -18,6 +18,15 @@ export function sphere(pointCount, radius, ArrayType = Float32Array, offset = 0)
   }
   positions.set(normals.map((scalar) => radius * scalar + offset));
   return [positions, normals];
+}
+
+// Holds an estimate of a sphere to what is known of it.
+export function assertSphere(estimate, radius) {
+  // 20,000 points: the error of the estimate itself is far below a percent.
+  assert.ok(estimate.meanCurvature.every((mean) => Math.abs(mean * radius - 1) < 0.02));
+  assert.ok(estimate.gaussianCurvature.every((gaussian) => Math.abs(gaussian * radius ** 2 - 1) < 0.04));
+  assert.ok(estimate.k1.every((k1, i) => k1 <= estimate.k2[i]));
+  assert.ok(estimate.status.every((status) => status === PointStatus.OK));
 }
 
 // The CurvdError that a call rejects with.

@@ -1,7 +1,6 @@
 #include "client/io/writing/rows.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 #include <string>
 #include <variant>
@@ -21,13 +20,6 @@ void Scatter(const Column& column, size_t begin, size_t count, size_t row_bytes,
         for (size_t i = 0; i < count; ++i) std::memcpy(out + i * row_bytes, &values[begin + i], sizeof(values[0]));
       },
       column.values);
-}
-
-template <typename T>
-void AppendNumber(T value, std::string& out) {
-  char digits[32];
-  const std::to_chars_result result = std::to_chars(digits, digits + sizeof(digits), value);
-  out.append(digits, result.ptr);
 }
 
 void AppendValue(const Column& column, bool as_word, size_t row, std::string& out) {

@@ -1,11 +1,22 @@
 // Writes the rows of a table, as bytes or as text.
 #pragma once
 
+#include <charconv>
+#include <string>
+
 #include "absl/status/status.h"
 #include "client/io/byte_sink.h"
 #include "client/io/point_table.h"
 
 namespace curv {
+
+// Appends a number in the shortest digits that read back as the same value, whatever the locale.
+template <typename T>
+void AppendNumber(T value, std::string& out) {
+  char digits[32];
+  const std::to_chars_result result = std::to_chars(digits, digits + sizeof(digits), value);
+  out.append(digits, result.ptr);
+}
 
 // Appends the scalars of each row one after the other, little-endian, without padding. Errors are those of
 // ByteSink::Append.

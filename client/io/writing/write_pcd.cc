@@ -2,7 +2,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "client/io/writers.h"
 #include "client/io/writing/rows.h"
 
@@ -32,7 +31,11 @@ std::string Header(const PointTable& table, const char* encoding) {
   std::string viewpoint = "0 0 0";
   if (table.viewpoint.has_value()) {
     const auto& v = *table.viewpoint;
-    viewpoint = absl::StrFormat("%.17g %.17g %.17g", v[0], v[1], v[2]);
+    viewpoint.clear();
+    for (size_t axis = 0; axis < v.size(); ++axis) {
+      if (axis > 0) viewpoint += ' ';
+      AppendNumber(v[axis], viewpoint);
+    }
   }
   return absl::StrCat("# .PCD v0.7 - made by curv\nVERSION 0.7\nFIELDS", fields, "\nSIZE", sizes, "\nTYPE", types,
                       "\nCOUNT", counts, "\nWIDTH ", table.size(), "\nHEIGHT 1\nVIEWPOINT ", viewpoint,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 import typing
@@ -49,7 +50,7 @@ def reporter(progress: ProgressCallback | bool) -> tuple[ProgressCallback | None
         return progress, lambda: None
     if not isinstance(progress, bool):
         raise TypeError(f"progress is {progress!r}; it must be True, False or a function of a Progress")
-    if not progress or not sys.stderr.isatty():
+    if not progress or not sys.stderr.isatty() or os.environ.get("TERM", "dumb") == "dumb":
         return None, lambda: None
     line = TerminalLine(sys.stderr)
     return line.show, line.end

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace curv {
 namespace {
@@ -28,6 +30,27 @@ TEST(TextTest, ParsesNumbers) {
   EXPECT_TRUE(Parses("1e-400", 0.0));
   EXPECT_TRUE(Parses("-1e-60", -0.0f));
   EXPECT_TRUE(Parses("5e-324", 5e-324));
+  EXPECT_TRUE(Parses("3e-324", 5e-324));  // to the nearest
+  EXPECT_TRUE(Parses("1e-45", 1e-45f));
+}
+
+TEST(TextTest, TakesWhatIsTooSmallForZeroAndRefusesWhatIsTooLarge) {
+  const std::string zeros(500, '0');
+  for (const std::string& tiny :
+       std::vector<std::string>{"0." + zeros + "1", "1e-99999999999999999999", "0." + zeros + "1e100", zeros + "1e-400",
+                                "1" + zeros + "e-1000", "12.5E-400"}) {
+    EXPECT_TRUE(Parses(tiny, 0.0)) << tiny;
+    EXPECT_TRUE(Parses("-" + tiny, -0.0f)) << tiny;
+  }
+  double zero = 1.0;
+  EXPECT_TRUE(ParseNumber("-1e-400", zero) && std::signbit(zero));
+  for (const std::string& large : std::vector<std::string>{"1" + zeros, "1e+99999999999999999999",
+                                                           "1" + zeros + "e-100", "0." + zeros + "1e1000"}) {
+    EXPECT_TRUE(Refuses<double>(large)) << large;
+    EXPECT_TRUE(Refuses<float>("-" + large)) << large;
+  }
+  EXPECT_TRUE(Parses("1" + zeros + "e-500", 1.0));
+  EXPECT_TRUE(Parses("0." + zeros + "1e501", 1.0));
 }
 
 TEST(TextTest, RefusesWhatIsNoNumber) {

@@ -1,0 +1,75 @@
+// Estimator and scale that the Node.js client leaves to the server. Against a real curvd (CURVD_SERVER).
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { PointStatus, estimateCurvature } from "../../client/node/index.mjs";
+import { failure, sphere } from "./node_helpers.mjs";
+
+const server = process.env.CURVD_SERVER;
+
+test("auto chooses what suits the cloud", async () => {
+  const [positions, normals] = sphere(10_000, 2);
+  // Noise of a fixed sequence (Park, Miller 1988), evenly spread.
+  let state = 1;
+  const random = () => (state = (state * 48_271) % 2_147_483_647) / 2_147_483_647;
+  const noisy = positions.map((scalar) => scalar + 0.06 * (random() - 0.5));
+  const meanError = ({ meanCurvature }) => meanCurvature.reduce((sum, mean) => sum + Math.abs(mean - 0.5), 0) / 10_000;
+  const auto = await estimateCurvature(noisy, normals, { server, estimator: "auto" });
+  const fixed = await estimateCurvature(noisy, normals, { server });
+  assert.equal(auto.summary.statusCounts.ok, 10_000);
+  assert.ok(meanError(auto) < meanError(fixed), `${meanError(auto)} and ${meanError(fixed)}`);
+  const { outcomes, positionNoise } = auto.summary.scale;
+  assert.ok(Math.abs(outcomes.reduce((sum, { share }) => sum + share, 0) - 1) < 1e-6);
+  assert.ok(outcomes.some(({ estimator }) => estimator === "ESTIMATOR_JET_FITTING"));
+  assert.ok(positionNoise > 0);
+  assert.ok(!fixed.summary.scale);
+});
+
+test("estimator or scale alone may be left open", async () => {
+  const cloud = sphere(5_000, 2);
+  const jets = { server, estimator: "jet", neighborCount: "auto", neighborCountRange: [64, 128] };
+  const { summary } = await estimateCurvature(...cloud, jets);
+  const told = summary.scale.outcomes.map(({ estimator, neighborCount }) => [estimator, neighborCount]);
+  assert.deepEqual(told, [64, 91, 128].map((count) => ["ESTIMATOR_JET_FITTING", count]));
+  const counted = await estimateCurvature(...cloud, { server, estimator: "auto", neighborCount: 100 });
+  assert.ok(counted.summary.scale.outcomes.every(({ neighborCount }) => neighborCount === 100));
+  const near = await estimateCurvature(...cloud, { server, estimator: "auto", maxRadius: 0.3, scalePerCloud: true });
+  assert.ok(near.radius.every((radius, i) => near.status[i] !== PointStatus.OK || radius <= 0.3));
+  assert.ok(near.summary.statusCounts.ok > 4_000);
+});
+
+test("scales that the server refuses are named", async () => {
+  const cloud = sphere(100, 1);
+  for (const [words, options] of [
+    [/it must be auto, avg-hexagram/, { estimator: "aso", neighborCount: "auto" }],
+    [/jet_degree is 2; it must be 4/, { estimator: "jet", neighborCount: "auto", jetDegree: 2 }],
+    [/least_neighbor_count is 15; it must be from 16/, { estimator: "auto", neighborCountRange: [15, 64] }],
+    [/max_radius is nan/, { estimator: "auto", maxRadius: NaN }],
+  ]) {
+    const error = await failure(estimateCurvature(...cloud, { server, ...options }));
+    assert.equal(error.reason, "INVALID_OPTION");
+    assert.match(error.message, words);
+  }
+});
+
+test("scales that make no sense are refused before a call", async () => {
+  const cloud = [new Float32Array(3), new Float32Array(3)];
+  const auto = { estimator: "auto" };
+  for (const [message, options] of [
+    [/need neighborCount/, { neighborCountRange: [16, 64] }],
+    [/need neighborCount/, { maxRadius: 1 }],
+    [/need neighborCount/, { scalePerCloud: true }],
+    [/need neighborCount/, { ...auto, neighborCount: 50, maxRadius: 1 }],
+    [/neighborCount is "some"/, { neighborCount: "some" }],
+    [/radius does not go with "auto"/, { ...auto, radius: 1 }],
+    [/radius does not go with "auto"/, { neighborCount: "auto", radius: 1 }],
+    [/neighborCountRange is 64/, { ...auto, neighborCountRange: 64 }],
+    [/neighborCountRange is \[64\]/, { ...auto, neighborCountRange: [64] }],
+    [/neighborCountRange is \["16",64\]/, { ...auto, neighborCountRange: ["16", 64] }],
+  ]) {
+    await assert.rejects(estimateCurvature(...cloud, { server: "127.0.0.1:1", ...options }), (error) => {
+      assert.ok(error instanceof TypeError, String(error));
+      assert.match(error.message, message);
+      return true;
+    });
+  }
+});

@@ -1,0 +1,51 @@
+// The Node.js client and a curvd that asks who calls (CURVD_SECURE_SERVER).
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { estimateCurvature } from "../../client/node/index.mjs";
+import { failure, sphere } from "./node_helpers.mjs";
+
+const server = process.env.CURVD_SERVER;
+
+// The settings for the curvd that asks for TLS, a certificate and a token.
+const folder = process.env.CURVD_SECURE_DIR;
+const security = {
+  caFile: `${folder}/server.crt`,
+  certFile: `${folder}/client.crt`,
+  keyFile: `${folder}/client.key`,
+  token: readFileSync(`${folder}/token`, "utf8"),
+};
+const secureEstimate = (changes) =>
+  estimateCurvature(...sphere(1_000, 1), {
+    server: process.env.CURVD_SECURE_SERVER,
+    security: { ...security, ...changes },
+    maxAttempts: 1,
+  });
+
+test("a server that asks who calls serves whom it knows", async () => {
+  assert.equal((await secureEstimate({})).summary.statusCounts.ok, 1_000);
+});
+
+test("a server that asks who calls refuses others", async () => {
+  assert.equal((await failure(secureEstimate({ token: "guess" }))).reason, "TOKEN_INVALID");
+  assert.equal((await failure(secureEstimate({ token: undefined }))).reason, "TOKEN_MISSING");
+  const unavailable = [
+    { certFile: undefined, keyFile: undefined },
+    { caFile: security.certFile },
+    { serverName: "other.example" },
+  ];
+  for (const changes of unavailable) {
+    assert.equal((await failure(secureEstimate(changes))).codeName, "UNAVAILABLE", JSON.stringify(changes));
+  }
+});
+
+test("a token goes in plain text to this machine only", async () => {
+  const cloud = [new Float32Array(12), new Float32Array(12)];
+  for (const target of ["curvd.example:50061", "10.0.0.7:1", "127.0.0.1.example.com:1", "localhost:1,10.0.0.7:1"]) {
+    const promise = estimateCurvature(...cloud, { server: target, security: { token: "secret" } });
+    await assert.rejects(promise, { name: "TypeError", message: /plain text/ }, target);
+  }
+  for (const settings of [{ certFile: "a" }, { keyFile: "a" }, { serverName: "a" }]) {
+    await assert.rejects(estimateCurvature(...cloud, { server, security: settings }), TypeError);
+  }
+});
