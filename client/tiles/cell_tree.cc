@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <type_traits>
 
 #include "absl/status/status.h"
@@ -120,15 +122,37 @@ std::vector<int32_t> CellTree::TileNodes() const {
   return tiles;
 }
 
-double CellTree::RadiusOf(const Position& p, uint64_t count) const {
+// Cells, and how far it is to the farthest place of each: the nearest that hold enough points together.
+struct CellTree::Enclosed {
+  std::multimap<double, uint64_t> cells;  // points by distance
+  uint64_t points = 0;
   double radius = std::numeric_limits<double>::infinity();
-  for (int32_t node = 0; nodes_[static_cast<size_t>(node)].count >= count;) {
-    const CellNode& at = nodes_[static_cast<size_t>(node)];
-    radius = std::min(radius, at.box.FarDistanceTo(p));
-    if (at.is_cell()) break;
-    node = at.children[p[static_cast<size_t>(at.axis)] < at.cut ? 0 : 1];
+};
+
+void CellTree::Enclose(int32_t node, const Position& p, uint64_t count, Enclosed& enclosed) const {
+  const CellNode& at = nodes_[static_cast<size_t>(node)];
+  if (at.count == 0 || at.box.DistanceTo(p) > enclosed.radius) return;
+  if (!at.is_cell()) {
+    const auto [low, high] = at.children;
+    const bool low_first =
+        nodes_[static_cast<size_t>(low)].box.DistanceTo(p) <= nodes_[static_cast<size_t>(high)].box.DistanceTo(p);
+    Enclose(low_first ? low : high, p, count, enclosed);
+    Enclose(low_first ? high : low, p, count, enclosed);
+    return;
   }
-  return radius;
+  enclosed.cells.emplace(at.box.FarDistanceTo(p), at.count);
+  enclosed.points += at.count;
+  while (enclosed.points - std::prev(enclosed.cells.end())->second >= count) {
+    enclosed.points -= std::prev(enclosed.cells.end())->second;
+    enclosed.cells.erase(std::prev(enclosed.cells.end()));
+  }
+  if (enclosed.points >= count) enclosed.radius = std::prev(enclosed.cells.end())->first;
+}
+
+double CellTree::RadiusOf(const Position& p, uint64_t count) const {
+  Enclosed enclosed;
+  Enclose(0, p, std::max<uint64_t>(count, 1), enclosed);
+  return enclosed.radius;
 }
 
 std::string CellTree::Bytes() const {

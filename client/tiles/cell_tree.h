@@ -75,13 +75,17 @@ class CellTree {
   // The nodes of the tiles, by number.
   std::vector<int32_t> TileNodes() const;
 
-  // A radius within which a place has `count` points of the cloud for sure; infinite if the cloud has fewer.
+  // A radius within which a place has `count` points of the cloud for sure: the smallest that encloses cells with so
+  // many. Infinite if the cloud has fewer.
   double RadiusOf(const Position& p, uint64_t count) const;
 
  private:
   int32_t DivideRange(std::span<Position> sample, uint64_t tiles, uint64_t cells_per_tile, int depth);
   void SumUp(int32_t node, uint64_t& first);
   void MakeTilesBelow(int32_t node, uint64_t most_points, double most_extent, int32_t& tiles);
+
+  struct Enclosed;
+  void Enclose(int32_t node, const Position& p, uint64_t count, Enclosed& enclosed) const;
 
   template <typename Place, typename Visit>
   void VisitNear(int32_t node, const Place& place, double distance, const Visit& visit) const {

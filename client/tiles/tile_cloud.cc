@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -33,6 +34,24 @@ double WidestHalo(const TilePlan& plan, const Box& box) {
   return std::max(0.0, (longest - box.Extent(box.LongestAxis())) / 2.0);
 }
 
+// Keeps the cells nearest to a tile, so that the halo is no longer than a few tiles: a point far from all others makes
+// its cell look sparse, and its neighborhood large.
+void DropFarthest(const TilePlan& plan, const CellNode& own, std::vector<CellShare>& shares) {
+  constexpr uint64_t kMostTiles = 4;
+  uint64_t points = 0;
+  for (const CellShare& share : shares) points += NodeAt(plan, share.cell).count;
+  const uint64_t most = kMostTiles * std::max(own.count, plan.tile_points);
+  if (points <= most) return;
+  std::stable_sort(shares.begin(), shares.end(), [&](const CellShare& a, const CellShare& b) {
+    return NodeAt(plan, a.cell).box.DistanceTo(own.box) < NodeAt(plan, b.cell).box.DistanceTo(own.box);
+  });
+  while (points > most) {
+    points -= NodeAt(plan, shares.back().cell).count;
+    shares.pop_back();
+  }
+  std::sort(shares.begin(), shares.end(), [](const CellShare& a, const CellShare& b) { return a.cell < b.cell; });
+}
+
 // The cells around a tile that have points in its halo, ascending, and how wide it is there. Wide enough for what both
 // the cell and the tile's cells near it expect: density may change between them.
 std::vector<CellShare> HaloCells(const PointStore& store, size_t tile, double factor) {
@@ -61,6 +80,7 @@ std::vector<CellShare> HaloCells(const PointStore& store, size_t tile, double fa
     const double width = std::min(factor * radius, limit);
     if (at.box.DistanceTo(own.box) < width) shares.push_back({cell, width, false});
   });
+  DropFarthest(plan, own, shares);
   return shares;
 }
 
@@ -122,6 +142,10 @@ absl::Status PointStore::Append(uint64_t first, uint64_t count, std::vector<Tile
     done += now;
   }
   return absl::OkStatus();
+}
+
+bool FitsFloats(const TilePlan& plan, const Box& box) {
+  return !plan.is_double || SpacingFor(box.Extent(box.LongestAxis()), plan.spacing) == plan.spacing;
 }
 
 FloatArrays ToFloats(const TilePlan& plan, const TileCloud& cloud) {
@@ -202,6 +226,17 @@ bool HasAllWithin(const TilePlan& plan, size_t tile, const TileWithHalo& read, c
   return has_all;
 }
 
+Box BoxAround(std::span<const Ball> balls) {
+  Box box;
+  for (const Ball& ball : balls) {
+    for (const double sign : {-1.0, 1.0}) {
+      const Position& p = ball.point.position;
+      box.Add(Position{p[0] + sign * ball.distance, p[1] + sign * ball.distance, p[2] + sign * ball.distance});
+    }
+  }
+  return box;
+}
+
 uint64_t CountBalls(const TilePlan& plan, std::span<const Ball> balls) {
   uint64_t count = 0;
   for (const int32_t cell : CellsOf(plan, balls)) count += NodeAt(plan, cell).count;
@@ -210,9 +245,15 @@ uint64_t CountBalls(const TilePlan& plan, std::span<const Ball> balls) {
 
 absl::StatusOr<TileCloud> ReadBalls(const PointStore& store, std::span<const Ball> balls) {
   TileCloud cloud;
+  const Box box = BoxAround(balls);
+  std::vector<TilePoint> points;
   for (const int32_t cell : CellsOf(store.plan(), balls)) {
     const CellNode& at = NodeAt(store.plan(), cell);
-    if (absl::Status status = store.Append(at.first, at.count, cloud.points); !status.ok()) return status;
+    points.clear();
+    if (absl::Status status = store.Append(at.first, at.count, points); !status.ok()) return status;
+    // A cell may be long, where one of its points is far from the others.
+    std::copy_if(points.begin(), points.end(), std::back_inserter(cloud.points),
+                 [&](const TilePoint& point) { return box.DistanceTo(point.position) == 0.0; });
   }
   SortById(cloud.points);
   for (const Ball& ball : balls) {

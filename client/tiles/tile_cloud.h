@@ -49,6 +49,8 @@ struct TileCloud {
   std::vector<uint32_t> queries;  // which of the points get results; ascending
 };
 
+// Whether a box is short enough for positions in it to be exact in floats.
+bool FitsFloats(const TilePlan& plan, const Box& box);
 FloatArrays ToFloats(const TilePlan& plan, const TileCloud& cloud);
 
 // How much of a cell went along as halo.
@@ -80,9 +82,12 @@ struct Ball {
   double distance = 0.0;  // may be infinite
 };
 
-// How many points ReadBalls would read.
+// The box around balls.
+Box BoxAround(std::span<const Ball> balls);
+// How many points there are in the cells that balls touch, which ReadBalls reads.
 uint64_t CountBalls(const TilePlan& plan, std::span<const Ball> balls);
-// Reads all points of all cells that the balls touch; the queries are the balls' points. Errors are those of the store.
+// Reads all points in balls, and those of the same cells in the box around them; the queries are the balls' points.
+// Errors are those of the store.
 absl::StatusOr<TileCloud> ReadBalls(const PointStore& store, std::span<const Ball> balls);
 
 }  // namespace curv

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -15,6 +16,7 @@ namespace {
 constexpr int kMostPasses = 8;
 // Positions that are rounded to a coarse lattice are off by a step, relative to which distances are this many.
 constexpr double kStepsOff = 4.0;
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
 // One tile at work.
 class TileWork {
@@ -53,18 +55,30 @@ class TileWork {
     const absl::StatusOr<TileWithHalo> read = ReadTile(store_, tile_, halo_factor_);
     if (!read.ok()) return read.status();
     const TileCloud& cloud = read->cloud;
+    result_.halo_points = cloud.points.size() - cloud.queries.size();
+    ids_.reserve(cloud.queries.size());
+    Box box;
+    for (const TilePoint& point : cloud.points) box.Add(point.position);
+    if (!FitsFloats(plan_, box)) {
+      // Some point is far from all others. They are not to lose digits for it: parts are estimated instead.
+      for (const uint32_t query : cloud.queries) {
+        const TilePoint& point = cloud.points[query];
+        ids_.push_back(point.id);
+        uncertain.push_back({point, DistanceOf(point, kUnknown)});
+      }
+      return absl::OkStatus();
+    }
     const FloatArrays arrays = ToFloats(plan_, cloud);
     absl::StatusOr<TileAnswer> answer = Ask(arrays, cloud.queries);
     if (!answer.ok()) return answer.status();
-    result_.halo_points = cloud.points.size() - cloud.queries.size();
-    if (arrays.coarse_spacing > 0.0) result_.coarse_points += cloud.queries.size();
-    ids_.reserve(cloud.queries.size());
     for (size_t row = 0; row < cloud.queries.size(); ++row) {
       const TilePoint& point = cloud.points[cloud.queries[row]];
       ids_.push_back(point.id);
       if (answer->is_unusable[row]) continue;
-      const double distance = DistanceOf(point, answer->radii[row]) + kStepsOff * arrays.coarse_spacing;
-      if (!HasAllWithin(plan_, tile_, *read, point.position, distance)) uncertain.push_back({point, distance});
+      const double distance = DistanceOf(point, answer->radii[row]);
+      if (HasAllWithin(plan_, tile_, *read, point.position, distance)) continue;
+      // What was found may lie far beyond what was left out.
+      uncertain.push_back({point, std::min(distance, DistanceOf(point, kUnknown))});
     }
     columns_ = std::move(answer->columns);
     return absl::OkStatus();
@@ -73,7 +87,8 @@ class TileWork {
   // Estimates points again, a group of near ones at a time; tells which have to be once more.
   absl::Status Repair(std::span<const Ball> balls, std::vector<Ball>& uncertain) {
     const uint64_t most_points = std::max<uint64_t>(2 * plan_.tile_points, 100'000);
-    if (balls.size() > 1 && CountBalls(plan_, balls) > most_points) {
+    const bool is_small = FitsFloats(plan_, BoxAround(balls)) && CountBalls(plan_, balls) <= most_points;
+    if (balls.size() > 1 && !is_small) {
       std::vector<Ball> sorted(balls.begin(), balls.end());
       Box box;
       for (const Ball& ball : sorted) box.Add(ball.point.position);
@@ -126,6 +141,12 @@ class TileWork {
 
   // Puts row `from` of other columns in the place of row `to`.
   void Replace(const std::vector<Column>& columns, size_t from, size_t to) {
+    if (columns_.empty()) {
+      for (const Column& column : columns) {
+        columns_.push_back({column.name, MakeValues(column.kind())});
+        std::visit([this](auto& values) { values.resize(ids_.size()); }, columns_.back().values);
+      }
+    }
     for (size_t c = 0; c < columns_.size(); ++c) {
       std::visit(
           [&](auto& values) {

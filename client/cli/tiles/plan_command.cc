@@ -49,8 +49,7 @@ void PrintPlan(const TilePlan& plan, bool json) {
     std::printf("%s points are not usable and get the status invalid_input\n", WithCommas(plan.unusable).c_str());
   }
   if (plan.is_double) {
-    std::printf("coordinates are rounded to multiples of %g, a %s of the distance between points\n", plan.spacing,
-                "small part");
+    std::printf("coordinates are rounded to multiples of %g\n", plan.spacing);
   }
   std::printf("next: curv tiles run %s, with --server=HOST:PORT for a server\n", plan.directory.c_str());
 }
