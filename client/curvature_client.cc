@@ -52,6 +52,16 @@ absl::Status CheckArrays(const CloudView& cloud, const NormalOptions& normals) {
                                    : "only SidesTowardViewpoints of options.normals.sides takes them");
 }
 
+absl::Status CheckPart(const CloudView& cloud) {
+  const auto check = [&](const char* name, size_t size) {
+    if (size == 0 || size == cloud.size()) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat(name, " holds ", size, " entries: it must hold one for each of ", cloud.size(), " points, or none"));
+  };
+  absl::Status status = check("ids", cloud.ids().size());
+  return status.ok() ? check("roles", cloud.roles().size()) : status;
+}
+
 std::vector<std::string> ListQuantityNames() {
   std::vector<std::string> names;
   for (const auto quantity : curvature::wire::Quantities()) names.push_back(curvature::wire::QuantityName(quantity));
@@ -114,6 +124,7 @@ CurvatureClient::~CurvatureClient() = default;
 absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud, const EstimateOptions& options,
                                                           const EstimateCallbacks& callbacks) const {
   if (absl::Status status = CheckArrays(cloud, options.normals); !status.ok()) return status;
+  if (absl::Status status = CheckPart(cloud); !status.ok()) return status;
   if (absl::Status status = CheckQuantities(options.quantities); !status.ok()) return status;
   const Clock::time_point start = Clock::now();
   const auto left_of = [&](absl::Duration limit) { return limit - absl::FromChrono(Clock::now() - start); };

@@ -8,6 +8,7 @@
 //   result = (*client)->Estimate(curv::CloudView(positions), options);
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -35,6 +36,12 @@ class Channel;
 
 namespace curv {
 
+// What a point is to the estimate. The values are those of curvature.v1.PointRole.
+enum class PointRole : uint8_t {
+  kQuery = 1,  // gets a result
+  kHalo = 2,   // is a neighbor of others, and gets no result
+};
+
 // Somebody else's points: x y z of each, its normal if there is one, and where it was seen from if that is known; all
 // in float or all in double. Coordinates far from zero (georeferenced scans) keep their precision in double only.
 class CloudView {
@@ -52,6 +59,27 @@ class CloudView {
   CloudView SeenFrom(std::span<const float> viewpoints) const { return WithViewpoints(std::as_bytes(viewpoints)); }
   CloudView SeenFrom(std::span<const double> viewpoints) const { return WithViewpoints(std::as_bytes(viewpoints)); }
 
+  // The same points as a part of a larger cloud, with the id that each has in it: in any order, no two the same. A point's
+  // result then does not depend on the part in which it is sent (docs/protocol.md says what else that takes).
+  // REQUIRES: the array outlives the view.
+  CloudView WithIds(std::span<const uint64_t> ids) const {
+    CloudView view = *this;
+    view.ids_ = ids;
+    return view;
+  }
+  // The same points, some of which get no result. REQUIRES: the array outlives the view.
+  CloudView WithRoles(std::span<const PointRole> roles) const {
+    CloudView view = *this;
+    view.roles_ = roles;
+    return view;
+  }
+
+  std::span<const uint64_t> ids() const { return ids_; }       // may be none
+  std::span<const PointRole> roles() const { return roles_; }  // may be none
+  // Points that get a result.
+  size_t query_count() const {
+    return size() - static_cast<size_t>(std::count(roles_.begin(), roles_.end(), PointRole::kHalo));
+  }
   std::span<const std::byte> positions() const { return positions_; }
   std::span<const std::byte> normals() const { return normals_; }        // may be none
   std::span<const std::byte> viewpoints() const { return viewpoints_; }  // may be none
@@ -71,7 +99,18 @@ class CloudView {
   std::span<const std::byte> positions_;
   std::span<const std::byte> normals_;
   std::span<const std::byte> viewpoints_;
+  std::span<const uint64_t> ids_;
+  std::span<const PointRole> roles_;
   size_t scalar_bytes_;
+};
+
+// A grid of positions that all parts of a cloud share: each coordinate is rounded to the nearest multiple of `spacing`
+// before the origin, which may be another one in each part, is subtracted.
+struct PositionLattice {
+  // A power of two, in the cloud's length unit.
+  double spacing = 1.0;
+  // Multiples of `spacing`. All positions must lie within 2^23 spacings of it, axis by axis.
+  std::array<double, 3> origin{};
 };
 
 // The values are those of curvature.v1.Estimator; EstimatorOf gives also those that the contract has gained since.
@@ -134,6 +173,8 @@ struct EstimateOptions {
   std::vector<std::string> quantities;
   // What the positions are relative to. Curvature does not depend on it. DEFAULT: zero.
   std::array<double, 3> origin{};
+  // Where positions are put, so that the parts of a cloud agree on them. DEFAULT: where the server puts them.
+  std::optional<PositionLattice> lattice;
   // Give unusable points a status, instead of refusing the cloud. DEFAULT: refuse.
   bool skip_invalid = false;
   // Refuse a cloud whose normals point to opposite sides of one surface, instead of giving the points around such
@@ -208,6 +249,10 @@ struct EstimateSummary {
   std::vector<EstimateWarning> warnings;
   std::optional<NormalsReport> normals;  // none where they were given
   std::optional<ScaleReport> scale;      // of kAuto or automatic_scale
+  // How far from a point its estimate looked at most, in units of its radius. A point of a part of a cloud has the result
+  // that it has in the whole one if no place that was left out, and may hold points, is within that and one part in a
+  // million more. None where there is no such factor.
+  std::optional<double> reach_factor;
   std::string request_id;                // as in the server's log
   int attempts = 1;
 };
@@ -219,9 +264,9 @@ struct NamedColumn {
   std::variant<std::vector<float>, std::vector<uint8_t>> values;
 };
 
-// One entry a point (three for d1, d2 and normals), in the order of the cloud. NaN where status is not kOk, save
-// `radius` with radius neighborhoods, and normals, which are NaN where there are none. Empty for quantities that were
-// not asked for.
+// One entry a point (three for d1, d2 and normals), in the order of the cloud; where it has roles, one for each query. NaN
+// where status is not kOk, save `radius`, which is there wherever there is a neighborhood, and normals, which are NaN where
+// there are none. Empty for quantities that were not asked for.
 struct CurvatureResult {
   std::vector<float> mean;  // (k1 + k2) / 2; 1 / r on a ball with outward normals
   std::vector<float> gaussian;
@@ -277,11 +322,10 @@ class CurvatureClient {
   // the message ends with the reason and metadata that it gave. Retries while servers are UNAVAILABLE, say that waiting
   // helps, or die behind a proxy (UNKNOWN or INTERNAL without a reason): at once on the next server, then with growing
   // pauses, the cloud sent again each time. Further errors:
-  // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals or viewpoints as
-  // positions,
-  //   or the cloud has those that options.normals does not ask for, or lacks them; a quantity is unknown or given
+  // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals, viewpoints,
+  //   ids or roles as points, or the cloud has those that options.normals does not ask for, or lacks them; a quantity is unknown or given
   //   twice.
-  // - UNIMPLEMENTED: the server is too old to make or orient normals.
+  // - UNIMPLEMENTED: the server is too old to make or orient normals, or to know of ids, roles or lattices.
   // - DEADLINE_EXCEEDED, CANCELLED: timeout, stop.
   // - INTERNAL: the server's answer has gaps, wrong lengths or no summary.
   absl::StatusOr<CurvatureResult> Estimate(const CloudView& cloud, const EstimateOptions& options,

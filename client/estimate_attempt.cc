@@ -52,7 +52,7 @@ Phase PhaseOf(const v1::Progress& progress) {
 class Attempt {
  public:
   Attempt(const CloudView& cloud, const EstimateOptions& options, const EstimateCallbacks& callbacks, int attempt)
-      : cloud_(cloud), options_(options), callbacks_(callbacks), collector_(cloud.size(), options) {
+      : cloud_(cloud), options_(options), callbacks_(callbacks), collector_(cloud, options) {
     progress_.points = cloud.size();
     progress_.attempt = attempt;
   }
@@ -162,8 +162,7 @@ class Attempt {
       return;
     }
     const uint64_t chunk_bytes = std::min<uint64_t>(allowed, options_.chunk_bytes);
-    const size_t arrays = 1 + (cloud_.normals().empty() ? 0 : 1) + (cloud_.viewpoints().empty() ? 0 : 1);
-    const size_t chunk_points = std::max<size_t>(1, chunk_bytes / (arrays * cloud_.point_bytes()));
+    const size_t chunk_points = std::max<size_t>(1, chunk_bytes / BytesPerPoint(cloud_));
     const size_t count = std::min(chunk_points, cloud_.size() - next_point_);
     grpc::Slice chunk = PackChunk(cloud_, next_point_, count);
     next_point_ += count;

@@ -10,6 +10,10 @@
 #include "proto/result_columns.h"
 
 namespace curv {
+
+static_assert(static_cast<int>(PointRole::kQuery) == curvature::v1::POINT_ROLE_QUERY);
+static_assert(static_cast<int>(PointRole::kHalo) == curvature::v1::POINT_ROLE_HALO);
+
 namespace {
 
 namespace v1 = curvature::v1;
@@ -94,23 +98,38 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
                                                                    : v1::OPPOSED_NORMALS_POLICY_MARK);
   for (const std::string& name : options.quantities) header.add_quantities(*curvature::wire::QuantityOf(name));
   if (options.normals.source != NormalSource::kGiven) FillNormals(options.normals, *header.mutable_normals());
+  if (!cloud.ids().empty()) header.mutable_part()->set_has_ids(true);
+  if (!cloud.roles().empty()) header.mutable_part()->set_has_roles(true);
+  if (options.lattice) {
+    header.mutable_part()->mutable_lattice()->set_spacing(options.lattice->spacing);
+    Set(options.lattice->origin, header.mutable_part()->mutable_lattice()->mutable_origin());
+  }
   header.set_request_tag(options.request_tag);
   header.set_priority(ToProto(options.priority));
   return grpc::Slice(request.SerializeAsString());
 }
 
+size_t BytesPerPoint(const CloudView& cloud) {
+  const size_t vectors = 1 + (cloud.normals().empty() ? 0 : 1) + (cloud.viewpoints().empty() ? 0 : 1);
+  return vectors * cloud.point_bytes() + (cloud.ids().empty() ? 0 : sizeof(uint64_t)) + (cloud.roles().empty() ? 0 : 1);
+}
+
 grpc::Slice PackChunk(const CloudView& cloud, size_t first, size_t count) {
   const size_t offset = first * cloud.point_bytes(), bytes = count * cloud.point_bytes();
-  char *positions = nullptr, *normals = nullptr, *viewpoints = nullptr;
+  char *positions = nullptr, *normals = nullptr, *viewpoints = nullptr, *ids = nullptr, *roles = nullptr;
   curvature::wire::BulkWriter writer(v1::EstimateCurvatureRequest::kChunkFieldNumber);
   writer.AddNumber(v1::PointChunk::kFirstIndexFieldNumber, first);
   writer.AddArray(v1::PointChunk::kPositionsFieldNumber, bytes, &positions);
   if (!cloud.normals().empty()) writer.AddArray(v1::PointChunk::kNormalsFieldNumber, bytes, &normals);
   if (!cloud.viewpoints().empty()) writer.AddArray(v1::PointChunk::kViewpointsFieldNumber, bytes, &viewpoints);
+  if (!cloud.ids().empty()) writer.AddArray(v1::PointChunk::kIdsFieldNumber, count * sizeof(uint64_t), &ids);
+  if (!cloud.roles().empty()) writer.AddArray(v1::PointChunk::kRolesFieldNumber, count, &roles);
   return writer.Finish([&] {
     std::memcpy(positions, cloud.positions().data() + offset, bytes);
     if (normals != nullptr) std::memcpy(normals, cloud.normals().data() + offset, bytes);
     if (viewpoints != nullptr) std::memcpy(viewpoints, cloud.viewpoints().data() + offset, bytes);
+    if (ids != nullptr) std::memcpy(ids, cloud.ids().data() + first, count * sizeof(uint64_t));
+    if (roles != nullptr) std::memcpy(roles, cloud.roles().data() + first, count);
   });
 }
 

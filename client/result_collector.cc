@@ -169,7 +169,7 @@ absl::Status ResultCollector::Finish() const {
   if (!accepted_) return Broken("the call ended with OK before it was accepted");
   if (!summarized_) {
     return Broken(
-        absl::StrCat("the call ended with OK but without a summary, after ", received_, " of ", points_, " results"));
+        absl::StrCat("the call ended with OK but without a summary, after ", received_, " of ", results_, " results"));
   }
   return absl::OkStatus();
 }
@@ -185,6 +185,10 @@ absl::Status ResultCollector::TakeAccepted(const v1::Accepted& accepted) {
   if (needs_scale_ && !accepted.options().has_automatic_scale()) {
     return absl::UnimplementedError("the server is too old to choose a scale: it knows no automatic_scale");
   }
+  if (needs_part_ && !accepted.has_part()) {
+    return absl::UnimplementedError("the server is too old to know of ids, roles or lattices");
+  }
+  if (accepted.has_reach_factor()) summary_.reach_factor = accepted.reach_factor();
   const auto comes = [&accepted](v1::Quantity quantity) {
     const auto& told = accepted.quantities();
     const bool is_curvature = quantity < v1::QUANTITY_NORMALS;  // servers that tell nothing know no other
@@ -206,9 +210,9 @@ absl::Status ResultCollector::TakeAccepted(const v1::Accepted& accepted) {
 absl::Status ResultCollector::TakeResult(const wire::BulkMessage& chunk) {
   const uint64_t first = chunk.numbers[ResultChunk::kFirstIndexFieldNumber];
   const uint64_t count = chunk.numbers[ResultChunk::kPointCountFieldNumber];
-  if (first != received_ || count == 0 || count > points_ - received_) {
+  if (first != received_ || count == 0 || count > results_ - received_) {
     return Broken(absl::StrCat("a result chunk holds ", count, " points from index ", first, ", but ", received_,
-                               " of ", points_, " are here"));
+                               " of ", results_, " are here"));
   }
   size_t bytes = 0;
   for (const wire::Pieces& array : chunk.arrays) bytes += wire::SizeOf(array);
@@ -217,7 +221,7 @@ absl::Status ResultCollector::TakeResult(const wire::BulkMessage& chunk) {
     const size_t scalars = count * collected.column->width;
     const auto append = [&](auto& values) {
       // Pages are touched chunk by chunk, when their values are there to be written.
-      if (received_ == 0) values.reserve(points_ * collected.column->width);
+      if (received_ == 0) values.reserve(results_ * collected.column->width);
       return Append(array, scalars, values);
     };
     if (!std::visit(append, collected.values.values)) {
@@ -252,8 +256,8 @@ CurvatureResult ResultCollector::Release() {
 }
 
 absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
-  if (summary.point_count() != points_ || received_ != points_) {
-    return Broken(absl::StrCat("the summary counts ", summary.point_count(), " points, ", received_, " of ", points_,
+  if (summary.point_count() != points_ || received_ != results_) {
+    return Broken(absl::StrCat("the summary counts ", summary.point_count(), " points, ", received_, " of ", results_,
                                " results came"));
   }
   EstimateSummary& out = summary_;
@@ -268,7 +272,7 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
                        counts.opposed_normals()};
   const std::vector<uint8_t>& statuses = Statuses();
   std::array<uint64_t, kStatusWords.size()> counted{};
-  uint64_t rest = points_;  // mostly none after the first
+  uint64_t rest = results_;  // mostly none after the first
   for (uint8_t status = 1; rest > 0 && status < counted.size(); ++status) {
     counted[status] = std::count(statuses.begin(), statuses.end(), status);
     rest -= counted[status];

@@ -21,15 +21,22 @@ class ResultCollector {
   // For a cloud of `points` points, for which the request asked with those options.
   explicit ResultCollector(uint64_t points, const EstimateOptions& options = {})
       : points_(points),
+        results_(points),
         quantities_(options.quantities),
         normals_(options.normals.source),
-        needs_scale_(options.automatic_scale.has_value()) {}
+        needs_scale_(options.automatic_scale.has_value()),
+        needs_part_(options.lattice.has_value()) {}
+  // For that cloud: results come for its queries.
+  ResultCollector(const CloudView& cloud, const EstimateOptions& options) : ResultCollector(cloud.size(), options) {
+    results_ = cloud.query_count();
+    needs_part_ = needs_part_ || !cloud.ids().empty() || !cloud.roles().empty();
+  }
 
   // Takes the next message; what remains in `message` is undefined. INTERNAL, naming what was found and expected, if
   // the protocol does not allow it here: bytes that are no EstimateCurvatureResponse, a result before Accepted or with
   // a gap, an array of the wrong length or one that Accepted does not tell of, a quantity that is left out, anything
   // after the Summary, a Summary that contradicts the results. UNIMPLEMENTED if the server takes normals as given that
-  // it was to make or orient, or chooses no scale where it was to. Nothing may follow an error.
+  // it was to make or orient, chooses no scale where it was to, or knows no parts of clouds. Nothing may follow an error.
   absl::Status Take(grpc::ByteBuffer& message);
 
   // Ends the stream. INTERNAL if it is not complete: no Summary.
@@ -55,10 +62,12 @@ class ResultCollector {
   };
   const std::vector<uint8_t>& Statuses() const;
 
-  uint64_t points_;
+  uint64_t points_;   // sent
+  uint64_t results_;  // that come back
   std::vector<std::string> quantities_;
   NormalSource normals_;
   bool needs_scale_;
+  bool needs_part_;
   uint64_t received_ = 0;
   bool accepted_ = false;
   bool summarized_ = false;

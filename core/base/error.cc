@@ -14,6 +14,7 @@ absl::StatusCode CodeOf(ErrorKind kind) {
   switch (kind) {
     case ErrorKind::kInvalid:
     case ErrorKind::kOpposedNormals:
+    case ErrorKind::kRepeatedId:
       return absl::StatusCode::kInvalidArgument;
     case ErrorKind::kOutOfMemory:
     case ErrorKind::kNeighborhoodTooLarge:

@@ -13,6 +13,7 @@ enum class ErrorKind : uint8_t {
   kOutOfMemory,           // the system gave no memory; RESOURCE_EXHAUSTED
   kNeighborhoodTooLarge,  // a radius gives a point more neighbors than max_neighbor_count; RESOURCE_EXHAUSTED
   kOpposedNormals,        // normals contradict each other, and the caller wants no such cloud; INVALID_ARGUMENT
+  kRepeatedId,            // two points have the same id; INVALID_ARGUMENT
   kCancelled,             // somebody cancelled the work; CANCELLED
   kOther,                 // a status that the core did not make, or a defect
 };

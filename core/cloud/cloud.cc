@@ -109,41 +109,36 @@ size_t Cloud::bytes() const {
 absl::Status Cloud::Append(std::string_view positions, std::string_view normals) {
   return CatchBadAlloc([&] {
     if (absl::Status status = CheckLengths(positions, normals); !status.ok()) return status;
-    if (point_set_.size() > 0 && point_set_.last_id() >= point_set_.size()) {
-      return MakeCoreError(ErrorKind::kInvalid,
-                           absl::StrCat("point ", size_, " comes without an id, behind a point of id ",
-                                        point_set_.last_id(), "; give it one above that"));
-    }
-    point_set_.AddQueries(positions.size() / (3 * ScalarBytes(scalar_type_)));
+    const size_t size = size_ + positions.size() / (3 * ScalarBytes(scalar_type_));
+    if (size > point_set_.size()) point_set_.AddQueries(size - point_set_.size());
     return AppendPoints(positions, normals);
+  });
+}
+
+absl::Status Cloud::Describe(size_t count, std::span<const uint64_t> ids, std::span<const PointRole> roles) {
+  if (absl::Status status = CheckSize(point_set_.size() + count); !status.ok()) return status;
+  return CatchBadAlloc([&] {
+    point_set_.AddPart(count, ids, roles);
+    return absl::OkStatus();
   });
 }
 
 absl::Status Cloud::AppendPart(std::string_view positions, std::string_view normals, std::span<const uint64_t> ids,
                                std::span<const PointRole> roles) {
-  return CatchBadAlloc([&] {
-    if (absl::Status status = CheckLengths(positions, normals); !status.ok()) return status;
-    const size_t count = positions.size() / (3 * ScalarBytes(scalar_type_));
-    if (ids.size() != count || (!roles.empty() && roles.size() != count)) {
-      return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("ids has ", ids.size(), " entries and roles ",
-                                                             roles.size(), "; positions has ", count, " points"));
-    }
-    if (absl::Status status = CheckIds(ids); !status.ok()) return status;
-    point_set_.AddPart(ids, roles);
-    return AppendPoints(positions, normals);
-  });
+  if (absl::Status status = CheckLengths(positions, normals); !status.ok()) return status;
+  const size_t count = positions.size() / (3 * ScalarBytes(scalar_type_));
+  if (ids.size() != count || (!roles.empty() && roles.size() != count)) {
+    return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("ids has ", ids.size(), " entries and roles ", roles.size(),
+                                                           "; positions has ", count, " points"));
+  }
+  if (absl::Status status = Describe(count, ids, roles); !status.ok()) return status;
+  return Append(positions, normals);
 }
 
-absl::Status Cloud::CheckIds(std::span<const uint64_t> ids) const {
-  for (size_t i = 0; i < ids.size(); ++i) {
-    const bool is_first = i == 0 && point_set_.size() == 0;
-    const uint64_t last = i > 0 ? ids[i - 1] : is_first ? 0 : point_set_.last_id();
-    if (!is_first && ids[i] <= last) {
-      return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("id of point ", size_ + i, " is ", ids[i],
-                                                             "; it must be above the one before, ", last));
-    }
-  }
-  return absl::OkStatus();
+absl::Status Cloud::CheckSize(size_t size) {
+  if (size <= std::numeric_limits<int32_t>::max()) return absl::OkStatus();
+  return MakeCoreError(ErrorKind::kInvalid,
+                       absl::StrCat("cloud has more than ", std::numeric_limits<int32_t>::max(), " points"));
 }
 
 absl::Status Cloud::CheckLengths(std::string_view positions, std::string_view normals) const {
@@ -163,10 +158,7 @@ absl::Status Cloud::CheckLengths(std::string_view positions, std::string_view no
                                       "; both must hold the same number of points"));
   }
   const size_t count = positions.size() / point_bytes;
-  if (size_ + count > std::numeric_limits<int32_t>::max()) {
-    return MakeCoreError(ErrorKind::kInvalid,
-                         absl::StrCat("cloud has more than ", std::numeric_limits<int32_t>::max(), " points"));
-  }
+  if (absl::Status status = CheckSize(size_ + count); !status.ok()) return status;
   if (expected_ > 0 && size_ + count > expected_) {
     return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("positions brings the cloud to ", size_ + count, " points; ",
                                                            expected_, " were expected"));
@@ -177,11 +169,15 @@ absl::Status Cloud::CheckLengths(std::string_view positions, std::string_view no
 absl::Status Cloud::AppendPoints(std::string_view positions, std::string_view normals) {
   const size_t count = positions.size() / (3 * ScalarBytes(scalar_type_));
   absl::Status status = CatchBadAlloc([&] {
+    if (lattice_.has_value()) {
+      return scalar_type_ == ScalarType::kFloat64 ? AppendOnLattice<double>(positions.data(), normals.data(), count)
+                                                  : AppendOnLattice<float>(positions.data(), normals.data(), count);
+    }
     if (scalar_type_ == ScalarType::kFloat64) return AppendDoubles(positions.data(), normals.data(), count);
     return has_normals() ? AppendFloats(positions.data(), normals.data(), count)
                          : AppendBareFloats(positions.data(), count);
   });
-  point_set_.Truncate(size_);
+  if (!status.ok()) point_set_.Truncate(size_);
   return status;
 }
 
@@ -270,6 +266,32 @@ absl::Status Cloud::AppendDoubles(const char* positions, const char* normals, si
   return absl::OkStatus();
 }
 
+template <typename Scalar>
+absl::Status Cloud::AppendOnLattice(const char* positions, const char* normals, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    if (absl::Status status = MakeRoom(); !status.ok()) return status;
+    const Triple<Scalar> given = LoadTriple<Scalar>(positions, i);
+    const Triple<Scalar> normal = has_normals() ? LoadTriple<Scalar>(normals, i) : Triple<Scalar>{0, 0, 1};
+    const Triple<double> exact = {given[0], given[1], given[2]};
+    std::optional<Triple<float>> placed;
+    if (AllFinite(given)) placed = lattice_->Place(exact);
+    if (AllFinite(given) && !placed.has_value() && policy_ == InvalidPointPolicy::kReject) {
+      return InvalidPointError(size_, "position", exact,
+                               "within 2^23 lattice.spacing of lattice.origin; choose another origin, or a larger spacing");
+    }
+    Triple<float> position = placed.value_or(Triple<float>{kNaN, kNaN, kNaN}), unit;
+    if (placed.has_value()) {
+      Triple<Scalar> usable = given;
+      if (!Take(usable, normal, unit)) return RefusalOf(given, normal);
+      if (!AllFinite(usable)) position = {kNaN, kNaN, kNaN};
+    } else if (Triple<Scalar> unusable = {kNaN, kNaN, kNaN}; !Take(unusable, normal, unit)) {
+      return RefusalOf(given, normal);
+    }
+    Store(position, unit);
+  }
+  return absl::OkStatus();
+}
+
 absl::Status Cloud::MakeRoom() {
   if (stored_ < blocks_.size() * kBlockPoints) return absl::OkStatus();
   if (free_blocks_ == 0) {
@@ -348,6 +370,22 @@ absl::Status Cloud::Finish() {
   absl::Status status = CatchBadAlloc([this] { return StorePending(); });
   if (status.ok()) pending_ = {};
   return status;
+}
+
+absl::Status Cloud::Rank() {
+  return CatchBadAlloc([&] {
+    if (const std::optional<PointSet::Twins> twins = point_set_.Rank()) {
+      return MakeCoreError(ErrorKind::kRepeatedId,
+                           absl::StrCat("ids of points ", twins->first, " and ", twins->second, " are both ", twins->id,
+                                        "; every point needs an id of its own"));
+    }
+    if (!point_set_.is_reordered()) return absl::OkStatus();
+    for (size_t rank = 0; rank < size_; ++rank) {
+      const size_t place = point_set_.place_of(static_cast<int32_t>(rank));
+      blocks_[place / kBlockPoints].records[place % kBlockPoints].id = static_cast<int32_t>(rank);
+    }
+    return absl::OkStatus();
+  });
 }
 
 PageArray<PointRecord> Cloud::TakeRecords() {

@@ -12,6 +12,7 @@
 
 #include "absl/status/status.h"
 #include "core/base/page_array.h"
+#include "core/cloud/lattice.h"
 #include "core/cloud/point_record.h"
 #include "core/cloud/point_set.h"
 
@@ -37,7 +38,7 @@ inline constexpr size_t kCloudBytesPerPoint = sizeof(PointRecord) + 3 * sizeof(f
 // float32 positions are stored as they are; float64 positions relative to a local origin: the component-wise median of
 // the first 1024 valid positions (of all, if fewer), so that one outlier cannot spoil it. The origin depends on the
 // points alone, never on the chunking. Stored coordinates then differ from the exact ones by at most 2^-24 of the
-// distance from the origin.
+// distance from the origin. Both go to a lattice instead where one is set.
 //
 // A point is invalid if a coordinate of its position or normal is not finite (or its position not finite in float32
 // after the shift), or if its normal is zero. Normals of any other length are normalized.
@@ -55,11 +56,17 @@ class Cloud {
   // Says how many points will come, so that one array of their size is made for them. REQUIRES: called before Append.
   void Expect(size_t points) { expected_ = points; }
 
-  // Appends points from packed little-endian arrays, 3 scalars a point in each. All get a result, and have as id their
-  // index in the cloud. Throws nothing; KindOf (core/base/error.h) tells errors apart:
-  // - kInvalid: lengths are not multiples of a point, or differ, more points come than were expected, points of
-  //   AppendPart came before whose ids are not their indices, or (kReject) a point is invalid; the message names the
-  //   field, the point's index in the cloud and the value.
+  // Places positions on a lattice. REQUIRES: called before Append; lattice.Validate() is OK.
+  void PlaceOn(const Lattice& lattice) {
+    lattice_ = lattice;
+    origin_ = lattice.origin;
+  }
+
+  // Appends points from packed little-endian arrays, 3 scalars a point in each. Those that
+  // Describe did not tell of get a result, and have as id their index in the cloud. Throws nothing; KindOf
+  // (core/base/error.h) tells errors apart:
+  // - kInvalid: lengths are not multiples of a point, or differ, more points come than were expected, or (kReject) a
+  //   point is invalid; the message names the field, the point's index in the cloud and the value.
   // - kOutOfMemory: the system gave no memory.
   // An error leaves the cloud with the points before the one at which it came, size() of them. After kOutOfMemory, the
   // points from there on may be given again. Doubles that are too far from the other points may be noticed later, by
@@ -67,15 +74,23 @@ class Cloud {
   // A cloud of NormalsInput::kAbsent takes empty `normals` only.
   absl::Status Append(std::string_view positions, std::string_view normals);
 
-  // The same for points of a larger cloud: `ids` are their places in that one, ascending over all points of this one,
-  // those of Append included, and `roles` tells which of them get a result; where it is empty, all do. Further errors
-  // of kind kInvalid: there are not as many ids, or roles, as points; an id is not above the one before.
+  // Says what the next `count` points are, beyond those that were described before: their ids in a larger cloud, and
+  // which of them get a result; where an array is empty, they have as id their index in this cloud, and all do. Throws
+  // nothing. Errors: kOutOfMemory; kInvalid: the cloud would have too many points.
+  // REQUIRES: an array holds `count` entries, or none.
+  absl::Status Describe(size_t count, std::span<const uint64_t> ids, std::span<const PointRole> roles);
+
+  // Describe and Append. Further errors of kind kInvalid: there are not as many ids, or roles, as points.
   absl::Status AppendPart(std::string_view positions, std::string_view normals, std::span<const uint64_t> ids,
                           std::span<const PointRole> roles = {});
 
   // Ends the cloud: no Append may follow. Errors as those of Append that name no lengths; throws nothing.
   // REQUIRES: called once before the cloud is estimated, or again after kOutOfMemory.
   absl::Status Finish();
+
+  // Gives the points their ranks, which are then the ids of their records. Errors: kRepeatedId, kOutOfMemory.
+  // Throws nothing. REQUIRES: Finish was called; called once, before all that follows from ranks.
+  absl::Status Rank();
 
   // Points appended, invalid ones included.
   size_t size() const { return size_; }
@@ -90,12 +105,16 @@ class Cloud {
   PointSet TakePointSet() { return std::exchange(point_set_, PointSet()); }
   // Points whose normal differed from unit length by more than 1 %.
   size_t rescaled_count() const { return rescaled_count_; }
-  // What was subtracted from every position that was given: zeros for float32. REQUIRES: Finish was called.
+  // What was subtracted from every position that was given: zeros for float32 without a lattice.
+  // REQUIRES: Finish was called.
   std::array<double, 3> origin() const { return origin_.value_or(std::array<double, 3>{}); }
+  // Of the lattice that positions are on; 0: on none.
+  double lattice_spacing() const { return lattice_.has_value() ? lattice_->spacing : 0.0; }
   // Bytes held.
   size_t bytes() const;
 
-  // The position of point i in input order, relative to the local origin, with id i; NaN if the point is invalid.
+  // The position of point i in input order, relative to the local origin, with id i, or its rank once it
+  // has one; NaN if the point is invalid.
   // REQUIRES: Finish was called, TakeRecords was not, i < size().
   const PointRecord& record(size_t i) const { return blocks_[i / kBlockPoints].records[i % kBlockPoints]; }
   std::array<float, 3> position(size_t i) const {
@@ -124,13 +143,15 @@ class Cloud {
     std::array<float, 3> normal;
   };
 
+  static absl::Status CheckSize(size_t size);
   absl::Status CheckLengths(std::string_view positions, std::string_view normals) const;
-  absl::Status CheckIds(std::span<const uint64_t> ids) const;
-  // Appends points that point_set_ has already; takes those out again that were not appended.
+  // Appends points that point_set_ has already; after an error, takes those out again that were not appended.
   absl::Status AppendPoints(std::string_view positions, std::string_view normals);
   absl::Status AppendBareFloats(const char* positions, size_t count);
   absl::Status AppendFloats(const char* positions, const char* normals, size_t count);
   absl::Status AppendDoubles(const char* positions, const char* normals, size_t count);
+  template <typename Scalar>
+  absl::Status AppendOnLattice(const char* positions, const char* normals, size_t count);
   template <typename Scalar>
   bool Take(std::array<Scalar, 3>& position, const std::array<Scalar, 3>& normal, std::array<float, 3>& unit);
   void CountInvalid(size_t rank);
@@ -154,6 +175,7 @@ class Cloud {
   size_t invalid_count_ = 0;
   size_t invalid_query_count_ = 0;
   size_t rescaled_count_ = 0;
+  std::optional<Lattice> lattice_;
   std::optional<std::array<double, 3>> origin_;  // set once float64 input can be shifted
   std::vector<ExactPoint> pending_;              // float64 points that wait for the origin
   std::vector<Slab> slabs_;                      // hold the blocks

@@ -1,4 +1,4 @@
-// What estimators need of points whose neighborhoods are known: status, radii, tangent frame. For one point, or for as
+// What estimators need of points whose neighborhoods are known: status, radius, tangent frame. For one point, or for as
 // many as a vector holds; the operations are the same.
 
 #if defined(CURVD_CORE_ESTIMATORS_FRAMES_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -73,7 +73,6 @@ HWY_INLINE void SetRadii(D d, const NeighborhoodPlan& plan, const GroupNeighborh
                          GroupFrames& out) {
   const hn::Vec<D> squared = hn::LoadU(d, neighborhoods.squared_radius + i);
   const hn::Vec<D> searched = hn::Sqrt(squared);
-  hn::StoreU(hn::Mul(searched, hn::Set(d, plan.radius_factor)), d, out.radius + i);
   hn::StoreU(hn::Mul(searched, hn::Set(d, plan.rho_factor)), d, out.rho + i);
   hn::StoreU(hn::Div(squared, hn::LoadU(d, neighborhoods.count + i)), d, out.squared_spacing + i);
 }

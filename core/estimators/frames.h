@@ -10,6 +10,7 @@ struct alignas(64) GroupNeighborhoods {
   GroupScalars count;           // of neighbors that the search found
   GroupScalars squared_radius;  // distance of the farthest of them
   GroupVectors normal_sum;      // over them
+  GroupScalars agreement;       // the least cosine between the normal of one of them and the point's own
 };
 
 // Set by PreparePoints (core/estimators/frames-inl.h) from the neighborhoods. Lengths are in the index's unit. Points
@@ -18,13 +19,12 @@ struct alignas(64) GroupFrames {
   GroupVectors u, v;             // the tangent plane: u, v and the blended normal are right-handed
   GroupScalars rho;              // radius of the figure, > 0
   GroupScalars squared_spacing;  // the squared radius that holds one point of an even surface
-  GroupScalars radius;           // of the neighborhood, as reported
 
   void Fill(size_t i) {
     constexpr float kX[3] = {1.0f, 0.0f, 0.0f}, kY[3] = {0.0f, 1.0f, 0.0f};
     u.Set(i, kX);
     v.Set(i, kY);
-    rho[i] = radius[i] = 1.0f;
+    rho[i] = 1.0f;
     squared_spacing[i] = 0.0f;
   }
 };

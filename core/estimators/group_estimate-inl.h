@@ -68,6 +68,7 @@ HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const Nei
     }
     s.neighborhoods.count[i] = static_cast<float>(s.search.found.count);
     s.neighborhoods.normal_sum.Set(i, normals.sum);
+    s.neighborhoods.agreement[i] = normals.least_agreement;
     if (HWY_UNLIKELY(normals.least_agreement < kNoneOpposed) && s.seams != nullptr) LookForSeam(index, query, i, s);
     visit(i, search.leaves());
     if (HWY_UNLIKELY(s.IsLongSince(began)) && i + 1 < s.points.size) s.LeaveRest(i + 1);

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 
+#include "core/estimators/fixed_point-inl.h"
 #include "core/estimators/neighbors.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
@@ -16,12 +17,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
-
-HWY_INLINE void StoreSums(FloatVec x, FloatVec y, FloatVec z, float* sums) {
-  float four[4];
-  StoreFourSums(x, y, z, hn::Zero(FloatTag()), four);
-  std::copy(four, four + 3, sums);
-}
 
 // Compares normals with that of a query, a vector of them at a time.
 class NormalComparer {
@@ -41,10 +36,10 @@ class NormalComparer {
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
     least_ = hn::IfThenElse(mask, hn::Min(least_, agreement), least_);  // one masked instruction
 #else
-    least_ = hn::Min(least_, hn::IfThenElseZero(mask, agreement));
+    least_ = hn::Min(least_, hn::IfThenElse(mask, agreement, least_));
 #endif
   }
-  // At most 1; 0 instead of what is above, on some machines.
+  // At most 1.
   HWY_INLINE float Least() const { return hn::GetLane(hn::MinOfLanes(FloatTag(), least_)); }
 
  private:
@@ -56,12 +51,11 @@ class NormalSummer {
  public:
   // `query` is that of the moment, whenever the search shows neighbors.
   NormalSummer(const SpatialIndex& index, const QueryPoint& query, NormalSums& sums)
-      : index_(&index), query_(&query), sums_(&sums) {
-    x_ = y_ = z_ = hn::Zero(FloatTag());
-  }
+      : index_(&index), query_(&query), sums_(&sums) {}
 
-  HWY_INLINE void Start(size_t) {
-    x_ = y_ = z_ = hn::Zero(FloatTag());
+  HWY_INLINE void Start(size_t count) {
+    count_ = count;
+    total_.Start(count);
     comparer_.Start(*query_);
   }
   HWY_INLINE void operator()(const NearPoints& points, FloatMask inside) {
@@ -70,13 +64,11 @@ class NormalSummer {
     const FloatVec x = hn::Load(d, normals.x + points.place);
     const FloatVec y = hn::Load(d, normals.y + points.place);
     const FloatVec z = hn::Load(d, normals.z + points.place);
-    x_ = AddWhere(inside, x_, x);
-    y_ = AddWhere(inside, y_, y);
-    z_ = AddWhere(inside, z_, z);
+    total_.AddWhere(inside, x, y, z);
     comparer_.AddWhere(inside, comparer_.Agreement(x, y, z));
   }
   HWY_INLINE void Finish() {
-    StoreSums(x_, y_, z_, sums_->sum);
+    total_.Store(count_, sums_->sum);
     sums_->least_agreement = comparer_.Least();
   }
 
@@ -84,7 +76,8 @@ class NormalSummer {
   const SpatialIndex* index_;
   const QueryPoint* query_;
   NormalSums* sums_;
-  FloatVec x_, y_, z_;
+  size_t count_ = 0;
+  UnitVectorSums total_;
   NormalComparer comparer_;
 };
 
@@ -121,17 +114,18 @@ class NeighborCollector {
     const FloatTag d;
     for (float* array : {dx_, dy_, dz_, nx_, ny_, nz_}) hn::StoreU(hn::Zero(d), d, array + count_);
     neighbors_->count = count_;
-    FloatVec x = hn::Zero(d), y = hn::Zero(d), z = hn::Zero(d);
+    UnitVectorSums total;
+    total.Start(count_);
     NormalComparer comparer;
     comparer.Start(*query_);
+    size_t added = 0;  // with the padding
     for (size_t j = 0; j < count_; j += hn::Lanes(d)) {
       const FloatVec nx = hn::Load(d, nx_ + j), ny = hn::Load(d, ny_ + j), nz = hn::Load(d, nz_ + j);
-      x = hn::Add(x, nx);
-      y = hn::Add(y, ny);
-      z = hn::Add(z, nz);
+      total.Add(nx, ny, nz);
+      added += hn::Lanes(d);
       comparer.Add(comparer.Agreement(nx, ny, nz));  // 0 for the padding
     }
-    StoreSums(x, y, z, sums_->sum);
+    total.Store(added, sums_->sum);
     sums_->least_agreement = comparer.Least();
   }
 

@@ -7,6 +7,7 @@
 #define CURVD_CORE_ESTIMATORS_PRINCIPAL_INL_H_
 #endif
 
+#include <cmath>
 #include <cstring>
 
 #include "core/estimators/group_scratch.h"
@@ -111,10 +112,15 @@ HWY_INLINE void WriteGroup(const NeighborhoodPlan& plan, const GroupCurvature& c
                             k2,
                             {c.d1.x[i], c.d1.y[i], c.d1.z[i]},
                             {c.d2.x[i], c.d2.y[i], c.d2.z[i]},
-                            scratch.frames.radius[i] / plan.half_scale / plan.other_half_scale,
+                            0.0f,
                             PointStatus::kOk};
     if (status != PointStatus::kOk) point = UndefinedCurvature(status);
-    if (plan.search.by_radius) point.radius = static_cast<float>(plan.radius);
+    if (plan.search.by_radius) {
+      point.radius = static_cast<float>(plan.radius);
+    } else if (status != PointStatus::kTooFewNeighbors) {
+      const float radius = std::sqrt(scratch.neighborhoods.squared_radius[i]) * plan.radius_factor;
+      point.radius = radius / plan.half_scale / plan.other_half_scale;
+    }
     ++scratch.status_counts[static_cast<size_t>(status)];
     std::memcpy(&results[points.slot[i]], &point, sizeof(point));
   }

@@ -28,6 +28,14 @@ const Strategy* FindStrategy(std::string_view name) {
   return found == strategies.end() ? nullptr : *found;
 }
 
+std::optional<double> ReachFactor(const EstimatorOptions& options) {
+  if (options.is_automatic()) return std::nullopt;
+  const Strategy& strategy = *FindStrategy(options.estimator);
+  const auto* const count = std::get_if<NeighborCount>(&options.neighborhood);
+  if ((count == nullptr ? 0 : count->count) < strategy.least_bounded_count) return std::nullopt;
+  return strategy.reach_factor;
+}
+
 std::string StrategyNames() {
   std::string names;
   for (const Strategy* strategy : Strategies()) {

@@ -99,6 +99,10 @@ struct Strategy {
   // Bytes that the scratch of one worker holds at most for a cloud of so many points.
   // REQUIRES: options.Validate() is OK.
   size_t (*scratch_bytes)(const EstimatorOptions& options, size_t point_count);
+  // How far from a point its estimate looks at most, in units of the radius that it reports; by a number of neighbors that
+  // is at least `least_bounded_count`. By radius, and with fewer neighbors, no factor bounds it where that is not 0.
+  double reach_factor = 1.0;
+  size_t least_bounded_count = 0;
   // Prepares the estimate of every query point of `index`, which outlives the run, like `results`:
   // results[slot] is written for each, at its slot (PointSet::slot_of). REQUIRES: options.Validate() is OK; by count,
   // the index holds as many points as are asked for.

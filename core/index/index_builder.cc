@@ -59,6 +59,7 @@ int ScaleExponent(const Box& box) {
 IndexBuilder::IndexBuilder(Cloud cloud, StopSign stop) : cloud_(std::move(cloud)), stop_(stop) {}
 
 absl::Status IndexBuilder::Start() {
+  if (absl::Status status = cloud_.Rank(); !status.ok()) return status;
   index_.point_count_ = cloud_.size() - cloud_.invalid_count();
   index_.point_set_ = cloud_.TakePointSet();
   if (index_.point_count_ == 0) return absl::OkStatus();
@@ -202,6 +203,7 @@ Box IndexBuilder::SetScale(const Box& box) {
   index_.scale_exponent_ = ScaleExponent(box);
   const int magnifying = MagnifyingExponent(index_.scale_exponent_);
   index_.scale_exponent_ += magnifying;
+  index_.lattice_spacing_ = static_cast<float>(std::ldexp(cloud_.lattice_spacing(), index_.scale_exponent_));
   const int half = index_.scale_exponent_ / 2;
   scale_ = {std::ldexp(1.0f, half), std::ldexp(1.0f, index_.scale_exponent_ - half)};
   return magnifying > 0 ? ScaleRecords() : box;
@@ -273,7 +275,7 @@ void IndexBuilder::BuildSubtree(const Part& part) {
   if (part.leaves == kPrefetchLeaves && cloud_.has_normals()) {
     // Normals lie in input order; fetch them while the last splits are made.
     const PointRecord* end = PartEnd(part);
-    for (const PointRecord* it = record(part.first_leaf); it != end; ++it) __builtin_prefetch(&cloud_.normal(it->id));
+    for (const PointRecord* it = record(part.first_leaf); it != end; ++it) __builtin_prefetch(&NormalOf(*it));
   }
   Part left, right;
   Split(part, &left, &right);
@@ -295,7 +297,7 @@ void IndexBuilder::FinishLeaf(size_t leaf) {
     positions.z[i] = records[i].position[2] * scale_[0] * scale_[1];
     positions.id[i] = records[i].id;
     if (i >= count || !cloud_.has_normals()) continue;
-    const std::array<float, 3>& normal = cloud_.normal(records[i].id);
+    const std::array<float, 3>& normal = NormalOf(records[i]);
     normals.x[i] = normal[0];
     normals.y[i] = normal[1];
     normals.z[i] = normal[2];

@@ -31,8 +31,8 @@ class IndexBuilder {
   // Takes the cloud, whose records become the index's if they can. REQUIRES: cloud.Finish() was called.
   explicit IndexBuilder(Cloud cloud, StopSign stop = {});
 
-  // Errors: ErrorKind::kOutOfMemory, the system gave no memory for the index; may throw std::bad_alloc instead. Called
-  // once, before all else.
+  // Errors: ErrorKind::kOutOfMemory, the system gave no memory for the index; may throw std::bad_alloc instead. kRepeatedId:
+  // two points of the cloud have the same id. Called once, before all else.
   absl::Status Start();
 
   // Blocks of the current phase; 0 once the tree can be built, which may be at once.
@@ -71,6 +71,9 @@ class IndexBuilder {
   void FinishLeaf(size_t leaf);
   PointRecord* record(size_t leaf) { return records_ + leaf * SpatialIndex::kLeafSize; }
   PointRecord* PartEnd(const Part& part);
+  const std::array<float, 3>& NormalOf(const PointRecord& record) const {
+    return cloud_.normal(index_.point_set_.place_of(record.id));
+  }
 
   Cloud cloud_;
   const StopSign stop_;

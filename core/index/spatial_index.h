@@ -104,6 +104,8 @@ class SpatialIndex {
   const float* leaf_hi(int axis) const { return &leaf_bounds_[(3 + axis) * bounds_stride()]; }
   // Multiplies a coordinate of the cloud into the index; its inverse takes lengths back.
   int scale_exponent() const { return scale_exponent_; }
+  // Of the lattice that all positions are on (core/cloud/lattice.h), in the index's unit; 0: they are on none.
+  float lattice_spacing() const { return lattice_spacing_; }
   size_t bytes() const {
     return positions_.bytes() + normals_.bytes() + leaf_bounds_.bytes() + nodes_.bytes() + point_set_.bytes();
   }
@@ -115,6 +117,7 @@ class SpatialIndex {
 
   size_t point_count_ = 0;
   int scale_exponent_ = 0;
+  float lattice_spacing_ = 0.0f;
   PageArray<LeafPositions> positions_;
   PageArray<LeafNormals> normals_;  // empty for a cloud without normals
   PointSet point_set_;

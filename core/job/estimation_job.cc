@@ -215,7 +215,9 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       // The counts of the scratch, which have the other status, are added at the end.
       --field_.status_counts[static_cast<size_t>(point.status)];
       ++field_.status_counts[static_cast<size_t>(status)];
+      const float radius = point.radius;
       point = Undefined(status);
+      point.radius = radius;
     }
   }
 

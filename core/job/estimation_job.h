@@ -74,6 +74,7 @@ class EstimationJob {
   // throw. Errors are told apart by KindOf (core/base/error.h):
   // - kInvalid: options.Validate() failed; or the cloud has no normals, none were to be estimated, and they were to be
   //   oriented, or options.estimator needs them.
+  // - kRepeatedId: two points have the same id.
   // - kOpposedNormals: normals point to opposite sides of one surface, and options.opposed_normals is kReject.
   // - kNeighborhoodTooLarge: a radius neighborhood exceeds max_neighbor_count.
   // - kOutOfMemory: the system gave no memory, on whatever thread.

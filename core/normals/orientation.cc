@@ -312,7 +312,7 @@ void Orientation::TurnDirectly(size_t chunk) {
     for (size_t axis = 0; axis < 3; ++axis) {
       // In the order of input, which is that of ranks.
       const double from = one != nullptr    ? one->viewpoint[axis]
-                          : each != nullptr ? each->viewpoints[p.id[lane]][axis]
+                          : each != nullptr ? each->viewpoints[index_.point_set().place_of(p.id[lane])][axis]
                                             : 0;
       const double here = std::ldexp(static_cast<double>(position[axis]), to_input) + origin_[axis];
       toward += normal[axis] * (along != nullptr ? along->direction[axis] : from - here);

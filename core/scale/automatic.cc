@@ -227,7 +227,8 @@ class AutomaticRun final : public StrategyRun {
   void Add(const GroupPoints& points, size_t i, size_t c, AutomaticScratch& s) const {
     PointCurvature estimate = results_[points.slot[i]];
     const double most_radius = ScaleOf(options_).max_radius;
-    if (most_radius > 0.0 && estimate.radius > most_radius) estimate.status = PointStatus::kTooFewNeighbors;
+    const bool is_too_large = estimate.status == PointStatus::kOk && estimate.radius > most_radius;
+    if (most_radius > 0.0 && is_too_large) estimate.status = PointStatus::kTooFewNeighbors;
     s.blends[i].Add(estimate, s.point_weights[i][c]);
   }
 

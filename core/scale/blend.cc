@@ -22,7 +22,8 @@ void Blend::Add(const PointCurvature& estimate, double weight) {
   if (estimate.status != PointStatus::kOk) {
     if (weight > most_refused_) {
       most_refused_ = weight;
-      refused_ = estimate.status;
+      refused_ = UndefinedCurvature(estimate.status);
+      if (estimate.status != PointStatus::kTooFewNeighbors) refused_.radius = estimate.radius;
     }
     return;
   }
@@ -41,9 +42,14 @@ void Blend::Add(const PointCurvature& estimate, double weight) {
 }
 
 PointCurvature Blend::Finish() const {
-  if (!(weight_ > 0.0)) return UndefinedCurvature(refused_);
+  if (!(weight_ > 0.0)) return refused_;
   const Vector3d normal = Vector3d(normal_.data()).normalized();
-  if (!normal.allFinite() || normal.isZero()) return UndefinedCurvature(PointStatus::kInconsistentNormals);
+  const auto undefined = [this](PointStatus status) {
+    PointCurvature point = UndefinedCurvature(status);
+    point.radius = radius_;
+    return point;
+  };
+  if (!normal.allFinite() || normal.isZero()) return undefined(PointStatus::kInconsistentNormals);
   Eigen::Matrix3d tensor;
   tensor << tensor_[0], tensor_[1], tensor_[2],  //
       tensor_[1], tensor_[3], tensor_[4],        //
@@ -64,7 +70,7 @@ PointCurvature Blend::Finish() const {
                                 radius_,
                                 PointStatus::kOk};
   const bool is_finite = std::isfinite(point.k1) && std::isfinite(point.k2) && std::isfinite(point.gaussian);
-  return is_finite ? point : UndefinedCurvature(PointStatus::kDegenerateArea);
+  return is_finite ? point : undefined(PointStatus::kDegenerateArea);
 }
 
 }  // namespace curvd

@@ -23,7 +23,7 @@ class Blend {
   std::array<double, 3> normal_{};
   float radius_ = 0.0f;
   double most_refused_ = -1.0;
-  PointStatus refused_ = PointStatus::kTooFewNeighbors;
+  PointCurvature refused_ = UndefinedCurvature(PointStatus::kTooFewNeighbors);
 };
 
 }  // namespace curvd

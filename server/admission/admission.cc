@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "core/cloud/point_set.h"
 #include "core/estimators/curvature_field.h"
 #include "core/job/estimation_job.h"
 #include "core/normals/normals.h"
@@ -38,6 +39,10 @@ uint64_t JobBytes(uint64_t points, const CallOptions& options, int thread_count)
          EstimationScratchBytes(options.estimator, points, thread_count, options.normals);
 }
 
+uint64_t PartBytes(uint64_t points, const CallOptions& options) {
+  return points * PointSet::BytesPerPoint(options.part.has_ids, options.part.has_roles);
+}
+
 uint64_t ViewpointBytes(uint64_t points, const CallOptions& options) {
   if (!options.has_viewpoints()) return 0;
   return points * Viewpoints::kBytesPerPoint * (options.point_count == 0 ? Viewpoints::kGrowing : 1);
@@ -55,7 +60,7 @@ uint64_t Admission::CallBytes(uint64_t points, const CallOptions& options, bool 
   const uint64_t chunk =
       more_may_follow ? max_chunk_bytes_ : std::min<uint64_t>(max_chunk_bytes_, points * options.point_bytes());
   return kFixedCallBytes + JobBytes(points, options, thread_count_) + ViewpointBytes(points, options) +
-         kChunkCopies * chunk + ResultMessageBytes(points, options.quantities);
+         PartBytes(points, options) + kChunkCopies * chunk + ResultMessageBytes(points, options.quantities);
 }
 
 uint64_t Admission::SendingBytes(uint64_t points, const QuantitySet& quantities) const {

@@ -217,6 +217,7 @@ absl::StatusOr<CallOptions> ResolveHeader(const v1::CloudHeader& header, const C
   options.normals.returns_normals = options.quantities.HasNormals();
   if (absl::Status status = CheckTag(header.request_tag()); !status.ok()) return status;
   options.request_tag = header.request_tag();
+  if (absl::Status status = ReadPart(header.part(), options.part); !status.ok()) return status;
   return options;
 }
 
@@ -236,6 +237,9 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
   }
   WriteOptions(options.estimator, *proto);
   WriteNormals(options.normals, *accepted->mutable_normals());
+  WritePart(options.part, *accepted->mutable_part());
+  const std::optional<double> reach = ReachFactor(options.estimator);
+  if (reach.has_value() && options.normals.source == NormalSource::kGiven) accepted->set_reach_factor(*reach);
   for (const v1::Quantity quantity : curvature::wire::Quantities()) {
     if (options.quantities.Has(quantity)) accepted->add_quantities(quantity);
   }

@@ -14,6 +14,7 @@
 #include "curvature/v1/curvature.pb.h"
 #include "server/call/quantity_set.h"
 #include "server/call/request_limits.h"
+#include "server/call/wire_part.h"
 
 namespace curvd {
 
@@ -27,6 +28,7 @@ struct CallOptions {
   InvalidPointPolicy invalid_point_policy = InvalidPointPolicy::kReject;
   std::string request_tag;
   std::optional<JobPriority> priority;  // none: by the cloud's size
+  CloudPart part;
 
   // What comes with the positions of points.
   bool has_normals() const { return normals.source != NormalSource::kEstimate; }
@@ -34,7 +36,7 @@ struct CallOptions {
   // Bytes of one point in all arrays of a chunk.
   size_t point_bytes() const {
     const size_t arrays = 1 + (has_normals() ? 1 : 0) + (has_viewpoints() ? 1 : 0);
-    return arrays * 3 * ScalarBytes(scalar_type);
+    return arrays * 3 * ScalarBytes(scalar_type) + (part.has_ids ? sizeof(uint64_t) : 0) + (part.has_roles ? 1 : 0);
   }
 };
 

@@ -17,6 +17,8 @@ absl::Status ExplainJobError(absl::Status status, const char* radius_field) {
       return WithDetail(std::move(status), {kReasonNeighborhoodTooLarge, radius_field, "", "", {}});
     case ErrorKind::kOpposedNormals:
       return WithDetail(std::move(status), {kReasonOpposedNormals, "chunk.normals", "", "", {}});
+    case ErrorKind::kRepeatedId:
+      return WithDetail(std::move(status), {kReasonInvalidPoint, "chunk.ids", "", "", {}});
     case ErrorKind::kInvalid:
       return WithDetail(std::move(status), {kReasonInvalidOption, "header.options", "", "", {}});
     case ErrorKind::kCancelled:
@@ -35,6 +37,7 @@ absl::Status ExplainCloudError(absl::Status status) {
       return WithDetail(std::move(status), {kReasonInvalidPoint, "chunk", "", "", {}});
     case ErrorKind::kNeighborhoodTooLarge:
     case ErrorKind::kOpposedNormals:
+    case ErrorKind::kRepeatedId:
     case ErrorKind::kCancelled:
     case ErrorKind::kOther:
       break;

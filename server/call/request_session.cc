@@ -22,7 +22,8 @@ namespace wire = curvature::wire;
 
 constexpr wire::BulkLayout kPointChunk({v1::PointChunk::kFirstIndexFieldNumber, v1::PointChunk::kIsLastFieldNumber},
                                        {v1::PointChunk::kPositionsFieldNumber, v1::PointChunk::kNormalsFieldNumber,
-                                        v1::PointChunk::kViewpointsFieldNumber});
+                                        v1::PointChunk::kViewpointsFieldNumber, v1::PointChunk::kIdsFieldNumber,
+                                        v1::PointChunk::kRolesFieldNumber});
 
 absl::Status Invalid(const char* reason, std::string field, std::string value, std::string limit) {
   return MakeError(absl::StatusCode::kInvalidArgument,
@@ -54,7 +55,8 @@ absl::Status RequestSession::ReceiveMessage(grpc::ByteBuffer& message) {
     return ReceiveChunk(
         {chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber], chunk.numbers[v1::PointChunk::kIsLastFieldNumber] != 0,
          chunk.arrays[v1::PointChunk::kPositionsFieldNumber], chunk.arrays[v1::PointChunk::kNormalsFieldNumber],
-         chunk.arrays[v1::PointChunk::kViewpointsFieldNumber]});
+         chunk.arrays[v1::PointChunk::kViewpointsFieldNumber], chunk.arrays[v1::PointChunk::kIdsFieldNumber],
+         chunk.arrays[v1::PointChunk::kRolesFieldNumber]});
   }
   const size_t bytes = message.Length();
   v1::EstimateCurvatureRequest request;
@@ -74,7 +76,9 @@ absl::Status RequestSession::ReceiveRequest(const v1::EstimateCurvatureRequest& 
                            request.chunk().is_last(),
                            {request.chunk().positions()},
                            {request.chunk().normals()},
-                           {request.chunk().viewpoints()}});
+                           {request.chunk().viewpoints()},
+                           {request.chunk().ids()},
+                           {request.chunk().roles()}});
     case v1::EstimateCurvatureRequest::MESSAGE_NOT_SET:
       break;
   }
@@ -91,6 +95,7 @@ absl::Status RequestSession::ReceiveHeader(const v1::CloudHeader& header) {
   cloud_ = Cloud(options_->scalar_type, options_->invalid_point_policy,
                  options_->has_normals() ? NormalsInput::kGiven : NormalsInput::kAbsent);
   cloud_.Expect(options_->point_count);
+  if (options_->part.lattice.has_value()) cloud_.PlaceOn(*options_->part.lattice);
   viewpoints_.Expect(options_->point_count);
   return absl::OkStatus();
 }
@@ -113,7 +118,7 @@ absl::Status RequestSession::ReceiveChunk(const Chunk& chunk) {
   const absl::StatusOr<uint64_t> count = CheckLengths(chunk);
   if (!count.ok()) return count.status();
   if (absl::Status status = CheckTotal(points_received_ + *count); !status.ok()) return status;
-  if (absl::Status status = AppendPoints(chunk); !status.ok()) return ExplainCloudError(std::move(status));
+  if (absl::Status status = AppendPoints(chunk, *count); !status.ok()) return ExplainCloudError(std::move(status));
   points_received_ += *count;
   has_last_chunk_ = chunk.is_last;
   // gRPC takes memory for the next message, and ends the process when it gets none.
@@ -121,8 +126,11 @@ absl::Status RequestSession::ReceiveChunk(const Chunk& chunk) {
   return absl::OkStatus();
 }
 
-absl::Status RequestSession::AppendPoints(const Chunk& chunk) {
+absl::Status RequestSession::AppendPoints(const Chunk& chunk, uint64_t count) {
   const ScalarType type = options_->scalar_type;
+  if (options_->part.has_ids || options_->part.has_roles) {
+    if (absl::Status status = DescribePieces(chunk.ids, chunk.roles, count, cloud_); !status.ok()) return status;
+  }
   if (!options_->has_viewpoints()) return AppendPieces(chunk.positions, chunk.normals, type, cloud_);
   if (absl::Status status = viewpoints_.Append(chunk.viewpoints, type); !status.ok()) return status;
   return AppendSeenPieces(chunk.positions, chunk.normals, type, viewpoints_, cloud_);
@@ -130,7 +138,8 @@ absl::Status RequestSession::AppendPoints(const Chunk& chunk) {
 
 absl::StatusOr<uint64_t> RequestSession::CheckLengths(const Chunk& chunk) const {
   const uint64_t positions = wire::SizeOf(chunk.positions), normals = wire::SizeOf(chunk.normals);
-  const uint64_t viewpoints = wire::SizeOf(chunk.viewpoints), bytes = positions + normals + viewpoints;
+  const uint64_t viewpoints = wire::SizeOf(chunk.viewpoints);
+  const uint64_t bytes = positions + normals + viewpoints + wire::SizeOf(chunk.ids) + wire::SizeOf(chunk.roles);
   if (bytes > limits_.max_chunk_bytes) {
     return OverLimit(kReasonChunkTooLarge, "chunk.positions and the other arrays together",
                      absl::StrCat(bytes, " bytes"),
@@ -144,7 +153,25 @@ absl::StatusOr<uint64_t> RequestSession::CheckLengths(const Chunk& chunk) const 
   }
   if (absl::Status status = CheckNormals(normals, positions); !status.ok()) return status;
   if (absl::Status status = CheckViewpoints(viewpoints, positions); !status.ok()) return status;
-  return positions / point_bytes();
+  const uint64_t count = positions / point_bytes();
+  if (absl::Status status = CheckPart(chunk, count); !status.ok()) return status;
+  return count;
+}
+
+absl::Status RequestSession::CheckPart(const Chunk& chunk, uint64_t count) const {
+  const auto check = [count](const char* field, const char* flag, bool is_announced, uint64_t bytes,
+                             uint64_t point_bytes) {
+    if (bytes == (is_announced ? count * point_bytes : 0)) return absl::OkStatus();
+    return Invalid(kReasonChunkLength, field, absl::StrCat(bytes, " bytes"),
+                   is_announced ? absl::StrCat(count * point_bytes, " bytes, ", point_bytes,
+                                               " for each point of chunk.positions (", flag, " is true)")
+                                : absl::StrCat("absent unless ", flag, " is true"));
+  };
+  const CloudPart& part = options_->part;
+  absl::Status status =
+      check("chunk.ids", "header.part.has_ids", part.has_ids, wire::SizeOf(chunk.ids), sizeof(uint64_t));
+  if (!status.ok()) return status;
+  return check("chunk.roles", "header.part.has_roles", part.has_roles, wire::SizeOf(chunk.roles), 1);
 }
 
 absl::Status RequestSession::CheckNormals(size_t normals, size_t positions) const {

@@ -54,6 +54,8 @@ class RequestSession {
     const curvature::wire::Pieces& positions;
     const curvature::wire::Pieces& normals;
     const curvature::wire::Pieces& viewpoints;
+    const curvature::wire::Pieces& ids;
+    const curvature::wire::Pieces& roles;
   };
   absl::Status ReceiveChunk(const Chunk& chunk);
   // The chunk comes where a chunk may come.
@@ -62,7 +64,8 @@ class RequestSession {
   absl::StatusOr<uint64_t> CheckLengths(const Chunk& chunk) const;
   absl::Status CheckNormals(size_t normals, size_t positions) const;
   absl::Status CheckViewpoints(size_t viewpoints, size_t positions) const;
-  absl::Status AppendPoints(const Chunk& chunk);
+  absl::Status CheckPart(const Chunk& chunk, uint64_t count) const;
+  absl::Status AppendPoints(const Chunk& chunk, uint64_t count);
   absl::Status CheckTotal(uint64_t total) const;
   absl::Status Keep(absl::Status status);
   // Bytes of one position. REQUIRES: has_header().

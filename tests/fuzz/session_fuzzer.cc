@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "curvature/v1/curvature.pb.h"
 #include "server/call/request_session.h"
@@ -37,6 +38,10 @@ v1::PointChunk NextChunk(const RequestSession& session, fuzz::Input& input) {
   const bool has_viewpoints = session.has_header() && session.options().has_viewpoints();
   if (has_normals != is_odd) chunk.set_normals(std::string(input.Bytes(bytes)));
   if (has_viewpoints) chunk.set_viewpoints(std::string(input.Bytes(bytes)));
+  const size_t count = bytes / (is_double ? 24 : 12);
+  const curvd::CloudPart part = session.has_header() ? session.options().part : curvd::CloudPart();
+  if (part.has_ids != is_odd) chunk.set_ids(std::string(input.Bytes(8 * count)));
+  if (part.has_roles) chunk.set_roles(std::string(input.Bytes(count)));
   return chunk;
 }
 
@@ -94,6 +99,24 @@ void CheckViewpoints(const Cloud& cloud, const curvd::Viewpoints& viewpoints) {
   }
 }
 
+// Ranks follow the ids, and slots the order of the queries.
+void CheckRanks(Cloud& cloud) {
+  const size_t queries = cloud.point_set().query_count(), size = cloud.size();
+  if (!cloud.Rank().ok()) return;  // two points of one id
+  const curvd::PointSet set = cloud.TakePointSet();
+  fuzz::Require(set.size() == size, "every point has a rank");
+  std::vector<bool> taken(queries), placed(size);
+  for (size_t i = 0; i < size; ++i) {
+    const auto rank = static_cast<int32_t>(i);
+    fuzz::Require(i == 0 || set.seed_of(rank - 1) < set.seed_of(rank), "ranks are in the order of the ids");
+    fuzz::Require(set.place_of(rank) < size && !placed[set.place_of(rank)], "ranks are a permutation");
+    placed[set.place_of(rank)] = true;
+    if (!set.is_query(rank)) continue;
+    fuzz::Require(set.slot_of(rank) < queries && !taken[set.slot_of(rank)], "every query has a slot of its own");
+    taken[set.slot_of(rank)] = true;
+  }
+}
+
 void CheckCloud(const RequestSession& session, const Cloud& cloud) {
   fuzz::Require(cloud.size() == session.points_received(), "the cloud holds the points that were received");
   const uint64_t declared = session.options().point_count;
@@ -121,9 +144,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   const absl::Status closed = session.HalfClose();
   fuzz::Require(status.ok() || closed == status, "a session that failed stays so");
   if (closed.ok()) {
-    const Cloud cloud = session.TakeCloud();
+    Cloud cloud = session.TakeCloud();
     CheckCloud(session, cloud);
     if (session.options().has_viewpoints()) CheckViewpoints(cloud, session.TakeViewpoints());
+    CheckRanks(cloud);
   } else {
     fuzz::CheckRequestError(closed);
   }

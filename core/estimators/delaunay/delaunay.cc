@@ -116,6 +116,10 @@ extern const Strategy kDelaunay = {
     .needs_normals = true,
     .bytes_per_point = sizeof(Umbrella),
     .scratch_bytes = MostScratchBytes,
+    // A neighbor's umbrella is made of its nearest points. The ball of twice the radius around it holds the whole
+    // neighborhood, hence all of those.
+    .reach_factor = 3.0,
+    .least_bounded_count = kUmbrellaNeighbors + 1,
     .start = Start};
 
 }  // namespace curvd

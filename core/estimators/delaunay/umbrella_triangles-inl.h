@@ -11,9 +11,13 @@
 #endif
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
 
 #include "core/estimators/delaunay/delaunay_scratch.h"
 #include "core/estimators/delaunay/umbrella_triangles.h"
+#include "core/estimators/fits/double_sums-inl.h"
 #include "core/estimators/measures-inl.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
@@ -23,7 +27,7 @@ namespace curvd {
 namespace HWY_NAMESPACE {
 
 // All of a triangle's measures, a vector or parts of it.
-using MeasuresTag = hn::CappedTag<float, sizeof(TriangleMeasures) / sizeof(float)>;
+using MeasuresTag = hn::CappedTag<double, sizeof(TriangleMeasures) / sizeof(double)>;
 
 // A vector of triangles, component by component.
 struct TriangleBatch {
@@ -40,6 +44,12 @@ struct TriangleBatch {
     return {hn::Load(d, corner[c][first]), hn::Load(d, corner[c][first + 1]), hn::Load(d, corner[c][first + 2])};
   }
 };
+
+// As Odd (core/estimators/fits/double_sums-inl.h), for a float of any size.
+HWY_INLINE double OddDouble(float measure) {
+  if (measure == 0.0f) return 0.0;
+  return std::bit_cast<double>(std::bit_cast<uint64_t>(static_cast<double>(measure)) | 1);
+}
 
 // Measures a vector of triangles. As in measures-inl.h, with the whole tensor: half the symmetric part of
 // (e2 x w) (x) n1 - (e1 x w) (x) n2.
@@ -72,6 +82,20 @@ HWY_INLINE void MeasureBatch(TriangleBatch& batch) {
   hn::Store(hn::Mul(half, Dot(u0, Cross(n1, n2))), d, batch.measure[7]);
 }
 
+// Puts the corners of a triangle in the order of their coordinates, so that what is computed of it does not depend on
+// whose umbrella it was taken from.
+HWY_INLINE void OrderCorners(const TriangleCorner* corners, UmbrellaTriangles::Triangle& triangle) {
+  const auto sort = [&](int a, int b) {
+    const float *first = corners[triangle.place[a]].values, *second = corners[triangle.place[b]].values;
+    if (std::lexicographical_compare(second, second + 6, first, first + 6)) {
+      std::swap(triangle.place[a], triangle.place[b]);
+    }
+  };
+  sort(0, 1);
+  sort(1, 2);
+  sort(0, 1);
+}
+
 // Measures all gathered triangles. Corners are copied one by one: from the first-level cache that is faster than vector
 // gathers.
 HWY_INLINE void MeasureGathered(UmbrellaTriangles& triangles) {
@@ -81,7 +105,8 @@ HWY_INLINE void MeasureGathered(UmbrellaTriangles& triangles) {
   for (size_t t = 0; t < size; t += hn::Lanes(d)) {
     const size_t lanes = std::min(hn::Lanes(d), size - t);
     for (size_t lane = 0; lane < lanes; ++lane) {
-      const UmbrellaTriangles::Triangle& triangle = triangles.triangle(t + lane);
+      UmbrellaTriangles::Triangle& triangle = triangles.mutable_triangle(t + lane);
+      OrderCorners(triangles.corners(), triangle);
       batch.weight[lane] = triangle.occurrences * (1.0f / 3.0f);
       for (int c = 0; c < 3; ++c) {
         const float* values = triangles.corners()[triangle.place[c]].values;
@@ -90,8 +115,8 @@ HWY_INLINE void MeasureGathered(UmbrellaTriangles& triangles) {
     }
     MeasureBatch(batch);
     for (size_t lane = 0; lane < lanes; ++lane) {
-      float* out = triangles.measures()[t + lane].values;
-      for (int m = 0; m < 8; ++m) out[m] = batch.measure[m][lane];
+      double* out = triangles.measures()[t + lane].values;
+      for (int m = 0; m < 8; ++m) out[m] = OddDouble(batch.measure[m][lane]);
     }
   }
 }
@@ -133,36 +158,53 @@ HWY_INLINE size_t WeighNeighbors(const SpatialIndex& index, const Neighborhood& 
   return count;
 }
 
-// Sums the weighted measures of all triangles whose corners are neighbors. Leaf by leaf, so that no long sum loses
-// digits. Adds to `work` a step for each triangle that it looks at.
+// Where the sums of the measures of at most `count` triangles begin, whose corners lie within rho of each other's middle,
+// so that each is exact in its quanta (core/estimators/fits/double_sums-inl.h). Corners weigh at most 1 together, edges
+// are at most 2 rho long, and normals differ by at most 2.
+HWY_INLINE TriangleMeasures MeasureAnchors(size_t count, float rho) {
+  int exponent = 0;
+  std::frexp(rho, &exponent);
+  const double above_rho = std::ldexp(1.0, exponent);
+  const double anchor = 3.0 * static_cast<double>(std::bit_ceil(4 * count));
+  TriangleMeasures anchors;
+  std::fill_n(anchors.values, 6, anchor * above_rho);
+  anchors.values[6] = anchor * above_rho * above_rho;
+  anchors.values[7] = anchor;
+  return anchors;
+}
+
+// Sums the weighted measures of all triangles whose corners are neighbors, at distances up to rho, in whatever order they
+// come. Adds to `work` a step for each triangle that it looks at.
 HWY_INLINE TriangleMeasures SumNeighborTriangles(const UmbrellaTriangles& triangles, const uint32_t* positions,
-                                                 size_t count, uint64_t& work) {
+                                                 size_t count, size_t neighbor_count, float rho, uint64_t& work) {
   const MeasuresTag d;
-  constexpr size_t kParts = sizeof(TriangleMeasures) / sizeof(float) / hn::MaxLanes(MeasuresTag());
+  constexpr size_t kParts = sizeof(TriangleMeasures) / sizeof(double) / hn::MaxLanes(MeasuresTag());
   const float* weights = triangles.weights();
-  hn::Vec<MeasuresTag> total[kParts];
-  for (auto& part : total) part = hn::Zero(d);
+  const TriangleMeasures anchors = MeasureAnchors(neighbor_count * Umbrella::kMaxTriangles, rho);
+  hn::Vec<MeasuresTag> anchor[kParts], total[kParts];
+  for (size_t part = 0; part < kParts; ++part) {
+    anchor[part] = total[part] = hn::Load(d, anchors.values + part * hn::MaxLanes(d));
+  }
   size_t looked_at = 0;
   for (size_t j = 0; j < count; ++j) {
-    hn::Vec<MeasuresTag> sum[kParts];
-    for (auto& part : sum) part = hn::Zero(d);
     const uint32_t first = triangles.first(positions[j]), last = triangles.first(positions[j] + 1);
     looked_at += last - first;
     for (uint32_t t = first; t < last; ++t) {
       const uint32_t* place = triangles.triangle(t).place;
       // The mean of the corners' weights over the triangle; nothing where one is no neighbor.
       const float mean = weights[place[0]] + weights[place[1]] + weights[place[2]];
-      const auto weight = hn::Set(d, std::max(mean, 0.0f));
-      const float* measures = triangles.measures()[t].values;
+      const auto weight = hn::Set(d, static_cast<double>(std::max(mean, 0.0f)));
+      const double* measures = triangles.measures()[t].values;
       for (size_t part = 0; part < kParts; ++part) {
-        sum[part] = hn::MulAdd(weight, hn::Load(d, measures + part * hn::MaxLanes(d)), sum[part]);
+        total[part] = AddProduct(hn::Load(d, measures + part * hn::MaxLanes(d)), weight, total[part], anchor[part]);
       }
     }
-    for (size_t part = 0; part < kParts; ++part) total[part] = hn::Add(total[part], sum[part]);
   }
   work += looked_at;
   TriangleMeasures measures;
-  for (size_t part = 0; part < kParts; ++part) hn::Store(total[part], d, measures.values + part * hn::MaxLanes(d));
+  for (size_t part = 0; part < kParts; ++part) {
+    hn::Store(hn::Sub(total[part], anchor[part]), d, measures.values + part * hn::MaxLanes(d));
+  }
   return measures;
 }
 
@@ -207,7 +249,7 @@ HWY_NOINLINE inline void MeasureUmbrellas(const SpatialIndex& index, const Delau
   }
   const float rho = s.frames.rho[i];
   const size_t count = WeighNeighbors(index, s.search.found, rho * rho, plan.falloff, s.triangles, s.positions);
-  const TriangleMeasures sum = SumNeighborTriangles(s.triangles, s.positions.data(), count, s.search.work);
+  const TriangleMeasures sum = SumNeighborTriangles(s.triangles, s.positions.data(), count, s.search.found.count, rho, s.search.work);
   StoreMeasures(sum, plan.spread, s.frames, i, s.measures);
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
   for (size_t j = 0; j < count; ++j) {

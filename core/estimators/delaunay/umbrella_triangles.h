@@ -14,17 +14,19 @@ namespace curvd {
 
 // Corrected measures of a triangle, turned so that its area is not negative, times a third of the umbrellas that it
 // occurs in. The symmetric tensor is that of docs/numerics.md for all of space; the mean measure is half its trace.
-struct alignas(32) TriangleMeasures {
-  float values[8];
+struct alignas(64) TriangleMeasures {
+  // Of a triangle, floats with the last bit of a double set: their sums do not depend on the order (Odd in
+  // core/estimators/fits/double_sums-inl.h).
+  double values[8];
 
-  float xx() const { return values[0]; }
-  float yy() const { return values[1]; }
-  float zz() const { return values[2]; }
-  float xy() const { return values[3]; }
-  float yz() const { return values[4]; }
-  float zx() const { return values[5]; }
-  float area() const { return values[6]; }
-  float gaussian() const { return values[7]; }
+  float xx() const { return static_cast<float>(values[0]); }
+  float yy() const { return static_cast<float>(values[1]); }
+  float zz() const { return static_cast<float>(values[2]); }
+  float xy() const { return static_cast<float>(values[3]); }
+  float yz() const { return static_cast<float>(values[4]); }
+  float zx() const { return static_cast<float>(values[5]); }
+  float area() const { return static_cast<float>(values[6]); }
+  float gaussian() const { return static_cast<float>(values[7]); }
 };
 
 // Position and normal.
@@ -61,6 +63,8 @@ class UmbrellaTriangles {
   // The triangles whose umbrella's point lies in leaf i of the list: [first(i), first(i + 1)).
   uint32_t first(size_t i) const { return first_[i]; }
   const Triangle& triangle(size_t t) const { return triangles_[t]; }
+  // For the kernel that measures, which puts their corners in an order of its own.
+  Triangle& mutable_triangle(size_t t) { return triangles_[t]; }
 
   // Of each triangle, by its number below size().
   TriangleMeasures* measures() { return measures_.data(); }

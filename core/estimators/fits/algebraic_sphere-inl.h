@@ -17,6 +17,9 @@
 #define CURVD_CORE_ESTIMATORS_FITS_ALGEBRAIC_SPHERE_INL_H_
 #endif
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/estimators/fits/double_sums-inl.h"
 #include "core/estimators/fits/fit_scratch.h"
 #include "hwy/highway.h"
@@ -74,12 +77,12 @@ HWY_INLINE void FillSphereColumns(const NeighborArrays& neighbors, double unit, 
     hn::Store(n.y, d, columns.n[1] + j);
     hn::Store(n.z, d, columns.n[2] + j);
     hn::Store(Dot(q, n), d, columns.qn + j);
-    hn::Store(qq, d, columns.qq + j);
-    hn::Store(hn::Mul(t, t), d, columns.w + j);
+    hn::Store(Odd(qq), d, columns.qq + j);
+    hn::Store(OddProduct(t, t), d, columns.w + j);
     hn::Store(t, d, columns.t + j);
-    hn::Store(hn::Mul(t, q.x), d, columns.tq[0] + j);
-    hn::Store(hn::Mul(t, q.y), d, columns.tq[1] + j);
-    hn::Store(hn::Mul(t, q.z), d, columns.tq[2] + j);
+    hn::Store(OddProduct(t, q.x), d, columns.tq[0] + j);
+    hn::Store(OddProduct(t, q.y), d, columns.tq[1] + j);
+    hn::Store(OddProduct(t, q.z), d, columns.tq[2] + j);
   }
 }
 
@@ -145,7 +148,16 @@ HWY_INLINE Sphere FitSphere(const DoubleVec* weighted) {
 // Sums d c / d w times the Hessian of w for point i.
 HWY_INLINE void SumInfluence(const SphereColumns& columns, const Sphere& f, size_t count, size_t i, SphereSums& out) {
   const DoubleTag d;
-  DoubleVec xx = hn::Zero(d), xy = xx, xz = xx, yy = xx, yz = xx, zz = xx, trace = xx;
+  // What an influence is at most.
+  const auto size = [](DoubleVec v) HWY_ATTR { return std::abs(hn::GetLane(v)); };
+  const double most = size(f.constant) + size(f.by_qn) + size(f.by_qq) + size(f.by_q.x) + size(f.by_q.y) +
+                      size(f.by_q.z) + size(f.by_n.x) + size(f.by_n.y) + size(f.by_n.z);
+  // In units of a power of two above that; where it is no number, so is the result.
+  int exponent = 0;
+  if (std::isfinite(most)) std::frexp(most, &exponent);
+  const double unit = std::ldexp(1.0, std::clamp(exponent, -1000, 1000));
+  const DoubleVec per_unit = hn::Set(d, 1.0 / unit), anchor = hn::Set(d, AnchorOf(count));
+  DoubleVec xx = anchor, xy = xx, xz = xx, yy = xx, yz = xx, zz = xx, trace = xx;
   for (size_t j = 0; j < count; j += hn::Lanes(d)) {
     const DoubleTriple q{hn::Load(d, columns.q[0] + j), hn::Load(d, columns.q[1] + j), hn::Load(d, columns.q[2] + j)};
     const DoubleTriple n{hn::Load(d, columns.n[0] + j), hn::Load(d, columns.n[1] + j), hn::Load(d, columns.n[2] + j)};
@@ -154,15 +166,17 @@ HWY_INLINE void SumInfluence(const SphereColumns& columns, const Sphere& f, size
     const DoubleVec t = hn::Load(d, columns.t + j);
     const DoubleVec influence =
         hn::IfThenElseZero(hn::Gt(t, hn::Zero(d)), hn::Add(hn::Add(Dot(f.by_q, q), Dot(f.by_n, n)), by_products));
-    const DoubleTriple along = Scale(q, influence);
-    xx = hn::MulAdd(along.x, q.x, xx), xy = hn::MulAdd(along.x, q.y, xy), xz = hn::MulAdd(along.x, q.z, xz);
-    yy = hn::MulAdd(along.y, q.y, yy), yz = hn::MulAdd(along.y, q.z, yz), zz = hn::MulAdd(along.z, q.z, zz);
-    trace = hn::MulAdd(influence, t, trace);
+    const DoubleVec relative = OddProduct(influence, per_unit);
+    const DoubleTriple along{OddProduct(relative, q.x), OddProduct(relative, q.y), OddProduct(relative, q.z)};
+    xx = AddProduct(along.x, q.x, xx, anchor), xy = AddProduct(along.x, q.y, xy, anchor);
+    xz = AddProduct(along.x, q.z, xz, anchor), yy = AddProduct(along.y, q.y, yy, anchor);
+    yz = AddProduct(along.y, q.z, yz, anchor), zz = AddProduct(along.z, q.z, zz, anchor);
+    trace = AddProduct(relative, t, trace, anchor);
   }
   double sums[8];
-  StoreFourSums(xx, xy, xz, trace, sums);
-  StoreFourSums(yy, yz, zz, trace, sums + 4);
-  const double scale = 8.0 / hn::GetLane(f.weight), identity = -4.0 / hn::GetLane(f.weight) * sums[3];
+  StoreAnchoredSums(xx, xy, xz, trace, anchor, sums);
+  StoreAnchoredSums(yy, yz, zz, trace, anchor, sums + 4);
+  const double scale = 8.0 * unit / hn::GetLane(f.weight), identity = -4.0 * unit / hn::GetLane(f.weight) * sums[3];
   out.influence_hessian[0][i] = scale * sums[0] + identity;
   out.influence_hessian[1][i] = scale * sums[1];
   out.influence_hessian[2][i] = scale * sums[2];

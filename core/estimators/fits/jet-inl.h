@@ -37,20 +37,20 @@ struct NeighborSpread {
 
 HWY_INLINE NeighborSpread MeasureSpread(const NeighborArrays& n, double unit) {
   const DoubleTag d;
-  const DoubleVec scale = hn::Set(d, unit);
-  DoubleVec sx = hn::Zero(d), sy = sx, sz = sx, xx = sx, xy = sx, xz = sx, yy = sx, yz = sx, zz = sx;
+  const DoubleVec scale = hn::Set(d, unit), anchor = hn::Set(d, AnchorOf(n.count));
+  DoubleVec sx = anchor, sy = sx, sz = sx, xx = sx, xy = sx, xz = sx, yy = sx, yz = sx, zz = sx;
   for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
-    const DoubleVec x = hn::Mul(Widen(n.dx.data() + j), scale);
-    const DoubleVec y = hn::Mul(Widen(n.dy.data() + j), scale);
-    const DoubleVec z = hn::Mul(Widen(n.dz.data() + j), scale);
+    const DoubleVec x = OddProduct(Widen(n.dx.data() + j), scale);
+    const DoubleVec y = OddProduct(Widen(n.dy.data() + j), scale);
+    const DoubleVec z = OddProduct(Widen(n.dz.data() + j), scale);
     sx = hn::Add(sx, x), sy = hn::Add(sy, y), sz = hn::Add(sz, z);
-    xx = hn::MulAdd(x, x, xx), xy = hn::MulAdd(x, y, xy), xz = hn::MulAdd(x, z, xz);
-    yy = hn::MulAdd(y, y, yy), yz = hn::MulAdd(y, z, yz), zz = hn::MulAdd(z, z, zz);
+    xx = AddProduct(x, x, xx, anchor), xy = AddProduct(x, y, xy, anchor), xz = AddProduct(x, z, xz, anchor);
+    yy = AddProduct(y, y, yy, anchor), yz = AddProduct(y, z, yz, anchor), zz = AddProduct(z, z, zz, anchor);
   }
   double sums[12];
-  StoreFourSums(sx, sy, sz, xx, sums);
-  StoreFourSums(xy, xz, yy, yz, sums + 4);
-  StoreFourSums(zz, zz, zz, zz, sums + 8);
+  StoreAnchoredSums(sx, sy, sz, xx, anchor, sums);
+  StoreAnchoredSums(xy, xz, yy, yz, anchor, sums + 4);
+  StoreAnchoredSums(zz, zz, zz, zz, anchor, sums + 8);
   const double per_count = 1.0 / static_cast<double>(n.count);
   NeighborSpread spread;
   for (int axis = 0; axis < 3; ++axis) spread.mean[axis] = sums[axis] * per_count;
@@ -96,7 +96,7 @@ struct JetColumns {
   }
 };
 
-// Fills the columns with the neighbors of point i in its fitting frame.
+// Fills the columns with the neighbors of point i in its fitting frame. All but the ones are Odd.
 HWY_INLINE void FillJetColumns(const NeighborArrays& n, double unit, size_t i, const JetSystems& jets,
                                const JetColumns& columns) {
   const DoubleTag d;
@@ -106,18 +106,18 @@ HWY_INLINE void FillJetColumns(const NeighborArrays& n, double unit, size_t i, c
   const DoubleTriple u = axis(jets.u), v = axis(jets.v), w = axis(jets.axis);
   for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
     const DoubleTriple offset{Widen(n.dx.data() + j), Widen(n.dy.data() + j), Widen(n.dz.data() + j)};
-    const DoubleVec x = Dot(offset, u), y = Dot(offset, v), z = Dot(offset, w);
+    const DoubleVec x = Odd(Dot(offset, u)), y = Odd(Dot(offset, v)), z = Odd(Dot(offset, w));
     DoubleVec xp = x, yp = y, zxp = z;
     hn::Store(hn::Set(d, 1.0), d, columns.x[0] + j);
     for (int p = 1; p <= 2 * columns.degree; ++p) {
       hn::Store(xp, d, columns.x[p] + j);
       hn::Store(yp, d, columns.y[p] + j);
-      xp = hn::Mul(xp, x);
-      yp = hn::Mul(yp, y);
+      xp = WithLastBit(hn::Mul(xp, x));
+      yp = WithLastBit(hn::Mul(yp, y));
     }
     for (int p = 0; p <= columns.degree; ++p) {
       hn::Store(zxp, d, columns.zx[p] + j);
-      zxp = hn::Mul(zxp, x);
+      zxp = WithLastBit(hn::Mul(zxp, x));
     }
   }
 }

@@ -1,5 +1,9 @@
 #include "core/estimators/fits/jet_least_squares.h"
 
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
 #include "Eigen/QR"
 
 namespace curvd {
@@ -14,8 +18,18 @@ void SetMonomials(double x, double y, int degree, Eigen::Ref<Eigen::RowVectorXd,
   }
 }
 
-// Doubles of the matrix and the heights.
-size_t RoomFor(size_t neighbor_count, int degree) { return neighbor_count * static_cast<size_t>(JetSize(degree) + 1); }
+// Doubles of the matrix, the heights and the order.
+size_t RoomFor(size_t neighbor_count, int degree) { return neighbor_count * static_cast<size_t>(JetSize(degree) + 2); }
+
+// Writes the neighbors' indices in an order that does not depend on that of the tree. Those that it does not tell apart
+// make equal rows.
+void SetOrder(const NeighborArrays& neighbors, size_t* order) {
+  std::iota(order, order + neighbors.count, size_t{0});
+  std::sort(order, order + neighbors.count, [&](size_t a, size_t b) {
+    return std::tie(neighbors.dx[a], neighbors.dy[a], neighbors.dz[a]) <
+           std::tie(neighbors.dx[b], neighbors.dy[b], neighbors.dz[b]);
+  });
+}
 
 }  // namespace
 
@@ -26,8 +40,11 @@ bool SolveJetByQr(const NeighborArrays& neighbors, size_t i, double unit, int de
   room.Reserve(RoomFor(neighbors.count, degree));
   Eigen::Map<Eigen::MatrixXd> matrix(room.data(), rows, columns);
   Eigen::Map<Eigen::VectorXd> heights(room.data() + rows * columns, rows);
+  static_assert(sizeof(size_t) == sizeof(double));
+  auto* const order = reinterpret_cast<size_t*>(room.data() + rows * (columns + 1));
+  SetOrder(neighbors, order);
   for (Eigen::Index row = 0; row < rows; ++row) {
-    const auto j = static_cast<size_t>(row);
+    const size_t j = order[row];
     const auto along = [&](const GroupDoubleVectors& axis) {
       return unit * (neighbors.dx[j] * axis.x[i] + neighbors.dy[j] * axis.y[i] + neighbors.dz[j] * axis.z[i]);
     };

@@ -40,7 +40,8 @@ struct PlaneBlock {
   static constexpr size_t kSize = 256;
   alignas(64) double x[kSize];  // in units of rho
   alignas(64) double y[kSize];
-  alignas(64) double w[kSize];  // weights; 0 for what pads the last vector
+  alignas(64) double w[kSize];  // weights, Odd; nothing for what pads the last vector
+  double anchor;                // of sums over all blocks of the point
 };
 
 // The axes of the tangent plane, divided by rho.
@@ -72,16 +73,16 @@ HWY_INLINE void FillBlock(const NeighborArrays& n, size_t first, size_t size, co
     const DoubleVec w = hn::Max(hn::NegMulAdd(y, y, hn::NegMulAdd(x, x, one)), zero);
     hn::Store(x, d, block.x + j);
     hn::Store(y, d, block.y + j);
-    hn::Store(hn::IfThenElseZero(hn::FirstN(d, size - j), w), d, block.w + j);
+    hn::Store(Odd(hn::IfThenElseZero(hn::FirstN(d, size - j), w)), d, block.w + j);
   }
 }
 
-// Adds the lane sums of `sums` to out[0..count - 1].
-HWY_INLINE void AddLaneSums(const DoubleVec* sums, int count, double* out) {
+// Adds the lane sums of `sums`, which began at the anchor, to out[0..count - 1].
+HWY_INLINE void AddLaneSums(const DoubleVec* sums, int count, DoubleVec anchor, double* out) {
   double four[4];
   for (int k = 0; k < count; k += 4) {
     const auto at = [&](int m) HWY_ATTR { return sums[std::min(k + m, count - 1)]; };
-    StoreFourSums(at(0), at(1), at(2), at(3), four);
+    StoreAnchoredSums(at(0), at(1), at(2), at(3), anchor, four);
     for (int m = 0; m < std::min(4, count - k); ++m) out[k + m] += four[m];
   }
 }
@@ -92,9 +93,10 @@ HWY_INLINE void AddLaneSums(const DoubleVec* sums, int count, double* out) {
 // Adds the sums of w x^a y^b for a, b <= 3 to out[4 b + a].
 HWY_NOINLINE inline void SumLowMoments(const PlaneBlock& block, size_t size, double* out) {
   const DoubleTag d;
+  const DoubleVec anchor = hn::Set(d, block.anchor);
   DoubleVec sums[16];
   CURVD_UNROLL(16)
-  for (DoubleVec& sum : sums) sum = hn::Zero(d);
+  for (DoubleVec& sum : sums) sum = anchor;
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const DoubleVec x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j);
     const DoubleVec x2 = hn::Mul(x, x), x3 = hn::Mul(x2, x);
@@ -103,51 +105,52 @@ HWY_NOINLINE inline void SumLowMoments(const PlaneBlock& block, size_t size, dou
     for (size_t first = 0; first < 16; first += 4) {
       DoubleVec* const of_b = sums + first;
       of_b[0] = hn::Add(of_b[0], wy);
-      of_b[1] = hn::MulAdd(x, wy, of_b[1]);
-      of_b[2] = hn::MulAdd(x2, wy, of_b[2]);
-      of_b[3] = hn::MulAdd(x3, wy, of_b[3]);
-      wy = hn::Mul(wy, y);
+      of_b[1] = AddProduct(wy, x, of_b[1], anchor);
+      of_b[2] = AddProduct(wy, x2, of_b[2], anchor);
+      of_b[3] = AddProduct(wy, x3, of_b[3], anchor);
+      wy = OddProduct(wy, y);
     }
   }
-  AddLaneSums(sums, 16, out);
+  AddLaneSums(sums, 16, anchor, out);
 }
 
 // Adds the sums of w x^4 times 1, x, x^2, y, x y, y^2, and the same with x and y in each other's place, to out[0..11].
 HWY_NOINLINE inline void SumHighMoments(const PlaneBlock& block, size_t size, double* out) {
   const DoubleTag d;
+  const DoubleVec anchor = hn::Set(d, block.anchor);
   DoubleVec sums[12];
   CURVD_UNROLL(12)
-  for (DoubleVec& sum : sums) sum = hn::Zero(d);
+  for (DoubleVec& sum : sums) sum = anchor;
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const DoubleVec x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j), w = hn::Load(d, block.w + j);
     const DoubleVec x2 = hn::Mul(x, x), xy = hn::Mul(x, y), y2 = hn::Mul(y, y);
-    const DoubleVec wx4 = hn::Mul(hn::Mul(w, x2), x2), wy4 = hn::Mul(hn::Mul(w, y2), y2);
+    const DoubleVec wx4 = OddProduct(hn::Mul(w, x2), x2), wy4 = OddProduct(hn::Mul(w, y2), y2);
     sums[0] = hn::Add(sums[0], wx4);
-    sums[1] = hn::MulAdd(wx4, x, sums[1]);
-    sums[2] = hn::MulAdd(wx4, x2, sums[2]);
-    sums[3] = hn::MulAdd(wx4, y, sums[3]);
-    sums[4] = hn::MulAdd(wx4, xy, sums[4]);
-    sums[5] = hn::MulAdd(wx4, y2, sums[5]);
+    sums[1] = AddProduct(wx4, x, sums[1], anchor);
+    sums[2] = AddProduct(wx4, x2, sums[2], anchor);
+    sums[3] = AddProduct(wx4, y, sums[3], anchor);
+    sums[4] = AddProduct(wx4, xy, sums[4], anchor);
+    sums[5] = AddProduct(wx4, y2, sums[5], anchor);
     sums[6] = hn::Add(sums[6], wy4);
-    sums[7] = hn::MulAdd(wy4, y, sums[7]);
-    sums[8] = hn::MulAdd(wy4, y2, sums[8]);
-    sums[9] = hn::MulAdd(wy4, x, sums[9]);
-    sums[10] = hn::MulAdd(wy4, xy, sums[10]);
-    sums[11] = hn::MulAdd(wy4, x2, sums[11]);
+    sums[7] = AddProduct(wy4, y, sums[7], anchor);
+    sums[8] = AddProduct(wy4, y2, sums[8], anchor);
+    sums[9] = AddProduct(wy4, x, sums[9], anchor);
+    sums[10] = AddProduct(wy4, xy, sums[10], anchor);
+    sums[11] = AddProduct(wy4, x2, sums[11], anchor);
   }
-  AddLaneSums(sums, 12, out);
+  AddLaneSums(sums, 12, anchor, out);
 }
 
-// Five of the ten weighted monomials, by JetIndex: those from `5 kHalf` on.
+// Five of the ten weighted monomials, by JetIndex: those from `5 kHalf` on. They are Odd.
 template <int kHalf>
 HWY_INLINE void WeightedMonomials(DoubleVec x, DoubleVec y, DoubleVec w, DoubleVec* out) {
-  const DoubleVec wx = hn::Mul(w, x), wy = hn::Mul(w, y);
+  const DoubleVec wx = OddProduct(w, x), wy = OddProduct(w, y);
   if constexpr (kHalf == 0) {
-    out[0] = w, out[1] = wx, out[2] = wy, out[3] = hn::Mul(wx, x), out[4] = hn::Mul(wx, y);
+    out[0] = w, out[1] = wx, out[2] = wy, out[3] = OddProduct(wx, x), out[4] = OddProduct(wx, y);
   } else {
-    const DoubleVec wy2 = hn::Mul(wy, y), x2 = hn::Mul(x, x);
-    out[0] = wy2, out[1] = hn::Mul(wx, x2), out[2] = hn::Mul(wy, x2), out[3] = hn::Mul(wy2, x),
-    out[4] = hn::Mul(wy2, y);
+    const DoubleVec wy2 = OddProduct(wy, y), x2 = hn::Mul(x, x);
+    out[0] = wy2, out[1] = OddProduct(wx, x2), out[2] = OddProduct(wy, x2), out[3] = OddProduct(wy2, x),
+    out[4] = OddProduct(wy2, y);
   }
 }
 
@@ -156,9 +159,10 @@ template <int kHalf>
 HWY_NOINLINE inline void SumNormalProducts(const PlaneBlock& block, const NeighborArrays& n, size_t first, size_t size,
                                            double* out) {
   const DoubleTag d;
+  const DoubleVec anchor = hn::Set(d, block.anchor);
   DoubleVec sums[15];
   CURVD_UNROLL(15)
-  for (DoubleVec& sum : sums) sum = hn::Zero(d);
+  for (DoubleVec& sum : sums) sum = anchor;
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const size_t k = first + j;
     const DoubleVec nx = Widen(n.nx.data() + k), ny = Widen(n.ny.data() + k), nz = Widen(n.nz.data() + k);
@@ -167,12 +171,12 @@ HWY_NOINLINE inline void SumNormalProducts(const PlaneBlock& block, const Neighb
     CURVD_UNROLL(5)
     for (size_t m = 0; m < 5; ++m) {
       DoubleVec* const of_m = sums + 3 * m;
-      of_m[0] = hn::MulAdd(monomials[m], nx, of_m[0]);
-      of_m[1] = hn::MulAdd(monomials[m], ny, of_m[1]);
-      of_m[2] = hn::MulAdd(monomials[m], nz, of_m[2]);
+      of_m[0] = AddProduct(monomials[m], nx, of_m[0], anchor);
+      of_m[1] = AddProduct(monomials[m], ny, of_m[1], anchor);
+      of_m[2] = AddProduct(monomials[m], nz, of_m[2], anchor);
     }
   }
-  AddLaneSums(sums, 15, out);
+  AddLaneSums(sums, 15, anchor, out);
 }
 
 // The sums of one point.
@@ -204,6 +208,7 @@ HWY_NOINLINE inline void SumRegression(const NeighborArrays& n, const GroupFrame
                                        RegressionSystems& systems) {
   const PlaneAxes axes(frames, i);
   PlaneBlock block;
+  block.anchor = AnchorOf(n.count);
   RegressionSums sums;
   for (size_t first = 0; first < n.count; first += block.kSize) {
     const size_t size = std::min(block.kSize, n.count - first);

@@ -82,6 +82,8 @@ extern const Strategy kHexagram = {.name = "hexagram",
                                    .needs_normals = true,
                                    .bytes_per_point = 0,
                                    .scratch_bytes = MostScratchBytes,
+                                   // The point itself lies at rho, 2/3 of the radius, from each target.
+                                   .reach_factor = 4.0 / 3.0,
                                    .start = Start};
 
 }  // namespace curvd

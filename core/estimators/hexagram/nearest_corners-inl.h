@@ -25,9 +25,17 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Sets the targets of corner s, at s * 60 degrees and distance rho, for points first, first + 1, ... of the group.
-HWY_INLINE void SetTargets(const GroupPoints& points, const GroupFrames& frames, size_t first, int s,
-                           TargetPatch& patch) {
+// The nearest multiples of a power of two that is not far smaller; for 0, the same vectors.
+HWY_INLINE Triple RoundedTo(float spacing, const Triple& v) {
+  const FloatVec magic = hn::Set(FloatTag(), 0x1.8p23f * spacing);
+  const auto round = [&](FloatVec x) HWY_ATTR { return hn::Sub(hn::Add(x, magic), magic); };
+  return {round(v.x), round(v.y), round(v.z)};
+}
+
+// Sets the targets of corner s, at s * 60 degrees and distance rho, for points first, first + 1, ... of the group. Where
+// points are on a lattice, so are the targets: sums are then exact, and the same wherever its origin is.
+HWY_INLINE void SetTargets(const GroupPoints& points, const GroupFrames& frames, float lattice_spacing, size_t first,
+                           int s, TargetPatch& patch) {
   constexpr float kCos[6] = {1.0f, 0.5f, -0.5f, -1.0f, -0.5f, 0.5f};
   constexpr float kSin[6] = {0.0f, kSqrt3 / 2, kSqrt3 / 2, 0.0f, -kSqrt3 / 2, -kSqrt3 / 2};
   const FloatTag d;
@@ -44,7 +52,7 @@ HWY_INLINE void SetTargets(const GroupPoints& points, const GroupFrames& frames,
     const FloatVec rho = hn::Load(d, frames.rho + i);
     const FloatVec along_u = hn::Mul(rho, hn::Set(d, kCos[s])), along_v = hn::Mul(rho, hn::Set(d, kSin[s]));
     const Triple offset = Add(Scale(LoadTriple(frames.u, i), along_u), Scale(LoadTriple(frames.v, i), along_v));
-    const Triple target = Add(LoadTriple(points.query, i), offset);
+    const Triple target = Add(LoadTriple(points.query, i), RoundedTo(lattice_spacing, offset));
     hn::Store(target.x, d, patch.x + lane);
     hn::Store(target.y, d, patch.y + lane);
     hn::Store(target.z, d, patch.z + lane);
@@ -91,7 +99,7 @@ class CornerSearch {
     }
     for (int s = 0; s < 6; ++s) {
       for (size_t p = 0; p < patch_count(); ++p)
-        SetTargets(points_, frames_, p * TargetPatch::kSize, s, patches_[s][p]);
+        SetTargets(points_, frames_, index_.lattice_spacing(), p * TargetPatch::kSize, s, patches_[s][p]);
     }
     // One descent of the tree serves all corners, or where the figure is large against the group, one each.
     const bool shared = Gather(0, 6, CornerScratch::kMaxShared);

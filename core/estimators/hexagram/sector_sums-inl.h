@@ -14,6 +14,7 @@
 
 #include <algorithm>
 
+#include "core/estimators/fixed_point-inl.h"
 #include "core/estimators/hexagram/avg_hexagram.h"
 #include "core/estimators/measures-inl.h"
 #include "core/search/neighborhood-inl.h"
@@ -136,23 +137,56 @@ HWY_INLINE size_t ListSteps(const SpatialIndex& index, const AvgHexagramPlan& pl
 }
 
 using RowTag = hn::CappedTag<float, PointRows::kRow>;
+using IntRowTag = hn::RebindToSigned<RowTag>;
 inline constexpr size_t kRowParts = PointRows::kRow / hn::MaxLanes(RowTag());
 
-// Sums over steps, twice: neighbors in turn go to either, since a sum that was just stored is late to be loaded.
+// Sums over steps, twice: neighbors in turn go to either, since a sum that was just stored is late to be loaded. In
+// fixed point: with each neighbor, the bits of kFixedPoint are added as well.
 struct StepSums {
   static constexpr size_t kSteps = 6 * kMaxRotations + 1;
-  alignas(64) float row[2][kSteps][PointRows::kRow];
+  alignas(64) int32_t row[2][kSteps][PointRows::kRow];
+};
+
+// How many quanta the numbers of a row have: a power of two for position and normal, 1 for the count.
+struct RowScale {
+  alignas(32) float per_quantum[PointRows::kRow];
+  float position_quantum, normal_quantum;
+
+  // For as many neighbors within a squared radius, whose normals have a cosine with the point's own of at least
+  // `agreement`.
+  RowScale(size_t count, float squared_radius, float agreement) {
+    // What two rounded normals of unit length may differ by beyond what their cosine says, squared.
+    constexpr float kRounding = 0x1p-20f;
+    const int bits = FixedPointBits(count);
+    const int position = bits - RootExponent(squared_radius);
+    const int normal = bits - RootExponent(2.0f * std::max(1.0f - agreement, 0.0f) + kRounding);
+    const float per_position = PowerOfTwo(position), per_normal = PowerOfTwo(normal);
+    std::fill_n(per_quantum, 3, per_position);
+    per_quantum[3] = 1.0f;
+    std::fill_n(per_quantum + 4, 4, per_normal);
+    position_quantum = PowerOfTwo(-position);
+    normal_quantum = PowerOfTwo(-normal);
+  }
 };
 
 // Adds listed neighbors, less `own`, to the sums of their steps.
-HWY_INLINE void AddSteps(const PointRows& rows, const int32_t* steps, size_t count, const hn::Vec<RowTag>* own,
-                         StepSums& sums) {
+HWY_INLINE void AddSteps(const PointRows& rows, const int32_t* steps, size_t count, const float* own,
+                         const RowScale& scale, StepSums& sums) {
   const RowTag d;
-  const auto add = [&](int32_t listed, float(*sum)[PointRows::kRow]) HWY_ATTR {
+  const IntRowTag di;
+  const auto fixed_point = hn::Set(d, kFixedPoint);
+  hn::Vec<RowTag> per_quantum[kRowParts], own_quanta[kRowParts];
+  for (size_t part = 0; part < kRowParts; ++part) {
+    per_quantum[part] = hn::Load(d, scale.per_quantum + part * hn::Lanes(d));
+    own_quanta[part] = hn::Mul(hn::LoadU(d, own + part * hn::Lanes(d)), per_quantum[part]);
+  }
+  const auto add = [&](int32_t listed, int32_t(*sum)[PointRows::kRow]) HWY_ATTR {
     const float* row = rows.row(static_cast<uint32_t>(listed) >> kStepBits);
-    float* to = sum[listed & ((1 << kStepBits) - 1)];
+    int32_t* to = sum[listed & ((1 << kStepBits) - 1)];
     for (size_t part = 0; part < kRowParts; ++part, row += hn::Lanes(d), to += hn::Lanes(d)) {
-      hn::Store(hn::Add(hn::Load(d, to), hn::Sub(hn::Load(d, row), own[part])), d, to);
+      // The difference as floats round it, since the quanta are powers of two.
+      const auto quanta = hn::MulSub(hn::Load(d, row), per_quantum[part], own_quanta[part]);
+      hn::Store(hn::Add(hn::Load(di, to), hn::BitCast(di, hn::Add(quanta, fixed_point))), di, to);
     }
   };
   size_t j = 0;
@@ -163,29 +197,46 @@ HWY_INLINE void AddSteps(const PointRows& rows, const int32_t* steps, size_t cou
   if (j < count) add(steps[j], sums.row[0]);
 }
 
-// Sets the hexagrams of point i to the sums of their sectors.
-template <int kRotations>
-HWY_INLINE void FoldSteps(StepSums& sums, size_t i, Hexagram* hexagrams) {
-  const RowTag d;
-  constexpr int kSteps = 6 * kRotations;
+// Makes the sums of both halves one, less the bits of kFixedPoint that came with each neighbor.
+template <int kSteps>
+HWY_INLINE void JoinHalves(StepSums& sums) {
+  const IntRowTag d;
+  // The count is below 2^22, and the bits of kFixedPoint are a multiple of that.
+  static_assert(kFixedPointBits % (1 << 22) == 0);
+  constexpr uint32_t kCountMask = (1 << 22) - 1;
   for (int step = 0; step < kSteps; ++step) {
-    float *first = sums.row[0][step], *second = sums.row[1][step];
+    int32_t *first = sums.row[0][step], *second = sums.row[1][step];
+    const uint32_t count = (static_cast<uint32_t>(first[3]) + static_cast<uint32_t>(second[3])) & kCountMask;
+    const auto bits = hn::Set(d, static_cast<int32_t>(count * kFixedPointBits));
     for (size_t part = 0; part < kRowParts; ++part, first += hn::Lanes(d), second += hn::Lanes(d)) {
-      hn::Store(hn::Add(hn::Load(d, first), hn::Load(d, second)), d, first);
+      hn::Store(hn::Sub(hn::Add(hn::Load(d, first), hn::Load(d, second)), bits), d, first);
     }
   }
-  const hn::CappedTag<float, 4> half;
+}
+
+// Sets the hexagrams of point i to the sums of their sectors.
+template <int kRotations>
+HWY_INLINE void FoldSteps(const RowScale& scale, StepSums& sums, size_t i, Hexagram* hexagrams) {
+  constexpr int kSteps = 6 * kRotations;
+  JoinHalves<kSteps>(sums);
+  const hn::CappedTag<int32_t, 4> half;
+  const hn::RebindToFloat<decltype(half)> half_floats;
+  alignas(16) const float position_quantum[4] = {scale.position_quantum, scale.position_quantum,
+                                                 scale.position_quantum, 1.0f};
+  const auto normal_quantum = hn::Set(half_floats, scale.normal_quantum);
   for (int r = 0; r < kRotations; ++r) {
     for (int s = 0; s < 6; ++s) {
       for (size_t c = 0; c < 4; c += hn::Lanes(half)) {
         auto offset = hn::Zero(half), normal = hn::Zero(half);
         for (int step = kRotations * s + r; step < kRotations * (s + 1) + r; ++step) {
-          const float* row = sums.row[0][step % kSteps] + c;
+          const int32_t* row = sums.row[0][step % kSteps] + c;
           offset = hn::Add(offset, hn::Load(half, row));
           normal = hn::Add(normal, hn::Load(half, row + 4));
         }
-        hn::Store(offset, half, hexagrams[r].offset[s][i] + c);
-        hn::Store(normal, half, hexagrams[r].normal[s][i] + c);
+        const auto offsets = hn::Mul(hn::ConvertTo(half_floats, offset), hn::Load(half_floats, position_quantum + c));
+        hn::Store(offsets, half_floats, hexagrams[r].offset[s][i] + c);
+        hn::Store(hn::Mul(hn::ConvertTo(half_floats, normal), normal_quantum), half_floats,
+                  hexagrams[r].normal[s][i] + c);
       }
     }
   }
@@ -193,33 +244,32 @@ HWY_INLINE void FoldSteps(StepSums& sums, size_t i, Hexagram* hexagrams) {
 
 // Sets all hexagrams of point i, turned evenly between one sector and the next, to the sums of its neighbors, which
 // were just found in `leaves`. Normals are summed relative to the point's own: their differences are what the measures
-// need to full precision.
+// need to full precision. REQUIRES: its squared radius is not 0.
 HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const AvgHexagramPlan& plan, const LeafList& leaves,
                                       size_t i, AvgHexagramScratch& s) {
-  const RowTag d;
+  const IntRowTag d;
   s.rows.Start(leaves);
   const size_t count = ListSteps(index, plan, i, s);
-  float own_row[PointRows::kRow] = {};
-  s.points.query.Get(i, own_row);
-  s.points.normal.Get(i, own_row + 4);
-  hn::Vec<RowTag> own[kRowParts];
-  for (size_t part = 0; part < kRowParts; ++part) own[part] = hn::LoadU(d, own_row + part * hn::Lanes(d));
+  float own[PointRows::kRow] = {};
+  s.points.query.Get(i, own);
+  s.points.normal.Get(i, own + 4);
+  const RowScale scale(count, s.neighborhoods.squared_radius[i], s.neighborhoods.agreement[i]);
   StepSums sums;
   for (auto& half : sums.row) {
     for (int step = 0; step <= 6 * plan.rotations; ++step) {
       for (size_t c = 0; c < PointRows::kRow; c += hn::Lanes(d)) hn::Store(hn::Zero(d), d, half[step] + c);
     }
   }
-  AddSteps(s.rows, s.steps.data(), count, own, sums);
+  AddSteps(s.rows, s.steps.data(), count, own, scale, sums);
   switch (plan.rotations) {
     case 1:
-      return FoldSteps<1>(sums, i, s.hexagrams);
+      return FoldSteps<1>(scale, sums, i, s.hexagrams);
     case 2:
-      return FoldSteps<2>(sums, i, s.hexagrams);
+      return FoldSteps<2>(scale, sums, i, s.hexagrams);
     case 3:
-      return FoldSteps<3>(sums, i, s.hexagrams);
+      return FoldSteps<3>(scale, sums, i, s.hexagrams);
     default:
-      return FoldSteps<kMaxRotations>(sums, i, s.hexagrams);
+      return FoldSteps<kMaxRotations>(scale, sums, i, s.hexagrams);
   }
 }
 

@@ -165,7 +165,6 @@ class GroupJudge {
 void RefuseAtSeams(const EstimatorOptions& options, const SpatialIndex& index, const SeamMarks& marks, size_t group,
                    PointCurvature* results, RefusedCounts& refused) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const bool by_radius = std::holds_alternative<NeighborRadius>(options.neighborhood);
   const GroupJudge judge(index, marks, MostNeighbors(options, index.point_count()));
   Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
   float squared_reach = 0.0f;
@@ -188,7 +187,7 @@ void RefuseAtSeams(const EstimatorOptions& options, const SpatialIndex& index, c
     ++refused[static_cast<size_t>(result.status)];
     const float radius = result.radius;
     result = UndefinedCurvature(PointStatus::kOpposedNormals);
-    if (by_radius) result.radius = radius;
+    result.radius = radius;
   });
 }
 

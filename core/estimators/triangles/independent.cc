@@ -3,12 +3,12 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "core/estimators/group_estimate-inl.h"
 #include "core/estimators/principal-inl.h"
 #include "core/estimators/triangles/random_triangles-inl.h"
+#include "core/estimators/triangles/ranked_neighbors-inl.h"
 #include "core/estimators/triangles/triangle_scratch.h"
 #include "hwy/highway.h"
 
@@ -22,9 +22,7 @@ HWY_NOINLINE inline void MeasureIndependent(const TrianglePlan& plan, size_t i, 
   RandomStream random(plan.seed, s.points.seed[i]);
   const size_t count = s.neighbors.count;
   const size_t triangles = std::min<size_t>(plan.triangle_count, count / 3);
-  s.shuffle.Reserve(count);
-  uint32_t* order = s.shuffle.data();
-  std::iota(order, order + count, 0u);
+  uint32_t* order = s.order.data();
   size_t next = 0;
   const auto draw = [&](int lane, CornerIndices& indices) {
     uint64_t bits = random.Next();
@@ -45,7 +43,7 @@ absl::Status EstimateIndependent(const SpatialIndex& index, const TrianglePlan& 
     PreparePoints(OnePoint(), plan.neighborhood, s.neighborhoods, i, s.points, s.frames, fill);
     if (s.points.status[i] == PointStatus::kOk) MeasureIndependent(plan, i, s);
   };
-  const absl::Status status = ForEachCollected(index, plan.neighborhood, s.neighbors, s, measure);
+  const absl::Status status = ForEachRanked(index, plan.neighborhood, s, measure);
   if (status.ok()) WriteMeasured(plan.neighborhood, s, results);
   return status;
 }

@@ -25,8 +25,9 @@ struct CornerIndices {
   alignas(64) int32_t corner[3][SpatialIndex::kLeafSize];
 };
 
-// Three distinct indices below `count`.
-HWY_INLINE void DrawDistinct(RandomStream& random, uint32_t count, int lane, CornerIndices& out) {
+// Three distinct ones of `count` indices.
+HWY_INLINE void DrawDistinct(RandomStream& random, uint32_t count, const uint32_t* indices, int lane,
+                             CornerIndices& out) {
   const uint64_t bits = random.Next();
   const uint32_t a = Draw21(bits, count);
   uint32_t b = Draw21(bits >> 21, count - 1);
@@ -34,9 +35,9 @@ HWY_INLINE void DrawDistinct(RandomStream& random, uint32_t count, int lane, Cor
   uint32_t c = Draw21(bits >> 42, count - 2);
   c += c >= std::min(a, b);
   c += c >= std::max(a, b);
-  out.corner[0][lane] = static_cast<int32_t>(a);
-  out.corner[1][lane] = static_cast<int32_t>(b);
-  out.corner[2][lane] = static_cast<int32_t>(c);
+  out.corner[0][lane] = static_cast<int32_t>(indices[a]);
+  out.corner[1][lane] = static_cast<int32_t>(indices[b]);
+  out.corner[2][lane] = static_cast<int32_t>(indices[c]);
 }
 
 // Elements of `array` by index. In the first kVectors vectors of it, permutations find them faster than loads lane by

@@ -23,14 +23,18 @@ struct TrianglePlan {
 };
 
 struct TriangleScratch : MeasuringScratch {
-  NeighborArrays neighbors;        // of the point of the moment
-  ScratchArray<uint32_t> shuffle;  // independent: the order of the neighbors
+  NeighborArrays neighbors;      // of the point of the moment
+  ScratchArray<int32_t> ranks;   // of the neighbors
+  ScratchArray<uint32_t> order;  // of the neighbors by their ranks: their places in `neighbors`
 
-  size_t bytes() const override { return sizeof(*this) + search.bytes() + neighbors.bytes() + shuffle.bytes(); }
+  size_t bytes() const override {
+    return sizeof(*this) + search.bytes() + neighbors.bytes() + ranks.bytes() + order.bytes();
+  }
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count) {
     const size_t neighbors = MostNeighbors(options, point_count);
     return sizeof(TriangleScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
-           NeighborArrays::MostBytes(neighbors) + ScratchArray<uint32_t>::MostBytes(neighbors);
+           NeighborArrays::MostBytes(neighbors) + ScratchArray<int32_t>::MostBytes(neighbors + NeighborArrays::kPad) +
+           ScratchArray<uint32_t>::MostBytes(neighbors);
   }
 };
 

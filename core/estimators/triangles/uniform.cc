@@ -5,6 +5,7 @@
 #include "core/estimators/group_estimate-inl.h"
 #include "core/estimators/principal-inl.h"
 #include "core/estimators/triangles/random_triangles-inl.h"
+#include "core/estimators/triangles/ranked_neighbors-inl.h"
 #include "core/estimators/triangles/triangle_scratch.h"
 #include "hwy/highway.h"
 
@@ -16,7 +17,8 @@ namespace HWY_NAMESPACE {
 HWY_NOINLINE inline void MeasureUniform(const TrianglePlan& plan, size_t i, TriangleScratch& s) {
   RandomStream random(plan.seed, s.points.seed[i]);
   const auto count = static_cast<uint32_t>(s.neighbors.count);
-  const auto draw = [&](int lane, CornerIndices& indices) { DrawDistinct(random, count, lane, indices); };
+  const uint32_t* const order = s.order.data();
+  const auto draw = [&](int lane, CornerIndices& indices) { DrawDistinct(random, count, order, lane, indices); };
   MeasureTriangles(s.neighbors, i, plan.triangle_count, draw, s);
   s.search.work += plan.triangle_count;
 }
@@ -29,7 +31,7 @@ absl::Status EstimateUniform(const SpatialIndex& index, const TrianglePlan& plan
     PreparePoints(OnePoint(), plan.neighborhood, s.neighborhoods, i, s.points, s.frames, fill);
     if (s.points.status[i] == PointStatus::kOk) MeasureUniform(plan, i, s);
   };
-  const absl::Status status = ForEachCollected(index, plan.neighborhood, s.neighbors, s, measure);
+  const absl::Status status = ForEachRanked(index, plan.neighborhood, s, measure);
   if (status.ok()) WriteMeasured(plan.neighborhood, s, results);
   return status;
 }

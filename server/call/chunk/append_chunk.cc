@@ -1,16 +1,20 @@
 #include "server/call/chunk/append_chunk.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <span>
 #include <string_view>
 
 #include "absl/strings/str_format.h"
 #include "core/base/error.h"
+#include "curvature/v1/curvature.pb.h"
 #include "server/call/chunk/piece_reader.h"
 
 namespace curvd {
 namespace {
 
+namespace v1 = curvature::v1;
 using curvature::wire::Pieces;
 
 // Appends points, those that lie together at once. `run_of(most)` says how many of the next `most` points may be
@@ -52,7 +56,39 @@ void MakeNotANumber(ScalarType type, PieceReader::PointBytes& position) {
   }
 }
 
+absl::Status TakeRoles(PieceReader& reader, size_t first_point, std::span<PointRole> roles) {
+  for (size_t i = 0; i < roles.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(reader.Take(1).front());
+    if (byte > v1::POINT_ROLE_HALO) {
+      return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("role of point %u is %u; it must be 1 (query) or 2 (halo)",
+                                                                first_point + i, byte));
+    }
+    roles[i] = byte == v1::POINT_ROLE_HALO ? PointRole::kHalo : PointRole::kQuery;
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
+
+absl::Status DescribePieces(const Pieces& ids, const Pieces& roles, size_t count, Cloud& cloud) {
+  constexpr size_t kMost = 512;
+  const bool has_ids = curvature::wire::SizeOf(ids) > 0, has_roles = curvature::wire::SizeOf(roles) > 0;
+  PieceReader id_reader(ids), role_reader(roles);
+  std::array<uint64_t, kMost> some_ids;
+  std::array<PointRole, kMost> some_roles;
+  PieceReader::PointBytes room;
+  for (size_t first = 0; first < count; first += kMost) {
+    const size_t size = std::min(kMost, count - first);
+    for (size_t i = 0; has_ids && i < size; ++i) {
+      id_reader.TakePoint(sizeof(uint64_t), room).copy(reinterpret_cast<char*>(&some_ids[i]), sizeof(uint64_t));
+    }
+    const std::span<PointRole> taken = std::span(some_roles).first(has_roles ? size : 0);
+    if (absl::Status status = TakeRoles(role_reader, cloud.size() + first, taken); !status.ok()) return status;
+    absl::Status status = cloud.Describe(size, std::span(some_ids).first(has_ids ? size : 0), taken);
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
 
 absl::Status AppendPieces(const Pieces& positions, const Pieces& normals, ScalarType type, Cloud& cloud) {
   return AppendRuns(

@@ -19,4 +19,10 @@ absl::Status AppendPieces(const curvature::wire::Pieces& positions, const curvat
 absl::Status AppendSeenPieces(const curvature::wire::Pieces& positions, const curvature::wire::Pieces& normals,
                               ScalarType type, const Viewpoints& viewpoints, Cloud& cloud);
 
+// Cloud::Describe for the next `count` points, from arrays in pieces: little-endian uint64 ids, and roles of one byte, as in
+// curvature.v1.PointRole. An array without bytes is left out. Errors as there; kInvalid also for a byte that is no role.
+// REQUIRES: an array holds `count` entries, or none.
+absl::Status DescribePieces(const curvature::wire::Pieces& ids, const curvature::wire::Pieces& roles, size_t count,
+                            Cloud& cloud);
+
 }  // namespace curvd

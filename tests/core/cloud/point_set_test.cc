@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <latch>
 #include <utility>
 #include <vector>
@@ -45,7 +46,7 @@ TEST(PointSetTest, IdsNeedNotBeDense) {
   EXPECT_EQ(set.seed_of(1), uint64_t{1} << 40);
   EXPECT_EQ(set.slot_of(1), 1u);
   const PointSet moved = std::move(set);
-  EXPECT_EQ(moved.last_id(), uint64_t{1} << 40);
+  EXPECT_EQ(moved.seed_of(1), uint64_t{1} << 40);
 }
 
 template <typename T>
@@ -106,24 +107,6 @@ TEST(PointSetTest, IdsSeedTheRandomStrategies) {
   }
 }
 
-TEST(PointSetTest, ACutPartGivesTheValuesOfTheWholeToRounding) {
-  // A spiral from pole to pole: the first half is a cap, whose inner points have all of their neighbors.
-  const TestPoints points = Sphere(20'000, 1.0);
-  TestPoints cap;
-  cap.positions.assign(points.positions.begin(), points.positions.begin() + 10'000);
-  cap.normals.assign(points.normals.begin(), points.normals.begin() + 10'000);
-  std::vector<PointRole> roles(10'000, PointRole::kQuery);
-  std::fill(roles.begin() + 9'000, roles.end(), PointRole::kHalo);
-  const EstimationResult whole = MustEstimate(points.ToCloud(), {});
-  const EstimationResult part = MustEstimate(PartOf(cap, 0, roles), {});
-  ASSERT_EQ(part.field.points.size(), 9'000u);
-  for (size_t i = 0; i < 9'000; ++i) {
-    // Sums run in the order of the tree, which is another one for the part: equal to float rounding of 50 terms.
-    ASSERT_NEAR(part.field.points[i].mean, whole.field.points[i].mean, 1e-4f);
-    ASSERT_EQ(part.field.points[i].radius, whole.field.points[i].radius);
-  }
-}
-
 TEST(PointSetTest, OnlyQueriesAreCounted) {
   TestPoints points = Sphere(1'000, 1.0);
   points.normals[0] = points.normals[1] = points.normals[2] = {0, 0, 0};
@@ -153,15 +136,52 @@ TEST(PointSetTest, ProgressCountsQueriesAlone) {
   EXPECT_EQ(job->progress().points_estimated, 2'000u);
 }
 
-TEST(CloudTest, RefusesIdsThatDoNotAscend) {
+TEST(CloudTest, RanksPointsByTheirIds) {
   const TestPoints points = Sphere(3, 1.0);
-  const auto append = [&](std::vector<uint64_t> ids) {
+  Cloud cloud;
+  ASSERT_TRUE(cloud.AppendPart(Bytes(points.positions), Bytes(points.normals), std::vector<uint64_t>{9, 1, 5},
+                               std::vector<PointRole>{PointRole::kQuery, PointRole::kHalo, PointRole::kQuery})
+                  .ok());
+  ASSERT_TRUE(cloud.Finish().ok());
+  ASSERT_TRUE(cloud.Rank().ok());
+  EXPECT_EQ(cloud.record(0).id, 2);
+  EXPECT_EQ(cloud.record(1).id, 0);
+  EXPECT_EQ(cloud.record(2).id, 1);
+  const PointSet set = cloud.TakePointSet();
+  EXPECT_EQ(set.seed_of(0), 1u);
+  EXPECT_EQ(set.seed_of(2), 9u);
+  EXPECT_EQ(set.place_of(0), 1u);
+  EXPECT_FALSE(set.is_query(0));
+  EXPECT_EQ(set.slot_of(1), 1u);
+  EXPECT_EQ(set.slot_of(2), 0u);
+}
+
+TEST(CloudTest, RanksIdsOfAllSizes) {
+  const TestPoints points = Sphere(1'000, 1.0);
+  std::vector<uint64_t> ids;
+  for (uint64_t i = 0; i < points.size(); ++i) ids.push_back(i * 0x9E3779B97F4A7C15u);
+  Cloud cloud;
+  ASSERT_TRUE(cloud.AppendPart(Bytes(points.positions), Bytes(points.normals), ids).ok());
+  ASSERT_TRUE(cloud.Finish().ok());
+  ASSERT_TRUE(cloud.Rank().ok());
+  const PointSet set = cloud.TakePointSet();
+  std::vector<uint64_t> sorted = ids;
+  std::sort(sorted.begin(), sorted.end());
+  for (int32_t rank = 0; rank < 1'000; ++rank) {
+    ASSERT_EQ(set.seed_of(rank), sorted[static_cast<size_t>(rank)]);
+    ASSERT_EQ(ids[set.place_of(rank)], set.seed_of(rank));
+  }
+}
+
+TEST(CloudTest, RefusesTwoPointsOfOneId) {
+  const TestPoints points = Sphere(3, 1.0);
+  for (const std::vector<uint64_t>& ids : {std::vector<uint64_t>{3, 3, 4}, {3, 2, 3}, {~uint64_t{0}, 1, ~uint64_t{0}}}) {
     Cloud cloud;
-    return cloud.AppendPart(Bytes(points.positions), Bytes(points.normals), ids);
-  };
-  EXPECT_TRUE(append({0, 5, 9}).ok());
-  for (const std::vector<uint64_t>& ids : {std::vector<uint64_t>{3, 3, 4}, {3, 2, 1}, {1, 2}}) {
-    EXPECT_EQ(KindOf(append(ids)), ErrorKind::kInvalid);
+    ASSERT_TRUE(cloud.AppendPart(Bytes(points.positions), Bytes(points.normals), ids).ok());
+    ASSERT_TRUE(cloud.Finish().ok());
+    const absl::Status status = cloud.Rank();
+    EXPECT_EQ(KindOf(status), ErrorKind::kRepeatedId);
+    EXPECT_NE(status.message().find("ids of points 0 and "), std::string::npos) << status;
   }
 }
 
@@ -176,21 +196,6 @@ TEST(CloudTest, RefusesAsManyIdsOrRolesAsThereAreNoPoints) {
     EXPECT_EQ(KindOf(status), ErrorKind::kInvalid) << ids << " ids, " << roles << " roles";
     EXPECT_EQ(cloud.size(), 0u);
   }
-}
-
-TEST(CloudTest, RefusesPointsWithoutIdsBehindLargerIds) {
-  const TestPoints points = Sphere(3, 1.0);
-  const std::vector<uint64_t> sparse = {0, 1, 9}, ranks = {0, 1, 2};
-  const std::vector<PointRole> halo(3, PointRole::kHalo);
-  Cloud refuses, takes;
-  ASSERT_TRUE(refuses.AppendPart(Bytes(points.positions), Bytes(points.normals), sparse).ok());
-  EXPECT_EQ(KindOf(refuses.Append(Bytes(points.positions), Bytes(points.normals))), ErrorKind::kInvalid);
-  EXPECT_EQ(refuses.size(), 3u);
-  EXPECT_EQ(refuses.point_set().size(), 3u);
-  ASSERT_TRUE(takes.AppendPart(Bytes(points.positions), Bytes(points.normals), ranks, halo).ok());
-  EXPECT_TRUE(takes.Append(Bytes(points.positions), Bytes(points.normals)).ok());
-  EXPECT_EQ(takes.point_set().query_count(), 3u);
-  EXPECT_EQ(takes.point_set().last_id(), 5u);
 }
 
 TEST(CloudTest, ARefusedPointTakesItsRoleAlong) {

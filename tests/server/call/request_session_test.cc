@@ -296,6 +296,50 @@ v1::EstimateCurvatureRequest SeenHeader() {
   return message;
 }
 
+// A chunk with ids and roles.
+v1::EstimateCurvatureRequest PartChunk(size_t count, const std::vector<uint64_t>& ids, const std::string& roles) {
+  v1::EstimateCurvatureRequest message = Chunk(0, count);
+  message.mutable_chunk()->set_ids(
+      std::string(reinterpret_cast<const char*>(ids.data()), ids.size() * sizeof(uint64_t)));
+  message.mutable_chunk()->set_roles(roles);
+  return message;
+}
+
+v1::EstimateCurvatureRequest PartHeader(bool has_ids, bool has_roles) {
+  v1::EstimateCurvatureRequest message = Header();
+  message.mutable_header()->mutable_part()->set_has_ids(has_ids);
+  message.mutable_header()->mutable_part()->set_has_roles(has_roles);
+  return message;
+}
+
+TEST(RequestSessionTest, TakesIdsAndRoles) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, PartHeader(true, true)).ok());
+  ASSERT_TRUE(Receive(session, PartChunk(4, {9, ~uint64_t{0}, 3, 4}, std::string("\0\1\2\2", 4))).ok());
+  ASSERT_TRUE(session.HalfClose().ok());
+  Cloud cloud = session.TakeCloud();
+  EXPECT_EQ(cloud.point_set().query_count(), 2u);
+  ASSERT_TRUE(cloud.Rank().ok());
+  EXPECT_EQ(cloud.record(1).id, 3);
+  EXPECT_EQ(cloud.record(2).id, 0);
+}
+
+TEST(RequestSessionTest, RefusesIdsAndRolesThatWereNotAnnouncedOrAreMissing) {
+  const auto receive = [](bool has_ids, bool has_roles, const std::vector<uint64_t>& ids, const std::string& roles) {
+    RequestSession session(kLimits);
+    EXPECT_TRUE(Receive(session, PartHeader(has_ids, has_roles)).ok());
+    return Receive(session, PartChunk(2, ids, roles));
+  };
+  EXPECT_TRUE(IsError(receive(false, false, {1, 2}, ""), kInvalid, kReasonChunkLength,
+                      {"chunk.ids", "16 bytes", "absent", "header.part.has_ids"}));
+  EXPECT_TRUE(IsError(receive(true, false, {1}, ""), kInvalid, kReasonChunkLength,
+                      {"chunk.ids", "8 bytes", "16 bytes", "header.part.has_ids"}));
+  EXPECT_TRUE(IsError(receive(false, true, {}, ""), kInvalid, kReasonChunkLength,
+                      {"chunk.roles", "0 bytes", "2 bytes", "header.part.has_roles"}));
+  EXPECT_TRUE(IsError(receive(false, true, {}, "\1\3"), kInvalid, kReasonInvalidPoint,
+                      {"role of point 1 is 3", "1 (query) or 2 (halo)"}));
+}
+
 v1::EstimateCurvatureRequest SeenChunk(uint64_t first, size_t count, const std::vector<float>& viewpoints) {
   v1::EstimateCurvatureRequest message = BareChunk(first, count);
   message.mutable_chunk()->set_viewpoints(Pack(viewpoints));

@@ -1,0 +1,31 @@
+#include "server/call/wire_part.h"
+
+#include <utility>
+
+#include "server/rpc/error_detail.h"
+#include "server/rpc/error_reasons.h"
+
+namespace curvd {
+
+absl::Status ReadPart(const curvature::v1::CloudPart& proto, CloudPart& part) {
+  part = {proto.has_ids(), proto.has_roles(), std::nullopt};
+  if (!proto.has_lattice()) return absl::OkStatus();
+  const curvature::v1::Vector3& origin = proto.lattice().origin();
+  part.lattice = Lattice{proto.lattice().spacing(), {origin.x(), origin.y(), origin.z()}};
+  absl::Status status = part.lattice->Validate();
+  if (status.ok()) return status;
+  return WithDetail(std::move(status), {kReasonInvalidOption, "header.part.lattice", "", "", {}});
+}
+
+void WritePart(const CloudPart& part, curvature::v1::CloudPart& proto) {
+  proto.set_has_ids(part.has_ids);
+  proto.set_has_roles(part.has_roles);
+  if (!part.lattice.has_value()) return;
+  proto.mutable_lattice()->set_spacing(part.lattice->spacing);
+  curvature::v1::Vector3& origin = *proto.mutable_lattice()->mutable_origin();
+  origin.set_x(part.lattice->origin[0]);
+  origin.set_y(part.lattice->origin[1]);
+  origin.set_z(part.lattice->origin[2]);
+}
+
+}  // namespace curvd
