@@ -16,6 +16,7 @@ int Run(int argc, char** argv) {
   app.require_subcommand(0, 1);
   curv::Action action;
   curv::AddEstimate(app, action);
+  curv::AddTiles(app, action);
   curv::AddGenerate(app, action);
   curv::AddNormals(app, action);
   curv::AddOrient(app, action);

@@ -35,6 +35,7 @@ using Action = std::function<ExitCode()>;
 
 // Each of these adds a subcommand. Parsing a command line that names it sets `action`, which must outlive `app`.
 void AddEstimate(CLI::App& app, Action& action);
+void AddTiles(CLI::App& app, Action& action);
 void AddGenerate(CLI::App& app, Action& action);
 void AddNormals(CLI::App& app, Action& action);
 void AddOrient(CLI::App& app, Action& action);

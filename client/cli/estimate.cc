@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
+#include "client/cli/estimate_flags.h"
 #include "client/cli/files/batch.h"
 #include "client/cli/files/estimate_files.h"
 #include "client/cli/files/format_flags.h"
@@ -70,6 +71,8 @@ std::string EstimatorWords() {
   return words;
 }
 
+}  // namespace
+
 void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
   command
       .add_option_function<std::string>(
@@ -103,7 +106,30 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
       ->option_text("WEIGHT");
 }
 
-}  // namespace
+void AddInvalidFlag(CLI::App& command, EstimateFlags& flags) {
+  command
+      .add_option_function<std::string>(
+          "--on-invalid", [&flags](const std::string& policy) { flags.options.skip_invalid = policy == "skip"; },
+          "reject [default]: refuse a cloud with an unusable point; skip: give the point a status")
+      ->check(CLI::IsMember({"reject", "skip"}).description(""))
+      ->option_text("POLICY");
+}
+
+void AddQuantitiesFlag(CLI::App& command, EstimateFlags& flags) {
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--quantities",
+          [&flags](const std::vector<std::string>& words) {
+            for (const std::string& word : words) AddQuantity(word, flags.options.quantities);
+          },
+          "what to estimate, with commas between: mean, gaussian, k1, k2, d1, d2, radius, shape_index, curvedness or "
+          "the "
+          "contract's names; the result has no other columns [all of curvature but shape_index and curvedness]")
+      ->delimiter(',')
+      ->allow_extra_args(false)  // what follows the list is the input
+      ->check(CLI::IsMember(QuantityWords()).description(""))
+      ->option_text("LIST");
+}
 
 void AddEstimate(CLI::App& app, Action& action) {
   auto flags = std::make_shared<EstimateFlags>();
@@ -146,12 +172,7 @@ void AddEstimate(CLI::App& app, Action& action) {
           "interactive: somebody waits; batch: it can wait [up to 100,000 points interactive]")
       ->check(CLI::IsMember({"interactive", "batch"}).description(""))
       ->option_text("PRIORITY");
-  command
-      ->add_option_function<std::string>(
-          "--on-invalid", [flags](const std::string& policy) { flags->options.skip_invalid = policy == "skip"; },
-          "reject [default]: refuse a cloud with an unusable point; skip: give the point a status")
-      ->check(CLI::IsMember({"reject", "skip"}).description(""))
-      ->option_text("POLICY");
+  AddInvalidFlag(*command, *flags);
   command
       ->add_option_function<std::string>(
           "--on-opposed-normals",
@@ -162,19 +183,7 @@ void AddEstimate(CLI::App& app, Action& action) {
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");
-  command
-      ->add_option_function<std::vector<std::string>>(
-          "--quantities",
-          [flags](const std::vector<std::string>& words) {
-            for (const std::string& word : words) AddQuantity(word, flags->options.quantities);
-          },
-          "what to estimate, with commas between: mean, gaussian, k1, k2, d1, d2, radius, shape_index, curvedness or "
-          "the "
-          "contract's names; the result has no other columns [all of curvature but shape_index and curvedness]")
-      ->delimiter(',')
-      ->allow_extra_args(false)  // what follows the list is the input
-      ->check(CLI::IsMember(QuantityWords()).description(""))
-      ->option_text("LIST");
+  AddQuantitiesFlag(*command, *flags);
   command
       ->add_flag("--color{mean}", flags->color,
                  absl::StrCat("add columns red green blue for ", kQuantityWords, ": --color=gaussian; alone: mean"))

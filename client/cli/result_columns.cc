@@ -16,25 +16,25 @@ std::vector<float> Component(const std::vector<float>& vectors, size_t axis) {
 }
 
 // What was not asked for is empty and is left out.
-void AddScalars(const std::string& name, std::vector<float> scalars, PointTable& table) {
-  if (scalars.size() == table.size()) table.Set({name, std::move(scalars)});
+void AddScalars(const std::string& name, std::vector<float> scalars, std::vector<Column>& columns) {
+  if (!scalars.empty()) columns.push_back({name, std::move(scalars)});
 }
 
-void AddVector(const std::string& name, const std::vector<float>& vectors, PointTable& table) {
-  if (vectors.size() != 3 * table.size()) return;
-  table.Set({name + "x", Component(vectors, 0)});
-  table.Set({name + "y", Component(vectors, 1)});
-  table.Set({name + "z", Component(vectors, 2)});
+void AddVector(const std::string& name, const std::vector<float>& vectors, std::vector<Column>& columns) {
+  if (vectors.empty()) return;
+  columns.push_back({name + "x", Component(vectors, 0)});
+  columns.push_back({name + "y", Component(vectors, 1)});
+  columns.push_back({name + "z", Component(vectors, 2)});
 }
 
-void AddOther(NamedColumn column, PointTable& table) {
+void AddOther(NamedColumn column, std::vector<Column>& columns) {
   auto* floats = std::get_if<std::vector<float>>(&column.values);
   if (floats == nullptr) {
-    table.Set({column.name, std::get<std::vector<uint8_t>>(std::move(column.values))});
+    columns.push_back({column.name, std::get<std::vector<uint8_t>>(std::move(column.values))});
   } else if (column.width == 3) {
-    AddVector(column.name, *floats, table);
+    AddVector(column.name, *floats, columns);
   } else {
-    AddScalars(column.name, std::move(*floats), table);
+    AddScalars(column.name, std::move(*floats), columns);
   }
 }
 
@@ -86,26 +86,36 @@ std::string ContractName(const std::string& word) {
   return word;
 }
 
+std::vector<Column> ColumnsOf(CurvatureResult result) {
+  std::vector<Column> columns;
+  AddVector("n", result.normals, columns);
+  AddScalars("mean_curvature", std::move(result.mean), columns);
+  AddScalars("gaussian_curvature", std::move(result.gaussian), columns);
+  AddScalars("k1", std::move(result.k1), columns);
+  AddScalars("k2", std::move(result.k2), columns);
+  AddVector("d1", result.d1, columns);
+  AddVector("d2", result.d2, columns);
+  AddScalars("radius", std::move(result.radius), columns);
+  AddScalars("normal_residual", std::move(result.normal_residual), columns);
+  AddScalars("normal_variance_ratio", std::move(result.normal_variance_ratio), columns);
+  AddScalars("shape_index", std::move(result.shape_index), columns);
+  AddScalars("curvedness", std::move(result.curvedness), columns);
+  for (NamedColumn& other : result.others) AddOther(std::move(other), columns);
+  columns.push_back({"status", std::move(result.status)});
+  return columns;
+}
+
 PointTable MakeResultTable(PointTable input, CurvatureResult result) {
+  return JoinResults(std::move(input), ColumnsOf(std::move(result)));
+}
+
+PointTable JoinResults(PointTable input, std::vector<Column> results) {
   std::vector<Column> columns = input.Release();
   PointTable table;
   table.las = std::move(input.las);
   table.viewpoint = input.viewpoint;
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) Move(columns, name, table);
-  AddVector("n", result.normals, table);  // in the place of the input's
-  AddScalars("mean_curvature", std::move(result.mean), table);
-  AddScalars("gaussian_curvature", std::move(result.gaussian), table);
-  AddScalars("k1", std::move(result.k1), table);
-  AddScalars("k2", std::move(result.k2), table);
-  AddVector("d1", result.d1, table);
-  AddVector("d2", result.d2, table);
-  AddScalars("radius", std::move(result.radius), table);
-  AddScalars("normal_residual", std::move(result.normal_residual), table);
-  AddScalars("normal_variance_ratio", std::move(result.normal_variance_ratio), table);
-  AddScalars("shape_index", std::move(result.shape_index), table);
-  AddScalars("curvedness", std::move(result.curvedness), table);
-  for (NamedColumn& other : result.others) AddOther(std::move(other), table);
-  table.Set({"status", std::move(result.status)});
+  for (Column& column : results) table.Set(std::move(column));  // normals in the place of the input's
   // An earlier estimate must not stand beside this one as if it were a part of it.
   const std::set<std::string> result_names = ResultNames();
   for (Column& column : columns) {

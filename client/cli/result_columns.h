@@ -42,6 +42,11 @@ std::string ContractName(const std::string& word);
 // or else of the input. REQUIRES: `input` has positions, and as many points as `result`.
 PointTable MakeResultTable(PointTable input, CurvatureResult result);
 
+// The columns of a result alone, in that order: those that were asked for, and the status.
+std::vector<Column> ColumnsOf(CurvatureResult result);
+// The same table as MakeResultTable's of the results that ColumnsOf returned. REQUIRES: the columns have as many points.
+PointTable JoinResults(PointTable input, std::vector<Column> results);
+
 // Adds the columns red, green and blue for the values of a column, and returns the scale of the colors.
 // REQUIRES: the table has the column.
 ColorScale AddColors(const std::string& column, PointTable& table);

@@ -159,11 +159,17 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
 
 }  // namespace
 
-absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string& format) {
+absl::StatusOr<std::string> ReadableExtension(const std::string& path, const std::string& format) {
   const absl::StatusOr<NamedFormat> named = FormatOfName(path, format, kReadableExtensions);
   if (!named.ok()) return named.status();
-  const std::optional<Format> reader = FormatOf(named->extension);
-  if (!reader) return UnknownExtension(path, named->extension, kReadableExtensions);
+  if (!FormatOf(named->extension)) return UnknownExtension(path, named->extension, kReadableExtensions);
+  return named->extension;
+}
+
+absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string& format) {
+  const absl::StatusOr<std::string> extension = ReadableExtension(path, format);
+  if (!extension.ok()) return extension.status();
+  const std::optional<Format> reader = FormatOf(*extension);
   const std::string shown = path == kStandard ? "standard input" : path;
   try {
     absl::StatusOr<std::string> bytes = ReadBytes(path);
@@ -182,6 +188,12 @@ absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string&
   } catch (const std::bad_alloc&) {
     return absl::InvalidArgumentError(absl::StrCat("cannot read ", shown, ": there is not enough memory for it"));
   }
+}
+
+absl::StatusOr<WritableName> WritableNameOf(const std::string& path, const SaveOptions& options) {
+  if (absl::Status status = FindWriter(path, options).status(); !status.ok()) return status;
+  const absl::StatusOr<NamedFormat> named = FormatOfName(path, options.format, kWritableExtensions);
+  return WritableName{named->extension, named->gzip};
 }
 
 bool IsWritable(const std::string& name) { return FindWriter(name, {}).ok(); }

@@ -28,10 +28,22 @@ inline constexpr const char* kFormats[] = {"ply", "pcd", "xyz", "csv", "las", "n
 // points.
 absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string& format = "");
 
+// The extension by which LoadTable chooses how to read a file: that of its name, without .gz, or of `format`; in lower
+// case, with the dot. INVALID_ARGUMENT if it is not known.
+absl::StatusOr<std::string> ReadableExtension(const std::string& path, const std::string& format = "");
+
 struct SaveOptions {
   bool ascii = false;    // text in place of binary numbers, in PLY and PCD; other formats have one form
   std::string format{};  // of standard output, and of files whose extension is not known
 };
+
+// How SaveTable writes a file of that name.
+struct WritableName {
+  std::string extension;  // in lower case, with the dot, without .gz
+  bool gzip = false;
+};
+// INVALID_ARGUMENT if SaveTable can write no such file.
+absl::StatusOr<WritableName> WritableNameOf(const std::string& path, const SaveOptions& options = {});
 
 // Returns whether SaveTable can write a file of that name.
 bool IsWritable(const std::string& name);

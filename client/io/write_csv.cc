@@ -5,13 +5,17 @@
 
 namespace curv {
 
-absl::Status WriteCsv(const PointTable& table, ByteSink& file) {
+std::string CsvHead(const PointTable& like, uint64_t /*rows*/) {
   std::string header;
-  for (const Column& column : table.columns()) {
+  for (const Column& column : like.columns()) {
     if (!header.empty()) header += ',';
     header += HeaderName(column.name);
   }
-  if (absl::Status status = file.Append(header + '\n'); !status.ok()) return status;
+  return header + '\n';
+}
+
+absl::Status WriteCsv(const PointTable& table, ByteSink& file) {
+  if (absl::Status status = file.Append(CsvHead(table, table.size())); !status.ok()) return status;
   return AppendTextRows(table, ',', /*status_words=*/true, file);
 }
 

@@ -9,7 +9,7 @@
 namespace curv {
 namespace {
 
-std::string Header(const PointTable& table, const char* format) {
+std::string Header(const PointTable& table, uint64_t rows, const char* format) {
   std::string header = absl::StrCat("ply\nformat ", format, " 1.0\ncomment made by curv\n");
   if (table.Find("status") != nullptr) {
     absl::StrAppend(&header, "comment status");
@@ -18,7 +18,7 @@ std::string Header(const PointTable& table, const char* format) {
     }
     absl::StrAppend(&header, "\n");
   }
-  absl::StrAppend(&header, "element vertex ", table.size(), "\n");
+  absl::StrAppend(&header, "element vertex ", rows, "\n");
   for (const Column& column : table.columns()) {
     absl::StrAppend(&header, "property ", std::string(PlyTypeName(column.kind())), " ", HeaderName(column.name), "\n");
   }
@@ -35,13 +35,17 @@ std::string HeaderName(std::string_view name) {
   return result;
 }
 
+std::string PlyHead(const PointTable& like, uint64_t rows) { return Header(like, rows, "binary_little_endian"); }
+
+std::string AsciiPlyHead(const PointTable& like, uint64_t rows) { return Header(like, rows, "ascii"); }
+
 absl::Status WritePly(const PointTable& table, ByteSink& file) {
-  if (absl::Status status = file.Append(Header(table, "binary_little_endian")); !status.ok()) return status;
+  if (absl::Status status = file.Append(PlyHead(table, table.size())); !status.ok()) return status;
   return AppendBinaryRows(table, file);
 }
 
 absl::Status WriteAsciiPly(const PointTable& table, ByteSink& file) {
-  if (absl::Status status = file.Append(Header(table, "ascii")); !status.ok()) return status;
+  if (absl::Status status = file.Append(AsciiPlyHead(table, table.size())); !status.ok()) return status;
   return AppendTextRows(table, ' ', /*status_words=*/false, file);
 }
 

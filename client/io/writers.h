@@ -1,6 +1,7 @@
 // Declares one writer for each file format that SaveTable offers.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,15 @@ absl::Status WriteNpy(const PointTable& table, ByteSink& file);
 absl::Status WriteNpz(const PointTable& table, ByteSink& file);
 // Also INVALID_ARGUMENT if the table has no finite x, y and z, or more attributes than LAS can describe.
 absl::Status WriteLas(const PointTable& table, ByteSink& file);
+
+// What stands before the rows of a file with the columns of `like`, and as many rows; in text it does not tell how many.
+std::string PlyHead(const PointTable& like, uint64_t rows);
+std::string AsciiPlyHead(const PointTable& like, uint64_t rows);
+std::string CsvHead(const PointTable& like, uint64_t rows);
+std::string PcdHead(const PointTable& like, uint64_t rows);
+std::string AsciiPcdHead(const PointTable& like, uint64_t rows);
+std::string XyzHead(const PointTable& like, uint64_t rows);
+std::string NpyHead(const PointTable& like, uint64_t rows);
 
 // Returns `name` with underscores in place of characters that would break a header.
 std::string HeaderName(std::string_view name);

@@ -63,13 +63,17 @@ std::string_view BytesOfValues(const Column& column) {
 
 }  // namespace
 
-absl::Status WriteNpy(const PointTable& table, ByteSink& file) {
-  const std::vector<std::string> names = NamesOf(table);
+std::string NpyHead(const PointTable& like, uint64_t rows) {
+  const std::vector<std::string> names = NamesOf(like);
   std::string type = "[";
   for (size_t i = 0; i < names.size(); ++i) {
-    absl::StrAppend(&type, i == 0 ? "" : ", ", "('", names[i], "', ", TypeOf(table.columns()[i]), ")");
+    absl::StrAppend(&type, i == 0 ? "" : ", ", "('", names[i], "', ", TypeOf(like.columns()[i]), ")");
   }
-  if (absl::Status status = file.Append(NpyHeaderOf(type + "]", table.size())); !status.ok()) return status;
+  return NpyHeaderOf(type + "]", rows);
+}
+
+absl::Status WriteNpy(const PointTable& table, ByteSink& file) {
+  if (absl::Status status = file.Append(NpyHead(table, table.size())); !status.ok()) return status;
   return AppendBinaryRows(table, file);
 }
 

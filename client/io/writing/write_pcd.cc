@@ -20,7 +20,7 @@ std::string FieldName(const std::string& name) {
 }
 
 // PCD 0.7, whose readers want the lines in this order.
-std::string Header(const PointTable& table, const char* encoding) {
+std::string Header(const PointTable& table, uint64_t rows, const char* encoding) {
   std::string fields, sizes, types, counts;
   for (const Column& column : table.columns()) {
     absl::StrAppend(&fields, " ", FieldName(column.name));
@@ -38,19 +38,23 @@ std::string Header(const PointTable& table, const char* encoding) {
     }
   }
   return absl::StrCat("# .PCD v0.7 - made by curv\nVERSION 0.7\nFIELDS", fields, "\nSIZE", sizes, "\nTYPE", types,
-                      "\nCOUNT", counts, "\nWIDTH ", table.size(), "\nHEIGHT 1\nVIEWPOINT ", viewpoint,
-                      " 1 0 0 0\nPOINTS ", table.size(), "\nDATA ", encoding, "\n");
+                      "\nCOUNT", counts, "\nWIDTH ", rows, "\nHEIGHT 1\nVIEWPOINT ", viewpoint, " 1 0 0 0\nPOINTS ",
+                      rows, "\nDATA ", encoding, "\n");
 }
 
 }  // namespace
 
+std::string PcdHead(const PointTable& like, uint64_t rows) { return Header(like, rows, "binary"); }
+
+std::string AsciiPcdHead(const PointTable& like, uint64_t rows) { return Header(like, rows, "ascii"); }
+
 absl::Status WritePcd(const PointTable& table, ByteSink& file) {
-  if (absl::Status status = file.Append(Header(table, "binary")); !status.ok()) return status;
+  if (absl::Status status = file.Append(PcdHead(table, table.size())); !status.ok()) return status;
   return AppendBinaryRows(table, file);
 }
 
 absl::Status WriteAsciiPcd(const PointTable& table, ByteSink& file) {
-  if (absl::Status status = file.Append(Header(table, "ascii")); !status.ok()) return status;
+  if (absl::Status status = file.Append(AsciiPcdHead(table, table.size())); !status.ok()) return status;
   return AppendTextRows(table, ' ', /*status_words=*/false, file);
 }
 

@@ -5,10 +5,14 @@
 
 namespace curv {
 
-absl::Status WriteXyz(const PointTable& table, ByteSink& file) {
+std::string XyzHead(const PointTable& like, uint64_t /*rows*/) {
   std::string header = "#";
-  for (const Column& column : table.columns()) header += ' ' + HeaderName(column.name);
-  if (absl::Status status = file.Append(header + '\n'); !status.ok()) return status;
+  for (const Column& column : like.columns()) header += ' ' + HeaderName(column.name);
+  return header + '\n';
+}
+
+absl::Status WriteXyz(const PointTable& table, ByteSink& file) {
+  if (absl::Status status = file.Append(XyzHead(table, table.size())); !status.ok()) return status;
   return AppendTextRows(table, ' ', /*status_words=*/false, file);
 }
 

@@ -1,0 +1,17 @@
+// The flags of `curv estimate` that `curv tiles plan` has too.
+#pragma once
+
+#include "CLI/CLI.hpp"
+#include "client/cli/files/estimate_files.h"
+
+namespace curv {
+
+// Each adds flags to a command; `flags` must outlive it.
+// --estimator, --k, --radius and all others that say how a neighborhood becomes curvature. ApplyScale takes them over.
+void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags);
+// --on-invalid.
+void AddInvalidFlag(CLI::App& command, EstimateFlags& flags);
+// --quantities.
+void AddQuantitiesFlag(CLI::App& command, EstimateFlags& flags);
+
+}  // namespace curv

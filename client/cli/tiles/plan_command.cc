@@ -1,0 +1,134 @@
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/estimate_flags.h"
+#include "client/cli/files/format_flags.h"
+#include "client/cli/flags.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/json.h"
+#include "client/cli/numbers.h"
+#include "client/cli/tiles/tile_commands.h"
+#include "client/cli/tiles/tile_options.h"
+#include "client/cli/tiles/tiles_bar.h"
+#include "client/io/table_file.h"
+#include "client/tiles/plan_tiles.h"
+
+namespace curv {
+namespace {
+
+constexpr uint64_t kLeastMemory = 16 << 20;
+
+struct PlanFlags {
+  EstimateFlags estimate;
+  PlanRequest request;
+  double lattice = 0.0;
+  std::string summary = "text";
+};
+
+void PrintPlan(const TilePlan& plan, bool json) {
+  uint64_t largest = 0;
+  for (size_t tile = 0; tile < plan.tiles.size(); ++tile) largest = std::max(largest, plan.tile(tile).count);
+  if (json) {
+    std::fputs(ToJsonLine({{"directory", plan.directory},
+                           {"points", plan.points},
+                           {"unusable_points", plan.unusable},
+                           {"tiles", plan.tiles.size()},
+                           {"largest_tile_points", largest},
+                           {"spacing", plan.spacing}})
+                   .c_str(),
+               stdout);
+    return;
+  }
+  std::printf("%s: %s points in %s tiles of up to %s\n", plan.directory.c_str(), WithCommas(plan.points).c_str(),
+              WithCommas(plan.tiles.size()).c_str(), WithCommas(largest).c_str());
+  if (plan.unusable > 0) {
+    std::printf("%s points are not usable and get the status invalid_input\n", WithCommas(plan.unusable).c_str());
+  }
+  if (plan.is_double) {
+    std::printf("coordinates are rounded to multiples of %g\n", plan.spacing);
+  }
+  std::printf("next: curv tiles run %s, with --server=HOST:PORT for a server\n", plan.directory.c_str());
+}
+
+ExitCode Run(PlanFlags& flags) {
+  EstimateOptions& options = flags.estimate.options;
+  const absl::StatusOr<TileReach> reach = ReachOf(options);
+  if (!reach.ok()) return Fail(ExitCode::kUsage, reach.status());
+  PlanRequest& request = flags.request;
+  request.reach = *reach;
+  request.options = JsonOf(options);
+  request.skip_invalid = options.skip_invalid;
+  request.spacing = flags.lattice > 0.0 ? std::exp2(std::floor(std::log2(flags.lattice))) : 0.0;
+  const InterruptWatch interrupt;
+  absl::StatusOr<PlanOutcome> outcome;
+  {
+    TilesBar bar;
+    outcome = PlanTiles(request, interrupt.token(),
+                        [&bar](const PlanProgress& progress) { bar.Show(progress.step, progress.done, progress.of); });
+  }
+  if (!outcome.ok()) return FailTiles(outcome.status());
+  for (const std::string& note : outcome->notes) PrintNote(note);
+  PrintPlan(outcome->plan, flags.summary == "json");
+  return ExitCode::kOk;
+}
+
+// Refuses what no tile can do by itself.
+void CheckNormals(const NormalFlags& normals) {
+  if (normals.source == NormalSource::kGiven) return;
+  throw CLI::ValidationError(
+      normals.source == NormalSource::kOrient ? "--orient" : "--normals",
+      "the sides of normals follow from the whole cloud, which no tile has: curv normals, or curv orient, writes "
+      "them into a file first");
+}
+
+}  // namespace
+
+void AddTilesPlan(CLI::App& tiles, Action& action) {
+  auto flags = std::make_shared<PlanFlags>();
+  CLI::App* command = tiles.add_subcommand("plan", "Divide clouds into tiles, in a directory");
+  command->footer(kExitCodesHelp);
+  command
+      ->add_option("input", flags->request.inputs,
+                   absl::StrCat("the clouds, which count as one: ", kReadableExtensions))
+      ->required()
+      ->option_text("IN...");
+  command
+      ->add_option("-o,--output", flags->request.directory, "the directory, which is made; there must be no plan in it")
+      ->required()
+      ->check(NotEmpty())
+      ->option_text("DIR");
+  AddInputFormat(*command, flags->request.format);
+  command->add_option("--tile-points", flags->request.tile_points, "points in a tile, about [350,000]")
+      ->check(Whole(100, 100'000'000))
+      ->option_text("COUNT");
+  command
+      ->add_option("--memory", flags->request.memory_bytes,
+                   "what plan and merge may take, such as 512MiB; 16MiB or more [1GiB]")
+      ->transform(CLI::AsSizeValue(false).description(""))
+      ->check(CLI::Range(kLeastMemory, ~uint64_t{0}).description(""))
+      ->option_text("SIZE");
+  command
+      ->add_option("--lattice", flags->lattice,
+                   "coordinates in doubles are rounded to multiples of the power of two that is this long, or shorter "
+                   "[2^-14 of the distance between points]")
+      ->check(FinitePositive())
+      ->option_text("LENGTH");
+  AddEstimatorFlags(*command, flags->estimate);
+  AddSourceFlags(*command, flags->estimate.normals);
+  AddInvalidFlag(*command, flags->estimate);
+  AddQuantitiesFlag(*command, flags->estimate);
+  command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
+      ->check(CLI::IsMember({"text", "json"}).description(""))
+      ->option_text("FORMAT");
+  command->callback([flags, &action] {
+    CheckNormals(flags->estimate.normals);
+    ApplyScale(flags->estimate.scale, flags->estimate.options);
+    action = [flags] { return Run(*flags); };
+  });
+}
+
+}  // namespace curv

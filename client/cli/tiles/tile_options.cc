@@ -1,0 +1,91 @@
+#include "client/cli/tiles/tile_options.h"
+
+#include <string>
+
+#include "absl/strings/str_cat.h"
+
+namespace curv {
+namespace {
+
+// Delaunay's umbrellas of a neighborhood lie within three radii where they have at least so many points to choose from.
+constexpr uint32_t kDelaunayNeighbors = 30;
+
+}  // namespace
+
+absl::StatusOr<TileReach> ReachOf(const EstimateOptions& options) {
+  const std::string name(EstimatorName(options.estimator));
+  if (options.automatic_scale.has_value() || options.estimator == Estimator::kAuto) {
+    return absl::InvalidArgumentError(
+        "--auto and --k=auto choose by the whole cloud, which no tile has: estimate a part with --auto, and give the "
+        "--estimator and --k that its summary shows");
+  }
+  TileReach reach{.neighbor_count = options.radius.has_value() ? 0 : options.neighbor_count,
+                  .radius = options.radius.value_or(0.0),
+                  .factor = 1.0};
+  switch (options.estimator) {
+    case Estimator::kAvgHexagram:
+    case Estimator::kJetFitting:
+    case Estimator::kAlgebraicShapeOperator:
+    case Estimator::kNormalRegression:
+      return reach;
+    case Estimator::kHexagram:  // its corners are up to a third of the radius outside
+      reach.factor = 4.0 / 3.0;
+      return reach;
+    case Estimator::kDelaunay:
+      if (reach.neighbor_count >= kDelaunayNeighbors) {
+        reach.factor = 3.0;
+        return reach;
+      }
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--estimator=delaunay in tiles takes --k of ", kDelaunayNeighbors,
+          " or more: nothing bounds how far the umbrellas of smaller neighborhoods, or of a --radius, reach"));
+    default:
+      return absl::InvalidArgumentError(
+          absl::StrCat("--estimator=", name,
+                       " draws by the points' places in the whole cloud, which no tile knows: "
+                       "tiles take avg-hexagram, hexagram, delaunay, jet, aso and normal-regression"));
+  }
+}
+
+nlohmann::ordered_json JsonOf(const EstimateOptions& options) {
+  nlohmann::ordered_json json = {{"estimator", std::string(EstimatorName(options.estimator))}};
+  if (options.radius.has_value()) {
+    json["radius"] = *options.radius;
+  } else {
+    json["neighbor_count"] = options.neighbor_count;
+  }
+  json["rotation_count"] = options.rotation_count;
+  if (options.jet_degree.has_value()) json["jet_degree"] = *options.jet_degree;
+  json["even_weights"] = options.even_weights;
+  if (options.average_normal_weight.has_value()) json["average_normal_weight"] = *options.average_normal_weight;
+  json["quantities"] = options.quantities;
+  json["skip_invalid"] = options.skip_invalid;
+  return json;
+}
+
+absl::StatusOr<EstimateOptions> OptionsOf(const nlohmann::ordered_json& json) {
+  EstimateOptions options;
+  try {
+    const std::string name = json.at("estimator").get<std::string>();
+    const std::optional<Estimator> estimator = EstimatorOf(name);
+    if (!estimator.has_value()) {
+      return absl::FailedPreconditionError(absl::StrCat("the plan's estimator, ", name, ", is not known to this curv"));
+    }
+    options.estimator = *estimator;
+    if (json.contains("radius")) options.radius = json.at("radius").get<double>();
+    options.neighbor_count = json.value("neighbor_count", options.neighbor_count);
+    json.at("rotation_count").get_to(options.rotation_count);
+    if (json.contains("jet_degree")) options.jet_degree = json.at("jet_degree").get<uint32_t>();
+    json.at("even_weights").get_to(options.even_weights);
+    if (json.contains("average_normal_weight")) {
+      options.average_normal_weight = json.at("average_normal_weight").get<double>();
+    }
+    json.at("quantities").get_to(options.quantities);
+    json.at("skip_invalid").get_to(options.skip_invalid);
+  } catch (const nlohmann::json::exception& error) {
+    return absl::FailedPreconditionError(absl::StrCat("the plan's options: ", error.what()));
+  }
+  return options;
+}
+
+}  // namespace curv

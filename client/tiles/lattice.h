@@ -1,0 +1,32 @@
+// The lattice on which coordinates in double go to a server, the same one for every tile.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+
+#include "client/tiles/box.h"
+
+namespace curv {
+
+// How many steps a coordinate may be from the origin to be exact in a float.
+inline constexpr double kFloatSteps = 16'777'216.0;  // 2^24
+
+// Returns the coordinate's nearest multiple of `spacing`, a power of two.
+inline double OnLattice(double coordinate, double spacing) { return std::nearbyint(coordinate / spacing) * spacing; }
+
+inline Position OnLattice(const Position& p, double spacing) {
+  return {OnLattice(p[0], spacing), OnLattice(p[1], spacing), OnLattice(p[2], spacing)};
+}
+
+// Returns a spacing for a cloud of `points` points: a power of two, 2^-14 of the distance between neighbors in places
+// of middle density, so that a tile of a million points is about 2^24 steps long; not less than the last digit of the
+// coordinates. `sample` are points of the cloud, drawn at random; the more, the better. Depends on nothing else, so
+// that two plans of one cloud have one lattice. REQUIRES: the sample is not empty.
+double LatticeSpacing(std::span<const Position> sample, uint64_t points);
+
+// Returns the smallest spacing, `spacing` times a power of two, with which a box that long on its longest axis is exact
+// in floats around an origin in its middle.
+double SpacingFor(double extent, double spacing);
+
+}  // namespace curv

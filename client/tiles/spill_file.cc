@@ -1,0 +1,91 @@
+#include "client/tiles/spill_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace curv {
+namespace {
+
+constexpr uint64_t kLeastPiece = 16 << 10;
+constexpr uint64_t kMostPiece = 4 << 20;
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<SpillFile>> SpillFile::Create(const std::string& directory, size_t buckets,
+                                                             uint64_t buffer_bytes) {
+  std::string name = absl::StrCat(directory, "/spill-XXXXXX");
+  const int descriptor = mkostemp(name.data(), O_CLOEXEC);
+  if (descriptor < 0) {
+    return absl::DataLossError(absl::StrCat("cannot write in ", directory, ": ", std::strerror(errno)));
+  }
+  unlink(name.c_str());
+  const uint64_t piece_bytes = std::clamp(buffer_bytes / buckets, kLeastPiece, kMostPiece);
+  return std::unique_ptr<SpillFile>(new SpillFile(directory, descriptor, buckets, piece_bytes));
+}
+
+SpillFile::~SpillFile() { close(descriptor_); }
+
+absl::Status SpillFile::Error(const char* action, int error_number) const {
+  return absl::DataLossError(
+      absl::StrCat("cannot ", action, " a temporary file in ", directory_, ": ", std::strerror(error_number)));
+}
+
+absl::Status SpillFile::Append(size_t bucket, std::string_view record) {
+  Bucket& to = buckets_[bucket];
+  if (to.bytes == 0) to.buffer.reserve(piece_bytes_);
+  if (to.buffer.size() + record.size() > piece_bytes_) {
+    if (absl::Status status = Flush(to); !status.ok()) return status;
+  }
+  to.buffer.append(record);
+  to.bytes += record.size();
+  return absl::OkStatus();
+}
+
+absl::Status SpillFile::Flush(Bucket& bucket) {
+  std::string_view bytes = bucket.buffer;
+  if (bytes.empty()) return absl::OkStatus();
+  bucket.pieces.push_back({end_, bytes.size()});
+  while (!bytes.empty()) {
+    const ssize_t written = pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(end_));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return Error("write", errno);
+    bytes.remove_prefix(static_cast<size_t>(written));
+    end_ += static_cast<uint64_t>(written);
+  }
+  bucket.buffer.clear();
+  return absl::OkStatus();
+}
+
+absl::Status SpillFile::Finish() {
+  for (Bucket& bucket : buckets_) {
+    if (absl::Status status = Flush(bucket); !status.ok()) return status;
+    bucket.buffer = std::string();
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SpillFile::Read(size_t bucket, const std::function<absl::Status(std::string_view records)>& take) const {
+  std::string bytes;
+  for (const Piece& piece : buckets_[bucket].pieces) {
+    bytes.resize(piece.bytes);
+    for (uint64_t size = 0; size < piece.bytes;) {
+      const ssize_t got =
+          pread(descriptor_, bytes.data() + size, piece.bytes - size, static_cast<off_t>(piece.at + size));
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) return Error("read", got < 0 ? errno : EIO);
+      size += static_cast<uint64_t>(got);
+    }
+    if (absl::Status status = take(bytes); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace curv

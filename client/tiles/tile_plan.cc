@@ -1,0 +1,140 @@
+#include "client/tiles/tile_plan.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "client/io/archive/zip.h"
+#include "client/io/atomic_file.h"
+#include "client/tiles/tile_point.h"
+
+namespace curv {
+namespace {
+
+constexpr char kFormat[] = "curv tiles";
+constexpr int kVersion = 1;
+constexpr char kPlanFile[] = "plan.json";
+constexpr char kCellsFile[] = "cells.bin";
+
+absl::Status WriteWhole(const std::string& path, std::string_view bytes) {
+  absl::StatusOr<AtomicFile> file = AtomicFile::Create(path);
+  absl::Status status = file.status();
+  if (status.ok()) status = file->Append(bytes);
+  if (status.ok()) status = file->Commit();
+  return status.ok() ? status : absl::DataLossError(status.message());
+}
+
+absl::Status Damaged(const std::string& path, const std::string& what) {
+  return absl::FailedPreconditionError(absl::StrCat(path, ": ", what));
+}
+
+absl::StatusOr<std::string> ReadWhole(const std::string& path) {
+  const absl::StatusOr<InputFile> file = InputFile::Open(path);
+  if (!file.ok()) return absl::FailedPreconditionError(file.status().message());
+  absl::StatusOr<std::string> bytes = file->Read(0, file->stamp().bytes);
+  if (!bytes.ok()) return absl::FailedPreconditionError(bytes.status().message());
+  return bytes;
+}
+
+nlohmann::ordered_json JsonOf(const TilePlan& plan, std::string_view cells) {
+  nlohmann::ordered_json inputs = nlohmann::ordered_json::array();
+  for (const TileInput& input : plan.inputs) {
+    inputs.push_back({{"path", input.path},
+                      {"format", input.format},
+                      {"points", input.points},
+                      {"bytes", input.stamp.bytes},
+                      {"modified_ns", input.stamp.modified_ns}});
+  }
+  return {
+      {"format", kFormat},
+      {"version", kVersion},
+      {"id", plan.id},
+      {"inputs", inputs},
+      {"points", plan.points},
+      {"unusable", plan.unusable},
+      {"scalar", plan.is_double ? "float64" : "float32"},
+      {"spacing", plan.spacing},
+      {"memory_bytes", plan.memory_bytes},
+      {"tile_points", plan.tile_points},
+      {"reach",
+       {{"neighbor_count", plan.reach.neighbor_count}, {"radius", plan.reach.radius}, {"factor", plan.reach.factor}}},
+      {"options", plan.options},
+      {"columns", plan.columns},
+      {"tiles", plan.tiles.size()},
+      {"cells_bytes", cells.size()},
+      {"cells_crc32", Crc32(0, cells)}};
+}
+
+// Throws nlohmann::json::exception where a member lacks, or is of another type.
+void ReadJson(const nlohmann::ordered_json& json, TilePlan& plan) {
+  json.at("id").get_to(plan.id);
+  for (const nlohmann::ordered_json& input : json.at("inputs")) {
+    plan.inputs.push_back({input.at("path").get<std::string>(),
+                           input.at("format").get<std::string>(),
+                           input.at("points").get<uint64_t>(),
+                           {input.at("bytes").get<uint64_t>(), input.at("modified_ns").get<int64_t>()}});
+  }
+  json.at("points").get_to(plan.points);
+  json.at("unusable").get_to(plan.unusable);
+  plan.is_double = json.at("scalar").get<std::string>() == "float64";
+  json.at("spacing").get_to(plan.spacing);
+  json.at("memory_bytes").get_to(plan.memory_bytes);
+  json.at("tile_points").get_to(plan.tile_points);
+  const nlohmann::ordered_json& reach = json.at("reach");
+  reach.at("neighbor_count").get_to(plan.reach.neighbor_count);
+  reach.at("radius").get_to(plan.reach.radius);
+  reach.at("factor").get_to(plan.reach.factor);
+  plan.options = json.at("options");
+  json.at("columns").get_to(plan.columns);
+}
+
+}  // namespace
+
+absl::Status SavePlan(const TilePlan& plan) {
+  const std::string cells = plan.tree.Bytes();
+  if (absl::Status status = WriteWhole(plan.PathOf(kCellsFile), cells); !status.ok()) return status;
+  return WriteWhole(plan.PathOf(kPlanFile),
+                    JsonOf(plan, cells).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+}
+
+absl::StatusOr<TilePlan> LoadPlan(const std::string& directory) {
+  TilePlan plan;
+  plan.directory = directory;
+  const std::string path = plan.PathOf(kPlanFile);
+  const absl::StatusOr<std::string> text = ReadWhole(path);
+  if (!text.ok()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat(text.status().message(), ". curv tiles plan IN... -o ", directory, " makes a plan"));
+  }
+  try {
+    const auto json = nlohmann::ordered_json::parse(*text);
+    if (json.at("format") != kFormat) return Damaged(path, "it is not the plan of curv tiles");
+    if (json.at("version") != kVersion) {
+      return Damaged(path, absl::StrCat("its version is ", json.at("version").dump(), ", this curv knows ", kVersion,
+                                        ": use the curv that made it, or plan again"));
+    }
+    ReadJson(json, plan);
+    const absl::StatusOr<std::string> cells = ReadWhole(plan.PathOf(kCellsFile));
+    if (!cells.ok()) return cells.status();
+    if (Crc32(0, *cells) != json.at("cells_crc32").get<uint32_t>()) {
+      return Damaged(plan.PathOf(kCellsFile), "its checksum is not the one in plan.json: plan again");
+    }
+    absl::StatusOr<CellTree> tree = CellTree::Parse(*cells);
+    if (!tree.ok()) return Damaged(plan.PathOf(kCellsFile), std::string(tree.status().message()));
+    plan.tree = *std::move(tree);
+    plan.tiles = plan.tree.TileNodes();
+    if (plan.tiles.size() != json.at("tiles").get<size_t>())
+      return Damaged(path, "its tiles are not those of cells.bin");
+  } catch (const nlohmann::json::exception& error) {
+    return Damaged(path, error.what());
+  }
+  const absl::StatusOr<InputFile> store = InputFile::Open(plan.PathOf("points.bin"));
+  if (!store.ok()) return absl::FailedPreconditionError(store.status().message());
+  const uint64_t expected = plan.tree.root().count * StoredBytes(plan.is_double);
+  if (store->stamp().bytes != expected) {
+    return Damaged(store->path(), absl::StrCat("it has ", store->stamp().bytes, " bytes, expected ", expected));
+  }
+  return plan;
+}
+
+}  // namespace curv

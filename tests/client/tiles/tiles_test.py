@@ -1,0 +1,256 @@
+#!/usr/bin/python3
+"""Runs `curv tiles` with real servers, kills what takes part, and compares with one estimate of the whole cloud.
+
+  tiles_test.py CURV CURVD
+"""
+
+import json
+import os
+import pathlib
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+CURV, CURVD = sys.argv[1:3]
+OK, FAILED, USAGE, INPUT, OUTPUT, UNAVAILABLE = 0, 1, 2, 3, 4, 5
+POINTS = 20_000
+
+
+def curv(*arguments, code=OK, **how):
+    done = subprocess.run([CURV, *arguments], capture_output=True, text=True, timeout=120, check=False, **how)
+    if done.returncode != code:
+        raise AssertionError(f"curv {' '.join(arguments)}: {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout if code == OK else done.stderr
+
+
+class Server:
+    """A curvd on a port of its own choice, or on a given one."""
+
+    def __init__(self, port=0):
+        self.process = subprocess.Popen([CURVD, f"--listen=127.0.0.1:{port}", "--metrics-listen=none", "--threads=1"],
+                                        stderr=subprocess.PIPE, text=True)
+        for line in self.process.stderr:
+            found = re.search(r"127\.0\.0\.1:([1-9][0-9]*)", line)
+            if found:
+                self.port = int(found[1])
+                break
+        self.address = f"127.0.0.1:{self.port}"
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+        self.process.stderr.close()
+
+
+class Tiles(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="curv-tiles-"))
+        cls.cloud = str(cls.folder / "cloud.ply")
+        curv("generate", "goursat", f"--points={POINTS}", "--noise-position=0.1", "--noise-normal=0.1", "-o", cls.cloud)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def setUp(self):
+        self.work = str(self.folder / "work")
+        self.result = str(self.folder / "tiled.ply")
+        self.addCleanup(shutil.rmtree, self.work, ignore_errors=True)
+
+    def plan(self, *flags, cloud=None, code=OK):
+        return curv("tiles", "plan", cloud or self.cloud, "-o", self.work, "--tile-points=2000", *flags, code=code)
+
+    def status(self):
+        return json.loads(curv("tiles", "status", self.work, "--json"))
+
+    def whole(self, *flags):
+        path = str(self.folder / "whole.ply")
+        curv("estimate", self.cloud, "-o", path, *flags)
+        return pathlib.Path(path).read_bytes()
+
+    def merged(self):
+        curv("tiles", "verify", self.work)
+        curv("tiles", "merge", self.work, "-o", self.result)
+        return pathlib.Path(self.result).read_bytes()
+
+    def test_has_the_bytes_of_the_whole_cloud_however_wide_the_halo(self):
+        # Estimators whose sums do not depend on the order of the points.
+        for flags in (("--estimator=jet", "--k=40"), ("--estimator=aso", "--k=30"), ("--estimator=jet", "--radius=0.6")):
+            whole = self.whole(*flags)
+            for halo in ("0", "0.5", "1.25"):
+                with self.subTest(flags=flags, halo=halo):
+                    self.plan(*flags)
+                    outcome = json.loads(curv("tiles", "run", self.work, f"--halo={halo}", "--summary=json"))
+                    self.assertEqual(outcome["points"], POINTS)
+                    self.assertEqual(self.merged(), whole)
+                    if halo == "0":
+                        self.assertGreater(outcome["uncertain_points"], 1000)
+                    if halo == "1.25":
+                        self.assertLess(outcome["uncertain_points"], 100)
+                    shutil.rmtree(self.work)
+
+    def test_every_column_and_all_inputs_come_back_in_their_order(self):
+        second = str(self.folder / "second.csv")
+        curv("estimate", self.cloud, "-o", second)
+        curv("tiles", "plan", self.cloud, second, "-o", self.work, "--tile-points=3000", "--memory=16MiB",
+             "--estimator=jet", "--quantities=mean")
+        curv("tiles", "run", self.work)
+        out = str(self.folder / "both.csv")
+        curv("tiles", "merge", self.work, "-o", out)
+        lines = pathlib.Path(out).read_text(encoding="ascii").splitlines()
+        self.assertEqual(lines[0].split(",")[:8], ["x", "y", "z", "nx", "ny", "nz", "mean_curvature", "status"])
+        self.assertEqual(len(lines), 1 + 2 * POINTS)
+        first = pathlib.Path(second).read_text(encoding="ascii").splitlines()[1].split(",")
+        for at in (1, 1 + POINTS):
+            self.assertEqual([float(v) for v in lines[at].split(",")[:3]], [float(v) for v in first[:3]])
+
+    def test_resumes_after_kills_of_run_and_server(self):
+        whole = self.whole("--estimator=jet")
+        self.plan("--estimator=jet")
+        server = Server()
+        self.addCleanup(lambda: server.kill())
+        kills = 0
+        while not self.status()["complete"]:
+            done = self.status()["tiles_done"]
+            run = subprocess.Popen([CURV, "tiles", "run", self.work, f"--server={server.address}", "--jobs=1"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            while run.poll() is None and self.status()["tiles_done"] < done + 2:
+                pass  # each look at the status takes milliseconds
+            run.send_signal(signal.SIGKILL)
+            run.wait()
+            kills += 1
+            if kills == 2:  # the next run finds another server at the address
+                server.kill()
+                server = Server(server.port)
+        self.assertGreaterEqual(kills, 3)
+        self.assertEqual(self.merged(), whole)
+        leftover = [name for name in os.listdir(self.work) if name.startswith("spill")]
+        self.assertEqual(leftover, [])
+
+    def test_two_runs_at_once_share_the_tiles(self):
+        whole = self.whole("--estimator=jet")
+        self.plan("--estimator=jet")
+        runs = [subprocess.Popen([CURV, "tiles", "run", self.work, "--threads=1", "--summary=json"],
+                                 stdout=subprocess.PIPE, text=True) for _ in range(2)]
+        outcomes = [json.loads(run.communicate(timeout=120)[0]) for run in runs]
+        self.assertEqual([run.returncode for run in runs], [OK, OK])
+        self.assertEqual(sum(outcome["points"] for outcome in outcomes), POINTS)
+        self.assertEqual(self.merged(), whole)
+        again = json.loads(curv("tiles", "run", self.work, "--summary=json"))
+        self.assertEqual(again["tiles"], 0)
+
+    def test_does_one_tile(self):
+        self.plan("--estimator=jet")
+        curv("tiles", "run", self.work, "--tile=1")
+        self.assertEqual(self.status()["tiles_done"], 1)
+        self.assertIn("there is no tile 999", curv("tiles", "run", self.work, "--tile=999", code=USAGE))
+        self.assertIn("is not done", curv("tiles", "merge", self.work, "-o", self.result, code=INPUT))
+
+    def test_finds_damaged_results_and_makes_them_again(self):
+        whole = self.whole("--estimator=jet")
+        self.plan("--estimator=jet")
+        curv("tiles", "run", self.work)
+        flipped, short = (pathlib.Path(self.work, "results", f"tile-00000{tile}") for tile in (0, 1))
+        content = bytearray(flipped.read_bytes())
+        content[-5] ^= 1
+        flipped.write_bytes(content)
+        short.write_bytes(short.read_bytes()[:-1])
+        report = json.loads(curv("tiles", "verify", self.work, "--json", code=INPUT) or
+                            subprocess.run([CURV, "tiles", "verify", self.work, "--json"], capture_output=True,
+                                           check=False).stdout)
+        self.assertEqual(sorted(fault["tile"] for fault in report["damaged"]), [0, 1])
+        self.assertIn("checksum", curv("tiles", "merge", self.work, "-o", self.result, code=INPUT) + str(report))
+        flipped.unlink()
+        curv("tiles", "run", self.work)
+        self.assertEqual(self.merged(), whole)
+
+    def test_a_full_disk_ends_with_an_error_and_the_run_goes_on_later(self):
+        whole = self.whole("--estimator=jet")
+        self.plan("--estimator=jet")
+
+        def small_files():
+            # A result may not be as large as this: writing fails as on a full disk, with another reason.
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+        message = curv("tiles", "run", self.work, code=OUTPUT, preexec_fn=small_files)
+        self.assertIn("cannot write", message)
+        self.assertEqual(self.status()["tiles_damaged"], 0)
+        self.assertEqual(sorted(os.listdir(pathlib.Path(self.work, "results"))), [])
+        curv("tiles", "run", self.work)
+        self.assertEqual(self.merged(), whole)
+
+    def test_refuses_what_no_tile_can_decide(self):
+        for flags, word in ((["--auto"], "--auto"), (["--k=auto"], "--k=auto"), (["--normals=estimate"], "curv normals"),
+                            (["--orient"], "curv orient"), (["--estimator=uniform"], "uniform"),
+                            (["--estimator=delaunay", "--k=20"], "30")):
+            with self.subTest(flags=flags):
+                self.assertIn(word, self.plan(*flags, code=USAGE))
+        self.assertFalse(os.path.exists(self.work))
+
+    def test_refuses_changed_inputs_and_used_directories(self):
+        copy = str(self.folder / "copy.ply")
+        shutil.copyfile(self.cloud, copy)
+        self.plan("--estimator=jet", cloud=copy)
+        self.assertIn("has a plan already", self.plan(cloud=copy, code=USAGE))
+        curv("tiles", "run", self.work)
+        os.utime(copy, (1, 1))
+        self.assertIn("has changed", curv("tiles", "merge", self.work, "-o", self.result, code=INPUT))
+
+    def test_points_that_are_not_usable_get_a_status_or_are_refused(self):
+        lines = [f"{i % 50} {i // 50} {'nan' if i == 777 else 0} 0 0 {0 if i == 5 else 1}" for i in range(2500)]
+        cloud = str(self.folder / "holes.xyz")
+        pathlib.Path(cloud).write_text("# x y z nx ny nz\n" + "\n".join(lines), encoding="ascii")
+        self.assertIn("point 5 has a normal without a direction", self.plan(cloud=cloud, code=INPUT))
+        self.plan("--on-invalid=skip", "--estimator=jet", cloud=cloud)
+        curv("tiles", "run", self.work)
+        out = str(self.folder / "holes.csv")
+        curv("tiles", "merge", self.work, "-o", out)
+        words = [line.rsplit(",", 1)[1] for line in pathlib.Path(out).read_text(encoding="ascii").splitlines()[1:]]
+        self.assertEqual([i for i, word in enumerate(words) if word == "invalid_input"], [5, 777])
+
+    def test_doubles_have_the_same_bytes_for_other_tiles(self):
+        far = str(self.folder / "far.csv")
+        table = str(self.folder / "near.csv")
+        curv("generate", "goursat", "--points=5000", "-o", table)
+        rows = [line.split(",") for line in pathlib.Path(table).read_text(encoding="ascii").splitlines()]
+        for row in rows[1:]:
+            row[0], row[1] = repr(float(row[0]) + 512_000.0), repr(float(row[1]) + 5_400_000.0)
+        # One point far from all others takes no digits from them.
+        rows.append(["9e7", "9e7", "9e7", "0", "0", "1", *rows[1][6:]])
+        pathlib.Path(far).write_text("\n".join(",".join(row) for row in rows), encoding="ascii")
+        results = []
+        for points, halo in (("1000", "1.25"), ("2400", "0.3")):
+            curv("tiles", "plan", far, "-o", self.work, f"--tile-points={points}", "--estimator=jet", "--quantities=mean")
+            curv("tiles", "run", self.work, f"--halo={halo}")
+            curv("tiles", "merge", self.work, "-o", self.result)
+            results.append(pathlib.Path(self.result).read_bytes())
+            shutil.rmtree(self.work)
+        self.assertEqual(results[0], results[1])
+
+    def test_says_that_no_server_answers(self):
+        self.plan("--estimator=jet")
+        started = time.monotonic()
+        message = curv("tiles", "run", self.work, "--server=127.0.0.1:1", "--connect-timeout=0.3", code=UNAVAILABLE)
+        self.assertIn("UNAVAILABLE", message)
+        self.assertLess(time.monotonic() - started, 30)
+
+    def test_metrics_are_those_of_the_status(self):
+        self.plan("--estimator=jet")
+        curv("tiles", "run", self.work, "--tile=0")
+        out = str(self.folder / "curv.prom")
+        curv("tiles", "status", self.work, f"--prometheus={out}")
+        text = pathlib.Path(out).read_text(encoding="ascii")
+        self.assertRegex(text, r'(?m)^curv_tiles_done\{plan="[0-9a-f]{16}"\} 1$')
+        self.assertIn("nobody works", curv("tiles", "status", self.work))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
