@@ -1,9 +1,7 @@
 #include "client/channels.h"
 
 #include "absl/random/random.h"
-#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "client/name_lookup.h"
@@ -71,19 +69,6 @@ std::shared_ptr<grpc::Channel> MakeChannel(const Place& place, const ConnectOpti
                                                                  std::move(interceptors));
 }
 
-// Refuses ports that there are not: gRPC would call port 99999 34463.
-absl::Status CheckPort(const std::string& target) {
-  for (const char* kind : {"unix:", "unix-abstract:", "vsock:", "xds:"}) {
-    if (absl::StartsWith(target, kind)) return absl::OkStatus();
-  }
-  const std::string port = target.substr(target.rfind(':') + 1);
-  uint32_t number;
-  const bool is_port = absl::SimpleAtoi(port, &number) && number >= 1 && number <= 65535;
-  return is_port ? absl::OkStatus()
-                 : absl::InvalidArgumentError(
-                       absl::StrCat("server \"", target, "\" has port \"", port, "\"; it must be from 1 to 65535"));
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Channels::Create(
@@ -92,12 +77,9 @@ absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Chan
   std::vector<std::shared_ptr<grpc::Channel>> channels;
   const std::string list(servers);
   for (const absl::string_view part : absl::StrSplit(list, ',')) {
-    const std::string server = WithDefaultPort(std::string(absl::StripAsciiWhitespace(part)));
-    if (!LooksLikeTarget(server)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("server \"", server, "\" is neither HOST nor HOST:PORT, as in 127.0.0.1:50061"));
-    }
-    if (absl::Status status = CheckPort(server); !status.ok()) return status;
+    absl::StatusOr<std::string> target = ReadServerTarget(part);
+    if (!target.ok()) return target.status();
+    const std::string& server = *target;
     if (!options.token.empty() && !options.tls && !options.send_token_in_plain_text && !IsLocalTarget(server)) {
       return absl::InvalidArgumentError(absl::StrCat(
           "the token would go to ", server,

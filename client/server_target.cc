@@ -4,10 +4,13 @@
 
 #include <algorithm>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 
 namespace curv {
+namespace {
 
 std::string WithDefaultPort(const std::string& server) {
   constexpr char kDefaultPort[] = ":50061";
@@ -23,6 +26,30 @@ std::string WithDefaultPort(const std::string& server) {
 bool LooksLikeTarget(const std::string& target) {
   const size_t colon = target.rfind(':');
   return colon != std::string::npos && colon > 0 && colon + 1 < target.size() && target.back() != '/';
+}
+
+absl::Status CheckPort(const std::string& target) {
+  for (const char* kind : {"unix:", "unix-abstract:", "vsock:", "xds:"}) {
+    if (absl::StartsWith(target, kind)) return absl::OkStatus();
+  }
+  const std::string port = target.substr(target.rfind(':') + 1);
+  uint32_t number;
+  const bool is_port = absl::SimpleAtoi(port, &number) && number >= 1 && number <= 65535;
+  return is_port ? absl::OkStatus()
+                 : absl::InvalidArgumentError(
+                       absl::StrCat("server \"", target, "\" has port \"", port, "\"; it must be from 1 to 65535"));
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> ReadServerTarget(absl::string_view server) {
+  std::string target = WithDefaultPort(std::string(absl::StripAsciiWhitespace(server)));
+  if (!LooksLikeTarget(target)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("server \"", target, "\" is neither HOST nor HOST:PORT, as in 127.0.0.1:50061"));
+  }
+  if (absl::Status status = CheckPort(target); !status.ok()) return status;
+  return target;
 }
 
 }  // namespace curv

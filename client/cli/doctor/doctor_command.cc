@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "client/cli/command.h"
@@ -84,12 +83,9 @@ ExitCode Run(const DoctorFlags& flags) {
   std::vector<Examined> all;
   const std::string servers = flags.connection.server.empty() ? "localhost" : flags.connection.server;
   for (const absl::string_view part : absl::StrSplit(servers, ',')) {
-    const std::string server = WithDefaultPort(std::string(absl::StripAsciiWhitespace(part)));
-    if (!LooksLikeTarget(server)) {
-      return Fail(ExitCode::kUsage,
-                  absl::StrCat("server \"", server, "\" is neither HOST nor HOST:PORT, as in 127.0.0.1:50061"));
-    }
-    all.push_back({server, Examine(server, options)});
+    const absl::StatusOr<std::string> server = ReadServerTarget(part);
+    if (!server.ok()) return Fail(ExitCode::kUsage, server.status());
+    all.push_back({*server, Examine(*server, options)});
   }
   std::fputs((flags.json ? Json(all) : Text(all)).c_str(), stdout);
   return CodeFor(all);
