@@ -118,15 +118,17 @@ class OpenFile {
   int descriptor_;
 };
 
-// The most bytes of a file that are kept in memory: its table takes about as much again. Some files never end.
-uint64_t MostFileBytes() {
-  return static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE)) / 2;
+uint64_t MachineMemory() {
+  return static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
 }
+// The most bytes of a file that are kept in memory: its table takes about as much again.
+uint64_t MostFileBytes() { return MachineMemory() / 2; }
+// The same for what comes without its size, in memory that grows by copies. Some of it never ends.
+uint64_t MostStreamBytes() { return MachineMemory() / 4; }
 
 // Reads to the end, so that pipes work too. Not mapped: a mapped file that another program shortens kills the reader.
 absl::StatusOr<std::string> ReadBytes(const std::string& path) {
   constexpr size_t kFirstRead = 1 << 20;
-  const uint64_t most = MostFileBytes();
   const auto error = [&] {
     const std::string shown = path == kStandard ? "standard input" : path;
     return absl::InvalidArgumentError(absl::StrCat("cannot read ", shown, ": ", std::strerror(errno)));
@@ -135,10 +137,11 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
   if (file.descriptor() < 0) return error();
   struct stat status {};
   if (fstat(file.descriptor(), &status) != 0) return error();
+  const uint64_t most = S_ISREG(status.st_mode) ? MostFileBytes() : MostStreamBytes();
   const auto too_large = [&] {
     return absl::InvalidArgumentError(absl::StrCat("cannot read ", path == kStandard ? "standard input" : path,
-                                                   ": it has more than ", most,
-                                                   " bytes, half of this machine's memory"));
+                                                   ": it has more than ", most, " bytes, too many for the ",
+                                                   MachineMemory(), " of this machine's memory"));
   };
   if (S_ISREG(status.st_mode) && static_cast<uint64_t>(status.st_size) > most) return too_large();
   // One byte more than the file has, to meet its end without growing.
@@ -174,7 +177,7 @@ absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string&
   try {
     absl::StatusOr<std::string> bytes = ReadBytes(path);
     if (bytes.ok() && IsGzip(*bytes)) {
-      bytes = Gunzip(*bytes, MostFileBytes());
+      bytes = Gunzip(*bytes, MostStreamBytes());
       if (!bytes.ok()) return absl::InvalidArgumentError(absl::StrCat(shown, ": ", bytes.status().message()));
     }
     if (!bytes.ok()) return bytes.status();
