@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -12,10 +13,13 @@
 
 #include "core/estimators/strategies.h"
 #include "core/scale/blend.h"
+#include "core/scale/error_samples.h"
 #include "core/scale/local_weights.h"
+#include "core/scale/nearest_samples.h"
 #include "core/scale/pilot.h"
 #include "core/scale/scale_choice.h"
 #include "core/scale/scale_report.h"
+#include "core/scale/standard_errors.h"
 
 namespace curvd {
 namespace {
@@ -86,18 +90,27 @@ ScaleBounds BoundsOf(const EstimatorOptions& options, const SpatialIndex& index)
   return bounds;
 }
 
+// How the noise of estimates from a fixed count compares with that of the nearest rung: what the regression of normals
+// and hexagrams take first derivatives of goes with the count as count^-2, what jets take second ones of as count^-3.
+double VarianceFactor(const EstimatorOptions& options, const ScaleCandidate& candidate) {
+  const double ratio = static_cast<double>(candidate.count()) / FixedCount(options).value_or(candidate.count());
+  return candidate.method == kJetMethod ? ratio * ratio * ratio : ratio * ratio;
+}
+
 struct AutomaticScratch final : WorkerScratch {
   PilotScratch pilot;
   std::vector<std::unique_ptr<WorkerScratch>> chosen;  // of the chosen estimates
   std::optional<LocalWeights> weights;
+  std::optional<NearestSamples> samples;
   // Of the points of the group at hand.
   std::array<LocalWeights::Weights, SpatialIndex::kGroupPoints> point_weights;
+  std::array<LocalWeights::Weights, SpatialIndex::kGroupPoints> shares;  // of the estimates that there are
   std::array<Blend, SpatialIndex::kGroupPoints> blends;
 
   size_t bytes() const override {
     size_t bytes = sizeof(*this) - sizeof(pilot) + pilot.bytes();
     for (const auto& scratch : chosen) bytes += scratch->bytes();
-    return bytes + (weights.has_value() ? weights->bytes() : 0);
+    return bytes + (weights.has_value() ? weights->bytes() : 0) + (samples.has_value() ? samples->bytes() : 0);
   }
   uint64_t work() const override {
     uint64_t work = pilot.work();
@@ -134,10 +147,12 @@ class AutomaticRun final : public StrategyRun {
 
   size_t bytes() const override {
     return table_.capacity() * sizeof(PilotPoint) +
-           choice_.local_errors.capacity() * sizeof(choice_.local_errors.front());
+           choice_.local_errors.capacity() * sizeof(choice_.local_errors.front()) + errors_.bytes();
   }
 
   const ScaleReport* scale_report() const override { return &report_; }
+
+  void WriteChoicesTo(PointChoice* choices) override { choices_ = choices; }
 
  private:
   absl::Status Sample(size_t group, AutomaticScratch& s) {
@@ -149,6 +164,7 @@ class AutomaticRun final : public StrategyRun {
   void Choose() {
     std::erase_if(table_, [](const PilotPoint& point) { return !point.is_sampled(); });
     choice_ = ChooseScales(table_, BoundsOf(options_, index_));
+    if (choices_ != nullptr) ModelErrors();
     Report();
     if (choice_.chosen.empty()) {
       choice_.chosen = {Fallback()};
@@ -159,6 +175,14 @@ class AutomaticRun final : public StrategyRun {
       runs_.push_back(FindStrategy(one.estimator)->start(one, index_, results_));
       phases_.push_back(std::move(runs_.back()->Phases().front()));
     }
+  }
+
+  void ModelErrors() {
+    std::vector<double> variance_factors;
+    for (const ScaleCandidate& candidate : choice_.chosen) {
+      variance_factors.push_back(VarianceFactor(options_, candidate));
+    }
+    if (!choice_.scores.empty()) errors_ = ErrorModel(SampleErrors(table_, choice_, variance_factors));
   }
 
   // What is tried where nothing could be judged: what comes of it has a status.
@@ -173,6 +197,7 @@ class AutomaticRun final : public StrategyRun {
   void Report() {
     report_.sampled_points = static_cast<uint32_t>(table_.size());
     report_.sigma = std::ldexp(choice_.sigma, -index_.scale_exponent());
+    report_.normal_sigma = NormalNoise(table_, choice_.sigma);
     const auto to_caller = [&](double curvature) { return std::ldexp(curvature, index_.scale_exponent()); };
     for (const ScaleScore& score : choice_.scores) {
       report_.outcomes.push_back({kScaleMethods[score.candidate.method].estimator,
@@ -187,8 +212,10 @@ class AutomaticRun final : public StrategyRun {
     if (s.chosen.empty()) {
       for (const auto& run : runs_) s.chosen.push_back(run->MakeScratch());
       s.weights.emplace(table_, choice_);
+      if (choices_ != nullptr) s.samples.emplace(table_);
     }
     s.blends.fill({});
+    s.shares.fill({});
     size_t done = SpatialIndex::kGroupPoints;
     s.rest = 0;
     for (size_t c = 0; c < s.chosen.size(); ++c) {
@@ -207,11 +234,49 @@ class AutomaticRun final : public StrategyRun {
     }
     const GroupPoints& points = static_cast<const GroupScratch&>(*s.chosen.front()).points;
     for (size_t i = 0; i < done; ++i) {
-      const PointCurvature point = s.blends[i].Finish();
+      PointCurvature& point = results_[points.slot[i]];
+      // An estimate that is not left open is what it is without choices, to the last bit.
+      if (options_.is_automatic()) point = s.blends[i].Finish();
       ++s.status_counts[static_cast<size_t>(point.status)];
-      results_[points.slot[i]] = point;
     }
+    if (choices_ != nullptr) WriteChoices(points, done, s);
     return absl::OkStatus();
+  }
+
+  void WriteChoices(const GroupPoints& points, size_t count, AutomaticScratch& s) const {
+    if (count > 0) s.samples->Start(points.box, ErrorModel::kNearest);
+    for (size_t i = 0; i < count; ++i) {
+      const PointCurvature& point = results_[points.slot[i]];
+      PointChoice& choice = choices_[points.slot[i]];
+      choice = UndefinedChoice();
+      if (point.status != PointStatus::kOk) continue;
+      SetWeights(s.shares[i], choice);
+      float position[3];
+      points.query.Get(i, position);
+      const double half_difference = std::ldexp(0.5 * (double{point.k2} - point.k1), -index_.scale_exponent());
+      const StandardErrors errors = errors_.At(s.samples->At(position), half_difference);
+      choice.mean_error = ToCaller(errors.mean);
+      choice.k1_error = ToCaller(errors.k1);
+      choice.k2_error = ToCaller(errors.k2);
+    }
+  }
+
+  float ToCaller(double curvature) const { return static_cast<float>(std::ldexp(curvature, index_.scale_exponent())); }
+
+  // `shares` are the weights of the estimates that the point has.
+  void SetWeights(const LocalWeights::Weights& shares, PointChoice& choice) const {
+    const double total = std::accumulate(shares.begin(), shares.end(), 0.0);
+    std::array<double, kMethodCount> of_method{};
+    double count = 0.0;
+    for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+      const ScaleCandidate& candidate = choice_.chosen[c];
+      of_method[candidate.method] += shares[c] / total;
+      count += shares[c] / total * FixedCount(options_).value_or(candidate.count());
+    }
+    choice.neighbor_count = static_cast<float>(count);
+    choice.avg_hexagram_weight = static_cast<float>(of_method[kHexagramMethod]);
+    choice.normal_regression_weight = static_cast<float>(of_method[kRegressionMethod]);
+    choice.jet_weight = static_cast<float>(of_method[kJetMethod]);
   }
 
   void StartWeights(const GroupPoints& points, AutomaticScratch& s) {
@@ -229,6 +294,7 @@ class AutomaticRun final : public StrategyRun {
     const double most_radius = ScaleOf(options_).max_radius;
     if (most_radius > 0.0 && estimate.radius > most_radius) estimate.status = PointStatus::kTooFewNeighbors;
     s.blends[i].Add(estimate, s.point_weights[i][c]);
+    if (estimate.status == PointStatus::kOk) s.shares[i][c] = s.point_weights[i][c];
   }
 
   const EstimatorOptions options_;
@@ -237,6 +303,8 @@ class AutomaticRun final : public StrategyRun {
   const Pilot pilot_;
   PilotTable table_;
   ScaleChoice choice_;
+  ErrorModel errors_;
+  PointChoice* choices_ = nullptr;  // null: nobody asks
   ScaleReport report_;
   std::vector<std::unique_ptr<StrategyRun>> runs_;  // of the chosen estimators
   std::vector<GroupPhase> phases_;                  // of each, the only one
@@ -249,8 +317,13 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
     const EstimatorOptions one = OptionsOf(options, m, MostCount(options));
     chosen = std::max(chosen, FindStrategy(one.estimator)->scratch_bytes(one, point_count));
   }
-  return sizeof(AutomaticScratch) - sizeof(PilotScratch) + PilotScratch::MostBytes(PilotOptions(options), point_count) +
-         LocalWeights::MostBytes(Pilot::kMostPoints) + ScaleChoice::kMostChosen * (chosen + sizeof(void*));
+  // The table that all workers share counts with each: it is small.
+  const size_t samples = std::min(Pilot::kMostPoints, point_count);
+  const size_t shared = samples * (sizeof(PilotPoint) + (options.returns_choice ? sizeof(ErrorSample) : 0));
+  return shared + sizeof(AutomaticScratch) - sizeof(PilotScratch) +
+         PilotScratch::MostBytes(PilotOptions(options), point_count) + LocalWeights::MostBytes(Pilot::kMostPoints) +
+         (options.returns_choice ? NearestSamples::MostBytes(Pilot::kMostPoints) : 0) +
+         ScaleChoice::kMostChosen * (chosen + sizeof(void*));
 }
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,
@@ -270,7 +343,7 @@ constexpr Strategy kAutomatic = {.name = kAutomaticEstimator,
 }  // namespace
 
 const Strategy& StrategyFor(const EstimatorOptions& options) {
-  return options.is_automatic() ? kAutomatic : *FindStrategy(options.estimator);
+  return options.is_automatic() || options.returns_choice ? kAutomatic : *FindStrategy(options.estimator);
 }
 
 uint32_t LeastPoints(const EstimatorOptions& options) {

@@ -80,18 +80,37 @@ PilotNeighbor NeighborInFrame(const NeighborArrays& n, uint32_t j, const Eigen::
   return {{offset.x(), offset.y(), offset.z()}, {normal.x(), normal.y(), normal.z()}};
 }
 
-// What all methods estimate of these sums, of curvature in units of `unit`.
+// Where an estimate goes, of curvature in units of `unit`.
+void Store(const TangentShape& shape, double unit, size_t method, size_t rung, PilotPoint::Part part,
+           PilotPoint& point) {
+  point.mean[method][rung][part] = static_cast<float>(shape.mean * unit);
+  point.difference[method][rung][part] = static_cast<float>(shape.difference * unit);
+  point.twist[method][rung][part] = static_cast<float>(shape.twist * unit);
+}
+
+void StoreSlopes(const std::array<TangentShape, 2>& slopes, double squared_unit, std::array<float, 6>& out) {
+  size_t place = 0;
+  for (const TangentShape& slope : slopes) {
+    for (const double component : {slope.mean, slope.difference, slope.twist}) {
+      out[place++] = static_cast<float>(component * squared_unit);
+    }
+  }
+}
+
+// What all methods estimate of these sums.
 void EstimatePart(const PilotSums& sums, double radius, double unit, size_t rung, PilotPoint::Part part,
                   PilotPoint& point) {
-  if (const auto hexagrams = sums.MeanOfHexagrams()) {
-    point.mean[kHexagramMethod][rung][part] = static_cast<float>(hexagrams->mean * unit);
+  if (const auto hexagrams = sums.HexagramEstimate()) {
+    Store(hexagrams->shape, unit, kHexagramMethod, rung, part, point);
     if (part == PilotPoint::kAll) point.steepest[rung] = static_cast<float>(hexagrams->steepest * unit);
   }
-  if (const auto mean = sums.MeanOfRegression(radius)) {
-    point.mean[kRegressionMethod][rung][part] = static_cast<float>(*mean * unit);
+  if (const auto regression = sums.RegressionEstimate(radius)) {
+    Store(regression->shape, unit, kRegressionMethod, rung, part, point);
+    StoreSlopes(regression->slope, unit * unit, point.slope[rung][part]);
+    if (part == PilotPoint::kAll) point.normal_residual[rung] = static_cast<float>(regression->residual);
   }
-  if (const auto jet = sums.MeanOfJet(radius)) {
-    point.mean[kJetMethod][rung][part] = static_cast<float>(jet->mean * unit);
+  if (const auto jet = sums.JetEstimate(radius)) {
+    Store(jet->shape, unit, kJetMethod, rung, part, point);
     if (part == PilotPoint::kAll) point.residual[rung] = static_cast<float>(jet->residual / unit);
   }
 }

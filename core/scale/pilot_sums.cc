@@ -16,6 +16,8 @@ constexpr int IndexOf(int i, int j) { return (i + j) * (i + j + 1) / 2 + j; }
 
 // Pivots of normal equations below this, where 1 is what an even neighborhood has, are rounding errors.
 constexpr double kLeastPivot = 1e-10;
+// Of the weights 1 - x^2 - y^2 over a disc, the mean of their squares over their mean.
+constexpr double kMeanWeightInFit = 2.0 / 3.0;
 // Neighbors more than a fit has coefficients, from which its residual says something.
 constexpr double kLeastFreedom = 4.0;
 
@@ -71,19 +73,63 @@ bool Factor(const Matrix& matrix, Eigen::LLT<Matrix>& factors) {
   return least * least > kLeastPivot;
 }
 
-// Half the trace of the shape operator of a surface with these tangents and derivatives of its unit normal along them.
-double MeanOf(const Vector3d& tangent_x, const Vector3d& tangent_y, const Vector3d& normal_x,
-              const Vector3d& normal_y) {
-  const double e = tangent_x.squaredNorm(), f = tangent_x.dot(tangent_y), g = tangent_y.squaredNorm();
-  const double xx = tangent_x.dot(normal_x), yy = tangent_y.dot(normal_y);
-  const double xy = 0.5 * (tangent_x.dot(normal_y) + tangent_y.dot(normal_x));
-  return 0.5 * (g * xx - 2.0 * f * xy + e * yy) / (e * g - f * f);
+// The shape operator, over x and y, of a surface with the first fundamental form (e, f, g) and the second one (xx, xy,
+// yy).
+TangentShape ShapeOf(double e, double f, double g, double xx, double xy, double yy) {
+  const double determinant = e * g - f * f;
+  return {0.5 * (g * xx - 2.0 * f * xy + e * yy) / determinant, 0.5 * (g * xx - e * yy) / determinant,
+          0.5 * ((e + g) * xy - f * (xx + yy)) / determinant};
+}
+
+// The same of a surface with these tangents and derivatives of its unit normal along them.
+TangentShape ShapeOf(const Vector3d& tangent_x, const Vector3d& tangent_y, const Vector3d& normal_x,
+                     const Vector3d& normal_y) {
+  return ShapeOf(tangent_x.squaredNorm(), tangent_x.dot(tangent_y), tangent_y.squaredNorm(), tangent_x.dot(normal_x),
+                 0.5 * (tangent_x.dot(normal_y) + tangent_y.dot(normal_x)), tangent_y.dot(normal_y));
+}
+
+// A shape in units of `unit`.
+TangentShape InUnits(const TangentShape& shape, double unit) {
+  return {shape.mean / unit, shape.difference / unit, shape.twist / unit};
+}
+
+// Slopes of the shape operator at the origin of a regression's fit, in units of `squared_unit`: those of the symmetric
+// part of the derivatives of the normals' x and y.
+std::array<TangentShape, 2> SlopesOf(const Eigen::Matrix<double, IndexOf(0, 3) + 1, 3>& fit, double squared_unit) {
+  const auto second = [&](int i, int j, int axis) {
+    return (i == 1 ? 1.0 : 2.0) * fit(IndexOf(i, j), axis) / squared_unit;
+  };
+  const auto along = [&](int i, int j) {  // of x^i y^j along x, of x^(i-1) y^(j+1) along y
+    return TangentShape{0.5 * (second(i, j, 0) + second(i - 1, j + 1, 1)),
+                        0.5 * (second(i, j, 0) - second(i - 1, j + 1, 1)),
+                        0.5 * (second(i - 1, j + 1, 0) + second(i, j, 1))};
+  };
+  return {along(2, 0), along(1, 1)};
 }
 
 // Corrected measures of triangles.
 struct Measures {
   double area = 0.0, mean = 0.0, gaussian = 0.0;
+  double xx = 0.0, xy = 0.0, yy = 0.0;
 };
+
+// Adds the measures of a triangle, turned so that its area is not negative (core/estimators/measures-inl.h).
+void AddTriangle(const Vector3d* position, const Vector3d* normal, Measures& sum) {
+  const Vector3d middle = (normal[0] + normal[1] + normal[2]) / 3.0;
+  const Vector3d e1 = position[1] - position[0], e2 = position[2] - position[0];
+  const Vector3d n1 = normal[1] - normal[0], n2 = normal[2] - normal[0];
+  const double area = 0.5 * middle.dot(e1.cross(e2));
+  const double sign = area < 0.0 ? -1.0 : 1.0;
+  sum.area += sign * area;
+  sum.mean += sign * 0.25 * middle.dot((normal[0] - normal[2]).cross(e1) + (normal[1] - normal[0]).cross(e2));
+  sum.gaussian += sign * 0.5 * normal[0].dot(normal[1].cross(normal[2]));
+  const Vector3d e1_middle = e1.cross(middle), e2_middle = e2.cross(middle);
+  const Eigen::Matrix2d tensor =
+      e2_middle.head<2>() * n1.head<2>().transpose() - e1_middle.head<2>() * n2.head<2>().transpose();
+  sum.xx += sign * 0.5 * tensor(0, 0);
+  sum.xy += sign * 0.25 * (tensor(0, 1) + tensor(1, 0));
+  sum.yy += sign * 0.5 * tensor(1, 1);
+}
 
 }  // namespace
 
@@ -137,7 +183,7 @@ PilotSums::Corner PilotSums::CornerOf(size_t sector) const {
   return corner;
 }
 
-std::optional<PilotSums::Hexagrams> PilotSums::MeanOfHexagrams() const {
+std::optional<PilotSums::Hexagrams> PilotSums::HexagramEstimate() const {
   Measures sum;
   for (size_t rotation = 0; rotation < 2; ++rotation) {
     for (size_t first = 0; first < 2; ++first) {
@@ -147,21 +193,16 @@ std::optional<PilotSums::Hexagrams> PilotSums::MeanOfHexagrams() const {
         position[c] = Vector3d(corner.position.data());
         normal[c] = Vector3d(corner.normal.data());
       }
-      const Vector3d middle = (normal[0] + normal[1] + normal[2]) / 3.0;
-      const Vector3d e1 = position[1] - position[0], e2 = position[2] - position[0];
-      const double area = 0.5 * middle.dot(e1.cross(e2));
-      const double sign = area < 0.0 ? -1.0 : 1.0;
-      sum.area += sign * area;
-      sum.mean += sign * 0.25 * middle.dot((normal[0] - normal[2]).cross(e1) + (normal[1] - normal[0]).cross(e2));
-      sum.gaussian += sign * 0.5 * normal[0].dot(normal[1].cross(normal[2]));
+      AddTriangle(position, normal, sum);
     }
   }
   if (!(sum.area > 0.0)) return std::nullopt;
   const double mean = sum.mean / sum.area, gaussian = sum.gaussian / sum.area;
-  return Hexagrams{mean, std::abs(mean) + std::sqrt(std::max(mean * mean - gaussian, 0.0))};
+  return Hexagrams{{mean, 0.5 * (sum.xx - sum.yy) / sum.area, sum.xy / sum.area},
+                   std::abs(mean) + std::sqrt(std::max(mean * mean - gaussian, 0.0))};
 }
 
-std::optional<double> PilotSums::MeanOfRegression(double radius) const {
+std::optional<PilotSums::Regression> PilotSums::RegressionEstimate(double radius) const {
   constexpr int kDegree = 3, kSize = IndexOf(0, kDegree) + 1;
   if (count() < kSize + kLeastFreedom) return std::nullopt;
   double moments[MonomialCount(kMomentDegree)], weighted[MonomialCount(2 * kDegree)];
@@ -186,10 +227,14 @@ std::optional<double> PilotSums::MeanOfRegression(double radius) const {
   const Vector3d unit = at_point / length;
   const auto along_sphere = [&](const Vector3d& d) -> Vector3d { return (d - d.dot(unit) * unit) / length; };
   const Vector3d tangent_x(1.0, 0.0, -unit.x() / unit.z()), tangent_y(0.0, 1.0, -unit.y() / unit.z());
-  return MeanOf(tangent_x, tangent_y, along_sphere(dx), along_sphere(dy)) / radius;
+  // The normals have unit length, so that the sum of their squares is that of the weights.
+  const double squares = weighted[0] - fit.cwiseProduct(right).sum();
+  const double freedom = 2.0 * (weighted[0] - kMeanWeightInFit * kSize / count());
+  return Regression{InUnits(ShapeOf(tangent_x, tangent_y, along_sphere(dx), along_sphere(dy)), radius),
+                    SlopesOf(fit / length, radius * radius), std::sqrt(std::max(squares, 0.0) / freedom)};
 }
 
-std::optional<PilotSums::Jet> PilotSums::MeanOfJet(double radius) const {
+std::optional<PilotSums::Jet> PilotSums::JetEstimate(double radius) const {
   constexpr int kDegree = 4, kSize = IndexOf(0, kDegree) + 1;
   if (count() < kSize + 1) return std::nullopt;
   double moments[MonomialCount(2 * kDegree)];
@@ -202,9 +247,9 @@ std::optional<PilotSums::Jet> PilotSums::MeanOfJet(double radius) const {
   const Eigen::Matrix<double, kSize, 1> fit = factors.solve(heights);
   const double squares = values_[kHeightSquares] / (count() * radius * radius) - fit.dot(heights);
   const double p = fit[IndexOf(1, 0)], q = fit[IndexOf(0, 1)], w = std::sqrt(1.0 + p * p + q * q);
-  const double xx = 2.0 * fit[IndexOf(2, 0)], xy = fit[IndexOf(1, 1)], yy = 2.0 * fit[IndexOf(0, 2)];
-  const double mean = -0.5 * ((1.0 + q * q) * xx - 2.0 * p * q * xy + (1.0 + p * p) * yy) / (w * w * w);
-  return Jet{mean / radius, std::sqrt(std::max(squares, 0.0) * count() / (count() - kSize)) * radius};
+  const double xx = -2.0 * fit[IndexOf(2, 0)] / w, xy = -fit[IndexOf(1, 1)] / w, yy = -2.0 * fit[IndexOf(0, 2)] / w;
+  return Jet{InUnits(ShapeOf(1.0 + p * p, p * q, 1.0 + q * q, xx, xy, yy), radius),
+             std::sqrt(std::max(squares, 0.0) * count() / (count() - kSize)) * radius};
 }
 
 }  // namespace curvd

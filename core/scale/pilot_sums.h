@@ -14,6 +14,13 @@ struct PilotNeighbor {
   std::array<double, 3> normal;  // of unit length
 };
 
+// The shape operator over the frame's x and y, [[mean + difference, twist], [twist, mean - difference]].
+struct TangentShape {
+  double mean;
+  double difference;
+  double twist;
+};
+
 // Monomials x^i y^j up to a degree.
 constexpr size_t MonomialCount(int degree) { return static_cast<size_t>((degree + 1) * (degree + 2) / 2); }
 
@@ -28,19 +35,24 @@ class PilotSums {
   // In each case lengths are in the unit of the neighbors, `radius` is that of the neighborhood, and nothing is
   // returned where the neighbors fix no surface.
   struct Hexagrams {
-    double mean;
+    TangentShape shape;
     double steepest;  // the larger principal curvature by magnitude
   };
   // What avg-hexagram with two rotations estimates.
-  std::optional<Hexagrams> MeanOfHexagrams() const;
-  // The mean curvature that the weighted cubic regression of the normals estimates.
-  std::optional<double> MeanOfRegression(double radius) const;
+  std::optional<Hexagrams> HexagramEstimate() const;
+  struct Regression {
+    TangentShape shape;
+    std::array<TangentShape, 2> slope;  // how the shape changes along x, and along y
+    double residual;                    // standard deviation of the normals about the fit, along each tangent
+  };
+  // What the weighted cubic regression of the normals estimates.
+  std::optional<Regression> RegressionEstimate(double radius) const;
   struct Jet {
-    double mean;
+    TangentShape shape;
     double residual;  // standard deviation of the positions about the surface
   };
   // What jet fitting of degree 4 estimates.
-  std::optional<Jet> MeanOfJet(double radius) const;
+  std::optional<Jet> JetEstimate(double radius) const;
 
  private:
   // Sums of x^i y^j, of z x^i y^j, and of each component of the normal times x^i y^j, up to these degrees.

@@ -19,10 +19,19 @@ struct PilotPoint {
   static constexpr size_t kParts = 3;
 
   std::array<float, 3> position;
-  std::array<std::array<std::array<float, kParts>, kRungCount>, kMethodCount> mean;  // curvature
-  std::array<float, kRungCount> radius;                                              // of the neighborhood
-  std::array<float, kRungCount> steepest;  // principal curvature by magnitude, of the hexagrams
-  std::array<float, kRungCount> residual;  // of positions, from the jet
+  // Of each method, rung and part: the shape operator in a frame of the point's own, which all of them share
+  // (TangentShape).
+  using Estimates = std::array<std::array<std::array<float, kParts>, kRungCount>, kMethodCount>;
+  Estimates mean;  // curvature
+  Estimates difference;
+  Estimates twist;
+  // Of the regression of normals: how the shape operator changes along the frame's axes: mean, difference and twist
+  // along x, then those along y.
+  std::array<std::array<std::array<float, 6>, kParts>, kRungCount> slope;
+  std::array<float, kRungCount> radius;           // of the neighborhood
+  std::array<float, kRungCount> steepest;         // principal curvature by magnitude, of the hexagrams
+  std::array<float, kRungCount> residual;         // of positions, from the jet
+  std::array<float, kRungCount> normal_residual;  // of normals along a tangent, from the regression of normals
 
   // Stands where no point was sampled.
   static PilotPoint None() { return PilotPoint({kNone, kNone, kNone}); }
@@ -30,10 +39,15 @@ struct PilotPoint {
 
   // Without any estimate.
   explicit PilotPoint(const std::array<float, 3>& at) : position(at) {
-    for (auto& rungs : mean) {
-      for (auto& parts : rungs) parts.fill(kNone);
+    for (Estimates* const estimates : {&mean, &difference, &twist}) {
+      for (auto& rungs : *estimates) {
+        for (auto& parts : rungs) parts.fill(kNone);
+      }
     }
-    for (auto* rungs : {&radius, &steepest, &residual}) rungs->fill(kNone);
+    for (auto& parts : slope) {
+      for (auto& slopes : parts) slopes.fill(kNone);
+    }
+    for (auto* rungs : {&radius, &steepest, &residual, &normal_residual}) rungs->fill(kNone);
   }
 };
 

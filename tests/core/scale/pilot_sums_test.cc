@@ -27,12 +27,63 @@ TEST(PilotSumsTest, EveryMethodFindsTheCurvatureOfAGraph) {
   for (const auto& [a, b] : {std::pair{0.2, 0.2}, std::pair{0.3, -0.1}, std::pair{-0.4, -0.1}}) {
     const PilotSums sums = Bowl(a, b, 400, 0.5);
     const double mean = 0.5 * (a + b);
-    ASSERT_TRUE(sums.MeanOfHexagrams().has_value());
-    EXPECT_NEAR(sums.MeanOfHexagrams()->mean, mean, 0.02);
-    EXPECT_NEAR(sums.MeanOfHexagrams()->steepest, std::max(std::abs(a), std::abs(b)), 0.03);
-    EXPECT_NEAR(*sums.MeanOfRegression(0.5), mean, 1e-4);
-    EXPECT_NEAR(sums.MeanOfJet(0.5)->mean, mean, 1e-10) << "the graph is a polynomial of degree 2";
-    EXPECT_LT(sums.MeanOfJet(0.5)->residual, 1e-7);
+    ASSERT_TRUE(sums.HexagramEstimate().has_value());
+    EXPECT_NEAR(sums.HexagramEstimate()->shape.mean, mean, 0.02);
+    EXPECT_NEAR(sums.HexagramEstimate()->steepest, std::max(std::abs(a), std::abs(b)), 0.03);
+    EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.mean, mean, 1e-4);
+    EXPECT_NEAR(sums.JetEstimate(0.5)->shape.mean, mean, 1e-10) << "the graph is a polynomial of degree 2";
+    EXPECT_LT(sums.JetEstimate(0.5)->residual, 1e-7);
+  }
+}
+
+TEST(PilotSumsTest, EveryMethodFindsTheShapeOperatorOfAGraph) {
+  const PilotSums sums = Bowl(0.3, -0.1, 400, 0.5);
+  for (const TangentShape& shape :
+       {sums.HexagramEstimate()->shape, sums.RegressionEstimate(0.5)->shape, sums.JetEstimate(0.5)->shape}) {
+    EXPECT_NEAR(shape.difference, 0.2, 0.02) << "hexagrams of 400 random points are off by as much";
+    EXPECT_NEAR(shape.twist, 0.0, 0.02);
+  }
+  EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.difference, 0.2, 1e-3);
+  EXPECT_NEAR(sums.JetEstimate(0.5)->shape.difference, 0.2, 1e-10);
+}
+
+// Normals whose derivative is [[x, y / 2], [y / 2, 3 y]] over the tangent plane.
+TEST(PilotSumsTest, TheRegressionTellsHowTheShapeChanges) {
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> coordinate(-0.1, 0.1);
+  PilotSums sums;
+  for (int i = 0; i < 500; ++i) {
+    const double x = coordinate(random), y = coordinate(random);
+    const double nx = 0.5 * x * x + 0.25 * y * y, ny = 0.5 * x * y + 1.5 * y * y,
+                 length = std::sqrt(1 + nx * nx + ny * ny);
+    sums.Add({{x, y, 0.0}, {nx / length, ny / length, 1.0 / length}});
+  }
+  const auto slope = sums.RegressionEstimate(0.15)->slope;
+  EXPECT_NEAR(slope[0].mean, 0.75, 1e-3);
+  EXPECT_NEAR(slope[0].difference, 0.25, 1e-3);
+  EXPECT_NEAR(slope[0].twist, 0.0, 1e-3);
+  EXPECT_NEAR(slope[1].mean, 1.5, 1e-3);
+  EXPECT_NEAR(slope[1].difference, -1.5, 1e-3);
+  EXPECT_NEAR(slope[1].twist, 0.5, 1e-3);
+}
+
+TEST(PilotSumsTest, TheResidualOfTheNormalsIsTheirNoise) {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> coordinate(-0.7, 0.7);
+  std::normal_distribution<double> noise(0.0, 0.05);
+  for (const int count : {64, 2000}) {
+    double squares = 0.0;
+    constexpr int kTrials = 20;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      PilotSums sums;
+      for (int i = 0; i < count; ++i) {
+        const double nx = noise(random), ny = noise(random), length = std::sqrt(1 + nx * nx + ny * ny);
+        sums.Add({{coordinate(random), coordinate(random), 0}, {nx / length, ny / length, 1 / length}});
+      }
+      const double residual = sums.RegressionEstimate(1.0)->residual;
+      squares += residual * residual / kTrials;
+    }
+    EXPECT_NEAR(std::sqrt(squares), 0.05, 0.003) << count;
   }
 }
 
@@ -40,7 +91,7 @@ TEST(PilotSumsTest, SumsOfPartsAreThoseOfTheWhole) {
   PilotSums parts = Bowl(0.2, 0.1, 60, 1.0);
   parts += Bowl(0.2, 0.1, 40, 1.0);
   EXPECT_EQ(parts.count(), 100.0);
-  EXPECT_NEAR(parts.MeanOfJet(1.0)->mean, 0.15, 1e-9);
+  EXPECT_NEAR(parts.JetEstimate(1.0)->shape.mean, 0.15, 1e-9);
 }
 
 TEST(PilotSumsTest, TheResidualIsTheNoiseOfThePositions) {
@@ -49,13 +100,13 @@ TEST(PilotSumsTest, TheResidualIsTheNoiseOfThePositions) {
   std::normal_distribution<double> noise(0.0, 0.01);
   PilotSums sums;
   for (int i = 0; i < 2000; ++i) sums.Add({{coordinate(random), coordinate(random), noise(random)}, {0, 0, 1}});
-  EXPECT_NEAR(sums.MeanOfJet(1.0)->residual, 0.01, 0.0005);
+  EXPECT_NEAR(sums.JetEstimate(1.0)->residual, 0.01, 0.0005);
 }
 
 TEST(PilotSumsTest, NothingIsSaidWhereTheNeighborsFixNoSurface) {
-  EXPECT_FALSE(PilotSums().MeanOfHexagrams().has_value());
-  EXPECT_FALSE(PilotSums().MeanOfRegression(1.0).has_value());
-  EXPECT_FALSE(PilotSums().MeanOfJet(1.0).has_value());
+  EXPECT_FALSE(PilotSums().HexagramEstimate().has_value());
+  EXPECT_FALSE(PilotSums().RegressionEstimate(1.0).has_value());
+  EXPECT_FALSE(PilotSums().JetEstimate(1.0).has_value());
   PilotSums line, spot, opposed;
   for (int i = 0; i < 100; ++i) {
     line.Add({{0.01 * i, 0.0, 0.0}, {0, 0, 1}});
@@ -63,11 +114,11 @@ TEST(PilotSumsTest, NothingIsSaidWhereTheNeighborsFixNoSurface) {
     opposed.Add({{std::cos(i), std::sin(i), 0.0}, {0, 0, i % 2 == 0 ? 1.0 : -1.0}});
   }
   for (const PilotSums* sums : {&line, &spot}) {
-    EXPECT_FALSE(sums->MeanOfHexagrams().has_value());
-    EXPECT_FALSE(sums->MeanOfRegression(1.0).has_value());
-    EXPECT_FALSE(sums->MeanOfJet(1.0).has_value());
+    EXPECT_FALSE(sums->HexagramEstimate().has_value());
+    EXPECT_FALSE(sums->RegressionEstimate(1.0).has_value());
+    EXPECT_FALSE(sums->JetEstimate(1.0).has_value());
   }
-  EXPECT_FALSE(opposed.MeanOfRegression(1.0).has_value()) << "normals cancel out";
+  EXPECT_FALSE(opposed.RegressionEstimate(1.0).has_value()) << "normals cancel out";
 }
 
 }  // namespace
