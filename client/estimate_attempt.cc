@@ -162,8 +162,7 @@ class Attempt {
       return;
     }
     const uint64_t chunk_bytes = std::min<uint64_t>(allowed, options_.chunk_bytes);
-    const size_t arrays = 1 + (cloud_.normals().empty() ? 0 : 1) + (cloud_.viewpoints().empty() ? 0 : 1);
-    const size_t chunk_points = std::max<size_t>(1, chunk_bytes / (arrays * cloud_.point_bytes()));
+    const size_t chunk_points = std::max<size_t>(1, chunk_bytes / (cloud_.array_count() * cloud_.point_bytes()));
     const size_t count = std::min(chunk_points, cloud_.size() - next_point_);
     grpc::Slice chunk = PackChunk(cloud_, next_point_, count);
     next_point_ += count;

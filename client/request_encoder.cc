@@ -94,6 +94,7 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
                                                                    : v1::OPPOSED_NORMALS_POLICY_MARK);
   for (const std::string& name : options.quantities) header.add_quantities(*curvature::wire::QuantityOf(name));
   if (options.normals.source != NormalSource::kGiven) FillNormals(options.normals, *header.mutable_normals());
+  if (options.curvature_direction) Set(*options.curvature_direction, header.mutable_curvature_direction());
   header.set_request_tag(options.request_tag);
   header.set_priority(ToProto(options.priority));
   return grpc::Slice(request.SerializeAsString());
@@ -101,16 +102,20 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
 
 grpc::Slice PackChunk(const CloudView& cloud, size_t first, size_t count) {
   const size_t offset = first * cloud.point_bytes(), bytes = count * cloud.point_bytes();
-  char *positions = nullptr, *normals = nullptr, *viewpoints = nullptr;
+  char *positions = nullptr, *normals = nullptr, *viewpoints = nullptr, *directions = nullptr;
   curvature::wire::BulkWriter writer(v1::EstimateCurvatureRequest::kChunkFieldNumber);
   writer.AddNumber(v1::PointChunk::kFirstIndexFieldNumber, first);
   writer.AddArray(v1::PointChunk::kPositionsFieldNumber, bytes, &positions);
   if (!cloud.normals().empty()) writer.AddArray(v1::PointChunk::kNormalsFieldNumber, bytes, &normals);
   if (!cloud.viewpoints().empty()) writer.AddArray(v1::PointChunk::kViewpointsFieldNumber, bytes, &viewpoints);
+  if (!cloud.directions().empty()) {
+    writer.AddArray(v1::PointChunk::kCurvatureDirectionsFieldNumber, bytes, &directions);
+  }
   return writer.Finish([&] {
     std::memcpy(positions, cloud.positions().data() + offset, bytes);
     if (normals != nullptr) std::memcpy(normals, cloud.normals().data() + offset, bytes);
     if (viewpoints != nullptr) std::memcpy(viewpoints, cloud.viewpoints().data() + offset, bytes);
+    if (directions != nullptr) std::memcpy(directions, cloud.directions().data() + offset, bytes);
   });
 }
 

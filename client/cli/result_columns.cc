@@ -104,6 +104,14 @@ PointTable MakeResultTable(PointTable input, CurvatureResult result) {
   AddScalars("normal_variance_ratio", std::move(result.normal_variance_ratio), table);
   AddScalars("shape_index", std::move(result.shape_index), table);
   AddScalars("curvedness", std::move(result.curvedness), table);
+  AddScalars("mean_curvature_standard_error", std::move(result.mean_standard_error), table);
+  AddScalars("k1_standard_error", std::move(result.k1_standard_error), table);
+  AddScalars("k2_standard_error", std::move(result.k2_standard_error), table);
+  AddScalars("chosen_neighbor_count", std::move(result.chosen_neighbor_count), table);
+  AddScalars("avg_hexagram_weight", std::move(result.avg_hexagram_weight), table);
+  AddScalars("normal_regression_weight", std::move(result.normal_regression_weight), table);
+  AddScalars("jet_weight", std::move(result.jet_weight), table);
+  AddScalars("normal_curvature", std::move(result.normal_curvature), table);
   for (NamedColumn& other : result.others) AddOther(std::move(other), table);
   table.Set({"status", std::move(result.status)});
   // An earlier estimate must not stand beside this one as if it were a part of it.

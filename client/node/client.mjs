@@ -80,7 +80,12 @@ export class CurvatureClient {
   }
 
   async #estimate(positions, normals, header, normalsFrom, options) {
-    const cloud = { positions, normals, viewpoints: options.viewpoints ?? null };
+    const cloud = {
+      positions,
+      normals,
+      viewpoints: options.viewpoints ?? null,
+      curvatureDirections: options.curvatureDirections ?? null,
+    };
     checkArrays(cloud);
     header.pointCount = cloud.positions.length / 3;
     header.scalarType = cloud.positions instanceof Float64Array ? "SCALAR_TYPE_FLOAT64" : "SCALAR_TYPE_FLOAT32";
@@ -180,8 +185,15 @@ export class CurvatureClient {
 //   normalNeighborCount, normalRadius  of which points normals are estimated. DEFAULT: as their noise asks for
 //   quantities            what the result shall have beside status, of "meanCurvature", "gaussianCurvature",
 //                         "principalCurvatures" (k1, k2), "principalDirections" (d1, d2), "radius", "normals" (normal),
-//                         "normalQuality" (normalResidual, normalVarianceRatio), "shapeIndex", "curvedness". DEFAULT, and
-//                         []: all of curvature but the last two, and "normals" unless they stay as they are given
+//                         "normalQuality" (normalResidual, normalVarianceRatio), "shapeIndex", "curvedness",
+//                         "standardErrors" (meanCurvatureStandardError, k1StandardError, k2StandardError) with
+//                         neighborCount "auto" or from 16 to 2,048 and an estimator that "auto" chooses among ("jet" with
+//                         jetDegree 4), "chosenNeighborCount" and "estimatorWeights" (avgHexagramWeight,
+//                         normalRegressionWeight, jetWeight) of "auto", "normalCurvature". DEFAULT, and []: the first five,
+//                         DEFAULT_QUANTITIES, and "normals" unless they stay as they are given
+//   curvatureDirection    of "normalCurvature": the direction in which it is wanted, [x, y, z]; it is projected on the tangent
+//                         plane. NaN where nothing is left of it
+//   curvatureDirections   instead: that of each point, an array as positions
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
 //   rejectOpposedNormals  fail the call if normals point to opposite sides of one surface, instead of giving the points
 //                         around such places a status, and warning. DEFAULT: false
@@ -248,7 +260,7 @@ function ageOf(path) {
   return path === undefined ? null : (statSync(path, { throwIfNoEntry: false })?.mtimeMs ?? null);
 }
 
-function checkArrays({ positions, normals, viewpoints }) {
+function checkArrays({ positions, normals, viewpoints, curvatureDirections }) {
   const isFloats = positions instanceof Float32Array || positions instanceof Float64Array;
   const isAlike = (array) => array === null || array?.constructor === positions.constructor;
   if (!isFloats || !isAlike(normals)) {
@@ -257,7 +269,8 @@ function checkArrays({ positions, normals, viewpoints }) {
     );
   }
   if (!isAlike(viewpoints)) throw new TypeError("viewpoints must be of the type of positions");
-  for (const [name, array] of Object.entries({ normals, viewpoints })) {
+  if (!isAlike(curvatureDirections)) throw new TypeError("curvatureDirections must be of the type of positions");
+  for (const [name, array] of Object.entries({ normals, viewpoints, curvatureDirections })) {
     const length = array?.length ?? positions.length;
     if (positions.length % 3 !== 0 || positions.length !== length) {
       throw new TypeError(`positions has ${positions.length} scalars and ${name} ${length}; both need 3 for each point`);

@@ -1,4 +1,5 @@
 // Curvature of point clouds, and their normals, from a curvd server: typed arrays in, typed arrays out.
 export { CurvatureClient, estimateCurvature, estimateNormals } from "./client.mjs";
 export { CurvdError } from "./errors.mjs";
+export { DEFAULT_QUANTITIES } from "./protocol.mjs";
 export { PointStatus } from "./results.mjs";

@@ -22,7 +22,8 @@ namespace wire = curvature::wire;
 
 constexpr wire::BulkLayout kPointChunk({v1::PointChunk::kFirstIndexFieldNumber, v1::PointChunk::kIsLastFieldNumber},
                                        {v1::PointChunk::kPositionsFieldNumber, v1::PointChunk::kNormalsFieldNumber,
-                                        v1::PointChunk::kViewpointsFieldNumber});
+                                        v1::PointChunk::kViewpointsFieldNumber,
+                                        v1::PointChunk::kCurvatureDirectionsFieldNumber});
 
 absl::Status Invalid(const char* reason, std::string field, std::string value, std::string limit) {
   return MakeError(absl::StatusCode::kInvalidArgument,
@@ -54,7 +55,8 @@ absl::Status RequestSession::ReceiveMessage(grpc::ByteBuffer& message) {
     return ReceiveChunk(
         {chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber], chunk.numbers[v1::PointChunk::kIsLastFieldNumber] != 0,
          chunk.arrays[v1::PointChunk::kPositionsFieldNumber], chunk.arrays[v1::PointChunk::kNormalsFieldNumber],
-         chunk.arrays[v1::PointChunk::kViewpointsFieldNumber]});
+         chunk.arrays[v1::PointChunk::kViewpointsFieldNumber],
+         chunk.arrays[v1::PointChunk::kCurvatureDirectionsFieldNumber]});
   }
   const size_t bytes = message.Length();
   v1::EstimateCurvatureRequest request;
@@ -74,7 +76,8 @@ absl::Status RequestSession::ReceiveRequest(const v1::EstimateCurvatureRequest& 
                            request.chunk().is_last(),
                            {request.chunk().positions()},
                            {request.chunk().normals()},
-                           {request.chunk().viewpoints()}});
+                           {request.chunk().viewpoints()},
+                           {request.chunk().curvature_directions()}});
     case v1::EstimateCurvatureRequest::MESSAGE_NOT_SET:
       break;
   }
@@ -92,6 +95,7 @@ absl::Status RequestSession::ReceiveHeader(const v1::CloudHeader& header) {
                  options_->has_normals() ? NormalsInput::kGiven : NormalsInput::kAbsent);
   cloud_.Expect(options_->point_count);
   viewpoints_.Expect(options_->point_count);
+  directions_.Expect(options_->point_count);
   return absl::OkStatus();
 }
 
@@ -123,6 +127,9 @@ absl::Status RequestSession::ReceiveChunk(const Chunk& chunk) {
 
 absl::Status RequestSession::AppendPoints(const Chunk& chunk) {
   const ScalarType type = options_->scalar_type;
+  if (options_->has_directions()) {
+    if (absl::Status status = directions_.Append(chunk.directions, type); !status.ok()) return status;
+  }
   if (!options_->has_viewpoints()) return AppendPieces(chunk.positions, chunk.normals, type, cloud_);
   if (absl::Status status = viewpoints_.Append(chunk.viewpoints, type); !status.ok()) return status;
   return AppendSeenPieces(chunk.positions, chunk.normals, type, viewpoints_, cloud_);
@@ -130,7 +137,8 @@ absl::Status RequestSession::AppendPoints(const Chunk& chunk) {
 
 absl::StatusOr<uint64_t> RequestSession::CheckLengths(const Chunk& chunk) const {
   const uint64_t positions = wire::SizeOf(chunk.positions), normals = wire::SizeOf(chunk.normals);
-  const uint64_t viewpoints = wire::SizeOf(chunk.viewpoints), bytes = positions + normals + viewpoints;
+  const uint64_t viewpoints = wire::SizeOf(chunk.viewpoints), directions = wire::SizeOf(chunk.directions);
+  const uint64_t bytes = positions + normals + viewpoints + directions;
   if (bytes > limits_.max_chunk_bytes) {
     return OverLimit(kReasonChunkTooLarge, "chunk.positions and the other arrays together",
                      absl::StrCat(bytes, " bytes"),
@@ -144,6 +152,7 @@ absl::StatusOr<uint64_t> RequestSession::CheckLengths(const Chunk& chunk) const 
   }
   if (absl::Status status = CheckNormals(normals, positions); !status.ok()) return status;
   if (absl::Status status = CheckViewpoints(viewpoints, positions); !status.ok()) return status;
+  if (absl::Status status = CheckDirections(directions, positions); !status.ok()) return status;
   return positions / point_bytes();
 }
 
@@ -170,6 +179,20 @@ absl::Status RequestSession::CheckViewpoints(size_t viewpoints, size_t positions
                  absl::StrCat(positions,
                               " bytes, as chunk.positions: every point needs a viewpoint "
                               "(header.normals.orientation is 4)"));
+}
+
+absl::Status RequestSession::CheckDirections(size_t directions, size_t positions) const {
+  if (directions == (options_->has_directions() ? positions : 0)) return absl::OkStatus();
+  const std::string value = absl::StrCat(directions, " bytes");
+  if (!options_->has_directions()) {
+    return Invalid(kReasonChunkLength, "chunk.curvature_directions", value,
+                   "absent unless header.quantities has 13 (normal curvature) and header.curvature_direction is unset");
+  }
+  return Invalid(
+      kReasonChunkLength, "chunk.curvature_directions", value,
+      absl::StrCat(positions,
+                   " bytes, as chunk.positions: every point needs a direction "
+                   "(header.quantities has 13, normal curvature), unless header.curvature_direction is set"));
 }
 
 absl::Status RequestSession::CheckTotal(uint64_t total) const {
