@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,8 @@ struct ScaleOutcome {
 struct ScaleReport {
   std::vector<ScaleOutcome> outcomes;  // by estimator, then by neighbor count; empty: nothing could be judged
   uint32_t sampled_points = 0;
-  double position_noise = 0.0;  // standard deviation from the fitted surfaces, in the cloud's length unit
+  double position_noise = 0.0;           // standard deviation from the fitted surfaces, in the cloud's length unit
+  std::optional<double> normal_noise{};  // of normals, along each tangent, in radians; none: the cloud is too small
 };
 
 }  // namespace curv

@@ -33,7 +33,18 @@ absl::Status CheckArray(const CloudView& cloud, const char* name, std::span<cons
                                                  remedy));
 }
 
-absl::Status CheckArrays(const CloudView& cloud, const NormalOptions& normals) {
+absl::Status CheckDirections(const CloudView& cloud, const EstimateOptions& options) {
+  const bool is_asked =
+      std::find(options.quantities.begin(), options.quantities.end(), "normal_curvature") != options.quantities.end();
+  const bool has_directions = is_asked && !options.curvature_direction;
+  return CheckArray(cloud, "directions", cloud.directions(), has_directions,
+                    has_directions
+                        ? "the quantity normal_curvature needs one at each point, or options.curvature_direction"
+                        : "only the quantity normal_curvature without options.curvature_direction takes them");
+}
+
+absl::Status CheckArrays(const CloudView& cloud, const EstimateOptions& options) {
+  const NormalOptions& normals = options.normals;
   if (cloud.positions().size() % cloud.point_bytes() != 0) {
     return absl::InvalidArgumentError(absl::StrCat("positions hold ",
                                                    3 * cloud.positions().size() / cloud.point_bytes(),
@@ -47,9 +58,20 @@ absl::Status CheckArrays(const CloudView& cloud, const NormalOptions& normals) {
   if (!status.ok()) return status;
   const bool has_viewpoints =
       normals.source != NormalSource::kGiven && std::holds_alternative<SidesTowardViewpoints>(normals.sides);
-  return CheckArray(cloud, "viewpoints", cloud.viewpoints(), has_viewpoints,
-                    has_viewpoints ? "options.normals.sides asks for one at each point"
-                                   : "only SidesTowardViewpoints of options.normals.sides takes them");
+  status = CheckArray(cloud, "viewpoints", cloud.viewpoints(), has_viewpoints,
+                      has_viewpoints ? "options.normals.sides asks for one at each point"
+                                     : "only SidesTowardViewpoints of options.normals.sides takes them");
+  return status.ok() ? CheckDirections(cloud, options) : status;
+}
+
+std::vector<std::string> ListDefaultQuantityNames() {
+  std::vector<std::string> names;
+  for (const auto& column : curvature::wire::ResultColumns()) {
+    if (column.on_request || column.quantity == curvature::v1::QUANTITY_UNSPECIFIED) continue;
+    const std::string name = curvature::wire::QuantityName(column.quantity);
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
 }
 
 absl::Status CheckPart(const CloudView& cloud) {
@@ -104,6 +126,11 @@ void AwaitConnection(const std::shared_ptr<grpc::Channel>& channel, absl::Durati
 
 }  // namespace
 
+const std::vector<std::string>& DefaultQuantityNames() {
+  static const auto& names = *new std::vector<std::string>(ListDefaultQuantityNames());
+  return names;
+}
+
 const std::vector<std::string>& QuantityNames() {
   static const auto& names = *new std::vector<std::string>(ListQuantityNames());
   return names;
@@ -123,7 +150,7 @@ CurvatureClient::~CurvatureClient() = default;
 
 absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud, const EstimateOptions& options,
                                                           const EstimateCallbacks& callbacks) const {
-  if (absl::Status status = CheckArrays(cloud, options.normals); !status.ok()) return status;
+  if (absl::Status status = CheckArrays(cloud, options); !status.ok()) return status;
   if (absl::Status status = CheckPart(cloud); !status.ok()) return status;
   if (absl::Status status = CheckQuantities(options.quantities); !status.ok()) return status;
   const Clock::time_point start = Clock::now();

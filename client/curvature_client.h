@@ -80,9 +80,19 @@ class CloudView {
   size_t query_count() const {
     return size() - static_cast<size_t>(std::count(roles_.begin(), roles_.end(), PointRole::kHalo));
   }
+  // The same points with a direction each, for the quantity normal_curvature: of any length; that of a point whose
+  // direction is 0, not finite, or along the normal is NaN. REQUIRES: as above.
+  CloudView Toward(std::span<const float> directions) const { return WithDirections(std::as_bytes(directions)); }
+  CloudView Toward(std::span<const double> directions) const { return WithDirections(std::as_bytes(directions)); }
+
   std::span<const std::byte> positions() const { return positions_; }
   std::span<const std::byte> normals() const { return normals_; }        // may be none
   std::span<const std::byte> viewpoints() const { return viewpoints_; }  // may be none
+  std::span<const std::byte> directions() const { return directions_; }  // may be none
+  // How many of these arrays there are.
+  size_t array_count() const {
+    return 1 + (normals_.empty() ? 0 : 1) + (viewpoints_.empty() ? 0 : 1) + (directions_.empty() ? 0 : 1);
+  }
   bool is_double() const { return scalar_bytes_ == sizeof(double); }
   // Bytes of one position.
   size_t point_bytes() const { return 3 * scalar_bytes_; }
@@ -96,11 +106,18 @@ class CloudView {
     return view;
   }
 
+  CloudView WithDirections(std::span<const std::byte> directions) const {
+    CloudView view = *this;
+    view.directions_ = directions;
+    return view;
+  }
+
   std::span<const std::byte> positions_;
   std::span<const std::byte> normals_;
   std::span<const std::byte> viewpoints_;
   std::span<const uint64_t> ids_;
   std::span<const PointRole> roles_;
+  std::span<const std::byte> directions_;
   size_t scalar_bytes_;
 };
 
@@ -135,8 +152,11 @@ std::string_view EstimatorName(Estimator estimator);
 std::optional<Estimator> EstimatorOf(std::string_view name);
 
 // "mean_curvature", "gaussian_curvature", "principal_curvatures", "principal_directions", "radius", "normals",
-// "normal_quality", "shape_index", "curvedness", and what the contract has beside them (enum Quantity).
+// "normal_quality", "shape_index", "curvedness", "standard_errors", "chosen_neighbor_count", "estimator_weights",
+// "normal_curvature", and what the contract has beside them (enum Quantity).
 const std::vector<std::string>& QuantityNames();
+// Those of curvature that come without being asked for: the first five.
+const std::vector<std::string>& DefaultQuantityNames();
 
 // Whose work the server does first. kBySize: kInteractive up to 100,000 points, kBatch above.
 enum class Priority : uint8_t { kBySize, kInteractive, kBatch };
@@ -168,9 +188,14 @@ struct EstimateOptions {
   // Where normals come from. DEFAULT: with the cloud.
   NormalOptions normals;
   // Quantities to send, of QuantityNames(), each at most once; of the others the result has empty arrays. If none is of
-  // curvature, none is estimated. DEFAULT: empty, which asks for all of curvature but what follows from k1 and k2, and
-  // for the normals unless they are given.
+  // curvature, none is estimated. "standard_errors" takes an automatic scale, or kAvgHexagram, kNormalRegression or
+  // kJetFitting of degree 4 with 16 to 2,048 neighbors; "chosen_neighbor_count" and "estimator_weights" take an
+  // automatic scale or kAuto; "normal_curvature" a direction. DEFAULT: empty, which asks for DefaultQuantityNames(),
+  // and for the normals unless they are given.
   std::vector<std::string> quantities;
+  // Of the quantity normal_curvature, one direction for all points: finite, of any length but 0. DEFAULT: none; the
+  // cloud then has one for each point (CloudView::Toward).
+  std::optional<std::array<double, 3>> curvature_direction;
   // What the positions are relative to. Curvature does not depend on it. DEFAULT: zero.
   std::array<double, 3> origin{};
   // Where positions are put, so that the parts of a cloud agree on them. DEFAULT: where the server puts them.
@@ -248,7 +273,7 @@ struct EstimateSummary {
   uint64_t peak_bytes = 0;
   std::vector<EstimateWarning> warnings;
   std::optional<NormalsReport> normals;  // none where they were given
-  std::optional<ScaleReport> scale;      // of kAuto or automatic_scale
+  std::optional<ScaleReport> scale;      // of kAuto, automatic_scale, or standard_errors
   // How far from a point its estimate looked at most, in units of its radius. A point of a part of a cloud has the
   // result that it has in the whole one if no place that was left out, and may hold points, is within that and one part
   // in a million more. None where there is no such factor.
@@ -280,10 +305,22 @@ struct CurvatureResult {
   // plane: 0 for a plane, 1 for a line or a ball.
   std::vector<float> normal_residual;
   std::vector<float> normal_variance_ratio;
-  std::vector<float> shape_index;   // -1 a cup, -0.5 a rut, 0 a saddle, 0.5 a ridge, 1 a cap; NaN also on a plane
-  std::vector<float> curvedness;    // sqrt((k1^2 + k2^2) / 2)
-  std::vector<uint8_t> status;      // values of PointStatus
-  std::vector<NamedColumn> others;  // what else was asked for, in the order of the contract
+  std::vector<float> shape_index;  // -1 a cup, -0.5 a rut, 0 a saddle, 0.5 a ridge, 1 a cap; NaN also on a plane
+  std::vector<float> curvedness;   // sqrt((k1^2 + k2^2) / 2)
+  // Nine in ten of the intervals of 1.645 standard errors to either side of mean, k1 and k2 hold the truth. NaN where
+  // the cloud is too small to tell.
+  std::vector<float> mean_standard_error;
+  std::vector<float> k1_standard_error;
+  std::vector<float> k2_standard_error;
+  // Of an automatic scale or kAuto: points in a neighborhood, in the weighted mean; and how much each estimator counts,
+  // in all 1.
+  std::vector<float> chosen_neighbor_count;
+  std::vector<float> avg_hexagram_weight;
+  std::vector<float> normal_regression_weight;
+  std::vector<float> jet_weight;
+  std::vector<float> normal_curvature;  // k1 cos^2 + k2 sin^2 of the direction's angle to d1 in the tangent plane
+  std::vector<uint8_t> status;          // values of PointStatus
+  std::vector<NamedColumn> others;      // what else was asked for, in the order of the contract
   EstimateSummary summary;
 };
 
@@ -324,9 +361,9 @@ class CurvatureClient {
   // the message ends with the reason and metadata that it gave. Retries while servers are UNAVAILABLE, say that waiting
   // helps, or die behind a proxy (UNKNOWN or INTERNAL without a reason): at once on the next server, then with growing
   // pauses, the cloud sent again each time. Further errors:
-  // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals, viewpoints,
-  //   ids or roles as points, or the cloud has those that options.normals does not ask for, or lacks them; a quantity
-  //   is unknown or given twice.
+  // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals, viewpoints, directions,
+  //   ids or roles as points, or the cloud has those that the options do not ask for, or lacks them; a quantity is
+  //   unknown or given twice.
   // - UNIMPLEMENTED: the server is too old to make or orient normals, or to know of ids, roles or lattices.
   // - DEADLINE_EXCEEDED, CANCELLED: timeout, stop.
   // - INTERNAL: the server's answer has gaps, wrong lengths or no summary.

@@ -104,30 +104,37 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
     header.mutable_part()->mutable_lattice()->set_spacing(options.lattice->spacing);
     Set(options.lattice->origin, header.mutable_part()->mutable_lattice()->mutable_origin());
   }
+  if (options.curvature_direction) Set(*options.curvature_direction, header.mutable_curvature_direction());
   header.set_request_tag(options.request_tag);
   header.set_priority(ToProto(options.priority));
   return grpc::Slice(request.SerializeAsString());
 }
 
 size_t BytesPerPoint(const CloudView& cloud) {
-  const size_t vectors = 1 + (cloud.normals().empty() ? 0 : 1) + (cloud.viewpoints().empty() ? 0 : 1);
+  const size_t vectors = 1 + (cloud.normals().empty() ? 0 : 1) + (cloud.viewpoints().empty() ? 0 : 1) +
+                         (cloud.directions().empty() ? 0 : 1);
   return vectors * cloud.point_bytes() + (cloud.ids().empty() ? 0 : sizeof(uint64_t)) + (cloud.roles().empty() ? 0 : 1);
 }
 
 grpc::Slice PackChunk(const CloudView& cloud, size_t first, size_t count) {
   const size_t offset = first * cloud.point_bytes(), bytes = count * cloud.point_bytes();
-  char *positions = nullptr, *normals = nullptr, *viewpoints = nullptr, *ids = nullptr, *roles = nullptr;
+  char *positions = nullptr, *normals = nullptr, *viewpoints = nullptr, *directions = nullptr, *ids = nullptr;
+  char* roles = nullptr;
   curvature::wire::BulkWriter writer(v1::EstimateCurvatureRequest::kChunkFieldNumber);
   writer.AddNumber(v1::PointChunk::kFirstIndexFieldNumber, first);
   writer.AddArray(v1::PointChunk::kPositionsFieldNumber, bytes, &positions);
   if (!cloud.normals().empty()) writer.AddArray(v1::PointChunk::kNormalsFieldNumber, bytes, &normals);
   if (!cloud.viewpoints().empty()) writer.AddArray(v1::PointChunk::kViewpointsFieldNumber, bytes, &viewpoints);
+  if (!cloud.directions().empty()) {
+    writer.AddArray(v1::PointChunk::kCurvatureDirectionsFieldNumber, bytes, &directions);
+  }
   if (!cloud.ids().empty()) writer.AddArray(v1::PointChunk::kIdsFieldNumber, count * sizeof(uint64_t), &ids);
   if (!cloud.roles().empty()) writer.AddArray(v1::PointChunk::kRolesFieldNumber, count, &roles);
   return writer.Finish([&] {
     std::memcpy(positions, cloud.positions().data() + offset, bytes);
     if (normals != nullptr) std::memcpy(normals, cloud.normals().data() + offset, bytes);
     if (viewpoints != nullptr) std::memcpy(viewpoints, cloud.viewpoints().data() + offset, bytes);
+    if (directions != nullptr) std::memcpy(directions, cloud.directions().data() + offset, bytes);
     if (ids != nullptr) std::memcpy(ids, cloud.ids().data() + first, count * sizeof(uint64_t));
     if (roles != nullptr) std::memcpy(roles, cloud.roles().data() + first, count);
   });

@@ -41,6 +41,7 @@ wire::BulkMessage InPlace(const ResultChunk& chunk) {
   read.numbers[ResultChunk::kFirstIndexFieldNumber] = chunk.first_index();
   read.numbers[ResultChunk::kPointCountFieldNumber] = chunk.point_count();
   for (const wire::ResultColumn& column : wire::ResultColumns()) {
+    if (column.field >= wire::kFieldEnd) continue;
     std::string scratch;  // not used: the field is a string of its own
     const auto* field = ResultChunk::descriptor()->FindFieldByNumber(column.field);
     read.arrays[column.field] = {chunk.GetReflection()->GetStringReference(chunk, field, &scratch)};
@@ -91,6 +92,7 @@ ScaleReport FromProto(const v1::ScaleReport& report) {
   }
   out.sampled_points = report.sampled_point_count();
   out.position_noise = report.position_noise();
+  if (report.has_normal_noise()) out.normal_noise = report.normal_noise();
   return out;
 }
 
@@ -125,6 +127,14 @@ constexpr std::pair<std::string_view, std::vector<float> CurvatureResult::*> kMe
     {"normal_variance_ratio", &CurvatureResult::normal_variance_ratio},
     {"shape_index", &CurvatureResult::shape_index},
     {"curvedness", &CurvatureResult::curvedness},
+    {"mean_curvature_standard_error", &CurvatureResult::mean_standard_error},
+    {"k1_standard_error", &CurvatureResult::k1_standard_error},
+    {"k2_standard_error", &CurvatureResult::k2_standard_error},
+    {"chosen_neighbor_count", &CurvatureResult::chosen_neighbor_count},
+    {"avg_hexagram_weight", &CurvatureResult::avg_hexagram_weight},
+    {"normal_regression_weight", &CurvatureResult::normal_regression_weight},
+    {"jet_weight", &CurvatureResult::jet_weight},
+    {"normal_curvature", &CurvatureResult::normal_curvature},
 };
 
 void Store(NamedColumn column, CurvatureResult& result) {

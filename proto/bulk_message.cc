@@ -42,11 +42,12 @@ void NoteSent(const uint8_t* /*bytes*/) {}
 void NoteReceived(const void* /*bytes*/) {}
 #endif
 
-// A tag that is written in one byte; 0: there is none, or another.
+// A tag that is written in as few bytes as it takes; 0: there is none, or another.
 uint32_t ReadShortTag(CodedInputStream& input) {
   const int before = input.CurrentPosition();
   const uint32_t tag = input.ReadTag();
-  return input.CurrentPosition() == before + 1 ? tag : 0;
+  const auto bytes = static_cast<int>(CodedOutputStream::VarintSize32(tag));
+  return input.CurrentPosition() == before + bytes ? tag : 0;
 }
 
 bool ReadPieces(CodedInputStream& input, Pieces& pieces) {

@@ -17,8 +17,8 @@
 
 namespace curvature::wire {
 
-// Field numbers below this have a tag of one byte.
-inline constexpr int kFieldEnd = 16;
+// One past the largest field number that is read in place.
+inline constexpr int kFieldEnd = 32;
 
 // The bytes of a field, in the pieces in which they were received.
 using Pieces = absl::InlinedVector<std::string_view, 16>;

@@ -59,20 +59,6 @@ Samples MakeSamples(const Flags& flags, const std::string& surface, size_t point
   return SampleEvenly(surface, points, flags.seed);
 }
 
-// The paper's noise is for surfaces that are about 20 wide.
-double NoiseUnit(const std::string& name) {
-  const auto surface = curv::MakeSurface(name);
-  if (!surface.ok()) {
-    std::fprintf(stderr, "%s\n", surface.status().ToString().c_str());
-    std::exit(1);
-  }
-  if (name == "goursat" || name == "torus") return 1.0;
-  const curv::Box box = (*surface)->bounds();
-  double extent = 0.0;
-  for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, box.high[axis] - box.low[axis]);
-  return extent / 20.0;
-}
-
 struct Outcome {
   double mean = 1e300, gaussian = 1e300;
   std::string what;

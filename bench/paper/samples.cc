@@ -1,5 +1,6 @@
 #include "bench/paper/samples.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -132,6 +133,15 @@ std::optional<Samples> LoadSamples(const std::string& path, const std::string& s
       },
       *cloud);
   return samples;
+}
+
+double NoiseUnit(const std::string& surface) {
+  // The paper's own two.
+  if (surface == "goursat" || surface == "torus") return 1.0;
+  const curv::Box box = SurfaceNamed(surface)->bounds();
+  double extent = 0.0;
+  for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, box.high[axis] - box.low[axis]);
+  return extent / 20.0;
 }
 
 Samples Perturbed(const Samples& samples, double position_noise, double normal_noise, uint64_t seed) {

@@ -37,6 +37,9 @@ Samples SampleScanned(const std::string& surface);
 // The points of a file, with the truth at the nearest position of the surface; nothing if the file does not exist.
 std::optional<Samples> LoadSamples(const std::string& path, const std::string& surface, const std::string& sampling);
 
+// The length of the paper's unit of noise, which is for surfaces about 20 wide.
+double NoiseUnit(const std::string& surface);
+
 // The same samples under Gaussian noise on positions and normals (client/surfaces/noise.h). The truth stays.
 Samples Perturbed(const Samples& samples, double position_noise, double normal_noise, uint64_t seed);
 

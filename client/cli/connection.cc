@@ -31,8 +31,9 @@ class EmbeddedConnection : public Connection {
 
 template <typename Scalar>
 CloudView ViewOf(const PackedCloud<Scalar>& packed) {
-  const CloudView view(packed.positions, packed.normals);
-  return packed.viewpoints.empty() ? view : view.SeenFrom(packed.viewpoints);
+  CloudView view(packed.positions, packed.normals);
+  if (!packed.viewpoints.empty()) view = view.SeenFrom(packed.viewpoints);
+  return packed.directions.empty() ? view : view.Toward(packed.directions);
 }
 
 }  // namespace

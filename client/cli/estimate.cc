@@ -13,6 +13,7 @@
 #include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
 #include "client/cli/normals/normal_flags.h"
+#include "client/cli/quantities/quantity_flags.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/scale/scale_flags.h"
 #include "client/io/table_file.h"
@@ -26,6 +27,7 @@ constexpr char kEstimateExamples[] =
     "  curv estimate scan.ply -o curvature.ply --server=localhost:50061   on a server\n"
     "  curv estimate scan.xyz -o curvature.csv --radius=0.05 --estimator=uniform --triangles=200\n"
     "  curv estimate scan.ply -o curvature.ply --auto                      with K and estimator that suit the scan\n"
+    "  curv estimate scan.ply -o curvature.ply --auto --also=standard_errors  with how sure each value is\n"
     "  curv estimate terrain.las -o curvature.las --normals=estimate --up  of a cloud without normals\n"
     "  curv estimate scans/*.ply -o results/                               of many, those that are not finished yet\n"
     "Output columns: x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius status (of "
@@ -115,22 +117,6 @@ void AddInvalidFlag(CLI::App& command, EstimateFlags& flags) {
       ->option_text("POLICY");
 }
 
-void AddQuantitiesFlag(CLI::App& command, EstimateFlags& flags) {
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--quantities",
-          [&flags](const std::vector<std::string>& words) {
-            for (const std::string& word : words) AddQuantity(word, flags.options.quantities);
-          },
-          "what to estimate, with commas between: mean, gaussian, k1, k2, d1, d2, radius, shape_index, curvedness or "
-          "the "
-          "contract's names; the result has no other columns [all of curvature but shape_index and curvedness]")
-      ->delimiter(',')
-      ->allow_extra_args(false)  // what follows the list is the input
-      ->check(CLI::IsMember(QuantityWords()).description(""))
-      ->option_text("LIST");
-}
-
 void AddEstimate(CLI::App& app, Action& action) {
   auto flags = std::make_shared<EstimateFlags>();
   CLI::App* command = app.add_subcommand("estimate", "Estimate the curvature of a point cloud");
@@ -183,13 +169,14 @@ void AddEstimate(CLI::App& app, Action& action) {
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");
-  AddQuantitiesFlag(*command, *flags);
+  AddQuantityFlags(*command, flags->quantities);
   command
       ->add_flag("--color{mean}", flags->color,
                  absl::StrCat("add columns red green blue for ", kQuantityWords, ": --color=gaussian; alone: mean"))
       ->check(CLI::IsMember({"mean", "gaussian", "k1", "k2"}).description(""));
   command->callback([flags, command, &action] {
     flags->given = OptionsText(*command, WithoutEffect());
+    ApplyQuantities(flags->quantities, flags->options);
     CheckColor(*flags);
     CheckSource(flags->normals);
     ApplyScale(flags->scale, flags->options);

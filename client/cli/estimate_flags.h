@@ -11,7 +11,5 @@ namespace curv {
 void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags);
 // --on-invalid.
 void AddInvalidFlag(CLI::App& command, EstimateFlags& flags);
-// --quantities.
-void AddQuantitiesFlag(CLI::App& command, EstimateFlags& flags);
 
 }  // namespace curv

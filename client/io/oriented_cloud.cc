@@ -57,21 +57,40 @@ std::vector<Scalar> Interleave(const Axes& axes) {
   return packed;
 }
 
+// The columns that a call needs.
+struct CloudColumns {
+  Axes positions{}, normals{}, viewpoints{}, directions{};
+};
+
 template <typename Scalar>
-PackedCloud<Scalar> Pack(const Axes& positions, const Axes& normals, const Axes& viewpoints) {
-  return {Interleave<Scalar>(positions), Interleave<Scalar>(normals), Interleave<Scalar>(viewpoints)};
+PackedCloud<Scalar> Pack(const CloudColumns& columns) {
+  return {Interleave<Scalar>(columns.positions), Interleave<Scalar>(columns.normals),
+          Interleave<Scalar>(columns.viewpoints), Interleave<Scalar>(columns.directions)};
+}
+
+// The columns NAMEx NAMEy NAMEz or NAME_x NAME_y NAME_z.
+absl::StatusOr<Axes> FindDirections(const PointTable& table, const std::string& name) {
+  for (const char* separator : {"", "_"}) {
+    const std::string prefix = absl::StrCat(name, separator);
+    const Axes axes =
+        FindAxes(table, {absl::StrCat(prefix, "x"), absl::StrCat(prefix, "y"), absl::StrCat(prefix, "z")});
+    if (IsComplete(axes)) return axes;
+  }
+  return absl::InvalidArgumentError(absl::StrCat("the file has no directions: ", name, "x, ", name, "y and ", name,
+                                                 "z are needed, it has the columns: ", NamesOf(table)));
 }
 
 }  // namespace
 
 absl::StatusOr<OrientedCloud> ExtractCloud(const PointTable& table, const CloudNeeds& needs) {
-  const Axes positions = FindAxes(table, {"x", "y", "z"});
-  const Axes normals = needs.normals ? FindAxes(table, {"nx", "ny", "nz"}) : Axes{};
-  if (!IsComplete(positions)) {
+  CloudColumns columns;
+  columns.positions = FindAxes(table, {"x", "y", "z"});
+  if (needs.normals) columns.normals = FindAxes(table, {"nx", "ny", "nz"});
+  if (!IsComplete(columns.positions)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "the file has no complete positions: x, y and z are needed, it has the columns: ", NamesOf(table)));
   }
-  if (needs.normals && !IsComplete(normals)) {
+  if (needs.normals && !IsComplete(columns.normals)) {
     return absl::InvalidArgumentError(
         absl::StrCat("the file has no normals: nx, ny and nz are needed, it has the columns: ", NamesOf(table),
                      ". Curvature needs a normal at every point, whose side tells its sign. With --normals=estimate, "
@@ -84,11 +103,16 @@ absl::StatusOr<OrientedCloud> ExtractCloud(const PointTable& table, const CloudN
                      "columns: ",
                      NamesOf(table)));
   }
-  const Axes viewpoints = names.has_value() ? FindAxes(table, *names) : Axes{};
-  if (std::all_of(positions.begin(), positions.end(), FitsFloat)) {
-    return OrientedCloud(Pack<float>(positions, normals, viewpoints));
+  if (names.has_value()) columns.viewpoints = FindAxes(table, *names);
+  if (!needs.directions.empty()) {
+    const absl::StatusOr<Axes> directions = FindDirections(table, needs.directions);
+    if (!directions.ok()) return directions.status();
+    columns.directions = *directions;
   }
-  return OrientedCloud(Pack<double>(positions, normals, viewpoints));
+  if (std::all_of(columns.positions.begin(), columns.positions.end(), FitsFloat)) {
+    return OrientedCloud(Pack<float>(columns));
+  }
+  return OrientedCloud(Pack<double>(columns));
 }
 
 std::optional<std::array<std::string, 3>> FindViewpoints(const PointTable& table) {

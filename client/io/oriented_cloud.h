@@ -1,4 +1,4 @@
-// Takes from a table what a call needs: packed positions, normals and viewpoints.
+// Takes from a table what a call needs: packed positions, normals, viewpoints and directions.
 #pragma once
 
 #include <array>
@@ -13,12 +13,13 @@
 
 namespace curv {
 
-// Holds x y z of each point, and, if they are needed, its normal and where it was seen from.
+// Holds x y z of each point, and, if they are needed, its normal, where it was seen from, and a direction.
 template <typename Scalar>
 struct PackedCloud {
   std::vector<Scalar> positions;
   std::vector<Scalar> normals;
   std::vector<Scalar> viewpoints;
+  std::vector<Scalar> directions;
 };
 
 // A cloud is in floats if the table has x, y and z as floats or as integers that fit into floats, else in doubles.
@@ -28,6 +29,7 @@ using OrientedCloud = std::variant<PackedCloud<float>, PackedCloud<double>>;
 struct CloudNeeds {
   bool normals = true;
   bool viewpoints = false;
+  std::string directions{};  // NAME of the columns NAMEx NAMEy NAMEz, or NAME_x NAME_y NAME_z; empty: none
 };
 
 // Copies what is needed out of the table. INVALID_ARGUMENT if it lacks a coordinate; the message says what is missing,

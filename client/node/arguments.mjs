@@ -58,6 +58,8 @@ const CURVATURE = {
   normalNeighborCount: count,
   normalRadius: number,
   quantities: readElsewhere,
+  curvatureDirection: readElsewhere,
+  curvatureDirections: readElsewhere,
   rejectOpposedNormals: boolean,
 };
 const NORMALS = { ...CLOUD, method: readElsewhere, neighborCount: count, radius: number };

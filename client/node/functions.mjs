@@ -42,8 +42,15 @@ const MOST_KEPT_CLIENTS = 16;
 //   normalNeighborCount, normalRadius  of which points normals are estimated. DEFAULT: as their noise asks for
 //   quantities            what the result shall have beside status, of "meanCurvature", "gaussianCurvature",
 //                         "principalCurvatures" (k1, k2), "principalDirections" (d1, d2), "radius", "normals" (normal),
-//                         "normalQuality" (normalResidual, normalVarianceRatio), "shapeIndex", "curvedness". DEFAULT, and
-//                         []: all of curvature but the last two, and "normals" unless they stay as they are given
+//                         "normalQuality" (normalResidual, normalVarianceRatio), "shapeIndex", "curvedness",
+//                         "standardErrors" (meanCurvatureStandardError, k1StandardError, k2StandardError) with
+//                         neighborCount "auto" or from 16 to 2,048 and an estimator that "auto" chooses among ("jet" with
+//                         jetDegree 4), "chosenNeighborCount" and "estimatorWeights" (avgHexagramWeight,
+//                         normalRegressionWeight, jetWeight) of "auto", "normalCurvature". DEFAULT, and []: the first five,
+//                         DEFAULT_QUANTITIES, and "normals" unless they stay as they are given
+//   curvatureDirection    of "normalCurvature": the direction in which it is wanted, [x, y, z]; it is projected on the tangent
+//                         plane. NaN where nothing is left of it
+//   curvatureDirections   instead: that of each point, an array as positions
 //   skipInvalid           give an unusable point a status instead of failing the call. DEFAULT: false
 //   rejectOpposedNormals  fail the call if normals point to opposite sides of one surface, instead of giving the points
 //                         around such places a status, and warning. DEFAULT: false

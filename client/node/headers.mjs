@@ -1,4 +1,5 @@
 // The contract's CloudHeader, from the options of a call.
+import { vector } from "./normals.mjs";
 import { enumValues, QUANTITIES } from "./protocol.mjs";
 
 // Two estimators have shorter names than the contract gives them.
@@ -49,6 +50,20 @@ function scaleOf({ estimator, neighborCount, radius, neighborCountRange, maxRadi
   return { leastNeighborCount, mostNeighborCount, maxRadius: maxRadius ?? 0, perCloud: scalePerCloud ?? false };
 }
 
+// The one direction of normal curvature, as a part of a CloudHeader; none where each point has its own.
+function directionOf({ quantities = [], curvatureDirection, curvatureDirections }) {
+  const isAsked = Array.isArray(quantities) && quantities.includes("normalCurvature");
+  const given = [curvatureDirection, curvatureDirections].filter((direction) => direction !== undefined);
+  if (given.length !== (isAsked ? 1 : 0)) {
+    throw new TypeError(
+      isAsked
+        ? 'the quantity "normalCurvature" needs curvatureDirection or curvatureDirections, and not both'
+        : 'curvatureDirection and curvatureDirections need "normalCurvature" among the quantities',
+    );
+  }
+  return curvatureDirection === undefined ? {} : { curvatureDirection: vector("curvatureDirection", curvatureDirection) };
+}
+
 // Throws a TypeError, naming the option, for options that make no sense.
 export function curvatureHeader(options) {
   const { estimator = "avg-hexagram", neighborCount, radius } = options;
@@ -65,6 +80,7 @@ export function curvatureHeader(options) {
   }
   return {
     ...commonHeader(options),
+    ...directionOf(options),
     options: {
       estimator: ESTIMATORS[estimator],
       ...(automaticScale !== undefined && { automaticScale }),

@@ -23,7 +23,11 @@ export type Quantity =
   | "normals"
   | "normalQuality"
   | "shapeIndex"
-  | "curvedness";
+  | "curvedness"
+  | "standardErrors"
+  | "chosenNeighborCount"
+  | "estimatorWeights"
+  | "normalCurvature";
 
 export interface Security {
   tls?: boolean;
@@ -82,6 +86,8 @@ export interface CurvatureOptions extends CloudOptions {
   normalNeighborCount?: number | undefined;
   normalRadius?: number | undefined;
   quantities?: readonly Quantity[] | undefined;
+  curvatureDirection?: Vector | undefined;
+  curvatureDirections?: Floats | undefined;
   rejectOpposedNormals?: boolean | undefined;
 }
 
@@ -119,6 +125,14 @@ export interface Results {
   normalVarianceRatio?: Float32Array;
   shapeIndex?: Float32Array;
   curvedness?: Float32Array;
+  meanCurvatureStandardError?: Float32Array;
+  k1StandardError?: Float32Array;
+  k2StandardError?: Float32Array;
+  chosenNeighborCount?: Float32Array;
+  avgHexagramWeight?: Float32Array;
+  normalRegressionWeight?: Float32Array;
+  jetWeight?: Float32Array;
+  normalCurvature?: Float32Array;
   status: Uint8Array;
 }
 
@@ -180,6 +194,8 @@ export class CurvdError extends Error {
   readonly transient: boolean;
   readonly answered: boolean;
 }
+
+export const DEFAULT_QUANTITIES: readonly Quantity[];
 
 export const PointStatus: Readonly<{
   OK: 1;

@@ -2,4 +2,5 @@
 export { CurvatureClient } from "./client.mjs";
 export { CurvdError } from "./errors.mjs";
 export { estimateCurvature, estimateNormals } from "./functions.mjs";
+export { DEFAULT_QUANTITIES } from "./protocol.mjs";
 export { PointStatus } from "./results.mjs";

@@ -35,7 +35,8 @@ function side({ orientation, viewpoint, viewpoints, direction }) {
   return {};
 }
 
-function vector(name, value) {
+// The contract's Vector3. Throws a TypeError, naming the option, for what is no vector.
+export function vector(name, value) {
   const [x, y, z, ...more] = value?.[Symbol.iterator] === undefined ? [] : value;
   if (![x, y, z].every((scalar) => typeof scalar === "number") || more.length > 0) {
     throw new TypeError(`${name} is ${JSON.stringify(value)}; it must have three numbers`);

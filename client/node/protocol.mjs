@@ -50,10 +50,18 @@ const ARRAYS_OF = new Map([
   ["principalDirections", ["d1", "d2"]],
   ["normals", ["normal"]],
   ["normalQuality", ["normalResidual", "normalVarianceRatio"]],
+  ["standardErrors", ["meanCurvatureStandardError", "k1StandardError", "k2StandardError"]],
+  ["estimatorWeights", ["avgHexagramWeight", "normalRegressionWeight", "jetWeight"]],
 ]);
-// These come only where they are asked for; normals also where the server makes them.
-const ARRAYS_ON_REQUEST = ["normal", "normalResidual", "normalVarianceRatio", "shapeIndex", "curvedness"];
-export const CURVATURE_ARRAYS = RESULT_ARRAYS.filter((name) => name !== "status" && !ARRAYS_ON_REQUEST.includes(name));
+// These come without being asked for; normals as well where the server makes them.
+export const DEFAULT_QUANTITIES = Object.freeze([
+  "meanCurvature",
+  "gaussianCurvature",
+  "principalCurvatures",
+  "principalDirections",
+  "radius",
+]);
+export const CURVATURE_ARRAYS = DEFAULT_QUANTITIES.flatMap((name) => ARRAYS_OF.get(name) ?? [name]);
 
 // Names of the arrays, beside status, that a call must get which asks for those quantities. All of them if it asks for
 // none, which is to ask for all: null, because an older server may not know one of them.

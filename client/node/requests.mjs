@@ -23,7 +23,12 @@ export function normalsRequest(positions, normals, options) {
 }
 
 function requestOf(positions, normals, header, normalsFrom, options) {
-  const cloud = { positions, normals, viewpoints: options.viewpoints ?? null };
+  const cloud = {
+    positions,
+    normals,
+    viewpoints: options.viewpoints ?? null,
+    curvatureDirections: options.curvatureDirections ?? null,
+  };
   checkArrays(cloud);
   header.pointCount = cloud.positions.length / 3;
   header.scalarType = cloud.positions instanceof Float64Array ? "SCALAR_TYPE_FLOAT64" : "SCALAR_TYPE_FLOAT32";
@@ -31,7 +36,7 @@ function requestOf(positions, normals, header, normalsFrom, options) {
   return { header, cloud, arrays: resultArrays(options.quantities), onProgress: options.onProgress };
 }
 
-function checkArrays({ positions, normals, viewpoints }) {
+function checkArrays({ positions, normals, viewpoints, curvatureDirections }) {
   const isFloats = positions instanceof Float32Array || positions instanceof Float64Array;
   const isAlike = (array) => array === null || array?.constructor === positions.constructor;
   if (!isFloats || !isAlike(normals)) {
@@ -40,7 +45,8 @@ function checkArrays({ positions, normals, viewpoints }) {
     );
   }
   if (!isAlike(viewpoints)) throw new TypeError("viewpoints must be of the type of positions");
-  for (const [name, array] of Object.entries({ normals, viewpoints })) {
+  if (!isAlike(curvatureDirections)) throw new TypeError("curvatureDirections must be of the type of positions");
+  for (const [name, array] of Object.entries({ normals, viewpoints, curvatureDirections })) {
     const length = array?.length ?? positions.length;
     if (positions.length % 3 !== 0 || positions.length !== length) {
       throw new TypeError(`positions has ${positions.length} scalars and ${name} ${length}; both need 3 for each point`);

@@ -43,14 +43,29 @@ absl::Status ValidateAutomatic(const EstimatorOptions& options) {
   for (const ScaleMethod& method : kScaleMethods) {
     if (options.estimator != method.estimator) continue;
     if (method.jet_degree == 0 || options.jet_degree == method.jet_degree) return absl::OkStatus();
-    return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("jet_degree is %u; with an automatic scale it must be %u",
-                                                              options.jet_degree, method.jet_degree));
+    return MakeCoreError(ErrorKind::kInvalid,
+                         absl::StrFormat("jet_degree is %u; with an automatic scale or standard errors it must be %u",
+                                         options.jet_degree, method.jet_degree));
   }
   std::string known;
   for (const ScaleMethod& method : kScaleMethods) absl::StrAppend(&known, ", ", std::string(method.estimator));
+  return MakeCoreError(
+      ErrorKind::kInvalid,
+      absl::StrFormat("estimator is \"%s\"; with an automatic scale or standard errors it must be one of %s%s",
+                      options.estimator, kAutomaticEstimator, known));
+}
+
+// A fixed estimate of which a sample can tell how sure it is.
+absl::Status ValidateChoice(const EstimatorOptions& options) {
+  const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
+  if (count == nullptr) {
+    return MakeCoreError(ErrorKind::kInvalid,
+                         "neighborhood is a radius; with standard errors it must be a neighbor_count or automatic");
+  }
+  if (count->count >= kLeastAutomaticCount && count->count <= kMostAutomaticCount) return absl::OkStatus();
   return MakeCoreError(ErrorKind::kInvalid,
-                       absl::StrFormat("estimator is \"%s\"; with an automatic scale it must be one of %s%s",
-                                       options.estimator, kAutomaticEstimator, known));
+                       absl::StrFormat("neighbor_count is %u; with standard errors it must be from %u to %u",
+                                       count->count, kLeastAutomaticCount, kMostAutomaticCount));
 }
 
 absl::Status ValidateScale(const AutomaticScale& scale, uint32_t max_neighbor_count) {
@@ -82,7 +97,9 @@ absl::Status EstimatorOptions::Validate() const {
     status = ValidateRadius(std::get<NeighborRadius>(neighborhood).radius);
   }
   if (!status.ok()) return status;
-  if (is_automatic()) status = ValidateAutomatic(*this);
+  if (returns_choice && !is_automatic()) status = ValidateChoice(*this);
+  if (!status.ok()) return status;
+  if (is_automatic() || returns_choice) status = ValidateAutomatic(*this);
   if (!status.ok()) return status;
   for (const OptionSpec& spec : OptionSpecs()) {
     if (spec.InRange(*this)) continue;

@@ -66,14 +66,18 @@ struct EstimatorOptions {
   // before the whole estimate fails with RESOURCE_EXHAUSTED.
   uint32_t max_neighbor_count = 10'000;                                // DEFAULT: 10,000
   OpposedNormalsPolicy opposed_normals = OpposedNormalsPolicy::kMark;  // DEFAULT: kMark
+  // Hand out how each point's estimate was chosen, and how sure it is (core/estimators/point_choice.h). Where neither
+  // estimator nor scale is left open, the cloud is sampled all the same, for what the choice knows: its estimators, and
+  // neighbor counts in [kLeastAutomaticCount, kMostAutomaticCount].
+  bool returns_choice = false;  // DEFAULT: false
 
   // Whether the estimator or the scale is left open.
   bool is_automatic() const {
     return estimator == kAutomaticEstimator || std::holds_alternative<AutomaticScale>(neighborhood);
   }
 
-  // INVALID_ARGUMENT naming field, value and limit if a field is out of its range, or if an automatic scale is asked of
-  // an estimator that the choice does not know, or the choice of an estimator for a radius.
+  // INVALID_ARGUMENT naming field, value and limit if a field is out of its range, or if an automatic scale, or how
+  // sure an estimate is, is asked of an estimator or a neighborhood that the choice does not know.
   absl::Status Validate() const;
 };
 

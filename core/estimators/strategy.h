@@ -14,6 +14,7 @@
 #include "absl/status/status.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/options.h"
+#include "core/estimators/point_choice.h"
 #include "core/estimators/seams/seam_marks.h"
 #include "core/index/spatial_index.h"
 
@@ -78,6 +79,9 @@ class StrategyRun {
   virtual size_t bytes() const { return 0; }
   // What was chosen, complete once the last phase has run; null where nothing is.
   virtual const ScaleReport* scale_report() const { return nullptr; }
+  // Says where the last phase writes, at each point's slot, how its estimate was chosen. Runs that choose nothing write
+  // nothing. REQUIRES: called before the first phase, if EstimatorOptions::returns_choice; `choices` outlives the run.
+  virtual void WriteChoicesTo(PointChoice* /*choices*/) {}
 };
 
 // An option that a strategy reads, besides `neighborhood` and `average_normal_weight`, which all take; by its name in

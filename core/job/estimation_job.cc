@@ -164,6 +164,25 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     CurvatureJob& job_;
   };
 
+  // Takes back how the estimate was chosen where there is none.
+  class ChoicesPhase final : public Phase {
+   public:
+    explicit ChoicesPhase(CurvatureJob& job) : job_(job) {}
+    std::string_view name() const override { return kFieldPhase; }
+    absl::StatusOr<size_t> Begin() override { return (job_.choices_.size() + kBlockPoints - 1) / kBlockPoints; }
+    absl::Status RunBlock(const BlockContext& context) override {
+      const size_t first = context.block * kBlockPoints;
+      for (size_t i = first; i < std::min(first + kBlockPoints, job_.choices_.size()); ++i) {
+        if (job_.field_.points[i].status != PointStatus::kOk) job_.choices_[i] = UndefinedChoice();
+      }
+      return absl::OkStatus();
+    }
+
+   private:
+    static constexpr size_t kBlockPoints = 100'000;
+    CurvatureJob& job_;
+  };
+
   // Ends what counts over the estimate itself.
   class CountPhase final : public Phase {
    public:
@@ -225,12 +244,17 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     auto points = PageArray<PointCurvature>::Create(query_count_);
     if (!points.ok()) return points.status();
     field_.points = *std::move(points);
+    if (options_.returns_choice) {
+      auto choices = ChoiceField::Create(query_count_);
+      if (!choices.ok()) return choices.status();
+      choices_ = *std::move(choices);
+    }
     field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_;
     return absl::OkStatus();
   }
 
   absl::Status AddStrategy() {
-    if (index_.point_count() == 0) return absl::OkStatus();
+    if (index_.point_count() == 0) return AddChoices();
     const Strategy& strategy = StrategyFor(options_);
     if (strategy.needs_normals && !index_.has_normals()) {
       return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("the cloud has no normals, which the estimator ",
@@ -238,12 +262,13 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     }
     if (index_.point_count() < LeastPoints(options_)) {
       FillTooFew();
-      return absl::OkStatus();
+      return AddChoices();
     }
     absl::StatusOr<SeamMarks> seams = SeamMarks::Create(index_.group_count());
     if (!seams.ok()) return seams.status();
     seams_ = *std::move(seams);
     run_ = strategy.start(options_, index_, field_.points.data());
+    run_->WriteChoicesTo(choices_.data());
     scratch_.emplace(*run_, thread_count_, &seams_);
     std::vector<GroupPhase> phases = run_->Phases();
     for (size_t i = 0; i < phases.size(); ++i) {
@@ -253,7 +278,13 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     }
     if (normals_.has_value()) AddPhase(std::make_unique<WithoutNormalPhase>(*this));
     AddPhase(MakeSeamPhase({options_, index_, seams_, field_.points.data(), refused_}));
+    if (absl::Status status = AddChoices(); !status.ok()) return status;
     AddPhase(std::make_unique<CountPhase>(*this));
+    return absl::OkStatus();
+  }
+
+  absl::Status AddChoices() {
+    if (options_.returns_choice) AddPhase(std::make_unique<ChoicesPhase>(*this));
     return absl::OkStatus();
   }
 
@@ -301,7 +332,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   size_t HeldBytes() const override {
     const size_t building = builder_.has_value() ? builder_->bytes() : 0;
     const size_t normals = normal_field_.bytes() + (normals_.has_value() ? normals_->bytes() : 0);
-    return building + index_.bytes() + normals + seams_.bytes() + field_.points.bytes() +
+    return building + index_.bytes() + normals + seams_.bytes() + field_.points.bytes() + choices_.bytes() +
            (run_ != nullptr ? run_->bytes() : 0) + (agreement_run_.has_value() ? agreement_run_->bytes() : 0);
   }
 
@@ -332,10 +363,11 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     }
     absl::StatusOr<EstimationResult> result = CatchBadAlloc([&]() -> absl::StatusOr<EstimationResult> {
       if (!status.ok()) return std::move(status);
-      return EstimationResult{std::move(field_),       agreement, Cost(), report, std::move(normal_field_),
-                              std::move(scale_report_)};
+      return EstimationResult{std::move(field_),        agreement,          Cost(), report, std::move(normal_field_),
+                              std::move(scale_report_), std::move(choices_)};
     });
     if (!result.ok()) field_ = CurvatureField();
+    if (!result.ok()) choices_ = ChoiceField();
     if (!result.ok()) normal_field_ = NormalField();
     callback(std::move(result));
   }
@@ -355,6 +387,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   std::optional<NormalPhases> normals_;  // none where they stay as they came
   NormalField normal_field_;
   CurvatureField field_;
+  ChoiceField choices_;  // none unless they are asked for
   const int thread_count_;
   SeamMarks seams_;
   std::array<std::atomic<uint64_t>, kPointStatusEnd> refused_{};
@@ -376,7 +409,7 @@ class EndedJob final : public EstimationJob {
 
 size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOptions& normals) {
   return kCloudAndIndexBytes + NormalBytesPerPoint(normals) + sizeof(PointCurvature) +
-         StrategyFor(options).bytes_per_point;
+         (options.returns_choice ? sizeof(PointChoice) : 0) + StrategyFor(options).bytes_per_point;
 }
 
 size_t NormalsJobBytesPerPoint(NormalOptions normals) {

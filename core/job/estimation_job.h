@@ -12,6 +12,7 @@
 #include "core/cloud/cloud.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/options.h"
+#include "core/estimators/point_choice.h"
 #include "core/estimators/seams/normals_agreement.h"
 #include "core/job/phased_job.h"
 #include "core/job/worker_pool.h"
@@ -52,7 +53,8 @@ struct EstimationResult {
   JobCost cost;
   std::optional<NormalReport> normal_report = std::nullopt;  // unless normals were taken as they came
   NormalField normals = {};                                  // the ones in use, if NormalOptions::returns_normals
-  std::optional<ScaleReport> scale_report = std::nullopt;    // of an automatic estimate
+  std::optional<ScaleReport> scale_report = std::nullopt;    // of an automatic estimate, or one with choices
+  ChoiceField choices = {};                                  // if EstimatorOptions::returns_choice
 };
 
 // Bytes that estimating one point needs at the peak, cloud and field included: what admission should reserve.

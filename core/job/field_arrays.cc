@@ -22,24 +22,29 @@ void SplitField(std::span<const PointCurvature> points, const ColumnPlaces& plac
 
 namespace {
 
-template <size_t kIndex>
-void SplitColumn(std::span<const PointNormal> points, char* out) {
-  constexpr size_t kBytes = kNormalColumns[kIndex].bytes();
-  for (const PointNormal& point : points) {
-    std::memcpy(out, reinterpret_cast<const char*>(&point) + kNormalColumns[kIndex].offset, kBytes);
-    out += kBytes;
+template <const auto& kTable, size_t kIndex, typename Point>
+void SplitColumn(std::span<const Point> points, char* out) {
+  constexpr Column kColumn = kTable[kIndex];
+  for (const Point& point : points) {
+    std::memcpy(out, reinterpret_cast<const char*>(&point) + kColumn.offset, kColumn.bytes());
+    out += kColumn.bytes();
   }
 }
 
-template <size_t... kIndex>
-void SplitColumns(std::span<const PointNormal> points, const NormalPlaces& places, std::index_sequence<kIndex...>) {
-  ((places[kIndex] != nullptr ? SplitColumn<kIndex>(points, places[kIndex]) : void()), ...);
+template <const auto& kTable, typename Point, size_t... kIndex>
+void SplitColumns(std::span<const Point> points, const std::array<char*, sizeof...(kIndex)>& places,
+                  std::index_sequence<kIndex...>) {
+  ((places[kIndex] != nullptr ? SplitColumn<kTable, kIndex>(points, places[kIndex]) : void()), ...);
 }
 
 }  // namespace
 
 void SplitNormals(std::span<const PointNormal> points, const NormalPlaces& places) {
-  SplitColumns(points, places, std::make_index_sequence<kNormalColumns.size()>());
+  SplitColumns<kNormalColumns>(points, places, std::make_index_sequence<kNormalColumns.size()>());
+}
+
+void SplitChoices(std::span<const PointChoice> points, const ChoicePlaces& places) {
+  SplitColumns<kChoiceColumns>(points, places, std::make_index_sequence<kChoiceColumns.size()>());
 }
 
 }  // namespace curvd

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/estimators/curvature_field.h"
+#include "core/estimators/point_choice.h"
 #include "core/normals/normals.h"
 
 namespace curvd {
@@ -15,6 +16,10 @@ using ColumnPlaces = std::array<char*, kColumnCount>;
 
 // Writes the columns of `points` to `places`. The arrays must not overlap. Takes about 3 ns a point.
 void SplitField(std::span<const PointCurvature> points, const ColumnPlaces& places);
+
+// The same for choices, in the order of kChoiceColumns.
+using ChoicePlaces = std::array<char*, kChoiceColumns.size()>;
+void SplitChoices(std::span<const PointChoice> points, const ChoicePlaces& places);
 
 // The same for normals, in the order of kNormalColumns.
 using NormalPlaces = std::array<char*, kNormalColumns.size()>;

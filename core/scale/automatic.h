@@ -5,7 +5,8 @@
 
 namespace curvd {
 
-// What estimates as `options` say: a row of core/estimators/strategies.h, or, where options.is_automatic(), one that
+// What estimates as `options` say: a row of core/estimators/strategies.h, or, where options.is_automatic() or
+// options.returns_choice, one that
 // samples the cloud, chooses, and averages what the chosen estimators find at each point.
 // REQUIRES: options.Validate() is OK.
 const Strategy& StrategyFor(const EstimatorOptions& options);

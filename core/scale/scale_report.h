@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -27,6 +28,9 @@ struct ScaleReport {
   // Standard deviation of the noise of positions, in the caller's length unit, as the residuals of fits show it; detail
   // that is smaller than a neighborhood counts as noise.
   double sigma = 0.0;
+  // The same of the noise of normals along each tangent, in radians, beyond what noise of positions makes of it; none
+  // where no sampled point has enough neighbors.
+  std::optional<double> normal_sigma = std::nullopt;
 };
 
 }  // namespace curvd

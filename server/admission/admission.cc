@@ -7,6 +7,7 @@
 #include "core/estimators/curvature_field.h"
 #include "core/job/estimation_job.h"
 #include "core/normals/normals.h"
+#include "server/call/chunk/directions.h"
 #include "server/call/chunk/viewpoints.h"
 #include "server/call/result_encoder.h"
 #include "server/rpc/error_detail.h"
@@ -43,9 +44,13 @@ uint64_t PartBytes(uint64_t points, const CallOptions& options) {
   return points * PointSet::BytesPerPoint(options.part.has_ids, options.part.has_roles);
 }
 
-uint64_t ViewpointBytes(uint64_t points, const CallOptions& options) {
-  if (!options.has_viewpoints()) return 0;
-  return points * Viewpoints::kBytesPerPoint * (options.point_count == 0 ? Viewpoints::kGrowing : 1);
+// Of what comes with the points beside positions and normals.
+uint64_t VectorBytes(uint64_t points, const CallOptions& options) {
+  const bool is_growing = options.point_count == 0;
+  uint64_t bytes = 0;
+  if (options.has_viewpoints()) bytes += Viewpoints::kBytesPerPoint * (is_growing ? Viewpoints::kGrowing : 1);
+  if (options.has_directions()) bytes += Directions::kBytesPerPoint * (is_growing ? Directions::kGrowing : 1);
+  return points * bytes;
 }
 
 }  // namespace
@@ -59,14 +64,17 @@ Admission::Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max
 uint64_t Admission::CallBytes(uint64_t points, const CallOptions& options, bool more_may_follow) const {
   const uint64_t chunk =
       more_may_follow ? max_chunk_bytes_ : std::min<uint64_t>(max_chunk_bytes_, points * options.point_bytes());
-  return kFixedCallBytes + JobBytes(points, options, thread_count_) + ViewpointBytes(points, options) +
+  return kFixedCallBytes + JobBytes(points, options, thread_count_) + VectorBytes(points, options) +
          PartBytes(points, options) + kChunkCopies * chunk + ResultMessageBytes(points, options.quantities);
 }
 
-uint64_t Admission::SendingBytes(uint64_t points, const QuantitySet& quantities) const {
-  const uint64_t point_bytes =
-      (quantities.HasCurvature() ? sizeof(PointCurvature) : 0) + (quantities.HasNormals() ? sizeof(PointNormal) : 0);
-  return kFixedCallBytes + points * point_bytes + ResultMessageBytes(points, quantities);
+uint64_t Admission::SendingBytes(uint64_t points, const CallOptions& options) const {
+  const QuantitySet& quantities = options.quantities;
+  const uint64_t point_bytes = (quantities.HasCurvature() ? sizeof(PointCurvature) : 0) +
+                               (quantities.HasNormals() ? sizeof(PointNormal) : 0) +
+                               (quantities.HasChoice() ? sizeof(PointChoice) : 0);
+  return kFixedCallBytes + points * point_bytes + (options.has_directions() ? VectorBytes(points, options) : 0) +
+         ResultMessageBytes(points, quantities);
 }
 
 absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Admission::Enter(const CallOptions& options,

@@ -26,7 +26,7 @@ class Admission {
   // larger than what was sent so far.
   uint64_t CallBytes(uint64_t points, const CallOptions& options, bool more_may_follow) const;
   // Bytes that it holds while it sends its results.
-  uint64_t SendingBytes(uint64_t points, const QuantitySet& quantities) const;
+  uint64_t SendingBytes(uint64_t points, const CallOptions& options) const;
 
   // An empty reservation in the lane for a call with options.point_count points (0: unknown). RESOURCE_EXHAUSTED if it
   // could never be granted. `caller` stands for whose call it is (TurnKey). The reservation must not outlive this

@@ -142,6 +142,7 @@ std::shared_ptr<EstimationJob> EstimateCall::MakeJob(EstimationJob::Callback don
     viewpoints_ = requests_.TakeViewpoints();
     normals.sides = SidesTowardViewpoints{viewpoints_.span()};
   }
+  directions_ = requests_.TakeDirections();
   if (!options.quantities.HasCurvature()) {
     return EstimationJob::StartNormals(requests_.TakeCloud(), normals, service().pool, priority, std::move(done),
                                        turn_key_);
@@ -204,7 +205,8 @@ void EstimateCall::SendResults(EstimationResult result) {
   {
     MutexLock lock(mutex_);
     if (has_stopped_) return;
-    results_ = {std::move(result.field.points), std::move(result.normals)};
+    results_ = {std::move(result.field.points), std::move(result.normals), std::move(result.choices),
+                std::move(directions_), requests_.options().curvature_direction};
     points = results_.size();
     CallRecord& record = account().record();
     record.status_counts = result.field.status_counts;
@@ -217,7 +219,7 @@ void EstimateCall::SendResults(EstimationResult result) {
     responses_.Complete(points, ResultChunkPoints(quantities));
     reservation = reservation_;
   }
-  reservation->ShrinkTo(service().admission.SendingBytes(points, quantities));
+  reservation->ShrinkTo(service().admission.SendingBytes(points, requests_.options()));
   WriteNext();
 }
 

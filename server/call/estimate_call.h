@@ -13,6 +13,7 @@
 #include "core/job/estimation_job.h"
 #include "curvature/v1/curvature.pb.h"
 #include "server/admission/memory_budget.h"
+#include "server/call/chunk/directions.h"
 #include "server/call/chunk/viewpoints.h"
 #include "server/call/phase_clock.h"
 #include "server/call/request_limits.h"
@@ -73,6 +74,7 @@ class EstimateCall final : public BidiStream {
   std::atomic<uint64_t> points_received_{0};  // written by the reading chain
 
   Viewpoints viewpoints_;  // of the cloud that the job has
+  Directions directions_;  // likewise, until its results are complete
   CallResults results_;    // set before the responses are complete, then of the writing chain
 
   Mutex mutex_;

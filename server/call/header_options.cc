@@ -10,6 +10,7 @@
 #include "core/estimators/strategies.h"
 #include "proto/result_columns.h"
 #include "server/call/invalid_option.h"
+#include "server/call/scale/choice_quantities.h"
 #include "server/call/scale/wire_scale.h"
 #include "server/call/wire_normals.h"
 #include "server/call/wire_options.h"
@@ -109,6 +110,20 @@ absl::Status CheckRejection(const CallOptions& options) {
   return InvalidOption("header.opposed_normals_policy",
                        absl::StrCat(static_cast<int>(v1::OPPOSED_NORMALS_POLICY_REJECT)),
                        "1 (mark) or unset unless header.quantities holds a quantity of curvature");
+}
+
+// The one direction for all points, if the header has it.
+absl::Status ResolveDirection(const v1::CloudHeader& header, CallOptions& options) {
+  constexpr char kField[] = "header.curvature_direction";
+  if (!header.has_curvature_direction()) return absl::OkStatus();
+  const v1::Vector3& v = header.curvature_direction();
+  const std::string value = absl::StrFormat("(%g, %g, %g)", v.x(), v.y(), v.z());
+  if (!options.quantities.Has(v1::QUANTITY_NORMAL_CURVATURE)) {
+    return InvalidOption(kField, value, "unset unless header.quantities has 13 (normal curvature)");
+  }
+  options.curvature_direction = DirectionOf({v.x(), v.y(), v.z()});
+  if (options.curvature_direction != Direction{}) return absl::OkStatus();
+  return InvalidOption(kField, value, "finite, and not of length 0");
 }
 
 absl::Status ResolveEnums(const v1::CloudHeader& header, CallOptions& options) {
@@ -213,11 +228,17 @@ absl::StatusOr<CallOptions> ResolveHeader(const v1::CloudHeader& header, const C
   if (absl::Status status = ResolveQuantities(header, options.normals.source, options.quantities); !status.ok()) {
     return status;
   }
+  if (absl::Status status = ResolveChoice(options.quantities, options.estimator); !status.ok()) return status;
+  if (absl::Status status = ResolveDirection(header, options); !status.ok()) return status;
   if (absl::Status status = CheckRejection(options); !status.ok()) return status;
   options.normals.returns_normals = options.quantities.HasNormals();
   if (absl::Status status = CheckTag(header.request_tag()); !status.ok()) return status;
   options.request_tag = header.request_tag();
   if (absl::Status status = ReadPart(header.part(), options.part); !status.ok()) return status;
+  if (options.part.has_roles && options.has_directions()) {
+    return InvalidOption("header.part.has_roles", "true",
+                         "false unless header.curvature_direction is set: results are those of the queries alone");
+  }
   return options;
 }
 
@@ -239,7 +260,8 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
   WriteNormals(options.normals, *accepted->mutable_normals());
   WritePart(options.part, *accepted->mutable_part());
   const std::optional<double> reach = ReachFactor(options.estimator);
-  if (reach.has_value() && options.normals.source == NormalSource::kGiven) accepted->set_reach_factor(*reach);
+  const bool is_local = options.normals.source == NormalSource::kGiven && !options.estimator.returns_choice;
+  if (reach.has_value() && is_local) accepted->set_reach_factor(*reach);
   for (const v1::Quantity quantity : curvature::wire::Quantities()) {
     if (options.quantities.Has(quantity)) accepted->add_quantities(quantity);
   }

@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/cloud/cloud.h"
+#include "core/estimators/normal_curvature.h"
 #include "core/estimators/options.h"
 #include "core/job/worker_pool.h"
 #include "core/normals/normal_options.h"
@@ -25,6 +26,7 @@ struct CallOptions {
   EstimatorOptions estimator;
   NormalOptions normals;  // without the viewpoints of points, which come with them
   QuantitySet quantities;
+  Direction curvature_direction{};  // (0, 0, 0): each point has its own, if normal curvature is asked for at all
   InvalidPointPolicy invalid_point_policy = InvalidPointPolicy::kReject;
   std::string request_tag;
   std::optional<JobPriority> priority;  // none: by the cloud's size
@@ -33,9 +35,12 @@ struct CallOptions {
   // What comes with the positions of points.
   bool has_normals() const { return normals.source != NormalSource::kEstimate; }
   bool has_viewpoints() const { return std::holds_alternative<SidesTowardViewpoints>(normals.sides); }
+  bool has_directions() const {
+    return quantities.Has(curvature::v1::QUANTITY_NORMAL_CURVATURE) && curvature_direction == Direction{};
+  }
   // Bytes of one point in all arrays of a chunk.
   size_t point_bytes() const {
-    const size_t arrays = 1 + (has_normals() ? 1 : 0) + (has_viewpoints() ? 1 : 0);
+    const size_t arrays = 1 + (has_normals() ? 1 : 0) + (has_viewpoints() ? 1 : 0) + (has_directions() ? 1 : 0);
     return arrays * 3 * ScalarBytes(scalar_type) + (part.has_ids ? sizeof(uint64_t) : 0) + (part.has_roles ? 1 : 0);
   }
 };

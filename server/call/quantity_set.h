@@ -18,18 +18,24 @@ class QuantitySet {
   // Whether a quantity of curvature, or of normals, is among them.
   bool HasCurvature() const { return (bits_ & ~kNormalBits) != 0; }
   bool HasNormals() const { return (bits_ & kNormalBits) != 0; }
+  // Whether one says how an estimate was chosen, or how sure it is.
+  bool HasChoice() const { return (bits_ & kChoiceBits) != 0; }
 
  private:
   static_assert(curvature::v1::Quantity_ARRAYSIZE <= 64);
   static constexpr uint64_t BitOf(curvature::v1::Quantity quantity) { return uint64_t{1} << quantity; }
   static constexpr uint64_t kNormalBits =
       uint64_t{1} << curvature::v1::QUANTITY_NORMALS | uint64_t{1} << curvature::v1::QUANTITY_NORMAL_QUALITY;
-  // Only where they are asked for.
-  static constexpr uint64_t kDerivedBits =
-      uint64_t{1} << curvature::v1::QUANTITY_SHAPE_INDEX | uint64_t{1} << curvature::v1::QUANTITY_CURVEDNESS;
+  static constexpr uint64_t kChoiceBits = uint64_t{1} << curvature::v1::QUANTITY_STANDARD_ERRORS |
+                                          uint64_t{1} << curvature::v1::QUANTITY_CHOSEN_NEIGHBOR_COUNT |
+                                          uint64_t{1} << curvature::v1::QUANTITY_ESTIMATOR_WEIGHTS;
+  static constexpr uint64_t kDerivedBits = uint64_t{1} << curvature::v1::QUANTITY_SHAPE_INDEX |
+                                           uint64_t{1} << curvature::v1::QUANTITY_CURVEDNESS |
+                                           uint64_t{1} << curvature::v1::QUANTITY_NORMAL_CURVATURE;
   explicit QuantitySet(uint64_t bits) : bits_(bits) {}
 
-  uint64_t bits_ = ~(kNormalBits | kDerivedBits);
+  // The others come only where they are asked for.
+  uint64_t bits_ = ~(kNormalBits | kDerivedBits | kChoiceBits);
 };
 
 }  // namespace curvd

@@ -22,8 +22,9 @@ namespace wire = curvature::wire;
 
 constexpr wire::BulkLayout kPointChunk({v1::PointChunk::kFirstIndexFieldNumber, v1::PointChunk::kIsLastFieldNumber},
                                        {v1::PointChunk::kPositionsFieldNumber, v1::PointChunk::kNormalsFieldNumber,
-                                        v1::PointChunk::kViewpointsFieldNumber, v1::PointChunk::kIdsFieldNumber,
-                                        v1::PointChunk::kRolesFieldNumber});
+                                        v1::PointChunk::kViewpointsFieldNumber,
+                                        v1::PointChunk::kCurvatureDirectionsFieldNumber,
+                                        v1::PointChunk::kIdsFieldNumber, v1::PointChunk::kRolesFieldNumber});
 
 absl::Status Invalid(const char* reason, std::string field, std::string value, std::string limit) {
   return MakeError(absl::StatusCode::kInvalidArgument,
@@ -55,7 +56,8 @@ absl::Status RequestSession::ReceiveMessage(grpc::ByteBuffer& message) {
     return ReceiveChunk(
         {chunk.numbers[v1::PointChunk::kFirstIndexFieldNumber], chunk.numbers[v1::PointChunk::kIsLastFieldNumber] != 0,
          chunk.arrays[v1::PointChunk::kPositionsFieldNumber], chunk.arrays[v1::PointChunk::kNormalsFieldNumber],
-         chunk.arrays[v1::PointChunk::kViewpointsFieldNumber], chunk.arrays[v1::PointChunk::kIdsFieldNumber],
+         chunk.arrays[v1::PointChunk::kViewpointsFieldNumber],
+         chunk.arrays[v1::PointChunk::kCurvatureDirectionsFieldNumber], chunk.arrays[v1::PointChunk::kIdsFieldNumber],
          chunk.arrays[v1::PointChunk::kRolesFieldNumber]});
   }
   const size_t bytes = message.Length();
@@ -77,6 +79,7 @@ absl::Status RequestSession::ReceiveRequest(const v1::EstimateCurvatureRequest& 
                            {request.chunk().positions()},
                            {request.chunk().normals()},
                            {request.chunk().viewpoints()},
+                           {request.chunk().curvature_directions()},
                            {request.chunk().ids()},
                            {request.chunk().roles()}});
     case v1::EstimateCurvatureRequest::MESSAGE_NOT_SET:
@@ -97,6 +100,7 @@ absl::Status RequestSession::ReceiveHeader(const v1::CloudHeader& header) {
   cloud_.Expect(options_->point_count);
   if (options_->part.lattice.has_value()) cloud_.PlaceOn(*options_->part.lattice);
   viewpoints_.Expect(options_->point_count);
+  directions_.Expect(options_->point_count);
   return absl::OkStatus();
 }
 
@@ -131,6 +135,9 @@ absl::Status RequestSession::AppendPoints(const Chunk& chunk, uint64_t count) {
   if (options_->part.has_ids || options_->part.has_roles) {
     if (absl::Status status = DescribePieces(chunk.ids, chunk.roles, count, cloud_); !status.ok()) return status;
   }
+  if (options_->has_directions()) {
+    if (absl::Status status = directions_.Append(chunk.directions, type); !status.ok()) return status;
+  }
   if (!options_->has_viewpoints()) return AppendPieces(chunk.positions, chunk.normals, type, cloud_);
   if (absl::Status status = viewpoints_.Append(chunk.viewpoints, type); !status.ok()) return status;
   return AppendSeenPieces(chunk.positions, chunk.normals, type, viewpoints_, cloud_);
@@ -138,8 +145,9 @@ absl::Status RequestSession::AppendPoints(const Chunk& chunk, uint64_t count) {
 
 absl::StatusOr<uint64_t> RequestSession::CheckLengths(const Chunk& chunk) const {
   const uint64_t positions = wire::SizeOf(chunk.positions), normals = wire::SizeOf(chunk.normals);
-  const uint64_t viewpoints = wire::SizeOf(chunk.viewpoints);
-  const uint64_t bytes = positions + normals + viewpoints + wire::SizeOf(chunk.ids) + wire::SizeOf(chunk.roles);
+  const uint64_t viewpoints = wire::SizeOf(chunk.viewpoints), directions = wire::SizeOf(chunk.directions);
+  const uint64_t bytes =
+      positions + normals + viewpoints + directions + wire::SizeOf(chunk.ids) + wire::SizeOf(chunk.roles);
   if (bytes > limits_.max_chunk_bytes) {
     return OverLimit(kReasonChunkTooLarge, "chunk.positions and the other arrays together",
                      absl::StrCat(bytes, " bytes"),
@@ -153,6 +161,7 @@ absl::StatusOr<uint64_t> RequestSession::CheckLengths(const Chunk& chunk) const 
   }
   if (absl::Status status = CheckNormals(normals, positions); !status.ok()) return status;
   if (absl::Status status = CheckViewpoints(viewpoints, positions); !status.ok()) return status;
+  if (absl::Status status = CheckDirections(directions, positions); !status.ok()) return status;
   const uint64_t count = positions / point_bytes();
   if (absl::Status status = CheckPart(chunk, count); !status.ok()) return status;
   return count;
@@ -197,6 +206,20 @@ absl::Status RequestSession::CheckViewpoints(size_t viewpoints, size_t positions
                  absl::StrCat(positions,
                               " bytes, as chunk.positions: every point needs a viewpoint "
                               "(header.normals.orientation is 4)"));
+}
+
+absl::Status RequestSession::CheckDirections(size_t directions, size_t positions) const {
+  if (directions == (options_->has_directions() ? positions : 0)) return absl::OkStatus();
+  const std::string value = absl::StrCat(directions, " bytes");
+  if (!options_->has_directions()) {
+    return Invalid(kReasonChunkLength, "chunk.curvature_directions", value,
+                   "absent unless header.quantities has 13 (normal curvature) and header.curvature_direction is unset");
+  }
+  return Invalid(
+      kReasonChunkLength, "chunk.curvature_directions", value,
+      absl::StrCat(positions,
+                   " bytes, as chunk.positions: every point needs a direction "
+                   "(header.quantities has 13, normal curvature), unless header.curvature_direction is set"));
 }
 
 absl::Status RequestSession::CheckTotal(uint64_t total) const {

@@ -9,6 +9,7 @@
 #include "curvature/v1/curvature.pb.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "proto/bulk_message.h"
+#include "server/call/chunk/directions.h"
 #include "server/call/chunk/viewpoints.h"
 #include "server/call/header_options.h"
 #include "server/call/request_limits.h"
@@ -43,6 +44,8 @@ class RequestSession {
   Cloud TakeCloud() { return std::move(cloud_); }
   // Where its points were seen from, if the header asked for that; empty else. REQUIRES: as above.
   Viewpoints TakeViewpoints() { return std::move(viewpoints_); }
+  // The directions of its points, if each has its own; empty else. REQUIRES: as above.
+  Directions TakeDirections() { return std::move(directions_); }
 
  private:
   absl::Status ReceiveMessage(grpc::ByteBuffer& message);
@@ -54,6 +57,7 @@ class RequestSession {
     const curvature::wire::Pieces& positions;
     const curvature::wire::Pieces& normals;
     const curvature::wire::Pieces& viewpoints;
+    const curvature::wire::Pieces& directions;
     const curvature::wire::Pieces& ids;
     const curvature::wire::Pieces& roles;
   };
@@ -64,6 +68,7 @@ class RequestSession {
   absl::StatusOr<uint64_t> CheckLengths(const Chunk& chunk) const;
   absl::Status CheckNormals(size_t normals, size_t positions) const;
   absl::Status CheckViewpoints(size_t viewpoints, size_t positions) const;
+  absl::Status CheckDirections(size_t directions, size_t positions) const;
   absl::Status CheckPart(const Chunk& chunk, uint64_t count) const;
   absl::Status AppendPoints(const Chunk& chunk, uint64_t count);
   absl::Status CheckTotal(uint64_t total) const;
@@ -78,6 +83,7 @@ class RequestSession {
   bool has_last_chunk_ = false;
   Cloud cloud_;
   Viewpoints viewpoints_;
+  Directions directions_;
 };
 
 }  // namespace curvd

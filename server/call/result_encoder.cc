@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/base/out_of_memory.h"
 #include "core/base/page_pool.h"
 #include "core/estimators/derived_quantities.h"
+#include "core/estimators/normal_curvature.h"
 #include "core/job/field_arrays.h"
 #include "proto/bulk_message.h"
 #include "proto/result_columns.h"
@@ -23,12 +26,16 @@ constexpr size_t kMostMessageBytes = size_t{1} << 20;
 // What a message has beside its arrays, at most.
 constexpr size_t kMessageRoom = 128;
 
+constexpr std::string_view kNormalCurvature = "normal_curvature";
+
 // A column of the contract and its place among the core's, which has the status among normals as well.
 struct PackedColumn {
   const curvature::wire::ResultColumn* wire;
   size_t curvature_index;  // kColumnCount: none
   size_t normal_index;     // kNormalColumns.size(): none
+  size_t choice_index;     // kChoiceColumns.size(): none
   size_t derived_index;    // kDerivedColumns.size(): none
+  bool is_normal_curvature;
 };
 
 size_t DerivedIndex(std::string_view name) {
@@ -42,18 +49,26 @@ bool IsRight(size_t index, const std::array<Column, kCount>& columns, const curv
   return index == kCount || columns[index].bytes() == wire.bytes_per_point;
 }
 
+PackedColumn Match(const curvature::wire::ResultColumn& wire) {
+  const PackedColumn column{&wire,
+                            ColumnIndex(wire.name),
+                            ColumnIndex(wire.name, kNormalColumns),
+                            ColumnIndex(wire.name, kChoiceColumns),
+                            DerivedIndex(wire.name),
+                            wire.name == kNormalCurvature};
+  const bool is_derived = column.derived_index < kDerivedColumns.size() || column.is_normal_curvature;
+  // A defect of the build.
+  GPR_ASSERT(column.curvature_index < kColumnCount || column.normal_index < kNormalColumns.size() ||
+             column.choice_index < kChoiceColumns.size() || is_derived);
+  GPR_ASSERT(IsRight(column.curvature_index, kColumns, wire) && IsRight(column.normal_index, kNormalColumns, wire) &&
+             IsRight(column.choice_index, kChoiceColumns, wire));
+  GPR_ASSERT(!is_derived || wire.bytes_per_point == sizeof(float));
+  return column;
+}
+
 std::vector<PackedColumn> MatchColumns() {
   std::vector<PackedColumn> columns;
-  for (const curvature::wire::ResultColumn& wire : curvature::wire::ResultColumns()) {
-    const size_t curvature_index = ColumnIndex(wire.name), normal_index = ColumnIndex(wire.name, kNormalColumns);
-    const size_t derived_index = DerivedIndex(wire.name);
-    const bool is_derived = derived_index < kDerivedColumns.size();
-    // A defect of the build.
-    GPR_ASSERT(curvature_index < kColumnCount || normal_index < kNormalColumns.size() || is_derived);
-    GPR_ASSERT(IsRight(curvature_index, kColumns, wire) && IsRight(normal_index, kNormalColumns, wire));
-    GPR_ASSERT(!is_derived || wire.bytes_per_point == sizeof(float));
-    columns.push_back({&wire, curvature_index, normal_index, derived_index});
-  }
+  for (const curvature::wire::ResultColumn& wire : curvature::wire::ResultColumns()) columns.push_back(Match(wire));
   return columns;
 }
 
@@ -65,6 +80,27 @@ const std::vector<PackedColumn>& PackedColumns() {
 bool IsWanted(const PackedColumn& column, const QuantitySet& quantities) {
   const curvature::v1::Quantity quantity = column.wire->quantity;
   return quantity == curvature::v1::QUANTITY_UNSPECIFIED || quantities.Has(quantity);
+}
+
+// Where the arrays of a message are; nullptr: not wanted.
+struct Places {
+  ColumnPlaces curvature{};
+  NormalPlaces normals{};
+  ChoicePlaces choices{};
+  DerivedPlaces derived{};
+  char* normal_curvature = nullptr;
+
+  char** Of(const PackedColumn& column, bool has_curvature) {
+    if (has_curvature && column.curvature_index < kColumnCount) return &curvature[column.curvature_index];
+    if (column.derived_index < kDerivedColumns.size()) return &derived[column.derived_index];
+    if (column.choice_index < kChoiceColumns.size()) return &choices[column.choice_index];
+    return column.is_normal_curvature ? &normal_curvature : &normals[column.normal_index];
+  }
+};
+
+std::span<const Direction> DirectionsOf(const CallResults& results, size_t first, size_t count) {
+  if (results.directions.size() == 0) return {&results.direction, 1};
+  return results.directions.span().subspan(first, count);
 }
 
 }  // namespace
@@ -85,27 +121,27 @@ absl::StatusOr<grpc::Slice> PackResults(const CallResults& results, size_t first
                                         const QuantitySet& quantities) {
   // The message, and what gRPC makes of it on its way.
   if (!ProcessPages().HasRoomFor(2 * count * ResultBytesPerPoint(quantities))) return OutOfMemoryError();
-  ColumnPlaces places{};
-  NormalPlaces normal_places{};
-  DerivedPlaces derived_places{};
+  Places places;
   curvature::wire::BulkWriter writer(EstimateCurvatureResponse::kResultFieldNumber);
   writer.AddNumber(ResultChunk::kFirstIndexFieldNumber, first);
   writer.AddNumber(ResultChunk::kPointCountFieldNumber, count);
   const bool has_curvature = results.curvature.size() > 0;
   for (const PackedColumn& column : PackedColumns()) {
     if (!IsWanted(column, quantities)) continue;
-    const bool is_curvature = has_curvature && column.curvature_index < kColumnCount;
-    char** place = is_curvature                                    ? &places[column.curvature_index]
-                   : column.derived_index < kDerivedColumns.size() ? &derived_places[column.derived_index]
-                                                                   : &normal_places[column.normal_index];
+    char** place = places.Of(column, has_curvature);
     writer.AddArray(column.wire->field, count * column.wire->bytes_per_point, place);
   }
   return writer.Finish([&] {
     if (has_curvature) {
-      SplitField(results.curvature.span().subspan(first, count), places);
-      DeriveColumns(results.curvature.span().subspan(first, count), derived_places);
+      const auto points = results.curvature.span().subspan(first, count);
+      SplitField(points, places.curvature);
+      DeriveColumns(points, places.derived);
+      if (places.normal_curvature != nullptr) {
+        WriteNormalCurvatures(points, DirectionsOf(results, first, count), places.normal_curvature);
+      }
     }
-    if (results.normals.size() > 0) SplitNormals(results.normals.span().subspan(first, count), normal_places);
+    if (results.normals.size() > 0) SplitNormals(results.normals.span().subspan(first, count), places.normals);
+    if (results.choices.size() > 0) SplitChoices(results.choices.span().subspan(first, count), places.choices);
   });
 }
 

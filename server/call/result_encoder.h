@@ -5,8 +5,11 @@
 
 #include "absl/status/statusor.h"
 #include "core/estimators/curvature_field.h"
+#include "core/estimators/normal_curvature.h"
+#include "core/estimators/point_choice.h"
 #include "core/normals/normals.h"
 #include "grpcpp/support/slice.h"
+#include "server/call/chunk/directions.h"
 #include "server/call/quantity_set.h"
 
 namespace curvd {
@@ -14,7 +17,10 @@ namespace curvd {
 // What the job of a call has found, as far as it was asked for.
 struct CallResults {
   PageArray<PointCurvature> curvature;
-  NormalField normals;
+  NormalField normals{};
+  ChoiceField choices{};
+  Directions directions{};  // of the points; none: `direction` is that of all
+  Direction direction{};
 
   size_t size() const { return curvature.size() > 0 ? curvature.size() : normals.size(); }
 };

@@ -113,6 +113,54 @@ TEST(CurvatureClientTest, ViewpointsMustBeAskedForAndAsManyAsPoints) {
   for (size_t i = 0; i < 3 * 2000; i += 997) EXPECT_NEAR(result->normals[i], -sphere.points[i], 0.05);
 }
 
+TEST(CurvatureClientTest, TellsHowSureValuesAreAndWhatWasChosen) {
+  const auto server = StartServer();
+  const auto client = *CurvatureClient::Connect(AddressOf(server->port()));
+  const SphereCloud sphere = Sphere(2000);
+  EstimateOptions options;
+  options.estimator = Estimator::kAuto;
+  options.automatic_scale.emplace();
+  options.quantities = DefaultQuantityNames();
+  EXPECT_EQ(options.quantities.size(), 5u);
+  for (const char* more : {"standard_errors", "chosen_neighbor_count", "estimator_weights"}) {
+    options.quantities.emplace_back(more);
+  }
+  const absl::StatusOr<CurvatureResult> result = client->Estimate(CloudView(sphere.points, sphere.points), options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  ASSERT_EQ(result->mean_standard_error.size(), 2000u);
+  EXPECT_GT(result->mean_standard_error[7], 0.0f);
+  EXPECT_GT(result->k1_standard_error[7], 0.0f);
+  EXPECT_GT(result->k2_standard_error[7], 0.0f);
+  EXPECT_GE(result->chosen_neighbor_count[7], 16.0f);
+  EXPECT_NEAR(result->avg_hexagram_weight[7] + result->normal_regression_weight[7] + result->jet_weight[7], 1.0f,
+              1e-5f);
+  ASSERT_TRUE(result->summary.scale.has_value());
+  EXPECT_TRUE(result->summary.scale->normal_noise.has_value());
+  EXPECT_TRUE(result->others.empty());
+}
+
+TEST(CurvatureClientTest, NormalCurvatureTakesOneDirectionOrOneForEachPoint) {
+  const auto server = StartServer();
+  const auto client = *CurvatureClient::Connect(AddressOf(server->port()));
+  const SphereCloud sphere = Sphere(2000);
+  const CloudView cloud(sphere.points, sphere.points);
+  EstimateOptions options;
+  options.quantities = {"normal_curvature"};
+  EXPECT_THAT(std::string(client->Estimate(cloud, options).status().message()), HasSubstr("directions 0"));
+  std::vector<float> directions(3 * 2000);
+  for (size_t i = 2; i < directions.size(); i += 6) directions[i] = 1.0f;  // every other point
+  const absl::StatusOr<CurvatureResult> each = client->Estimate(cloud.Toward(directions), options);
+  ASSERT_TRUE(each.ok()) << each.status();
+  EXPECT_NEAR(each->normal_curvature[1000], 1.0, 0.05);
+  EXPECT_TRUE(std::isnan(each->normal_curvature[1001])) << "it has no direction";
+  options.curvature_direction = {0.0, 0.0, 1.0};
+  EXPECT_THAT(std::string(client->Estimate(cloud.Toward(sphere.points), options).status().message()),
+              HasSubstr("without options.curvature_direction"));
+  const absl::StatusOr<CurvatureResult> one = client->Estimate(cloud, options);
+  ASSERT_TRUE(one.ok()) << one.status();
+  EXPECT_NEAR(one->normal_curvature[1000], 1.0, 0.05);
+}
+
 TEST(CurvatureClientTest, WarnsOfOpposedNormalsOrRefusesThem) {
   const auto server = StartServer();
   const auto client = *CurvatureClient::Connect(AddressOf(server->port()));

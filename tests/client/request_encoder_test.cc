@@ -107,6 +107,23 @@ TEST(PackChunkTest, LeavesOutWhatTheCloudDoesNotHave) {
   EXPECT_EQ(Bytes(PackChunk(bare.SeenFrom(viewpoints), 1, 1)), request.SerializeAsString());
 }
 
+TEST(PackHeaderTest, TellsTheDirectionOfAllPointsOrTheChunksThoseOfEach) {
+  const std::vector<float> positions = {1, 2, 3, 4, 5, 6}, directions = {7, 8, 9, 10, 11, 12};
+  EstimateOptions options;
+  options.quantities = {"normal_curvature"};
+  v1::EstimateCurvatureRequest request;
+  ASSERT_TRUE(request.ParseFromString(Bytes(PackHeader(CloudView(positions), options))));
+  EXPECT_FALSE(request.header().has_curvature_direction());
+  options.curvature_direction = {1.0, 2.0, 3.0};
+  ASSERT_TRUE(request.ParseFromString(Bytes(PackHeader(CloudView(positions), options))));
+  EXPECT_EQ(request.header().curvature_direction().z(), 3.0);
+  v1::EstimateCurvatureRequest chunk;
+  chunk.mutable_chunk()->set_first_index(1);
+  chunk.mutable_chunk()->set_positions(&positions[3], 12);
+  chunk.mutable_chunk()->set_curvature_directions(&directions[3], 12);
+  EXPECT_EQ(Bytes(PackChunk(CloudView(positions).Toward(directions), 1, 1)), chunk.SerializeAsString());
+}
+
 v1::NormalOptions NormalsFor(const NormalOptions& normals) {
   const std::vector<float> scalars(3);
   EstimateOptions options;

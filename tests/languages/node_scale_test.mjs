@@ -1,7 +1,7 @@
 // Estimator and scale that the Node.js client leaves to the server. Against a real curvd (CURVD_SERVER).
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { PointStatus, estimateCurvature } from "../../client/node/index.mjs";
+import { DEFAULT_QUANTITIES, PointStatus, estimateCurvature } from "../../client/node/index.mjs";
 import { failure, sphere } from "./node_helpers.mjs";
 
 const server = process.env.CURVD_SERVER;
@@ -22,6 +22,34 @@ test("auto chooses what suits the cloud", async () => {
   assert.ok(outcomes.some(({ estimator }) => estimator === "ESTIMATOR_JET_FITTING"));
   assert.ok(positionNoise > 0);
   assert.ok(!fixed.summary.scale);
+});
+
+test("values come with how sure they are", async () => {
+  const asked = ["standardErrors", "chosenNeighborCount", "estimatorWeights"];
+  const quantities = [...DEFAULT_QUANTITIES, ...asked];
+  const estimate = await estimateCurvature(...sphere(5_000, 2), { server, estimator: "auto", quantities });
+  const { meanCurvatureStandardError, k1StandardError, k2StandardError, chosenNeighborCount } = estimate;
+  for (const errors of [meanCurvatureStandardError, k1StandardError, k2StandardError]) {
+    assert.equal(errors.length, 5_000);
+    assert.ok(errors.every((error) => error > 0));
+  }
+  assert.ok(chosenNeighborCount.every((count) => count >= 16 && count <= 2048));
+  const { avgHexagramWeight, normalRegressionWeight, jetWeight } = estimate;
+  assert.ok(jetWeight.every((weight, i) => Math.abs(weight + avgHexagramWeight[i] + normalRegressionWeight[i] - 1) < 1e-5));
+  assert.ok(estimate.d1.length === 15_000 && estimate.summary.scale.normalNoise >= 0);
+});
+
+test("normal curvature takes one direction or one for each point", async () => {
+  const cloud = sphere(2_000, 2);
+  const asked = { server, quantities: ["normalCurvature"] };
+  const one = await estimateCurvature(...cloud, { ...asked, curvatureDirection: [0, 0, 1] });
+  assert.ok(Math.abs(one.normalCurvature[1_000] - 0.5) < 0.02);
+  const curvatureDirections = new Float32Array(6_000).fill(1, 0, 3_003);
+  const each = await estimateCurvature(...cloud, { ...asked, curvatureDirections });
+  assert.ok(Math.abs(each.normalCurvature[1_000] - 0.5) < 0.02);
+  assert.ok(Number.isNaN(each.normalCurvature[1_001]));
+  await assert.rejects(estimateCurvature(...cloud, asked), /needs curvatureDirection or curvatureDirections/);
+  await assert.rejects(estimateCurvature(...cloud, { server, curvatureDirection: [0, 0, 1] }), /need "normalCurvature"/);
 });
 
 test("estimator or scale alone may be left open", async () => {

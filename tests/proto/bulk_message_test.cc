@@ -63,6 +63,21 @@ TEST(ReadBulkMessageTest, ReadsWhatProtobufWrites) {
   }
 }
 
+TEST(ReadBulkMessageTest, ReadsFieldsWhoseTagTakesTwoBytes) {
+  constexpr BulkLayout kSixteen({v1::ResultChunk::kPointCountFieldNumber},
+                                {v1::ResultChunk::kMeanCurvatureStandardErrorFieldNumber});
+  static_assert(v1::ResultChunk::kMeanCurvatureStandardErrorFieldNumber == 16);
+  v1::EstimateCurvatureResponse response;
+  response.mutable_result()->set_point_count(2);
+  response.mutable_result()->set_mean_curvature_standard_error("12345678");
+  for (const size_t piece_bytes : {1, 7, 4096}) {
+    grpc::ByteBuffer message = ToByteBuffer(response.SerializeAsString(), piece_bytes);
+    BulkMessage read;
+    ASSERT_TRUE(ReadBulkMessage(message, v1::EstimateCurvatureResponse::kResultFieldNumber, kSixteen, read));
+    EXPECT_EQ(Joined(read.arrays[16]), "12345678");
+  }
+}
+
 TEST(ReadBulkMessageTest, CopiesNoArray) {
   const std::string bytes = Chunk(3, 1000).SerializeAsString();
   const grpc::Slice slice(bytes);

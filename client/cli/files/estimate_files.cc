@@ -83,7 +83,9 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(input, ": ", note));
   std::string note;
   report.options.normals = OptionsFor(flags.normals, *table, note);
-  absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table, NeedsOf(report.options.normals));
+  CloudNeeds needs = NeedsOf(report.options.normals);
+  needs.directions = flags.quantities.direction_columns;
+  absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table, needs);
   if (!cloud.ok()) return Fail(ExitCode::kInput, absl::StrCat(input, ": ", cloud.status().message()));
   if (!note.empty()) PrintNote(task.title + note);
   if (const std::string coarse = NoteOnCoarsePositions(*cloud); !coarse.empty()) PrintNote(task.title + coarse);
@@ -159,11 +161,6 @@ ExitCode RunMany(const EstimateFlags& flags) {
 }
 
 }  // namespace
-
-void AddQuantity(const std::string& word, std::vector<std::string>& quantities) {
-  const std::string name = ContractName(word);
-  if (std::find(quantities.begin(), quantities.end(), name) == quantities.end()) quantities.push_back(name);
-}
 
 ExitCode EstimateFiles(const EstimateFlags& flags) {
   if (IsDirectory(flags.output)) return RunMany(flags);

@@ -7,6 +7,7 @@
 #include "client/cli/command.h"
 #include "client/cli/connection_flags.h"
 #include "client/cli/normals/normal_flags.h"
+#include "client/cli/quantities/quantity_flags.h"
 #include "client/cli/scale/scale_flags.h"
 #include "client/curvature_client.h"
 #include "client/io/table_file.h"
@@ -27,11 +28,9 @@ struct EstimateFlags {
   std::string summary = "text";
   std::string color;
   NormalFlags normals;
+  QuantityFlags quantities;
   EstimateOptions options;
 };
-
-// Adds a quantity, by a word of QuantityWords(), to those of a call, once.
-void AddQuantity(const std::string& word, std::vector<std::string>& quantities);
 
 // Runs `curv estimate`. Prints summaries and errors, and returns how it ended.
 ExitCode EstimateFiles(const EstimateFlags& flags);

@@ -44,6 +44,9 @@ std::string ScaleText(const ScaleReport& report) {
     absl::StrAppendFormat(&text, "  %-22s %6u %13.3g %12.3g %12.3g %6.0f %%\n", o.estimator, o.neighbor_count, o.error,
                           o.noise, o.bias, 100.0 * o.share);
   }
+  if (report.normal_noise) {
+    absl::StrAppendFormat(&text, "  noise of normals: %.3g rad along each tangent\n", *report.normal_noise);
+  }
   return text;
 }
 
@@ -59,6 +62,7 @@ nlohmann::ordered_json ScaleJson(const ScaleReport& report) {
   }
   return {{"sampled_points", report.sampled_points},
           {"position_noise", report.position_noise},
+          {"normal_noise", report.normal_noise ? nlohmann::ordered_json(*report.normal_noise) : nullptr},
           {"outcomes", std::move(outcomes)}};
 }
 

@@ -1,7 +1,10 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -85,6 +88,16 @@ void CheckNormals(const NormalFlags& normals) {
       "them into a file first");
 }
 
+void CheckTileQuantities(const std::vector<std::string>& words) {
+  for (const char* name : {"standard_errors", "chosen_neighbor_count", "estimator_weights", "normal_curvature"}) {
+    if (std::find(words.begin(), words.end(), name) == words.end()) continue;
+    throw CLI::ValidationError(
+        "--quantities", absl::StrCat("tiles have no ", name,
+                                     ": errors and choices follow from a sample of the whole cloud, and tiles take no "
+                                     "directions"));
+  }
+}
+
 }  // namespace
 
 void AddTilesPlan(CLI::App& tiles, Action& action) {
@@ -120,12 +133,14 @@ void AddTilesPlan(CLI::App& tiles, Action& action) {
   AddEstimatorFlags(*command, flags->estimate);
   AddSourceFlags(*command, flags->estimate.normals);
   AddInvalidFlag(*command, flags->estimate);
-  AddQuantitiesFlag(*command, flags->estimate);
+  AddQuantitiesFlag(*command, flags->estimate.quantities);
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");
   command->callback([flags, &action] {
     CheckNormals(flags->estimate.normals);
+    CheckTileQuantities(flags->estimate.quantities.only);
+    ApplyQuantities(flags->estimate.quantities, flags->estimate.options);
     ApplyScale(flags->estimate.scale, flags->estimate.options);
     action = [flags] { return Run(*flags); };
   });

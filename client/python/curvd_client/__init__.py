@@ -10,7 +10,7 @@ from curvd_client.client import CurvatureClient
 from curvd_client.errors import CurvdError, CurvdWarning
 from curvd_client.functions import estimate_curvature, estimate_normals
 from curvd_client.progress import Progress
-from curvd_client.results import QUANTITIES, RESULT_DTYPE, Estimate, PointStatus
+from curvd_client.results import DEFAULT_QUANTITIES, QUANTITIES, RESULT_DTYPE, Estimate, PointStatus
 from curvd_client.rpc import ServerInfo, ServerLimits
 from curvd_client.security import Security
 
@@ -19,6 +19,7 @@ __all__ = [
     "CurvatureClient",
     "CurvdError",
     "CurvdWarning",
+    "DEFAULT_QUANTITIES",
     "Estimate",
     "PointStatus",
     "Progress",

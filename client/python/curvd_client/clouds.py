@@ -14,14 +14,15 @@ _EXACT_IN_FLOAT32 = {"f2", "f4", "i1", "i2", "u1", "u2"}
 Cloud = typing.Dict[str, npt.NDArray[typing.Any]]
 
 
-def pack_cloud(positions: npt.ArrayLike, normals: npt.ArrayLike | None, viewpoints: npt.ArrayLike | None) -> Cloud:
+def pack_cloud(
+    positions: npt.ArrayLike, normals: npt.ArrayLike | None, vectors: typing.Mapping[str, npt.ArrayLike] | None = None
+) -> Cloud:
     """The arrays of PointChunk that there are, by their names: little-endian, contiguous, all float32 or all float64.
 
-    Positions decide which: float64 unless float32 holds each of their values. Raises ValueError, naming the array, for
-    shapes
-    other than (N, 3), and for what is no real number.
+    Positions decide which: float64 unless float32 holds each of their values. `vectors` are those of the points beside
+    their normals. Raises ValueError, naming the array, for shapes other than (N, 3), and for what is no real number.
     """
-    given = {"positions": positions, "normals": normals, "viewpoints": viewpoints}
+    given = {"positions": positions, "normals": normals, **(vectors or {})}
     arrays = {name: real_array(name, array) for name, array in given.items() if array is not None}
     if not arrays or "positions" not in arrays:
         raise ValueError("positions is None; it must be an array of shape (N, 3)")

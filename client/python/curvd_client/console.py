@@ -58,6 +58,8 @@ def _parser() -> argparse.ArgumentParser:
                           help="default: given where the file has them, else estimate")  # fmt: skip
     estimate.add_argument("--quantities", type=lambda text: text.split(","), metavar="NAME,...",
                           help="of " + ", ".join(QUANTITIES))  # fmt: skip
+    estimate.add_argument("--direction", type=lambda text: [float(part) for part in text.split(",")], metavar="X,Y,Z",
+                          help="of the quantity normal_curvature")  # fmt: skip
     estimate.add_argument("--skip-invalid", action="store_true", help="give unusable points a status, do not fail")
     estimate.add_argument("--quiet", action="store_true", help="show no progress")
     estimate.set_defaults(run=_estimate)
@@ -119,6 +121,7 @@ def _estimate(options: argparse.Namespace) -> int:
             neighbor_count=options.k,
             radius=options.radius,
             quantities=options.quantities,
+            curvature_direction=options.direction,
             skip_invalid=options.skip_invalid,
             progress=not options.quiet,
             **_waits(options),

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from curvd_client import curvature_pb2
 from curvd_client.clouds import Cloud, pack_cloud
 from curvd_client.errors import CurvdError, CurvdWarning, broken_protocol
+from curvd_client.options import Vectors
 from curvd_client.progress import ProgressCallback, progress_of
 from curvd_client.results import Estimate, ResultCollector
 
@@ -36,13 +37,13 @@ class Request(typing.NamedTuple):
 
 
 def make_request(
-    header_and_viewpoints: tuple[curvature_pb2.CloudHeader, npt.ArrayLike | None],
+    header_and_vectors: tuple[curvature_pb2.CloudHeader, Vectors],
     positions: npt.ArrayLike,
     normals: npt.ArrayLike | None,
 ) -> Request:
     """The header completed with what the arrays say. Raises ValueError if they make no cloud."""
-    header, viewpoints = header_and_viewpoints
-    cloud = pack_cloud(positions, normals, viewpoints)
+    header, vectors = header_and_vectors
+    cloud = pack_cloud(positions, normals, vectors)
     header.point_count = len(cloud["positions"])
     is_double = cloud["positions"].itemsize == 8
     header.scalar_type = curvature_pb2.SCALAR_TYPE_FLOAT64 if is_double else curvature_pb2.SCALAR_TYPE_FLOAT32

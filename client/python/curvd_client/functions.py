@@ -78,8 +78,15 @@ def estimate_curvature(
     normal_neighbor_count, normal_radius: of which points normals are estimated. DEFAULT: as many as the noise of the
                            points asks for.
     quantities:            names of QUANTITIES that the result shall have, beside `status`. DEFAULT (none, or []): all
-                           of curvature but "shape_index" and "curvedness", which follow from it, and "normals" unless
-                           they stay as they are given.
+                           of curvature that comes without being asked for, DEFAULT_QUANTITIES, and "normals" unless
+                           they stay as they are given. [*DEFAULT_QUANTITIES, "standard_errors"] asks for more:
+                           "shape_index", "curvedness"; "standard_errors" of mean_curvature, k1 and k2, with
+                           neighbor_count "auto" or from 16 to 2,048, and an estimator that "auto" chooses among ("jet"
+                           with jet_degree 4); "chosen_neighbor_count" and "estimator_weights" of "auto";
+                           "normal_curvature".
+    curvature_direction:   of the quantity "normal_curvature": the direction in which it is wanted, shape (3,), or one for
+                           each point, (N, 3), of any length; it is projected on the tangent plane. NaN where nothing
+                           is left of it.
     skip_invalid:          give an unusable point a status instead of failing the call.
     reject_opposed_normals: fail the call if normals point to opposite sides of one surface, instead of giving the
                            points around such places a status, and warning.

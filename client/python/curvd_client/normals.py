@@ -69,13 +69,21 @@ def _set_side(
         options.direction.x, options.direction.y, options.direction.z = _vector("direction", direction)
     if viewpoint is None:
         return None
-    places = real_array("viewpoint", viewpoint)
-    if places.ndim == 2:
+    one, each = vector_or_vectors("viewpoint", viewpoint)
+    if one is None:
         options.orientation = curvature_pb2.ORIENTATION_POINT_VIEWPOINTS
-        return places
+        return each
     options.orientation = curvature_pb2.ORIENTATION_VIEWPOINT
-    options.viewpoint.x, options.viewpoint.y, options.viewpoint.z = _vector("viewpoint", viewpoint)
+    options.viewpoint.x, options.viewpoint.y, options.viewpoint.z = one
     return None
+
+
+def vector_or_vectors(
+    name: str, value: npt.ArrayLike
+) -> tuple[list[float] | None, npt.NDArray[typing.Any] | None]:
+    """One vector for all points, of shape (3,), or one for each, which the cloud's arrays check; the other is None."""
+    array = real_array(name, value)
+    return (None, array) if array.ndim == 2 else (_vector(name, value), None)
 
 
 def _vector(name: str, value: npt.ArrayLike) -> list[float]:

@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from curvd_client.fields import real_number, seed_number, whole_number
 from curvd_client import curvature_pb2
-from curvd_client.normals import normal_options
+from curvd_client.normals import normal_options, vector_or_vectors
 from curvd_client.results import quantity_number
 
-Viewpoints = typing.Optional[npt.ArrayLike]
+# Vectors of the points beside their normals, by their names in PointChunk.
+Vectors = typing.Dict[str, npt.ArrayLike]
 
 # Two estimators have shorter names than the contract gives them.
 _SHORT_NAMES = {"jet-fitting": "jet", "algebraic-shape-operator": "aso"}
@@ -74,6 +75,7 @@ class CurvatureOptions(typing.TypedDict, total=False):
     normal_neighbor_count: int | None
     normal_radius: float | None
     quantities: typing.Sequence[str] | None
+    curvature_direction: npt.ArrayLike | None
     skip_invalid: bool
     reject_opposed_normals: bool
     priority: str | None
@@ -102,12 +104,13 @@ def curvature_header(
     normal_neighbor_count: int | None = None,
     normal_radius: float | None = None,
     quantities: typing.Sequence[str] | None = None,
+    curvature_direction: npt.ArrayLike | None = None,
     skip_invalid: bool = False,
     reject_opposed_normals: bool = False,
     priority: str | None = None,
     request_tag: str = "",
-) -> tuple[curvature_pb2.CloudHeader, Viewpoints]:
-    """The header of a call for curvature, without what the cloud's arrays say, and the viewpoints of points, or None.
+) -> tuple[curvature_pb2.CloudHeader, Vectors]:
+    """The header of a call for curvature, without what the cloud's arrays say, and the vectors of points that it needs.
 
     The arguments are those of estimate_curvature. Raises ValueError, naming the argument, for those that make no
     request.
@@ -148,7 +151,18 @@ def curvature_header(
         priority=_priority(priority),
         request_tag=request_tag,
     )
-    return header, viewpoints
+    vectors = _vectors(viewpoints)
+    if curvature_direction is not None:
+        if curvature_pb2.QUANTITY_NORMAL_CURVATURE not in header.quantities:
+            raise ValueError('curvature_direction needs "normal_curvature" among the quantities')
+        one, each = vector_or_vectors("curvature_direction", curvature_direction)
+        if one is not None:
+            header.curvature_direction.x, header.curvature_direction.y, header.curvature_direction.z = one
+        if each is not None:
+            vectors["curvature_directions"] = each
+    elif curvature_pb2.QUANTITY_NORMAL_CURVATURE in header.quantities:
+        raise ValueError('the quantity "normal_curvature" needs a curvature_direction')
+    return header, vectors
 
 
 def normals_header(
@@ -163,7 +177,7 @@ def normals_header(
     skip_invalid: bool = False,
     priority: str | None = None,
     request_tag: str = "",
-) -> tuple[curvature_pb2.CloudHeader, Viewpoints]:
+) -> tuple[curvature_pb2.CloudHeader, Vectors]:
     """The same for a call for normals alone; the arguments are those of estimate_normals."""
     normals_from, viewpoints = normal_options(
         has_normals,
@@ -181,12 +195,16 @@ def normals_header(
         priority=_priority(priority),
         request_tag=request_tag,
     )
-    return header, viewpoints
+    return header, _vectors(viewpoints)
 
 
 def estimator_name(number: int) -> str:
     """The name that people use for the contract's number of an estimator; the number, if it is of a later contract."""
     return next((name for name, each in ESTIMATORS.items() if each == number), str(number))
+
+
+def _vectors(viewpoints: npt.ArrayLike | None) -> Vectors:
+    return {} if viewpoints is None else {"viewpoints": viewpoints}
 
 
 def _invalid_point_policy(skip: bool) -> curvature_pb2.InvalidPointPolicy:

@@ -22,6 +22,16 @@ QUANTITIES = tuple(
 )
 
 
+# Those of curvature that come without being asked for.
+DEFAULT_QUANTITIES = tuple(
+    dict.fromkeys(
+        curvature_pb2.Quantity.Name(column.quantity).removeprefix(_PREFIX).lower()
+        for _, column in result_columns()
+        if column.quantity != curvature_pb2.QUANTITY_UNSPECIFIED and not column.on_request
+    )
+)
+
+
 def quantity_number(name: str) -> int:
     """The contract's number of a quantity. Raises ValueError if there is none of that name."""
     if name not in QUANTITIES:

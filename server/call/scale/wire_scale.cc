@@ -80,14 +80,18 @@ absl::Status CheckChoice(const EstimatorOptions& options) {
                          "unset where the estimator is auto, which knows automatic_scale.max_radius");
   }
   if (options.estimator == kAutomaticEstimator) return absl::OkStatus();
+  return CheckMethod(options, "where automatic_scale is set");
+}
+
+absl::Status CheckMethod(const EstimatorOptions& options, std::string_view where) {
   const ScaleMethod* method = MethodOf(options.estimator);
   if (method == nullptr) {
     return InvalidOption("header.options.estimator", std::string(options.estimator),
-                         absl::StrCat(KnownEstimators(), " where automatic_scale is set"));
+                         absl::StrCat(KnownEstimators(), " ", std::string(where)));
   }
   if (method->jet_degree != 0 && options.jet_degree != method->jet_degree) {
     return InvalidOption("header.options.jet_degree", absl::StrCat(options.jet_degree),
-                         absl::StrCat(method->jet_degree, " where automatic_scale is set"));
+                         absl::StrCat(method->jet_degree, " ", std::string(where)));
   }
   return absl::OkStatus();
 }
@@ -111,6 +115,7 @@ void WriteReport(const ScaleReport& report, v1::ScaleReport& proto) {
   }
   proto.set_sampled_point_count(report.sampled_points);
   proto.set_position_noise(report.sigma);
+  if (report.normal_sigma.has_value()) proto.set_normal_noise(*report.normal_sigma);
 }
 
 }  // namespace curvd

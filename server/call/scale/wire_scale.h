@@ -1,6 +1,8 @@
 // Automatic scales on the wire: what a header asks for, and what a summary tells of them.
 #pragma once
 
+#include <string_view>
+
 #include "absl/status/status.h"
 #include "core/estimators/options.h"
 #include "core/scale/scale_report.h"
@@ -18,6 +20,10 @@ absl::Status ReadScale(const curvature::v1::AutomaticScale& proto, const CallLim
 // INVALID_ARGUMENT, with its ErrorDetail, where the choice knows nothing of the estimator, of its degree, or of the
 // neighborhood. REQUIRES: options.is_automatic(), and its other fields are in their ranges.
 absl::Status CheckChoice(const EstimatorOptions& options);
+
+// The same of an estimator that is not auto, `where` the choice has to know it. REQUIRES: as above, and the estimator
+// is one of core/estimators/strategies.h.
+absl::Status CheckMethod(const EstimatorOptions& options, std::string_view where);
 
 // The answer to what was asked for, with every default.
 void WriteScale(const AutomaticScale& scale, curvature::v1::AutomaticScale& proto);

@@ -504,6 +504,38 @@ TEST_F(CurvTest, ChoosesEstimatorAndScale) {
   EXPECT_EQ(dir_.Read("out.ply"), by_short) << "auto leaves K open too";
 }
 
+TEST_F(CurvTest, WritesHowSureValuesAreAndWhatWasChosen) {
+  const std::string cloud = Cloud("sphere", "3000"), out = dir_.File("sure.csv");
+  const CurvRun run = RunCurv({"estimate", cloud, "-o", out, "--auto", "--quantities=mean",
+                               "--also=standard_errors,chosen_neighbor_count,estimator_weights"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("\n  noise of normals: "));
+  EXPECT_THAT(dir_.Read("sure.csv"),
+              StartsWith("x,y,z,nx,ny,nz,mean_curvature,mean_curvature_standard_error,k1_standard_error,"
+                         "k2_standard_error,chosen_neighbor_count,avg_hexagram_weight,normal_regression_weight,"
+                         "jet_weight,status"));
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", out, "--also=standard_errors"}).exit_code, 0);
+  EXPECT_THAT(dir_.Read("sure.csv"), StartsWith("x,y,z,nx,ny,nz,mean_curvature,gaussian_curvature,k1,k2,d1x,d1y,d1z,"
+                                                "d2x,d2y,d2z,radius,mean_curvature_standard_error,"))
+      << "beside what comes by itself";
+}
+
+TEST_F(CurvTest, WritesNormalCurvatureInADirection) {
+  const std::string cloud = Cloud("sphere", "2000"), out = dir_.File("toward.csv");
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", out, "--quantities=radius", "--direction=z"}).exit_code, 0);
+  const std::string by_axis = dir_.Read("toward.csv");
+  EXPECT_THAT(by_axis, StartsWith("x,y,z,nx,ny,nz,radius,normal_curvature,status"));
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", out, "--quantities=radius", "--direction=0,0,5"}).exit_code, 0);
+  EXPECT_EQ(dir_.Read("toward.csv"), by_axis);
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", out, "--quantities=radius", "--direction-columns=true_d1"}).exit_code, 0);
+  EXPECT_NE(dir_.Read("toward.csv"), by_axis);
+  EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, "--direction-columns=fiber"}).err,
+              AllOf(HasSubstr("fiberx"), HasSubstr("it has the columns")));
+  EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, "--also=normal_curvature"}).err,
+              HasSubstr("needs --direction or --direction-columns"));
+  EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, "--direction=0,0,0"}).err, HasSubstr("not all 0"));
+}
+
 TEST_F(CurvTest, LeavesEstimatorOrScaleAloneOpen) {
   const std::string cloud = Cloud(), out = dir_.File("out.ply");
   const auto summary = [&](std::vector<std::string> flags) {

@@ -124,6 +124,7 @@ TEST(ScaleTextTest, TellsTheChosenByWeightThenTheBestOfEachOtherEstimator) {
 TEST(ScaleTextTest, FitsInEightyColumns) {
   ScaleReport report = TriedScales();
   report.position_noise = 1.23456e-15;
+  report.normal_noise = 1.23456e-15;
   for (ScaleOutcome& outcome : report.outcomes)
     outcome = {outcome.estimator, 2048, 1.2345e-100, 1.2345e-100, 1.2345e-100, 1.0};
   const std::string text = ScaleText(report);
@@ -134,7 +135,7 @@ TEST(ScaleTextTest, FitsInEightyColumns) {
 
 TEST(ScaleTextTest, SaysWhenNothingCouldBeJudged) {
   EXPECT_THAT(ScaleText({}), HasSubstr("too few points"));
-  EXPECT_EQ(ScaleJson({}).dump(), R"({"sampled_points":0,"position_noise":0.0,"outcomes":[]})");
+  EXPECT_EQ(ScaleJson({}).dump(), R"({"sampled_points":0,"position_noise":0.0,"normal_noise":null,"outcomes":[]})");
 }
 
 TEST(ScaleTextTest, JsonTellsEverythingThatWasJudged) {

@@ -81,6 +81,20 @@ TEST(OrientedCloudTest, FindsWhereEachPointWasSeenFrom) {
   EXPECT_THAT(ExtractCloud(Table<float>(), {.viewpoints = true}).status().message(), HasSubstr("vp_x, vp_y and vp_z"));
 }
 
+TEST(OrientedCloudTest, FindsADirectionForEachPoint) {
+  for (const char* separator : {"", "_"}) {
+    PointTable table;
+    for (const char* axis : {"x", "y", "z"}) table.Set({axis, std::vector<float>{1.0f, 2.0f}});
+    for (const char* axis : {"x", "y", "z"}) {
+      table.Set({std::string("fiber") + separator + axis, std::vector<float>{3.0f, 4.0f}});
+    }
+    const auto cloud = ExtractCloud(table, {.normals = false, .directions = "fiber"});
+    ASSERT_TRUE(cloud.ok()) << cloud.status();
+    EXPECT_EQ(std::get<PackedCloud<float>>(*cloud).directions, (std::vector<float>{3, 3, 3, 4, 4, 4}));
+    EXPECT_FALSE(ExtractCloud(table, {.normals = false, .directions = "wire"}).ok());
+  }
+}
+
 TEST(OrientedCloudTest, NamesAFewColumnsAsATerminalMayShowThem) {
   PointTable table;
   table.Set({"\x1b[2J", std::vector<float>{1}});

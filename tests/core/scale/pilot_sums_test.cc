@@ -36,6 +36,57 @@ TEST(PilotSumsTest, EveryMethodFindsTheCurvatureOfAGraph) {
   }
 }
 
+TEST(PilotSumsTest, EveryMethodFindsTheShapeOperatorOfAGraph) {
+  const PilotSums sums = Bowl(0.3, -0.1, 400, 0.5);
+  for (const TangentShape& shape :
+       {sums.HexagramEstimate()->shape, sums.RegressionEstimate(0.5)->shape, sums.JetEstimate(0.5)->shape}) {
+    EXPECT_NEAR(shape.difference, 0.2, 0.02) << "hexagrams of 400 random points are off by as much";
+    EXPECT_NEAR(shape.twist, 0.0, 0.02);
+  }
+  EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.difference, 0.2, 1e-3);
+  EXPECT_NEAR(sums.JetEstimate(0.5)->shape.difference, 0.2, 1e-10);
+}
+
+// Normals whose derivative is [[x, y / 2], [y / 2, 3 y]] over the tangent plane.
+TEST(PilotSumsTest, TheRegressionTellsHowTheShapeChanges) {
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> coordinate(-0.1, 0.1);
+  PilotSums sums;
+  for (int i = 0; i < 500; ++i) {
+    const double x = coordinate(random), y = coordinate(random);
+    const double nx = 0.5 * x * x + 0.25 * y * y, ny = 0.5 * x * y + 1.5 * y * y,
+                 length = std::sqrt(1 + nx * nx + ny * ny);
+    sums.Add({{x, y, 0.0}, {nx / length, ny / length, 1.0 / length}});
+  }
+  const auto slope = sums.RegressionEstimate(0.15)->slope;
+  EXPECT_NEAR(slope[0].mean, 0.75, 1e-3);
+  EXPECT_NEAR(slope[0].difference, 0.25, 1e-3);
+  EXPECT_NEAR(slope[0].twist, 0.0, 1e-3);
+  EXPECT_NEAR(slope[1].mean, 1.5, 1e-3);
+  EXPECT_NEAR(slope[1].difference, -1.5, 1e-3);
+  EXPECT_NEAR(slope[1].twist, 0.5, 1e-3);
+}
+
+TEST(PilotSumsTest, TheResidualOfTheNormalsIsTheirNoise) {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> coordinate(-0.7, 0.7);
+  std::normal_distribution<double> noise(0.0, 0.05);
+  for (const int count : {64, 2000}) {
+    double squares = 0.0;
+    constexpr int kTrials = 20;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      PilotSums sums;
+      for (int i = 0; i < count; ++i) {
+        const double nx = noise(random), ny = noise(random), length = std::sqrt(1 + nx * nx + ny * ny);
+        sums.Add({{coordinate(random), coordinate(random), 0}, {nx / length, ny / length, 1 / length}});
+      }
+      const double residual = sums.RegressionEstimate(1.0)->residual;
+      squares += residual * residual / kTrials;
+    }
+    EXPECT_NEAR(std::sqrt(squares), 0.05, 0.003) << count;
+  }
+}
+
 TEST(PilotSumsTest, SumsOfPartsAreThoseOfTheWhole) {
   PilotSums parts = Bowl(0.2, 0.1, 60, 1.0);
   parts += Bowl(0.2, 0.1, 40, 1.0);

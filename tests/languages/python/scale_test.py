@@ -5,7 +5,7 @@
 import numpy as np
 
 from clouds import sphere
-from curvd_client import CurvdError, PointStatus, estimate_curvature
+from curvd_client import DEFAULT_QUANTITIES, CurvdError, PointStatus, estimate_curvature
 from curvd_client import curvature_pb2 as pb
 from real_server import RealServerTest
 
@@ -52,6 +52,37 @@ class ScaleTest(RealServerTest):
         each, _ = estimate_curvature(positions, normals, **auto)
         all_alike, _ = estimate_curvature(positions, normals, scale_per_cloud=True, **auto)
         self.assertFalse(np.array_equal(each["mean_curvature"], all_alike["mean_curvature"]))
+
+    def test_values_come_with_how_sure_they_are(self):
+        positions, normals = sphere(10_000, radius=2.0)
+        positions += np.random.default_rng(3).normal(scale=0.02, size=positions.shape).astype(np.float32)
+        quantities = [*DEFAULT_QUANTITIES, "standard_errors", "chosen_neighbor_count", "estimator_weights"]
+        points, summary = estimate_curvature(
+            positions, normals, server=self.server, estimator="auto", quantities=quantities
+        )
+        within = np.abs(points["mean_curvature"] - 0.5) <= 1.645 * points["mean_curvature_standard_error"]
+        self.assertGreater(np.mean(within), 0.8)
+        self.assertTrue(np.all(points["k1_standard_error"] > 0) and np.all(points["k2_standard_error"] > 0))
+        self.assertTrue(np.all((points["chosen_neighbor_count"] >= 16) & (points["chosen_neighbor_count"] <= 2048)))
+        weights = sum(points[f"{name}_weight"] for name in ("avg_hexagram", "normal_regression", "jet"))
+        np.testing.assert_allclose(weights, 1, rtol=1e-5)
+        self.assertTrue(summary.scale.HasField("normal_noise"))
+
+    def test_normal_curvature_takes_one_direction_or_one_for_each_point(self):
+        positions, normals = sphere(2_000, radius=2.0)
+        asked = {"server": self.server, "quantities": ["normal_curvature"]}
+        points, _ = estimate_curvature(positions, normals, curvature_direction=[0, 0, 1], **asked)
+        self.assertAlmostEqual(np.nanmedian(points["normal_curvature"]), 0.5, delta=0.01)
+        directions = np.where(np.arange(2_000)[:, None] < 1_000, [0, 0, 0], [0, 0, 3])
+        points, _ = estimate_curvature(positions, normals, curvature_direction=directions, **asked)
+        self.assertTrue(np.all(np.isnan(points["normal_curvature"][:1_000])))
+        self.assertAlmostEqual(np.nanmedian(points["normal_curvature"][1_000:]), 0.5, delta=0.01)
+        with self.assertRaisesRegex(ValueError, "needs a curvature_direction"):
+            estimate_curvature(positions, normals, **asked)
+        with self.assertRaisesRegex(ValueError, "normal_curvature"):
+            estimate_curvature(positions, normals, server=self.server, curvature_direction=[0, 0, 1])
+        with self.assertRaisesRegex(ValueError, "curvature_directions has shape"):
+            estimate_curvature(positions, normals, curvature_direction=np.ones((2_000, 2)), **asked)
 
     def test_scales_that_the_server_refuses_are_named(self):
         cloud = sphere(100, radius=1.0)

@@ -35,7 +35,7 @@ TEST(AdmissionTest, ReservesForEveryPointAndForMessagesInFlight) {
   const uint64_t million = admission.CallBytes(1'000'000, Call(kHexagram), false);
   EXPECT_GE(million, 1'000'000 * EstimationBytesPerPoint(kHexagram) + 4 * kMiB);
   EXPECT_LE(million, 1'000'000 * EstimationBytesPerPoint(kHexagram) + 20 * kMiB);
-  EXPECT_LT(admission.SendingBytes(1'000'000, QuantitySet()), million);
+  EXPECT_LT(admission.SendingBytes(1'000'000, Call(kHexagram)), million);
 }
 
 TEST(AdmissionTest, ReservesForTheUmbrellasOfEveryPoint) {
@@ -69,8 +69,7 @@ TEST(AdmissionTest, ReservesForNormalsAndTheirOrientation) {
   options.normals.returns_normals = true;
   options.quantities.Add(curvature::v1::QUANTITY_NORMALS);
   EXPECT_GE(admission.CallBytes(1'000'000, options, false), estimated + 1'000'000 * sizeof(PointNormal));
-  EXPECT_EQ(admission.SendingBytes(1'000'000, options.quantities) / 1'000'000,
-            sizeof(PointNormal) + sizeof(PointCurvature) + 1)
+  EXPECT_EQ(admission.SendingBytes(1'000'000, options) / 1'000'000, sizeof(PointNormal) + sizeof(PointCurvature) + 1)
       << "and messages";
 }
 
@@ -100,6 +99,25 @@ TEST(AdmissionTest, ReservesForTheViewpointsOfPoints) {
   EXPECT_GE(admission.CallBytes(1'000'000, unknown, false) - admission.CallBytes(1'000'000, each, false),
             2 * 1'000'000 * 3 * sizeof(double))
       << "an array that grows is there twice";
+}
+
+TEST(AdmissionTest, ReservesForChoicesAndTheDirectionsOfPoints) {
+  const Admission admission(4096 * kMiB, 4 * kMiB, 10, kThreads);
+  CallOptions plain = Call(kHexagram), sure = plain, toward = plain;
+  plain.estimator.estimator = sure.estimator.estimator = kAutomaticEstimator;
+  sure.estimator.returns_choice = true;
+  sure.quantities.Add(curvature::v1::QUANTITY_STANDARD_ERRORS);
+  EXPECT_GE(admission.CallBytes(1'000'000, sure, false) - admission.CallBytes(1'000'000, plain, false),
+            1'000'000 * sizeof(PointChoice));
+  EXPECT_GE(admission.SendingBytes(1'000'000, sure) - admission.SendingBytes(1'000'000, plain),
+            1'000'000 * sizeof(PointChoice));
+  plain = toward;
+  toward.quantities.Add(curvature::v1::QUANTITY_NORMAL_CURVATURE);
+  ASSERT_TRUE(toward.has_directions());
+  EXPECT_GE(admission.CallBytes(1'000'000, toward, false) - admission.CallBytes(1'000'000, plain, false),
+            1'000'000 * sizeof(Direction));
+  EXPECT_GE(admission.SendingBytes(1'000'000, toward) - admission.SendingBytes(1'000'000, plain),
+            1'000'000 * sizeof(Direction));
 }
 
 TEST(AdmissionTest, AnOrdinaryCallFitsASmallServer) {

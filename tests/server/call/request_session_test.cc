@@ -371,6 +371,44 @@ TEST(RequestSessionTest, RefusesViewpointsThatAreTooFewOrNotAskedFor) {
                       {"chunk.viewpoints", "12 bytes", "absent", "header.normals.orientation"}));
 }
 
+v1::EstimateCurvatureRequest TowardHeader() {
+  v1::EstimateCurvatureRequest message = HeaderWith(v1::NORMAL_SOURCE_ESTIMATE);
+  message.mutable_header()->add_quantities(v1::QUANTITY_NORMAL_CURVATURE);
+  return message;
+}
+
+v1::EstimateCurvatureRequest TowardChunk(uint64_t first, size_t count, const std::vector<float>& directions) {
+  v1::EstimateCurvatureRequest message = BareChunk(first, count);
+  message.mutable_chunk()->set_curvature_directions(Pack(directions));
+  return message;
+}
+
+TEST(RequestSessionTest, TakesADirectionForEachPointWhateverItIs) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, TowardHeader()).ok());
+  ASSERT_TRUE(Receive(session, TowardChunk(0, 1, {0, 0, 7})).ok());
+  ASSERT_TRUE(Receive(session, TowardChunk(1, 2, {0, 0, 0, std::nanf(""), 1, 2})).ok());
+  ASSERT_TRUE(session.HalfClose().ok());
+  const Directions directions = session.TakeDirections();
+  ASSERT_EQ(directions.size(), 3u);
+  EXPECT_EQ(directions[0], (Direction{0, 0, 1}));
+  EXPECT_EQ(directions[1], Direction{});
+  EXPECT_EQ(directions[2], Direction{});
+}
+
+TEST(RequestSessionTest, RefusesDirectionsThatAreTooFewOrNotAskedFor) {
+  RequestSession session(kLimits);
+  ASSERT_TRUE(Receive(session, TowardHeader()).ok());
+  EXPECT_TRUE(IsError(Receive(session, TowardChunk(0, 2, {1, 2, 3})), kInvalid, kReasonChunkLength,
+                      {"chunk.curvature_directions", "12 bytes", "24 bytes", "header.curvature_direction"}));
+  RequestSession one(kLimits);
+  v1::EstimateCurvatureRequest header = TowardHeader();
+  header.mutable_header()->mutable_curvature_direction()->set_x(1.0);
+  ASSERT_TRUE(Receive(one, header).ok());
+  EXPECT_TRUE(IsError(Receive(one, TowardChunk(0, 1, {1, 2, 3})), kInvalid, kReasonChunkLength,
+                      {"chunk.curvature_directions", "12 bytes", "absent"}));
+}
+
 TEST(RequestSessionTest, RefusesAViewpointThatIsNotFinite) {
   RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, SeenHeader()).ok());

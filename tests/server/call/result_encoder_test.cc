@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include "curvature/v1/curvature.pb.h"
 #include "tests/core/numbered_points.h"
@@ -91,12 +92,68 @@ TEST(PackResultsTest, PacksWhatFollowsFromTheRestWhereItIsAskedFor) {
   EXPECT_FALSE(QuantitySet().Has(curvature::v1::QUANTITY_SHAPE_INDEX));
 }
 
+ChoiceField Choices(size_t count) {
+  ChoiceField choices = *ChoiceField::Create(count);
+  for (size_t i = 0; i < count; ++i) {
+    const auto n = static_cast<float>(1000 * i);
+    choices[i] = {n + 1.0f, n + 2.0f, n + 3.0f, n + 4.0f, n + 5.0f, n + 6.0f, n + 7.0f};
+  }
+  return choices;
+}
+
+TEST(PackResultsTest, PacksHowAnEstimateWasChosenAndHowSureItIs) {
+  CallResults points = Points(3);
+  points.choices = Choices(3);
+  QuantitySet quantities = Only(curvature::v1::QUANTITY_STANDARD_ERRORS);
+  EXPECT_TRUE(quantities.HasCurvature() && quantities.HasChoice());
+  const curvature::v1::ResultChunk errors = Parsed(Packed(points, 1, 2, quantities));
+  ASSERT_EQ(errors.mean_curvature_standard_error().size(), 8u);
+  EXPECT_EQ(FloatAt(errors.mean_curvature_standard_error(), 0), 1001.0f);
+  EXPECT_EQ(FloatAt(errors.k1_standard_error(), 1), 2002.0f);
+  EXPECT_EQ(FloatAt(errors.k2_standard_error(), 0), 1003.0f);
+  EXPECT_TRUE(errors.chosen_neighbor_count().empty() && errors.jet_weight().empty());
+  quantities = Only(curvature::v1::QUANTITY_CHOSEN_NEIGHBOR_COUNT);
+  quantities.Add(curvature::v1::QUANTITY_ESTIMATOR_WEIGHTS);
+  const curvature::v1::ResultChunk choices = Parsed(Packed(points, 1, 2, quantities));
+  EXPECT_EQ(FloatAt(choices.chosen_neighbor_count(), 0), 1004.0f);
+  EXPECT_EQ(FloatAt(choices.avg_hexagram_weight(), 0), 1005.0f);
+  EXPECT_EQ(FloatAt(choices.normal_regression_weight(), 0), 1006.0f);
+  EXPECT_EQ(FloatAt(choices.jet_weight(), 1), 2007.0f);
+  EXPECT_TRUE(choices.k1_standard_error().empty());
+  EXPECT_FALSE(QuantitySet().HasChoice());
+}
+
+TEST(PackResultsTest, PacksNormalCurvatureInOneDirectionOrInThoseOfThePoints) {
+  CallResults points = Points(3);
+  for (size_t i = 0; i < 3; ++i) {
+    points.curvature[i].k1 = -1.0f;
+    points.curvature[i].k2 = 2.0f;
+    points.curvature[i].d1 = {1.0f, 0.0f, 0.0f};
+    points.curvature[i].d2 = {0.0f, 1.0f, 0.0f};
+  }
+  points.direction = {0.0f, 1.0f, 0.0f};
+  const QuantitySet quantities = Only(curvature::v1::QUANTITY_NORMAL_CURVATURE);
+  EXPECT_EQ(FloatAt(Parsed(Packed(points, 1, 2, quantities)).normal_curvature(), 1), 2.0f);
+  const std::vector<float> each = {1, 0, 0, 0, 5, 0, 3, 0, 0};
+  ASSERT_TRUE(
+      points.directions
+          .Append({{reinterpret_cast<const char*>(each.data()), each.size() * sizeof(float)}}, ScalarType::kFloat32)
+          .ok());
+  const std::string packed = Parsed(Packed(points, 1, 2, quantities)).normal_curvature();
+  EXPECT_EQ(FloatAt(packed, 0), 2.0f);
+  EXPECT_EQ(FloatAt(packed, 1), -1.0f);
+}
+
 TEST(PackResultsTest, TheBytesAreThoseOfProtobuf) {
   CallResults points = Points(40'000);
   points.normals = Normals(40'000);
+  points.choices = Choices(40'000);
   QuantitySet everything;
   everything.Add(curvature::v1::QUANTITY_NORMALS);
   everything.Add(curvature::v1::QUANTITY_NORMAL_QUALITY);
+  everything.Add(curvature::v1::QUANTITY_STANDARD_ERRORS);
+  everything.Add(curvature::v1::QUANTITY_ESTIMATOR_WEIGHTS);
+  everything.Add(curvature::v1::QUANTITY_NORMAL_CURVATURE);
   for (const size_t first : {0, 1, 127, 128, 16'384, 20'000}) {
     for (const size_t count : {1, 4, 31, 32, 127, 128, 5'000, 16'384}) {
       for (const QuantitySet& quantities :

@@ -195,6 +195,7 @@ TEST(WriteReportTest, TellsEveryOutcome) {
   report.outcomes = {{"avg-hexagram", 64, 0.3, 0.2, 0.1, 0.75}, {"jet", 128, 0.6, 0.5, 0.4, 0.25}};
   report.sampled_points = 512;
   report.sigma = 0.01;
+  report.normal_sigma = 0.02;
   v1::ScaleReport proto;
   WriteReport(report, proto);
   ASSERT_EQ(proto.outcomes_size(), 2);
@@ -207,6 +208,7 @@ TEST(WriteReportTest, TellsEveryOutcome) {
   EXPECT_EQ(proto.outcomes(1).share(), 0.25);
   EXPECT_EQ(proto.sampled_point_count(), 512u);
   EXPECT_EQ(proto.position_noise(), 0.01);
+  EXPECT_EQ(proto.normal_noise(), 0.02);
 }
 
 }  // namespace

@@ -1,0 +1,256 @@
+#include "core/scale/error_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/base/median.h"
+#include "core/scale/local_weights.h"
+#include "core/scale/pilot_sums.h"
+
+namespace curvd {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// The error is taken to be so many times the difference from the next scale.
+constexpr double kErrorPerDifference = 1.35;
+// Squares at single sampled points beyond this quantile are cut down to it.
+constexpr double kSquareQuantile = 0.99;
+// Rounding of normals to float32 moves curvature by about this many times 1 / radius.
+constexpr double kRounding = 1e-6;
+// Slopes are taken so many rungs below the best scale of the regression that shows them, from a quarter of its
+// neighbors: the estimate has lost some of the surface's own.
+constexpr size_t kSlopeRungs = 4;
+
+TangentShape ShapeOf(const PilotPoint& point, const ScaleCandidate& candidate, PilotPoint::Part part) {
+  return {point.mean[candidate.method][candidate.rung][part], point.difference[candidate.method][candidate.rung][part],
+          point.twist[candidate.method][candidate.rung][part]};
+}
+
+bool IsFinite(const TangentShape& shape) { return std::isfinite(shape.mean + shape.difference + shape.twist); }
+
+TangentShape Minus(const TangentShape& a, const TangentShape& b) {
+  return {a.mean - b.mean, a.difference - b.difference, a.twist - b.twist};
+}
+
+// A weighted mean of shapes.
+struct ShapeSum {
+  TangentShape sum{};
+  double weight = 0.0;
+
+  void Add(const TangentShape& shape, double w) {
+    sum.mean += w * shape.mean;
+    sum.difference += w * shape.difference;
+    sum.twist += w * shape.twist;
+    weight += w;
+  }
+  TangentShape Mean() const { return {sum.mean / weight, sum.difference / weight, sum.twist / weight}; }
+};
+
+// The axes of the principal directions: cosine and sine of twice the angle from the frame's x to the direction of k2.
+struct PrincipalAxes {
+  explicit PrincipalAxes(const TangentShape& shape) {
+    const double r = std::hypot(shape.difference, shape.twist);
+    if (!(r > 0.0)) return;
+    cosine = shape.difference / r;
+    sine = shape.twist / r;
+  }
+  ShapeParts PartsOf(const TangentShape& change) const {
+    const double along = cosine * change.difference + sine * change.twist;
+    return {change.mean, change.mean - along, change.mean + along, cosine * change.twist - sine * change.difference};
+  }
+  double cosine = 1.0, sine = 0.0;
+};
+
+void AddProducts(const ShapeParts& a, const ShapeParts& b, double factor, ShapeParts& sum) {
+  for (size_t part = 0; part < kShapeParts; ++part) sum[part] += factor * a[part] * b[part];
+}
+
+// The change from a candidate's estimate to that of its next scale; NaN where there is none.
+TangentShape ChangeOf(const PilotPoint& point, const ScaleCandidate& one, PilotPoint::Part part) {
+  const ScaleCandidate next{one.method, one.rung + kScaleMethods[one.method].compared_rungs};
+  if (next.rung >= kRungCount) return {kNaN, kNaN, kNaN};
+  return Minus(ShapeOf(point, one, part), ShapeOf(point, next, part));
+}
+
+// The smoothing of a candidate in terms of a scale that has a next one: the largest that has one at half of the points
+// and is no larger than the candidate.
+struct Comparison {
+  Comparison(const PilotTable& table, const ScaleCandidate& candidate) : from(candidate) {
+    const auto is_known = [&](const PilotPoint& point) { return IsFinite(ChangeOf(point, from, PilotPoint::kAll)); };
+    while (from.rung > 0 &&
+           2 * static_cast<size_t>(std::count_if(table.begin(), table.end(), is_known)) < table.size()) {
+      --from.rung;
+    }
+    // Smoothing takes away what grows at least with the square of the radius.
+    factor = static_cast<double>(candidate.count()) / from.count();
+  }
+  ScaleCandidate from;
+  double factor;  // smoothing of the candidate over that of `from`
+};
+
+// Takes the samples of one sampled point after the other.
+class ErrorSampler {
+ public:
+  ErrorSampler(const PilotTable& table, const ScaleChoice& choice, std::span<const double> variance_factors)
+      : table_(table), choice_(choice), variance_factors_(variance_factors), local_weights_(table, choice) {
+    for (const ScaleCandidate& candidate : choice.chosen) comparisons_.emplace_back(table, candidate);
+    const ScaleScore* best = nullptr;
+    for (const ScaleScore& score : choice.scores) {
+      if (score.candidate.method != kRegressionMethod) continue;
+      if (best == nullptr || score.error < best->error) best = &score;
+    }
+    const size_t rung = best != nullptr ? best->candidate.rung : choice.chosen.front().rung;
+    slope_rung_ = std::max(rung, kSlopeRungs) - kSlopeRungs;
+  }
+
+  ErrorSample At(size_t i) {
+    const PilotPoint& point = table_[i];
+    local_weights_.Start({point.position, point.position});
+    weights_ = local_weights_.At(point.position.data()).mean;
+    ErrorSample sample;
+    ShapeSum all;
+    for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+      const TangentShape shape = ShapeOf(point, choice_.chosen[c], PilotPoint::kAll);
+      if (!IsFinite(shape)) continue;
+      all.Add(shape, weights_[c]);
+      sample.floor += weights_[c] * kRounding / point.radius[choice_.chosen[c].rung];
+    }
+    if (!(all.weight > 0.0)) return sample;
+    sample.floor /= all.weight;
+    const TangentShape shape = all.Mean();
+    const PrincipalAxes axes(shape);
+    SetNoise(point, axes, all.weight, sample);
+    SetDetail(point, axes, sample);
+    SetPlace(point, axes, sample);
+    SetNoiseBias(shape, sample);
+    return sample;
+  }
+
+ private:
+  // Of the candidates that have estimates of both halves: the mean of two independent ones has a quarter of the
+  // variance of their difference. What the others have of noise, their difference from the next scale holds.
+  void SetNoise(const PilotPoint& point, const PrincipalAxes& axes, double all_weight, ErrorSample& sample) const {
+    ShapeSum even, odd;
+    double factor = 0.0;
+    for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+      const TangentShape one = ShapeOf(point, choice_.chosen[c], PilotPoint::kEven);
+      const TangentShape other = ShapeOf(point, choice_.chosen[c], PilotPoint::kOdd);
+      if (!IsFinite(one) || !IsFinite(other)) continue;
+      even.Add(one, weights_[c]);
+      odd.Add(other, weights_[c]);
+      factor += weights_[c] * variance_factors_[c];
+    }
+    if (!(even.weight > 0.0)) return;
+    const double share = even.weight / all_weight;
+    const ShapeParts parts = axes.PartsOf(Minus(even.Mean(), odd.Mean()));
+    AddProducts(parts, parts, 0.25 * share * share * factor / even.weight, sample.noise);
+  }
+
+  // The product of what the halves lose has no noise in it.
+  void SetDetail(const PilotPoint& point, const PrincipalAxes& axes, ErrorSample& sample) const {
+    ShapeParts sum{};
+    double weight = 0.0, lean = 0.0;
+    for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+      const auto& [from, factor] = comparisons_[c];
+      const TangentShape whole = ChangeOf(point, from, PilotPoint::kAll);
+      if (!IsFinite(whole)) continue;
+      TangentShape one = ChangeOf(point, from, PilotPoint::kEven), other = ChangeOf(point, from, PilotPoint::kOdd);
+      if (!IsFinite(one) || !IsFinite(other)) one = other = whole;
+      const double error = kErrorPerDifference * factor;
+      AddProducts(axes.PartsOf(one), axes.PartsOf(other), weights_[c] * error * error, sum);
+      lean -= weights_[c] * factor * whole.mean;
+      weight += weights_[c];
+    }
+    if (!(weight > 0.0)) return;
+    for (size_t part = 0; part < kShapeParts; ++part) sample.detail[part] = sum[part] / weight;
+    sample.lean = lean / weight;
+    sample.is_known = true;
+  }
+
+  // The noise of the halves' slopes is independent: what is left of their product is the surface's own.
+  void SetPlace(const PilotPoint& point, const PrincipalAxes& axes, ErrorSample& sample) const {
+    const std::optional<size_t> rung = SlopeRung(point);
+    if (!rung.has_value()) return;
+    for (size_t axis = 0; axis < 2; ++axis) {
+      const auto along = [&](PilotPoint::Part part) {
+        const auto& slopes = point.slope[*rung][part];
+        return axes.PartsOf({slopes[3 * axis], slopes[3 * axis + 1], slopes[3 * axis + 2]});
+      };
+      AddProducts(along(PilotPoint::kEven), along(PilotPoint::kOdd), choice_.sigma * choice_.sigma, sample.place);
+    }
+  }
+
+  // slope_rung_, or the nearest one that has slopes of both halves, or a smaller one.
+  std::optional<size_t> SlopeRung(const PilotPoint& point) const {
+    const auto is_known = [&](size_t rung) {
+      const auto& slopes = point.slope[rung];
+      return std::isfinite(slopes[PilotPoint::kEven][0]) && std::isfinite(slopes[PilotPoint::kOdd][0]);
+    };
+    for (size_t rung = slope_rung_; rung < kRungCount; ++rung) {
+      if (is_known(rung)) return rung;
+    }
+    for (size_t rung = slope_rung_; rung-- > 0;) {
+      if (is_known(rung)) return rung;
+    }
+    return std::nullopt;
+  }
+
+  // Noise in the positions moves the neighbors along the surface as well (ScaleMethod::noise_factor).
+  void SetNoiseBias(const TangentShape& shape, ErrorSample& sample) const {
+    const double steepest = std::abs(shape.mean) + std::hypot(shape.difference, shape.twist);
+    double sum = 0.0, weight = 0.0;
+    for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+      const double bias = kScaleMethods[choice_.chosen[c].method].noise_factor * choice_.sigma * choice_.sigma *
+                          std::abs(shape.mean) * steepest * steepest;
+      sum += weights_[c] * bias * bias;
+      weight += weights_[c];
+    }
+    sample.noise_bias = sum / weight;
+  }
+
+  const PilotTable& table_;
+  const ScaleChoice& choice_;
+  const std::span<const double> variance_factors_;
+  std::vector<Comparison> comparisons_;  // of each chosen candidate
+  size_t slope_rung_ = 0;                // that slopes are wanted of
+  LocalWeights local_weights_;
+  LocalWeights::Weights weights_{};  // at the point of the moment
+};
+
+// Cuts outliers of one part over all samples. REQUIRES: there is a known one.
+void CutOutliers(ShapeParts ErrorSample::*member, size_t part, std::vector<ErrorSample>& samples) {
+  std::vector<double> values;
+  for (const ErrorSample& sample : samples) {
+    if (sample.is_known) values.push_back((sample.*member)[part]);
+  }
+  const auto quantile = [&values](double share) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+  };
+  const double most = quantile(kSquareQuantile), least = std::min(quantile(1.0 - kSquareQuantile), 0.0);
+  for (ErrorSample& sample : samples) (sample.*member)[part] = std::clamp((sample.*member)[part], least, most);
+}
+
+}  // namespace
+
+std::vector<ErrorSample> SampleErrors(const PilotTable& table, const ScaleChoice& choice,
+                                      std::span<const double> variance_factors) {
+  ErrorSampler sampler(table, choice, variance_factors);
+  std::vector<ErrorSample> samples;
+  samples.reserve(table.size());
+  for (size_t i = 0; i < table.size(); ++i) samples.push_back(sampler.At(i));
+  if (std::none_of(samples.begin(), samples.end(), [](const ErrorSample& sample) { return sample.is_known; })) {
+    return samples;
+  }
+  for (size_t part = 0; part < kShapeParts; ++part) {
+    for (const auto member : {&ErrorSample::noise, &ErrorSample::detail, &ErrorSample::place}) {
+      CutOutliers(member, part, samples);
+    }
+  }
+  return samples;
+}
+
+}  // namespace curvd

@@ -1,0 +1,44 @@
+#include "server/call/scale/choice_quantities.h"
+
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "server/call/invalid_option.h"
+#include "server/call/scale/wire_scale.h"
+
+namespace curvd {
+namespace {
+
+namespace v1 = curvature::v1;
+
+// What standard errors need of an estimate that is not left open.
+absl::Status CheckFixed(const EstimatorOptions& options) {
+  constexpr char kWhere[] = "where header.quantities has 10 (standard errors)";
+  if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) {
+    return InvalidOption("header.options.radius", absl::StrCat(radius->radius), absl::StrCat("unset ", kWhere));
+  }
+  const uint32_t count = std::get<NeighborCount>(options.neighborhood).count;
+  if (count < kLeastAutomaticCount || count > kMostAutomaticCount) {
+    return InvalidOption("header.options.neighbor_count", absl::StrCat(count),
+                         absl::StrCat("from ", kLeastAutomaticCount, " to ", kMostAutomaticCount, " ", kWhere));
+  }
+  return CheckMethod(options, kWhere);
+}
+
+}  // namespace
+
+absl::Status ResolveChoice(const QuantitySet& quantities, EstimatorOptions& options) {
+  if (!quantities.HasChoice()) return absl::OkStatus();
+  for (const v1::Quantity quantity : {v1::QUANTITY_CHOSEN_NEIGHBOR_COUNT, v1::QUANTITY_ESTIMATOR_WEIGHTS}) {
+    if (!quantities.Has(quantity) || options.is_automatic()) continue;
+    return InvalidOption("header.quantities", absl::StrCat(static_cast<int>(quantity)),
+                         "without what is chosen, unless the estimator is auto or automatic_scale is set");
+  }
+  if (!options.is_automatic()) {
+    if (absl::Status status = CheckFixed(options); !status.ok()) return status;
+  }
+  options.returns_choice = true;
+  return absl::OkStatus();
+}
+
+}  // namespace curvd
