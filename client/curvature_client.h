@@ -89,7 +89,7 @@ class CloudView {
   std::span<const std::byte> normals() const { return normals_; }        // may be none
   std::span<const std::byte> viewpoints() const { return viewpoints_; }  // may be none
   std::span<const std::byte> directions() const { return directions_; }  // may be none
-  // How many of these arrays there are.
+  // How many of these four arrays there are.
   size_t array_count() const {
     return 1 + (normals_.empty() ? 0 : 1) + (viewpoints_.empty() ? 0 : 1) + (directions_.empty() ? 0 : 1);
   }

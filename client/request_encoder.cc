@@ -111,9 +111,8 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
 }
 
 size_t BytesPerPoint(const CloudView& cloud) {
-  const size_t vectors = 1 + (cloud.normals().empty() ? 0 : 1) + (cloud.viewpoints().empty() ? 0 : 1) +
-                         (cloud.directions().empty() ? 0 : 1);
-  return vectors * cloud.point_bytes() + (cloud.ids().empty() ? 0 : sizeof(uint64_t)) + (cloud.roles().empty() ? 0 : 1);
+  return cloud.array_count() * cloud.point_bytes() + (cloud.ids().empty() ? 0 : sizeof(uint64_t)) +
+         (cloud.roles().empty() ? 0 : 1);
 }
 
 grpc::Slice PackChunk(const CloudView& cloud, size_t first, size_t count) {
