@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <functional>
 #include <optional>
 #include <string_view>
 
@@ -35,6 +36,15 @@ absl::Status UnknownExtension(const std::string& path, const std::string& extens
 
 constexpr char kStandard[] = "-";
 
+absl::Status IsDirectoryError(const std::string& path, const char* what) {
+  return absl::InvalidArgumentError(absl::StrCat(path, " is a directory: ", what));
+}
+
+bool IsDirectory(const std::string& path) {
+  struct stat status {};
+  return path != kStandard && stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+}
+
 struct NamedFormat {
   std::string extension;  // with the dot, in lower case
   bool gzip = false;      // whether the name says that gzip has packed, or is to pack, the file
@@ -54,7 +64,7 @@ absl::StatusOr<NamedFormat> FormatOfName(const std::string& path, const std::str
 }
 
 using Reader = absl::StatusOr<PointTable> (*)(std::string_view);
-using Writer = absl::Status (*)(const PointTable&, ByteSink&);
+using Writer = std::function<absl::Status(const PointTable&, ByteSink&)>;
 
 struct Format {
   Reader read;
@@ -77,13 +87,17 @@ std::optional<Format> FormatOf(const std::string& extension) {
 }
 
 Writer WriterFor(const std::string& extension, const SaveOptions& options) {
-  if (extension == ".ply") return options.ascii ? WriteAsciiPly : WritePly;
+  if (extension == ".ply") {
+    const PlyForm form{.ascii = options.ascii, .names = options.names};
+    return [form](const PointTable& table, ByteSink& file) { return WritePly(table, file, form); };
+  }
   if (extension == ".pcd") return options.ascii ? WriteAsciiPcd : WritePcd;
   if (extension == ".xyz") return WriteXyz;
   if (extension == ".csv") return WriteCsv;
   if (extension == ".npy") return WriteNpy;
   if (extension == ".npz") return WriteNpz;
-  return extension == ".las" ? WriteLas : nullptr;
+  if (extension == ".las") return WriteLas;
+  return nullptr;
 }
 
 struct NamedWriter {
@@ -92,10 +106,15 @@ struct NamedWriter {
 };
 
 absl::StatusOr<NamedWriter> FindWriter(const std::string& path, const SaveOptions& options) {
+  if (IsDirectory(path)) return IsDirectoryError(path, "the output must be a file");
   const absl::StatusOr<NamedFormat> named = FormatOfName(path, options.format, kWritableExtensions);
   if (!named.ok()) return named.status();
   const Writer writer = WriterFor(named->extension, options);
   if (writer == nullptr) return UnknownExtension(path, named->extension, kWritableExtensions);
+  if (options.names != PlyNames::kOwn && named->extension != ".ply") {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": --names says what the properties of PLY are called: the output must be .ply"));
+  }
   return NamedWriter{writer, named->gzip};
 }
 
@@ -145,6 +164,7 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
 }  // namespace
 
 absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string& format) {
+  if (IsDirectory(path)) return IsDirectoryError(path, "name the files in it");
   const absl::StatusOr<NamedFormat> named = FormatOfName(path, format, kReadableExtensions);
   if (!named.ok()) return named.status();
   const std::optional<Format> reader = FormatOf(named->extension);

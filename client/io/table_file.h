@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/io/point_table.h"
+#include "client/io/writers.h"
 
 namespace curv {
 
@@ -29,8 +30,9 @@ inline constexpr const char* kFormats[] = {"ply", "pcd", "xyz", "csv", "las", "n
 absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string& format = "");
 
 struct SaveOptions {
-  bool ascii = false;    // text in place of binary numbers, in PLY and PCD; other formats have one form
-  std::string format{};  // of standard output, and of files whose extension is not known
+  bool ascii = false;               // text in place of binary numbers, in PLY and PCD; other formats have one form
+  std::string format{};             // of standard output, and of files whose extension is not known
+  PlyNames names = PlyNames::kOwn;  // others than kOwn are refused for other formats than PLY
 };
 
 // Returns whether SaveTable can write a file of that name.

@@ -10,9 +10,18 @@
 
 namespace curv {
 
+// Whose names the properties of a PLY file have. CloudCompare keeps what is called scalar_NAME, and drops the rest but
+// for positions, normals and colors; MeshLab keeps one scalar, called quality, which is the mean curvature then.
+enum class PlyNames { kOwn, kCloudCompare, kMeshLab };
+
+// How a PLY file is written.
+struct PlyForm {
+  bool ascii = false;  // text in place of binary numbers
+  PlyNames names = PlyNames::kOwn;
+};
+
 // These append the table to `file`; see SaveTable for the formats. Errors are those of ByteSink::Append.
-absl::Status WritePly(const PointTable& table, ByteSink& file);
-absl::Status WriteAsciiPly(const PointTable& table, ByteSink& file);
+absl::Status WritePly(const PointTable& table, ByteSink& file, const PlyForm& form = {});
 absl::Status WriteCsv(const PointTable& table, ByteSink& file);
 absl::Status WritePcd(const PointTable& table, ByteSink& file);
 absl::Status WriteAsciiPcd(const PointTable& table, ByteSink& file);
