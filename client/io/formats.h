@@ -14,7 +14,7 @@ namespace curv {
 
 // Reads PLY 1.0, ascii, binary_little_endian or binary_big_endian: the properties of the element `vertex`, in their
 // types. Other elements are skipped. List properties of vertices have no place in a table: they are left out with a
-// note.
+// note. scalar_NAME, as CloudCompare writes, becomes NAME, unless there is another property of that name.
 absl::StatusOr<PointTable> ReadPly(std::string_view bytes);
 
 // Reads PCD 0.5 to 0.7, ascii, binary or binary_compressed. normal_x normal_y normal_z become nx ny nz. Fields with a

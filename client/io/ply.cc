@@ -1,5 +1,9 @@
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -51,6 +55,7 @@ class PlyBody {
   }
 
   PointTable Finish() {
+    TakeScalarPrefixes();
     for (Column& column : columns_) table_.Set(std::move(column));
     const std::string_view left = header_.format == PlyFormat::kAscii ? lines_.rest() : bytes_.substr(at_);
     if (header_.elements.back().name == "vertex" && left.find_first_not_of(" \t\r\n") != std::string_view::npos) {
@@ -61,6 +66,33 @@ class PlyBody {
       table_.notes.push_back(absl::StrCat("left out element ", Printable(element.name), " (", element.count, ")"));
     }
     return std::move(table_);
+  }
+
+  // CloudCompare has scalar_NAME for NAME, and floats alone: a status is a byte again.
+  void TakeScalarPrefixes() {
+    std::set<std::string_view> names;
+    for (const Column& column : columns_) names.insert(column.name);
+    for (Column& column : columns_) {
+      const std::string_view name = column.name;
+      if (name.substr(0, kScalarPrefix.size()) != kScalarPrefix || name == kScalarPrefix) continue;
+      const std::string own(name.substr(kScalarPrefix.size()));
+      if (names.contains(own)) continue;
+      names.erase(name);
+      column.name = own;
+      names.insert(column.name);
+      if (own == "status") TakeBytes(column);
+    }
+  }
+
+  static void TakeBytes(Column& column) {
+    std::vector<uint8_t> bytes;
+    bytes.reserve(column.size());
+    for (size_t i = 0; i < column.size(); ++i) {
+      const double value = column.At(i);
+      if (!(value >= 0.0 && value <= 255.0) || value != std::floor(value)) return;
+      bytes.push_back(static_cast<uint8_t>(value));
+    }
+    column.values = std::move(bytes);
   }
 
   // Also bounds what a lying count can make us allocate.

@@ -13,6 +13,9 @@
 
 namespace curv {
 
+// What CloudCompare puts before the names of properties that it keeps as scalar fields.
+inline constexpr std::string_view kScalarPrefix = "scalar_";
+
 enum class PlyFormat : uint8_t { kAscii, kLittleEndian, kBigEndian };
 
 struct PlyProperty {

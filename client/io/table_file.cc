@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <functional>
 #include <new>
 #include <optional>
 #include <string_view>
@@ -37,6 +38,15 @@ absl::Status UnknownExtension(const std::string& path, const std::string& extens
 
 constexpr char kStandard[] = "-";
 
+absl::Status IsDirectoryError(const std::string& path, const char* what) {
+  return absl::InvalidArgumentError(absl::StrCat(path, " is a directory: ", what));
+}
+
+bool IsDirectory(const std::string& path) {
+  struct stat status {};
+  return path != kStandard && stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+}
+
 struct NamedFormat {
   std::string extension;  // with the dot, in lower case
   bool gzip = false;      // whether the name says that gzip has packed, or is to pack, the file
@@ -56,7 +66,7 @@ absl::StatusOr<NamedFormat> FormatOfName(const std::string& path, const std::str
 }
 
 using Reader = absl::StatusOr<PointTable> (*)(std::string_view);
-using Writer = absl::Status (*)(const PointTable&, ByteSink&);
+using Writer = std::function<absl::Status(const PointTable&, ByteSink&)>;
 
 struct Format {
   Reader read;
@@ -79,13 +89,17 @@ std::optional<Format> FormatOf(const std::string& extension) {
 }
 
 Writer WriterFor(const std::string& extension, const SaveOptions& options) {
-  if (extension == ".ply") return options.ascii ? WriteAsciiPly : WritePly;
+  if (extension == ".ply") {
+    const PlyForm form{.ascii = options.ascii, .names = options.names};
+    return [form](const PointTable& table, ByteSink& file) { return WritePly(table, file, form); };
+  }
   if (extension == ".pcd") return options.ascii ? WriteAsciiPcd : WritePcd;
   if (extension == ".xyz") return WriteXyz;
   if (extension == ".csv") return WriteCsv;
   if (extension == ".npy") return WriteNpy;
   if (extension == ".npz") return WriteNpz;
-  return extension == ".las" ? WriteLas : nullptr;
+  if (extension == ".las") return WriteLas;
+  return nullptr;
 }
 
 struct NamedWriter {
@@ -94,10 +108,15 @@ struct NamedWriter {
 };
 
 absl::StatusOr<NamedWriter> FindWriter(const std::string& path, const SaveOptions& options) {
+  if (IsDirectory(path)) return IsDirectoryError(path, "the output must be a file");
   const absl::StatusOr<NamedFormat> named = FormatOfName(path, options.format, kWritableExtensions);
   if (!named.ok()) return named.status();
   const Writer writer = WriterFor(named->extension, options);
   if (writer == nullptr) return UnknownExtension(path, named->extension, kWritableExtensions);
+  if (options.names != PlyNames::kOwn && named->extension != ".ply") {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": --names says what the properties of PLY are called: the output must be .ply"));
+  }
   return NamedWriter{writer, named->gzip};
 }
 
@@ -163,6 +182,7 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
 }  // namespace
 
 absl::StatusOr<std::string> ReadableExtension(const std::string& path, const std::string& format) {
+  if (IsDirectory(path)) return IsDirectoryError(path, "name the files in it");
   const absl::StatusOr<NamedFormat> named = FormatOfName(path, format, kReadableExtensions);
   if (!named.ok()) return named.status();
   if (!FormatOf(named->extension)) return UnknownExtension(path, named->extension, kReadableExtensions);

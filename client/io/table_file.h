@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/io/point_table.h"
+#include "client/io/writers.h"
 
 namespace curv {
 
@@ -33,8 +34,9 @@ absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string&
 absl::StatusOr<std::string> ReadableExtension(const std::string& path, const std::string& format = "");
 
 struct SaveOptions {
-  bool ascii = false;    // text in place of binary numbers, in PLY and PCD; other formats have one form
-  std::string format{};  // of standard output, and of files whose extension is not known
+  bool ascii = false;               // text in place of binary numbers, in PLY and PCD; other formats have one form
+  std::string format{};             // of standard output, and of files whose extension is not known
+  PlyNames names = PlyNames::kOwn;  // others than kOwn are refused for other formats than PLY
 };
 
 // How SaveTable writes a file of that name.

@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <iterator>
 #include <string>
+#include <string_view>
 
 #include "absl/strings/str_cat.h"
 #include "client/io/ply_header.h"
@@ -9,7 +12,23 @@
 namespace curv {
 namespace {
 
-std::string Header(const PointTable& table, uint64_t rows, const char* format) {
+// Returns what programs call a column that is not a value of its own, but a part of a point.
+bool IsPartOfPoint(const std::string& name) {
+  constexpr std::string_view kParts[] = {"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha"};
+  return std::find(std::begin(kParts), std::end(kParts), name) != std::end(kParts);
+}
+
+std::string PropertyName(const PointTable& table, const std::string& column, PlyNames names) {
+  if (names == PlyNames::kCloudCompare && !IsPartOfPoint(column))
+    return std::string(kScalarPrefix) + HeaderName(column);
+  const bool is_quality = column == "mean_curvature" && table.Find("quality") == nullptr;
+  return names == PlyNames::kMeshLab && is_quality ? "quality" : HeaderName(column);
+}
+
+}  // namespace
+
+std::string PlyHead(const PointTable& table, uint64_t rows, const PlyForm& form) {
+  const char* const format = form.ascii ? "ascii" : "binary_little_endian";
   std::string header = absl::StrCat("ply\nformat ", format, " 1.0\ncomment made by curv\n");
   if (table.Find("status") != nullptr) {
     absl::StrAppend(&header, "comment status");
@@ -20,12 +39,11 @@ std::string Header(const PointTable& table, uint64_t rows, const char* format) {
   }
   absl::StrAppend(&header, "element vertex ", rows, "\n");
   for (const Column& column : table.columns()) {
-    absl::StrAppend(&header, "property ", std::string(PlyTypeName(column.kind())), " ", HeaderName(column.name), "\n");
+    absl::StrAppend(&header, "property ", std::string(PlyTypeName(column.kind())), " ",
+                    PropertyName(table, column.name, form.names), "\n");
   }
   return absl::StrCat(header, "end_header\n");
 }
-
-}  // namespace
 
 std::string HeaderName(std::string_view name) {
   std::string result(name);
@@ -35,18 +53,9 @@ std::string HeaderName(std::string_view name) {
   return result;
 }
 
-std::string PlyHead(const PointTable& like, uint64_t rows) { return Header(like, rows, "binary_little_endian"); }
-
-std::string AsciiPlyHead(const PointTable& like, uint64_t rows) { return Header(like, rows, "ascii"); }
-
-absl::Status WritePly(const PointTable& table, ByteSink& file) {
-  if (absl::Status status = file.Append(PlyHead(table, table.size())); !status.ok()) return status;
-  return AppendBinaryRows(table, file);
-}
-
-absl::Status WriteAsciiPly(const PointTable& table, ByteSink& file) {
-  if (absl::Status status = file.Append(AsciiPlyHead(table, table.size())); !status.ok()) return status;
-  return AppendTextRows(table, ' ', /*status_words=*/false, file);
+absl::Status WritePly(const PointTable& table, ByteSink& file, const PlyForm& form) {
+  if (absl::Status status = file.Append(PlyHead(table, table.size(), form)); !status.ok()) return status;
+  return form.ascii ? AppendTextRows(table, ' ', /*status_words=*/false, file) : AppendBinaryRows(table, file);
 }
 
 }  // namespace curv

@@ -11,9 +11,18 @@
 
 namespace curv {
 
+// Whose names the properties of a PLY file have. CloudCompare keeps what is called scalar_NAME, and drops the rest but
+// for positions, normals and colors; MeshLab keeps one scalar, called quality, which is the mean curvature then.
+enum class PlyNames { kOwn, kCloudCompare, kMeshLab };
+
+// How a PLY file is written.
+struct PlyForm {
+  bool ascii = false;  // text in place of binary numbers
+  PlyNames names = PlyNames::kOwn;
+};
+
 // These append the table to `file`; see SaveTable for the formats. Errors are those of ByteSink::Append.
-absl::Status WritePly(const PointTable& table, ByteSink& file);
-absl::Status WriteAsciiPly(const PointTable& table, ByteSink& file);
+absl::Status WritePly(const PointTable& table, ByteSink& file, const PlyForm& form = {});
 absl::Status WriteCsv(const PointTable& table, ByteSink& file);
 absl::Status WritePcd(const PointTable& table, ByteSink& file);
 absl::Status WriteAsciiPcd(const PointTable& table, ByteSink& file);
@@ -23,9 +32,9 @@ absl::Status WriteNpz(const PointTable& table, ByteSink& file);
 // Also INVALID_ARGUMENT if the table has no finite x, y and z, or more attributes than LAS can describe.
 absl::Status WriteLas(const PointTable& table, ByteSink& file);
 
-// What stands before the rows of a file with the columns of `like`, and as many rows; in text it does not tell how many.
-std::string PlyHead(const PointTable& like, uint64_t rows);
-std::string AsciiPlyHead(const PointTable& like, uint64_t rows);
+// What stands before the rows of a file with the columns of `like`, and as many rows; in text it does not tell how
+// many.
+std::string PlyHead(const PointTable& like, uint64_t rows, const PlyForm& form = {});
 std::string CsvHead(const PointTable& like, uint64_t rows);
 std::string PcdHead(const PointTable& like, uint64_t rows);
 std::string AsciiPcdHead(const PointTable& like, uint64_t rows);

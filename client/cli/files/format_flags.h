@@ -15,7 +15,7 @@ namespace curv {
 // Adds --format to a command that reads. `format` must outlive it.
 void AddInputFormat(CLI::App& command, std::string& format);
 
-// Adds --format and --ascii to a command that writes. `options` must outlive it.
+// Adds --format, --ascii and --names to a command that writes. `options` must outlive it.
 void AddFormatFlags(CLI::App& command, SaveOptions& options);
 
 // Returns where a summary goes: to standard output, unless the result goes there.

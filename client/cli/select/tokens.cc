@@ -57,6 +57,13 @@ class Tokenizer {
         return ConditionError(at_ + 1, absl::StrCat(Quoted(other), " is not known: write ", ours));
       }
     }
+    if (first == '\'')
+      return ConditionError(at_ + 1, "words and columns stand without single quotes: write status == ok");
+    if (static_cast<unsigned char>(first) >= 0x80) {
+      return ConditionError(
+          at_ + 1,
+          "columns with other characters than letters, digits and _ stand in double quotes: \"echo width\" > 3");
+    }
     return ConditionError(at_ + 1, absl::StrCat("found ", Quoted(rest().substr(0, 1)),
                                                 ": expected a column, a number, a comparison or a parenthesis"));
   }

@@ -1,5 +1,6 @@
 #include "client/io/writing/table_stream.h"
 
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -12,7 +13,7 @@ namespace curv {
 namespace {
 
 struct StreamedFormat {
-  std::string (*head)(const PointTable& like, uint64_t rows);
+  std::function<std::string(const PointTable& like, uint64_t rows)> head;
   absl::Status (*append)(const PointTable& table, ByteSink& file);
 };
 
@@ -24,9 +25,12 @@ absl::Status AppendCommas(const PointTable& table, ByteSink& file) {
   return AppendTextRows(table, ',', /*status_words=*/true, file);
 }
 
-std::optional<StreamedFormat> FormatFor(const std::string& extension, bool ascii) {
+std::optional<StreamedFormat> FormatFor(const std::string& extension, const SaveOptions& options) {
+  const bool ascii = options.ascii;
   if (extension == ".ply") {
-    return ascii ? StreamedFormat{AsciiPlyHead, AppendBlanked} : StreamedFormat{PlyHead, AppendBinaryRows};
+    const PlyForm form{.ascii = ascii, .names = options.names};
+    return StreamedFormat{[form](const PointTable& like, uint64_t rows) { return PlyHead(like, rows, form); },
+                          ascii ? AppendBlanked : AppendBinaryRows};
   }
   if (extension == ".pcd") {
     return ascii ? StreamedFormat{AsciiPcdHead, AppendBlanked} : StreamedFormat{PcdHead, AppendBinaryRows};
@@ -39,7 +43,7 @@ std::optional<StreamedFormat> FormatFor(const std::string& extension, bool ascii
 
 class FileStream : public TableStream {
  public:
-  FileStream(AtomicFile file, StreamedFormat format, bool gzip) : file_(std::move(file)), format_(format) {
+  FileStream(AtomicFile file, StreamedFormat format, bool gzip) : file_(std::move(file)), format_(std::move(format)) {
     if (gzip) packed_.emplace(file_);
   }
 
@@ -65,7 +69,7 @@ class FileStream : public TableStream {
 
 bool TableStream::CanWrite(const std::string& path, const SaveOptions& options) {
   const absl::StatusOr<WritableName> name = WritableNameOf(path, options);
-  return name.ok() && FormatFor(name->extension, options.ascii).has_value();
+  return name.ok() && FormatFor(name->extension, options).has_value();
 }
 
 absl::StatusOr<std::unique_ptr<TableStream>> TableStream::Create(const std::string& path, const SaveOptions& options,
@@ -74,7 +78,7 @@ absl::StatusOr<std::unique_ptr<TableStream>> TableStream::Create(const std::stri
   if (!name.ok()) return name.status();
   absl::StatusOr<AtomicFile> file = AtomicFile::Create(path);
   if (!file.ok()) return file.status();
-  auto stream = std::make_unique<FileStream>(*std::move(file), *FormatFor(name->extension, options.ascii), name->gzip);
+  auto stream = std::make_unique<FileStream>(*std::move(file), *FormatFor(name->extension, options), name->gzip);
   if (absl::Status status = stream->Start(like, rows); !status.ok()) return status;
   return stream;
 }

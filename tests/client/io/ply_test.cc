@@ -185,5 +185,25 @@ TEST(PlyTest, RefusesMorePropertiesThanATableHolds) {
   EXPECT_THAT(Message(Header("ascii", vertex)), HasSubstr("more than 4096 properties"));
 }
 
+TEST(PlyNamesTest, CloudComparesScalarFieldsComeBackUnderTheirNames) {
+  const auto table = ReadPly(
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float scalar_k1\nproperty float scalar_status\nproperty float scalar_x\nproperty float scalar_\n"
+      "end_header\n1 2 3 0.5 1 7 8\n4 5 6 -0.5 7 7 8\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  std::vector<std::string> names;
+  for (const Column& column : table->columns()) names.push_back(column.name);
+  EXPECT_THAT(names, ::testing::ElementsAre("x", "y", "z", "k1", "status", "scalar_x", "scalar_"));
+  EXPECT_EQ(table->Find("status")->kind(), ScalarKind::kUint8);
+  EXPECT_EQ(table->Find("status")->At(1), 7.0);
+}
+
+TEST(PlyNamesTest, AStatusThatIsNoByteStaysAFloat) {
+  const auto table =
+      ReadPly("ply\nformat ascii 1.0\nelement vertex 2\nproperty float scalar_status\nend_header\n1\n1.5\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->Find("status")->kind(), ScalarKind::kFloat32);
+}
+
 }  // namespace
 }  // namespace curv

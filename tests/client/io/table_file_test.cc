@@ -90,7 +90,7 @@ TEST(TableFileTest, NamesTheFileInErrors) {
   const std::string damaged = dir.Write("bad.ply", "plx\n");
   EXPECT_THAT(LoadTable(damaged).status().message(), HasSubstr("bad.ply: line 1"));
   std::filesystem::create_directory(dir.File("dir.ply"));
-  EXPECT_THAT(LoadTable(dir.File("dir.ply")).status().message(), HasSubstr("Is a directory"));
+  EXPECT_THAT(LoadTable(dir.File("dir.ply")).status().message(), HasSubstr("is a directory: name the files in it"));
   EXPECT_THAT(SaveTable(Sample(), dir.File("t.obj")).message(),
               HasSubstr("must be one of .ply .pcd .xyz .csv .las .npy .npz"));
 }

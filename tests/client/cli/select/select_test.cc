@@ -9,7 +9,9 @@
 namespace curv {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(SelectTest, KeepsPointsAndColumns) {
   const TempDir dir;
@@ -45,6 +47,38 @@ TEST(SelectTest, SaysWhatIsWrong) {
   EXPECT_EQ(RunCurv({"select", dir.File("none.ply"), "--where=x>0", "-o", out}).exit_code, 3);
   EXPECT_EQ(RunCurv({"select", cloud, "--where=x>0", "-o", dir.File("out.doc")}).exit_code, 4);
   EXPECT_FALSE(dir.Has("out.ply"));
+}
+
+TEST(SelectTest, TellsTheImpatientWhatToWrite) {
+  const TempDir dir;
+  const std::string cloud = dir.Write("a.csv", "x,y,z,\u03ba\n1,2,3,4\n"), out = dir.File("o.csv");
+  const auto message = [&](const std::vector<std::string>& words) { return RunCurv(words).err; };
+  EXPECT_THAT(message({"select", cloud, "--where=\u03ba > 1", "-o", out}), HasSubstr("stand in double quotes"));
+  EXPECT_EQ(RunCurv({"select", cloud, "--where=\"\u03ba\" > 1", "-o", out}).exit_code, 0);
+  EXPECT_THAT(message({"select", cloud, "--where=x == 'ok'", "-o", out}), HasSubstr("without single quotes"));
+  EXPECT_THAT(message({"select", dir.File(""), "--where=x > 0", "-o", out}),
+              HasSubstr("is a directory: name the files"));
+  EXPECT_THAT(message({"select", cloud, "--where=x > 0", "-o", dir.File("")}), HasSubstr("the output must be a file"));
+}
+
+TEST(SelectTest, NamesPropertiesForOtherPrograms) {
+  const TempDir dir;
+  const std::string cloud = dir.Write("a.csv", "x,y,z,nx,ny,nz,mean_curvature,k1,status\n1,2,3,0,0,1,0.5,0.25,ok\n");
+  const auto header = [&](const std::string& names) {
+    const std::string out = dir.File(names + ".ply");
+    const CurvRun run = RunCurv({"select", cloud, "--where=x > 0", "-o", out, "--names=" + names});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const std::string file = dir.Read(names + ".ply");
+    return file.substr(0, file.find("end_header"));
+  };
+  EXPECT_THAT(header("cloudcompare"),
+              AllOf(HasSubstr(" nx\n"), HasSubstr(" scalar_mean_curvature\n"), HasSubstr(" scalar_status\n")));
+  EXPECT_THAT(header("meshlab"), AllOf(HasSubstr(" quality\n"), HasSubstr(" k1\n"), Not(HasSubstr("mean_curvature"))));
+  const PointTable back = *LoadTable(dir.File("cloudcompare.ply"));
+  EXPECT_EQ(back.Find("k1")->At(0), 0.25);
+  EXPECT_EQ(back.Find("status")->At(0), 1.0);
+  EXPECT_THAT(RunCurv({"select", cloud, "--where=x > 0", "-o", dir.File("o.las"), "--names=meshlab"}).err,
+              HasSubstr("the output must be .ply"));
 }
 
 }  // namespace
