@@ -23,7 +23,8 @@ absl::Status WriteNpz(const PointTable& table, ByteSink& file);
 // Also INVALID_ARGUMENT if the table has no finite x, y and z, or more attributes than LAS can describe.
 absl::Status WriteLas(const PointTable& table, ByteSink& file);
 
-// What stands before the rows of a file with the columns of `like`, and as many rows; in text it does not tell how many.
+// What stands before the rows of a file with the columns of `like`, and as many rows; in text it does not tell how
+// many.
 std::string PlyHead(const PointTable& like, uint64_t rows);
 std::string AsciiPlyHead(const PointTable& like, uint64_t rows);
 std::string CsvHead(const PointTable& like, uint64_t rows);
