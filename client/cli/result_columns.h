@@ -44,7 +44,8 @@ PointTable MakeResultTable(PointTable input, CurvatureResult result);
 
 // The columns of a result alone, in that order: those that were asked for, and the status.
 std::vector<Column> ColumnsOf(CurvatureResult result);
-// The same table as MakeResultTable's of the results that ColumnsOf returned. REQUIRES: the columns have as many points.
+// The same table as MakeResultTable's of the results that ColumnsOf returned. REQUIRES: the columns have as many
+// points.
 PointTable JoinResults(PointTable input, std::vector<Column> results);
 
 // Adds the columns red, green and blue for the values of a column, and returns the scale of the colors.

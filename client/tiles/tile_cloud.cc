@@ -164,7 +164,9 @@ FloatArrays ToFloats(const TilePlan& plan, const TileCloud& cloud) {
   arrays.coarse_spacing = coarse;
   arrays.positions.reserve(3 * cloud.points.size());
   arrays.normals.reserve(3 * cloud.points.size());
+  arrays.ids.reserve(cloud.points.size());
   for (const TilePoint& point : cloud.points) {
+    arrays.ids.push_back(point.id);
     for (size_t axis = 0; axis < 3; ++axis) {
       double coordinate = point.position[axis] - origin[axis];
       if (coarse > 0.0) coordinate = OnLattice(coordinate, coarse);

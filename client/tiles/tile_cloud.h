@@ -40,6 +40,7 @@ class PointStore {
 struct FloatArrays {
   std::vector<float> positions;  // of doubles: relative to an origin on the lattice, and exact
   std::vector<float> normals;
+  std::vector<uint64_t> ids;  // ascending
   // Steps between positions where the cloud is so long that they are not exact on the plan's lattice; else 0.
   double coarse_spacing = 0.0;
 };

@@ -77,7 +77,7 @@ ExitCode Run(const RunFlags& flags) {
   const absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.connection, flags.threads);
   if (!connection.ok()) return Fail(ExitCode::kUsage, connection.status());
   const std::stop_token stop = interrupt.token();
-  const TileEstimator estimator = EstimatorOn(**connection, *options, stop);
+  const TileEstimator estimator = EstimatorOn(**connection, *options, plan->reach.factor, stop);
   const absl::Time start = absl::Now();
   absl::StatusOr<RunOutcome> outcome;
   {

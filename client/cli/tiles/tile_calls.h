@@ -9,9 +9,11 @@
 
 namespace curv {
 
-// Returns an estimator that calls a server, with those options. Its errors say so (IsServerError). REQUIRES: connection
-// and stop outlive it.
-TileEstimator EstimatorOn(const Connection& connection, const EstimateOptions& options, const std::stop_token& stop);
+// Returns an estimator that calls a server, with those options. Its errors say so (IsServerError); FAILED_PRECONDITION
+// if the server's estimates look further around than `reach_factor` says, UNIMPLEMENTED if it knows no parts of clouds.
+// REQUIRES: connection and stop outlive it.
+TileEstimator EstimatorOn(const Connection& connection, const EstimateOptions& options, double reach_factor,
+                          const std::stop_token& stop);
 
 // Whether a server gave the error, or the way to it, rather than a file.
 bool IsServerError(const absl::Status& status);

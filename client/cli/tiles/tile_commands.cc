@@ -14,8 +14,7 @@ constexpr char kTilesExamples[] =
     "files\n"
     "  curv tiles status work\n"
     "  curv tiles merge work -o curvature.ply\n"
-    "A run that was interrupted goes on where it ended. docs/scale.md has the way to Slurm, GNU parallel and "
-    "Kubernetes.";
+    "A run that was interrupted goes on where it ended. docs/scale.md tells what is promised.";
 
 }  // namespace
 

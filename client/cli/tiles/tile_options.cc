@@ -8,7 +8,7 @@ namespace curv {
 namespace {
 
 // Delaunay's umbrellas of a neighborhood lie within three radii where they have at least so many points to choose from.
-constexpr uint32_t kDelaunayNeighbors = 30;
+constexpr uint32_t kDelaunayNeighbors = 31;
 
 }  // namespace
 
@@ -27,6 +27,8 @@ absl::StatusOr<TileReach> ReachOf(const EstimateOptions& options) {
     case Estimator::kJetFitting:
     case Estimator::kAlgebraicShapeOperator:
     case Estimator::kNormalRegression:
+    case Estimator::kUniform:
+    case Estimator::kIndependent:
       return reach;
     case Estimator::kHexagram:  // its corners are up to a third of the radius outside
       reach.factor = 4.0 / 3.0;
@@ -41,9 +43,7 @@ absl::StatusOr<TileReach> ReachOf(const EstimateOptions& options) {
           " or more: nothing bounds how far the umbrellas of smaller neighborhoods, or of a --radius, reach"));
     default:
       return absl::InvalidArgumentError(
-          absl::StrCat("--estimator=", name,
-                       " draws by the points' places in the whole cloud, which no tile knows: "
-                       "tiles take avg-hexagram, hexagram, delaunay, jet, aso and normal-regression"));
+          absl::StrCat("--estimator=", name, ": nothing bounds how far around a point it looks, which tiles ask for"));
   }
 }
 
@@ -54,6 +54,8 @@ nlohmann::ordered_json JsonOf(const EstimateOptions& options) {
   } else {
     json["neighbor_count"] = options.neighbor_count;
   }
+  json["triangle_count"] = options.triangle_count;
+  json["seed"] = options.seed;
   json["rotation_count"] = options.rotation_count;
   if (options.jet_degree.has_value()) json["jet_degree"] = *options.jet_degree;
   json["even_weights"] = options.even_weights;
@@ -74,6 +76,8 @@ absl::StatusOr<EstimateOptions> OptionsOf(const nlohmann::ordered_json& json) {
     options.estimator = *estimator;
     if (json.contains("radius")) options.radius = json.at("radius").get<double>();
     options.neighbor_count = json.value("neighbor_count", options.neighbor_count);
+    json.at("triangle_count").get_to(options.triangle_count);
+    json.at("seed").get_to(options.seed);
     json.at("rotation_count").get_to(options.rotation_count);
     if (json.contains("jet_degree")) options.jet_degree = json.at("jet_degree").get<uint32_t>();
     json.at("even_weights").get_to(options.even_weights);

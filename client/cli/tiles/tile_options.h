@@ -11,8 +11,8 @@
 namespace curv {
 
 // How far around a point its estimate looks. INVALID_ARGUMENT naming the flag for estimates that look at more than the
-// points around, so that tiles would change them: scales that the cloud chooses, estimators that draw at random,
-// Delaunay's without a bound.
+// points around, so that tiles would change them: scales that the cloud chooses, Delaunay's
+// without a bound.
 absl::StatusOr<TileReach> ReachOf(const EstimateOptions& options);
 
 // What results depend on. A server that is asked with what OptionsOf returns gives the same results.

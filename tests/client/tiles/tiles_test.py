@@ -81,11 +81,12 @@ class Tiles(unittest.TestCase):
         return pathlib.Path(self.result).read_bytes()
 
     def test_has_the_bytes_of_the_whole_cloud_however_wide_the_halo(self):
-        # Estimators whose sums do not depend on the order of the points.
-        for flags in (("--estimator=jet", "--k=40"), ("--estimator=aso", "--k=30"), ("--estimator=jet", "--radius=0.6")):
+        for flags in ((), ("--estimator=hexagram", "--k=40"), ("--estimator=uniform",), ("--estimator=jet", "--radius=0.6"),
+                      ("--estimator=aso", "--k=30"), ("--estimator=delaunay", "--k=31")):
             whole = self.whole(*flags)
             for halo in ("0", "0.5", "1.25"):
                 with self.subTest(flags=flags, halo=halo):
+                    shutil.rmtree(self.work, ignore_errors=True)
                     self.plan(*flags)
                     outcome = json.loads(curv("tiles", "run", self.work, f"--halo={halo}", "--summary=json"))
                     self.assertEqual(outcome["points"], POINTS)
@@ -93,14 +94,12 @@ class Tiles(unittest.TestCase):
                     if halo == "0":
                         self.assertGreater(outcome["uncertain_points"], 1000)
                     if halo == "1.25":
-                        self.assertLess(outcome["uncertain_points"], 100)
-                    shutil.rmtree(self.work)
+                        self.assertLess(outcome["uncertain_points"], 2000)
 
     def test_every_column_and_all_inputs_come_back_in_their_order(self):
         second = str(self.folder / "second.csv")
         curv("estimate", self.cloud, "-o", second)
-        curv("tiles", "plan", self.cloud, second, "-o", self.work, "--tile-points=3000", "--memory=16MiB",
-             "--estimator=jet", "--quantities=mean")
+        curv("tiles", "plan", second, second, "-o", self.work, "--tile-points=3000", "--memory=16MiB", "--quantities=mean")
         curv("tiles", "run", self.work)
         out = str(self.folder / "both.csv")
         curv("tiles", "merge", self.work, "-o", out)
@@ -112,17 +111,18 @@ class Tiles(unittest.TestCase):
             self.assertEqual([float(v) for v in lines[at].split(",")[:3]], [float(v) for v in first[:3]])
 
     def test_resumes_after_kills_of_run_and_server(self):
-        whole = self.whole("--estimator=jet")
-        self.plan("--estimator=jet")
+        whole = self.whole()
+        self.plan()
         server = Server()
         self.addCleanup(lambda: server.kill())
         kills = 0
+        results = pathlib.Path(self.work, "results")
         while not self.status()["complete"]:
-            done = self.status()["tiles_done"]
+            done = len(os.listdir(results))
             run = subprocess.Popen([CURV, "tiles", "run", self.work, f"--server={server.address}", "--jobs=1"],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            while run.poll() is None and self.status()["tiles_done"] < done + 2:
-                pass  # each look at the status takes milliseconds
+            while run.poll() is None and len(os.listdir(results)) <= done:
+                pass  # until the next result is begun, at least
             run.send_signal(signal.SIGKILL)
             run.wait()
             kills += 1
@@ -135,8 +135,8 @@ class Tiles(unittest.TestCase):
         self.assertEqual(leftover, [])
 
     def test_two_runs_at_once_share_the_tiles(self):
-        whole = self.whole("--estimator=jet")
-        self.plan("--estimator=jet")
+        whole = self.whole()
+        self.plan()
         runs = [subprocess.Popen([CURV, "tiles", "run", self.work, "--threads=1", "--summary=json"],
                                  stdout=subprocess.PIPE, text=True) for _ in range(2)]
         outcomes = [json.loads(run.communicate(timeout=120)[0]) for run in runs]
@@ -147,33 +147,34 @@ class Tiles(unittest.TestCase):
         self.assertEqual(again["tiles"], 0)
 
     def test_does_one_tile(self):
-        self.plan("--estimator=jet")
+        self.plan()
         curv("tiles", "run", self.work, "--tile=1")
         self.assertEqual(self.status()["tiles_done"], 1)
         self.assertIn("there is no tile 999", curv("tiles", "run", self.work, "--tile=999", code=USAGE))
         self.assertIn("is not done", curv("tiles", "merge", self.work, "-o", self.result, code=INPUT))
 
     def test_finds_damaged_results_and_makes_them_again(self):
-        whole = self.whole("--estimator=jet")
-        self.plan("--estimator=jet")
+        whole = self.whole()
+        self.plan()
         curv("tiles", "run", self.work)
         flipped, short = (pathlib.Path(self.work, "results", f"tile-00000{tile}") for tile in (0, 1))
         content = bytearray(flipped.read_bytes())
         content[-5] ^= 1
         flipped.write_bytes(content)
         short.write_bytes(short.read_bytes()[:-1])
-        report = json.loads(curv("tiles", "verify", self.work, "--json", code=INPUT) or
-                            subprocess.run([CURV, "tiles", "verify", self.work, "--json"], capture_output=True,
-                                           check=False).stdout)
-        self.assertEqual(sorted(fault["tile"] for fault in report["damaged"]), [0, 1])
-        self.assertIn("checksum", curv("tiles", "merge", self.work, "-o", self.result, code=INPUT) + str(report))
+        verified = subprocess.run([CURV, "tiles", "verify", self.work, "--json"], capture_output=True, check=False)
+        self.assertEqual(verified.returncode, INPUT)
+        self.assertEqual([fault["tile"] for fault in json.loads(verified.stdout)["damaged"]], [0, 1])
+        self.assertIn("tile-000001: it has", curv("tiles", "merge", self.work, "-o", self.result, code=INPUT))
+        curv("tiles", "run", self.work)
+        self.assertIn("checksum", curv("tiles", "merge", self.work, "-o", self.result, code=INPUT))
         flipped.unlink()
         curv("tiles", "run", self.work)
         self.assertEqual(self.merged(), whole)
 
     def test_a_full_disk_ends_with_an_error_and_the_run_goes_on_later(self):
-        whole = self.whole("--estimator=jet")
-        self.plan("--estimator=jet")
+        whole = self.whole()
+        self.plan()
 
         def small_files():
             # A result may not be as large as this: writing fails as on a full disk, with another reason.
@@ -189,8 +190,8 @@ class Tiles(unittest.TestCase):
 
     def test_refuses_what_no_tile_can_decide(self):
         for flags, word in ((["--auto"], "--auto"), (["--k=auto"], "--k=auto"), (["--normals=estimate"], "curv normals"),
-                            (["--orient"], "curv orient"), (["--estimator=uniform"], "uniform"),
-                            (["--estimator=delaunay", "--k=20"], "30")):
+                            (["--orient"], "curv orient"), (["--estimator=delaunay", "--k=20"], "31"),
+                            (["--estimator=delaunay", "--radius=1"], "31")):
             with self.subTest(flags=flags):
                 self.assertIn(word, self.plan(*flags, code=USAGE))
         self.assertFalse(os.path.exists(self.work))
@@ -198,7 +199,7 @@ class Tiles(unittest.TestCase):
     def test_refuses_changed_inputs_and_used_directories(self):
         copy = str(self.folder / "copy.ply")
         shutil.copyfile(self.cloud, copy)
-        self.plan("--estimator=jet", cloud=copy)
+        self.plan(cloud=copy)
         self.assertIn("has a plan already", self.plan(cloud=copy, code=USAGE))
         curv("tiles", "run", self.work)
         os.utime(copy, (1, 1))
@@ -236,14 +237,14 @@ class Tiles(unittest.TestCase):
         self.assertEqual(results[0], results[1])
 
     def test_says_that_no_server_answers(self):
-        self.plan("--estimator=jet")
+        self.plan()
         started = time.monotonic()
         message = curv("tiles", "run", self.work, "--server=127.0.0.1:1", "--connect-timeout=0.3", code=UNAVAILABLE)
         self.assertIn("UNAVAILABLE", message)
         self.assertLess(time.monotonic() - started, 30)
 
     def test_metrics_are_those_of_the_status(self):
-        self.plan("--estimator=jet")
+        self.plan()
         curv("tiles", "run", self.work, "--tile=0")
         out = str(self.folder / "curv.prom")
         curv("tiles", "status", self.work, f"--prometheus={out}")
