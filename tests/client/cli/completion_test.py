@@ -166,8 +166,8 @@ class CompletionTest(unittest.TestCase):
 
     def test_every_placeholder_is_a_file_or_known_to_be_none(self):
         files = {"FILE", "IN", "IN...", "OUT", "RESULT", "PNG", "HTML"}
-        others = {"AXIS", "CONDITION", "COUNT", "DEGREE", "FORMAT", "LEAST:MOST", "LENGTH", "LIST", "LO:HI", "NAME", "NUMBER",
-                  "POLICY", "PORT", "PRIORITY", "SECONDS", "SHELL", "SIGMA", "SOURCE", "SURFACE", "VIEW", "WEIGHT",
+        others = {"AXIS", "CONDITION", "COUNT", "DEGREE", "FORMAT", "LEAST:MOST", "LENGTH", "LIST", "LO:HI", "LO:HI,...", "NAME", "NAME,...", "NUMBER",
+                  "POLICY", "PORT", "PRIORITY", "PROGRAM", "SECONDS", "SHELL", "SIGMA", "SOURCE", "SURFACE", "TEXT", "VIEW", "WEIGHT",
                   "WIDTHxHEIGHT", "X,Y,Z"}
         subcommands = re.findall(r"^  ([a-z]+) ", self._help().partition("Subcommands:")[2], re.MULTILINE)
         found = set()
