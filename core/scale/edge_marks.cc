@@ -13,6 +13,9 @@ constexpr double kMostNoise = 1.5;
 // within the neighborhood.
 constexpr double kLeastRoughness = 0.06;
 
+// What two and three faces leave of the spread of normals, which is a quarter and a ninth on a bend.
+constexpr double kMostInTwo = 0.12, kMostInThree = 0.05;
+
 }  // namespace
 
 EdgeMarks::EdgeMarks(const SpatialIndex& index)
@@ -23,13 +26,23 @@ EdgeMarks::EdgeMarks(const SpatialIndex& index)
 void EdgeMarks::MarkGroup(size_t group, double normal_noise, double position_noise) {
   const size_t first = group * SpatialIndex::kGroupLeaves;
   const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index_.leaf_count());
+  size_t rough = 0, edges = 0;
   for (size_t leaf = first; leaf < last; ++leaf) {
     for (int i = 0; i < index_.LeafPoints(leaf); ++i) {
       const size_t place = leaf * SpatialIndex::kLeafSize + static_cast<size_t>(i);
-      const double noise = std::hypot(normal_noise, position_noise * trends_[place].slope);
-      marks_[place] = trends_[place].roughness > std::hypot(kMostNoise * noise, kLeastRoughness) ? 1 : 0;
+      const Trend& trend = trends_[place];
+      const double noise = std::hypot(normal_noise, position_noise * trend.slope);
+      const bool is_rough = trend.roughness > std::hypot(kMostNoise * noise, kLeastRoughness);
+      const double left_in_two = trend.spread_in_two - 2.0 * noise * noise;
+      const double left_in_three = trend.spread_in_three - 2.0 * noise * noise;
+      const bool has_faces = left_in_two < kMostInTwo * trend.spread || left_in_three < kMostInThree * trend.spread;
+      marks_[place] = is_rough && has_faces ? 1 : 0;
+      rough += is_rough ? 1 : 0;
+      edges += marks_[place];
     }
   }
+  rough_count_ += rough;
+  edge_count_ += edges;
 }
 
 void EdgeMarks::Finish() {

@@ -19,6 +19,10 @@ constexpr double kUsualShare = 0.4;
 constexpr double kLeastClearShare = 0.1;
 constexpr size_t kClearRung = 4;
 
+// Where fewer of the points whose normals are rough than this share lie beside edges, it is detail that makes them so:
+// it is to be kept, and edges cannot be told from it.
+constexpr double kLeastEdgeShare = 0.5;
+
 NeighborhoodPlan PlanFor(uint32_t count, const SpatialIndex& index) {
   EstimatorOptions options;
   options.neighborhood = NeighborCount{count};
@@ -112,7 +116,8 @@ void EdgeRun::Mark(size_t group) {
 void EdgeRun::Finish(PilotTable& table) {
   if (!is_large_enough_) return;
   marks_.Finish();
-  has_edges_ = marks_.HasEdges();
+  has_edges_ = marks_.HasEdges() &&
+               static_cast<double>(marks_.edge_count()) >= kLeastEdgeShare * static_cast<double>(marks_.rough_count());
   if (!has_edges_) return;
   std::vector<size_t> clear(table.size());
   for (size_t i = 0; i < table.size(); ++i) {

@@ -151,6 +151,63 @@ TEST(AutomaticTest, APlaneIsFlat) {
   for (const PointCurvature& point : result.field.points.span()) EXPECT_NEAR(point.mean, 0.0, 1e-6);
 }
 
+// A box of `side` x `side` points a face, a spacing of 1 apart, exact normals.
+TestPoints Box(int side) {
+  TestPoints box;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double end : {0.0, 1.0}) {
+      for (int i = 0; i < side * side; ++i) {
+        double at[3], normal[3] = {0.0, 0.0, 0.0};
+        at[axis] = end * side;
+        at[(axis + 1) % 3] = i % side + 0.5;
+        at[(axis + 2) % 3] = i / side + 0.5;
+        normal[axis] = 2.0 * end - 1.0;
+        box.Add(at[0], at[1], at[2], normal[0], normal[1], normal[2]);
+      }
+    }
+  }
+  return box;
+}
+
+TEST(AutomaticTest, FacesOfABoxAreFlatUpToTheEdges) {
+  TestPoints box = Box(30);
+  const EstimationResult exact = MustEstimate(box.ToCloud(), Automatic());
+  for (const PointCurvature& point : exact.field.points.span()) {
+    ASSERT_EQ(point.status, PointStatus::kOk);
+    EXPECT_NEAR(point.mean, 0.0, 0.01);  // avg-hexagram of 16 points errs by some 0.4 beside an edge
+  }
+  AddNoise(0.05, 3, box);
+  EXPECT_LT(MeanError(MustEstimate(box.ToCloud(), Automatic()), 0.0), 0.01) << "a tenth of what avg-hexagram errs by";
+}
+
+TEST(AutomaticTest, NoiseInOneHalfDoesNotSpoilTheOther) {
+  const TestPoints clean = NoisySphere(10'000, 0.0), noisy = NoisySphere(10'000, 0.01);
+  TestPoints halves = clean;
+  for (size_t i = 0; i < clean.size(); ++i) {
+    if (clean.positions[i][0] < 0.0f) continue;
+    halves.positions[i] = noisy.positions[i];
+    halves.normals[i] = noisy.normals[i];
+  }
+  const EstimationResult both = MustEstimate(halves.ToCloud(), Automatic());
+  const EstimationResult alone = MustEstimate(noisy.ToCloud(), Automatic());
+  double error_of_both = 0.0, error_alone = 0.0;
+  for (size_t i = 0; i < clean.size(); ++i) {
+    if (clean.positions[i][0] < 0.3f) continue;  // neighborhoods there have both
+    error_of_both += std::abs(both.field.points[i].mean - 1.0);
+    error_alone += std::abs(alone.field.points[i].mean - 1.0);
+  }
+  EXPECT_LT(error_of_both, 1.3 * error_alone);
+}
+
+TEST(AutomaticTest, AFarOutlierSpoilsNothing) {
+  TestPoints sphere = Sphere(5000, 1.0);
+  sphere.Add(1e30, 1e30, 1e30, 0.0, 0.0, 1.0);
+  const EstimationResult result = MustEstimate(sphere.ToCloud(), Automatic());
+  for (const PointCurvature& point : result.field.points.span().first(5000)) {
+    EXPECT_TRUE(point.status != PointStatus::kOk || std::abs(point.mean - 1.0f) < 0.1f) << point.mean;
+  }
+}
+
 TEST(AutomaticTest, NeitherThreadsNorUnitChangeAByte) {
   TestPoints sphere = NoisySphere(5000, 0.01);
   const EstimationResult one = MustEstimate(sphere.ToCloud(), Automatic(), 1);

@@ -46,7 +46,7 @@ PilotTable MakeTable(double noise, double lost, size_t halves_from = 0) {
 ScaleChoice Choosing(size_t rung, double sigma = 0.0) {
   ScaleChoice choice;
   choice.chosen = {{kRegressionMethod, rung}};
-  choice.cloud_weights = {1.0};
+  choice.mean.cloud_weights = choice.gaussian.cloud_weights = {1.0};
   choice.scores = {{choice.chosen.front(), 1.0, 1.0, 1.0, 0.0, 1.0}};
   choice.sigma = sigma;
   return choice;
