@@ -44,8 +44,8 @@ TEST(CoarsePositionsTest, NothingIsSaidOfOthers) {
   EXPECT_THAT(NoteOnCoarsePositions(SphereAt(0.0, 0.0)), IsEmpty());
   EXPECT_THAT(NoteOnCoarsePositions(SphereAt(1e3, 1e3)), IsEmpty()) << "floats lie 6e-5 apart";
   EXPECT_THAT(NoteOnCoarsePositions(SphereAt(5e5, 5e6, 50)), IsEmpty()) << "few points";
-  EXPECT_THAT(NoteOnCoarsePositions(PackedCloud<double>{std::vector<double>(3'000, 5e6), {}, {}}), IsEmpty());
-  EXPECT_THAT(NoteOnCoarsePositions(PackedCloud<float>{std::vector<float>(3'000, 5e6f), {}, {}}), IsEmpty());
+  EXPECT_THAT(NoteOnCoarsePositions(PackedCloud<double>{std::vector<double>(3'000, 5e6), {}, {}, {}}), IsEmpty());
+  EXPECT_THAT(NoteOnCoarsePositions(PackedCloud<float>{std::vector<float>(3'000, 5e6f), {}, {}, {}}), IsEmpty());
   EXPECT_THAT(NoteOnCoarsePositions(PackedCloud<float>()), IsEmpty());
   // A line and a plane along an axis.
   PackedCloud<float> line, plane;
