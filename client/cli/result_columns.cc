@@ -100,6 +100,14 @@ std::vector<Column> ColumnsOf(CurvatureResult result) {
   AddScalars("normal_variance_ratio", std::move(result.normal_variance_ratio), columns);
   AddScalars("shape_index", std::move(result.shape_index), columns);
   AddScalars("curvedness", std::move(result.curvedness), columns);
+  AddScalars("mean_curvature_standard_error", std::move(result.mean_standard_error), columns);
+  AddScalars("k1_standard_error", std::move(result.k1_standard_error), columns);
+  AddScalars("k2_standard_error", std::move(result.k2_standard_error), columns);
+  AddScalars("chosen_neighbor_count", std::move(result.chosen_neighbor_count), columns);
+  AddScalars("avg_hexagram_weight", std::move(result.avg_hexagram_weight), columns);
+  AddScalars("normal_regression_weight", std::move(result.normal_regression_weight), columns);
+  AddScalars("jet_weight", std::move(result.jet_weight), columns);
+  AddScalars("normal_curvature", std::move(result.normal_curvature), columns);
   for (NamedColumn& other : result.others) AddOther(std::move(other), columns);
   columns.push_back({"status", std::move(result.status)});
   return columns;

@@ -337,8 +337,8 @@ TEST(AutomaticTest, NoiseOfNormalsIsFound) {
     for (float& component : normal) component += noise(random);
   }
   EXPECT_NEAR(*MustEstimate(sphere.ToCloud(), Automatic()).scale_report->normal_sigma, 0.1, 0.01);
-  EXPECT_LT(*MustEstimate(NoisySphere(10'000, 0.01).ToCloud(), Automatic()).scale_report->normal_sigma, 0.003)
-      << "the normals of a noisy sphere are exact, but of other places";
+  EXPECT_LT(*MustEstimate(NoisySphere(10'000, 0.01).ToCloud(), Automatic()).scale_report->normal_sigma, 0.005)
+      << "the normals of a noisy sphere are exact, but of other places: half of the 0.01 that this makes";
 }
 
 TEST(AutomaticTest, ChoicesOfWhatNobodyCanJudgeAreRefused) {
