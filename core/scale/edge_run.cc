@@ -60,7 +60,7 @@ void CopySorted(const PilotScratch& s, float most, std::vector<uint32_t>& order,
 }  // namespace
 
 EdgeRun::EdgeRun(const SpatialIndex& index)
-    : index_(index), is_large_enough_(index.point_count() >= 3 * kMeasured), marks_(index) {
+    : index_(index), is_large_enough_(index.point_count() >= size_t{3} * kMeasured), marks_(index) {
   if (is_large_enough_) measured_ = PlanFor(kMeasured, index);
 }
 
