@@ -94,7 +94,7 @@ TEST(NormalsOutOfMemoryTest, AnyAllocationThatFailsIsOutOfMemoryAndNothingLeaks)
   normals.returns_normals = true;
   FailEachAllocation(Sphere(400, 1.0), options, 1, FailingNew::Failing::kOne, normals);
   normals.neighborhood = NeighborCount{8};
-  FailEachAllocation(Sphere(5'000, 1.0), options, 2, FailingNew::Failing::kAllFromThere, normals);
+  FailEachAllocation(Sphere(2'000, 1.0), options, 2, FailingNew::Failing::kAllFromThere, normals);
 }
 
 class EmptyPhase final : public Phase {
