@@ -41,10 +41,9 @@ PlacedId* SortById(PlacedId* ids, PlacedId* other, size_t size) {
 }  // namespace
 
 std::optional<PointSet::Twins> PointSet::Rank() {
+  if (!has_ids_) return std::nullopt;
   const uint64_t* const end = ids_.data() + size_;
-  if (!has_ids_ || std::adjacent_find(ids_.data(), ids_.data() + size_, std::greater_equal<>()) == end) {
-    return std::nullopt;
-  }
+  if (std::adjacent_find(ids_.data(), end, std::greater_equal<>()) == end) return std::nullopt;
   ScratchArray<PlacedId> first, second;
   first.Reserve(size_);
   second.Reserve(size_);
