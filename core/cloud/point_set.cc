@@ -42,8 +42,8 @@ PlacedId* SortById(PlacedId* ids, PlacedId* other, size_t size) {
 
 std::optional<PointSet::Twins> PointSet::Rank() {
   if (!has_ids_) return std::nullopt;
-  const uint64_t* const end = ids_.data() + size_;
-  if (std::adjacent_find(ids_.data(), end, std::greater_equal<>()) == end) return std::nullopt;
+  const uint64_t *const begin = ids_.data(), *const end = begin + size_;
+  if (std::adjacent_find(begin, end, std::greater_equal<>()) == end) return std::nullopt;
   ScratchArray<PlacedId> first, second;
   first.Reserve(size_);
   second.Reserve(size_);
