@@ -1,16 +1,15 @@
 // Hands reports from the thread that makes them to those that serve them.
 #pragma once
 
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <mutex>
 #include <stop_token>
 #include <string>
 #include <string_view>
-
-#include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
 
 namespace curv {
 
@@ -26,14 +25,15 @@ class GrowingBytes {
   void Append(std::string bytes);
 
   // Returns bytes from `offset` on, as far as they lie in one piece, once they are there. They stay where they are as
-  // long as this does. Nothing at the end, or after a stop is requested, which is noticed within a tenth of a second.
+  // long as this does. Nothing at the end, or after a stop is requested.
   std::string_view Read(size_t offset, const std::stop_token& stop) const;
 
  private:
   const size_t total_;
-  mutable absl::Mutex mutex_;
-  std::deque<std::string> pieces_ ABSL_GUARDED_BY(mutex_);
-  size_t size_ ABSL_GUARDED_BY(mutex_) = 0;
+  mutable std::condition_variable_any grown_;
+  mutable std::mutex mutex_;  // guards what follows
+  std::deque<std::string> pieces_;
+  size_t size_ = 0;
 };
 
 // A report for the page of `curv view`.
@@ -50,13 +50,13 @@ class ReportShelf {
   void Put(ServedReport report);
   // Returns the present report, or null before the first.
   std::shared_ptr<const ServedReport> Get() const;
-  // Waits for the first report. Returns false if a stop is requested before, which is noticed within a tenth of a
-  // second.
+  // Waits for the first report. Returns false if a stop is requested before.
   bool AwaitFirst(const std::stop_token& stop) const;
 
  private:
-  mutable absl::Mutex mutex_;
-  std::shared_ptr<const ServedReport> report_ ABSL_GUARDED_BY(mutex_);
+  mutable std::condition_variable_any put_;
+  mutable std::mutex mutex_;  // guards what follows
+  std::shared_ptr<const ServedReport> report_;
 };
 
 }  // namespace curv
