@@ -50,8 +50,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
         origin_(cloud.origin()),
         query_count_(cloud.point_set().query_count()),
         invalid_count_(cloud.invalid_query_count()),
-        fields_(options_),
         builder_(std::in_place, std::move(cloud), StopSign(&stopped())),
+        fields_(options_),
         thread_count_(pool.thread_count()) {}
 
   // From here on `callback` will be called, whatever happens.
