@@ -266,7 +266,7 @@ struct EstimateSummary {
   uint64_t points = 0;
   // By PointStatus; [0]: those without a word here. With neighbor_counts, a point counts once for each of them.
   std::array<uint64_t, kStatusWords.size()> status_counts{};
-  uint64_t normals_rescaled = 0;                              // normals that were not of unit length
+  uint64_t normals_rescaled = 0;  // normals that were not of unit length
   // Wall-clock seconds of the server's phases.
   double receive_seconds = 0.0;
   double queue_seconds = 0.0;

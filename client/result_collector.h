@@ -38,8 +38,8 @@ class ResultCollector {
   // the protocol does not allow it here: bytes that are no EstimateCurvatureResponse, a result before Accepted or with
   // a gap, an array of the wrong length or one that Accepted does not tell of, a quantity that is left out, anything
   // after the Summary, a Summary that contradicts the results. UNIMPLEMENTED if the server takes normals as given that
-  // it was to make or orient, chooses no scale where it was to, takes one neighbor count where it was to take several, or knows no
-  // parts of clouds. Nothing may follow an error.
+  // it was to make or orient, chooses no scale where it was to, takes one neighbor count where it was to take several,
+  // or knows no parts of clouds. Nothing may follow an error.
   absl::Status Take(grpc::ByteBuffer& message);
 
   // Ends the stream. INTERNAL if it is not complete: no Summary.

@@ -65,8 +65,8 @@ std::set<std::string> ResultNames() {
 // A name without the suffix of a scale (ScaleSuffix), if it has one.
 std::string WithoutScale(const std::string& name) {
   const size_t end = name.find_last_not_of("0123456789");
-  const bool has_suffix = end != std::string::npos && end >= 1 && end + 1 < name.size() && name[end] == 'k' &&
-                          name[end - 1] == '_';
+  const bool has_suffix =
+      end != std::string::npos && end >= 1 && end + 1 < name.size() && name[end] == 'k' && name[end - 1] == '_';
   return has_suffix ? name.substr(0, end - 1) : name;
 }
 

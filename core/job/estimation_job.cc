@@ -383,7 +383,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   NormalField normal_field_;
   ScaleFields fields_;
   std::array<uint64_t, kPointStatusEnd> status_counts_{};  // over all scales
-  ChoiceField choices_;  // none unless they are asked for
+  ChoiceField choices_;                                    // none unless they are asked for
   const int thread_count_;
   const SeamMarks* shown_seam_ = nullptr;  // of fields_, once the estimate is done
   std::array<std::atomic<uint64_t>, kPointStatusEnd> refused_{};

@@ -205,8 +205,12 @@ void EstimateCall::SendResults(EstimationResult result) {
   {
     MutexLock lock(mutex_);
     if (has_stopped_) return;
-    results_ = {std::move(result.field.points), std::move(result.normals), std::move(result.choices),
-                std::move(directions_), requests_.options().curvature_direction, std::move(result.smaller)};
+    results_ = {std::move(result.field.points),
+                std::move(result.normals),
+                std::move(result.choices),
+                std::move(directions_),
+                requests_.options().curvature_direction,
+                std::move(result.smaller)};
     points = results_.size();
     CallRecord& record = account().record();
     record.status_counts = result.field.status_counts;

@@ -25,7 +25,7 @@ struct CallOptions {
   ScalarType scalar_type = ScalarType::kFloat32;
   EstimatorOptions estimator;
   bool names_counts = false;  // each result says of which neighbor_count it is
-  NormalOptions normals;  // without the viewpoints of points, which come with them
+  NormalOptions normals;      // without the viewpoints of points, which come with them
   QuantitySet quantities;
   Direction curvature_direction{};  // (0, 0, 0): each point has its own, if normal curvature is asked for at all
   InvalidPointPolicy invalid_point_policy = InvalidPointPolicy::kReject;

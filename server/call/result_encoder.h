@@ -38,9 +38,9 @@ size_t ResultChunkPoints(const QuantitySet& quantities);
 
 // Returns the EstimateCurvatureResponse with the results of points [first, first + count), the arrays of `quantities`
 // only, as protobuf would serialize it. They are those of `curvature`; with `smaller`, of that array instead, and with
-// `neighbor_count`, the message says that they are of so many. The status is that of curvature, if there is any. It is laid out here so that
-// the arrays are written once, into the memory that gRPC sends. Takes about 4 ns a point. REQUIRES: count > 0, first +
-// count <= results.size(); `results` has what the quantities need.
+// `neighbor_count`, the message says that they are of so many. The status is that of curvature, if there is any. It is
+// laid out here so that the arrays are written once, into the memory that gRPC sends. Takes about 4 ns a point.
+// REQUIRES: count > 0, first + count <= results.size(); `results` has what the quantities need.
 //
 // Returns an error of kind kOutOfMemory if the system has so little memory left that gRPC might not get what it needs
 // to send the message: it ends the process then.

@@ -33,8 +33,7 @@ absl::Status EstimateHexagramScales(const SpatialIndex& index, std::span<const A
                                     ScalesScratch<AvgHexagramScratch>& s, std::span<PointCurvature* const> results) {
   PointRows& rows = s.scales[0]->rows;
   const absl::Status status = SumScales(
-      index, group, s, results,
-      [&](size_t scale) -> const NeighborhoodPlan& { return plans[scale].neighborhood; },
+      index, group, s, results, [&](size_t scale) -> const NeighborhoodPlan& { return plans[scale].neighborhood; },
       [](AvgHexagramScratch& scratch, size_t i) { scratch.Fill(i); },
       [&](size_t) { WriteRingRows(s.ring.neighbors, rows); },
       [&](size_t scale, size_t i) { SumRing(plans[scale], s.ring, rows, i, *s.scales[scale]); });

@@ -170,8 +170,8 @@ struct RowScale {
 };
 
 // Adds listed neighbors, less `own`, to the sums of their steps. `rows` holds theirs, by the numbers in the list.
-HWY_INLINE void AddSteps(const float* rows, const int32_t* steps, size_t count, const float* own,
-                         const RowScale& scale, StepSums& sums) {
+HWY_INLINE void AddSteps(const float* rows, const int32_t* steps, size_t count, const float* own, const RowScale& scale,
+                         StepSums& sums) {
   const RowTag d;
   const IntRowTag di;
   const auto fixed_point = hn::Set(d, kFixedPoint);

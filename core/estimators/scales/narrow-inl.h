@@ -54,9 +54,8 @@ class RingCollector {
     const QueryVectors q(query_->position);
     const size_t i = near.place;
     const FloatVec nx = hn::Load(d, normals.x + i), ny = hn::Load(d, normals.y + i), nz = hn::Load(d, normals.z + i);
-    const auto keep = [&](FloatVec v, ScratchArray<float>& array) HWY_ATTR {
-      hn::StoreU(hn::Compress(v, inside), d, array.data() + count_);
-    };
+    const auto keep = [&](FloatVec v, ScratchArray<float>& array)
+                          HWY_ATTR { hn::StoreU(hn::Compress(v, inside), d, array.data() + count_); };
     keep(hn::Sub(hn::Load(d, points.x + i), q.x), n.dx);
     keep(hn::Sub(hn::Load(d, points.y + i), q.y), n.dy);
     keep(hn::Sub(hn::Load(d, points.z + i), q.z), n.dz);
@@ -141,9 +140,8 @@ HWY_INLINE float KeepInside(const NeighborRank& last, size_t count, const QueryP
     total.AddWhere(inside, nx, ny, nz);
     comparer.AddWhere(inside, comparer.Agreement(nx, ny, nz));
     // What is written was read: as many are kept at most.
-    const auto keep = [&](FloatVec v, ScratchArray<float>& array) HWY_ATTR {
-      hn::StoreU(hn::Compress(v, inside), d, array.data() + kept);
-    };
+    const auto keep = [&](FloatVec v, ScratchArray<float>& array)
+                          HWY_ATTR { hn::StoreU(hn::Compress(v, inside), d, array.data() + kept); };
     keep(hn::Load(d, n.dx.data() + j), n.dx);
     keep(hn::Load(d, n.dy.data() + j), n.dy);
     keep(hn::Load(d, n.dz.data() + j), n.dz);

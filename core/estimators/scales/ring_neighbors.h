@@ -26,9 +26,7 @@ struct RingNeighbors {
     id.Reserve(size + NeighborArrays::kPad);
   }
   // Bytes held, and held at most for so many neighbors.
-  size_t bytes() const {
-    return neighbors.bytes() + squared.bytes() + number.bytes() + id.bytes() + tied.bytes();
-  }
+  size_t bytes() const { return neighbors.bytes() + squared.bytes() + number.bytes() + id.bytes() + tied.bytes(); }
   static constexpr size_t MostBytes(size_t size) {
     return NeighborArrays::MostBytes(size) + 4 * ScratchArray<int32_t>::MostBytes(size + NeighborArrays::kPad);
   }

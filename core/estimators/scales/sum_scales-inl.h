@@ -84,8 +84,7 @@ HWY_INLINE absl::Status SumScales(const SpatialIndex& index, size_t group, Scale
       estimate(scale, i);
     }
   };
-  const absl::Status status =
-      ForEachNeighborhood(index, neighborhood(0), query, normals, collector, largest, visit);
+  const absl::Status status = ForEachNeighborhood(index, neighborhood(0), query, normals, collector, largest, visit);
   if (!status.ok() || largest.rest == 0) return status;
   for (size_t scale = 1; scale < s.scales.size(); ++scale) s.scales[scale]->LeaveRest(largest.points.size);
   return status;

@@ -121,10 +121,11 @@ TEST(ScalesJobTest, TakeTheMemoryThatIsReservedForThem) {
     const EstimatorOptions options = Options(estimator, {512, 128, 32});
     const TestPoints points = Waves(20'000, 0.01, 1);
     const EstimationResult result = MustEstimate(points.ToCloud(), options, 1);
-    const size_t reserved = points.size() * EstimationBytesPerPoint(options) +
-                            EstimationScratchBytes(options, points.size(), 1);
+    const size_t reserved =
+        points.size() * EstimationBytesPerPoint(options) + EstimationScratchBytes(options, points.size(), 1);
     EXPECT_LE(result.cost.peak_bytes, reserved) << estimator;
-    EXPECT_GE(EstimationBytesPerPoint(options), EstimationBytesPerPoint(options.AtScale(0)) + 2 * sizeof(PointCurvature));
+    EXPECT_GE(EstimationBytesPerPoint(options),
+              EstimationBytesPerPoint(options.AtScale(0)) + 2 * sizeof(PointCurvature));
   }
 }
 
@@ -132,8 +133,9 @@ std::string ErrorOf(const EstimatorOptions& options) { return std::string(option
 
 TEST(ScalesJobTest, RefusesWhatItCannotServe) {
   EXPECT_EQ(ErrorOf(Options("avg-hexagram", {64, 32, 16})), "");
-  EXPECT_THAT(ErrorOf(Options("jet", {64, 32})),
-              HasSubstr("estimator is \"jet\"; with several neighbor counts it must be one of avg-hexagram, normal-reg"));
+  EXPECT_THAT(
+      ErrorOf(Options("jet", {64, 32})),
+      HasSubstr("estimator is \"jet\"; with several neighbor counts it must be one of avg-hexagram, normal-reg"));
   EXPECT_THAT(ErrorOf(Options("auto", {64, 32})), HasSubstr("estimator is \"auto\""));
   EXPECT_THAT(ErrorOf(Options("avg-hexagram", {64, 64})), HasSubstr("is 64; it must be from 4 to 63"));
   EXPECT_THAT(ErrorOf(Options("avg-hexagram", {64, 3})), HasSubstr("is 3; it must be from 4 to 63"));
