@@ -1,11 +1,11 @@
 #include "client/cli/scale/scale_flags.h"
 
 #include <cstdint>
-#include <string_view>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
 #include "client/cli/flags.h"
 #include "client/io/text.h"
 
@@ -41,7 +41,7 @@ constexpr uint32_t kLeastNeighbors = 4;
 
 // Reads several counts with commas between; false if they are none, or do not ascend within bounds.
 bool ParseList(const std::string& text, std::vector<uint32_t>& counts) {
-  for (const std::string_view part : absl::StrSplit(text, ',')) {
+  for (const absl::string_view part : absl::StrSplit(text, ',')) {
     uint32_t count;
     if (!ParseNumber(std::string(part), count) || count < kLeastNeighbors || count > kMostNeighbors) return false;
     if (!counts.empty() && count <= counts.back()) return false;
