@@ -5,7 +5,6 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "core/estimators/strategies.h"
 #include "server/call/invalid_option.h"
 
@@ -44,7 +43,7 @@ absl::Status CheckEstimator(const EstimatorOptions& options) {
 absl::Status ReadCounts(const v1::EstimatorOptions& proto, const CallLimits& limits, EstimatorOptions& options) {
   const int size = proto.neighbor_counts_size();
   if (proto.neighborhood_case() != v1::EstimatorOptions::NEIGHBORHOOD_NOT_SET) {
-    return InvalidOption(kField, absl::StrJoin(proto.neighbor_counts(), ", "),
+    return InvalidOption(kField, absl::StrCat("a list of ", size),
                          "unset where neighbor_count, radius or automatic_scale is set");
   }
   if (static_cast<size_t>(size) > kMaxScales) {

@@ -322,7 +322,7 @@ TEST(ResolveHeaderTest, RefusesNeighborCountsThatItCannotServe) {
                       "header.options.neighbor_counts", "a list of 17", "at most 16"));
   v1::CloudHeader header = WithCounts({16, 32});
   header.mutable_options()->set_radius(1.0);
-  EXPECT_TRUE(refused(header, "header.options.neighbor_counts", "16, 32", "unset where neighbor_count, radius"));
+  EXPECT_TRUE(refused(header, "header.options.neighbor_counts", "a list of 2", "unset where neighbor_count, radius"));
   header = WithCounts({16, 32});
   for (const v1::Estimator estimator : {v1::ESTIMATOR_JET_FITTING, v1::ESTIMATOR_AUTO, v1::ESTIMATOR_UNIFORM}) {
     header.mutable_options()->set_estimator(estimator);
