@@ -166,6 +166,10 @@ struct EstimateOptions {
   Estimator estimator = Estimator::kAvgHexagram;
   // Points in a neighborhood, the point itself included; not used if `radius` or `automatic_scale` is set. DEFAULT: 50.
   uint32_t neighbor_count = 50;
+  // Several of them instead, in ascending order, at most 16, with one search for the largest: CurvatureResult::scales
+  // has results at each. For kAvgHexagram and kNormalRegression; neighbor_count, `radius` and `automatic_scale` are not
+  // used then. A server that is too old for it fails the call with UNIMPLEMENTED. DEFAULT: none.
+  std::vector<uint32_t> neighbor_counts;
   // Radius of the neighborhoods instead, in the cloud's length unit. DEFAULT: none.
   std::optional<double> radius;
   // A number of neighbors that the server chooses instead, for kAuto and the estimators that it chooses among; `radius`
@@ -260,8 +264,9 @@ struct EstimateWarning {
 // What the server said about the whole cloud.
 struct EstimateSummary {
   uint64_t points = 0;
-  std::array<uint64_t, kStatusWords.size()> status_counts{};  // by PointStatus; [0]: those without a word here
-  uint64_t normals_rescaled = 0;                              // normals that were not of unit length
+  // By PointStatus; [0]: those without a word here. With neighbor_counts, a point counts once for each of them.
+  std::array<uint64_t, kStatusWords.size()> status_counts{};
+  uint64_t normals_rescaled = 0;  // normals that were not of unit length
   // Wall-clock seconds of the server's phases.
   double receive_seconds = 0.0;
   double queue_seconds = 0.0;
@@ -322,7 +327,21 @@ struct CurvatureResult {
   std::vector<uint8_t> status;          // values of PointStatus
   std::vector<NamedColumn> others;      // what else was asked for, in the order of the contract
   EstimateSummary summary;
+  // With neighbor_counts, results at each of them, in their order, each with the bytes of a call with that count alone;
+  // of the members above, only `summary`, and those that belong to normals, are then not empty. They have no summary.
+  std::vector<CurvatureResult> scales;
+  uint32_t neighbor_count = 0;  // of one of `scales`
 };
+
+// A member of CurvatureResult with the floats of one column of the contract.
+struct ResultMember {
+  std::string_view name;  // as in the contract's ResultChunk
+  size_t width;           // scalars a point
+  bool is_of_normals;     // the same at each of several neighbor counts
+  std::vector<float> CurvatureResult::*values;
+};
+// All of them: normals, then the others in the order of the contract.
+std::span<const ResultMember> ResultMembers();
 
 // What a server is and accepts.
 struct ServerInfo {
@@ -364,7 +383,8 @@ class CurvatureClient {
   // - INVALID_ARGUMENT: the arrays do not hold three scalars a point, or not as many normals, viewpoints, directions,
   //   ids or roles as points, or the cloud has those that the options do not ask for, or lacks them; a quantity is
   //   unknown or given twice.
-  // - UNIMPLEMENTED: the server is too old to make or orient normals, or to know of ids, roles or lattices.
+  // - UNIMPLEMENTED: the server is too old to make or orient normals, or to know of ids, roles, lattices or
+  //   neighbor_counts.
   // - DEADLINE_EXCEEDED, CANCELLED: timeout, stop.
   // - INTERNAL: the server's answer has gaps, wrong lengths or no summary.
   absl::StatusOr<CurvatureResult> Estimate(const CloudView& cloud, const EstimateOptions& options,

@@ -79,7 +79,9 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
   Set(options.origin, header.mutable_origin());
   v1::EstimatorOptions& estimator = *header.mutable_options();
   estimator.set_estimator(static_cast<v1::Estimator>(options.estimator));
-  if (options.automatic_scale) {
+  if (!options.neighbor_counts.empty()) {
+    estimator.mutable_neighbor_counts()->Assign(options.neighbor_counts.begin(), options.neighbor_counts.end());
+  } else if (options.automatic_scale) {
     Fill(*options.automatic_scale, *estimator.mutable_automatic_scale());
   } else if (options.radius) {
     estimator.set_radius(*options.radius);

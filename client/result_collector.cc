@@ -23,7 +23,9 @@ absl::Status Broken(const std::string& what) {
 }
 
 wire::BulkLayout MakeLayout() {
-  wire::BulkLayout layout({ResultChunk::kFirstIndexFieldNumber, ResultChunk::kPointCountFieldNumber}, {});
+  wire::BulkLayout layout({ResultChunk::kFirstIndexFieldNumber, ResultChunk::kPointCountFieldNumber,
+                           ResultChunk::kNeighborCountFieldNumber},
+                          {});
   for (const wire::ResultColumn& column : wire::ResultColumns()) {
     if (column.field < wire::kFieldEnd) layout.AddArray(column.field);  // chunks with others go through protobuf
   }
@@ -40,6 +42,7 @@ wire::BulkMessage InPlace(const ResultChunk& chunk) {
   wire::BulkMessage read;
   read.numbers[ResultChunk::kFirstIndexFieldNumber] = chunk.first_index();
   read.numbers[ResultChunk::kPointCountFieldNumber] = chunk.point_count();
+  read.numbers[ResultChunk::kNeighborCountFieldNumber] = chunk.neighbor_count();
   for (const wire::ResultColumn& column : wire::ResultColumns()) {
     if (column.field >= wire::kFieldEnd) continue;
     std::string scratch;  // not used: the field is a string of its own
@@ -113,35 +116,11 @@ NamedColumn EmptyColumn(const wire::ResultColumn& column) {
   return empty;
 }
 
-// The members of CurvatureResult that columns of those names go to.
-constexpr std::pair<std::string_view, std::vector<float> CurvatureResult::*> kMembers[] = {
-    {"mean_curvature", &CurvatureResult::mean},
-    {"gaussian_curvature", &CurvatureResult::gaussian},
-    {"k1", &CurvatureResult::k1},
-    {"k2", &CurvatureResult::k2},
-    {"d1", &CurvatureResult::d1},
-    {"d2", &CurvatureResult::d2},
-    {"radius", &CurvatureResult::radius},
-    {"normal", &CurvatureResult::normals},
-    {"normal_residual", &CurvatureResult::normal_residual},
-    {"normal_variance_ratio", &CurvatureResult::normal_variance_ratio},
-    {"shape_index", &CurvatureResult::shape_index},
-    {"curvedness", &CurvatureResult::curvedness},
-    {"mean_curvature_standard_error", &CurvatureResult::mean_standard_error},
-    {"k1_standard_error", &CurvatureResult::k1_standard_error},
-    {"k2_standard_error", &CurvatureResult::k2_standard_error},
-    {"chosen_neighbor_count", &CurvatureResult::chosen_neighbor_count},
-    {"avg_hexagram_weight", &CurvatureResult::avg_hexagram_weight},
-    {"normal_regression_weight", &CurvatureResult::normal_regression_weight},
-    {"jet_weight", &CurvatureResult::jet_weight},
-    {"normal_curvature", &CurvatureResult::normal_curvature},
-};
-
 void Store(NamedColumn column, CurvatureResult& result) {
   auto* floats = std::get_if<std::vector<float>>(&column.values);
-  for (const auto& [name, member] : kMembers) {
-    if (name != column.name || floats == nullptr) continue;
-    result.*member = std::move(*floats);
+  for (const ResultMember& member : ResultMembers()) {
+    if (member.name != column.name || floats == nullptr) continue;
+    result.*member.values = std::move(*floats);
     return;
   }
   result.others.push_back(std::move(column));
@@ -195,6 +174,10 @@ absl::Status ResultCollector::TakeAccepted(const v1::Accepted& accepted) {
   if (needs_scale_ && !accepted.options().has_automatic_scale()) {
     return absl::UnimplementedError("the server is too old to choose a scale: it knows no automatic_scale");
   }
+  if (!std::equal(counts_.begin(), counts_.end(), accepted.options().neighbor_counts().begin(),
+                  accepted.options().neighbor_counts().end())) {
+    return absl::UnimplementedError("the server is too old to take several neighbor counts");
+  }
   if (needs_part_ && !accepted.has_part()) {
     return absl::UnimplementedError("the server is too old to know of ids, roles or lattices");
   }
@@ -217,7 +200,21 @@ absl::Status ResultCollector::TakeAccepted(const v1::Accepted& accepted) {
   return absl::OkStatus();
 }
 
+absl::Status ResultCollector::CheckScale(uint64_t neighbor_count) {
+  if (received_ == results_ && scales_.size() + 1 < counts_.size()) {
+    CountStatuses();
+    scales_.push_back(TakeColumns());
+    received_ = 0;
+  }
+  const uint64_t expected = counts_.empty() ? 0 : counts_[scales_.size()];
+  if (neighbor_count == expected) return absl::OkStatus();
+  return Broken(absl::StrCat("a result chunk is of ", neighbor_count, " neighbors, not of ", expected));
+}
+
 absl::Status ResultCollector::TakeResult(const wire::BulkMessage& chunk) {
+  if (absl::Status status = CheckScale(chunk.numbers[ResultChunk::kNeighborCountFieldNumber]); !status.ok()) {
+    return status;
+  }
   const uint64_t first = chunk.numbers[ResultChunk::kFirstIndexFieldNumber];
   const uint64_t count = chunk.numbers[ResultChunk::kPointCountFieldNumber];
   if (first != received_ || count == 0 || count > results_ - received_) {
@@ -252,20 +249,53 @@ const std::vector<uint8_t>& ResultCollector::Statuses() const {
   return std::get<std::vector<uint8_t>>(found->values.values);
 }
 
+void ResultCollector::CountStatuses() {
+  const std::vector<uint8_t>& statuses = Statuses();
+  uint64_t rest = statuses.size();  // mostly none after the first
+  for (uint8_t status = 1; rest > 0 && status < counted_.size(); ++status) {
+    const uint64_t count = std::count(statuses.begin(), statuses.end(), status);
+    counted_[status] += count;
+    rest -= count;
+  }
+  counted_[0] += rest;  // of statuses that the contract has gained since
+}
+
+CurvatureResult ResultCollector::TakeColumns() {
+  CurvatureResult result;
+  if (!counts_.empty()) result.neighbor_count = counts_[scales_.size()];
+  for (Collected& collected : columns_) {
+    NamedColumn values = std::exchange(collected.values, EmptyColumn(*collected.column));
+    if (collected.column->field == ResultChunk::kStatusFieldNumber) {
+      result.status = std::get<std::vector<uint8_t>>(std::move(values.values));
+    } else {
+      Store(std::move(values), result);
+    }
+  }
+  return result;
+}
+
 CurvatureResult ResultCollector::Release() {
   CurvatureResult result;
-  for (Collected& collected : columns_) {
-    if (collected.column->field == ResultChunk::kStatusFieldNumber) {
-      result.status = std::get<std::vector<uint8_t>>(std::move(collected.values.values));
-    } else {
-      Store(std::move(collected.values), result);
+  if (counts_.empty()) {
+    result = TakeColumns();
+  } else {
+    while (scales_.size() < counts_.size()) scales_.push_back(TakeColumns());  // more than one of an empty cloud alone
+    for (const ResultMember& member : ResultMembers()) {
+      if (!member.is_of_normals) continue;
+      result.*member.values = std::move(scales_.front().*member.values);
+      for (CurvatureResult& scale : scales_) scale.*member.values = {};
     }
+    result.scales = std::move(scales_);
   }
   result.summary = std::move(summary_);
   return result;
 }
 
 absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
+  const bool has_all_scales = results_ == 0 || counts_.empty() || scales_.size() + 1 == counts_.size();
+  if (!has_all_scales) {
+    return Broken(absl::StrCat("the summary came without results of ", counts_[scales_.size() + 1], " neighbors"));
+  }
   if (summary.point_count() != points_ || received_ != results_) {
     return Broken(absl::StrCat("the summary counts ", summary.point_count(), " points, ", received_, " of ", results_,
                                " results came"));
@@ -280,15 +310,9 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
                        counts.inconsistent_normals(),
                        counts.singular_fit(),
                        counts.opposed_normals()};
-  const std::vector<uint8_t>& statuses = Statuses();
-  std::array<uint64_t, kStatusWords.size()> counted{};
-  uint64_t rest = results_;  // mostly none after the first
-  for (uint8_t status = 1; rest > 0 && status < counted.size(); ++status) {
-    counted[status] = std::count(statuses.begin(), statuses.end(), status);
-    rest -= counted[status];
-  }
-  counted[0] = out.status_counts[0] = rest;  // of statuses that the contract has gained since
-  if (counted != out.status_counts) return Broken("the summary's status counts are not those of the results");
+  CountStatuses();
+  out.status_counts[0] = counted_[0];
+  if (counted_ != out.status_counts) return Broken("the summary's status counts are not those of the results");
   out.points = points_;
   out.normals_rescaled = summary.normals_rescaled();
   out.receive_seconds = summary.seconds().receive();

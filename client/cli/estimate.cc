@@ -180,6 +180,10 @@ void AddEstimate(CLI::App& app, Action& action) {
     CheckColor(*flags);
     CheckSource(flags->normals);
     ApplyScale(flags->scale, flags->options);
+    if (!flags->color.empty() && !flags->options.neighbor_counts.empty()) {
+      throw CLI::ValidationError("--color",
+                                 "does not go with several --k; curv render and curv report color any column");
+    }
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     flags->options.connect_timeout = absl::Seconds(flags->connect_timeout);
     action = [flags] { return EstimateFiles(*flags); };

@@ -1,6 +1,7 @@
 #include "client/cli/estimate_summary.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "client/cli/json.h"
 #include "client/cli/normals/normals_text.h"
 #include "client/cli/numbers.h"
@@ -58,6 +60,7 @@ std::vector<std::pair<const char*, double>> PhaseSeconds(const EstimateReport& r
 }
 
 std::string NeighborhoodText(const EstimateOptions& options) {
+  if (!options.neighbor_counts.empty()) return absl::StrCat("K = ", absl::StrJoin(options.neighbor_counts, ", "));
   if (options.automatic_scale) return "K = auto";
   return options.radius ? absl::StrFormat("radius %g", *options.radius)
                         : absl::StrFormat("K = %d", static_cast<int>(options.neighbor_count));
@@ -70,16 +73,74 @@ uint32_t JetDegree(const EstimateOptions& options) {
 }
 
 // A table of the quantities' spreads; nothing if the result has none of them.
-void AppendRanges(const PointTable& result, std::string& text) {
+void AppendRanges(const PointTable& result, const std::string& suffix, std::string& text) {
   bool has_header = false;
   for (const NamedQuantity& quantity : kQuantities) {
-    if (result.Find(quantity.column) == nullptr) continue;
+    const std::string column = quantity.column + suffix;
+    if (result.Find(column) == nullptr) continue;
     if (!has_header) absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", "", "least", "median", "largest");
     has_header = true;
-    const Spread spread = SpreadOf(result, quantity.column);
-    absl::StrAppendFormat(&text, "  %-22s %14.6g %14.6g %14.6g\n", quantity.column, spread.low, spread.median,
-                          spread.high);
+    const Spread spread = SpreadOf(result, column);
+    absl::StrAppendFormat(&text, "  %-22s %14.6g %14.6g %14.6g\n", column, spread.low, spread.median, spread.high);
   }
+}
+
+using StatusCounts = std::array<uint64_t, kStatusWords.size()>;
+
+void AppendStatuses(const StatusCounts& counts, std::string& text) {
+  for (size_t status = 1; status < kStatusWords.size(); ++status) {
+    if (status > 1 && counts[status] == 0) continue;
+    absl::StrAppendFormat(&text, "  %-22s %14s\n", std::string(kStatusWords[status]), WithCommas(counts[status]));
+  }
+}
+
+// At one of several scales.
+StatusCounts CountStatuses(const PointTable& result, const std::string& suffix) {
+  StatusCounts counts{};
+  for (const double status : ValuesOf(result, "status" + suffix)) {
+    ++counts[status < static_cast<double>(counts.size()) ? static_cast<size_t>(status) : 0];
+  }
+  return counts;
+}
+
+void AppendResults(const EstimateReport& report, const PointTable& result, std::string& text) {
+  if (report.options.neighbor_counts.empty()) {
+    AppendStatuses(report.summary.status_counts, text);
+    return AppendRanges(result, "", text);
+  }
+  for (const uint32_t count : report.options.neighbor_counts) {
+    absl::StrAppend(&text, "  K = ", count, "\n");
+    AppendStatuses(CountStatuses(result, ScaleSuffix(count)), text);
+    AppendRanges(result, ScaleSuffix(count), text);
+  }
+}
+
+nlohmann::ordered_json StatusJson(const StatusCounts& counts) {
+  nlohmann::ordered_json json;
+  for (size_t status = 1; status < kStatusWords.size(); ++status) json[kStatusWords[status]] = counts[status];
+  return json;
+}
+
+nlohmann::ordered_json RangesJson(const PointTable& result, const std::string& suffix) {
+  nlohmann::ordered_json ranges = nlohmann::ordered_json::object();
+  for (const NamedQuantity& quantity : kQuantities) {
+    if (result.Find(quantity.column + suffix) == nullptr) continue;
+    const Spread spread = SpreadOf(result, quantity.column + suffix);
+    ranges[quantity.column] = {{"least", spread.low}, {"median", spread.median}, {"largest", spread.high}};
+  }
+  return ranges;
+}
+
+// The results at each of several scales.
+nlohmann::ordered_json ScalesJson(const EstimateReport& report, const PointTable& result) {
+  nlohmann::ordered_json scales = nlohmann::ordered_json::array();
+  for (const uint32_t count : report.options.neighbor_counts) {
+    const std::string suffix = ScaleSuffix(count);
+    scales.push_back({{"neighbor_count", count},
+                      {"status", StatusJson(CountStatuses(result, suffix))},
+                      {"ranges", RangesJson(result, suffix)}});
+  }
+  return scales;
 }
 
 }  // namespace
@@ -90,12 +151,7 @@ std::string SummaryText(const EstimateReport& report, const PointTable& result) 
       std::string(EstimatorName(report.options.estimator)), NeighborhoodText(report.options), report.server);
   if (report.summary.normals.has_value()) absl::StrAppend(&text, "  ", NormalsText(*report.summary.normals), "\n");
   if (report.summary.scale.has_value()) absl::StrAppend(&text, ScaleText(*report.summary.scale));
-  for (size_t status = 1; status < kStatusWords.size(); ++status) {
-    const uint64_t count = report.summary.status_counts[status];
-    if (status > 1 && count == 0) continue;
-    absl::StrAppendFormat(&text, "  %-22s %14s\n", std::string(kStatusWords[status]), WithCommas(count));
-  }
-  AppendRanges(result, text);
+  AppendResults(report, result, text);
   absl::StrAppend(&text, "  seconds:");
   for (const auto& [phase, seconds] : PhaseSeconds(report)) absl::StrAppendFormat(&text, " %s %.3f", phase, seconds);
   absl::StrAppend(&text, "\n");
@@ -108,15 +164,7 @@ std::string SummaryText(const EstimateReport& report, const PointTable& result) 
 }
 
 std::string SummaryJson(const EstimateReport& report, const PointTable& result) {
-  nlohmann::ordered_json statuses, ranges = nlohmann::ordered_json::object(), seconds;
-  for (size_t status = 1; status < kStatusWords.size(); ++status) {
-    statuses[kStatusWords[status]] = report.summary.status_counts[status];
-  }
-  for (const NamedQuantity& quantity : kQuantities) {
-    if (result.Find(quantity.column) == nullptr) continue;
-    const Spread spread = SpreadOf(result, quantity.column);
-    ranges[quantity.column] = {{"least", spread.low}, {"median", spread.median}, {"largest", spread.high}};
-  }
+  nlohmann::ordered_json seconds;
   for (const auto& [phase, value] : PhaseSeconds(report)) seconds[phase] = value;
   nlohmann::ordered_json json = {{"input", report.input},
                                  {"output", report.output},
@@ -124,7 +172,9 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
                                  {"request_id", report.summary.request_id},
                                  {"attempts", report.summary.attempts},
                                  {"estimator", EstimatorName(report.options.estimator)}};
-  if (report.options.automatic_scale) {
+  if (!report.options.neighbor_counts.empty()) {
+    json["neighbor_counts"] = report.options.neighbor_counts;
+  } else if (report.options.automatic_scale) {
     json["neighbor_count"] = "auto";
   } else if (report.options.radius) {
     json["radius"] = *report.options.radius;
@@ -137,8 +187,9 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
   json["jet_degree"] = JetDegree(report.options);
   json["even_weights"] = report.options.even_weights;
   json["points"] = report.summary.points;
-  json["status"] = std::move(statuses);
-  json["ranges"] = std::move(ranges);
+  json["status"] = StatusJson(report.summary.status_counts);
+  json["ranges"] = RangesJson(result, "");
+  if (!report.options.neighbor_counts.empty()) json["scales"] = ScalesJson(report, result);
   json["seconds"] = std::move(seconds);
   json["normals_rescaled"] = report.summary.normals_rescaled;
   json["server_peak_bytes"] = report.summary.peak_bytes;

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <set>
+#include <string_view>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "proto/result_columns.h"
 
 namespace curv {
@@ -15,27 +17,35 @@ std::vector<float> Component(const std::vector<float>& vectors, size_t axis) {
   return component;
 }
 
-// What was not asked for is empty and is left out.
-void AddScalars(const std::string& name, std::vector<float> scalars, std::vector<Column>& columns) {
-  if (!scalars.empty()) columns.push_back({name, std::move(scalars)});
-}
-
-void AddVector(const std::string& name, const std::vector<float>& vectors, std::vector<Column>& columns) {
-  if (vectors.empty()) return;
-  columns.push_back({name + "x", Component(vectors, 0)});
-  columns.push_back({name + "y", Component(vectors, 1)});
-  columns.push_back({name + "z", Component(vectors, 2)});
-}
-
-void AddOther(NamedColumn column, std::vector<Column>& columns) {
-  auto* floats = std::get_if<std::vector<float>>(&column.values);
-  if (floats == nullptr) {
-    columns.push_back({column.name, std::get<std::vector<uint8_t>>(std::move(column.values))});
-  } else if (column.width == 3) {
-    AddVector(column.name, *floats, columns);
-  } else {
-    AddScalars(column.name, std::move(*floats), columns);
+// What was not asked for is empty and is left out. Vectors are three columns, whose names have x, y and z before the
+// suffix.
+void AddFloats(const std::string& name, size_t width, std::vector<float> values, const std::string& suffix,
+               std::vector<Column>& columns) {
+  if (values.empty()) return;
+  if (width != 3) {
+    columns.push_back({name + suffix, std::move(values)});
+    return;
   }
+  for (const size_t axis : {0, 1, 2}) columns.push_back({name + "xyz"[axis] + suffix, Component(values, axis)});
+}
+
+void AddOther(NamedColumn column, const std::string& suffix, std::vector<Column>& columns) {
+  if (auto* floats = std::get_if<std::vector<float>>(&column.values)) {
+    AddFloats(column.name, column.width, std::move(*floats), suffix, columns);
+  } else {
+    columns.push_back({column.name + suffix, std::get<std::vector<uint8_t>>(std::move(column.values))});
+  }
+}
+
+// Files call the normal n: nx, ny, nz.
+std::string FileName(std::string_view member) { return member == "normal" ? "n" : std::string(member); }
+
+// Adds all but the scales.
+void AddResult(CurvatureResult result, const std::string& suffix, std::vector<Column>& columns) {
+  for (const ResultMember& member : ResultMembers()) {
+    AddFloats(FileName(member.name), member.width, std::move(result.*member.values), suffix, columns);
+  }
+  for (NamedColumn& other : result.others) AddOther(std::move(other), suffix, columns);
 }
 
 // The names of all columns that a result can have in a file, but for normals, which input may have.
@@ -50,6 +60,14 @@ std::set<std::string> ResultNames() {
     }
   }
   return names;
+}
+
+// A name without the suffix of a scale (ScaleSuffix), if it has one.
+std::string WithoutScale(const std::string& name) {
+  const size_t end = name.find_last_not_of("0123456789");
+  const bool has_suffix =
+      end != std::string::npos && end >= 1 && end + 1 < name.size() && name[end] == 'k' && name[end - 1] == '_';
+  return has_suffix ? name.substr(0, end - 1) : name;
 }
 
 constexpr std::pair<const char*, const char*> kShortWords[] = {
@@ -86,30 +104,20 @@ std::string ContractName(const std::string& word) {
   return word;
 }
 
+std::string ScaleSuffix(uint32_t neighbor_count) { return absl::StrCat("_k", neighbor_count); }
+
 std::vector<Column> ColumnsOf(CurvatureResult result) {
   std::vector<Column> columns;
-  AddVector("n", result.normals, columns);
-  AddScalars("mean_curvature", std::move(result.mean), columns);
-  AddScalars("gaussian_curvature", std::move(result.gaussian), columns);
-  AddScalars("k1", std::move(result.k1), columns);
-  AddScalars("k2", std::move(result.k2), columns);
-  AddVector("d1", result.d1, columns);
-  AddVector("d2", result.d2, columns);
-  AddScalars("radius", std::move(result.radius), columns);
-  AddScalars("normal_residual", std::move(result.normal_residual), columns);
-  AddScalars("normal_variance_ratio", std::move(result.normal_variance_ratio), columns);
-  AddScalars("shape_index", std::move(result.shape_index), columns);
-  AddScalars("curvedness", std::move(result.curvedness), columns);
-  AddScalars("mean_curvature_standard_error", std::move(result.mean_standard_error), columns);
-  AddScalars("k1_standard_error", std::move(result.k1_standard_error), columns);
-  AddScalars("k2_standard_error", std::move(result.k2_standard_error), columns);
-  AddScalars("chosen_neighbor_count", std::move(result.chosen_neighbor_count), columns);
-  AddScalars("avg_hexagram_weight", std::move(result.avg_hexagram_weight), columns);
-  AddScalars("normal_regression_weight", std::move(result.normal_regression_weight), columns);
-  AddScalars("jet_weight", std::move(result.jet_weight), columns);
-  AddScalars("normal_curvature", std::move(result.normal_curvature), columns);
-  for (NamedColumn& other : result.others) AddOther(std::move(other), columns);
-  columns.push_back({"status", std::move(result.status)});
+  std::vector<CurvatureResult> scales = std::move(result.scales);
+  std::vector<uint8_t> status = std::move(result.status);
+  AddResult(std::move(result), "", columns);
+  if (scales.empty()) columns.push_back({"status", std::move(status)});
+  for (CurvatureResult& scale : scales) {
+    const std::string suffix = ScaleSuffix(scale.neighbor_count);
+    std::vector<uint8_t> scale_status = std::move(scale.status);
+    AddResult(std::move(scale), suffix, columns);
+    columns.push_back({"status" + suffix, std::move(scale_status)});
+  }
   return columns;
 }
 
@@ -127,7 +135,7 @@ PointTable JoinResults(PointTable input, std::vector<Column> results) {
   // An earlier estimate must not stand beside this one as if it were a part of it.
   const std::set<std::string> result_names = ResultNames();
   for (Column& column : columns) {
-    if (!result_names.contains(column.name)) table.Set(std::move(column));
+    if (!result_names.contains(WithoutScale(column.name))) table.Set(std::move(column));
   }
   return table;
 }

@@ -1,6 +1,7 @@
 // Turns results into columns of a file.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,7 +43,11 @@ std::string ContractName(const std::string& word);
 // or else of the input. REQUIRES: `input` has positions, and as many points as `result`.
 PointTable MakeResultTable(PointTable input, CurvatureResult result);
 
-// The columns of a result alone, in that order: those that were asked for, and the status.
+// What the names of columns end in that are of one of several neighbor counts: mean_curvature_k64.
+std::string ScaleSuffix(uint32_t neighbor_count);
+
+// The columns of a result alone, in that order: those that were asked for, and the status. With several neighbor
+// counts, those of each follow one another, the normals' before them.
 std::vector<Column> ColumnsOf(CurvatureResult result);
 // The same table as MakeResultTable's of the results that ColumnsOf returned. REQUIRES: the columns have as many
 // points.

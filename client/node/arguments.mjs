@@ -44,6 +44,7 @@ const CURVATURE = {
   ...CLOUD,
   estimator: readElsewhere,
   neighborCount: [(value) => isCount32(value) || isString(value), 'a whole number from 0 to 4294967295 or "auto"'],
+  neighborCounts: readElsewhere,
   radius: number,
   neighborCountRange: readElsewhere,
   maxRadius: number,

@@ -3,6 +3,7 @@ import { once } from "node:events";
 import grpc from "@grpc/grpc-js";
 import { CurvdError, fromServiceError } from "./errors.mjs";
 import { ResultCollector } from "./results.mjs";
+import { Scales } from "./scales.mjs";
 
 const CHUNK_BYTES = 1 << 20;
 
@@ -17,7 +18,9 @@ export function callOnce(service, { header, cloud, arrays, onProgress }, { timeo
   const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
   const stream = service.estimateCurvature(metadata, { deadline });
   const { source } = header.normals;
-  const collector = new ResultCollector(header.pointCount, arrays, source !== "NORMAL_SOURCE_GIVEN");
+  const makesNormals = source !== "NORMAL_SOURCE_GIVEN";
+  const makeCollector = () => new ResultCollector(header.pointCount, arrays, makesNormals);
+  const scales = new Scales(header.options?.neighborCounts ?? [], makeCollector);
   let summary = null;
   let answered = false;
   return new Promise((resolve, reject) => {
@@ -45,7 +48,7 @@ export function callOnce(service, { header, cloud, arrays, onProgress }, { timeo
             reject(error);
           });
         }
-        if (response.message === "result") collector.add(response.result);
+        if (response.message === "result") scales.of(response.result).add(response.result);
         if (response.message === "summary") summary = response.summary;
       } catch (error) {
         breach(error);
@@ -55,8 +58,8 @@ export function callOnce(service, { header, cloud, arrays, onProgress }, { timeo
     // The last messages may still be on their way to "data" when the status is known, and the other way round.
     Promise.all([once(stream, "end"), once(stream, "status")])
       .then(() => {
-        collector.finish(summary);
-        resolve({ ...collector.arrays, summary });
+        scales.finish(summary);
+        resolve({ ...scales.results, summary });
       })
       .catch(breach);
     sendCloud(stream, header, cloud).catch(reject);
@@ -68,6 +71,9 @@ export function callRefusal({ message, accepted }, { normals: { source }, option
   if (message !== "accepted") return undefined;
   const tooOld = (to) => new CurvdError(grpc.status.UNIMPLEMENTED, `the server is too old to ${to}`);
   if (source !== "NORMAL_SOURCE_GIVEN" && accepted.normals?.source !== source) return tooOld("make or orient normals");
+  if (options?.neighborCounts?.length > 0 && String(accepted.options?.neighborCounts) !== String(options.neighborCounts)) {
+    return tooOld("take several neighbor counts");
+  }
   if (options?.automaticScale && !accepted.options?.automaticScale) return tooOld("choose a scale");
   return undefined;
 }

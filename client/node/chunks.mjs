@@ -3,14 +3,20 @@ import grpc from "@grpc/grpc-js";
 import { callRefusal, reportProgress, sendCloud } from "./call.mjs";
 import { CurvdError, fromServiceError } from "./errors.mjs";
 import { ChunkReader } from "./results.mjs";
+import { Scales } from "./scales.mjs";
 
 // Sends the cloud once, as callOnce. Yields { firstIndex, pointCount, status, ... } with the arrays of some points, in the
-// order of the points, and returns the summary. Nothing is read ahead of who iterates but what lies in buffers: gRPC's flow
+// order of the points, with neighborCounts of each count after the other, and returns the summary. Nothing is read ahead of who iterates but what lies in buffers: gRPC's flow
 // control then stops the server. Ending the iteration early cancels the call. Throws what callOnce rejects with.
 export async function* receiveChunks(service, { header, cloud, arrays, onProgress }, { timeoutMs, signal, metadata }) {
   const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
   const stream = service.estimateCurvature(metadata, { deadline });
-  const reader = new ChunkReader(header.pointCount, arrays);
+  const counts = header.options?.neighborCounts ?? [];
+  const scales = new Scales(counts, () => new ChunkReader(header.pointCount, arrays));
+  const read = (chunk) => {
+    const results = scales.of(chunk).read(chunk);
+    return counts.length === 0 ? results : { neighborCount: chunk.neighborCount, ...results };
+  };
   const ended = new Promise((resolve) => stream.once("status", resolve));
   let answered = false;
   let summary = null;
@@ -31,11 +37,11 @@ export async function* receiveChunks(service, { header, cloud, arrays, onProgres
       if (response.message === "progress" && onProgress !== undefined) {
         reportProgress(onProgress, response.progress, header.pointCount, endWith);
       }
-      if (response.message === "result") yield readOrBreach(() => reader.read(response.result));
+      if (response.message === "result") yield readOrBreach(() => read(response.result));
       if (response.message === "summary") summary = response.summary;
     }
     await ended;
-    readOrBreach(() => reader.finish(summary));
+    readOrBreach(() => scales.finish(summary));
     return summary;
   } catch (error) {
     if (signal.aborted) throw signal.reason;

@@ -21,6 +21,9 @@ const MOST_KEPT_CLIENTS = 16;
 //   neighborCount         the K nearest points, the point itself included; or "auto": as noise and detail ask for, at each
 //                         point, for "auto" and the estimators that it chooses among. DEFAULT: 50, if there is no
 //                         radius; with the estimator "auto", "auto"
+//   neighborCounts        instead, an array of up to 16 numbers of neighbors in ascending order, with one search for the largest,
+//                         for "avg-hexagram" and "normal-regression": the call resolves to { scales, summary }, and each of scales
+//                         has neighborCount and the arrays, with the bytes of a call with that neighborCount alone
 //   radius                all points at most this far away, instead of neighborCount
 //   neighborCountRange    of neighborCount "auto": [fewest, most] points. DEFAULT: [16, 2048], the widest there is, or up
 //                         to what the server allows

@@ -50,6 +50,20 @@ function scaleOf({ estimator, neighborCount, radius, neighborCountRange, maxRadi
   return { leastNeighborCount, mostNeighborCount, maxRadius: maxRadius ?? 0, perCloud: scalePerCloud ?? false };
 }
 
+// Several numbers of neighbors; none where there is one neighborhood.
+function countsOf({ estimator, neighborCount, neighborCounts, radius }) {
+  if (neighborCounts === undefined) return [];
+  if (estimator === "auto" || neighborCount !== undefined || radius !== undefined) {
+    throw new TypeError("neighborCounts exclude neighborCount, radius and the estimator auto");
+  }
+  const ascends = (count, i) =>
+    Number.isInteger(count) && count < 2 ** 32 && count > (i === 0 ? 0 : neighborCounts[i - 1]);
+  if (!Array.isArray(neighborCounts) || neighborCounts.length === 0 || !neighborCounts.every(ascends)) {
+    throw new TypeError(`neighborCounts is ${JSON.stringify(neighborCounts)}; it must be an array of numbers that ascend`);
+  }
+  return neighborCounts;
+}
+
 // The one direction of normal curvature, as a part of a CloudHeader; none where each point has its own.
 function directionOf({ quantities = [], curvatureDirection, curvatureDirections }) {
   const isAsked = Array.isArray(quantities) && quantities.includes("normalCurvature");
@@ -71,6 +85,7 @@ export function curvatureHeader(options) {
     const names = Object.keys(ESTIMATORS).join(", ");
     throw new TypeError(`estimator is ${JSON.stringify(estimator)}; it must be one of ${names}`);
   }
+  const neighborCounts = countsOf(options);
   const automaticScale = scaleOf(options);
   if (neighborCount !== undefined && radius !== undefined) {
     throw new TypeError("neighborCount and radius exclude each other");
@@ -86,6 +101,7 @@ export function curvatureHeader(options) {
       ...(automaticScale !== undefined && { automaticScale }),
       ...(neighborCount !== undefined && neighborCount !== "auto" && { neighborCount }),
       ...(radius !== undefined && { radius }),
+      neighborCounts,
       triangleCount: options.triangleCount ?? 0,
       rotationCount: options.rotationCount ?? 0,
       jetDegree: options.jetDegree ?? 0,

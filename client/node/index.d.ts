@@ -72,6 +72,7 @@ export interface CloudOptions extends CallOptions {
 export interface CurvatureOptions extends CloudOptions {
   estimator?: EstimatorName | undefined;
   neighborCount?: number | "auto" | undefined;
+  neighborCounts?: readonly number[] | undefined;
   radius?: number | undefined;
   neighborCountRange?: readonly [number, number] | undefined;
   maxRadius?: number | undefined;
@@ -136,7 +137,18 @@ export interface Results {
   status: Uint8Array;
 }
 
+// At one of neighborCounts.
+export interface ScaleResults extends Results {
+  neighborCount: number;
+}
+
 export interface Estimate extends Results {
+  summary: Summary;
+}
+
+// With neighborCounts, in their order.
+export interface ScalesEstimate {
+  scales: ScaleResults[];
   summary: Summary;
 }
 
@@ -144,6 +156,7 @@ export interface Estimate extends Results {
 export interface ResultChunk extends Results {
   firstIndex: number;
   pointCount: number;
+  neighborCount?: number; // with neighborCounts
 }
 
 // Each iteration is a call; the summary is there once one has ended.
@@ -161,6 +174,11 @@ export interface Normals {
 
 export class CurvatureClient {
   constructor(server?: string, options?: ConnectionOptions);
+  estimateCurvature(
+    positions: Floats,
+    normals: Floats | null,
+    options: CurvatureOptions & { neighborCounts: readonly number[] },
+  ): Promise<ScalesEstimate>;
   estimateCurvature(positions: Floats, normals: Floats | null, options?: CurvatureOptions): Promise<Estimate>;
   estimateNormals(positions: Floats, normals?: Floats | null, options?: NormalsOptions): Promise<Normals>;
   estimateChunks(positions: Floats, normals: Floats | null, options?: CurvatureOptions): ResultChunks;
@@ -173,6 +191,11 @@ export interface ServerOptions extends ConnectionOptions {
   server?: string | undefined;
 }
 
+export function estimateCurvature(
+  positions: Floats,
+  normals: Floats | null,
+  options: CurvatureOptions & ServerOptions & { neighborCounts: readonly number[] },
+): Promise<ScalesEstimate>;
 export function estimateCurvature(
   positions: Floats,
   normals: Floats | null,

@@ -34,6 +34,10 @@ export class ResultCollector {
     }
   }
 
+  get isComplete() {
+    return this.#received === this.#pointCount;
+  }
+
   add(chunk) {
     const begin = chunk.firstIndex;
     const end = checkPlace(chunk, this.#received, this.#pointCount);
@@ -90,6 +94,10 @@ export class ChunkReader {
   constructor(pointCount, names = null) {
     this.#pointCount = pointCount;
     this.#names = names;
+  }
+
+  get isComplete() {
+    return this.#received === this.#pointCount;
   }
 
   // Returns { firstIndex, pointCount, status, ... } with arrays of the chunk's points. Throws as ResultCollector.add.

@@ -35,13 +35,14 @@ HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch
   }
 }
 
-// Looks for a seam in the neighborhood of point i, which the last search found: marks the point if it may be beside
-// one.
-HWY_NOINLINE inline void LookForSeam(const SpatialIndex& index, const QueryPoint& query, size_t i, GroupScratch& s) {
+// Looks for a seam in the neighborhood that the last search found of the point at a place of the tree order: marks the
+// point if it may be beside one.
+HWY_NOINLINE inline void LookForSeam(const SpatialIndex& index, const QueryPoint& query, size_t place,
+                                     SearchScratch& search, SeamMarks& seams) {
   // A step for each point of the leaves, twice.
-  s.search.work += 2 * s.search.found.leaf_count * SpatialIndex::kLeafSize;
-  const SeamFinding finding = FindSeam(index, s.search.found, query);
-  if (finding.may_be_beside_seam) s.seams->Mark(s.points.place[i], finding.is_beside_seam);
+  search.work += 2 * search.found.leaf_count * SpatialIndex::kLeafSize;
+  const SeamFinding finding = FindSeam(index, search.found, query);
+  if (finding.may_be_beside_seam) seams.Mark(place, finding.is_beside_seam);
 }
 
 // Finds the neighborhood of each point of the group, records its size, looks for seams, and calls `visit(i, leaves)`
@@ -69,7 +70,9 @@ HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const Nei
     s.neighborhoods.count[i] = static_cast<float>(s.search.found.count);
     s.neighborhoods.normal_sum.Set(i, normals.sum);
     s.neighborhoods.agreement[i] = normals.least_agreement;
-    if (HWY_UNLIKELY(normals.least_agreement < kNoneOpposed) && s.seams != nullptr) LookForSeam(index, query, i, s);
+    if (HWY_UNLIKELY(normals.least_agreement < kNoneOpposed) && s.seams != nullptr) {
+      LookForSeam(index, query, static_cast<size_t>(s.points.place[i]), s.search, *s.seams);
+    }
     visit(i, search.leaves());
     if (HWY_UNLIKELY(s.IsLongSince(began)) && i + 1 < s.points.size) s.LeaveRest(i + 1);
   }

@@ -84,7 +84,51 @@ absl::Status ValidateScale(const AutomaticScale& scale, uint32_t max_neighbor_co
                        absl::StrFormat("max_radius is %g; it must be finite, and 0 or more", scale.max_radius));
 }
 
+absl::Status ValidateScales(const EstimatorOptions& options) {
+  if (options.smaller_counts.size == 0) return absl::OkStatus();
+  const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
+  if (count == nullptr || options.returns_choice) {
+    return MakeCoreError(ErrorKind::kInvalid,
+                         "smaller_counts are set; the neighborhood must be a neighbor_count, without standard errors");
+  }
+  const Strategy* strategy = FindStrategy(options.estimator);
+  if (strategy == nullptr || strategy->start_scales == nullptr) {
+    return MakeCoreError(ErrorKind::kInvalid,
+                         absl::StrFormat("estimator is \"%s\"; with several neighbor counts it must be one of %s",
+                                         options.estimator, ScaledStrategyNames()));
+  }
+  if (options.smaller_counts.size >= kMaxScales) {
+    return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("there are %u smaller_counts; there must be at most %u",
+                                                              options.smaller_counts.size, kMaxScales - 1));
+  }
+  uint32_t above = count->count;
+  for (const uint32_t smaller : options.smaller_counts.span()) {
+    if (smaller >= kMinNeighborCount && smaller < above) {
+      above = smaller;
+      continue;
+    }
+    return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("a smaller count is %u; it must be from %u to %u",
+                                                              smaller, kMinNeighborCount, above - 1));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
+
+EstimatorOptions EstimatorOptions::AtScale(size_t scale) const {
+  EstimatorOptions options = *this;
+  options.smaller_counts = {};
+  if (scale > 0) options.neighborhood = NeighborCount{smaller_counts.counts[scale - 1]};
+  return options;
+}
+
+EstimatorOptions EstimatorOptions::FromScale(size_t scale) const {
+  EstimatorOptions options = AtScale(scale);
+  for (const uint32_t count : smaller_counts.span().subspan(scale)) {
+    options.smaller_counts.counts[options.smaller_counts.size++] = count;
+  }
+  return options;
+}
 
 absl::Status EstimatorOptions::Validate() const {
   absl::Status status = ValidateEstimator(estimator);
@@ -100,6 +144,8 @@ absl::Status EstimatorOptions::Validate() const {
   if (returns_choice && !is_automatic()) status = ValidateChoice(*this);
   if (!status.ok()) return status;
   if (is_automatic() || returns_choice) status = ValidateAutomatic(*this);
+  if (!status.ok()) return status;
+  status = ValidateScales(*this);
   if (!status.ok()) return status;
   for (const OptionSpec& spec : OptionSpecs()) {
     if (spec.InRange(*this)) continue;

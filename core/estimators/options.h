@@ -2,7 +2,10 @@
 // core/estimators/option_specs.h.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <variant>
 
@@ -48,6 +51,17 @@ inline constexpr uint32_t kMaxRotations = 4;
 inline constexpr uint32_t kMinJetDegree = 2;
 inline constexpr uint32_t kMaxJetDegree = 4;
 
+// How many numbers of neighbors one estimate takes at most.
+inline constexpr size_t kMaxScales = 16;
+
+// Numbers of neighbors beside the largest one.
+struct SmallerCounts {
+  std::array<uint32_t, kMaxScales - 1> counts{};
+  size_t size = 0;
+
+  std::span<const uint32_t> span() const { return {counts.data(), size}; }
+};
+
 struct EstimatorOptions {
   // The name of a strategy (core/estimators/strategies.h); outlives the options. DEFAULT: avg-hexagram.
   std::string_view estimator = "avg-hexagram";
@@ -71,13 +85,26 @@ struct EstimatorOptions {
   // neighbor counts in [kLeastAutomaticCount, kMostAutomaticCount].
   bool returns_choice = false;  // DEFAULT: false
 
+  // Each point is estimated from so many neighbors as well, which are among those that are found for `neighborhood`:
+  // that one is a NeighborCount, and these are smaller, in descending order. Only of strategies that take several
+  // scales (Strategy::start_scales). DEFAULT: none.
+  SmallerCounts smaller_counts{};
+
+  // Scales at which each point is estimated: that of `neighborhood`, then those of smaller_counts.
+  size_t scale_count() const { return 1 + smaller_counts.size; }
+  // The options of the estimate at one scale alone. REQUIRES: scale < scale_count().
+  EstimatorOptions AtScale(size_t scale) const;
+  // The options without the first `scale` scales. REQUIRES: as above.
+  EstimatorOptions FromScale(size_t scale) const;
+
   // Whether the estimator or the scale is left open.
   bool is_automatic() const {
     return estimator == kAutomaticEstimator || std::holds_alternative<AutomaticScale>(neighborhood);
   }
 
   // INVALID_ARGUMENT naming field, value and limit if a field is out of its range, or if an automatic scale, or how
-  // sure an estimate is, is asked of an estimator or a neighborhood that the choice does not know.
+  // sure an estimate is, is asked of an estimator or a neighborhood that the choice does not know, or several scales of
+  // a strategy that takes one.
   absl::Status Validate() const;
 };
 

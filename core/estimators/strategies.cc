@@ -36,13 +36,27 @@ std::optional<double> ReachFactor(const EstimatorOptions& options) {
   return strategy.reach_factor;
 }
 
-std::string StrategyNames() {
+namespace {
+
+template <typename IsNamed>
+std::string JoinNames(IsNamed is_named) {
   std::string names;
   for (const Strategy* strategy : Strategies()) {
+    if (!is_named(*strategy)) continue;
     if (!names.empty()) names += ", ";
     names += strategy->name;
   }
   return names;
+}
+
+}  // namespace
+
+std::string StrategyNames() {
+  return JoinNames([](const Strategy&) { return true; });
+}
+
+std::string ScaledStrategyNames() {
+  return JoinNames([](const Strategy& strategy) { return strategy.start_scales != nullptr; });
 }
 
 }  // namespace curvd

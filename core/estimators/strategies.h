@@ -23,4 +23,7 @@ std::optional<double> ReachFactor(const EstimatorOptions& options);
 // All names, for messages: "avg-hexagram, hexagram, ...".
 std::string StrategyNames();
 
+// The names of those that take several scales.
+std::string ScaledStrategyNames();
+
 }  // namespace curvd

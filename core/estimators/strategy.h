@@ -49,7 +49,8 @@ struct WorkerScratch {
   // How many points it has written, by PointStatus.
   std::array<uint64_t, kPointStatusEnd> status_counts{};
 
-  // Where points that may be beside a seam are marked, for all workers; null: nowhere.
+  // Where points that may be beside a seam are marked, for all workers: an array with marks for each scale of the run;
+  // null: nowhere.
   SeamMarks* seams = nullptr;
 };
 
@@ -113,6 +114,11 @@ struct Strategy {
   // the index holds as many points as are asked for.
   std::unique_ptr<StrategyRun> (*start)(const EstimatorOptions& options, const SpatialIndex& index,
                                         PointCurvature* results);
+  // The same at several scales with one search: results[scale] gets what the options of that scale alone
+  // (EstimatorOptions::AtScale) give, to the byte. Null: the strategy takes one scale. REQUIRES: as above;
+  // results.size() is options.scale_count().
+  std::unique_ptr<StrategyRun> (*start_scales)(const EstimatorOptions& options, const SpatialIndex& index,
+                                               std::span<PointCurvature* const> results) = nullptr;
 };
 
 }  // namespace curvd

@@ -18,6 +18,7 @@
 #include "core/job/index_phases.h"
 #include "core/job/normal_phases.h"
 #include "core/job/phased_job.h"
+#include "core/job/scale_fields.h"
 #include "core/job/seam_phase.h"
 #include "core/scale/automatic.h"
 
@@ -50,6 +51,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
         query_count_(cloud.point_set().query_count()),
         invalid_count_(cloud.invalid_query_count()),
         builder_(std::in_place, std::move(cloud), StopSign(&stopped())),
+        fields_(options_),
         thread_count_(pool.thread_count()) {}
 
   // From here on `callback` will be called, whatever happens.
@@ -152,9 +154,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     }
     // Points that the index holds are written again.
     absl::Status RunBlock(const BlockContext& context) override {
-      PageArray<PointCurvature>& points = job_.field_.points;
-      const size_t first = context.block * kFillPoints, last = std::min(first + kFillPoints, points.size());
-      std::fill(&points[first], points.data() + last, job_.Undefined(PointStatus::kInvalidInput));
+      const size_t first = context.block * kFillPoints;
+      job_.fields_.Fill(first, first + kFillPoints, PointStatus::kInvalidInput);
       return absl::OkStatus();
     }
     absl::Status End() override { return job_.AddStrategy(); }
@@ -173,7 +174,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     absl::Status RunBlock(const BlockContext& context) override {
       const size_t first = context.block * kBlockPoints;
       for (size_t i = first; i < std::min(first + kBlockPoints, job_.choices_.size()); ++i) {
-        if (job_.field_.points[i].status != PointStatus::kOk) job_.choices_[i] = UndefinedChoice();
+        if (job_.fields_.points(0)[i].status != PointStatus::kOk) job_.choices_[i] = UndefinedChoice();
       }
       return absl::OkStatus();
     }
@@ -230,26 +231,26 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       if (status == PointStatus::kOk) continue;
       const int32_t rank = index_.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
       if (!set.is_query(rank)) continue;
-      PointCurvature& point = field_.points[set.slot_of(rank)];
-      // The counts of the scratch, which have the other status, are added at the end.
-      --field_.status_counts[static_cast<size_t>(point.status)];
-      ++field_.status_counts[static_cast<size_t>(status)];
-      const float radius = point.radius;
-      point = Undefined(status);
-      point.radius = radius;
+      for (size_t scale = 0; scale < fields_.count(); ++scale) {
+        PointCurvature& point = fields_.points(scale)[set.slot_of(rank)];
+        // The counts of the scratch, which have the other status, are added at the end.
+        --status_counts_[static_cast<size_t>(point.status)];
+        ++status_counts_[static_cast<size_t>(status)];
+        const float radius = point.radius;
+        point = UndefinedCurvature(status);
+        point.radius = radius;
+      }
     }
   }
 
   absl::Status MakeField() {
-    auto points = PageArray<PointCurvature>::Create(query_count_);
-    if (!points.ok()) return points.status();
-    field_.points = *std::move(points);
+    if (absl::Status status = fields_.Allocate(query_count_); !status.ok()) return status;
     if (options_.returns_choice) {
       auto choices = ChoiceField::Create(query_count_);
       if (!choices.ok()) return choices.status();
       choices_ = *std::move(choices);
     }
-    field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_;
+    status_counts_[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_ * fields_.count();
     return absl::OkStatus();
   }
 
@@ -260,16 +261,18 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("the cloud has no normals, which the estimator ",
                                                              std::string(strategy.name), " needs"));
     }
-    if (index_.point_count() < LeastPoints(options_)) {
-      FillTooFew();
-      return AddChoices();
+    const size_t first = fields_.FirstServed(index_.point_count());
+    for (size_t scale = 0; scale < first; ++scale) {
+      fields_.RefuseAll(scale, index_);
+      status_counts_[static_cast<size_t>(PointStatus::kTooFewNeighbors)] += query_count_ - invalid_count_;
     }
-    absl::StatusOr<SeamMarks> seams = SeamMarks::Create(index_.group_count());
-    if (!seams.ok()) return seams.status();
-    seams_ = *std::move(seams);
-    run_ = strategy.start(options_, index_, field_.points.data());
+    if (first == fields_.count()) return AddChoices();
+    if (absl::Status status = fields_.MakeMarks(first, index_); !status.ok()) return status;
+    const EstimatorOptions served = options_.FromScale(first);
+    run_ = served.scale_count() == 1 ? strategy.start(served, index_, fields_.points(first).data())
+                                     : strategy.start_scales(served, index_, fields_.Places(first));
     run_->WriteChoicesTo(choices_.data());
-    scratch_.emplace(*run_, thread_count_, &seams_);
+    scratch_.emplace(*run_, thread_count_, &fields_.marks(first));
     std::vector<GroupPhase> phases = run_->Phases();
     for (size_t i = 0; i < phases.size(); ++i) {
       const bool is_last = i + 1 == phases.size();
@@ -277,7 +280,10 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
                               is_last ? &points_estimated_ : nullptr));
     }
     if (normals_.has_value()) AddPhase(std::make_unique<WithoutNormalPhase>(*this));
-    AddPhase(MakeSeamPhase({options_, index_, seams_, field_.points.data(), refused_}));
+    for (size_t scale = first; scale < fields_.count(); ++scale) {
+      PointCurvature* const points = fields_.points(scale).data();
+      AddPhase(MakeSeamPhase({fields_.options(scale), index_, fields_.marks(scale), points, refused_}));
+    }
     if (absl::Status status = AddChoices(); !status.ok()) return status;
     AddPhase(std::make_unique<CountPhase>(*this));
     return absl::OkStatus();
@@ -291,10 +297,11 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   // Takes what the workers have counted, and adds the phases that count more where there are seams.
   void AddAgreement() {
     const auto counts = scratch_->status_counts();
-    for (int i = 0; i < kPointStatusEnd; ++i) field_.status_counts[i] += counts[i];
+    for (int i = 0; i < kPointStatusEnd; ++i) status_counts_[i] += counts[i];
     if (const ScaleReport* scale = run_->scale_report()) scale_report_ = *scale;
-    if (!seams_.ShowSeam()) return;
-    agreement_run_.emplace(index_, seams_);
+    shown_seam_ = fields_.ShownSeam();
+    if (shown_seam_ == nullptr) return;
+    agreement_run_.emplace(index_, *shown_seam_);
     scratch_.emplace(*agreement_run_, thread_count_);
     run_.reset();
     for (GroupPhase& phase : agreement_run_->Phases()) {
@@ -305,34 +312,14 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   NormalsAgreement Agreement() const {
     if (!agreement_run_.has_value()) return {};
     NormalsAgreement agreement = agreement_run_->agreement();
-    agreement.seam_points = seams_.SurePoints();
+    agreement.seam_points = shown_seam_->SurePoints();
     return agreement;
-  }
-
-  // For a cloud with fewer points than a neighborhood.
-  void FillTooFew() {
-    const PointSet& set = index_.point_set();
-    for (size_t leaf = 0; leaf < index_.leaf_count(); ++leaf) {
-      for (int i = 0; i < index_.LeafPoints(leaf); ++i) {
-        const int32_t rank = index_.positions(leaf).id[i];
-        if (set.is_query(rank)) field_.points[set.slot_of(rank)] = Undefined(PointStatus::kTooFewNeighbors);
-      }
-    }
-    field_.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)] = query_count_ - invalid_count_;
-  }
-
-  PointCurvature Undefined(PointStatus status) const {
-    PointCurvature point = UndefinedCurvature(status);
-    if (const auto* radius = std::get_if<NeighborRadius>(&options_.neighborhood)) {
-      point.radius = static_cast<float>(radius->radius);
-    }
-    return point;
   }
 
   size_t HeldBytes() const override {
     const size_t building = builder_.has_value() ? builder_->bytes() : 0;
     const size_t normals = normal_field_.bytes() + (normals_.has_value() ? normals_->bytes() : 0);
-    return building + index_.bytes() + normals + seams_.bytes() + field_.points.bytes() + choices_.bytes() +
+    return building + index_.bytes() + normals + fields_.bytes() + choices_.bytes() +
            (run_ != nullptr ? run_->bytes() : 0) + (agreement_run_.has_value() ? agreement_run_->bytes() : 0);
   }
 
@@ -347,26 +334,34 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     if (status.ok() && normals_.has_value()) {
       report = normals_->report();
       if (!wants_curvature_) {
-        field_.status_counts = report->status_counts;
-        field_.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] += invalid_count_;
+        status_counts_ = report->status_counts;
+        status_counts_[static_cast<size_t>(PointStatus::kInvalidInput)] += invalid_count_;
       }
       if (normal_options_.source == NormalSource::kGiven) report.reset();
     }
     normals_.reset();
     builder_.reset();
-    seams_ = SeamMarks();
+    fields_.FreeMarks();
     index_ = SpatialIndex();
-    uint64_t& opposed = field_.status_counts[static_cast<size_t>(PointStatus::kOpposedNormals)];
+    uint64_t& opposed = status_counts_[static_cast<size_t>(PointStatus::kOpposedNormals)];
     for (int i = 0; i < kPointStatusEnd; ++i) {
-      field_.status_counts[i] -= refused_[i];
+      status_counts_[i] -= refused_[i];
       opposed += refused_[i];
     }
     absl::StatusOr<EstimationResult> result = CatchBadAlloc([&]() -> absl::StatusOr<EstimationResult> {
       if (!status.ok()) return std::move(status);
-      return EstimationResult{std::move(field_),        agreement,          Cost(), report, std::move(normal_field_),
-                              std::move(scale_report_), std::move(choices_)};
+      std::vector<PageArray<PointCurvature>> smaller(fields_.count() - 1);
+      for (size_t scale = 1; scale < fields_.count(); ++scale) smaller[scale - 1] = std::move(fields_.points(scale));
+      return EstimationResult{.field = {std::move(fields_.points(0)), status_counts_},
+                              .agreement = agreement,
+                              .cost = Cost(),
+                              .normal_report = report,
+                              .normals = std::move(normal_field_),
+                              .scale_report = std::move(scale_report_),
+                              .choices = std::move(choices_),
+                              .smaller = std::move(smaller)};
     });
-    if (!result.ok()) field_ = CurvatureField();
+    if (!result.ok()) fields_.Free();
     if (!result.ok()) choices_ = ChoiceField();
     if (!result.ok()) normal_field_ = NormalField();
     callback(std::move(result));
@@ -386,10 +381,11 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   SpatialIndex index_;
   std::optional<NormalPhases> normals_;  // none where they stay as they came
   NormalField normal_field_;
-  CurvatureField field_;
-  ChoiceField choices_;  // none unless they are asked for
+  ScaleFields fields_;
+  std::array<uint64_t, kPointStatusEnd> status_counts_{};  // over all scales
+  ChoiceField choices_;                                    // none unless they are asked for
   const int thread_count_;
-  SeamMarks seams_;
+  const SeamMarks* shown_seam_ = nullptr;  // of fields_, once the estimate is done
   std::array<std::atomic<uint64_t>, kPointStatusEnd> refused_{};
   std::unique_ptr<StrategyRun> run_;
   std::optional<AgreementRun> agreement_run_;
@@ -408,7 +404,7 @@ class EndedJob final : public EstimationJob {
 }  // namespace
 
 size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOptions& normals) {
-  return kCloudAndIndexBytes + NormalBytesPerPoint(normals) + sizeof(PointCurvature) +
+  return kCloudAndIndexBytes + NormalBytesPerPoint(normals) + options.scale_count() * sizeof(PointCurvature) +
          (options.returns_choice ? sizeof(PointChoice) : 0) + StrategyFor(options).bytes_per_point;
 }
 

@@ -48,13 +48,15 @@ struct JobCost {
 };
 
 struct EstimationResult {
-  CurvatureField field;
+  CurvatureField field;  // of the largest scale; the counts are over all scales
   NormalsAgreement agreement;
   JobCost cost;
   std::optional<NormalReport> normal_report = std::nullopt;  // unless normals were taken as they came
   NormalField normals = {};                                  // the ones in use, if NormalOptions::returns_normals
   std::optional<ScaleReport> scale_report = std::nullopt;    // of an automatic estimate, or one with choices
   ChoiceField choices = {};                                  // if EstimatorOptions::returns_choice
+  // At each of EstimatorOptions::smaller_counts: what an estimate at that scale alone gives, to the byte.
+  std::vector<PageArray<PointCurvature>> smaller = {};
 };
 
 // Bytes that estimating one point needs at the peak, cloud and field included: what admission should reserve.

@@ -70,9 +70,9 @@ uint64_t Admission::CallBytes(uint64_t points, const CallOptions& options, bool 
 
 uint64_t Admission::SendingBytes(uint64_t points, const CallOptions& options) const {
   const QuantitySet& quantities = options.quantities;
-  const uint64_t point_bytes = (quantities.HasCurvature() ? sizeof(PointCurvature) : 0) +
-                               (quantities.HasNormals() ? sizeof(PointNormal) : 0) +
-                               (quantities.HasChoice() ? sizeof(PointChoice) : 0);
+  const uint64_t point_bytes =
+      (quantities.HasCurvature() ? options.estimator.scale_count() * sizeof(PointCurvature) : 0) +
+      (quantities.HasNormals() ? sizeof(PointNormal) : 0) + (quantities.HasChoice() ? sizeof(PointChoice) : 0);
   return kFixedCallBytes + points * point_bytes + (options.has_directions() ? VectorBytes(points, options) : 0) +
          ResultMessageBytes(points, quantities);
 }

@@ -205,8 +205,12 @@ void EstimateCall::SendResults(EstimationResult result) {
   {
     MutexLock lock(mutex_);
     if (has_stopped_) return;
-    results_ = {std::move(result.field.points), std::move(result.normals), std::move(result.choices),
-                std::move(directions_), requests_.options().curvature_direction};
+    results_ = {std::move(result.field.points),
+                std::move(result.normals),
+                std::move(result.choices),
+                std::move(directions_),
+                requests_.options().curvature_direction,
+                std::move(result.smaller)};
     points = results_.size();
     CallRecord& record = account().record();
     record.status_counts = result.field.status_counts;
@@ -216,7 +220,7 @@ void EstimateCall::SendResults(EstimationResult result) {
     record.peak_bytes = result.cost.peak_bytes;
     phases_.SetJobSeconds(result.cost.seconds);
     phases_.StartSending(Clock::now());
-    responses_.Complete(points, ResultChunkPoints(quantities));
+    responses_.Complete(points, ResultChunkPoints(quantities), 1 + results_.smaller.size());
     reservation = reservation_;
   }
   reservation->ShrinkTo(service().admission.SendingBytes(points, requests_.options()));
@@ -240,7 +244,8 @@ absl::StatusOr<EstimateCall::Made> EstimateCall::PackNext(grpc::ByteBuffer& mess
   if (next.kind == ResponseSession::Kind::kNothing) return Made::kNothing;
   if (next.kind == ResponseSession::Kind::kEnd) return Made::kLast;
   if (next.kind == ResponseSession::Kind::kResults) {
-    const auto packed = PackResults(results_, next.first, next.count, requests_.options().quantities);
+    const auto packed =
+        PackResults(results_, next.first, next.count, requests_.options().quantities, ScaleOf(next.scale));
     if (!packed.ok()) return packed.status();
     grpc::ByteBuffer results(&*packed, 1);
     message.Swap(&results);
@@ -250,6 +255,15 @@ absl::StatusOr<EstimateCall::Made> EstimateCall::PackNext(grpc::ByteBuffer& mess
     Pack(response, message);
   }
   return Made::kMessage;
+}
+
+PackedScale EstimateCall::ScaleOf(uint64_t sent) const {
+  const CallOptions& options = requests_.options();
+  if (!options.names_counts) return {};
+  // They are sent from small to large.
+  const size_t scale = options.estimator.scale_count() - 1 - sent;
+  return {scale == 0 ? nullptr : &results_.smaller[scale - 1],
+          std::get<NeighborCount>(options.estimator.AtScale(scale).neighborhood).count};
 }
 
 void EstimateCall::FillResponse(ResponseSession::Kind kind, Response& response) {

@@ -53,6 +53,8 @@ class EstimateCall final : public BidiStream {
   // The writing chain.
   Made MakeMessage(grpc::ByteBuffer& message) override;
   absl::StatusOr<Made> PackNext(grpc::ByteBuffer& message);
+  // The scale of results of which so many scales were sent before.
+  PackedScale ScaleOf(uint64_t sent) const;
   // All but results, which are packed as they are.
   void FillResponse(ResponseSession::Kind kind, curvature::v1::EstimateCurvatureResponse& response);
   curvature::v1::Progress CurrentProgress();

@@ -11,6 +11,7 @@
 #include "proto/result_columns.h"
 #include "server/call/invalid_option.h"
 #include "server/call/scale/choice_quantities.h"
+#include "server/call/scale/wire_counts.h"
 #include "server/call/scale/wire_scale.h"
 #include "server/call/wire_normals.h"
 #include "server/call/wire_options.h"
@@ -42,7 +43,9 @@ absl::Status ResolveEstimator(v1::Estimator proto, std::string_view& estimator) 
 
 absl::Status ResolveNeighborhood(const v1::EstimatorOptions& proto, const CallLimits& limits,
                                  EstimatorOptions& options) {
-  if (proto.has_neighbor_count()) {
+  if (proto.neighbor_counts_size() > 0) {
+    if (absl::Status status = ReadCounts(proto, limits, options); !status.ok()) return status;
+  } else if (proto.has_neighbor_count()) {
     const std::string value = absl::StrCat(proto.neighbor_count());
     if (proto.neighbor_count() < kMinNeighborCount) {
       return InvalidOption("header.options.neighbor_count", value, absl::StrCat("at least ", kMinNeighborCount));
@@ -110,6 +113,13 @@ absl::Status CheckRejection(const CallOptions& options) {
   return InvalidOption("header.opposed_normals_policy",
                        absl::StrCat(static_cast<int>(v1::OPPOSED_NORMALS_POLICY_REJECT)),
                        "1 (mark) or unset unless header.quantities holds a quantity of curvature");
+}
+
+// Only an estimate of curvature has scales.
+absl::Status CheckCounts(const CallOptions& options) {
+  if (!options.names_counts || options.quantities.HasCurvature()) return absl::OkStatus();
+  return InvalidOption("header.options.neighbor_counts", "set",
+                       "unset unless header.quantities holds a quantity of curvature");
 }
 
 // The one direction for all points, if the header has it.
@@ -224,6 +234,7 @@ absl::StatusOr<CallOptions> ResolveHeader(const v1::CloudHeader& header, const C
   if (absl::Status status = ResolveEstimatorOptions(header.options(), limits, options.estimator); !status.ok()) {
     return status;
   }
+  options.names_counts = header.options().neighbor_counts_size() > 0;
   if (absl::Status status = ReadNormals(header.normals(), limits, options.normals); !status.ok()) return status;
   if (absl::Status status = ResolveQuantities(header, options.normals.source, options.quantities); !status.ok()) {
     return status;
@@ -231,6 +242,7 @@ absl::StatusOr<CallOptions> ResolveHeader(const v1::CloudHeader& header, const C
   if (absl::Status status = ResolveChoice(options.quantities, options.estimator); !status.ok()) return status;
   if (absl::Status status = ResolveDirection(header, options); !status.ok()) return status;
   if (absl::Status status = CheckRejection(options); !status.ok()) return status;
+  if (absl::Status status = CheckCounts(options); !status.ok()) return status;
   options.normals.returns_normals = options.quantities.HasNormals();
   if (absl::Status status = CheckTag(header.request_tag()); !status.ok()) return status;
   options.request_tag = header.request_tag();
@@ -253,6 +265,8 @@ void FillAccepted(const CallOptions& options, const CallLimits& limits, const st
     WriteScale(*scale, *proto->mutable_automatic_scale());
   } else if (const auto* radius = std::get_if<NeighborRadius>(&options.estimator.neighborhood)) {
     proto->set_radius(radius->radius);
+  } else if (options.names_counts) {
+    WriteCounts(options.estimator, *proto);
   } else {
     proto->set_neighbor_count(std::get<NeighborCount>(options.estimator.neighborhood).count);
   }

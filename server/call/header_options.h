@@ -24,7 +24,8 @@ struct CallOptions {
   bool marks_last_chunk = false;  // a cloud without a marked chunk is incomplete
   ScalarType scalar_type = ScalarType::kFloat32;
   EstimatorOptions estimator;
-  NormalOptions normals;  // without the viewpoints of points, which come with them
+  bool names_counts = false;  // each result says of which neighbor_count it is
+  NormalOptions normals;      // without the viewpoints of points, which come with them
   QuantitySet quantities;
   Direction curvature_direction{};  // (0, 0, 0): each point has its own, if normal curvature is asked for at all
   InvalidPointPolicy invalid_point_policy = InvalidPointPolicy::kReject;

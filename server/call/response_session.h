@@ -13,9 +13,10 @@ class ResponseSession {
   enum class Kind { kNothing, kAccepted, kProgress, kResults, kSummary, kEnd };
   struct Message {
     Kind kind = Kind::kNothing;
-    // Of kResults: points [first, first + count), count > 0.
+    // Of kResults: points [first, first + count), count > 0, at this scale.
     uint64_t first = 0;
     uint64_t count = 0;
+    uint64_t scale = 0;
   };
 
   // The header is right: Accepted is due. REQUIRES: called once.
@@ -23,8 +24,9 @@ class ResponseSession {
   // Whether a Progress is due, until the next call of this. Has an effect between Accept and Complete only.
   void SetProgressDue(bool is_due);
   // All of the cloud's points are estimated: its results are due, `chunk_points` in each ResultChunk, the last one
-  // perhaps fewer; then the summary. REQUIRES: Accept was called; called once; chunk_points > 0.
-  void Complete(uint64_t points, uint64_t chunk_points);
+  // perhaps fewer, those of one scale after those of the other; then the summary. REQUIRES: Accept was called; called
+  // once; chunk_points > 0.
+  void Complete(uint64_t points, uint64_t chunk_points, uint64_t scales = 1);
 
   // The message that is to be written now, if any. It counts as written: each is handed out once. After kEnd, which
   // says that all were handed out, it is kEnd for ever.
@@ -39,6 +41,8 @@ class ResponseSession {
   bool summary_due_ = false;
   uint64_t points_ = 0;
   uint64_t next_point_ = 0;
+  uint64_t scales_ = 1;
+  uint64_t next_scale_ = 0;
 };
 
 }  // namespace curvd

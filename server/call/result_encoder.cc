@@ -118,14 +118,16 @@ size_t ResultChunkPoints(const QuantitySet& quantities) {
 }
 
 absl::StatusOr<grpc::Slice> PackResults(const CallResults& results, size_t first, size_t count,
-                                        const QuantitySet& quantities) {
+                                        const QuantitySet& quantities, const PackedScale& scale) {
   // The message, and what gRPC makes of it on its way.
   if (!ProcessPages().HasRoomFor(2 * count * ResultBytesPerPoint(quantities))) return OutOfMemoryError();
   Places places;
   curvature::wire::BulkWriter writer(EstimateCurvatureResponse::kResultFieldNumber);
   writer.AddNumber(ResultChunk::kFirstIndexFieldNumber, first);
   writer.AddNumber(ResultChunk::kPointCountFieldNumber, count);
-  const bool has_curvature = results.curvature.size() > 0;
+  if (scale.neighbor_count != 0) writer.AddNumber(ResultChunk::kNeighborCountFieldNumber, scale.neighbor_count);
+  const PageArray<PointCurvature>& curvature = scale.smaller == nullptr ? results.curvature : *scale.smaller;
+  const bool has_curvature = curvature.size() > 0;
   for (const PackedColumn& column : PackedColumns()) {
     if (!IsWanted(column, quantities)) continue;
     char** place = places.Of(column, has_curvature);
@@ -133,7 +135,7 @@ absl::StatusOr<grpc::Slice> PackResults(const CallResults& results, size_t first
   }
   return writer.Finish([&] {
     if (has_curvature) {
-      const auto points = results.curvature.span().subspan(first, count);
+      const auto points = curvature.span().subspan(first, count);
       SplitField(points, places.curvature);
       DeriveColumns(points, places.derived);
       if (places.normal_curvature != nullptr) {

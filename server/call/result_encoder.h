@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/estimators/curvature_field.h"
@@ -21,6 +23,8 @@ struct CallResults {
   ChoiceField choices{};
   Directions directions{};  // of the points; none: `direction` is that of all
   Direction direction{};
+  // At the other scales, from large to small; `curvature` is that of the largest.
+  std::vector<PageArray<PointCurvature>> smaller{};
 
   size_t size() const { return curvature.size() > 0 ? curvature.size() : normals.size(); }
 };
@@ -33,13 +37,18 @@ inline constexpr size_t kResultChunkPoints = 16'384;
 size_t ResultChunkPoints(const QuantitySet& quantities);
 
 // Returns the EstimateCurvatureResponse with the results of points [first, first + count), the arrays of `quantities`
-// only, as protobuf would serialize it. The status is that of curvature, if there is any. It is laid out here so that
-// the arrays are written once, into the memory that gRPC sends. Takes about 4 ns a point. REQUIRES: count > 0, first +
-// count <= results.size(); `results` has what the quantities need.
+// only, as protobuf would serialize it. They are those of `curvature`; with `smaller`, of that array instead, and with
+// `neighbor_count`, the message says that they are of so many. The status is that of curvature, if there is any. It is
+// laid out here so that the arrays are written once, into the memory that gRPC sends. Takes about 4 ns a point.
+// REQUIRES: count > 0, first + count <= results.size(); `results` has what the quantities need.
 //
 // Returns an error of kind kOutOfMemory if the system has so little memory left that gRPC might not get what it needs
 // to send the message: it ends the process then.
+struct PackedScale {
+  const PageArray<PointCurvature>* smaller = nullptr;
+  uint32_t neighbor_count = 0;  // 0: the message does not say
+};
 absl::StatusOr<grpc::Slice> PackResults(const CallResults& results, size_t first, size_t count,
-                                        const QuantitySet& quantities);
+                                        const QuantitySet& quantities, const PackedScale& scale = {});
 
 }  // namespace curvd

@@ -75,6 +75,68 @@ TEST(ResultCollectorTest, CollectsChunks) {
   EXPECT_EQ(result.summary.status_counts[3], 3u);
 }
 
+v1::EstimateCurvatureResponse AcceptedCounts(std::initializer_list<uint32_t> counts) {
+  v1::EstimateCurvatureResponse response = Accepted();
+  for (const uint32_t count : counts) response.mutable_accepted()->mutable_options()->add_neighbor_counts(count);
+  return response;
+}
+
+v1::EstimateCurvatureResponse ScaleResult(uint64_t first, uint32_t points, uint32_t neighbors, char status = 1) {
+  v1::EstimateCurvatureResponse response = Result(first, points, status);
+  response.mutable_result()->set_neighbor_count(neighbors);
+  return response;
+}
+
+EstimateOptions CountOptions() {
+  EstimateOptions options;
+  options.neighbor_counts = {16, 64};
+  return options;
+}
+
+v1::EstimateCurvatureResponse TwoScaleSummary(uint64_t points, uint64_t ok) {
+  v1::EstimateCurvatureResponse response = Summary(2 * points, ok);
+  response.mutable_summary()->set_point_count(points);
+  return response;
+}
+
+TEST(ResultCollectorTest, CollectsSeveralScales) {
+  ResultCollector collector(5, CountOptions());
+  const absl::Status status = Feed(collector, {AcceptedCounts({16, 64}), ScaleResult(0, 2, 16),
+                                               ScaleResult(2, 3, 16, 3), ScaleResult(0, 5, 64), TwoScaleSummary(5, 7)});
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_EQ(collector.points_received(), 5u);
+  const CurvatureResult result = collector.Release();
+  EXPECT_TRUE(result.mean.empty() && result.status.empty());
+  ASSERT_EQ(result.scales.size(), 2u);
+  EXPECT_EQ(result.scales[0].neighbor_count, 16u);
+  EXPECT_EQ(result.scales[0].mean, (std::vector<float>{0, 0, 2, 2, 2}));
+  EXPECT_EQ(result.scales[0].status, (std::vector<uint8_t>{1, 1, 3, 3, 3}));
+  EXPECT_EQ(result.scales[1].neighbor_count, 64u);
+  EXPECT_EQ(result.scales[1].status, (std::vector<uint8_t>(5, 1)));
+  EXPECT_EQ(result.summary.status_counts[1], 7u);
+}
+
+TEST(ResultCollectorTest, LetsNoScaleBeMissingOrAnotherOne) {
+  const auto problem = [](const std::vector<v1::EstimateCurvatureResponse>& responses) {
+    ResultCollector collector(2, CountOptions());
+    return std::string(Feed(collector, responses).message());
+  };
+  EXPECT_THAT(problem({Accepted()}), HasSubstr("too old to take several neighbor counts"));
+  EXPECT_THAT(problem({AcceptedCounts({16})}), HasSubstr("too old to take several neighbor counts"));
+  const auto accepted = AcceptedCounts({16, 64});
+  EXPECT_THAT(problem({accepted, ScaleResult(0, 2, 64)}), HasSubstr("is of 64 neighbors, not of 16"));
+  EXPECT_THAT(problem({accepted, Result(0, 2)}), HasSubstr("is of 0 neighbors, not of 16"));
+  EXPECT_THAT(problem({accepted, ScaleResult(0, 1, 16), ScaleResult(0, 2, 64)}),
+              HasSubstr("is of 64 neighbors, not of 16"));
+  EXPECT_THAT(problem({accepted, ScaleResult(0, 2, 16), TwoScaleSummary(2, 4)}), HasSubstr("without results of 64"));
+  EXPECT_THAT(problem({accepted, ScaleResult(0, 2, 16), ScaleResult(0, 1, 64), TwoScaleSummary(2, 4)}),
+              HasSubstr("1 of 2 results came"));
+  EXPECT_THAT(problem({accepted, ScaleResult(0, 2, 16), ScaleResult(0, 2, 64), ScaleResult(0, 2, 64)}),
+              HasSubstr("2 of 2 are here"));
+  EXPECT_THAT(problem({accepted, ScaleResult(0, 2, 16), ScaleResult(0, 2, 64), TwoScaleSummary(2, 3)}),
+              HasSubstr("status counts are not those"));
+}
+
 TEST(ResultCollectorTest, TakesResultsAsNobodyWritesThem) {
   ResultCollector collector(3);
   grpc::ByteBuffer accepted = curvd::ToByteBuffer(Accepted().SerializeAsString());

@@ -1,8 +1,11 @@
 #include "client/cli/scale/scale_flags.h"
 
 #include <cstdint>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
 #include "client/cli/flags.h"
 #include "client/io/text.h"
 
@@ -33,6 +36,34 @@ CLI::Validator Counts() {
       "");
 }
 
+constexpr size_t kMostScales = 16;
+constexpr uint32_t kLeastNeighbors = 4;
+
+// Reads several counts with commas between; false if they are none, or do not ascend within bounds.
+bool ParseList(const std::string& text, std::vector<uint32_t>& counts) {
+  for (const absl::string_view part : absl::StrSplit(text, ',')) {
+    uint32_t count;
+    if (!ParseNumber(std::string(part), count) || count < kLeastNeighbors || count > kMostNeighbors) return false;
+    if (!counts.empty() && count <= counts.back()) return false;
+    counts.push_back(count);
+  }
+  return counts.size() <= kMostScales;
+}
+
+bool IsList(const std::string& text) { return text.find(',') != std::string::npos; }
+
+CLI::Validator AutoOrCounts() {
+  return CLI::Validator(
+      [one = AutoOrCount(kMostNeighbors)](std::string& text) -> std::string {
+        std::vector<uint32_t> counts;
+        if (!IsList(text)) return one(text);
+        if (ParseList(text, counts)) return "";
+        return absl::StrCat("\"", text, "\" must be at most ", kMostScales, " whole numbers from ", kLeastNeighbors,
+                            " to ", kMostNeighbors, " that ascend, with commas between");
+      },
+      "");
+}
+
 // Which of the flags that need an automatic scale is given; nullptr if none.
 const char* BoundOf(const ScaleFlags& flags) {
   if (!flags.range.empty()) return "--k-range";
@@ -49,9 +80,10 @@ void AddScaleFlags(CLI::App& command, ScaleFlags& flags) {
       "--k=auto");
   CLI::Option* k = command
                        .add_option("--k", flags.k,
-                                   "points in a neighborhood, itself included; auto: chosen at each point by noise and "
-                                   "detail [50; with --estimator=auto: auto]")
-                       ->check(AutoOrCount(kMostNeighbors))
+                                   "points in a neighborhood, itself included; several, as 16,64,256: columns for each "
+                                   "(avg-hexagram, normal-regression); auto: chosen at each point by noise and detail "
+                                   "[50; with --estimator=auto: auto]")
+                       ->check(AutoOrCounts())
                        ->option_text("COUNT");
   CLI::Option* radius =
       command.add_option("--radius", flags.radius, "radius of the neighborhoods instead, in the cloud's length unit")
@@ -84,6 +116,10 @@ void ApplyScale(const ScaleFlags& flags, EstimateOptions& options) {
   }
   if (const char* bound = BoundOf(flags)) throw CLI::ValidationError(bound, "needs --auto or --k=auto");
   if (flags.radius > 0.0) options.radius = flags.radius;
+  if (IsList(flags.k)) {
+    ParseList(flags.k, options.neighbor_counts);  // was checked
+    return;
+  }
   if (!flags.k.empty()) ParseNumber(flags.k, options.neighbor_count);  // was checked
 }
 

@@ -19,6 +19,9 @@ absl::StatusOr<TileReach> ReachOf(const EstimateOptions& options) {
         "--auto and --k=auto choose by the whole cloud, which no tile has: estimate a part with --auto, and give the "
         "--estimator and --k that its summary shows");
   }
+  if (!options.neighbor_counts.empty()) {
+    return absl::InvalidArgumentError("--k is a list; tiles take one number of neighbors");
+  }
   TileReach reach{.neighbor_count = options.radius.has_value() ? 0 : options.neighbor_count,
                   .radius = options.radius.value_or(0.0),
                   .factor = 1.0};

@@ -52,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     estimate.add_argument("-o", "--output", type=pathlib.Path, required=True, metavar="OUT.npz",
                           help="positions and every column of the result")  # fmt: skip
     estimate.add_argument("--estimator", choices=ESTIMATORS, default="avg-hexagram", help="default: avg-hexagram")
-    estimate.add_argument("--k", type=_count_or_auto, help="points in a neighborhood, or auto; default: 50")
+    estimate.add_argument("--k", type=_counts_or_auto, help="points in a neighborhood, or auto, or several with commas between; default: 50")
     estimate.add_argument("--radius", type=float, help="of a neighborhood, instead of --k")
     estimate.add_argument("--normals", choices=("given", "orient", "estimate"),
                           help="default: given where the file has them, else estimate")  # fmt: skip
@@ -118,7 +118,8 @@ def _estimate(options: argparse.Namespace) -> int:
             None if options.normals == "estimate" else normals,
             orientation="consistent" if options.normals == "orient" else None,
             estimator=options.estimator,
-            neighbor_count=options.k,
+            neighbor_count=None if isinstance(options.k, list) else options.k,
+            neighbor_counts=options.k if isinstance(options.k, list) else None,
             radius=options.radius,
             quantities=options.quantities,
             curvature_direction=options.direction,
@@ -130,8 +131,12 @@ def _estimate(options: argparse.Namespace) -> int:
         write_points(options.output, positions, points)
     except OSError as error:
         return _fail(_BAD_OUTPUT, str(error))
-    print(f"{len(points):,} points, {summary.status_counts.ok:,} estimated: {options.output}")
+    print(f"{len(points):,} points, {summary.status_counts.ok:,} estimated{_scales(options.k)}: {options.output}")
     return 0
+
+
+def _scales(k: object) -> str:
+    return f" at {len(k)} neighbor counts" if isinstance(k, list) else ""
 
 
 def _info(options: argparse.Namespace) -> int:
@@ -148,7 +153,9 @@ def _health(options: argparse.Namespace) -> int:
     return 0 if state == "SERVING" else 1
 
 
-def _count_or_auto(text: str) -> int | str:
+def _counts_or_auto(text: str) -> int | str | list[int]:
+    if "," in text:
+        return [int(part) for part in text.split(",")]
     return text if text == "auto" else int(text)
 
 

@@ -60,6 +60,7 @@ class Answers:
             request.header.point_count,
             request.header.quantities,
             request.header.normals.source != curvature_pb2.NORMAL_SOURCE_GIVEN,
+            request.header.options.neighbor_counts,
         )
         self._summary: curvature_pb2.Summary | None = None
         self.any = False
@@ -97,7 +98,10 @@ def warn(estimate: Estimate, stacklevel: int) -> None:
 
 
 def _check_accepted(accepted: curvature_pb2.Accepted, header: curvature_pb2.CloudHeader) -> None:
-    """Raises CurvdError if the server takes normals as given that it was to make or orient, or chooses no scale."""
+    """Raises CurvdError if the server takes normals as given that it was to make or orient, or chooses no scale,
+    or estimates one of several."""
+    if list(header.options.neighbor_counts) != list(accepted.options.neighbor_counts):
+        raise CurvdError(grpc.StatusCode.UNIMPLEMENTED, "the server is too old to take several neighbor counts")
     if header.options.HasField("automatic_scale") and not accepted.options.HasField("automatic_scale"):
         raise CurvdError(grpc.StatusCode.UNIMPLEMENTED, "the server is too old to choose a scale")
     given, asked = curvature_pb2.NORMAL_SOURCE_GIVEN, header.normals.source

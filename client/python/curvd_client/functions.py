@@ -57,6 +57,10 @@ def estimate_curvature(
     neighbor_count:        the K nearest points, the point itself included; or "auto": as noise and detail ask for, at
                            each point, for "auto" and the estimators that it chooses among. DEFAULT: 50, if there is no
                            radius; with the estimator "auto", "auto".
+    neighbor_counts:       instead, several numbers of neighbors in ascending order, at most 16, with one search for the
+                           largest, for "avg-hexagram" and "normal-regression": the result has columns for each,
+                           mean_curvature_k16, ..., status_k16, with the bytes of a call with that neighbor_count alone.
+                           summary.status_counts counts a point once for each.
     radius:                all points at most this far away, instead of neighbor_count.
     neighbor_count_range:  of neighbor_count "auto": the fewest and the most points. DEFAULT: (16, 2048), the widest
                            there is, or up to what the server allows.

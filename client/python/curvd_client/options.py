@@ -58,6 +58,7 @@ class CurvatureOptions(typing.TypedDict, total=False):
 
     estimator: str
     neighbor_count: int | str | None
+    neighbor_counts: typing.Sequence[int] | None
     radius: float | None
     neighbor_count_range: tuple[int, int] | None
     max_radius: float | None
@@ -87,6 +88,7 @@ def curvature_header(
     *,
     estimator: str = "avg-hexagram",
     neighbor_count: int | str | None = None,
+    neighbor_counts: typing.Sequence[int] | None = None,
     radius: float | None = None,
     neighbor_count_range: tuple[int, int] | None = None,
     max_radius: float | None = None,
@@ -138,6 +140,10 @@ def curvature_header(
         seed=seed,
         average_normal_weight=average_normal_weight,
     )
+    if neighbor_counts is not None:
+        if options.WhichOneof("neighborhood") is not None:
+            raise ValueError("neighbor_counts exclude neighbor_count, radius and the estimator auto")
+        options.neighbor_counts.extend(_counts(neighbor_counts))
     header = curvature_pb2.CloudHeader(
         normals=normals_from,
         options=options,
@@ -226,6 +232,17 @@ def _priority(name: str | None) -> curvature_pb2.Priority:
     if name not in _PRIORITIES:
         raise ValueError(f"priority is {name!r}; it must be interactive, batch or None")
     return _PRIORITIES[name]
+
+
+def _counts(neighbor_counts: typing.Sequence[int]) -> list[int]:
+    """Raises ValueError if they are no numbers that ascend."""
+    try:
+        counts = [whole_number(f"neighbor_counts[{i}]", count) for i, count in enumerate(neighbor_counts)]
+    except TypeError:
+        counts = []
+    if not counts or counts != sorted(set(counts)):
+        raise ValueError(f"neighbor_counts is {neighbor_counts!r}; it must be a list of numbers that ascend")
+    return counts
 
 
 def _automatic_scale(

@@ -5,6 +5,7 @@
 #include "core/estimators/fits/normal_regression-inl.h"
 #include "core/estimators/fits/shape_operator-inl.h"
 #include "core/estimators/group_estimate-inl.h"
+#include "core/estimators/scales/sum_scales-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -26,6 +27,24 @@ absl::Status RegressNormals(const SpatialIndex& index, const NeighborhoodPlan& p
   return status;
 }
 
+absl::Status RegressNormalScales(const SpatialIndex& index, std::span<const NeighborhoodPlan> plans, size_t group,
+                                 ScalesScratch<RegressionScratch>& s, std::span<PointCurvature* const> results) {
+  const absl::Status status = SumScales(
+      index, group, s, results, [&](size_t scale) -> const NeighborhoodPlan& { return plans[scale]; },
+      [](RegressionScratch&, size_t) {}, [](size_t) {},
+      [&](size_t scale, size_t i) {
+        SumRegression(s.ring.neighbors, s.scales[scale]->frames, i, s.scales[scale]->system);
+      });
+  if (!status.ok()) return status;
+  for (size_t scale = 0; scale < plans.size(); ++scale) {
+    RegressionScratch& scratch = *s.scales[scale];
+    SolveRegressions(scratch.frames, scratch.points, scratch.system, scratch.shapes);
+    WriteShapes(plans[scale], scratch.shapes, scratch, results[scale]);
+  }
+  s.EndRun();
+  return status;
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
@@ -33,6 +52,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 
 #include "core/estimators/fits/fit_scratch.h"
+#include "core/estimators/scales/scales_run.h"
 #include "core/estimators/single_phase_run.h"
 #include "core/estimators/strategy.h"
 
@@ -40,20 +60,38 @@ namespace curvd {
 namespace {
 
 HWY_EXPORT(RegressNormals);
+HWY_EXPORT(RegressNormalScales);
 
 absl::Status EstimateGroup(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group, RegressionScratch& s,
                            PointCurvature* results) {
   return HWY_DYNAMIC_DISPATCH(RegressNormals)(index, plan, group, s, results);
 }
 
+absl::Status EstimateScales(const SpatialIndex& index, std::span<const NeighborhoodPlan> plans, size_t group,
+                            ScalesScratch<RegressionScratch>& s, std::span<PointCurvature* const> results) {
+  return HWY_DYNAMIC_DISPATCH(RegressNormalScales)(index, plans, group, s, results);
+}
+
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
-  return RegressionScratch::MostBytes(options, point_count, 0);
+  const size_t largest = RegressionScratch::MostBytes(options, point_count, 0);
+  if (options.scale_count() == 1) return largest;
+  return ScalesScratch<RegressionScratch>::MostBytes(largest, sizeof(RegressionScratch), options.scale_count(),
+                                                     MostNeighbors(options, point_count));
 }
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,
                                    PointCurvature* results) {
   return std::make_unique<SinglePhaseRun<NeighborhoodPlan, RegressionScratch>>(
       index, NeighborhoodPlan::Make(options, index), results, EstimateGroup);
+}
+
+std::unique_ptr<StrategyRun> StartScales(const EstimatorOptions& options, const SpatialIndex& index,
+                                         std::span<PointCurvature* const> results) {
+  const auto make_plan = [](const EstimatorOptions& scale, const SpatialIndex& of) {
+    return NeighborhoodPlan::Make(scale, of);
+  };
+  return std::make_unique<ScalesRun<NeighborhoodPlan, RegressionScratch>>(options, index, results, make_plan,
+                                                                          EstimateScales);
 }
 
 }  // namespace
@@ -66,7 +104,8 @@ extern const Strategy kNormalRegression = {
     .needs_normals = true,
     .bytes_per_point = 0,
     .scratch_bytes = MostScratchBytes,
-    .start = Start};
+    .start = Start,
+    .start_scales = StartScales};
 
 }  // namespace curvd
 

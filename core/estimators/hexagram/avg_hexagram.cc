@@ -4,8 +4,10 @@
 // Must come after foreach_target.h.
 #include "core/estimators/group_estimate-inl.h"
 #include "core/estimators/hexagram/hexagram-inl.h"
+#include "core/estimators/hexagram/ring_steps-inl.h"
 #include "core/estimators/hexagram/sector_sums-inl.h"
 #include "core/estimators/principal-inl.h"
+#include "core/estimators/scales/sum_scales-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -27,6 +29,24 @@ absl::Status EstimateAvgHexagrams(const SpatialIndex& index, const AvgHexagramPl
   return status;
 }
 
+absl::Status EstimateHexagramScales(const SpatialIndex& index, std::span<const AvgHexagramPlan> plans, size_t group,
+                                    ScalesScratch<AvgHexagramScratch>& s, std::span<PointCurvature* const> results) {
+  PointRows& rows = s.scales[0]->rows;
+  const absl::Status status = SumScales(
+      index, group, s, results, [&](size_t scale) -> const NeighborhoodPlan& { return plans[scale].neighborhood; },
+      [](AvgHexagramScratch& scratch, size_t i) { scratch.Fill(i); },
+      [&](size_t) { WriteRingRows(s.ring.neighbors, rows); },
+      [&](size_t scale, size_t i) { SumRing(plans[scale], s.ring, rows, i, *s.scales[scale]); });
+  if (!status.ok()) return status;
+  for (size_t scale = 0; scale < plans.size(); ++scale) {
+    AvgHexagramScratch& scratch = *s.scales[scale];
+    MeasureHexagrams(scratch.hexagrams, plans[scale].rotations, scratch);
+    WriteMeasured(plans[scale].neighborhood, scratch, results[scale]);
+  }
+  s.EndRun();
+  return status;
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
@@ -38,6 +58,7 @@ HWY_AFTER_NAMESPACE();
 #include <numbers>
 
 #include "core/estimators/hexagram/avg_hexagram.h"
+#include "core/estimators/scales/scales_run.h"
 #include "core/estimators/single_phase_run.h"
 #include "core/estimators/strategy.h"
 
@@ -61,18 +82,43 @@ size_t AvgHexagramScratch::MostBytes(const EstimatorOptions& options, size_t poi
 namespace {
 
 HWY_EXPORT(EstimateAvgHexagrams);
+HWY_EXPORT(EstimateHexagramScales);
 
 absl::Status EstimateGroup(const SpatialIndex& index, const AvgHexagramPlan& plan, size_t group, AvgHexagramScratch& s,
                            PointCurvature* results) {
   return HWY_DYNAMIC_DISPATCH(EstimateAvgHexagrams)(index, plan, group, s, results);
 }
 
+absl::Status EstimateScales(const SpatialIndex& index, std::span<const AvgHexagramPlan> plans, size_t group,
+                            ScalesScratch<AvgHexagramScratch>& s, std::span<PointCurvature* const> results) {
+  return HWY_DYNAMIC_DISPATCH(EstimateHexagramScales)(index, plans, group, s, results);
+}
+
 constexpr std::array<OptionName, 1> kOptions = {"rotation_count"};
+
+size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
+  const size_t largest = AvgHexagramScratch::MostBytes(options, point_count);
+  if (options.scale_count() == 1) return largest;
+  const size_t neighbors = MostNeighbors(options, point_count);
+  const size_t steps = ScratchArray<int32_t>::MostBytes(neighbors + SpatialIndex::kLeafSize);
+  const size_t rows = ScratchArray<float>::MostBytes((neighbors + NeighborArrays::kPad) * PointRows::kRow);
+  return ScalesScratch<AvgHexagramScratch>::MostBytes(largest + rows, sizeof(AvgHexagramScratch) + steps,
+                                                      options.scale_count(), neighbors);
+}
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,
                                    PointCurvature* results) {
   return std::make_unique<SinglePhaseRun<AvgHexagramPlan, AvgHexagramScratch>>(index, AvgHexagramPlan(options, index),
                                                                                results, EstimateGroup);
+}
+
+std::unique_ptr<StrategyRun> StartScales(const EstimatorOptions& options, const SpatialIndex& index,
+                                         std::span<PointCurvature* const> results) {
+  const auto make_plan = [](const EstimatorOptions& scale, const SpatialIndex& of) {
+    return AvgHexagramPlan(scale, of);
+  };
+  return std::make_unique<ScalesRun<AvgHexagramPlan, AvgHexagramScratch>>(options, index, results, make_plan,
+                                                                          EstimateScales);
 }
 
 }  // namespace
@@ -84,8 +130,9 @@ extern const Strategy kAvgHexagram = {
     .options = kOptions,
     .needs_normals = true,
     .bytes_per_point = 0,
-    .scratch_bytes = AvgHexagramScratch::MostBytes,
-    .start = Start};
+    .scratch_bytes = MostScratchBytes,
+    .start = Start,
+    .start_scales = StartScales};
 
 }  // namespace curvd
 

@@ -31,6 +31,7 @@ struct AvgHexagramScratch : MeasuringScratch {
     measures.Fill(i);
   }
   size_t bytes() const override { return sizeof(*this) + search.bytes() + rows.bytes() + steps.bytes(); }
+  // At one scale.
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count);
 };
 

@@ -169,9 +169,9 @@ struct RowScale {
   }
 };
 
-// Adds listed neighbors, less `own`, to the sums of their steps.
-HWY_INLINE void AddSteps(const PointRows& rows, const int32_t* steps, size_t count, const float* own,
-                         const RowScale& scale, StepSums& sums) {
+// Adds listed neighbors, less `own`, to the sums of their steps. `rows` holds theirs, by the numbers in the list.
+HWY_INLINE void AddSteps(const float* rows, const int32_t* steps, size_t count, const float* own, const RowScale& scale,
+                         StepSums& sums) {
   const RowTag d;
   const IntRowTag di;
   const auto fixed_point = hn::Set(d, kFixedPoint);
@@ -181,7 +181,7 @@ HWY_INLINE void AddSteps(const PointRows& rows, const int32_t* steps, size_t cou
     own_quanta[part] = hn::Mul(hn::LoadU(d, own + part * hn::Lanes(d)), per_quantum[part]);
   }
   const auto add = [&](int32_t listed, int32_t(*sum)[PointRows::kRow]) HWY_ATTR {
-    const float* row = rows.row(static_cast<uint32_t>(listed) >> kStepBits);
+    const float* row = rows + size_t{static_cast<uint32_t>(listed) >> kStepBits} * PointRows::kRow;
     int32_t* to = sum[listed & ((1 << kStepBits) - 1)];
     for (size_t part = 0; part < kRowParts; ++part, row += hn::Lanes(d), to += hn::Lanes(d)) {
       // The difference as floats round it, since the quanta are powers of two.
@@ -242,17 +242,11 @@ HWY_INLINE void FoldSteps(const RowScale& scale, StepSums& sums, size_t i, Hexag
   }
 }
 
-// Sets all hexagrams of point i, turned evenly between one sector and the next, to the sums of its neighbors, which
-// were just found in `leaves`. Normals are summed relative to the point's own: their differences are what the measures
-// need to full precision. REQUIRES: its squared radius is not 0.
-HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const AvgHexagramPlan& plan, const LeafList& leaves,
-                                      size_t i, AvgHexagramScratch& s) {
+// Adds up listed neighbors, `count` in all, and sets all hexagrams of point i to their sums. `own` is what `rows` are
+// relative to the point by.
+HWY_INLINE void SumListed(const AvgHexagramPlan& plan, const float* rows, size_t count, const float* own, size_t i,
+                          AvgHexagramScratch& s) {
   const IntRowTag d;
-  s.rows.Start(leaves);
-  const size_t count = ListSteps(index, plan, i, s);
-  float own[PointRows::kRow] = {};
-  s.points.query.Get(i, own);
-  s.points.normal.Get(i, own + 4);
   const RowScale scale(count, s.neighborhoods.squared_radius[i], s.neighborhoods.agreement[i]);
   StepSums sums;
   for (auto& half : sums.row) {
@@ -260,7 +254,7 @@ HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const AvgHexagr
       for (size_t c = 0; c < PointRows::kRow; c += hn::Lanes(d)) hn::Store(hn::Zero(d), d, half[step] + c);
     }
   }
-  AddSteps(s.rows, s.steps.data(), count, own, scale, sums);
+  AddSteps(rows, s.steps.data(), count, own, scale, sums);
   switch (plan.rotations) {
     case 1:
       return FoldSteps<1>(scale, sums, i, s.hexagrams);
@@ -271,6 +265,19 @@ HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const AvgHexagr
     default:
       return FoldSteps<kMaxRotations>(scale, sums, i, s.hexagrams);
   }
+}
+
+// Sets all hexagrams of point i, turned evenly between one sector and the next, to the sums of its neighbors, which
+// were just found in `leaves`. Normals are summed relative to the point's own: their differences are what the measures
+// need to full precision. REQUIRES: its squared radius is not 0.
+HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const AvgHexagramPlan& plan, const LeafList& leaves,
+                                      size_t i, AvgHexagramScratch& s) {
+  s.rows.Start(leaves);
+  const size_t count = ListSteps(index, plan, i, s);
+  float own[PointRows::kRow] = {};
+  s.points.query.Get(i, own);
+  s.points.normal.Get(i, own + 4);
+  SumListed(plan, s.rows.row(0), count, own, i, s);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -14,6 +14,10 @@ namespace v1 = curvature::v1;
 // What standard errors need of an estimate that is not left open.
 absl::Status CheckFixed(const EstimatorOptions& options) {
   constexpr char kWhere[] = "where header.quantities has 10 (standard errors)";
+  if (options.scale_count() > 1) {
+    return InvalidOption("header.options.neighbor_counts", absl::StrCat("a list of ", options.scale_count()),
+                         absl::StrCat("a list of one ", kWhere));
+  }
   if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) {
     return InvalidOption("header.options.radius", absl::StrCat(radius->radius), absl::StrCat("unset ", kWhere));
   }

@@ -598,5 +598,38 @@ TEST_F(CurvTest, NotesWhatItLeavesOut) {
   EXPECT_THAT(run.err, Not(HasSubstr("terminate")));
 }
 
+TEST_F(CurvTest, SeveralNeighborCountsAreColumnsForEach) {
+  const std::string cloud = Cloud(), scales = dir_.File("scales.ply"), one = dir_.File("one.ply");
+  const CurvRun run = RunCurv({"estimate", cloud, "-o", scales, "--k=16,64", "--summary=json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("\"neighbor_counts\":[16,64]"), HasSubstr("{\"neighbor_count\":64,\"status\"")));
+  const absl::StatusOr<PointTable> table = LoadTable(scales);
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(ColumnNames(*table),
+              IsSupersetOf({"mean_curvature_k16", "d1x_k16", "status_k16", "k2_k64", "status_k64"}));
+  EXPECT_THAT(ColumnNames(*table), Not(Contains("mean_curvature")));
+  // An earlier estimate is replaced, whatever its scales were, and each scale is what it is alone.
+  ASSERT_EQ(RunCurv({"estimate", scales, "-o", one, "--k=64"}).exit_code, 0);
+  const absl::StatusOr<PointTable> alone = LoadTable(one);
+  ASSERT_TRUE(alone.ok()) << alone.status();
+  EXPECT_THAT(ColumnNames(*alone), Not(Contains("status_k16")));
+  EXPECT_EQ(alone->Find("mean_curvature")->values, table->Find("mean_curvature_k64")->values);
+  const CurvRun text = RunCurv({"estimate", cloud, "-o", scales, "--k=16,64"});
+  EXPECT_THAT(text.out, AllOf(HasSubstr("K = 16, 64"), HasSubstr("  K = 64\n"), HasSubstr("mean_curvature_k64")));
+  EXPECT_EQ(RunCurv({"render", scales, "-o", dir_.File("k.png"), "--quantity=mean_curvature_k64"}).exit_code, 0);
+}
+
+TEST_F(CurvTest, RefusesNeighborCountsThatMakeNoSense) {
+  const std::string cloud = Cloud(), out = dir_.File("out.ply");
+  for (const char* k : {"--k=64,16", "--k=16,16", "--k=3,16", "--k=16,", "--k=16,auto"}) {
+    const CurvRun run = RunCurv({"estimate", cloud, "-o", out, k});
+    EXPECT_EQ(run.exit_code, 2) << k;
+    EXPECT_THAT(run.err, HasSubstr("that ascend, with commas between")) << k;
+  }
+  EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, "--k=16,64", "--color"}).err, HasSubstr("several --k"));
+  EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, "--k=16,64", "--estimator=jet"}).err,
+              HasSubstr("one of avg-hexagram, normal-regression"));
+}
+
 }  // namespace
 }  // namespace curv

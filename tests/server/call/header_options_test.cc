@@ -287,5 +287,54 @@ TEST(FillEstimatorsTest, NamesEveryEstimatorThatMayBeAskedFor) {
   EXPECT_THAT(info.estimators(), ::testing::Contains(v1::ESTIMATOR_AUTO));
 }
 
+v1::CloudHeader WithCounts(std::initializer_list<uint32_t> counts) {
+  v1::CloudHeader header;
+  for (const uint32_t count : counts) header.mutable_options()->add_neighbor_counts(count);
+  return header;
+}
+
+TEST(ResolveHeaderTest, SeveralNeighborCountsAreTakenAndTold) {
+  const auto options = ResolveHeader(WithCounts({16, 50, 100}), kLimits);
+  ASSERT_TRUE(options.ok()) << options.status();
+  EXPECT_TRUE(options->names_counts);
+  EXPECT_EQ(std::get<NeighborCount>(options->estimator.neighborhood).count, 100u);
+  EXPECT_THAT(options->estimator.smaller_counts.span(), ::testing::ElementsAre(50u, 16u));
+  v1::Accepted accepted;
+  FillAccepted(*options, kLimits, "", &accepted);
+  EXPECT_THAT(accepted.options().neighbor_counts(), ::testing::ElementsAre(16u, 50u, 100u));
+  EXPECT_EQ(accepted.options().neighborhood_case(), v1::EstimatorOptions::NEIGHBORHOOD_NOT_SET);
+  // One of any estimator.
+  v1::CloudHeader one = WithCounts({30});
+  one.mutable_options()->set_estimator(v1::ESTIMATOR_JET_FITTING);
+  EXPECT_TRUE(Refusal(one).ok());
+}
+
+TEST(ResolveHeaderTest, RefusesNeighborCountsThatItCannotServe) {
+  const auto refused = [](const v1::CloudHeader& header, const char* field, const char* value, const char* limit) {
+    return IsError(Refusal(header), kInvalid, kReasonInvalidOption, {field, value, limit});
+  };
+  EXPECT_TRUE(refused(WithCounts({3, 16}), "header.options.neighbor_counts[0]", "3", "at least 4"));
+  EXPECT_TRUE(
+      refused(WithCounts({16, 16}), "header.options.neighbor_counts[1]", "16", "above the count before it, 16"));
+  EXPECT_TRUE(IsError(Refusal(WithCounts({16, 101})), absl::StatusCode::kResourceExhausted, kReasonNeighborhoodTooLarge,
+                      {"header.options.neighbor_counts[1]", "101", "at most 100", "max_neighbor_count"}));
+  EXPECT_TRUE(refused(WithCounts({4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20}),
+                      "header.options.neighbor_counts", "a list of 17", "at most 16"));
+  v1::CloudHeader header = WithCounts({16, 32});
+  header.mutable_options()->set_radius(1.0);
+  EXPECT_TRUE(refused(header, "header.options.neighbor_counts", "a list of 2", "unset where neighbor_count, radius"));
+  header = WithCounts({16, 32});
+  for (const v1::Estimator estimator : {v1::ESTIMATOR_JET_FITTING, v1::ESTIMATOR_AUTO, v1::ESTIMATOR_UNIFORM}) {
+    header.mutable_options()->set_estimator(estimator);
+    EXPECT_TRUE(refused(header, "header.options.estimator", "", "one of avg-hexagram, normal-regression"));
+  }
+  header = WithCounts({16, 32});
+  header.add_quantities(v1::QUANTITY_STANDARD_ERRORS);
+  EXPECT_TRUE(refused(header, "header.options.neighbor_counts", "a list of 2", "a list of one"));
+  header = WithCounts({16, 32});
+  header.add_quantities(v1::QUANTITY_NORMALS);
+  EXPECT_TRUE(refused(header, "header.options.neighbor_counts", "set", "a quantity of curvature"));
+}
+
 }  // namespace
 }  // namespace curvd

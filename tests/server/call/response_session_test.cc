@@ -52,6 +52,24 @@ TEST(ResponseSessionTest, ResultsCoverTheCloudInOrderThenTheSummary) {
   EXPECT_EQ(session.Next().kind, Kind::kEnd);
 }
 
+TEST(ResponseSessionTest, EachScaleCoversTheCloudAfterTheOneBefore) {
+  ResponseSession session;
+  session.Accept();
+  session.Next();
+  session.Complete(15, 10, 3);
+  for (uint64_t scale = 0; scale < 3; ++scale) {
+    for (const auto& [first, count] : {std::pair(0, 10), std::pair(10, 5)}) {
+      const ResponseSession::Message message = session.Next();
+      ASSERT_EQ(message.kind, Kind::kResults);
+      EXPECT_EQ(message.scale, scale);
+      EXPECT_EQ(message.first, static_cast<uint64_t>(first));
+      EXPECT_EQ(message.count, static_cast<uint64_t>(count));
+    }
+  }
+  EXPECT_EQ(session.Next().kind, Kind::kSummary);
+  EXPECT_EQ(session.Next().kind, Kind::kEnd);
+}
+
 TEST(ResponseSessionTest, TheLastChunkMayBeFull) {
   ResponseSession session;
   session.Accept();
