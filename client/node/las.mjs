@@ -40,7 +40,7 @@ export async function readPointCloud(file) {
   const bytes = name === "" ? file : await readFile(file);
   try {
     const header = readHeader(bytes);
-    return takeApart(header, await recordsOf(bytes, header));
+    return takeApart(header, await pointsOf(bytes, header));
   } catch (error) {
     throw new Error(`${name}${error.message}`, { cause: error });
   }
@@ -53,7 +53,8 @@ function check(holds, message) {
   if (!holds) throw new Error(message);
 }
 
-function readHeader(bytes) {
+/** Reads and checks what stands around the points of a whole file. Throws an Error that says what is wrong. */
+export function readHeader(bytes) {
   const view = viewOf(bytes);
   const signature = JSON.stringify(textOf(bytes.subarray(0, 4)));
   check(signature === '"LASF"', `the signature of the file is ${signature}: a LAS file starts with "LASF"`);
@@ -80,7 +81,8 @@ function readHeader(bytes) {
   const header = { minor, format, isCompressed, headerBytes, pointsAt, recordBytes };
   header.pointCount = readCount(view, header);
   header.axes = [0, 1, 2].map((axis) => readAxis(view, axis));
-  header.descriptors = readDescriptors(bytes, header);
+  header.records = readRecords(bytes, header);
+  header.descriptors = descriptorsOf(bytes, header.records);
   return header;
 }
 
@@ -111,33 +113,42 @@ function readAxis(view, axis) {
   return { scale, offset };
 }
 
-// The descriptors of extra attributes, 192 bytes each, of all records that have some, extended ones too.
-function readDescriptors(bytes, { minor, headerBytes, pointsAt }) {
+// The variable length records, extended ones too: whose they are, which, and the bytes from `start` to `end`, of which
+// the first `head` are the record's own header.
+function readRecords(bytes, { minor, headerBytes, pointsAt }) {
   const view = viewOf(bytes);
-  const found = [];
-  const visit = (count, start, limit, head, lengthOf) => {
-    let at = start;
+  const records = [];
+  const visit = (count, first, limit, isExtended) => {
+    const head = isExtended ? EXTENDED_HEAD : RECORD_HEAD;
+    let start = first;
     for (let i = 0; i < count; i++) {
-      check(at + head <= limit, `variable length record ${i} starts at byte ${at}: its header ends behind ${limit}`);
-      const length = lengthOf(at + 20);
-      check(at + head + length <= limit, `variable length record ${i} has ${length} bytes: they end behind ${limit}`);
-      const isDescription = textOf(bytes.subarray(at + 2, at + 18)) === "LASF_Spec" && view.getUint16(at + 18, true) === 4;
-      for (let j = 0; isDescription && j + DESCRIPTOR_BYTES <= length; j += DESCRIPTOR_BYTES) {
-        found.push(bytes.subarray(at + head + j, at + head + j + DESCRIPTOR_BYTES));
-      }
-      at += head + length;
+      check(start + head <= limit, `variable length record ${i} starts at byte ${start}: its header ends behind ${limit}`);
+      const length = isExtended ? Number(view.getBigUint64(start + 20, true)) : view.getUint16(start + 20, true);
+      const end = start + head + length;
+      check(end <= limit, `variable length record ${i} has ${length} bytes: they end behind byte ${limit}`);
+      const user = textOf(bytes.subarray(start + 2, start + 18));
+      records.push({ user, id: view.getUint16(start + 18, true), isExtended, start, head, end });
+      start = end;
     }
   };
-  visit(view.getUint32(100, true), headerBytes, pointsAt, RECORD_HEAD, (at) => view.getUint16(at, true));
-  if (minor >= 4 && view.getUint32(243, true) > 0) {
-    const start = Number(view.getBigUint64(235, true));
-    const lengthOf = (at) => Number(view.getBigUint64(at, true));
-    visit(view.getUint32(243, true), start, bytes.length, EXTENDED_HEAD, lengthOf);
-  }
-  return found;
+  visit(view.getUint32(100, true), headerBytes, pointsAt, false);
+  if (minor >= 4) visit(view.getUint32(243, true), Number(view.getBigUint64(235, true)), bytes.length, true);
+  return records;
 }
 
-async function recordsOf(bytes, { isCompressed, pointsAt, pointCount, recordBytes }) {
+// The descriptors of extra attributes, 192 bytes each.
+function descriptorsOf(bytes, records) {
+  return records
+    .filter(({ user, id }) => user === "LASF_Spec" && id === 4)
+    .flatMap(({ start, head, end }) =>
+      Array.from({ length: Math.floor((end - start - head) / DESCRIPTOR_BYTES) }, (_, i) =>
+        bytes.subarray(start + head + i * DESCRIPTOR_BYTES, start + head + (i + 1) * DESCRIPTOR_BYTES),
+      ),
+    );
+}
+
+/** Resolves to the points' records as they lie in an uncompressed file. */
+export async function pointsOf(bytes, { isCompressed, pointsAt, pointCount, recordBytes }) {
   if (!isCompressed) return bytes.subarray(pointsAt, pointsAt + pointCount * recordBytes);
   return pointCount === 0 ? new Uint8Array() : decompress(bytes, pointCount, recordBytes);
 }

@@ -1,6 +1,6 @@
 // Files of surveys. The LAS, LAZ and COPC files are those that PDAL wrote; against a real curvd (CURVD_SERVER).
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawnSync } from "node:child_process";
 import { cpSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
@@ -75,6 +75,41 @@ test("wrong files are refused, and say what is wrong", async () => {
   await assert.rejects(readPointCloud("missing.las"), /missing\.las/);
   await assert.rejects(readPointCloud(5), TypeError);
   await assert.rejects(readPointCloud(fileOf("README.md")), /README\.md: the signature/);
+});
+
+test("curvd-las makes the LAS file that was compressed", (context) => {
+  const folder = mkdtempSync(path.join(tmpdir(), "curvd-las-"));
+  context.after(() => rmSync(folder, { recursive: true }));
+  const run = (...words) =>
+    spawnSync(process.execPath, [path.join(nodeClient, "curvd-las.mjs"), ...words], { cwd: folder, encoding: "utf8" });
+  const made = (name) => {
+    const { status, stderr } = run(fileOf(name), "out.las");
+    assert.equal(status, 0, stderr);
+    return readFileSync(path.join(folder, "out.las"));
+  };
+  const points = (bytes) => bytes.subarray(bytes.readUInt32LE(96));
+  assert.deepEqual(made("terrain_3.laz"), readFileSync(fileOf("terrain_3.las")));
+  const plain = readFileSync(fileOf("terrain_7.las"));
+  plain.fill(0, 235, 243); // where extended records would start, of which there are none
+  assert.deepEqual(made("terrain_7.laz"), plain);
+  const copc = made("terrain_7.copc.laz");
+  assert.deepEqual(points(copc), points(plain));
+  assert.deepEqual([copc.readUInt32LE(100), copc.readUInt32LE(243)], [2, 0]);
+  assert.doesNotMatch(copc.toString("latin1"), /copc|laszip encoded/);
+
+  const cases = [
+    [2, /usage: curvd-las IN\.laz OUT\.las/, ["in.laz"]],
+    [2, /must end in \.las/, [fileOf("terrain_3.laz"), "out.laz"]],
+    [3, /is a LAS file already/, [fileOf("terrain_3.las"), "out.las"]],
+    [3, /no such file/, ["missing.laz", "out.las"]],
+    [4, /no such file/, [fileOf("terrain_3.laz"), "nowhere/out.las"]],
+  ];
+  for (const [code, said, words] of cases) {
+    const { status, stderr } = run(...words);
+    assert.equal(status, code, stderr);
+    assert.match(stderr, said);
+  }
+  assert.match(run("--help").stdout, /^usage/);
 });
 
 test("without laz-perf a LAZ file says what to install", (context) => {

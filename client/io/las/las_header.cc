@@ -32,11 +32,12 @@ absl::Status CompressedError(std::string_view file) {
   const size_t first_record = ScalarAt<uint16_t>(file, 94);
   const bool is_copc =
       first_record + kLasRecordHeaderBytes <= file.size() && TextOf(file.substr(first_record + 2, 16)) == "copc";
-  return Error("the points are compressed (", is_copc ? "COPC, a kind of LAZ" : "LAZ",
-               "; byte 104, the point data record format, is ", static_cast<unsigned>(file[104] & 0xff),
-               "): this curv was built without lazperf, and reads plain LAS. Decompress the file first, with \"laszip "
-               "-i in.laz -o out.las\" or "
-               "\"pdal translate in.laz out.las\"");
+  return Error(
+      "the points are compressed (", is_copc ? "COPC, a kind of LAZ" : "LAZ",
+      "; byte 104, the point data record format, is ", static_cast<unsigned>(file[104] & 0xff),
+      "): this curv was built without lazperf, and reads plain LAS. Decompress the file first, with \"laszip -i in.laz "
+      "-o out.las\", \"pdal translate in.laz out.las\" or, of the Node.js client, \"npx curvd-las in.laz "
+      "out.las\"");
 }
 
 // Reads the header field by field.
