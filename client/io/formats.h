@@ -41,7 +41,8 @@ absl::StatusOr<PointTable> ReadCsv(std::string_view bytes);
 
 // Reads LAS 1.0 to 1.4, point formats 0 to 10 (ASPRS LAS 1.4 R15): x y z in doubles, every attribute of the format, and
 // the extra ones under their names; normal_x normal_y normal_z become nx ny nz. What else the file says is kept in
-// PointTable::las. Compressed points (LAZ, COPC) are refused with a remedy.
+// PointTable::las. Compressed points (LAZ, COPC) are read where the build found lazperf, and refused with a remedy
+// elsewhere.
 absl::StatusOr<PointTable> ReadLas(std::string_view bytes);
 
 // Reads an array that numpy has saved: (N, 3), x y z; (N, 6), with nx ny nz; wider ones, whose further columns are

@@ -48,7 +48,8 @@ std::string PlyHead(const PointTable& table, uint64_t rows, const PlyForm& form)
 std::string HeaderName(std::string_view name) {
   std::string result(name);
   for (char& c : result) {
-    if (c <= ' ' || c == ',' || c == '"' || c == '\x7f') c = '_';
+    // Bytes from 0x80 on are of letters in UTF-8.
+    if (static_cast<unsigned char>(c) <= ' ' || c == ',' || c == '"' || c == '\x7f') c = '_';
   }
   return result;
 }

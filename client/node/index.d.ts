@@ -207,6 +207,14 @@ export function estimateNormals(
   options?: NormalsOptions & ServerOptions,
 ): Promise<Normals>;
 
+export interface PointCloud {
+  positions: Float64Array;
+  normals: Float64Array | null;
+  pointCount: number;
+}
+
+export function readPointCloud(file: string | URL | Uint8Array): Promise<PointCloud>;
+
 export class CurvdError extends Error {
   readonly code: number;
   readonly codeName: string;

@@ -112,7 +112,7 @@ class Reader:
 def run(document, source_dir, build_dir):
     with tempfile.TemporaryDirectory() as folder:
         clone = pathlib.Path(folder)
-        for name in ("client", "proto", "deploy"):
+        for name in ("client", "proto", "deploy", "tests"):
             (clone / name).symlink_to(pathlib.Path(source_dir) / name)
         (clone / "build").mkdir()
         (clone / "build" / "release").symlink_to(build_dir)

@@ -67,17 +67,19 @@ def make_stubs(source_dir, folder, language, path=None):
         run(["bash", "-euc", commands], folder, PATH=f"{path or ''}:{os.environ['PATH']}")
 
 
-def try_go(source_dir, cache, folder):
+def build_go(source_dir, cache, folder, main):
+    """Makes stubs and a program of the text `main`; returns the words of the command that runs it."""
     packages = "golang-go golang-google-grpc-dev golang-github-golang-protobuf-1-5-dev protobuf-compiler protoc-gen-go protoc-gen-go-grpc"
     missing(["go", "protoc", "protoc-gen-go", "protoc-gen-go-grpc", GO_LIBRARIES / "grpc/server.go", GO_PROTOBUF], packages)
     make_stubs(source_dir, folder, "go")
-    (folder / "main.go").write_text(blocks(source_dir, "go")[0], encoding="utf-8")
-    run(["go", "build", "-o", "sphere", "main.go"], folder, GO111MODULE="off", GOPATH=f"{folder}:/usr/share/gocode",
+    (folder / "main.go").write_text(main, encoding="utf-8")
+    run(["go", "build", "-o", "program", "main.go"], folder, GO111MODULE="off", GOPATH=f"{folder}:/usr/share/gocode",
         GOCACHE=str(cache / "go"), GOFLAGS="-p=2")
-    check_answer(run(["./sphere", os.environ["CURVD_SERVER"]], folder))
+    return [str(folder / "program")]
 
 
-def try_java(source_dir, _, folder):
+def build_java(source_dir, folder, name, main):
+    """The same for a class of that name."""
     packages = ("default-jdk-headless libgrpc-java libprotobuf-java libnetty-java libperfmark-java libgeronimo-annotation-1.3-spec-java "
                 "protobuf-compiler protobuf-compiler-grpc-java-plugin")
     missing(["javac", "protoc", "grpc_java_plugin", *(JAVA_LIBRARIES / f"{jar}.jar" for jar in ("grpc-netty", "netty-codec-http2", "perfmark-api", "geronimo-annotation-1.3-spec"))], packages)
@@ -85,11 +87,21 @@ def try_java(source_dir, _, folder):
     (folder / "bin").mkdir()
     (folder / "bin" / "protoc-gen-grpc-java").symlink_to(shutil.which("grpc_java_plugin"))
     make_stubs(source_dir, folder, "java", folder / "bin")
-    (folder / "Sphere.java").write_text(blocks(source_dir, "java")[0], encoding="utf-8")
+    (folder / f"{name}.java").write_text(main, encoding="utf-8")
     jars = ":".join(str(jar) for jar in sorted(JAVA_LIBRARIES.glob("*.jar")) if jar.stem in JARS or jar.stem.startswith("netty"))
     sources = [str(path) for path in (folder / "src").rglob("*.java")]
-    run(["javac", "-nowarn", "-cp", jars, "-d", "classes", *sources, "Sphere.java"], folder)
-    check_answer(run(["java", "-cp", f"classes:{jars}", "Sphere", os.environ["CURVD_SERVER"]], folder))
+    run(["javac", "-nowarn", "-cp", jars, "-d", "classes", *sources, f"{name}.java"], folder)
+    return ["java", "-cp", f"{folder / 'classes'}:{jars}", name]
+
+
+def try_go(source_dir, cache, folder):
+    program = build_go(source_dir, cache, folder, blocks(source_dir, "go")[0])
+    check_answer(run([*program, os.environ["CURVD_SERVER"]], folder))
+
+
+def try_java(source_dir, _, folder):
+    program = build_java(source_dir, folder, "Sphere", blocks(source_dir, "java")[0])
+    check_answer(run([*program, os.environ["CURVD_SERVER"]], folder))
 
 
 def in_csharp(name):

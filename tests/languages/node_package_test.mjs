@@ -13,7 +13,9 @@ const server = process.env.CURVD_SERVER;
 const compiler = path.join(source, "node_modules/typescript/bin/tsc");
 
 const PROGRAM = `
-import { CurvatureClient, CurvdError, PointStatus, type ResultChunk } from "curvd-client";
+import { CurvatureClient, CurvdError, PointStatus, readPointCloud, type PointCloud, type ResultChunk } from "curvd-client";
+
+const read: (file: string) => Promise<PointCloud> = readPointCloud;
 
 const positions = new Float32Array(3 * 1000), normals = new Float32Array(3 * 1000);
 for (let i = 0; i < 1000; i++) {
@@ -57,6 +59,8 @@ test("the package is installed in an empty folder by npm, works there, and its t
   assert.ok(!existsSync(path.join(installed, "pack.mjs")));
   const { version } = JSON.parse(readFileSync(path.join(installed, "package.json"), "utf8"));
   assert.equal(version, /^project\(curvd VERSION (\S+)/m.exec(readFileSync(path.join(root, "CMakeLists.txt"), "utf8"))[1]);
+
+  assert.match(run(path.join(folder, "node_modules/.bin/curvd-las"), "--help"), /^usage: curvd-las/);
 
   // README's program, as who has installed the package writes it.
   const readme = readFileSync(path.join(root, "README.md"), "utf8");

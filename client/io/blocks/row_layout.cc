@@ -92,10 +92,12 @@ uint64_t LasPointsAt(std::string_view start) { return start.size() < 100 ? 0 : S
 
 std::optional<RowLayout> LasLayout(std::string_view start) {
   // Bytes of the header that tell how many points there are, and where what follows them is.
-  constexpr size_t kRecordBytes = 105, kLegacyCount = 107, kWaveforms = 227, kExtended = 235, kExtendedCount = 243,
-                   kCount = 247;
+  constexpr size_t kFormat = 104, kRecordBytes = 105, kLegacyCount = 107, kWaveforms = 227, kExtended = 235,
+                   kExtendedCount = 243, kCount = 247;
   const uint64_t points_at = LasPointsAt(start);
   if (points_at < 227 || points_at > start.size() || start.substr(0, 4) != "LASF") return std::nullopt;
+  // Compressed points have no rows.
+  if ((ScalarAt<uint8_t>(start, kFormat) & 0xC0) != 0) return std::nullopt;
   const auto minor_version = ScalarAt<uint8_t>(start, 25);
   const size_t row_bytes = ScalarAt<uint16_t>(start, kRecordBytes);
   if (row_bytes == 0 || (minor_version >= 4 && points_at < 375) || (minor_version == 3 && points_at < 235)) {

@@ -45,6 +45,14 @@ std::string Unique(std::string name, std::set<std::string>& used) {
   return name;
 }
 
+// The first bytes of a name, at most `most`, without a part of a letter of UTF-8 at their end.
+std::string Shortened(std::string name, size_t most) {
+  if (name.size() <= most) return name;
+  while (most > 0 && (static_cast<uint8_t>(name[most]) & 0xC0) == 0x80) --most;
+  name.resize(most);
+  return name;
+}
+
 // Names for bytes of which nothing is known: undocumented, undocumented_2 and so on.
 class UndocumentedNames {
  public:
@@ -221,10 +229,10 @@ LasExtra DescribeColumn(const Column& column, std::set<std::string>& used) {
     if (name == in_table) name = in_file;
     if (name == in_file) break;
   }
-  std::string short_name = HeaderName(name).substr(0, kMaxLasName);
+  std::string short_name = Shortened(HeaderName(name), kMaxLasName);
   for (int number = 2; !used.insert(short_name).second; ++number) {
     const std::string tail = absl::StrCat("_", number);
-    short_name = HeaderName(name).substr(0, kMaxLasName - tail.size()) + tail;
+    short_name = Shortened(HeaderName(name), kMaxLasName - tail.size()) + tail;
   }
   LasExtra extra = NewExtra(static_cast<uint8_t>(kTypes[static_cast<size_t>(column.kind())]), 0, short_name,
                             column.name == "status" ? "1: ok, else why there is none" : "");

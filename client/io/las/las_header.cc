@@ -10,6 +10,7 @@
 #include "client/io/bytes.h"
 #include "client/io/las/extra_bytes.h"
 #include "client/io/las/las_fields.h"
+#include "client/io/las/laz_points.h"
 #include "client/io/text.h"
 
 namespace curv {
@@ -23,15 +24,20 @@ absl::Status Error(const Parts&... parts) {
 constexpr size_t kSmallestHeader = 227;
 constexpr uint8_t kCompressedBits = 0xC0;
 
+// The most bytes of points that a byte of a compressed file may stand for; surveys have 5 to 20.
+constexpr uint64_t kMostInflation = 1024;
+
 // Points are compressed where LASzip has marked their format.
 absl::Status CompressedError(std::string_view file) {
   const size_t first_record = ScalarAt<uint16_t>(file, 94);
   const bool is_copc =
       first_record + kLasRecordHeaderBytes <= file.size() && TextOf(file.substr(first_record + 2, 16)) == "copc";
-  return Error("the points are compressed (", is_copc ? "COPC, a kind of LAZ" : "LAZ",
-               "; byte 104, the point data record format, is ", static_cast<unsigned>(file[104] & 0xff),
-               "): curv reads plain LAS. Decompress the file first, with \"laszip -i in.laz -o out.las\" or "
-               "\"pdal translate in.laz out.las\"");
+  return Error(
+      "the points are compressed (", is_copc ? "COPC, a kind of LAZ" : "LAZ",
+      "; byte 104, the point data record format, is ", static_cast<unsigned>(file[104] & 0xff),
+      "): this curv was built without lazperf, and reads plain LAS. Decompress the file first, with \"laszip -i in.laz "
+      "-o out.las\", \"pdal translate in.laz out.las\" or, of the Node.js client, \"npx curvd-las in.laz "
+      "out.las\"");
 }
 
 // Reads the header field by field.
@@ -45,6 +51,7 @@ class HeaderReader {
       if (absl::Status status = (this->*step)(); !status.ok()) return status;
     }
     TakeExtraBytes();
+    if (header_.is_compressed) header_.end = file_.size();
     return std::move(header_);
   }
 
@@ -70,7 +77,11 @@ class HeaderReader {
                    ": expected LAS 1.0 to 1.4");
     }
     frame().point_format = At<uint8_t>(104);
-    if ((frame().point_format & kCompressedBits) != 0) return CompressedError(file_);
+    if ((frame().point_format & kCompressedBits) != 0) {
+      if (!CanReadLaz()) return CompressedError(file_);
+      header_.is_compressed = true;
+      frame().point_format &= static_cast<uint8_t>(~kCompressedBits);
+    }
     if (frame().point_format > kMaxLasFormat) {
       return Error("the point data record format is ", static_cast<unsigned>(frame().point_format), ": expected 0 to ",
                    static_cast<unsigned>(kMaxLasFormat));
@@ -120,12 +131,26 @@ class HeaderReader {
       }
     }
     const size_t room = file_.size() - header_.points_at;
+    if (header_.is_compressed) return TakeCompressedCount(count, room);
     if (count > room / header_.record_bytes) {
       return Error("the file ends too early: the number of point records is ", count, ", ", header_.record_bytes,
                    " bytes each, but only ", room, " bytes follow the offset to point data, ", header_.points_at);
     }
     header_.points = count;
     header_.end = header_.points_at + header_.points * header_.record_bytes;
+    return absl::OkStatus();
+  }
+
+  // Where compressed points end is not said: their chunks and what describes these take the room up to the first
+  // extended record, or to the end of the file.
+  absl::Status TakeCompressedCount(uint64_t count, size_t room) {
+    if (count > room * kMostInflation / header_.record_bytes) {
+      return Error("the number of point records is ", count, ", ", header_.record_bytes, " bytes each, but only ", room,
+                   " bytes follow the offset to point data, ", header_.points_at, ": each may stand for ",
+                   kMostInflation, " bytes of points at most");
+    }
+    header_.points = count;
+    header_.end = header_.points_at;
     return absl::OkStatus();
   }
 
@@ -221,7 +246,13 @@ class HeaderReader {
     return absl::OkStatus();
   }
 
-  // Moves the descriptors of extra bytes out of the records.
+  // Whether a record tells how the points of this file are compressed, which no longer holds for those of another.
+  static bool TellsOfCompression(const LasRecord& record) {
+    constexpr uint16_t kLaszip = 22204, kCopcInfo = 1, kCopcHierarchy = 1000;
+    return record.Is("laszip encoded", kLaszip) || record.Is("copc", kCopcInfo) || record.Is("copc", kCopcHierarchy);
+  }
+
+  // Moves the descriptors of extra bytes out of the records, and drops what tells of compression.
   void TakeExtraBytes() {
     std::vector<LasRecord> kept;
     for (size_t i = 0; i < frame().records.size(); ++i) {
@@ -230,6 +261,7 @@ class HeaderReader {
         header_.extra_bytes += record.payload;
         continue;
       }
+      if (header_.is_compressed && TellsOfCompression(record)) continue;
       if (frame().waveform_record == i) frame().waveform_record = kept.size();
       kept.push_back(std::move(record));
     }

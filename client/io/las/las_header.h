@@ -14,14 +14,16 @@ namespace curv {
 struct LasHeader {
   LasFrame frame;        // without `extras`
   size_t points_at = 0;  // byte of the first point
-  size_t points = 0;     // points_at + points * record_bytes is at most the file's size
+  size_t points = 0;     // points_at + points * record_bytes is at most the file's size, unless they are compressed
   size_t record_bytes = 0;
-  size_t end = 0;           // byte after the last thing that the header tells of
-  std::string extra_bytes;  // descriptors of all Extra Bytes records, 192 bytes each
+  bool is_compressed = false;  // LazPoints reads them
+  size_t end = 0;              // byte after the last thing that the header tells of
+  std::string extra_bytes;     // descriptors of all Extra Bytes records, 192 bytes each
 };
 
 // Reads LAS 1.0 to 1.4, point formats 0 to 10, from the whole file. INVALID_ARGUMENT naming the field, its value and
-// what was expected if the file is anything else; for compressed points (LAZ, COPC) it names what decompresses them.
+// what was expected if the file is anything else, and, naming what decompresses them, for compressed points (LAZ, COPC)
+// unless CanReadLaz(). The records that tell of compression are left out.
 absl::StatusOr<LasHeader> ReadLasHeader(std::string_view file);
 
 }  // namespace curv

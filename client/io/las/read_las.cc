@@ -14,6 +14,7 @@
 #include "client/io/las/extra_bytes.h"
 #include "client/io/las/las_columns.h"
 #include "client/io/las/las_header.h"
+#include "client/io/las/laz_points.h"
 
 namespace curv {
 namespace {
@@ -49,15 +50,50 @@ void AppendCoordinates(const LasAxis& axis, const char* first, size_t count, siz
   }
 }
 
-void ReadPoints(std::string_view file, const LasHeader& header, const std::vector<LasField>& fields,
-                PointTable& table) {
+// Gives the records of a file block by block, from the file itself or decompressed.
+class RecordBlocks {
+ public:
+  static absl::StatusOr<RecordBlocks> Open(std::string_view file, const LasHeader& header) {
+    RecordBlocks blocks(file.substr(header.points_at), header.record_bytes);
+    if (header.is_compressed && header.points > 0) {
+      auto compressed = LazPoints::Open(file, header.points, header.record_bytes);
+      if (!compressed.ok()) return compressed.status();
+      blocks.compressed_ = *std::move(compressed);
+      blocks.block_.resize(kBlockRows * header.record_bytes);
+    }
+    return blocks;
+  }
+
+  // Returns `count` records from `begin` on, where the last call's ended. They stay until the next call.
+  // REQUIRES: count <= kBlockRows.
+  absl::StatusOr<const char*> Next(size_t begin, size_t count) {
+    if (compressed_ == nullptr) return points_.data() + begin * record_bytes_;
+    if (absl::Status status = compressed_->Next(count, block_.data()); !status.ok()) return status;
+    return block_.data();
+  }
+
+ private:
+  RecordBlocks(std::string_view points, size_t record_bytes) : points_(points), record_bytes_(record_bytes) {}
+
+  std::string_view points_;
+  size_t record_bytes_;
+  std::unique_ptr<LazPoints> compressed_;
+  std::vector<char> block_;
+};
+
+absl::Status ReadPoints(std::string_view file, const LasHeader& header, const std::vector<LasField>& fields,
+                        PointTable& table) {
+  absl::StatusOr<RecordBlocks> blocks = RecordBlocks::Open(file, header);
+  if (!blocks.ok()) return blocks.status();
   std::vector<double> coordinates[3];
   for (std::vector<double>& values : coordinates) values.reserve(header.points);
   std::vector<LasColumnReader> readers(fields.begin(), fields.end());
   for (LasColumnReader& reader : readers) reader.Reserve(header.points);
   for (size_t begin = 0; begin < header.points; begin += kBlockRows) {
     const size_t count = std::min(kBlockRows, header.points - begin);
-    const char* const records = file.data() + header.points_at + begin * header.record_bytes;
+    const absl::StatusOr<const char*> block = blocks->Next(begin, count);
+    if (!block.ok()) return block.status();
+    const char* const records = *block;
     for (size_t axis = 0; axis < 3; ++axis) {
       AppendCoordinates(header.frame.axes[axis], records + axis * sizeof(int32_t), count, header.record_bytes,
                         coordinates[axis]);
@@ -69,6 +105,7 @@ void ReadPoints(std::string_view file, const LasHeader& header, const std::vecto
   for (LasColumnReader& reader : readers) {
     for (Column& column : reader.Finish()) table.Set(std::move(column));
   }
+  return absl::OkStatus();
 }
 
 // Whether the file says that x and y are longitude and latitude: by the GeoTIFF key GTModelType, or the first word of
@@ -130,7 +167,8 @@ absl::StatusOr<PointTable> ReadLas(std::string_view bytes) {
   std::set<std::string> names = StandardNames(header->frame.point_format);
   std::vector<LasExtra> extras =
       ReadDescriptors(header->extra_bytes, header->record_bytes - standard, names, table.notes);
-  ReadPoints(bytes, *header, AllFields(header->frame, standard, extras), table);
+  absl::Status status = ReadPoints(bytes, *header, AllFields(header->frame, standard, extras), table);
+  if (!status.ok()) return status;
   AddNotes(bytes, *header, table);
   header->frame.extras = std::move(extras);
   table.las = std::make_shared<const LasFrame>(std::move(header->frame));

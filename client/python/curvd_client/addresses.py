@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ipaddress
+import random
 import re
+import socket
 
 DEFAULT_PORT = 50061
 DEFAULT_SERVER = f"localhost:{DEFAULT_PORT}"
@@ -30,6 +32,31 @@ def split_servers(server: str) -> list[str]:
         else:
             targets.append(_target(part))
     return targets
+
+
+def drawn(server: str) -> tuple[str, str | None]:
+    """For a program that makes one call: the addresses of a name with several, in an order that is drawn, with commas
+    between, and the name, which a certificate is for.
+
+    gRPC sends the first call of a channel to the address that is connected first, so that programs of one call would all
+    come to the same replica. What is no name, "localhost", and a name with one address or none come back as they are, with
+    None.
+    """
+    targets = split_servers(server)
+    if len(targets) != 1 or targets[0].startswith((*_LISTS, *_PATHS, "dns:")):
+        return server, None
+    host, _, port = targets[0].rpartition(":")
+    if host == "localhost" or host.startswith("["):
+        return server, None
+    try:
+        found = socket.getaddrinfo(host, int(port), type=socket.SOCK_STREAM)
+    except OSError:
+        return server, None
+    addresses = sorted({str(address[0]) for *_, address in found})
+    if len(addresses) < 2:
+        return server, None
+    random.shuffle(addresses)
+    return ",".join(f"[{each}]:{port}" if ":" in each else f"{each}:{port}" for each in addresses), host
 
 
 def is_local(target: str) -> bool:

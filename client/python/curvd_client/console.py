@@ -12,7 +12,7 @@ import warnings
 import grpc
 
 from curvd_client import _version
-from curvd_client.addresses import DEFAULT_SERVER
+from curvd_client.addresses import DEFAULT_SERVER, drawn
 from curvd_client.client import CurvatureClient
 from curvd_client.errors import CurvdError, CurvdWarning
 from curvd_client.files import read_cloud, write_points
@@ -88,15 +88,16 @@ def _server_options() -> argparse.ArgumentParser:
 
 def _client(options: argparse.Namespace) -> CurvatureClient:
     token = None if options.token_file is None else options.token_file.read_text(encoding="utf-8").strip()
+    server, name = drawn(options.server)
     security = Security(
         tls=options.tls,
         ca_file=options.tls_ca,
         cert_file=options.tls_cert,
         key_file=options.tls_key,
-        server_name=options.tls_server_name,
+        server_name=options.tls_server_name or (name if options.tls or options.tls_ca or options.tls_cert else None),
         token=token,
     )
-    return CurvatureClient(options.server, security=security)
+    return CurvatureClient(server, security=security)
 
 
 def _waits(options: argparse.Namespace) -> dict[str, typing.Any]:

@@ -10,14 +10,17 @@ import numpy.typing as npt
 
 _Array = npt.NDArray[typing.Any]
 _POSITIONS = ("positions", "points", "xyz")
+_AXES = ("x", "y", "z")
+_NORMALS = ("nx", "ny", "nz")
 _TEXT = (".xyz", ".txt", ".csv", ".pts", ".asc")
 
 
 def read_cloud(file: pathlib.Path) -> tuple[_Array, _Array | None]:
     """Positions of shape (N, 3), and normals of the same or None.
 
-    .npy:             an array of 3 or 6 columns, the latter positions and normals.
-    .npz:             `positions` (or `points`, `xyz`) and, if there, `normals`.
+    .npy:             an array of 3 or 6 columns, the latter positions and normals; or, as `curv` writes it, a structured
+                      array with the fields x y z and, if there, nx ny nz.
+    .npz:             `positions` (or `points`, `xyz`) and, if there, `normals`; or x y z and nx ny nz, as `curv` writes them.
     .xyz .txt .csv .pts .asc: a line a point, 3 or 6 numbers with blanks or commas between; # begins a comment.
 
     Raises ValueError, saying what is wrong, for files that hold no cloud, and OSError for those that cannot be read.
@@ -26,7 +29,8 @@ def read_cloud(file: pathlib.Path) -> tuple[_Array, _Array | None]:
     if kind == ".npz":
         return _from_archive(file)
     if kind == ".npy":
-        return _split(file, np.load(file, allow_pickle=False))
+        array = np.load(file, allow_pickle=False)
+        return _from_columns(file, array, array.dtype.names) if array.dtype.names else _split(file, array)
     if kind in _TEXT:
         return _split(file, _from_text(file))
     raise ValueError(f"{file} is of no kind that is read here: .npy, .npz or text ({', '.join(_TEXT)})")
@@ -49,8 +53,21 @@ def _from_archive(file: pathlib.Path) -> tuple[_Array, _Array | None]:
             raise ValueError(f"{file} is no archive of arrays")
         name = next((each for each in _POSITIONS if each in archive), None)
         if name is None:
-            raise ValueError(f"{file} has {', '.join(archive.files)}; one of them must be {' or '.join(_POSITIONS)}")
+            return _from_columns(file, archive, archive.files)
         return archive[name], archive["normals"] if "normals" in archive else None
+
+
+def _from_columns(
+    file: pathlib.Path, columns: typing.Any, names: typing.Sequence[str]
+) -> tuple[_Array, _Array | None]:
+    if not {"x", "y", "z"} <= set(names):
+        raise ValueError(f"{file} has {', '.join(names)}; there must be {' or '.join(_POSITIONS)}, or x and y and z")
+    shapes = {name: columns[name].shape for name in (*_AXES, *_NORMALS) if name in names}
+    if len(set(shapes.values())) != 1 or len(shapes["x"]) != 1:
+        raise ValueError(f"{file} has columns of shapes {shapes}; all must be (N,)")
+    positions = np.stack([columns[name] for name in _AXES], axis=1)
+    has_normals = set(_NORMALS) <= set(names)
+    return positions, np.stack([columns[name] for name in _NORMALS], axis=1) if has_normals else None
 
 
 def _from_text(file: pathlib.Path) -> _Array:

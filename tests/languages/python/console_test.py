@@ -33,9 +33,17 @@ class ConsoleTest(unittest.TestCase):
         np.savez(self.folder / "cloud.npz", points=positions, normals=normals)
         np.savetxt(self.folder / "cloud.xyz", both, fmt="%.9g", header="x y z nx ny nz")
         np.savetxt(self.folder / "cloud.csv", both, fmt="%.9g", delimiter=",")
-        for kind in ("npy", "npz", "xyz", "csv"):
+        # As curv writes them: a column each.
+        columns = dict(zip(("x", "y", "z", "nx", "ny", "nz"), both.T))
+        np.savez(self.folder / "columns.npz", intensity=both[:, 0] * 0, **columns)
+        structured = np.empty(len(both), [(name, np.float64) for name in columns])
+        for name, values in columns.items():
+            structured[name] = values
+        np.save(self.folder / "columns.npy", structured)
+        for name in ("cloud.npy", "cloud.npz", "cloud.xyz", "cloud.csv", "columns.npz", "columns.npy"):
+            kind = name.replace(".", "_")
             with self.subTest(kind):
-                done = self.run_command("estimate", f"cloud.{kind}", "-o", f"{kind}.npz", "--k=30")
+                done = self.run_command("estimate", name, "-o", f"{kind}.npz", "--k=30")
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
                 with np.load(self.folder / f"{kind}.npz") as result:
                     np.testing.assert_allclose(result["mean_curvature"], 0.5, rtol=0.02)
@@ -45,6 +53,7 @@ class ConsoleTest(unittest.TestCase):
         np.save(self.folder / "cloud.npy", sphere(100, radius=1.0)[0])
         np.save(self.folder / "flat.npy", np.zeros((4, 2)))
         np.savez(self.folder / "other.npz", a=1)
+        np.savez(self.folder / "uneven.npz", x=np.zeros(3), y=np.zeros(3), z=np.zeros(4))
         (self.folder / "bad.xyz").write_text("1 2 3\n4 five 6\n", encoding="utf-8")
         (self.folder / "cloud.las").write_bytes(b"LASF")
         for code, words, arguments, server in (
@@ -53,7 +62,8 @@ class ConsoleTest(unittest.TestCase):
             (2, "exclude", ["cloud.npy", "-o", "out.npz", "--k=9", "--radius=1"], None),
             (2, "invalid choice", ["cloud.npy", "-o", "out.npz", "--estimator=best"], None),
             (3, "(N, 3)", ["flat.npy", "-o", "out.npz"], None),
-            (3, "one of them must be positions", ["other.npz", "-o", "out.npz"], None),
+            (3, "there must be positions or points or xyz, or x and y and z", ["other.npz", "-o", "out.npz"], None),
+            (3, "all must be (N,)", ["uneven.npz", "-o", "out.npz"], None),
             (3, "five", ["bad.xyz", "-o", "out.npz"], None),
             (3, "no kind that is read", ["cloud.las", "-o", "out.npz"], None),
             (3, "No such file", ["none.npy", "-o", "out.npz"], None),

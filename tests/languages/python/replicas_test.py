@@ -4,12 +4,13 @@ import collections
 import contextlib
 import time
 import unittest
+from unittest import mock
 
 import numpy as np
 
 from clouds import sphere
 from curvd_client import CurvatureClient, CurvdError, aio, estimate_curvature
-from curvd_client.addresses import is_local, split_servers
+from curvd_client.addresses import drawn, is_local, split_servers
 from scripted_server import result, scripted, summary
 
 _CALLS = 100
@@ -31,6 +32,26 @@ def two_replicas():
 
     with scripted(script_of("first")) as first, scripted(script_of("second")) as second:
         yield first, second, calls
+
+
+class DrawnTest(unittest.TestCase):
+    def drawn(self, server, *addresses):
+        found = [(None, None, None, "", (address, 50061)) for address in addresses]
+        with mock.patch("socket.getaddrinfo", return_value=found):
+            return drawn(server)
+
+    def test_each_address_of_a_name_comes_first_at_times(self):
+        seen = {self.drawn("curvd.example", "10.0.0.1", "10.0.0.2") for _ in range(100)}
+        both = {"10.0.0.1:50061,10.0.0.2:50061", "10.0.0.2:50061,10.0.0.1:50061"}
+        self.assertEqual(seen, {(each, "curvd.example") for each in both})
+        self.assertIn("[fd00::1]:9", self.drawn("curvd.example:9", "fd00::1", "10.0.0.1")[0])
+
+    def test_others_stay_as_they_are(self):
+        for server in ("localhost", "10.0.0.1:5", "[::1]:5", "a,b", "dns:///curvd.example", "unix:/run/curvd"):
+            self.assertEqual(self.drawn(server, "10.0.0.1", "10.0.0.2") if "10" not in server else drawn(server), (server, None))
+        self.assertEqual(self.drawn("curvd.example", "10.0.0.1"), ("curvd.example", None))
+        with mock.patch("socket.getaddrinfo", side_effect=OSError):
+            self.assertEqual(drawn("curvd.example"), ("curvd.example", None))
 
 
 class SplitTest(unittest.TestCase):

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """How calls split over two replicas behind one name, and when a name behind which nobody listens is given up, by client.
 
-  trial.py BIN_DIR PYTHON_DIR [--calls N]
+  trial.py BIN_DIR PYTHON_DIR CACHE_DIR [--calls N]
 
-BIN_DIR has curvd, curv and replica_calls, PYTHON_DIR the package curvd_client. Two real curvds listen on 127.0.0.1 and
+BIN_DIR has curvd, curv and replica_calls, PYTHON_DIR the package curvd_client, CACHE_DIR what Go has compiled. Go and Java
+are left out, saying so, where Debian's packages for them are not installed. Two real curvds listen on 127.0.0.1 and
 127.0.0.2; the name of both stands in a copy of /etc/hosts that only this program and its children see. Prints a table in
 Markdown; exits with 1 if a row breaks its bound, and with 77 where namespaces are not allowed.
 """
@@ -20,6 +21,9 @@ import tempfile
 import threading
 import time
 import urllib.request
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
+import foreign_trial  # noqa: E402
 
 NAME = "replicas.test"
 SKIPPED = 77
@@ -92,6 +96,29 @@ def clients(bin_dir, folder):
     ]
 
 
+def foreign_clients(cache, folder):
+    """The same rows for the languages whose packages are installed."""
+    here = pathlib.Path(__file__).parent
+    source_dir = here.parents[2]
+
+    def build_go(own):
+        return foreign_trial.build_go(source_dir, cache, own, (here / "calls.go").read_text(encoding="utf-8"))
+
+    def build_java(own):
+        return foreign_trial.build_java(source_dir, own, "Calls", (here / "Calls.java").read_text(encoding="utf-8"))
+
+    rows = []
+    for name, build in (("Go, `round_robin` on `dns:///`", build_go), ("Java, `round_robin`", build_java)):
+        own = folder / name[:2]
+        own.mkdir()
+        try:
+            program = build(own)
+        except SystemExit:
+            continue  # it has said why
+        rows.append((name, lambda server, calls, program=program: [*program, server, calls], False))
+    return rows
+
+
 def free_port():
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))
@@ -140,6 +167,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("bin_dir", type=pathlib.Path)
     parser.add_argument("python_dir")
+    parser.add_argument("cache_dir", type=pathlib.Path)
     parser.add_argument("--calls", type=int, default=100)
     options = parser.parse_args()
     if "REPLICAS_APART" not in os.environ:
@@ -150,7 +178,9 @@ def main():
     faults = 0
     print(f"| client | {options.calls} calls over two replicas | nobody listens, given up after (without the start of the program) |\n| --- | --- | --- |")
     with tempfile.TemporaryDirectory() as folder:
-        for name, make, one_call_each in clients(options.bin_dir.resolve(), pathlib.Path(folder)):
+        own = pathlib.Path(folder)
+        foreign = foreign_clients(options.cache_dir.resolve(), own)
+        for name, make, one_call_each in [*clients(options.bin_dir.resolve(), own), *foreign]:
             split, seconds = try_client(make, one_call_each, replicas, options.calls, environment)
             print(f"| {name} | {split[0]} and {split[1]} | {seconds:.2f} s |", flush=True)
             share = DRAWN_SHARE if one_call_each else KEPT_SHARE

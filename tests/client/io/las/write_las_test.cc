@@ -182,6 +182,19 @@ TEST_F(WriteLasTest, AttributesThatDoNotFitBecomeExtraOnes) {
   EXPECT_THAT(Values(back, "classification_2"), ElementsAre(2, 256));
 }
 
+TEST_F(WriteLasTest, CutsNamesBetweenLetters) {
+  PointTable table;
+  for (const char* axis : {"x", "y", "z"}) table.Set({axis, std::vector<float>{0, 1}});
+  // 31 bytes, then a letter of two.
+  const std::string long_name = std::string(31, 'a') + "\u00f6he";
+  table.Set({long_name, std::vector<float>{2, 3}});
+  table.Set({"h\u00f6he", std::vector<float>{4, 5}});
+  Write(table);
+  const PointTable back = Read(dir_.File("out.las"));
+  EXPECT_THAT(Values(back, std::string(31, 'a').c_str()), ElementsAre(2, 3));
+  EXPECT_THAT(Values(back, "h\u00f6he"), ElementsAre(4, 5));
+}
+
 TEST_F(WriteLasTest, ColorsTakeTheFormatThatHasThem) {
   PointTable table = Read(dir_.Write("in.las", SmallLas(0).Bytes()));
   table.Set({"red", std::vector<uint8_t>{0, 255}});

@@ -60,6 +60,21 @@ TEST(TextWritersTest, ComeBackInTheirDigits) {
   }
 }
 
+TEST(TextWritersTest, NamesKeepTheirLetters) {
+  const TempDir dir;
+  PointTable table;
+  for (const char* name : {"x", "y", "z", "h\u00f6he", "\u9ad8\u3055"}) table.Set({name, std::vector<float>{1, 2}});
+  table.Set({"echo \u00f6,\x7f", std::vector<float>{3, 4}});
+  for (const char* file : {"t.ply", "t.pcd", "t.xyz", "t.csv"}) {
+    ASSERT_TRUE(SaveTable(table, dir.File(file)).ok());
+    const absl::StatusOr<PointTable> read = LoadTable(dir.File(file));
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_NE(read->Find("h\u00f6he"), nullptr) << file;
+    EXPECT_NE(read->Find("\u9ad8\u3055"), nullptr) << file;
+    EXPECT_NE(read->Find("echo_\u00f6__"), nullptr) << file;
+  }
+}
+
 TEST(TextWritersTest, WriteWhatOthersRead) {
   const TempDir dir;
   PointTable table = Sample();
