@@ -37,6 +37,16 @@ constexpr double kMostlyClosed = 0.9, kMostOfThin = 0.08;
 // certificate that is lower by this factor.
 constexpr uint32_t kFewNeighbors = 17;
 constexpr double kMuchBetter = 0.5;
+// Noise from which on another scale is tried, in units of the spacing. Larger clouds than that are tried only where the
+// certificate is in doubt: noise that matters there is seen through.
+constexpr double kLeastNoise = 0.2;
+constexpr size_t kSmallCloud = 32'768;
+// Residuals that are no more even than that are noise, not sheets: the square of Geary's ratio is 0.64 of normal noise
+// (core/normals/sheet_probe.h).
+constexpr double kMostEven = 0.7;
+// The other scale: half of the neighbors, or so many, or twice as many.
+constexpr uint32_t kLeastOfOther = 12;
+uint32_t OtherCount(uint32_t count) { return count > kLeastOfOther ? std::max(count / 2, kLeastOfOther) : 2 * count; }
 
 bool IsAutomatic(const NormalOptions& options) {
   return std::holds_alternative<AutoNeighborhood>(options.neighborhood);
@@ -76,7 +86,8 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
                                             : NormalScratch::MostBytes(WantedFit(options), point_count);
     most = std::max(most, fit);
   }
-  return std::max(static_cast<size_t>(thread_count) * most, Orientation::FieldBytes(options, point_count));
+  return std::max(static_cast<size_t>(thread_count) * most, Orientation::FieldBytes(options, point_count)) +
+         SideCheck::kMostBytes;
 }
 
 NormalPhases::NormalPhases(const NormalOptions& options, NormalAim aim, const std::array<double, 3>& origin,
@@ -134,7 +145,10 @@ absl::Status NormalPhases::Fit() {
   chosen_ = pilot_->Choose();
   pilot_.reset();
   attempt_ = sheets_.two_sheets ? Attempt::kOneSheet : Attempt::kChosen;
-  return sheets_.two_sheets ? AddFit(ScaleOf(sheets_.neighbor_count)) : AddFit(chosen_);
+  if (!sheets_.two_sheets) return AddFit(chosen_);
+  ChosenScale thin = ScaleOf(sheets_.neighbor_count);
+  thin.fit.two_sheets = sheets_.is_mixed;
+  return AddFit(thin);
 }
 
 ChosenScale NormalPhases::ScaleOf(uint32_t neighbor_count) const {
@@ -204,10 +218,25 @@ absl::Status NormalPhases::EndOrientation() {
       attempt_ = Attempt::kChosen;
       return AddFit(chosen_);
     case Attempt::kChosen:
-      if (!found.is_doubtful() || found.neighbor_count <= kFewNeighbors) return then_();
+      chosen_certificate_ = found.certificate.value_or(0.0);
+      if (WantsCheck(found)) {
+        attempt_ = Attempt::kOther;
+        side_check_.emplace(index_);
+        return AddFit(ScaleOf(OtherCount(found.neighbor_count)));
+      }
+      if (!WantsFew(found)) return then_();
       attempt_ = Attempt::kFew;
-      chosen_certificate_ = *found.certificate;
       return AddFit(ScaleOf(kFewNeighbors));
+    case Attempt::kOther: {
+      fit_report_.turned_share = side_check_->TurnedShare();
+      fit_report_.turned_share_decides = sheets_.evenness > 0.0 && sheets_.evenness <= kMostEven;
+      side_check_.reset();
+      NormalReport chosen = report();
+      chosen.certificate = chosen_certificate_;
+      chosen.neighbor_count = std::get<NeighborCount>(chosen_.fit.neighborhood).count;
+      attempt_ = WantsFew(chosen) ? Attempt::kFew : Attempt::kLast;
+      return AddFit(attempt_ == Attempt::kFew ? ScaleOf(kFewNeighbors) : chosen_);
+    }
     case Attempt::kFew:
       if (certificate <= kMuchBetter * chosen_certificate_) return then_();
       attempt_ = Attempt::kLast;
@@ -216,6 +245,16 @@ absl::Status NormalPhases::EndOrientation() {
       break;
   }
   return then_();
+}
+
+bool NormalPhases::WantsCheck(const NormalReport& found) const {
+  const bool is_noisy = sheets_.noise > 0.0 && sheets_.noise >= kLeastNoise * sheets_.spacing;
+  return is_noisy && (index_.point_count() <= kSmallCloud || found.is_doubtful());
+}
+
+bool NormalPhases::WantsFew(const NormalReport& found) const {
+  const bool fits_badly = found.certificate.has_value() && *found.certificate > found.max_trusted_certificate;
+  return found.is_doubtful() && fits_badly && found.neighbor_count > kFewNeighbors;
 }
 
 PointStatus NormalPhases::status(size_t place) const {
@@ -276,7 +315,7 @@ void NormalPhases::Collect(size_t first, size_t last, NormalField& field) {
 
 size_t NormalPhases::bytes() const {
   return quality_.bytes() + (pilot_.has_value() ? pilot_->bytes() : 0) +
-         (sheet_probe_.has_value() ? sheet_probe_->bytes() : 0) +
+         (sheet_probe_.has_value() ? sheet_probe_->bytes() : 0) + (side_check_.has_value() ? side_check_->bytes() : 0) +
          (orientations_.empty() ? 0 : orientations_.back()->bytes());
 }
 

@@ -18,6 +18,7 @@
 #include "core/normals/orientation.h"
 #include "core/normals/scale_pilot.h"
 #include "core/normals/sheet_probe.h"
+#include "core/normals/side_check.h"
 
 namespace curvd {
 
@@ -36,8 +37,9 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
 //
 // Where the scale is automatic, it may take several attempts. If neighborhoods hold two sheets
 // (core/normals/sheet_probe.h), normals are first made of so few neighbors that most come from one sheet; those stay if
-// they orient to closed surfaces that can be trusted. Then comes the scale that the pilot chose. If its sides cannot be
-// trusted, few neighbors are tried, which stay if that is much better; else the pilot's normals are made again.
+// they orient to closed surfaces that can be trusted. Then comes the scale that the pilot chose. Where positions are
+// noisy, its sides are compared with those of another scale. If they cannot be trusted, few neighbors are tried, which
+// stay if that is much better; else the pilot's normals are made again.
 class NormalPhases {
  public:
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and
@@ -69,6 +71,10 @@ class NormalPhases {
   void Orient();
   // Makes the next attempt, or is done.
   absl::Status EndOrientation();
+  // Whether the sides of the pilot's scale are to be compared with those of another one.
+  bool WantsCheck(const NormalReport& found) const;
+  // Whether few neighbors are to be tried instead.
+  bool WantsFew(const NormalReport& found) const;
   ChosenScale ScaleOf(uint32_t neighbor_count) const;
   void Collect(size_t first, size_t last, NormalField& field);
 
@@ -81,8 +87,9 @@ class NormalPhases {
   std::optional<ScalePilot> pilot_;
   std::optional<SheetProbe> sheet_probe_;
   SheetFinding sheets_;
+  std::optional<SideCheck> side_check_;  // of kChosen, while kOther is made
   // At which scale the normals of now are made; all but kLast may be followed by another attempt.
-  enum class Attempt : uint8_t { kOneSheet, kChosen, kFew, kLast };
+  enum class Attempt : uint8_t { kOneSheet, kChosen, kOther, kFew, kLast };
   Attempt attempt_ = Attempt::kLast;
   ChosenScale chosen_, scale_;       // by the pilot or the caller; and of the attempt of now
   double chosen_certificate_ = 0.0;  // of kChosen

@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "core/estimators/fits/jet-inl.h"
+#include "core/estimators/fits/least_axis.h"
 #include "core/estimators/fits/quadric_sums-inl.h"
 #include "core/estimators/fits/repeated_search-inl.h"
 #include "core/estimators/group_estimate-inl.h"
@@ -102,6 +103,34 @@ inline PointStatus SetPlane(const NeighborSpread& spread, size_t count, size_t i
   return middle > kMinLineSpread * widest ? PointStatus::kOk : PointStatus::kSingularFit;
 }
 
+// A point whose neighbors' mean is farther away than this share of their radius lies at a rim. At that of a half plane
+// it is 0.42; where neighbors are around the point, chance makes it 0.1 to 0.2.
+inline constexpr double kRimOffset = 0.25;
+// Sheets have heights of so many standard deviations of all heights: 1, but for points of the rim between them.
+inline constexpr double kSheetHeight = 0.85;
+
+// Sets the normal of point i if it lies at the rim of two sheets: from one to the other, it turns through the direction
+// away from the neighbors, as far as the point's height between the sheets tells.
+inline bool SetRim(const NeighborSpread& spread, size_t i, NormalScratch& s) {
+  // About the point, not the mean: at a rim, neighbors may spread less across it than from sheet to sheet.
+  double axis[3], along[3];
+  LeastAxis(spread.squares, axis);
+  const double height = -(spread.mean[0] * axis[0] + spread.mean[1] * axis[1] + spread.mean[2] * axis[2]);
+  double squared = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    along[c] = -(spread.mean[c] + height * axis[c]);
+    squared += along[c] * along[c];
+  }
+  if (!(squared > kRimOffset * kRimOffset)) return false;
+  const double sheet = kSheetHeight * std::sqrt(std::max(SymmetricProduct(axis, spread.covariance, axis), 0.0));
+  const double up = sheet > 0.0 ? std::clamp(height / sheet, -1.0, 1.0) : 1.0;
+  const double out = std::sqrt((1.0 - up * up) / squared);
+  const double normal[3] = {up * axis[0] + out * along[0], up * axis[1] + out * along[1],
+                            up * axis[2] + out * along[2]};
+  s.normal.Set(i, normal);
+  return true;
+}
+
 // Takes the normals and residuals of the points whose jets are solved.
 inline void TakeJets(int degree, NormalScratch& s) {
   const JetSystems& jets = s.system;
@@ -112,7 +141,7 @@ inline void TakeJets(int degree, NormalScratch& s) {
     const double normal[3] = {(jets.axis.x[i] - a * jets.u.x[i] - b * jets.v.x[i]) * per_length,
                               (jets.axis.y[i] - a * jets.u.y[i] - b * jets.v.y[i]) * per_length,
                               (jets.axis.z[i] - a * jets.u.z[i] - b * jets.v.z[i]) * per_length};
-    s.normal.Set(i, normal);
+    if (!s.is_rim[i]) s.normal.Set(i, normal);
     // At the solution, the heights' squares less what the polynomial explains.
     double explained = 0.0;
     for (int c = 0; c < JetSize(degree); ++c) explained += jets.coefficients[c][i] * jets.heights[c][i];
@@ -146,7 +175,9 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
     PreparePoints<false>(OnePoint(), plan.neighborhood, s.neighborhoods, i, s.points, s.frames, fill);
     if (status != PointStatus::kOk) return;
     const double unit = 1.0 / s.frames.rho[i];
-    status = SetPlane(MeasureSpread(s.neighbors, unit), s.neighbors.count, i, s);
+    const NeighborSpread spread = MeasureSpread(s.neighbors, unit);
+    status = SetPlane(spread, s.neighbors.count, i, s);
+    s.is_rim[i] = plan.two_sheets && status == PointStatus::kOk && SetRim(spread, i, s);
     if (status == PointStatus::kOk && s.inspect) s.inspect(i);
     if (status != PointStatus::kOk || plan.degree == 0) return;
     if (s.neighbors.count < size) {

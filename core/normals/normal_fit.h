@@ -21,6 +21,9 @@ struct NormalFit {
   NormalMethod method = NormalMethod::kJet2;
   std::variant<NeighborCount, NeighborRadius> neighborhood{};
   uint32_t max_neighbor_count = 10'000;
+  // Whether neighborhoods hold both sheets of a thin part. At its rim, no fit to both tells where the rim looks:
+  // normals there turn from one sheet's to the other's.
+  bool two_sheets = false;
 
   // The options of an estimate that has the same neighborhoods, and needs the same scratch.
   EstimatorOptions ToEstimatorOptions() const;
@@ -29,19 +32,23 @@ struct NormalFit {
 // A fit to the neighborhoods of one index. REQUIRES: by count, the index holds as many points.
 struct NormalPlan {
   NormalPlan(const NormalFit& fit, const SpatialIndex& index)
-      : neighborhood(NeighborhoodPlan::Make(fit.ToEstimatorOptions(), index)), degree(JetDegree(fit.method)) {}
+      : neighborhood(NeighborhoodPlan::Make(fit.ToEstimatorOptions(), index)),
+        degree(JetDegree(fit.method)),
+        two_sheets(fit.two_sheets) {}
 
   NeighborhoodPlan neighborhood;
   int degree;  // of the polynomial; 0: no polynomial
+  bool two_sheets;
 };
 
 // What one thread fits normals with: a group of points at a time.
 struct NormalScratch : JetScratch {
   // Of each point of the group whose status is kOk:
-  GroupDoubleVectors normal{};        // of unit length
-  GroupDoubles mean_square{};         // distance of the neighbors from the fit, squared, in units of rho
-  GroupDoubles variance_ratio{};      // as PointNormal has it
-  GroupDoubles mean_square_height{};  // of the neighbors along the axis of least spread, in units of rho
+  GroupDoubleVectors normal{};              // of unit length
+  GroupDoubles mean_square{};               // distance of the neighbors from the fit, squared, in units of rho
+  GroupDoubles variance_ratio{};            // as PointNormal has it
+  bool is_rim[SpatialIndex::kGroupPoints];  // whether `normal` is that of a rim (NormalFit::two_sheets)
+  GroupDoubles mean_square_height{};        // of the neighbors along the axis of least spread, in units of rho
   // If not empty, called once the neighbors of point i of a sample and its frame are known.
   std::function<void(size_t i)> inspect{};
 

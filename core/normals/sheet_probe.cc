@@ -22,8 +22,9 @@ constexpr double kTwoSheets = 0.78;
 // They deviate at least so much, in units of the spacing, and hardly more in a neighborhood of twice as many points.
 // The bends of one sheet make residuals of any shape, but small ones, which grow.
 constexpr double kLeastThickness = 0.15, kPlateau = 1.25;
-// Nor do layers count that a lattice explains on which positions lie.
-constexpr double kLeastSteps = 2.0;
+// Nor do layers count that a lattice explains on which positions lie: two layers, one step apart, deviate by half of
+// it.
+constexpr double kLeastSteps = 0.75;
 // A neighborhood is of one sheet if its residuals deviate by less than this share of those of both.
 constexpr double kOneSheet = 0.32;
 // The neighbors to take where no count that was tried keeps to one sheet.
@@ -163,16 +164,19 @@ SheetFinding SheetProbe::Find() const {
   const double least = std::max(kLeastThickness * finding.spacing, kLeastSteps * LatticeStep(index_));
   for (size_t i = 0; i + 1 < rungs.size() && !both.has_value(); ++i) {
     const Rung &rung = rungs[i], &next = rungs[i + 1];
-    if (rung.count < kLeastForShape || rung.evenness < kTwoSheets) continue;
+    if (rung.count < kLeastForShape) continue;
+    finding.evenness = std::max(finding.evenness, rung.evenness);
+    if (rung.evenness < kTwoSheets) continue;
     if (rung.deviation < least || next.deviation > kPlateau * rung.deviation) continue;
     both = rung.deviation;
   }
-  finding.two_sheets = both.has_value();
+  finding.two_sheets = finding.is_mixed = both.has_value();
   if (finding.two_sheets) finding.neighbor_count = std::min(kFewNeighbors, rungs.back().count);
   for (const Rung& rung : rungs) {
     if (finding.two_sheets) {
       if (rung.deviation > kOneSheet * *both) break;
       finding.neighbor_count = rung.count;
+      finding.is_mixed = false;
       finding.noise = smallest.deviation;
     } else {
       finding.noise = rung.deviation;

@@ -28,9 +28,14 @@ struct SheetFinding {
   double spacing = 0.0;
   // Standard deviation of the positions along the normal; 0 where there are two sheets that could not be told apart.
   double noise = 0.0;
+  // The square of Geary's ratio in neighborhoods that are large enough to show the shape of the noise: the largest of
+  // the medians. 0 where there are none.
+  double evenness = 0.0;
   bool two_sheets = false;
-  // The most neighbors that come from one sheet, among the counts that were tried, as far as that can be.
+  // The most neighbors that come from one sheet, among the counts that were tried, or few where all reach both.
   uint32_t neighbor_count = 0;
+  // Whether those come from both sheets all the same: these are nearer to each other than the points of each.
+  bool is_mixed = false;
 };
 
 // Usage: block_count blocks of RunBlock, in any order and on any threads; then Find. What is found depends on the index

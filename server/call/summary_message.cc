@@ -38,6 +38,15 @@ std::string OpposedNormalsText(uint64_t points, const CallRecord& record) {
 
 // What a person should know whose normals the server could not orient.
 std::string DoubtfulOrientationText(const NormalReport& report) {
+  if (report.turned_share.value_or(0.0) > kMostTurnedShare) {
+    return absl::StrFormat(
+        "some of the oriented normals point to the wrong side: made of another number of neighbors, %.2g %% of them "
+        "point "
+        "to the other side, and the sign of curvature is as doubtful. That happens where positions are too noisy for "
+        "the "
+        "shape. Send more points or less noisy ones, or say where they were seen from",
+        100.0 * *report.turned_share);
+  }
   return absl::StrFormat(
       "some of the oriented normals point to the wrong side: their certificate is %.2g, at most %.2g can be trusted, "
       "and the sign of curvature is as doubtful. That happens where two sheets are as near to each other as points of "

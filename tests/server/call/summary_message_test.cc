@@ -100,6 +100,20 @@ TEST(FillSummaryTest, WarnsOfSidesThatCannotBeTrusted) {
   ASSERT_EQ(doubtful.warnings_size(), 1);
   EXPECT_EQ(doubtful.warnings(0).code(), curvature::v1::WARNING_CODE_DOUBTFUL_ORIENTATION);
   EXPECT_THAT(doubtful.warnings(0).message(), AllOf(HasSubstr("certificate is 0.98"), HasSubstr("at most 0.25")));
+
+  // Noise explains a certificate if the sides stay at another scale, but nothing explains sides that turn.
+  record.normal_report->turned_share = 0.0;
+  record.normal_report->turned_share_decides = true;
+  curvature::v1::Summary settled;
+  FillSummary(record, &settled);
+  EXPECT_EQ(settled.warnings_size(), 0);
+  record.normal_report->certificate.reset();
+  record.normal_report->turned_share = 0.034;
+  curvature::v1::Summary turned;
+  FillSummary(record, &turned);
+  EXPECT_TRUE(turned.normals().doubtful());
+  ASSERT_EQ(turned.warnings_size(), 1);
+  EXPECT_THAT(turned.warnings(0).message(), HasSubstr("3.4 % of them point to the other side"));
 }
 
 }  // namespace
