@@ -60,7 +60,7 @@ uint32_t MeanCount(const ScaleChoice& choice) {
 
 TEST(ScaleChoiceTest, MoreNoiseAsksForMoreNeighborsAndMoreDetailForFewer) {
   const auto choose = [](double noise, double bias) {
-    return ChooseScales(MakeTable({Behavior{noise, bias}, kUseless, kUseless}), {});
+    return ChooseScales(MakeTable({Behavior{noise, bias}, kUseless, kUseless, kUseless}), {});
   };
   const uint32_t calm = MeanCount(choose(0.1, 1.0)), noisy = MeanCount(choose(1.0, 1.0));
   const uint32_t detailed = MeanCount(choose(0.1, 10.0));
@@ -82,10 +82,32 @@ TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
   }
 }
 
+// What is wanted is a small mean error: a scale that is off by much at a few points is no better than one that is off
+// by little at all of them, although its median is.
+TEST(ScaleChoiceTest, FewLargeErrorsCount) {
+  PilotTable table = MakeTable({Behavior{0.0, 2.0}, Behavior{0.0, 4.0}, kUseless, kUseless});
+  const auto weight_of_hexagrams = [&] {
+    const ScaleChoice choice = ChooseScales(table, {});
+    double weight = 0.0;
+    for (size_t c = 0; c < choice.chosen.size(); ++c) {
+      if (choice.chosen[c].method == kHexagramMethod) weight += choice.mean.cloud_weights[c];
+    }
+    return weight;
+  };
+  const double before = weight_of_hexagrams();
+  for (size_t i = 0; i < table.size(); i += 25) {
+    for (size_t rung = 0; rung < kRungCount; ++rung) {
+      for (float& part : table[i].mean[kHexagramMethod][rung]) part += 3.0f * static_cast<float>(rung % 3);
+    }
+  }
+  EXPECT_GT(before, 0.9);
+  EXPECT_LT(weight_of_hexagrams(), 0.1);
+}
+
 TEST(ScaleChoiceTest, KeepsToItsBounds) {
-  const PilotTable table = MakeTable({Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, Behavior{1.0, 1.0}});
+  const PilotTable table = MakeTable({Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, kUseless});
   ScaleBounds bounds;
-  bounds.methods = {false, true, false};
+  bounds.methods = {false, true, false, false};
   bounds.least_count = 40;
   bounds.most_count = 100;
   bounds.most_radius = table.front().radius[4];  // 64 neighbors
@@ -98,7 +120,7 @@ TEST(ScaleChoiceTest, KeepsToItsBounds) {
 }
 
 TEST(ScaleChoiceTest, WeightsFollowTheNoiseFromPlaceToPlace) {
-  const PilotTable table = MakeTable({Behavior{0.03, 2.0}, kUseless, kUseless}, 30.0);
+  const PilotTable table = MakeTable({Behavior{0.03, 2.0}, kUseless, kUseless, kUseless}, 30.0);
   const ScaleChoice choice = ChooseScales(table, {});
   ASSERT_EQ(choice.mean.local_differences.size(), table.size());
   const auto mean_count = [&](size_t first, size_t last) {
@@ -121,7 +143,7 @@ TEST(ScaleChoiceTest, SharesOfTheChosenSumToOne) {
   for (const bool per_cloud : {false, true}) {
     ScaleBounds bounds;
     bounds.per_cloud = per_cloud;
-    const ScaleChoice choice = ChooseScales(MakeTable({Behavior{1.0, 1.0}, kUseless, kUseless}), bounds);
+    const ScaleChoice choice = ChooseScales(MakeTable({Behavior{1.0, 1.0}, kUseless, kUseless, kUseless}), bounds);
     EXPECT_EQ(choice.chosen.size(), ScaleChoice::kMostChosen);
     EXPECT_NEAR(std::accumulate(choice.mean.cloud_weights.begin(), choice.mean.cloud_weights.end(), 0.0), 1.0, 1e-12);
     EXPECT_TRUE(std::is_sorted(choice.mean.cloud_weights.rbegin(), choice.mean.cloud_weights.rend()));
