@@ -159,7 +159,7 @@ class AutomaticRun final : public StrategyRun {
       variance_factors.push_back(VarianceFactor(options_, candidate));
     }
     if (!choice_.scores.empty())
-      errors_ = ErrorModel(SampleErrors(table_, choice_, variance_factors, !options_.is_automatic()));
+      errors_ = ErrorModel(SampleErrors(table_, choice_, variance_factors));
   }
 
   // What is tried where nothing could be judged: what comes of it has a status.

@@ -22,8 +22,6 @@ constexpr double kRounding = 1e-6;
 // Slopes are taken so many rungs below the best scale of the regression that shows them, from a quarter of its
 // neighbors: the estimate has lost some of the surface's own.
 constexpr size_t kSlopeRungs = 4;
-// A fixed scale is compared with the one of so many rungs less, a quarter of its neighbors, or with the smallest.
-constexpr size_t kRungsBack = 4;
 
 TangentShape ShapeOf(const PilotPoint& point, const ScaleCandidate& candidate, PilotPoint::Part part) {
   return {point.mean[candidate.method][candidate.rung][part], point.difference[candidate.method][candidate.rung][part],
@@ -95,13 +93,8 @@ struct Comparison {
 // Takes the samples of one sampled point after the other.
 class ErrorSampler {
  public:
-  ErrorSampler(const PilotTable& table, const ScaleChoice& choice, std::span<const double> variance_factors,
-               bool looks_back)
-      : table_(table),
-        choice_(choice),
-        variance_factors_(variance_factors),
-        looks_back_(looks_back),
-        local_weights_(table, choice) {
+  ErrorSampler(const PilotTable& table, const ScaleChoice& choice, std::span<const double> variance_factors)
+      : table_(table), choice_(choice), variance_factors_(variance_factors), local_weights_(table, choice) {
     for (const ScaleCandidate& candidate : choice.chosen) comparisons_.emplace_back(table, candidate);
     const ScaleScore* best = nullptr;
     for (const ScaleScore& score : choice.scores) {
@@ -130,7 +123,6 @@ class ErrorSampler {
     const PrincipalAxes axes(shape);
     SetNoise(point, axes, all.weight, sample);
     SetDetail(point, axes, sample);
-    if (looks_back_) SetLost(point, axes, sample);
     SetPlace(point, axes, sample);
     SetNoiseBias(shape, sample);
     return sample;
@@ -177,26 +169,6 @@ class ErrorSampler {
     sample.is_known = true;
   }
 
-  // As the detail, but of what is lost on the way to the scale. The smaller scale must have halves.
-  void SetLost(const PilotPoint& point, const PrincipalAxes& axes, ErrorSample& sample) const {
-    double weight = 0.0;
-    for (size_t c = 0; c < choice_.chosen.size(); ++c) {
-      const ScaleCandidate& large = choice_.chosen[c];
-      for (size_t rung = large.rung - std::min(large.rung, kRungsBack); rung < large.rung; ++rung) {
-        const auto change = [&](PilotPoint::Part part) {
-          return Minus(ShapeOf(point, large, part), ShapeOf(point, {large.method, rung}, part));
-        };
-        const TangentShape one = change(PilotPoint::kEven), other = change(PilotPoint::kOdd);
-        if (!IsFinite(one) || !IsFinite(other)) continue;
-        AddProducts(axes.PartsOf(one), axes.PartsOf(other), weights_[c], sample.lost);
-        weight += weights_[c];
-        break;
-      }
-    }
-    if (!(weight > 0.0)) return;
-    for (double& part : sample.lost) part /= weight;
-  }
-
   // The noise of the halves' slopes is independent: what is left of their product is the surface's own.
   void SetPlace(const PilotPoint& point, const PrincipalAxes& axes, ErrorSample& sample) const {
     const std::optional<size_t> rung = SlopeRung(point);
@@ -241,7 +213,6 @@ class ErrorSampler {
   const PilotTable& table_;
   const ScaleChoice& choice_;
   const std::span<const double> variance_factors_;
-  const bool looks_back_;
   std::vector<Comparison> comparisons_;  // of each chosen candidate
   size_t slope_rung_ = 0;                // that slopes are wanted of
   LocalWeights local_weights_;
@@ -266,8 +237,8 @@ void CutOutliers(ShapeParts ErrorSample::*member, size_t part, std::vector<Error
 }  // namespace
 
 std::vector<ErrorSample> SampleErrors(const PilotTable& table, const ScaleChoice& choice,
-                                      std::span<const double> variance_factors, bool looks_back) {
-  ErrorSampler sampler(table, choice, variance_factors, looks_back);
+                                      std::span<const double> variance_factors) {
+  ErrorSampler sampler(table, choice, variance_factors);
   std::vector<ErrorSample> samples;
   samples.reserve(table.size());
   for (size_t i = 0; i < table.size(); ++i) samples.push_back(sampler.At(i));
@@ -275,7 +246,7 @@ std::vector<ErrorSample> SampleErrors(const PilotTable& table, const ScaleChoice
     return samples;
   }
   for (size_t part = 0; part < kShapeParts; ++part) {
-    for (const auto member : {&ErrorSample::noise, &ErrorSample::detail, &ErrorSample::lost, &ErrorSample::place}) {
+    for (const auto member : {&ErrorSample::noise, &ErrorSample::detail, &ErrorSample::place}) {
       CutOutliers(member, part, samples);
     }
   }

@@ -25,9 +25,8 @@ struct ErrorSample {
   bool is_known = false;  // else there was no estimate, or nothing to compare it with
   ShapeParts noise{};  // variance, as two halves of the neighborhoods show it, where they have estimates; else `detail`
                        // holds it
-  ShapeParts detail{};  // what smoothing takes away, as the next scale shows it
-  ShapeParts lost{};    // what smoothing has taken away since a scale of a quarter of the neighbors; where asked for
-  ShapeParts place{};   // what noise in the positions makes by moving the point along the surface
+  ShapeParts detail{};      // what smoothing takes away, as the next scale shows it
+  ShapeParts place{};       // what noise in the positions makes by moving the point along the surface
   double noise_bias = 0.0;  // of H, from noise in the positions
   double lean = 0.0;        // not squared: the error of H, with its sign, as the next scale shows it
   double floor = 0.0;       // not squared: the least error that can be told
@@ -35,9 +34,8 @@ struct ErrorSample {
 
 // One for each point of the table. `variance_factors` has one for each chosen candidate: the noise variance of the
 // estimates that are made is so many times that of the candidate's rung, which differs where the number of neighbors is
-// fixed and no rung. `looks_back` asks for `lost`: of a scale that nobody chose the next larger one may have lost the
-// same detail already. Thread-safe. REQUIRES: `choice` was made of `table`, and has scores.
+// fixed and no rung. Thread-safe. REQUIRES: `choice` was made of `table`, and has scores.
 std::vector<ErrorSample> SampleErrors(const PilotTable& table, const ScaleChoice& choice,
-                                      std::span<const double> variance_factors, bool looks_back);
+                                      std::span<const double> variance_factors);
 
 }  // namespace curvd

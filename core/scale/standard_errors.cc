@@ -35,14 +35,6 @@ class Nearby {
     return sum / static_cast<double>(size_);
   }
 
-  // The mean, less two standard errors of it: sampled points that lie near each other are a quarter as many independent
-  // ones.
-  double LeastMeanOf(ShapeParts ErrorSample::*member, size_t part) const {
-    const double mean = MeanOf(member, part);
-    const double squares = MeanOf([&](const ErrorSample& s) { return (s.*member)[part] * (s.*member)[part]; });
-    return mean - 2.0 * std::sqrt(std::max(squares - mean * mean, 0.0) / (static_cast<double>(size_) / 4.0));
-  }
-
   double MeanOf(ShapeParts ErrorSample::*member, size_t part) const {
     return MeanOf([&](const ErrorSample& sample) { return (sample.*member)[part]; });
   }
@@ -63,8 +55,7 @@ StandardErrors ErrorModel::At(std::span<const uint32_t> nearest, double half_dif
   const double floor = near.MeanOf([](const ErrorSample& sample) { return sample.floor; });
   ShapeParts squares;
   for (size_t part = 0; part < kShapeParts; ++part) {
-    const double detail = std::max(near.MeanOf(&ErrorSample::detail, part), near.LeastMeanOf(&ErrorSample::lost, part));
-    squares[part] = near.MeanOf(&ErrorSample::noise, part) + std::max(detail, 0.0) +
+    squares[part] = near.MeanOf(&ErrorSample::noise, part) + std::max(near.MeanOf(&ErrorSample::detail, part), 0.0) +
                     std::max(near.MeanOf(&ErrorSample::place, part), 0.0) + noise_bias + floor * floor;
   }
   // Where k1 and k2 are nearly equal, what would turn the directions drives them apart, always the same way; the error

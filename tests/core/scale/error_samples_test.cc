@@ -70,7 +70,7 @@ ErrorSample MeanOf(const std::vector<ErrorSample>& samples) {
 }
 
 TEST(ErrorSamplesTest, TheHalvesTellTheVarianceOfEachPart) {
-  const ErrorSample mean = MeanOf(SampleErrors(MakeTable(0.1, 0.0), Choosing(kRung), kOne, false));
+  const ErrorSample mean = MeanOf(SampleErrors(MakeTable(0.1, 0.0), Choosing(kRung), kOne));
   // 400 samples tell a variance to 7 %, and outliers are cut; k1 and k2 have those of H and of the difference.
   EXPECT_NEAR(mean.noise[kMeanPart], 0.01, 0.002);
   EXPECT_NEAR(mean.noise[kFirstPart], 0.02, 0.004);
@@ -83,15 +83,15 @@ TEST(ErrorSamplesTest, TheHalvesTellTheVarianceOfEachPart) {
 TEST(ErrorSamplesTest, TheVarianceIsThatOfTheCountThatIsUsed) {
   const PilotTable table = MakeTable(0.1, 0.0);
   const double half[] = {0.5};
-  EXPECT_DOUBLE_EQ(SampleErrors(table, Choosing(kRung), half, false)[7].noise[kMeanPart],
-                   0.5 * SampleErrors(table, Choosing(kRung), kOne, false)[7].noise[kMeanPart]);
+  EXPECT_DOUBLE_EQ(SampleErrors(table, Choosing(kRung), half)[7].noise[kMeanPart],
+                   0.5 * SampleErrors(table, Choosing(kRung), kOne)[7].noise[kMeanPart]);
 }
 
 TEST(ErrorSamplesTest, WhatSmoothingTakesIsSeenThroughTheNoise) {
   // The next rung takes 1.41 times as much: 0.41 times as much more, and 1.35^2 for safety.
   constexpr double kLost = 0.2;
   const double difference = kLost * (static_cast<double>(kScaleRungs[kRung + 1]) / kScaleRungs[kRung] - 1.0);
-  const ErrorSample mean = MeanOf(SampleErrors(MakeTable(0.02, kLost), Choosing(kRung), kOne, false));
+  const ErrorSample mean = MeanOf(SampleErrors(MakeTable(0.02, kLost), Choosing(kRung), kOne));
   for (const ShapePart part : {kMeanPart, kFirstPart, kSecondPart}) {
     EXPECT_NEAR(mean.detail[part] / (1.35 * 1.35 * difference * difference), 1.0, 0.15);
   }
@@ -99,29 +99,16 @@ TEST(ErrorSamplesTest, WhatSmoothingTakesIsSeenThroughTheNoise) {
   EXPECT_NEAR(mean.lean, -difference, 0.01) << "the estimate is too small";
 }
 
-// A fixed scale may be so large that the next one has lost the same.
-TEST(ErrorSamplesTest, AFixedScaleIsComparedWithASmallerOne) {
-  constexpr double kLost = 0.2;
-  PilotTable table = MakeTable(0.001, kLost);
-  for (PilotPoint& point : table) point.mean[kRegressionMethod][kRung + 1] = point.mean[kRegressionMethod][kRung];
-  const auto sample = [&](bool looks_back) { return SampleErrors(table, Choosing(kRung), kOne, looks_back)[7]; };
-  EXPECT_EQ(sample(false).lost[kMeanPart], 0.0);
-  // A quarter of the neighbors, or those of the first rung, lose as much less.
-  const double before = static_cast<double>(kScaleRungs[kRung < 4 ? 0 : kRung - 4]) / kScaleRungs[kRung];
-  const double difference = kLost * (1.0 - before);
-  EXPECT_NEAR(sample(true).lost[kMeanPart] / (difference * difference), 1.0, 0.2);
-}
-
 TEST(ErrorSamplesTest, WithoutHalvesTheDifferenceHoldsTheNoise) {
-  const ErrorSample mean = MeanOf(SampleErrors(MakeTable(0.1, 0.0, kRung + 1), Choosing(kRung), kOne, false));
+  const ErrorSample mean = MeanOf(SampleErrors(MakeTable(0.1, 0.0, kRung + 1), Choosing(kRung), kOne));
   EXPECT_EQ(mean.noise[kMeanPart], 0.0);
   EXPECT_GT(mean.detail[kMeanPart], 0.01);
 }
 
 TEST(ErrorSamplesTest, TheLastRungGoesOnAsTheOneBefore) {
   const PilotTable table = MakeTable(0.0, 0.01);
-  const ErrorSample last = MeanOf(SampleErrors(table, Choosing(kRungCount - 1), kOne, false));
-  const ErrorSample before = MeanOf(SampleErrors(table, Choosing(kRungCount - 2), kOne, false));
+  const ErrorSample last = MeanOf(SampleErrors(table, Choosing(kRungCount - 1), kOne));
+  const ErrorSample before = MeanOf(SampleErrors(table, Choosing(kRungCount - 2), kOne));
   const double growth = static_cast<double>(kScaleRungs[kRungCount - 1]) / kScaleRungs[kRungCount - 2];
   EXPECT_NEAR(last.detail[kMeanPart] / before.detail[kMeanPart], growth * growth, 1e-3);
 }
@@ -131,7 +118,7 @@ TEST(ErrorSamplesTest, NoiseInThePositionsCountsByTheSlopeOfTheSurface) {
   for (PilotPoint& point : table) {
     for (auto& parts : point.slope) parts.fill({2.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f});  // of H, along x and y
   }
-  const ErrorSample mean = MeanOf(SampleErrors(table, Choosing(kRung, 0.1), kOne, false));
+  const ErrorSample mean = MeanOf(SampleErrors(table, Choosing(kRung, 0.1), kOne));
   for (const ShapePart part : {kMeanPart, kFirstPart, kSecondPart}) EXPECT_NEAR(mean.place[part], 0.05, 1e-6);
   EXPECT_NEAR(mean.place[kTurnPart], 0.0, 1e-9);
 }
@@ -139,10 +126,10 @@ TEST(ErrorSamplesTest, NoiseInThePositionsCountsByTheSlopeOfTheSurface) {
 TEST(ErrorSamplesTest, APointWithoutEstimatesIsNotKnown) {
   PilotTable table = MakeTable(0.1, 0.1);
   table[3] = PilotPoint({3.0f, 0.0f, 0.0f});
-  const std::vector<ErrorSample> samples = SampleErrors(table, Choosing(kRung), kOne, false);
+  const std::vector<ErrorSample> samples = SampleErrors(table, Choosing(kRung), kOne);
   EXPECT_FALSE(samples[3].is_known);
   EXPECT_TRUE(samples[4].is_known);
-  EXPECT_FALSE(SampleErrors({PilotPoint({0.0f, 0.0f, 0.0f})}, Choosing(kRung), kOne, false)[0].is_known);
+  EXPECT_FALSE(SampleErrors({PilotPoint({0.0f, 0.0f, 0.0f})}, Choosing(kRung), kOne)[0].is_known);
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
 // What is wanted is a small mean error: a scale that is off by much at a few points is no better than one that is off
 // by little at all of them, although its median is.
 TEST(ScaleChoiceTest, FewLargeErrorsCount) {
-  PilotTable table = MakeTable({Behavior{0.0, 2.0}, Behavior{0.0, 4.0}, kUseless, kUseless});
+  PilotTable table = MakeTable({Behavior{0.0, 2.0}, Behavior{0.0, 16.0}, kUseless, kUseless});
   const auto weight_of_hexagrams = [&] {
     const ScaleChoice choice = ChooseScales(table, {});
     double weight = 0.0;

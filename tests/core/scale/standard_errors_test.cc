@@ -35,18 +35,6 @@ TEST(ErrorModelTest, AddsUpNoiseDetailAndPlaceOfTheSamples) {
   EXPECT_NEAR(errors.k2, 5.0, 1e-6);
 }
 
-TEST(ErrorModelTest, TheLargerOneOfWhatIsLostBeforeAndAfterCounts) {
-  ErrorSample sample = Known();
-  sample.noise[kMeanPart] = 5.0;
-  sample.detail[kMeanPart] = 1.0;
-  sample.lost[kMeanPart] = 4.0;
-  std::vector<ErrorSample> samples(16, sample);
-  EXPECT_DOUBLE_EQ(ErrorModel(samples).At(FirstOf(16), 1e9).mean, 3.0);
-  // Chance alone: the mean is 4 as well, and less than two standard errors of it from 0.
-  for (size_t i = 0; i < samples.size(); ++i) samples[i].lost[kMeanPart] = i % 2 == 0 ? 40.0 : -32.0;
-  EXPECT_DOUBLE_EQ(ErrorModel(samples).At(FirstOf(16), 1e9).mean, std::sqrt(6.0));
-}
-
 TEST(ErrorModelTest, ProductsThatAreNegativeOnAverageCountAsNone) {
   ErrorSample up = Known(), down = Known();
   up.noise[kMeanPart] = down.noise[kMeanPart] = 1.0;
