@@ -13,8 +13,8 @@ namespace {
 constexpr double kLeastShare = 0.97, kLeastShareOfHalves = 0.95;
 // At the least, unless the table has fewer.
 constexpr size_t kLeastPoints = 16;
-// Where a single difference is not known, it is taken to be so many times the median.
-constexpr double kMeanPerMedian = 1.2;
+// The difference from the next larger scale is so much smaller than the error.
+constexpr double kErrorPerDifference = 1.2;
 // Products of differences beyond these quantiles are cut down to them: edges of the surface are few.
 constexpr double kProductQuantile = 0.95;
 // A quarter of the squared median difference of halves, times this, is the variance of their mean, if it is Gaussian.
@@ -36,21 +36,13 @@ double Quantile(std::vector<double> values, double share) {
 
 double Median(std::vector<double> values) { return Quantile(std::move(values), 0.5); }
 
-// Of values cut down to their quantile.
-double MeanOfMost(std::vector<double> values) {
-  const double most = Quantile(values, kDifferenceQuantile);
-  double sum = 0.0;
-  for (const double value : values) sum += std::min(value, most);
-  return sum / static_cast<double>(values.size());
-}
-
 }  // namespace
 
 ScaleJudge::ScaleJudge(const PilotTable& table, const ScaleBounds& bounds, Quantity quantity)
     : table_(table), bounds_(bounds), quantity_(quantity) {
   for (size_t m = 0; m < kMethodCount; ++m) {
     const size_t step = kScaleMethods[m].compared_rungs;
-    for (size_t rung = 0; rung < kRungCount; ++rung) differences_[m][rung] = MeanDifference({m, rung}, step);
+    for (size_t rung = 0; rung < kRungCount; ++rung) differences_[m][rung] = MedianDifference({m, rung}, step);
     AddLastDifferences(m);
   }
   FindNoise();
@@ -92,7 +84,7 @@ std::vector<double> ScaleJudge::DifferencesAtPoints(const ScaleScore& score, Pil
   }
   if (known.empty()) return std::vector<double>(table_.size(), 1.0);
   const double most = Quantile(known, kDifferenceQuantile);
-  const double usual = std::min(kMeanPerMedian * Median(std::move(known)), most);
+  const double usual = std::min(kErrorPerDifference * Median(std::move(known)), most);
   for (size_t i = 0; i < table_.size(); ++i) {
     const bool is_clear = table_[i].clear_rungs > rung + step;
     errors[i] = std::isfinite(errors[i]) ? std::min(errors[i], most) : is_clear ? most : usual;
@@ -151,7 +143,7 @@ bool ScaleJudge::IsAllowed(const ScaleCandidate& candidate) const {
          candidate.count() <= bounds_.most_count && MedianRadius(candidate.rung) <= bounds_.most_radius;
 }
 
-std::optional<double> ScaleJudge::MeanDifference(const ScaleCandidate& candidate, size_t step) const {
+std::optional<double> ScaleJudge::MedianDifference(const ScaleCandidate& candidate, size_t step) const {
   const size_t next = candidate.rung + step;
   if (next >= kRungCount) return std::nullopt;
   std::vector<double> values;
@@ -160,7 +152,7 @@ std::optional<double> ScaleJudge::MeanDifference(const ScaleCandidate& candidate
     if (std::isfinite(difference)) values.push_back(std::abs(difference));
   }
   if (!IsEnough(values.size(), kLeastShare, next)) return std::nullopt;
-  return MeanOfMost(std::move(values));
+  return kErrorPerDifference * Median(std::move(values));
 }
 
 void ScaleJudge::AddLastDifferences(size_t method) {
@@ -170,10 +162,10 @@ void ScaleJudge::AddLastDifferences(size_t method) {
   last_compared_[method] = rung > 0 ? rung - 1 : 0;
   if (rung < 2) return;
   for (double ratio = 1.0; rung < kRungCount && HasEstimates({method, rung}); ++rung) {
-    const auto step = MeanDifference({method, rung}, 1), before = MeanDifference({method, rung - 1}, 1);
+    const auto step = MedianDifference({method, rung}, 1), before = MedianDifference({method, rung - 1}, 1);
     if (step.has_value() && before.has_value() && *before > 0.0) {
       ratio = *step / *before;
-    } else if (const auto first = MeanDifference({method, rung - 2}, 1);
+    } else if (const auto first = MedianDifference({method, rung - 2}, 1);
                before.has_value() && first.value_or(0.0) > 0.0) {
       ratio = *before / *first;
     }

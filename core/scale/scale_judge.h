@@ -61,7 +61,7 @@ class ScaleJudge {
   bool HasEstimates(const ScaleCandidate& candidate) const;
 
   // By how much estimates differ from those so many rungs on, as an error.
-  std::optional<double> MeanDifference(const ScaleCandidate& candidate, size_t step) const;
+  std::optional<double> MedianDifference(const ScaleCandidate& candidate, size_t step) const;
   // The last rungs have no next one to be compared with: their differences go on as those of single steps do.
   void AddLastDifferences(size_t method);
   // Noise in the positions: how large, and what it does to an estimate of noise factor 1.

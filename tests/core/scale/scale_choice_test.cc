@@ -82,28 +82,6 @@ TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
   }
 }
 
-// What is wanted is a small mean error: a scale that is off by much at a few points is no better than one that is off
-// by little at all of them, although its median is.
-TEST(ScaleChoiceTest, FewLargeErrorsCount) {
-  PilotTable table = MakeTable({Behavior{0.0, 2.0}, Behavior{0.0, 16.0}, kUseless, kUseless});
-  const auto weight_of_hexagrams = [&] {
-    const ScaleChoice choice = ChooseScales(table, {});
-    double weight = 0.0;
-    for (size_t c = 0; c < choice.chosen.size(); ++c) {
-      if (choice.chosen[c].method == kHexagramMethod) weight += choice.mean.cloud_weights[c];
-    }
-    return weight;
-  };
-  const double before = weight_of_hexagrams();
-  for (size_t i = 0; i < table.size(); i += 25) {
-    for (size_t rung = 0; rung < kRungCount; ++rung) {
-      for (float& part : table[i].mean[kHexagramMethod][rung]) part += 3.0f * static_cast<float>(rung % 3);
-    }
-  }
-  EXPECT_GT(before, 0.9);
-  EXPECT_LT(weight_of_hexagrams(), 0.1);
-}
-
 TEST(ScaleChoiceTest, KeepsToItsBounds) {
   const PilotTable table = MakeTable({Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, kUseless});
   ScaleBounds bounds;
