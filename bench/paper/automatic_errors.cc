@@ -21,41 +21,62 @@
 namespace curvd::bench {
 namespace {
 
+// Mean errors below this, times the unit of noise, are rounding of the input.
+constexpr double kRounding = 1e-7;
+
 struct Flags {
   std::vector<std::string> surfaces = {"goursat", "torus"};
-  std::string sampling = "even";
+  std::vector<std::string> sampling = {"even"};
   std::vector<size_t> points = {10'000, 25'000, 50'000};
   std::vector<double> position_noise = {0.0, 0.1, 0.2};
   std::vector<double> normal_noise = {0.0, 0.1, 0.2};
   uint64_t seed = 1;
   std::string estimator = "auto";
+  bool held_out = false;
   bool scores = false;
 };
+
+// The rule of the choice is made by looking at goursat, torus, ellipsoid, saddle, cylinder, sphere and plane with seeds
+// below 100 and noise of 0, 0.1 and 0.2. Nobody is to change it by what these show.
+void TakeHeldOut(Flags& flags) {
+  flags.surfaces = {"peanut", "lumpy", "pillow", "ellipsoid", "saddle", "cylinder", "sphere", "plane", "torus"};
+  flags.sampling = {"even", "random", "thinned", "random"};
+  flags.points = {16'000};
+  flags.position_noise = {0.0, 0.05, 0.15};
+  flags.normal_noise = {0.0, 0.05, 0.15};
+  flags.seed = 1101;
+}
 
 Flags ParseFlags(int argc, char** argv) {
   Flags flags;
   CLI::App app("Errors of automatic estimates beside those of the best fixed ones");
   app.add_option("--surfaces", flags.surfaces, "Names of surfaces, as curv generate has them")->delimiter(',');
-  app.add_option("--sampling", flags.sampling, "even, thinned or scanned")
-      ->check(CLI::IsMember({"even", "thinned", "scanned"}));
+  app.add_option("--sampling", flags.sampling, "even, thinned, random or scanned; of several, the surfaces take turns")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"even", "thinned", "random", "scanned"}));
   app.add_option("--points", flags.points, "Sizes of clouds")->delimiter(',');
   app.add_option("--position-noise", flags.position_noise, "In the paper's unit: 1/20 of the surface's largest extent")
       ->delimiter(',');
   app.add_option("--normal-noise", flags.normal_noise, "Standard deviations")->delimiter(',');
   app.add_option("--seed", flags.seed, "Of samples and noise");
   app.add_option("--estimator", flags.estimator, "The one whose scale is chosen; auto: any");
+  app.add_flag("--held-out", flags.held_out,
+               "Clouds that the rule was not made by, in place of --surfaces, --sampling, --points, noise and --seed");
   app.add_flag("--scores", flags.scores, "Print what was judged");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     std::exit(app.exit(error));
   }
+  if (flags.held_out) TakeHeldOut(flags);
   return flags;
 }
 
-Samples MakeSamples(const Flags& flags, const std::string& surface, size_t points) {
-  if (flags.sampling == "thinned") return SampleThinned(surface, points, flags.seed);
-  if (flags.sampling == "scanned") return SampleScanned(surface);
+Samples MakeSamples(const Flags& flags, size_t turn, size_t points) {
+  const std::string &surface = flags.surfaces[turn], &sampling = flags.sampling[turn % flags.sampling.size()];
+  if (sampling == "thinned") return SampleThinned(surface, 2 * points, flags.seed);
+  if (sampling == "random") return SampleAtRandom(surface, points, flags.seed);
+  if (sampling == "scanned") return SampleScanned(surface);
   return SampleEvenly(surface, points, flags.seed);
 }
 
@@ -127,11 +148,12 @@ int Main(const Flags& flags) {
   WorkerPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
   absl::PrintF("%-10s %7s %5s %5s | %9s %-18s | %6s %6s %6s | %s\n", "cloud", "points", "pos", "nrm", "best", "of",
                "point", "cloud", "G", "chosen");
-  std::vector<double> by_point, by_cloud;
-  for (const std::string& surface : flags.surfaces) {
+  std::vector<double> by_point, by_cloud, of_gaussian;
+  for (size_t turn = 0; turn < flags.surfaces.size(); ++turn) {
+    const std::string& surface = flags.surfaces[turn];
     const double unit = NoiseUnit(surface);
     for (const size_t points : flags.points) {
-      const Samples exact = MakeSamples(flags, surface, points);
+      const Samples exact = MakeSamples(flags, turn, points);
       for (const double position : flags.position_noise) {
         for (const double normal : flags.normal_noise) {
           const Samples samples = Perturbed(exact, position * unit, normal, flags.seed);
@@ -142,23 +164,31 @@ int Main(const Flags& flags) {
           const Outcome local = Run(samples, options, pool, &report);
           options.neighborhood = AutomaticScale{.per_cloud = true};
           const Outcome global = Run(samples, options, pool);
+          // Where a fixed estimate is exact to the rounding of its input, as on spheres and planes, a ratio says
+          // nothing.
+          if (best.mean * unit < kRounding) continue;
           by_point.push_back(local.mean / best.mean);
           by_cloud.push_back(global.mean / best.mean);
+          of_gaussian.push_back(local.gaussian / best.gaussian);
           absl::PrintF("%-10s %7d %5g %5g | %9.3g %-18s | %6.2f %6.2f %6.2f | sigma %.3g%s%s\n", surface,
                        samples.size(), position * unit, normal, best.mean, best.what, by_point.back(), by_cloud.back(),
-                       local.gaussian / best.gaussian, report.sigma, Chosen(report), local.what);
+                       of_gaussian.back(), report.sigma, Chosen(report), local.what);
           if (flags.scores) PrintScores(report);
           std::fflush(stdout);
         }
       }
     }
   }
-  for (auto* ratios : {&by_point, &by_cloud}) {
+  for (auto* ratios : {&by_point, &by_cloud, &of_gaussian}) {
+    if (ratios->empty()) continue;
     double logs = 0.0;
     for (const double ratio : *ratios) logs += std::log(ratio);
     const auto within = std::count_if(ratios->begin(), ratios->end(), [](double r) { return r <= 1.1; });
     absl::PrintF("%s: geometric mean %.2f, largest %.2f, within 1.1: %d of %d\n",
-                 ratios == &by_point ? "per point" : "per cloud", std::exp(logs / static_cast<double>(ratios->size())),
+                 ratios == &by_point   ? "per point"
+                 : ratios == &by_cloud ? "per cloud"
+                                       : "G, per point",
+                 std::exp(logs / static_cast<double>(ratios->size())),
                  *std::max_element(ratios->begin(), ratios->end()), within, ratios->size());
   }
   return 0;

@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "absl/status/status.h"
+#include "bench/paper/held_out_surfaces.h"
 #include "client/io/oriented_cloud.h"
 #include "client/io/table_file.h"
 #include "client/surfaces/noise.h"
@@ -19,7 +20,7 @@ namespace {
 
 using curv::Vec3;
 
-constexpr uint64_t kThinningStream = 101;
+constexpr uint64_t kThinningStream = 101, kRandomStream = 102;
 
 void DieUnless(const absl::Status& status) {
   if (status.ok()) return;
@@ -28,6 +29,7 @@ void DieUnless(const absl::Status& status) {
 }
 
 std::unique_ptr<curv::Surface> SurfaceNamed(const std::string& name) {
+  if (auto surface = MakeHeldOutSurface(name); surface != nullptr) return surface;
   auto surface = curv::MakeSurface(name);
   DieUnless(surface.status());
   return *std::move(surface);
@@ -89,6 +91,19 @@ Samples SampleThinned(const std::string& surface_name, size_t points, uint64_t s
     const Vec3& p = even.positions[i];
     const double along = (p.x + p.y) * (p.x + p.y), across = (p.x - p.y) * (p.x - p.y);
     if (random.Uniform(i) * (along + across) < along + 0.1 * across) AddExact(*surface, p, samples);
+  }
+  return samples;
+}
+
+Samples SampleAtRandom(const std::string& surface_name, size_t points, uint64_t seed) {
+  constexpr size_t kOf = 8;  // of so many even samples, one each
+  const auto surface = SurfaceNamed(surface_name);
+  const auto positions = curv::SampleEvenly(*surface, kOf * points, seed);
+  DieUnless(positions.status());
+  const curv::CounterRandom random(seed, kRandomStream);
+  Samples samples{.surface = surface_name, .sampling = "random", .positions = {}, .normals = {}, .truth = {}};
+  for (size_t i = 0; i < positions->size(); ++i) {
+    if (random.Uniform(i) * kOf < 1.0) AddExact(*surface, (*positions)[i], samples);
   }
   return samples;
 }

@@ -13,7 +13,7 @@ namespace curvd::bench {
 
 struct Samples {
   std::string surface;
-  std::string sampling;  // "even", "thinned", "scanned", or the paper's: "paper", "filter", "lidar"
+  std::string sampling;  // "even", "thinned", "random", "scanned", or the paper's: "paper", "filter", "lidar"
   std::vector<curv::Vec3> positions;
   std::vector<curv::Vec3> normals;           // unit, outward
   std::vector<curv::SurfaceGeometry> truth;  // at the undisturbed positions
@@ -21,7 +21,8 @@ struct Samples {
   size_t size() const { return positions.size(); }
 };
 
-// All of these end the program on failure, and are functions of their arguments alone.
+// Surfaces are named as curv generate has them, or as held_out_surfaces.h. All of these end the program on failure, and
+// are functions of their arguments alone.
 
 // `points` points, evenly spread, as `curv generate` makes them.
 Samples SampleEvenly(const std::string& surface, size_t points, uint64_t seed);
@@ -29,6 +30,9 @@ Samples SampleEvenly(const std::string& surface, size_t points, uint64_t seed);
 // Even samples of which each stays with a probability from 0.1 (along x = -y) to 1 (along x = y): about half of them.
 // The density varies as in the paper's "filter" clouds.
 Samples SampleThinned(const std::string& surface, size_t points, uint64_t seed);
+
+// About `points` points that lie by chance: each of eight times as many even samples stays with a probability of 1/8.
+Samples SampleAtRandom(const std::string& surface, size_t points, uint64_t seed);
 
 // What a scanner on the z axis sees: first hits of rays on a grid of angles, 2.5 times denser along a scan line than
 // across, with grazing rays left out. Open where the surface is hidden. As the paper's "lidar" clouds.

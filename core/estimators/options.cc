@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/base/error.h"
@@ -48,7 +49,10 @@ absl::Status ValidateAutomatic(const EstimatorOptions& options) {
                                          options.jet_degree, method.jet_degree));
   }
   std::string known;
-  for (const ScaleMethod& method : kScaleMethods) absl::StrAppend(&known, ", ", std::string(method.estimator));
+  for (const ScaleMethod& method : kScaleMethods) {
+    const std::string name = absl::StrCat(", ", std::string(method.estimator));
+    if (!absl::StrContains(known, name)) known += name;
+  }
   return MakeCoreError(
       ErrorKind::kInvalid,
       absl::StrFormat("estimator is \"%s\"; with an automatic scale or standard errors it must be one of %s%s",

@@ -16,7 +16,7 @@ inline constexpr size_t kRungCount = kScaleRungs.size();
 // An estimator that the choice knows, and what of it the choice depends on.
 struct ScaleMethod {
   std::string_view estimator;
-  uint32_t jet_degree;  // of "jet" alone
+  uint32_t jet_degree;  // of "jet" alone, whose first row is the degree that it has where it is the only one
   // Rungs to the next estimate that this one is compared with: neighborhoods that share too much show no difference.
   size_t compared_rungs;
   // Noise of standard deviation sigma in the positions moves a point along the surface, and what is estimated at it by
@@ -24,13 +24,14 @@ struct ScaleMethod {
   double noise_factor;
 };
 
-inline constexpr std::array<ScaleMethod, 3> kScaleMethods = {{
+inline constexpr std::array<ScaleMethod, 4> kScaleMethods = {{
     {"avg-hexagram", 0, 2, 0.3},
     {"normal-regression", 0, 1, 8.0},
     {"jet", 4, 1, 96.0},
+    {"jet", 2, 2, 3.0},
 }};
 inline constexpr size_t kMethodCount = kScaleMethods.size();
-inline constexpr size_t kHexagramMethod = 0, kRegressionMethod = 1, kJetMethod = 2;
+inline constexpr size_t kHexagramMethod = 0, kRegressionMethod = 1, kQuarticMethod = 2, kQuadricMethod = 3;
 
 // One way to estimate: an estimator at a scale.
 struct ScaleCandidate {

@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "core/estimators/strategies.h"
+#include "core/scale/automatic_options.h"
 #include "core/scale/blend.h"
-#include "core/scale/edge_run.h"
+#include "core/scale/edges/edge_run.h"
 #include "core/scale/error_samples.h"
 #include "core/scale/local_weights.h"
 #include "core/scale/nearest_samples.h"
@@ -25,88 +26,16 @@
 namespace curvd {
 namespace {
 
-AutomaticScale ScaleOf(const EstimatorOptions& options) {
-  if (const auto* scale = std::get_if<AutomaticScale>(&options.neighborhood)) return *scale;
-  return {};
-}
-
-// The count that every estimate has, where only the estimator is left open.
-std::optional<uint32_t> FixedCount(const EstimatorOptions& options) {
-  const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
-  return count != nullptr ? std::optional(count->count) : std::nullopt;
-}
-
-// The rung that is nearest to a count, on the scale of its ratios.
-size_t RungNear(uint32_t count) {
-  const auto distance = [count](uint32_t rung) { return std::abs(std::log(static_cast<double>(rung) / count)); };
-  const auto nearest = std::min_element(kScaleRungs.begin(), kScaleRungs.end(),
-                                        [&](uint32_t a, uint32_t b) { return distance(a) < distance(b); });
-  return static_cast<size_t>(nearest - kScaleRungs.begin());
-}
-
-bool IsCandidate(const EstimatorOptions& options, size_t method) {
-  return options.estimator == kAutomaticEstimator || options.estimator == kScaleMethods[method].estimator;
-}
-
-// The options of the estimate that a method makes from so many neighbors.
-EstimatorOptions OptionsOf(const EstimatorOptions& options, size_t method, uint32_t count) {
-  EstimatorOptions one = options;
-  one.estimator = kScaleMethods[method].estimator;
-  if (kScaleMethods[method].jet_degree != 0) one.jet_degree = kScaleMethods[method].jet_degree;
-  one.neighborhood = NeighborCount{FixedCount(options).value_or(count)};
-  return one;
-}
-
-// The largest neighborhood that may be looked at.
-uint32_t MostCount(const EstimatorOptions& options) {
-  return std::min(FixedCount(options).value_or(ScaleOf(options).most_count), options.max_neighbor_count);
-}
-
-// Rungs above the largest neighborhood that is allowed: what that one is compared with.
-uint32_t MostSampledCount(const EstimatorOptions& options) {
-  const size_t rung = std::min(RungNear(MostCount(options)) + 2, kRungCount - 1);
-  return kScaleRungs[rung];
-}
-
 EstimatorOptions PilotOptions(const EstimatorOptions& options) {
   EstimatorOptions pilot;
   pilot.neighborhood = NeighborCount{MostSampledCount(options)};
   return pilot;
 }
 
-ScaleBounds BoundsOf(const EstimatorOptions& options, const SpatialIndex& index) {
-  ScaleBounds bounds;
-  for (size_t m = 0; m < kMethodCount; ++m) bounds.methods[m] = IsCandidate(options, m);
-  const AutomaticScale scale = ScaleOf(options);
-  bounds.per_cloud = scale.per_cloud;
-  if (const auto count = FixedCount(options)) {
-    bounds.least_count = bounds.most_count = kScaleRungs[RungNear(*count)];
-    return bounds;
-  }
-  bounds.least_count = scale.least_count;
-  bounds.most_count = MostCount(options);
-  if (scale.max_radius > 0.0) {
-    bounds.most_radius = static_cast<float>(std::ldexp(scale.max_radius, index.scale_exponent()));
-  }
-  return bounds;
-}
-
 // Most neighbors among which those on the side of a point are looked for.
 constexpr uint32_t kMostOneSideCount = 512;
 // Of the weights at a point, so many must belong to estimates that reach over no edge.
 constexpr double kLeastClearShare = 0.1;
-
-// Where the estimator or the scale is fixed, points beside edges are estimated by it, too.
-bool MindsEdges(const EstimatorOptions& options) {
-  return options.estimator == kAutomaticEstimator && std::holds_alternative<AutomaticScale>(options.neighborhood);
-}
-
-// How the noise of estimates from a fixed count compares with that of the nearest rung: what the regression of normals
-// and hexagrams take first derivatives of goes with the count as count^-2, what jets take second ones of as count^-3.
-double VarianceFactor(const EstimatorOptions& options, const ScaleCandidate& candidate) {
-  const double ratio = static_cast<double>(candidate.count()) / FixedCount(options).value_or(candidate.count());
-  return candidate.method == kJetMethod ? ratio * ratio * ratio : ratio * ratio;
-}
 
 struct AutomaticScratch final : WorkerScratch {
   PilotScratch pilot;
@@ -229,7 +158,8 @@ class AutomaticRun final : public StrategyRun {
     for (const ScaleCandidate& candidate : choice_.chosen) {
       variance_factors.push_back(VarianceFactor(options_, candidate));
     }
-    if (!choice_.scores.empty()) errors_ = ErrorModel(SampleErrors(table_, choice_, variance_factors));
+    if (!choice_.scores.empty())
+      errors_ = ErrorModel(SampleErrors(table_, choice_, variance_factors));
   }
 
   // What is tried where nothing could be judged: what comes of it has a status.
@@ -247,9 +177,9 @@ class AutomaticRun final : public StrategyRun {
     report_.normal_sigma = NormalNoise(table_, choice_.sigma);
     const auto to_caller = [&](double curvature) { return std::ldexp(curvature, index_.scale_exponent()); };
     for (const ScaleScore& score : choice_.scores) {
-      report_.outcomes.push_back({kScaleMethods[score.candidate.method].estimator,
-                                  FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),
-                                  to_caller(score.noise), to_caller(score.bias), score.share});
+      report_.Add({kScaleMethods[score.candidate.method].estimator,
+                   FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),
+                   to_caller(score.noise), to_caller(score.bias), score.share});
     }
   }
 
@@ -372,7 +302,7 @@ class AutomaticRun final : public StrategyRun {
     choice.neighbor_count = static_cast<float>(count);
     choice.avg_hexagram_weight = static_cast<float>(of_method[kHexagramMethod]);
     choice.normal_regression_weight = static_cast<float>(of_method[kRegressionMethod]);
-    choice.jet_weight = static_cast<float>(of_method[kJetMethod]);
+    choice.jet_weight = static_cast<float>(of_method[kQuarticMethod] + of_method[kQuadricMethod]);
   }
 
   void StartWeights(const GroupPoints& points, AutomaticScratch& s) {

@@ -4,9 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <span>
 
 #include "core/index/spatial_index.h"
+#include "core/scale/nearest_samples.h"
 #include "core/scale/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
@@ -30,25 +31,14 @@ class LocalWeights {
   void Start(const Box& box);
   PointWeights At(const float* position);
 
-  size_t bytes() const { return (near_.capacity() + squared_.capacity()) * sizeof(Near); }
-  static size_t MostBytes(size_t sampled_points) { return 2 * sampled_points * sizeof(Near); }
+  size_t bytes() const { return samples_.bytes(); }
+  static size_t MostBytes(size_t sampled_points) { return NearestSamples::MostBytes(sampled_points); }
 
  private:
-  // From the first `count` of squared_.
-  Weights NearestOf(const ScaleWeights& weights, size_t count) const;
+  static Weights WeightsOf(const ScaleWeights& weights, std::span<const uint32_t> nearest);
 
-  struct Near {
-    float squared;  // distance
-    uint32_t point;
-    friend bool operator<(const Near& a, const Near& b) {
-      return a.squared != b.squared ? a.squared < b.squared : a.point < b.point;
-    }
-  };
-
-  const PilotTable& table_;
   const ScaleChoice& choice_;
-  std::vector<Near> near_;     // those among which the nearest of any point in the box are
-  std::vector<Near> squared_;  // of the point of the moment
+  NearestSamples samples_;
 };
 
 }  // namespace curvd

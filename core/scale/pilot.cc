@@ -110,8 +110,11 @@ void EstimatePart(const PilotSums& sums, double radius, double unit, size_t rung
     if (part == PilotPoint::kAll) point.normal_residual[rung] = static_cast<float>(regression->residual);
   }
   if (const auto jet = sums.JetEstimate(radius)) {
-    Store(jet->shape, unit, kJetMethod, rung, part, point);
+    Store(jet->shape, unit, kQuarticMethod, rung, part, point);
     if (part == PilotPoint::kAll) point.residual[rung] = static_cast<float>(jet->residual / unit);
+  }
+  if (const auto quadric = sums.QuadricEstimate(radius)) {
+    Store(quadric->shape, unit, kQuadricMethod, rung, part, point);
   }
 }
 

@@ -12,7 +12,7 @@
 #include "core/estimators/neighborhood_plan.h"
 #include "core/estimators/neighbors.h"
 #include "core/index/spatial_index.h"
-#include "core/scale/one_side.h"
+#include "core/scale/edges/one_side.h"
 #include "core/scale/pilot_table.h"
 
 namespace curvd {

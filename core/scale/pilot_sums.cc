@@ -253,8 +253,9 @@ std::optional<PilotSums::Regression> PilotSums::RegressionEstimate(double radius
                     SlopesOf(fit / length, radius * radius), std::sqrt(std::max(squares, 0.0) / freedom)};
 }
 
-std::optional<PilotSums::Jet> PilotSums::JetEstimate(double radius) const {
-  constexpr int kDegree = 4, kSize = IndexOf(0, kDegree) + 1;
+template <int kDegree>
+std::optional<PilotSums::Jet> PilotSums::FitJet(double radius) const {
+  constexpr int kSize = IndexOf(0, kDegree) + 1;
   if (count() < kSize + 1) return std::nullopt;
   double moments[MonomialCount(2 * kDegree)];
   Normalize(&values_[kMoments], 2 * kDegree, radius, count(), moments);
@@ -270,5 +271,8 @@ std::optional<PilotSums::Jet> PilotSums::JetEstimate(double radius) const {
   return Jet{InUnits(ShapeOf(1.0 + p * p, p * q, 1.0 + q * q, xx, xy, yy), radius),
              std::sqrt(std::max(squares, 0.0) * count() / (count() - kSize)) * radius};
 }
+
+template std::optional<PilotSums::Jet> PilotSums::FitJet<2>(double radius) const;
+template std::optional<PilotSums::Jet> PilotSums::FitJet<4>(double radius) const;
 
 }  // namespace curvd

@@ -55,7 +55,9 @@ class PilotSums {
     double residual;  // standard deviation of the positions about the surface
   };
   // What jet fitting of degree 4 estimates.
-  std::optional<Jet> JetEstimate(double radius) const;
+  std::optional<Jet> JetEstimate(double radius) const { return FitJet<4>(radius); }
+  // What jet fitting of degree 2 estimates.
+  std::optional<Jet> QuadricEstimate(double radius) const { return FitJet<2>(radius); }
 
  private:
   // Sums of x^i y^j, of z x^i y^j, and of each component of the normal times x^i y^j, up to these degrees.
@@ -67,6 +69,9 @@ class PilotSums {
                           kNormals = kHeights + MonomialCount(kHeightDegree),
                           kSectorSums = kNormals + 3 * MonomialCount(kNormalDegree),
                           kValues = kSectorSums + kSectors * kSectorValues;
+
+  template <int kDegree>
+  std::optional<Jet> FitJet(double radius) const;
 
   struct Corner {
     std::array<double, 3> position;

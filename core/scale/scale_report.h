@@ -23,7 +23,9 @@ struct ScaleOutcome {
 };
 
 struct ScaleReport {
-  std::vector<ScaleOutcome> outcomes;  // by estimator, then by neighbor count; empty: the cloud is too small to judge
+  // By estimator, then by neighbor count; empty: the cloud is too small to judge. Of the two degrees of jets that there
+  // are at one count, that which is expected to be off less, with the share of both.
+  std::vector<ScaleOutcome> outcomes;
   uint32_t sampled_points = 0;
   // Standard deviation of the noise of positions, in the caller's length unit, as the residuals of fits show it; detail
   // that is smaller than a neighborhood counts as noise.
@@ -31,6 +33,17 @@ struct ScaleReport {
   // The same of the noise of normals along each tangent, in radians, beyond what noise of positions makes of it; none
   // where no sampled point has enough neighbors.
   std::optional<double> normal_sigma = std::nullopt;
+
+  void Add(const ScaleOutcome& outcome) {
+    for (ScaleOutcome& other : outcomes) {
+      if (other.estimator != outcome.estimator || other.neighbor_count != outcome.neighbor_count) continue;
+      const double share = other.share + outcome.share;
+      if (outcome.error < other.error) other = outcome;
+      other.share = share;
+      return;
+    }
+    outcomes.push_back(outcome);
+  }
 };
 
 }  // namespace curvd

@@ -41,7 +41,7 @@ absl::Status CheckCounts(const AutomaticScale& scale, const CallLimits& limits) 
 std::string KnownEstimators() {
   std::string last(kAutomaticEstimator), words;
   for (const ScaleMethod& method : kScaleMethods) {
-    if (FindStrategy(method.estimator) == nullptr) continue;
+    if (FindStrategy(method.estimator) == nullptr || method.estimator == last) continue;
     absl::StrAppend(&words, words.empty() ? "" : ", ", last);
     last = std::string(method.estimator);
   }

@@ -33,6 +33,7 @@ TEST(PilotSumsTest, EveryMethodFindsTheCurvatureOfAGraph) {
     EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.mean, mean, 1e-4);
     EXPECT_NEAR(sums.JetEstimate(0.5)->shape.mean, mean, 1e-10) << "the graph is a polynomial of degree 2";
     EXPECT_LT(sums.JetEstimate(0.5)->residual, 1e-7);
+    EXPECT_NEAR(sums.QuadricEstimate(0.5)->shape.mean, mean, 1e-10);
   }
 }
 
@@ -45,6 +46,7 @@ TEST(PilotSumsTest, EveryMethodFindsTheShapeOperatorOfAGraph) {
   }
   EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.difference, 0.2, 1e-3);
   EXPECT_NEAR(sums.JetEstimate(0.5)->shape.difference, 0.2, 1e-10);
+  EXPECT_NEAR(sums.QuadricEstimate(0.5)->shape.difference, 0.2, 1e-10);
 }
 
 // Normals whose derivative is [[x, y / 2], [y / 2, 3 y]] over the tangent plane.
@@ -128,6 +130,7 @@ TEST(PilotSumsTest, NothingIsSaidWhereTheNeighborsFixNoSurface) {
   EXPECT_FALSE(PilotSums().HexagramEstimate().has_value());
   EXPECT_FALSE(PilotSums().RegressionEstimate(1.0).has_value());
   EXPECT_FALSE(PilotSums().JetEstimate(1.0).has_value());
+  EXPECT_FALSE(PilotSums().QuadricEstimate(1.0).has_value());
   PilotSums line, spot, opposed;
   for (int i = 0; i < 100; ++i) {
     line.Add({{0.01 * i, 0.0, 0.0}, {0, 0, 1}});

@@ -1,4 +1,4 @@
-#include "core/scale/edge_marks.h"
+#include "core/scale/edges/edge_marks.h"
 
 #include <algorithm>
 #include <cmath>

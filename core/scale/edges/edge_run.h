@@ -11,8 +11,8 @@
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "core/estimators/curvature_field.h"
-#include "core/scale/edge_marks.h"
-#include "core/scale/one_side.h"
+#include "core/scale/edges/edge_marks.h"
+#include "core/scale/edges/one_side.h"
 #include "core/scale/pilot.h"
 
 namespace curvd {

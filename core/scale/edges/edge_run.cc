@@ -1,4 +1,4 @@
-#include "core/scale/edge_run.h"
+#include "core/scale/edges/edge_run.h"
 
 #include <algorithm>
 #include <cmath>

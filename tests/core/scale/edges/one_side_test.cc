@@ -1,4 +1,4 @@
-#include "core/scale/one_side.h"
+#include "core/scale/edges/one_side.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/index/spatial_index.h"
-#include "core/scale/one_side.h"
+#include "core/scale/edges/one_side.h"
 
 namespace curvd {
 
@@ -23,7 +23,7 @@ class EdgeMarks {
   // `index` outlives the object. May throw std::bad_alloc.
   explicit EdgeMarks(const SpatialIndex& index);
 
-  // How the normals around a point change (core/scale/one_side.h).
+  // How the normals around a point change (core/scale/edges/one_side.h).
   void SetTrend(size_t place, const NormalTrend& trend) {
     trends_[place] = {static_cast<float>(trend.roughness), static_cast<float>(trend.slope),
                       static_cast<float>(trend.spread), static_cast<float>(trend.spread_in_two),

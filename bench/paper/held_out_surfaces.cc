@@ -1,0 +1,80 @@
+#include "bench/paper/held_out_surfaces.h"
+
+namespace curvd::bench {
+namespace {
+
+using curv::Box;
+using curv::Dot;
+using curv::ImplicitJet;
+using curv::Vec3;
+
+// f = s^2 - 2 (x^2 - y^2 - z^2) + 1 - b^4 with s = x^2 + y^2 + z^2 and b^2 = 1.21.
+class Peanut : public curv::Surface {
+ public:
+  std::string_view name() const override { return "peanut"; }
+  Box bounds() const override { return {{-1.6, -0.7, -0.7}, {1.6, 0.7, 0.7}}; }
+  double Evaluate(const Vec3& p, Vec3& gradient) const override {
+    const double s = Dot(p, p);
+    gradient = {4.0 * p.x * (s - 1.0), 4.0 * p.y * (s + 1.0), 4.0 * p.z * (s + 1.0)};
+    return s * s - 2.0 * (p.x * p.x - p.y * p.y - p.z * p.z) + 1.0 - kProduct * kProduct;
+  }
+  ImplicitJet Jet(const Vec3& p) const override {
+    const double s = Dot(p, p);
+    ImplicitJet jet;
+    jet.value = Evaluate(p, jet.gradient);
+    jet.hessian_diagonal = {4.0 * s + 8.0 * p.x * p.x - 4.0, 4.0 * s + 8.0 * p.y * p.y + 4.0,
+                            4.0 * s + 8.0 * p.z * p.z + 4.0};
+    jet.hessian_off_diagonal = {8.0 * p.y * p.z, 8.0 * p.x * p.z, 8.0 * p.x * p.y};
+    return jet;
+  }
+
+ private:
+  static constexpr double kProduct = 1.21;
+};
+
+class Lumpy : public curv::Surface {
+ public:
+  std::string_view name() const override { return "lumpy"; }
+  Box bounds() const override { return {{-1.2, -1.2, -1.2}, {1.2, 1.2, 1.2}}; }
+  double Evaluate(const Vec3& p, Vec3& gradient) const override {
+    gradient = {2.0 * p.x + kLump * p.y * p.z, 2.0 * p.y + kLump * p.x * p.z, 2.0 * p.z + kLump * p.x * p.y};
+    return Dot(p, p) + kLump * p.x * p.y * p.z - 1.0;
+  }
+  ImplicitJet Jet(const Vec3& p) const override {
+    ImplicitJet jet;
+    jet.value = Evaluate(p, jet.gradient);
+    jet.hessian_diagonal = {2.0, 2.0, 2.0};
+    jet.hessian_off_diagonal = kLump * p;
+    return jet;
+  }
+
+ private:
+  static constexpr double kLump = 0.6;
+};
+
+class Pillow : public curv::Surface {
+ public:
+  std::string_view name() const override { return "pillow"; }
+  Box bounds() const override { return {{-2.1, -1.1, -1.1}, {2.1, 1.1, 1.1}}; }
+  double Evaluate(const Vec3& p, Vec3& gradient) const override {
+    gradient = {0.25 * p.x * p.x * p.x, 2.0 * p.y, 2.0 * p.z};
+    return 0.25 * gradient.x * p.x + p.y * p.y + p.z * p.z - 1.0;
+  }
+  ImplicitJet Jet(const Vec3& p) const override {
+    ImplicitJet jet;
+    jet.value = Evaluate(p, jet.gradient);
+    jet.hessian_diagonal = {0.75 * p.x * p.x, 2.0, 2.0};
+    return jet;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<curv::Surface> MakeHeldOutSurface(std::string_view name) {
+  if (name == "peanut") return std::make_unique<Peanut>();
+  if (name == "lumpy") return std::make_unique<Lumpy>();
+  if (name == "pillow") return std::make_unique<Pillow>();
+  return nullptr;
+}
+
+}  // namespace curvd::bench

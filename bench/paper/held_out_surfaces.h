@@ -1,0 +1,18 @@
+// Closed surfaces with exact curvature that no rule of the core was made by: what it is tried on.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "client/surfaces/surface.h"
+
+namespace curvd::bench {
+
+// Returns the surface of that name, or null:
+// - peanut: the oval of Cassini with distances whose product is 1.21 from (1, 0, 0) and (-1, 0, 0), turned around the x
+//   axis; its waist is a saddle
+// - lumpy: x^2 + y^2 + z^2 + 0.6 x y z = 1, a sphere with four lumps
+// - pillow: x^4 / 16 + y^2 + z^2 = 1, whose curvature along x vanishes in the middle
+std::unique_ptr<curv::Surface> MakeHeldOutSurface(std::string_view name);
+
+}  // namespace curvd::bench

@@ -1,0 +1,77 @@
+#include "core/scale/automatic_options.h"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+namespace curvd {
+
+AutomaticScale ScaleOf(const EstimatorOptions& options) {
+  if (const auto* scale = std::get_if<AutomaticScale>(&options.neighborhood)) return *scale;
+  return {};
+}
+
+std::optional<uint32_t> FixedCount(const EstimatorOptions& options) {
+  const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
+  return count != nullptr ? std::optional(count->count) : std::nullopt;
+}
+
+size_t RungNear(uint32_t count) {
+  const auto distance = [count](uint32_t rung) { return std::abs(std::log(static_cast<double>(rung) / count)); };
+  const auto nearest = std::min_element(kScaleRungs.begin(), kScaleRungs.end(),
+                                        [&](uint32_t a, uint32_t b) { return distance(a) < distance(b); });
+  return static_cast<size_t>(nearest - kScaleRungs.begin());
+}
+
+bool IsCandidate(const EstimatorOptions& options, size_t method) {
+  if (options.estimator == kAutomaticEstimator) return true;
+  const ScaleMethod& one = kScaleMethods[method];
+  return options.estimator == one.estimator && (one.jet_degree == 0 || one.jet_degree == options.jet_degree);
+}
+
+EstimatorOptions OptionsOf(const EstimatorOptions& options, size_t method, uint32_t count) {
+  EstimatorOptions one = options;
+  one.estimator = kScaleMethods[method].estimator;
+  if (kScaleMethods[method].jet_degree != 0) one.jet_degree = kScaleMethods[method].jet_degree;
+  one.neighborhood = NeighborCount{FixedCount(options).value_or(count)};
+  return one;
+}
+
+uint32_t MostCount(const EstimatorOptions& options) {
+  return std::min(FixedCount(options).value_or(ScaleOf(options).most_count), options.max_neighbor_count);
+}
+
+uint32_t MostSampledCount(const EstimatorOptions& options) {
+  const size_t rung = std::min(RungNear(MostCount(options)) + 2, kRungCount - 1);
+  return kScaleRungs[rung];
+}
+
+ScaleBounds BoundsOf(const EstimatorOptions& options, const SpatialIndex& index) {
+  ScaleBounds bounds;
+  for (size_t m = 0; m < kMethodCount; ++m) bounds.methods[m] = IsCandidate(options, m);
+  const AutomaticScale scale = ScaleOf(options);
+  bounds.per_cloud = scale.per_cloud;
+  if (const auto count = FixedCount(options)) {
+    bounds.least_count = bounds.most_count = kScaleRungs[RungNear(*count)];
+    return bounds;
+  }
+  bounds.least_count = scale.least_count;
+  bounds.most_count = MostCount(options);
+  if (scale.max_radius > 0.0) {
+    bounds.most_radius = static_cast<float>(std::ldexp(scale.max_radius, index.scale_exponent()));
+  }
+  return bounds;
+}
+
+bool MindsEdges(const EstimatorOptions& options) {
+  return options.estimator == kAutomaticEstimator && std::holds_alternative<AutomaticScale>(options.neighborhood);
+}
+
+// What the regression of normals and hexagrams take first derivatives of goes with the count as count^-2, what jets
+// take second ones of as count^-3.
+double VarianceFactor(const EstimatorOptions& options, const ScaleCandidate& candidate) {
+  const double ratio = static_cast<double>(candidate.count()) / FixedCount(options).value_or(candidate.count());
+  return kScaleMethods[candidate.method].jet_degree != 0 ? ratio * ratio * ratio : ratio * ratio;
+}
+
+}  // namespace curvd

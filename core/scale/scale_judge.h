@@ -1,0 +1,92 @@
+// Judges by a table of estimates how far each way to estimate a cloud is off (docs/numerics.md).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "core/estimators/scale_ladder.h"
+#include "core/scale/pilot_table.h"
+#include "core/scale/scale_choice.h"
+
+namespace curvd {
+
+// Of one curvature, the mean or the Gaussian one. Const methods are thread-safe. Lengths are in the index's unit.
+class ScaleJudge {
+ public:
+  enum class Quantity : uint8_t { kMean, kGaussian };
+
+  // `table` outlives the object.
+  ScaleJudge(const PilotTable& table, const ScaleBounds& bounds, Quantity quantity);
+
+  // Of all candidates that can be judged and are within the bounds, by method, then by rung.
+  std::vector<ScaleScore> Scores() const;
+  // The scores of candidates that were judged by the mean curvature. Their biases are as large beside the differences
+  // as there: noise in a small neighborhood moves the Gaussian curvature of both halves to one side, as detail would.
+  std::vector<ScaleScore> ScoresOf(const std::vector<ScaleScore>& of_mean) const;
+
+  // By how much the candidate's estimate, and that of the next larger scale, differ at each sampled point.
+  std::vector<double> DifferencesAtPoints(const ScaleScore& score, PilotPoint::Part part = PilotPoint::kAll) const;
+  // What the differences at points come to over the cloud.
+  double CloudDifference(const ScaleScore& score) const {
+    return *differences_[score.candidate.method][ComparedRung(score.candidate)];
+  }
+  // Whether the halves of neighborhoods, too, have estimates at nearly all points.
+  bool HasHalves(const ScaleCandidate& candidate) const;
+
+  // Standard deviation of the noise of positions.
+  double sigma() const { return sigma_; }
+  // The least error that can be told at that scale.
+  double Floor(size_t rung) const;
+
+ private:
+  double ValueAt(const PilotPoint& point, size_t method, size_t rung, PilotPoint::Part part = PilotPoint::kAll) const;
+  double Difference(const PilotPoint& point, size_t method, size_t rung, size_t other,
+                    PilotPoint::Part part = PilotPoint::kAll) const {
+    return ValueAt(point, method, rung, part) - ValueAt(point, method, other, part);
+  }
+  // The rung itself, unless it has no next one to be compared with.
+  size_t ComparedRung(const ScaleCandidate& candidate) const;
+
+  // Of the values that are finite; infinity if there are none.
+  template <typename Value>
+  double MedianOf(const Value& value) const;
+  double MedianRadius(size_t rung) const;
+
+  // Of the points whose neighborhoods at that rung reach over no edge.
+  bool IsEnough(size_t count, double share, size_t rung) const;
+  bool IsAllowed(const ScaleCandidate& candidate) const;
+  bool HasEstimates(const ScaleCandidate& candidate) const;
+
+  // By how much estimates differ from those so many rungs on, as an error.
+  std::optional<double> MedianDifference(const ScaleCandidate& candidate, size_t step) const;
+  // The last rungs have no next one to be compared with: their differences go on as those of single steps do.
+  void AddLastDifferences(size_t method);
+  // Noise in the positions: how large, and what it does to an estimate of noise factor 1.
+  void FindNoise();
+  // The noise of positions as neighborhoods of that size show it; detail only adds to it. None where they are hardly
+  // larger than the noise, whose outer parts they then leave out.
+  std::optional<double> ResidualAt(size_t rung) const;
+
+  // The variance of the candidate's estimates that noise makes.
+  double Variance(const ScaleCandidate& candidate) const;
+  // The mean of the products of what each half of a neighborhood shows beyond the smaller one, less what chance makes
+  // of it: detail that the larger one smooths away is common to both halves, noise is not. None without halves.
+  std::optional<double> SquaredBias(const ScaleCandidate& large, size_t small_rung) const;
+  std::optional<ScaleScore> ScoreOf(const ScaleCandidate& candidate) const;
+  ScaleScore ScoreOf(const ScaleCandidate& candidate, double squared_bias) const;
+  // A difference tells the larger one of two errors. Where they rise from the first rung on, so that noise does not
+  // matter, that of the first rung is the second one's, and its own is found as it would be at the other end.
+  static void MendFirstRung(size_t first, std::vector<ScaleScore>& scores);
+
+  const PilotTable& table_;
+  const ScaleBounds bounds_;
+  const Quantity quantity_;
+  std::optional<double> differences_[kMethodCount][kRungCount];
+  size_t last_compared_[kMethodCount] = {};  // the last rung that has a next one
+  double sigma_ = 0.0, noise_bias_ = 0.0;
+};
+
+}  // namespace curvd
