@@ -96,7 +96,7 @@ test: deps proto-check ## Build with warnings as errors and run every test
 # same code. Each kernel is run for each instruction set; that tiles have the bytes of the whole, for the widest alone.
 COUNTS := HostileWorkTest|ScratchNeverHoldsMoreThanItsBound|PeakStaysBelow|PeakWithEstimatedNormals
 JUDGEMENTS := NanoflannTest|ChoosesNearlyTheBestScale|NormalsAloneAreAtLeastAsExact|FlippedPointsAreNeverTrusted|$\
-  IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|NeighborhoodCrossesTheRimOfAFlippedHalf
+  IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|SeamPhaseTest.(No|Spheres|TheSheets)
 NARROWER_TILES := TilesTest.*/(SSE4|SSSE3|SCALAR)
 NOT_SANITIZED := $(COUNTS)|$(JUDGEMENTS)|$(NARROWER_TILES)
 
