@@ -12,7 +12,8 @@
 
 namespace curvd::testing {
 
-// Looks at every `step`-th point, or at fewer where a sanitizer looks on, but for those whose neighbors or sectors rounding may decide either way.
+// Looks at every `step`-th point, or at fewer where a sanitizer looks on, but for those whose neighbors or sectors
+// rounding may decide either way.
 inline void ExpectNearReference(const TestPoints& points, const EstimatorOptions& options, size_t step) {
   const EstimationResult result = MustEstimate(points.ToCloud(), options);
   size_t compared = 0;
