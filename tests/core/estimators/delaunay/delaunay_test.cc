@@ -7,6 +7,7 @@
 #include "tests/core/expect_curvature.h"
 #include "tests/core/instruction_sets.h"
 #include "tests/core/reference_delaunay.h"
+#include "tests/core/sanitized.h"
 #include "tests/core/test_clouds.h"
 #include "tests/core/umbrella_clouds.h"
 
@@ -48,7 +49,7 @@ EstimatorOptions Delaunay(uint32_t k, bool even_weights = false) {
 }
 
 TEST_P(DelaunayTest, MatchesTheDoubleOracle) {
-  for (uint64_t seed = 0; seed < 2; ++seed) {
+  for (uint64_t seed = 0; seed < (kSanitized ? 1 : 2); ++seed) {
     for (const auto& [name, points] : UmbrellaClouds(seed)) {
       SCOPED_TRACE(name);
       const std::vector<ReferenceUmbrella> umbrellas = BruteForceUmbrellas(points);
