@@ -34,7 +34,12 @@ std::vector<std::string> MembersOf(CLI::Option& option) {
       return {};
     }
     std::string probe = "\x01";
-    const std::string refusal = (*check)(probe);
+    std::string refusal;
+    try {
+      refusal = (*check)(probe);
+    } catch (const CLI::ValidationError&) {
+      continue;  // refuses by an exception, as that for sizes in bytes does
+    }
     const size_t begin = refusal.find(kRefusal);
     if (begin == std::string::npos || refusal.back() != '}') continue;
     const size_t first = begin + kRefusal.size();
