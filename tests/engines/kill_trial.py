@@ -98,7 +98,7 @@ def main():
     options = parser.parse_args()
     chosen = [each for each in ENGINES if not options.engines or each.name in options.engines]
     print(f"seed {options.seed}", flush=True)
-    rows = []
+    rows, tiles = [], 0
     for engine_class in chosen:
         missing = engine_class.missing()
         if missing:
@@ -108,6 +108,7 @@ def main():
             with TileSite(options.programs, scratch, options.points, options.tile_points) as site:
                 rows.append(try_engine(engine_class, site, pathlib.Path(scratch), options.kills, random.Random(options.seed)))
                 tiles = site.tiles
+                print(rows[-1], file=sys.stderr, flush=True)
     print(f"\n{options.points:,} points in {tiles} tiles\n")
     print("| engine | rounds | servers killed | workers | drivers | tiles at hand then | begun again | bytes that differ |")
     print("| --- | --: | --: | --: | --: | --: | --: | --: |")
