@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <iterator>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
 namespace curv {
@@ -12,6 +13,10 @@ std::string WithCommas(uint64_t number) {
   std::string digits = std::to_string(number);
   for (size_t at = digits.size(); at > 3;) digits.insert(at -= 3, 1, ',');
   return digits;
+}
+
+std::string CountOf(uint64_t number, const char* thing) {
+  return absl::StrCat(WithCommas(number), " ", thing, number == 1 ? "" : "s");
 }
 
 std::string WithPrefix(double number) {

@@ -8,6 +8,8 @@ namespace curv {
 
 // Groups digits: "12,345,678".
 std::string WithCommas(uint64_t number);
+// Writes a number of things: "1 tile", "12,345 tiles".
+std::string CountOf(uint64_t number, const char* thing);
 // Writes three digits and a prefix: "950", "12.3 k", "4.56 M".
 std::string WithPrefix(double number);
 // Writes a time as "59 s", "1:05" or "1:00:00".

@@ -15,6 +15,7 @@ TileStatus StatusOf(const TilePlan& plan) {
   for (size_t tile = 0; tile < plan.tiles.size(); ++tile) {
     const absl::StatusOr<TileResult> result = ReadTileResult(plan, tile);
     if (!result.ok()) {
+      status.tiles_left.push_back(tile);
       if (!absl::IsNotFound(result.status())) ++status.tiles_damaged;
       if (TileClaim::IsHeld(plan, tile)) ++status.tiles_running;
       continue;

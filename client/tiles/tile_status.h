@@ -15,9 +15,10 @@ namespace curv {
 struct TileStatus {
   uint64_t tiles = 0;
   uint64_t tiles_done = 0;
-  uint64_t tiles_running = 0;  // that somebody has at hand
-  uint64_t tiles_damaged = 0;  // whose file is no result: they are done again
-  uint64_t points = 0;         // in tiles
+  std::vector<size_t> tiles_left;  // their numbers, ascending
+  uint64_t tiles_running = 0;      // that somebody has at hand
+  uint64_t tiles_damaged = 0;      // whose file is no result: they are done again
+  uint64_t points = 0;             // in tiles
   uint64_t points_done = 0;
   // Sums over the tiles that are done; see TileResult.
   uint64_t halo_points = 0;

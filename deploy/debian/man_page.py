@@ -118,7 +118,8 @@ def exit_status(codes):
 
 
 def command_section(program, name):
-    command = Help(told(program, name))
+    """A command, and those within it: "tiles", "tiles plan"."""
+    command = Help(told(program, *name.split()))
     yield f".SS {roff(os.path.basename(program))} {roff(name)}"
     yield roff(command.description + ".")
     yield ".PP"
@@ -129,6 +130,8 @@ def command_section(program, name):
     if own:
         yield ".PP"
         yield from prose(own)
+    for word, _ in command.sections.get("Subcommands", []):
+        yield from command_section(program, f"{name} {word}")
 
 
 def page(program, section, whatis):

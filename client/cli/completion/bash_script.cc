@@ -21,7 +21,7 @@ _curv() {
   fi
   COMPREPLY=()
   for ((i = 1; i < COMP_CWORD; ++i)); do
-    case ${COMP_WORDS[i]} in
+    case "${command:+$command }${COMP_WORDS[i]}" in
 )";
 
 // One of the words, several of them with commas between, a file, or anything.
@@ -75,31 +75,30 @@ std::vector<std::string> FlagNames(const CommandWords& command) {
   return names;
 }
 
-std::vector<std::string> CommandNames(const std::vector<CommandWords>& commands) {
-  std::vector<std::string> names;
-  for (const CommandWords& command : commands) {
-    if (!command.name.empty()) names.push_back(command.name);
-  }
-  return names;
+// What may stand where no flag does.
+std::string Words(const CommandWords& command) {
+  if (!command.subcommands.empty())
+    return absl::StrCat("kind=one words='", absl::StrJoin(command.subcommands, " "), "'");
+  return command.positionals.empty() ? "kind=any" : Assignments(command.positionals.front());
 }
 
 }  // namespace
 
 std::string BashScript(const std::vector<CommandWords>& commands) {
-  const std::vector<std::string> names = CommandNames(commands);
+  std::vector<std::string> names;
+  for (const CommandWords& command : commands) {
+    if (!command.name.empty()) names.push_back(absl::StrCat("'", command.name, "'"));
+  }
   std::string script = kBashHead;
-  absl::StrAppend(&script, "      ", absl::StrJoin(names, " | "), ")\n        command=${COMP_WORDS[i]}\n",
-                  "        break\n        ;;\n    esac\n  done\n  local flags=''\n  case \"$command $flag\" in\n");
+  absl::StrAppend(&script, "      ", absl::StrJoin(names, " | "),
+                  ") command=\"${command:+$command }${COMP_WORDS[i]}\" ;;\n",
+                  "    esac\n  done\n  local flags=''\n  case \"$command $flag\" in\n");
   for (const CommandWords& command : commands) {
     for (const ArgumentWords& flag : command.flags) AddValueOfFlag(command.name, flag, script);
   }
   script += kBashTail;
   for (const CommandWords& command : commands) {
-    std::string positional = absl::StrCat("kind=one words='", absl::StrJoin(names, " "), "'");
-    if (!command.name.empty()) {
-      positional = command.positionals.empty() ? "kind=any" : Assignments(command.positionals.front());
-    }
-    absl::StrAppend(&script, "      '", command.name, "') ", positional, " flags='",
+    absl::StrAppend(&script, "      '", command.name, "') ", Words(command), " flags='",
                     absl::StrJoin(FlagNames(command), " "), "' ;;\n");
   }
   return script + kBashEnd;

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "CLI/CLI.hpp"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "client/cli/result_columns.h"
 
@@ -12,7 +13,8 @@ namespace curv {
 namespace {
 
 // What --help calls a path.
-constexpr std::array<std::string_view, 7> kFilePlaceholders = {"FILE", "IN", "IN...", "OUT", "RESULT", "PNG", "HTML"};
+constexpr std::array<std::string_view, 8> kFilePlaceholders = {"FILE",   "IN",  "IN...", "OUT",
+                                                               "RESULT", "PNG", "HTML",  "DIR"};
 
 // Up to the sentence or the list that goes into details.
 std::string FirstClause(const std::string& help) {
@@ -32,7 +34,12 @@ std::vector<std::string> MembersOf(CLI::Option& option) {
       return {};
     }
     std::string probe = "\x01";
-    const std::string refusal = (*check)(probe);
+    std::string refusal;
+    try {
+      refusal = (*check)(probe);
+    } catch (const CLI::ValidationError&) {
+      continue;  // refuses by an exception, as that for sizes in bytes does
+    }
     const size_t begin = refusal.find(kRefusal);
     if (begin == std::string::npos || refusal.back() != '}') continue;
     const size_t first = begin + kRefusal.size();
@@ -62,21 +69,35 @@ ArgumentWords ArgumentWordsOf(CLI::Option& option) {
   return words;
 }
 
-CommandWords CommandWordsOf(CLI::App& command, const std::string& name) {
-  CommandWords words{.name = name, .help = command.get_description(), .flags = {}, .positionals = {}};
+CommandWords CommandWordsOf(CLI::App& command, const std::string& name, const std::string& parent) {
+  CommandWords words{.name = name,
+                     .parent = parent,
+                     .help = command.get_description(),
+                     .subcommands = {},
+                     .flags = {},
+                     .positionals = {}};
   for (CLI::Option* option : command.get_options()) {
     (option->get_positional() ? words.positionals : words.flags).push_back(ArgumentWordsOf(*option));
   }
   return words;
 }
 
+void AddWordsOf(CLI::App& command, const std::string& name, const std::string& parent,
+                std::vector<CommandWords>& commands) {
+  const size_t own = commands.size();
+  commands.push_back(CommandWordsOf(command, name, parent));
+  for (CLI::App* subcommand : command.get_subcommands([](const CLI::App*) { return true; })) {
+    const std::string& word = subcommand->get_name();
+    commands[own].subcommands.push_back(word);
+    AddWordsOf(*subcommand, name.empty() ? word : absl::StrCat(name, " ", word), name, commands);
+  }
+}
+
 }  // namespace
 
 std::vector<CommandWords> WordsOf(CLI::App& app) {
-  std::vector<CommandWords> commands = {CommandWordsOf(app, "")};
-  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    commands.push_back(CommandWordsOf(*command, command->get_name()));
-  }
+  std::vector<CommandWords> commands;
+  AddWordsOf(app, "", "", commands);
   return commands;
 }
 

@@ -25,13 +25,15 @@ struct ArgumentWords {
 };
 
 struct CommandWords {
-  std::string name;
+  std::string name;    // "tiles plan" of a command within another
+  std::string parent;  // the name of that other
   std::string help;
+  std::vector<std::string> subcommands;  // the last words of their names
   std::vector<ArgumentWords> flags;
   std::vector<ArgumentWords> positionals;
 };
 
-// Those of each subcommand, in the order of --help; the first, of no name, is `app` itself.
+// Those of each subcommand, and of theirs, in the order of --help; the first, of no name, is `app` itself.
 std::vector<CommandWords> WordsOf(CLI::App& app);
 
 }  // namespace curv

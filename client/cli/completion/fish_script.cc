@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
@@ -10,9 +12,14 @@ std::string FishQuoted(const std::string& text) {
   return absl::StrCat("'", absl::StrReplaceAll(text, {{"\\", "\\\\"}, {"'", "\\'"}}), "'");
 }
 
-// Where the words hold: within a command, or where none was typed yet.
+// Where the words hold: within a command, before one of its own subcommands.
 std::string Condition(const CommandWords& command) {
-  return command.name.empty() ? "__fish_use_subcommand" : absl::StrCat("__fish_seen_subcommand_from ", command.name);
+  if (command.name.empty()) return "__fish_use_subcommand";
+  const std::string seen = "__fish_seen_subcommand_from ";
+  std::string condition = absl::StrCat(seen, absl::StrReplaceAll(command.name, {{" ", "; and " + seen}}));
+  if (!command.subcommands.empty())
+    absl::StrAppend(&condition, "; and not ", seen, absl::StrJoin(command.subcommands, " "));
+  return condition;
 }
 
 std::string Line(const CommandWords& command, const std::string& rest, const std::string& help) {
@@ -57,7 +64,10 @@ std::string FishScript(const std::vector<CommandWords>& commands) {
       "complete -c curv -f\n";
   for (const CommandWords& command : commands) {
     if (command.name.empty()) continue;
-    absl::StrAppend(&script, Line(commands.front(), " -a " + command.name, command.help));
+    const auto parent = std::find_if(commands.begin(), commands.end(),
+                                     [&](const CommandWords& other) { return other.name == command.parent; });
+    script +=
+        Line(*parent, " -a " + command.name.substr(parent->name.empty() ? 0 : parent->name.size() + 1), command.help);
   }
   for (const CommandWords& command : commands) {
     for (const ArgumentWords& flag : command.flags) script += FlagLine(command, flag);

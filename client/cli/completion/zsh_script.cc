@@ -59,10 +59,18 @@ std::vector<std::string> FlagSpecifications(const ArgumentWords& flag) {
   return specifications;
 }
 
-std::vector<std::string> SpecificationsOf(const CommandWords& command) {
+std::vector<std::string> FlagSpecificationsOf(const CommandWords& command) {
   std::vector<std::string> specifications;
   for (const ArgumentWords& flag : command.flags) {
     for (std::string& specification : FlagSpecifications(flag)) specifications.push_back(std::move(specification));
+  }
+  return specifications;
+}
+
+std::vector<std::string> SpecificationsOf(const CommandWords& command) {
+  std::vector<std::string> specifications = FlagSpecificationsOf(command);
+  if (!command.subcommands.empty()) {
+    specifications.push_back(ZshQuoted(absl::StrCat("1:command:(", absl::StrJoin(command.subcommands, " "), ")")));
   }
   for (const ArgumentWords& positional : command.positionals) {
     specifications.push_back(ZshQuoted("*" + ValueOf(positional)));
@@ -75,18 +83,26 @@ std::vector<std::string> SpecificationsOf(const CommandWords& command) {
 std::string ZshScript(const std::vector<CommandWords>& commands) {
   std::string script = kZshHead;
   absl::StrAppend(
-      &script, absl::StrJoin(SpecificationsOf(commands.front()), " "),
+      &script, absl::StrJoin(FlagSpecificationsOf(commands.front()), " "),
       " '1:command:->command' '*::argument:->argument'\n  case $state in\n    command)\n      local -a commands=(\n");
   for (const CommandWords& command : commands) {
-    if (!command.name.empty()) {
+    if (!command.name.empty() && command.parent.empty()) {
       absl::StrAppend(&script, "        ", ZshQuoted(absl::StrCat(command.name, ":", ZshEscaped(command.help))), "\n");
     }
   }
   absl::StrAppend(&script,
-                  "      )\n      _describe command commands\n      ;;\n    argument)\n      case $words[1] in\n");
+                  "      )\n      _describe command commands\n      ;;\n    argument)\n      local name=$words[1]\n");
+  // Of a command within another, the second word is the command.
+  for (const CommandWords& command : commands) {
+    if (command.name.empty() || command.subcommands.empty()) continue;
+    absl::StrAppend(&script, "      if [[ $name == ", command.name,
+                    " ]] && (( CURRENT > 2 )); then\n        shift words\n        (( --CURRENT ))\n",
+                    "        name=\"$name $words[1]\"\n      fi\n");
+  }
+  script += "      case $name in\n";
   for (const CommandWords& command : commands) {
     if (command.name.empty()) continue;
-    absl::StrAppend(&script, "        ", command.name, ")\n          _arguments -s \\\n            ",
+    absl::StrAppend(&script, "        '", command.name, "')\n          _arguments -s \\\n            ",
                     absl::StrJoin(SpecificationsOf(command), " \\\n            "), "\n          ;;\n");
   }
   return script + kZshEnd;

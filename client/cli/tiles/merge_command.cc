@@ -34,7 +34,7 @@ ExitCode Run(const MergeFlags& flags) {
                         [&](uint64_t points) { bar.Show("merging", points, plan->points); });
   }
   if (!status.ok()) return FailTiles(status);
-  std::fprintf(SummaryStream(flags.output), "%s: %s points\n", flags.output.c_str(), WithCommas(plan->points).c_str());
+  std::fprintf(SummaryStream(flags.output), "%s: %s\n", flags.output.c_str(), CountOf(plan->points, "point").c_str());
   return ExitCode::kOk;
 }
 

@@ -46,10 +46,10 @@ void PrintPlan(const TilePlan& plan, bool json) {
                stdout);
     return;
   }
-  std::printf("%s: %s points in %s tiles of up to %s\n", plan.directory.c_str(), WithCommas(plan.points).c_str(),
-              WithCommas(plan.tiles.size()).c_str(), WithCommas(largest).c_str());
+  std::printf("%s: %s in %s of up to %s\n", plan.directory.c_str(), CountOf(plan.points, "point").c_str(),
+              CountOf(plan.tiles.size(), "tile").c_str(), WithCommas(largest).c_str());
   if (plan.unusable > 0) {
-    std::printf("%s points are not usable and get the status invalid_input\n", WithCommas(plan.unusable).c_str());
+    std::printf("not usable, with the status invalid_input: %s\n", CountOf(plan.unusable, "point").c_str());
   }
   if (plan.is_double) {
     std::printf("coordinates are rounded to multiples of %g\n", plan.spacing);

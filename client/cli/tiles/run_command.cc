@@ -54,11 +54,11 @@ void PrintOutcome(const RunOutcome& outcome, double seconds, bool json) {
                stdout);
     return;
   }
-  std::printf("%s tiles with %s points in %s", WithCommas(outcome.tiles).c_str(), WithCommas(outcome.points).c_str(),
+  std::printf("%s with %s in %s", CountOf(outcome.tiles, "tile").c_str(), CountOf(outcome.points, "point").c_str(),
               Clock(seconds).c_str());
   if (outcome.points > 0) {
-    std::printf("; halo %.1f %%; %s points estimated again, for which %.2f %% were sent",
-                PercentOf(outcome.halo_points, outcome.points), WithCommas(outcome.uncertain_points).c_str(),
+    std::printf("; halo %.1f %%; %s estimated again, for which %.2f %% were sent",
+                PercentOf(outcome.halo_points, outcome.points), CountOf(outcome.uncertain_points, "point").c_str(),
                 PercentOf(outcome.repair_points, outcome.points));
   }
   std::printf("\n");
@@ -89,8 +89,8 @@ ExitCode Run(const RunFlags& flags) {
   }
   if (!outcome.ok()) return FailTiles(outcome.status());
   if (outcome->opposed_tiles > 0) {
-    PrintWarning(absl::StrCat("in ", outcome->opposed_tiles,
-                              " tiles some normals point to opposite sides of one surface. Which points lose their "
+    PrintWarning(absl::StrCat("in ", CountOf(outcome->opposed_tiles, "tile"),
+                              " some normals point to opposite sides of one surface. Which points lose their "
                               "results there was decided tile by tile: run curv orient before"));
   }
   PrintOutcome(*outcome, absl::ToDoubleSeconds(absl::Now() - start), flags.summary == "json");

@@ -18,6 +18,7 @@ namespace {
 struct StatusFlags {
   std::string directory;
   bool json = false;
+  bool left = false;
   std::string prometheus;
 };
 
@@ -100,6 +101,13 @@ std::string PrometheusOf(const TilePlan& plan, const TileStatus& status) {
   return text;
 }
 
+// One a line.
+std::string NumbersOf(const std::vector<size_t>& tiles) {
+  std::string text;
+  for (const size_t tile : tiles) absl::StrAppend(&text, tile, "\n");
+  return text;
+}
+
 ExitCode Run(const StatusFlags& flags) {
   const absl::StatusOr<TilePlan> plan = LoadPlan(flags.directory);
   if (!plan.ok()) return FailTiles(plan.status());
@@ -110,9 +118,12 @@ ExitCode Run(const StatusFlags& flags) {
     if (written.ok()) written = file->Append(PrometheusOf(*plan, status));
     if (written.ok()) written = file->Commit();
     if (!written.ok()) return Fail(ExitCode::kOutput, written);
-    if (!flags.json) return ExitCode::kOk;
+    if (!flags.json && !flags.left) return ExitCode::kOk;
   }
-  std::fputs((flags.json ? JsonOf(*plan, status) : TextOf(*plan, status)).c_str(), stdout);
+  const std::string text = flags.left   ? NumbersOf(status.tiles_left)
+                           : flags.json ? JsonOf(*plan, status)
+                                        : TextOf(*plan, status);
+  std::fputs(text.c_str(), stdout);
   return ExitCode::kOk;
 }
 
@@ -123,7 +134,9 @@ void AddTilesStatus(CLI::App& tiles, Action& action) {
   CLI::App* command = tiles.add_subcommand("status", "Tell how far the tiles of a plan are");
   command->footer(kExitCodesHelp);
   AddPlanDirectory(*command, flags->directory);
-  command->add_flag("--json", flags->json, "one line of JSON");
+  CLI::Option* json = command->add_flag("--json", flags->json, "one line of JSON");
+  command->add_flag("--left", flags->left, "the numbers of the tiles that are not done, one a line, for --tile of run")
+      ->excludes(json);
   command
       ->add_option("--prometheus", flags->prometheus,
                    "write metrics into a file, for the textfile collector of node_exporter; - is standard output")

@@ -36,9 +36,8 @@ ExitCode Run(const VerifyFlags& flags) {
         ToJsonLine({{"tiles", plan->tiles.size()}, {"good", good}, {"missing", missing}, {"damaged", damaged}}).c_str(),
         stdout);
   } else {
-    std::printf("%s of %s tiles are good, %s are not done, %s are damaged\n", WithCommas(good).c_str(),
-                WithCommas(plan->tiles.size()).c_str(), WithCommas(missing).c_str(),
-                WithCommas(damaged.size()).c_str());
+    std::printf("%s: %s good, %s not done, %s damaged\n", CountOf(plan->tiles.size(), "tile").c_str(),
+                WithCommas(good).c_str(), WithCommas(missing).c_str(), WithCommas(damaged.size()).c_str());
   }
   return missing == 0 && damaged.empty() ? ExitCode::kOk : ExitCode::kInput;
 }

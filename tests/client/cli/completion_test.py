@@ -108,6 +108,11 @@ class CompletionTest(unittest.TestCase):
             "generate ell": "curv generate ellipsoid",
             "render scan.ply --quantity=gau": "curv render scan.ply --quantity=gaussian",
             "completion z": "curv completion zsh",
+            "tiles ver": "curv tiles verify",
+            "tiles run res": "curv tiles run results/",
+            "tiles plan --estimator=norm": "curv tiles plan --estimator=normal-regression",
+            "tiles --he": "curv tiles --help",
+            "estimate plan --ti": "curv estimate plan --timeout",  # plan is a command of tiles alone
             "estimate --timeout s": "curv estimate --timeout s",  # a number: nothing is offered
         })
 
@@ -134,6 +139,9 @@ class CompletionTest(unittest.TestCase):
             "estimate --quantities=mean,curv": "curv estimate --quantities=mean,curvedness",
             "generate ell": "curv generate ellipsoid",
             "completion f": "curv completion fish",
+            "tiles ver": "curv tiles verify",
+            "tiles run res": "curv tiles run results",
+            "tiles plan --estimator=norm": "curv tiles plan --estimator=normal-regression",
         })
 
     def _fish(self, typed):
@@ -151,29 +159,39 @@ class CompletionTest(unittest.TestCase):
             "curv estimate --estimator=norm": ["--estimator=normal-regression"],
             "curv generate s": ["saddle", "sphere"],
             "curv completion z": ["zsh"],
+            "curv tiles ": ["merge", "plan", "run", "status", "verify"],
+            "curv tiles run res": ["results/"],
+            "curv tiles run --ti": ["--tile", "--timeout"],
+            "curv tiles plan --estimator=norm": ["--estimator=normal-regression"],
         }.items():
             with self.subTest(typed):
                 self.assertEqual(self._fish(typed), offered)
 
     def test_every_flag_of_every_command_is_offered(self):
-        subcommands = re.findall(r"^  ([a-z]+) ", self._help().partition("Subcommands:")[2], re.MULTILINE)
-        self.assertGreater(len(subcommands), 10)
+        commands = list(self._commands())
+        self.assertGreater(len(commands), 15)
         script = shell_script("bash")
-        for command in subcommands:
+        for command in commands:
             offered = re.search(rf"^ +'{command}'\) .* flags='(.*)' ;;$", script, re.MULTILINE)[1].split()
-            flags = re.findall(r"^  (?:-\w,)?(--[a-z-]+)", self._help(command), re.MULTILINE)
+            flags = re.findall(r"^  (?:-\w,)?(--[a-z-]+)", self._help(*command.split()), re.MULTILINE)
             self.assertEqual([flag for flag in offered if flag.startswith("--")], flags, command)
 
     def test_every_placeholder_is_a_file_or_known_to_be_none(self):
-        files = {"FILE", "IN", "IN...", "OUT", "RESULT", "PNG", "HTML"}
-        others = {"AXIS", "CONDITION", "COUNT", "DEGREE", "FORMAT", "LEAST:MOST", "LENGTH", "LIST", "LO:HI", "LO:HI,...", "NAME", "NAME,...", "NUMBER",
-                  "POLICY", "PORT", "PRIORITY", "PROGRAM", "SECONDS", "SHELL", "SIGMA", "SOURCE", "SURFACE", "TEXT", "VIEW", "WEIGHT",
+        files = {"FILE", "IN", "IN...", "OUT", "RESULT", "PNG", "HTML", "DIR"}
+        others = {"AXIS", "CONDITION", "COUNT", "DEGREE", "FACTOR", "FORMAT", "LEAST:MOST", "LENGTH", "LIST", "LO:HI", "LO:HI,...", "NAME", "NAME,...", "NUMBER",
+                  "POLICY", "PORT", "PRIORITY", "PROGRAM", "SECONDS", "SHELL", "SIGMA", "SIZE", "SOURCE", "SURFACE", "TEXT", "VIEW", "WEIGHT",
                   "WIDTHxHEIGHT", "X,Y,Z"}
-        subcommands = re.findall(r"^  ([a-z]+) ", self._help().partition("Subcommands:")[2], re.MULTILINE)
         found = set()
-        for command in subcommands:
-            found |= set(re.findall(r"^  (?:-\w,)?[a-z-]+ ([A-Z][^\s=]*)(?: |$)", self._help(command), re.MULTILINE))
+        for command in self._commands():
+            found |= set(re.findall(r"^  (?:-\w,)?[a-z-]+ ([A-Z][^\s=]*)(?: |$)", self._help(*command.split()), re.MULTILINE))
         self.assertEqual({word for word in found if not word.endswith(":")} - files - others, set())
+
+    def _commands(self, *group):
+        """The names of all commands, "tiles plan" of one within another."""
+        section = self._help(*group).partition("Subcommands:")[2].partition("\n\n")[0]
+        for word in re.findall(r"^  ([a-z]+) ", section, re.MULTILINE):
+            yield " ".join([*group, word])
+            yield from self._commands(*group, word)
 
     def _help(self, *command):
         return subprocess.run([CURV, *command, "--help"], check=True, capture_output=True, text=True).stdout

@@ -150,6 +150,9 @@ class Tiles(unittest.TestCase):
         self.plan()
         curv("tiles", "run", self.work, "--tile=1")
         self.assertEqual(self.status()["tiles_done"], 1)
+        tiles = self.status()["tiles"]
+        left = curv("tiles", "status", self.work, "--left").split()
+        self.assertEqual(left, [str(tile) for tile in range(tiles) if tile != 1])
         self.assertIn("there is no tile 999", curv("tiles", "run", self.work, "--tile=999", code=USAGE))
         self.assertIn("is not done", curv("tiles", "merge", self.work, "-o", self.result, code=INPUT))
 
@@ -186,6 +189,42 @@ class Tiles(unittest.TestCase):
         self.assertEqual(self.status()["tiles_damaged"], 0)
         self.assertEqual(sorted(os.listdir(pathlib.Path(self.work, "results"))), [])
         curv("tiles", "run", self.work)
+        self.assertEqual(self.merged(), whole)
+
+    @unittest.skipUnless(os.getuid() == 0, "only root mounts file systems")
+    def test_a_disk_that_fills_up_ends_each_step_with_an_error_and_all_goes_on_when_there_is_room(self):
+        disk = self.folder / "disk"
+        disk.mkdir(exist_ok=True)
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=8m", "tmpfs", disk], capture_output=True, check=False).returncode:
+            self.skipTest("no file system may be mounted here")
+        self.addCleanup(subprocess.run, ["umount", "--lazy", disk], check=True)
+        self.work, self.result = str(disk / "work"), str(disk / "tiled.ply")
+        filler = disk / "filler"
+
+        def fill(free):
+            filler.unlink(missing_ok=True)
+            room = os.statvfs(disk).f_bavail * os.statvfs(disk).f_frsize
+            filler.write_bytes(bytes(room - free))
+
+        whole = self.whole()
+        fill(300_000)
+        self.assertIn("No space left on device", self.plan(code=OUTPUT))
+        filler.unlink()
+        self.plan()
+        fill(400_000)  # for some results, and not for all
+        message = curv("tiles", "run", self.work, code=OUTPUT)
+        self.assertRegex(message, r"results/tile-\d{6}.*No space left on device")
+        stopped = self.status()
+        self.assertGreater(stopped["tiles_done"], 0)
+        self.assertFalse(stopped["complete"])
+        self.assertEqual(stopped["tiles_damaged"], 0)
+        filler.unlink()
+        again = json.loads(curv("tiles", "run", self.work, "--summary=json"))
+        self.assertEqual(again["tiles"], stopped["tiles"] - stopped["tiles_done"])
+        fill(200_000)
+        self.assertIn("No space left on device", curv("tiles", "merge", self.work, "-o", self.result, code=OUTPUT))
+        self.assertFalse(os.path.exists(self.result))
+        filler.unlink()
         self.assertEqual(self.merged(), whole)
 
     def test_refuses_what_no_tile_can_decide(self):
