@@ -12,7 +12,8 @@ namespace curv {
 namespace {
 
 // What --help calls a path.
-constexpr std::array<std::string_view, 7> kFilePlaceholders = {"FILE", "IN", "IN...", "OUT", "RESULT", "PNG", "HTML"};
+constexpr std::array<std::string_view, 8> kFilePlaceholders = {"FILE",   "IN",  "IN...", "OUT",
+                                                               "RESULT", "PNG", "HTML",  "DIR"};
 
 // Up to the sentence or the list that goes into details.
 std::string FirstClause(const std::string& help) {

@@ -165,7 +165,7 @@ class CompletionTest(unittest.TestCase):
             self.assertEqual([flag for flag in offered if flag.startswith("--")], flags, command)
 
     def test_every_placeholder_is_a_file_or_known_to_be_none(self):
-        files = {"FILE", "IN", "IN...", "OUT", "RESULT", "PNG", "HTML"}
+        files = {"FILE", "IN", "IN...", "OUT", "RESULT", "PNG", "HTML", "DIR"}
         others = {"AXIS", "CONDITION", "COUNT", "DEGREE", "FORMAT", "LEAST:MOST", "LENGTH", "LIST", "LO:HI", "LO:HI,...", "NAME", "NAME,...", "NUMBER",
                   "POLICY", "PORT", "PRIORITY", "PROGRAM", "SECONDS", "SHELL", "SIGMA", "SOURCE", "SURFACE", "TEXT", "VIEW", "WEIGHT",
                   "WIDTHxHEIGHT", "X,Y,Z"}
