@@ -10,7 +10,7 @@ the square of the distance, 900 times from the first meter to the last. Doubles 
 
 The whole cloud goes to a curvd once for each estimator, and so do the tiles of each size and halo. Of floats the result
 of the tiles is compared with that of the whole file. Of doubles, which a plan rounds to a lattice, results are compared
-with those of a plan that has one tile. All seconds are CPU seconds of a process and the kernel's work for it, which other
+with those of tiles that are twice as large as the largest, with a halo of 2. All seconds are CPU seconds of a process and the kernel's work for it, which other
 programs disturb little. A row tells:
 
   different    bytes that differ, of the points' results
@@ -28,6 +28,7 @@ are too large to be estimated whole.
 import argparse
 import filecmp
 import json
+import multiprocessing
 import os
 import pathlib
 import re
@@ -85,9 +86,9 @@ def write_cloud(path, shape, scalar, count):
 SHAPES = {"torus": torus, "terrain": terrain}
 
 
-def run(*command, where=None):
+def run(*command):
     """Runs a program to its end; returns what it printed, its CPU seconds and its largest resident MB."""
-    process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True, cwd=where)
+    process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True)
     text = process.stdout.read()
     process.stdout.close()
     _, code, usage = os.wait4(process.pid, 0)
@@ -186,7 +187,12 @@ def trials(flags, folder):
     for shape in flags.shapes:
         for scalar in flags.scalars:
             cloud = folder / f"{shape}-{scalar}.ply"
-            write_cloud(cloud, shape, scalar, flags.points)
+            # In a process of its own: a program that this one starts counts this one's memory as its own.
+            writer = multiprocessing.Process(target=write_cloud, args=(cloud, shape, scalar, flags.points))
+            writer.start()
+            writer.join()
+            if writer.exitcode != 0:
+                raise SystemExit("the cloud could not be written")
             for estimator in flags.estimators:
                 trial = Trial(flags, folder, cloud, scalar, estimator)
                 wanted, out = folder / "wanted.ply", folder / "tiled.ply"
@@ -195,7 +201,7 @@ def trials(flags, folder):
                 if not flags.no_whole:
                     whole = trial.whole(wanted)
                     if scalar == "double":
-                        trial.tiled(wanted, flags.points, 0)
+                        trial.tiled(wanted, 2 * max(flags.tile_points), 2)
                 for tile_points in flags.tile_points:
                     for halo in flags.halo:
                         row = {"cloud": f"{shape} {scalar}", "estimator": estimator, "tile": tile_points, "halo": halo}
