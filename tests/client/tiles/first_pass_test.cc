@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <stop_token>
 #include <string>
 #include <variant>
 #include <vector>
@@ -90,7 +91,8 @@ TEST_P(FirstPassTest, EveryWrongPointIsFlaggedBeforeItIsRepaired) {
   ASSERT_TRUE(store.ok()) << store.status();
   const absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create({}, 1);
   ASSERT_TRUE(connection.ok()) << connection.status();
-  const TileEstimator estimator = EstimatorOn(**connection, options, reach->factor, {});
+  const std::stop_token stop;
+  const TileEstimator estimator = EstimatorOn(**connection, options, reach->factor, stop);
   const std::vector<std::string> whole = WholeRows(*store, estimator);
   ASSERT_EQ(whole.size(), kPoints);
   for (const double halo_factor : {0.0, 0.5}) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <random>
 
+#include "client/cli/tiles/tile_options.h"
 #include "client/io/table_file.h"
 #include "client/tiles/plan_tiles.h"
 
@@ -45,7 +46,7 @@ TilePlan PlanHills(const ScratchDirectory& scratch, size_t points, uint64_t tile
   request.tile_points = tile_points;
   request.memory_bytes = 16 << 20;
   request.reach = reach;
-  request.options = {{"estimator", "avg-hexagram"}, {"neighbor_count", 20}};
+  request.options = JsonOf(EstimateOptions());
   absl::StatusOr<PlanOutcome> outcome = PlanTiles(request, {}, {});
   EXPECT_TRUE(outcome.ok()) << outcome.status();
   return outcome.ok() ? std::move(outcome->plan) : TilePlan();
