@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/io/archive/zip.h"
 #include "client/io/atomic_file.h"
-#include "client/tiles/json_fields.h"
+#include "client/tiles/reading/json_fields.h"
 #include "client/tiles/tile_point.h"
 
 namespace curv {

@@ -10,7 +10,7 @@
 #include "client/io/atomic_file.h"
 #include "client/io/blocks/input_file.h"
 #include "client/io/writing/rows.h"
-#include "client/tiles/json_fields.h"
+#include "client/tiles/reading/json_fields.h"
 
 namespace curv {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "client/tiles/json_fields.h"
+#include "client/tiles/reading/json_fields.h"
 
 namespace curv {
 namespace {

@@ -1,4 +1,4 @@
-#include "client/tiles/json_fields.h"
+#include "client/tiles/reading/json_fields.h"
 
 #include "absl/strings/str_cat.h"
 
