@@ -16,6 +16,7 @@
 #include "client/cli/quantities/quantity_flags.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/scale/scale_flags.h"
+#include "client/cli/tiles/estimate_in_tiles.h"
 #include "client/io/table_file.h"
 
 namespace curv {
@@ -30,30 +31,17 @@ constexpr char kEstimateExamples[] =
     "  curv estimate scan.ply -o curvature.ply --auto --also=standard_errors  with how sure each value is\n"
     "  curv estimate terrain.las -o curvature.las --normals=estimate --up  of a cloud without normals\n"
     "  curv estimate scans/*.ply -o results/                               of many, those that are not finished yet\n"
+    "  curv estimate large.ply -o curvature.ply --tiles                    of a file larger than the server takes\n"
     "Output columns: x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius status (of "
     "the\n"
     "quantities asked for), then the other columns of the input.";
 
 // The options that change no result.
 std::set<std::string> WithoutEffect() {
-  return {"input",
-          "--output",
-          "--force",
-          "--server",
-          "--tls",
-          "--ca",
-          "--cert",
-          "--key",
-          "--server-name",
-          "--token-file",
-          "--threads",
-          "--timeout",
-          "--connect-timeout",
-          "--max-attempts",
-          "--priority",
-          "--summary",
-          "--help",
-          "--send-token-in-plain-text"};
+  return {"input",          "--output",     "--force",   "--tiles",   "--tiles-directory",
+          "--server",       "--tls",        "--ca",      "--cert",    "--key",
+          "--server-name",  "--token-file", "--threads", "--timeout", "--connect-timeout",
+          "--max-attempts", "--priority",   "--summary", "--help",    "--send-token-in-plain-text"};
 }
 
 // Colors need their column. Throws CLI::ValidationError.
@@ -130,6 +118,15 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->required()
       ->option_text("OUT");
   command->add_flag("--force", flags->force, "with a directory: estimate finished files again");
+  CLI::Option* tiles = command->add_flag(
+      "--tiles", flags->tiles,
+      "estimate a file that is larger than the server takes in tiles, with the same result (docs/scale.md)");
+  command
+      ->add_option("--tiles-directory", flags->tiles_directory,
+                   "where tiles are kept until all are done, so that an interrupted command goes on [OUT.tiles]")
+      ->needs(tiles)
+      ->check(NotEmpty())
+      ->option_text("DIR");
   AddFormatFlags(*command, flags->save);
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
@@ -186,7 +183,8 @@ void AddEstimate(CLI::App& app, Action& action) {
     }
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     flags->options.connect_timeout = absl::Seconds(flags->connect_timeout);
-    action = [flags] { return EstimateFiles(*flags); };
+    if (flags->tiles) CheckEstimateInTiles(*flags);
+    action = [flags] { return flags->tiles ? EstimateInTiles(*flags) : EstimateFiles(*flags); };
   });
 }
 

@@ -159,6 +159,61 @@ std::string CellTree::Bytes() const {
   return {reinterpret_cast<const char*>(nodes_.data()), nodes_.size() * sizeof(CellNode)};
 }
 
+// Looks whether nodes are those of a tree, in their order.
+class CellTree::Checker {
+ public:
+  explicit Checker(std::span<const CellNode> nodes) : nodes_(nodes) {}
+
+  absl::Status Check() {
+    if (!CheckBelow(0, 0, false) || next_ != nodes_.size()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("node ", std::min(next_, nodes_.size()), " of the cells is none that a plan has"));
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  // Goes through a node and all below, and then on to `next_`. False: a node is wrong; it is `next_`, or one before.
+  bool CheckBelow(size_t node, int depth, bool in_tile) {
+    const CellNode& at = nodes_[node];
+    if (depth > kMostDepth || at.axis < 0 || at.axis > 2 || at.first != first_ || !HasBox(at)) return false;
+    if (at.tile != -1 && (in_tile || at.count == 0 || at.tile != tiles_++)) return false;
+    in_tile = in_tile || at.tile != -1;
+    ++next_;
+    if (at.is_cell()) {
+      first_ += at.count;
+      // Either all points are in tiles, or no tiles were made yet.
+      if (at.count > 0 && !in_tile) ++outside_;
+      return at.children[0] == -1 && at.children[1] == -1 && at.count <= kMostPoints && first_ <= kMostPoints &&
+             (outside_ == 0 || tiles_ == 0);
+    }
+    Box box;
+    for (const int32_t child : at.children) {
+      if (child < 0 || static_cast<size_t>(child) != next_ || next_ == nodes_.size()) return false;
+      if (!CheckBelow(next_, depth + 1, in_tile)) return false;
+      box.Add(nodes_[static_cast<size_t>(child)].box);
+    }
+    return first_ - at.first == at.count && box.low == at.box.low && box.high == at.box.high;
+  }
+
+  static bool HasBox(const CellNode& at) {
+    if (at.count == 0) return at.box.empty();
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const double low = at.box.low[axis], high = at.box.high[axis];
+      if (!std::isfinite(low) || !std::isfinite(high) || low > high) return false;
+    }
+    return true;
+  }
+
+  static constexpr uint64_t kMostPoints = uint64_t{1} << 56;  // their bytes can be counted
+
+  const std::span<const CellNode> nodes_;
+  size_t next_ = 0;
+  uint64_t first_ = 0;
+  int32_t tiles_ = 0;
+  uint64_t outside_ = 0;
+};
+
 absl::StatusOr<CellTree> CellTree::Parse(std::string_view bytes) {
   if (bytes.empty() || bytes.size() % sizeof(CellNode) != 0) {
     return absl::InvalidArgumentError(
@@ -167,16 +222,7 @@ absl::StatusOr<CellTree> CellTree::Parse(std::string_view bytes) {
   CellTree tree;
   tree.nodes_.resize(bytes.size() / sizeof(CellNode));
   std::memcpy(tree.nodes_.data(), bytes.data(), bytes.size());
-  const auto size = static_cast<int64_t>(tree.nodes_.size());
-  int32_t tiles = 0;
-  for (int64_t node = 0; node < size; ++node) {
-    const CellNode& at = tree.nodes_[static_cast<size_t>(node)];
-    const bool is_cell = at.children[0] == -1 && at.children[1] == -1;
-    const bool has_children = at.children[0] == node + 1 && at.children[1] > node + 1 && at.children[1] < size;
-    if ((!is_cell && !has_children) || at.axis < 0 || at.axis > 2 || (at.tile != -1 && at.tile != tiles++)) {
-      return absl::InvalidArgumentError(absl::StrCat("node ", node, " of the cells is none that a plan has"));
-    }
-  }
+  if (absl::Status status = Checker(tree.nodes_).Check(); !status.ok()) return status;
   return tree;
 }
 

@@ -37,7 +37,7 @@ class CellTree {
   // fewer cells. Takes O(n log n). REQUIRES: the sample is not empty, and finite; both counts are 1 or more.
   static CellTree Divide(std::vector<Position> sample, uint64_t tiles, uint64_t cells_per_tile);
 
-  // Reads what Bytes returned. INVALID_ARGUMENT if these are other bytes.
+  // Reads what Bytes returned. INVALID_ARGUMENT if the bytes are of no tree, with counts, boxes and tiles that fit.
   static absl::StatusOr<CellTree> Parse(std::string_view bytes);
   std::string Bytes() const;
 
@@ -84,6 +84,7 @@ class CellTree {
   void SumUp(int32_t node, uint64_t& first);
   void MakeTilesBelow(int32_t node, uint64_t most_points, double most_extent, int32_t& tiles);
 
+  class Checker;
   struct Enclosed;
   void Enclose(int32_t node, const Position& p, uint64_t count, Enclosed& enclosed) const;
 

@@ -20,6 +20,7 @@ namespace curv {
 namespace {
 
 constexpr uint64_t kSampledInCell = 16;  // a cell is then right to a quarter
+constexpr uint64_t kEnoughInCell = 64;   // and to an eighth; more only takes time
 constexpr uint64_t kCellsInTile = 256;   // so that a halo of 4 % does not read much more than it keeps
 constexpr uint64_t kLeastInCell = 64;    // points
 constexpr size_t kLatticeSample = 16'384;
@@ -185,7 +186,8 @@ class Planner {
   }
 
   absl::Status Divide() {
-    std::vector<Position> sample = sample_.Take();
+    const uint64_t wanted_cells = std::clamp<uint64_t>(Usable() / PointsInCell(), 1, MostCells());
+    std::vector<Position> sample = sample_.Take(std::max<uint64_t>(kEnoughInCell * wanted_cells, kLatticeSample));
     if (plan_.is_double) {
       plan_.spacing = request_.spacing;
       if (plan_.spacing == 0.0) {
@@ -194,8 +196,7 @@ class Planner {
       for (Position& p : sample) p = OnLattice(p, plan_.spacing);
     }
     const uint64_t tiles = std::max<uint64_t>((Usable() + request_.tile_points - 1) / request_.tile_points, 1);
-    const uint64_t most_cells = std::min<uint64_t>(MostCells(), sample.size() / kSampledInCell + 1);
-    const uint64_t cells = std::clamp<uint64_t>(Usable() / PointsInCell(), 1, most_cells);
+    const uint64_t cells = std::min<uint64_t>(wanted_cells, sample.size() / kSampledInCell + 1);
     plan_.tree = CellTree::Divide(std::move(sample), tiles, std::max<uint64_t>(cells / tiles, 1));
     return absl::OkStatus();
   }

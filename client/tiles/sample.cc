@@ -13,7 +13,8 @@ void PointSample::Shrink() {
   kept_.resize(size_);
 }
 
-std::vector<Position> PointSample::Take() {
+std::vector<Position> PointSample::Take(size_t most) {
+  size_ = std::min(size_, most);
   Shrink();
   std::sort(kept_.begin(), kept_.end(), [](const Kept& a, const Kept& b) { return a.first < b.first; });
   std::vector<Position> positions;

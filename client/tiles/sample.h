@@ -24,8 +24,8 @@ class PointSample {
     if (kept_.size() == 2 * size_) Shrink();
   }
 
-  // The sample, in the order of the hashes. Called once.
-  std::vector<Position> Take();
+  // The sample, or the first `most` points of it, in the order of the hashes. Called once. REQUIRES: most is 1 or more.
+  std::vector<Position> Take(size_t most);
 
  private:
   using Kept = std::pair<uint64_t, Position>;
@@ -38,7 +38,7 @@ class PointSample {
   }
   void Shrink();
 
-  const size_t size_;
+  size_t size_;
   uint64_t limit_ = ~uint64_t{0};
   std::vector<Kept> kept_;
 };

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/io/archive/zip.h"
 #include "client/io/atomic_file.h"
+#include "client/tiles/reading/json_fields.h"
 #include "client/tiles/tile_point.h"
 
 namespace curv {
@@ -15,6 +16,8 @@ constexpr char kFormat[] = "curv tiles";
 constexpr int kVersion = 1;
 constexpr char kPlanFile[] = "plan.json";
 constexpr char kCellsFile[] = "cells.bin";
+constexpr uint64_t kMostTilePoints = uint64_t{1} << 40;
+constexpr double kMostReach = 1e6;
 
 absl::Status WriteWhole(const std::string& path, std::string_view bytes) {
   absl::StatusOr<AtomicFile> file = AtomicFile::Create(path);
@@ -65,27 +68,48 @@ nlohmann::ordered_json JsonOf(const TilePlan& plan, std::string_view cells) {
       {"cells_crc32", Crc32(0, cells)}};
 }
 
-// Throws nlohmann::json::exception where a member lacks, or is of another type.
+// Throws std::exception where a member lacks, or is not what a plan has.
 void ReadJson(const nlohmann::ordered_json& json, TilePlan& plan) {
   json.at("id").get_to(plan.id);
+  plan.points = UnsignedOf(json, "points");
+  uint64_t counted = 0;
   for (const nlohmann::ordered_json& input : json.at("inputs")) {
     plan.inputs.push_back({input.at("path").get<std::string>(),
                            input.at("format").get<std::string>(),
-                           input.at("points").get<uint64_t>(),
-                           {input.at("bytes").get<uint64_t>(), input.at("modified_ns").get<int64_t>()}});
+                           UnsignedOf(input, "points", plan.points - counted),
+                           {UnsignedOf(input, "bytes"), input.at("modified_ns").get<int64_t>()}});
+    counted += plan.inputs.back().points;
   }
-  json.at("points").get_to(plan.points);
-  json.at("unusable").get_to(plan.unusable);
+  if (counted != plan.points) throw BadField("points is not the sum of those of the inputs");
+  plan.unusable = UnsignedOf(json, "unusable", plan.points);
   plan.is_double = json.at("scalar").get<std::string>() == "float64";
-  json.at("spacing").get_to(plan.spacing);
-  json.at("memory_bytes").get_to(plan.memory_bytes);
-  json.at("tile_points").get_to(plan.tile_points);
+  plan.spacing = NumberOf(json, "spacing", 0.0, std::numeric_limits<double>::max());
+  if (plan.is_double != (plan.spacing > 0.0)) throw BadField("spacing is that of the other scalar");
+  plan.memory_bytes = UnsignedOf(json, "memory_bytes");
+  plan.tile_points = UnsignedOf(json, "tile_points", kMostTilePoints);
   const nlohmann::ordered_json& reach = json.at("reach");
-  reach.at("neighbor_count").get_to(plan.reach.neighbor_count);
-  reach.at("radius").get_to(plan.reach.radius);
-  reach.at("factor").get_to(plan.reach.factor);
+  plan.reach.neighbor_count = static_cast<uint32_t>(UnsignedOf(reach, "neighbor_count", ~uint32_t{0}));
+  plan.reach.radius = NumberOf(reach, "radius", 0.0, std::numeric_limits<double>::max());
+  plan.reach.factor = NumberOf(reach, "factor", 0.0, kMostReach);
   plan.options = json.at("options");
   json.at("columns").get_to(plan.columns);
+}
+
+// Reads the tree that plan.json tells of. Throws std::exception.
+absl::Status ReadCells(const nlohmann::ordered_json& json, TilePlan& plan) {
+  const std::string path = plan.PathOf(kCellsFile);
+  const absl::StatusOr<std::string> cells = ReadWhole(path);
+  if (!cells.ok()) return cells.status();
+  if (Crc32(0, *cells) != UnsignedOf(json, "cells_crc32")) {
+    return Damaged(path, "its checksum is not the one in plan.json: plan again");
+  }
+  absl::StatusOr<CellTree> tree = CellTree::Parse(*cells);
+  if (!tree.ok()) return Damaged(path, std::string(tree.status().message()));
+  plan.tree = *std::move(tree);
+  plan.tiles = plan.tree.TileNodes();
+  if (plan.tiles.size() != UnsignedOf(json, "tiles")) throw BadField("tiles is not what cells.bin has");
+  if (plan.tree.root().count != plan.points - plan.unusable) throw BadField("points is not what cells.bin has");
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -107,32 +131,23 @@ absl::StatusOr<TilePlan> LoadPlan(const std::string& directory) {
         absl::StrCat(text.status().message(), ". curv tiles plan IN... -o ", directory, " makes a plan"));
   }
   try {
-    const auto json = nlohmann::ordered_json::parse(*text);
+    const auto json = ParseFields(*text);
     if (json.at("format") != kFormat) return Damaged(path, "it is not the plan of curv tiles");
     if (json.at("version") != kVersion) {
       return Damaged(path, absl::StrCat("its version is ", json.at("version").dump(), ", this curv knows ", kVersion,
                                         ": use the curv that made it, or plan again"));
     }
     ReadJson(json, plan);
-    const absl::StatusOr<std::string> cells = ReadWhole(plan.PathOf(kCellsFile));
-    if (!cells.ok()) return cells.status();
-    if (Crc32(0, *cells) != json.at("cells_crc32").get<uint32_t>()) {
-      return Damaged(plan.PathOf(kCellsFile), "its checksum is not the one in plan.json: plan again");
-    }
-    absl::StatusOr<CellTree> tree = CellTree::Parse(*cells);
-    if (!tree.ok()) return Damaged(plan.PathOf(kCellsFile), std::string(tree.status().message()));
-    plan.tree = *std::move(tree);
-    plan.tiles = plan.tree.TileNodes();
-    if (plan.tiles.size() != json.at("tiles").get<size_t>())
-      return Damaged(path, "its tiles are not those of cells.bin");
-  } catch (const nlohmann::json::exception& error) {
+    if (absl::Status status = ReadCells(json, plan); !status.ok()) return status;
+  } catch (const std::exception& error) {
     return Damaged(path, error.what());
   }
   const absl::StatusOr<InputFile> store = InputFile::Open(plan.PathOf("points.bin"));
   if (!store.ok()) return absl::FailedPreconditionError(store.status().message());
-  const uint64_t expected = plan.tree.root().count * StoredBytes(plan.is_double);
-  if (store->stamp().bytes != expected) {
-    return Damaged(store->path(), absl::StrCat("it has ", store->stamp().bytes, " bytes, expected ", expected));
+  const uint64_t points = plan.tree.root().count, stored = StoredBytes(plan.is_double);
+  if (store->stamp().bytes / stored != points || store->stamp().bytes % stored != 0) {
+    return Damaged(store->path(), absl::StrCat("it has ", store->stamp().bytes, " bytes, expected ", stored,
+                                               " for each of ", points, " points"));
   }
   return plan;
 }

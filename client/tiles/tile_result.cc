@@ -1,6 +1,7 @@
 #include "client/tiles/tile_result.h"
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -9,6 +10,7 @@
 #include "client/io/atomic_file.h"
 #include "client/io/blocks/input_file.h"
 #include "client/io/writing/rows.h"
+#include "client/tiles/reading/json_fields.h"
 
 namespace curv {
 namespace {
@@ -18,6 +20,7 @@ constexpr int kVersion = 1;
 constexpr size_t kIdBytes = sizeof(uint64_t);
 constexpr size_t kMostLine = 1 << 20;
 constexpr size_t kRowsAtATime = 1 << 14;
+constexpr double kMostSeconds = 1e12;  // far beyond all of us
 constexpr ScalarKind kLastKind = ScalarKind::kFloat64;
 
 std::string PathOf(const TilePlan& plan, size_t tile) {
@@ -67,23 +70,23 @@ nlohmann::ordered_json JsonOf(const TilePlan& plan, const TileResult& result) {
           {"finished", result.finished}};
 }
 
-// Throws nlohmann::json::exception where a member lacks, or is of another type.
+// Throws std::exception where a member lacks, or is not what a result has.
 TileResult FromJson(const nlohmann::ordered_json& json) {
   TileResult result;
-  json.at("tile").get_to(result.tile);
-  json.at("points").get_to(result.points);
+  result.tile = UnsignedOf(json, "tile");
+  result.points = UnsignedOf(json, "points");
   for (const nlohmann::ordered_json& column : json.at("columns")) {
-    const auto kind = static_cast<ScalarKind>(std::clamp(column.at("kind").get<int>(), 0, static_cast<int>(kLastKind)));
+    const auto kind = static_cast<ScalarKind>(UnsignedOf(column, "kind", static_cast<uint64_t>(kLastKind)));
     result.columns.emplace_back(column.at("name").get<std::string>(), kind);
   }
-  json.at("crc32").get_to(result.crc32);
-  json.at("halo_points").get_to(result.halo_points);
-  json.at("uncertain_points").get_to(result.uncertain_points);
-  json.at("repair_points").get_to(result.repair_points);
-  json.at("coarse_points").get_to(result.coarse_points);
+  result.crc32 = static_cast<uint32_t>(UnsignedOf(json, "crc32", ~uint32_t{0}));
+  result.halo_points = UnsignedOf(json, "halo_points");
+  result.uncertain_points = UnsignedOf(json, "uncertain_points");
+  result.repair_points = UnsignedOf(json, "repair_points");
+  result.coarse_points = UnsignedOf(json, "coarse_points");
   json.at("opposed_normals").get_to(result.has_opposed_normals);
-  json.at("seconds").get_to(result.seconds);
-  json.at("finished").get_to(result.finished);
+  result.seconds = NumberOf(json, "seconds", 0.0, kMostSeconds);
+  result.finished = NumberOf(json, "finished", 0.0, kMostSeconds);
   return result;
 }
 
@@ -119,12 +122,12 @@ absl::StatusOr<TileResult> ReadTileResult(const TilePlan& plan, size_t tile) {
   if (line == std::string::npos) return Damaged(path, "it does not start with a line of JSON");
   TileResult result;
   try {
-    const auto json = nlohmann::ordered_json::parse(start->substr(0, line));
+    const auto json = ParseFields(std::string_view(*start).substr(0, line));
     if (json.at("format") != kFormat || json.at("version") != kVersion)
       return Damaged(path, "it is of another version");
     if (json.at("plan") != plan.id) return Damaged(path, "it is of another plan");
     result = FromJson(json);
-  } catch (const nlohmann::json::exception& error) {
+  } catch (const std::exception& error) {
     return Damaged(path, error.what());
   }
   result.rows_at = line + 1;

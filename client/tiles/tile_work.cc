@@ -86,7 +86,7 @@ class TileWork {
 
   // Estimates points again, a group of near ones at a time; tells which have to be once more.
   absl::Status Repair(std::span<const Ball> balls, std::vector<Ball>& uncertain) {
-    const uint64_t most_points = std::max<uint64_t>(2 * plan_.tile_points, 100'000);
+    const uint64_t most_points = 2 * plan_.tile_points;
     const bool is_small = FitsFloats(plan_, BoxAround(balls)) && CountBalls(plan_, balls) <= most_points;
     if (balls.size() > 1 && !is_small) {
       std::vector<Ball> sorted(balls.begin(), balls.end());

@@ -24,9 +24,13 @@ namespace {
 
 double SecondsSince(absl::Time start) { return absl::ToDoubleSeconds(absl::Now() - start); }
 
-// The server's error, with the flag that helps where there is one.
-absl::Status WithRemedy(const absl::Status& status) {
+// The server's error about a cloud, with the flag that helps where there is one.
+absl::Status WithRemedy(const absl::Status& status, const std::string& input, size_t points) {
   const std::string reason = ErrorReason(status);
+  if (reason == "TOO_MANY_POINTS" || reason == "MEMORY_LIMIT") {
+    return {status.code(), absl::StrCat(input, " has ", WithCommas(points), " points, more than the server takes: ",
+                                        status.message(), ". --tiles estimates them in parts, with the same result")};
+  }
   const char* remedy = nullptr;
   if (reason == "INVALID_POINT") remedy = "With --on-invalid=skip such points get a status";
   if (reason == "OPPOSED_NORMALS") {
@@ -102,7 +106,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   const absl::Time call_start = absl::Now();
   absl::StatusOr<CurvatureResult> result =
       CallServer(*task.connection, *cloud, report.options, task.interrupt.token(), task.title);
-  if (!result.ok()) return FailCall(WithRemedy(result.status()));
+  if (!result.ok()) return FailCall(WithRemedy(result.status(), input, table->size()));
   report.call_seconds = SecondsSince(call_start);
   report.summary = result->summary;
   *cloud = OrientedCloud();

@@ -19,7 +19,9 @@ struct EstimateFlags {
   std::string output;
   SaveOptions save;
   bool force = false;
-  std::string given;  // the options on the command line that results depend on
+  bool tiles = false;           // whether the file is estimated in tiles
+  std::string tiles_directory;  // where these are kept until all is done; empty: beside the output
+  std::string given;            // the options on the command line that results depend on
   ConnectionFlags connection;
   int threads = 0;
   ScaleFlags scale;

@@ -6,11 +6,9 @@
 #include "client/cli/files/format_flags.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/numbers.h"
-#include "client/cli/result_columns.h"
 #include "client/cli/tiles/tile_commands.h"
-#include "client/cli/tiles/tiles_bar.h"
+#include "client/cli/tiles/tile_steps.h"
 #include "client/io/table_file.h"
-#include "client/tiles/merge_tiles.h"
 
 namespace curv {
 namespace {
@@ -27,12 +25,7 @@ ExitCode Run(const MergeFlags& flags) {
   const absl::StatusOr<TilePlan> plan = LoadPlan(flags.directory);
   if (!plan.ok()) return FailTiles(plan.status());
   const InterruptWatch interrupt;
-  absl::Status status;
-  {
-    TilesBar bar;
-    status = MergeTiles(*plan, flags.output, flags.save, JoinResults, interrupt.token(),
-                        [&](uint64_t points) { bar.Show("merging", points, plan->points); });
-  }
+  const absl::Status status = MergeWithProgress(*plan, flags.output, flags.save, interrupt.token());
   if (!status.ok()) return FailTiles(status);
   std::fprintf(SummaryStream(flags.output), "%s: %s\n", flags.output.c_str(), CountOf(plan->points, "point").c_str());
   return ExitCode::kOk;

@@ -14,9 +14,10 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
 #include "client/cli/numbers.h"
+#include "client/cli/tiles/tile_checks.h"
 #include "client/cli/tiles/tile_commands.h"
 #include "client/cli/tiles/tile_options.h"
-#include "client/cli/tiles/tiles_bar.h"
+#include "client/cli/tiles/tile_steps.h"
 #include "client/io/table_file.h"
 #include "client/tiles/plan_tiles.h"
 
@@ -67,35 +68,11 @@ ExitCode Run(PlanFlags& flags) {
   request.skip_invalid = options.skip_invalid;
   request.spacing = flags.lattice > 0.0 ? std::exp2(std::floor(std::log2(flags.lattice))) : 0.0;
   const InterruptWatch interrupt;
-  absl::StatusOr<PlanOutcome> outcome;
-  {
-    TilesBar bar;
-    outcome = PlanTiles(request, interrupt.token(),
-                        [&bar](const PlanProgress& progress) { bar.Show(progress.step, progress.done, progress.of); });
-  }
+  const absl::StatusOr<PlanOutcome> outcome = PlanWithProgress(request, interrupt.token());
   if (!outcome.ok()) return FailTiles(outcome.status());
   for (const std::string& note : outcome->notes) PrintNote(note);
   PrintPlan(outcome->plan, flags.summary == "json");
   return ExitCode::kOk;
-}
-
-// Refuses what no tile can do by itself.
-void CheckNormals(const NormalFlags& normals) {
-  if (normals.source == NormalSource::kGiven) return;
-  throw CLI::ValidationError(
-      normals.source == NormalSource::kOrient ? "--orient" : "--normals",
-      "the sides of normals follow from the whole cloud, which no tile has: curv normals, or curv orient, writes "
-      "them into a file first");
-}
-
-void CheckTileQuantities(const std::vector<std::string>& words) {
-  for (const char* name : {"standard_errors", "chosen_neighbor_count", "estimator_weights", "normal_curvature"}) {
-    if (std::find(words.begin(), words.end(), name) == words.end()) continue;
-    throw CLI::ValidationError(
-        "--quantities", absl::StrCat("tiles have no ", name,
-                                     ": errors and choices follow from a sample of the whole cloud, and tiles take no "
-                                     "directions"));
-  }
 }
 
 }  // namespace
@@ -138,8 +115,8 @@ void AddTilesPlan(CLI::App& tiles, Action& action) {
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");
   command->callback([flags, &action] {
-    CheckNormals(flags->estimate.normals);
-    CheckTileQuantities(flags->estimate.quantities.only);
+    CheckTileNormals(flags->estimate.normals);
+    CheckTileQuantities(flags->estimate.quantities);
     ApplyQuantities(flags->estimate.quantities, flags->estimate.options);
     ApplyScale(flags->estimate.scale, flags->estimate.options);
     action = [flags] { return Run(*flags); };

@@ -11,11 +11,9 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
 #include "client/cli/numbers.h"
-#include "client/cli/tiles/tile_calls.h"
 #include "client/cli/tiles/tile_commands.h"
 #include "client/cli/tiles/tile_options.h"
-#include "client/cli/tiles/tiles_bar.h"
-#include "client/tiles/run_tiles.h"
+#include "client/cli/tiles/tile_steps.h"
 
 namespace curv {
 namespace {
@@ -76,23 +74,10 @@ ExitCode Run(const RunFlags& flags) {
   const InterruptWatch interrupt;
   const absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.connection, flags.threads);
   if (!connection.ok()) return Fail(ExitCode::kUsage, connection.status());
-  const std::stop_token stop = interrupt.token();
-  const TileEstimator estimator = EstimatorOn(**connection, *options, plan->reach.factor, stop);
   const absl::Time start = absl::Now();
-  absl::StatusOr<RunOutcome> outcome;
-  {
-    TilesBar bar;
-    outcome = RunTiles(*plan, flags.request, estimator, stop, [&bar](const RunProgress& progress) {
-      bar.Show("estimating", progress.points_done, progress.points,
-               absl::StrCat(", ", progress.tiles_done, " of ", progress.tiles, " tiles"));
-    });
-  }
+  const absl::StatusOr<RunOutcome> outcome =
+      RunWithProgress(*plan, flags.request, **connection, *options, interrupt.token());
   if (!outcome.ok()) return FailTiles(outcome.status());
-  if (outcome->opposed_tiles > 0) {
-    PrintWarning(absl::StrCat("in ", CountOf(outcome->opposed_tiles, "tile"),
-                              " some normals point to opposite sides of one surface. Which points lose their "
-                              "results there was decided tile by tile: run curv orient before"));
-  }
   PrintOutcome(*outcome, absl::ToDoubleSeconds(absl::Now() - start), flags.summary == "json");
   return ExitCode::kOk;
 }

@@ -1,8 +1,10 @@
 #include "client/cli/tiles/tile_options.h"
 
+#include <limits>
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "client/tiles/reading/json_fields.h"
 
 namespace curv {
 namespace {
@@ -77,19 +79,23 @@ absl::StatusOr<EstimateOptions> OptionsOf(const nlohmann::ordered_json& json) {
       return absl::FailedPreconditionError(absl::StrCat("the plan's estimator, ", name, ", is not known to this curv"));
     }
     options.estimator = *estimator;
-    if (json.contains("radius")) options.radius = json.at("radius").get<double>();
-    options.neighbor_count = json.value("neighbor_count", options.neighbor_count);
-    json.at("triangle_count").get_to(options.triangle_count);
-    json.at("seed").get_to(options.seed);
-    json.at("rotation_count").get_to(options.rotation_count);
-    if (json.contains("jet_degree")) options.jet_degree = json.at("jet_degree").get<uint32_t>();
+    constexpr double kMost = std::numeric_limits<double>::max();
+    const auto count = [&json](const char* name) {
+      return static_cast<uint32_t>(UnsignedOf(json, name, ~uint32_t{0}));
+    };
+    if (json.contains("radius")) options.radius = NumberOf(json, "radius", 0.0, kMost);
+    if (json.contains("neighbor_count")) options.neighbor_count = count("neighbor_count");
+    options.triangle_count = count("triangle_count");
+    options.seed = UnsignedOf(json, "seed");
+    options.rotation_count = count("rotation_count");
+    if (json.contains("jet_degree")) options.jet_degree = count("jet_degree");
     json.at("even_weights").get_to(options.even_weights);
     if (json.contains("average_normal_weight")) {
-      options.average_normal_weight = json.at("average_normal_weight").get<double>();
+      options.average_normal_weight = NumberOf(json, "average_normal_weight", 0.0, kMost);
     }
     json.at("quantities").get_to(options.quantities);
     json.at("skip_invalid").get_to(options.skip_invalid);
-  } catch (const nlohmann::json::exception& error) {
+  } catch (const std::exception& error) {
     return absl::FailedPreconditionError(absl::StrCat("the plan's options: ", error.what()));
   }
   return options;

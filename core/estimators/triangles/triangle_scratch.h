@@ -23,18 +23,22 @@ struct TrianglePlan {
 };
 
 struct TriangleScratch : MeasuringScratch {
-  NeighborArrays neighbors;      // of the point of the moment
-  ScratchArray<int32_t> ranks;   // of the neighbors
-  ScratchArray<uint32_t> order;  // of the neighbors by their ranks: their places in `neighbors`
+  // Elements that follow the last rank.
+  static constexpr size_t kRankPad = 2 * NeighborArrays::kPad;
+
+  NeighborArrays neighbors;       // of the point of the moment
+  ScratchArray<int32_t> ranks;    // of the neighbors
+  ScratchArray<uint32_t> order;   // of the neighbors by their ranks: their places in `neighbors`
+  ScratchArray<uint64_t> digits;  // while they are ordered
 
   size_t bytes() const override {
-    return sizeof(*this) + search.bytes() + neighbors.bytes() + ranks.bytes() + order.bytes();
+    return sizeof(*this) + search.bytes() + neighbors.bytes() + ranks.bytes() + order.bytes() + digits.bytes();
   }
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count) {
     const size_t neighbors = MostNeighbors(options, point_count);
     return sizeof(TriangleScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
-           NeighborArrays::MostBytes(neighbors) + ScratchArray<int32_t>::MostBytes(neighbors + NeighborArrays::kPad) +
-           ScratchArray<uint32_t>::MostBytes(neighbors);
+           NeighborArrays::MostBytes(neighbors) + ScratchArray<int32_t>::MostBytes(neighbors + kRankPad) +
+           ScratchArray<uint32_t>::MostBytes(neighbors) + ScratchArray<uint64_t>::MostBytes(2 * neighbors);
   }
 };
 

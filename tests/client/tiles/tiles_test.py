@@ -32,9 +32,9 @@ def curv(*arguments, code=OK, **how):
 class Server:
     """A curvd on a port of its own choice, or on a given one."""
 
-    def __init__(self, port=0):
-        self.process = subprocess.Popen([CURVD, f"--listen=127.0.0.1:{port}", "--metrics-listen=none", "--threads=1"],
-                                        stderr=subprocess.PIPE, text=True)
+    def __init__(self, port=0, *flags):
+        command = [CURVD, f"--listen=127.0.0.1:{port}", "--metrics-listen=none", "--threads=1", *flags]
+        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
         for line in self.process.stderr:
             found = re.search(r"127\.0\.0\.1:([1-9][0-9]*)", line)
             if found:

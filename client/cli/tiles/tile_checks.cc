@@ -1,0 +1,34 @@
+#include "client/cli/tiles/tile_checks.h"
+
+#include <algorithm>
+
+#include "CLI/CLI.hpp"
+#include "absl/strings/str_cat.h"
+
+namespace curv {
+
+void CheckTileNormals(const NormalFlags& normals) {
+  if (normals.source == NormalSource::kGiven) return;
+  throw CLI::ValidationError(
+      normals.source == NormalSource::kOrient ? "--orient" : "--normals",
+      "the sides of normals follow from the whole cloud, which no tile has: curv normals, or curv orient, writes "
+      "them into a file first");
+}
+
+void CheckTileQuantities(const QuantityFlags& quantities) {
+  if (!quantities.direction.empty() || !quantities.direction_columns.empty()) {
+    throw CLI::ValidationError(quantities.direction.empty() ? "--direction-columns" : "--direction",
+                               "tiles take no directions");
+  }
+  for (const auto& [flag, words] : {std::pair("--quantities", &quantities.only), {"--also", &quantities.also}}) {
+    for (const char* name : {"standard_errors", "chosen_neighbor_count", "estimator_weights", "normal_curvature"}) {
+      if (std::find(words->begin(), words->end(), name) == words->end()) continue;
+      throw CLI::ValidationError(
+          flag, absl::StrCat("tiles have no ", name,
+                             ": errors and choices follow from a sample of the whole cloud, and tiles take no "
+                             "directions"));
+    }
+  }
+}
+
+}  // namespace curv
