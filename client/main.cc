@@ -34,7 +34,7 @@ int Run(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app.exit(asked);  // --help, --version
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "curv: %s\nRun with --help for what is possible.\n", error.what());
+    std::fprintf(stderr, "curv: %s\nRun with --help for what is possible.\n", curv::Visible(error.what()).c_str());
     return static_cast<int>(curv::ExitCode::kUsage);
   }
   if (action == nullptr) {

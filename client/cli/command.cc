@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 
 namespace curv {
 namespace {
@@ -22,8 +23,28 @@ ExitCode CodeFor(const absl::Status& status) {
 
 }  // namespace
 
+std::string Visible(std::string_view text) {
+  std::string shown;
+  shown.reserve(text.size());
+  for (size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const bool is_kept = byte == '\n' || byte == '\t';
+    // In UTF-8, U+0080 to U+009F are control characters as well.
+    const auto next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0;
+    if (byte == 0xc2 && next >= 0x80 && next <= 0x9f) {
+      absl::StrAppendFormat(&shown, "\\x%02x", next);
+      ++i;
+    } else if ((byte < ' ' && !is_kept) || byte == 0x7f) {
+      absl::StrAppendFormat(&shown, "\\x%02x", byte);
+    } else {
+      shown += text[i];
+    }
+  }
+  return shown;
+}
+
 ExitCode Fail(ExitCode code, const std::string& message) {
-  std::fprintf(stderr, "curv: %s\n", message.c_str());
+  std::fprintf(stderr, "curv: %s\n", Visible(message).c_str());
   return code;
 }
 
@@ -35,8 +56,8 @@ ExitCode FailCall(const absl::Status& status) {
   return Fail(code, absl::StrCat(absl::StatusCodeToString(status.code()), ": ", status.message()));
 }
 
-void PrintWarning(const std::string& message) { std::fprintf(stderr, "curv: warning: %s\n", message.c_str()); }
+void PrintWarning(const std::string& message) { std::fprintf(stderr, "curv: warning: %s\n", Visible(message).c_str()); }
 
-void PrintNote(const std::string& message) { std::fprintf(stderr, "curv: note: %s\n", message.c_str()); }
+void PrintNote(const std::string& message) { std::fprintf(stderr, "curv: note: %s\n", Visible(message).c_str()); }
 
 }  // namespace curv

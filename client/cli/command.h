@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "absl/status/status.h"
 
@@ -50,7 +51,11 @@ void AddToken(CLI::App& app, Action& action);
 // Completes all subcommands that `app` has when the command line is parsed.
 void AddCompletion(CLI::App& app, Action& action);
 
-// Prints "curv: MESSAGE" on stderr and returns `code`.
+// Text that may hold names of files, as a terminal may show it: control characters other than line feeds and tabs,
+// which a terminal would obey, become \xNN.
+std::string Visible(std::string_view text);
+
+// What follows shows messages as Visible. Prints "curv: MESSAGE" on stderr and returns `code`.
 ExitCode Fail(ExitCode code, const std::string& message);
 ExitCode Fail(ExitCode code, const absl::Status& status);
 // Prints an error that a server gave, or the way to it, and returns the code that follows from its status.

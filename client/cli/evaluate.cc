@@ -66,7 +66,7 @@ ExitCode Run(const EvaluateFlags& flags) {
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   absl::StatusOr<Accuracy> accuracy = MeasureAccuracy(*table);
   if (!accuracy.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", accuracy.status().message()));
-  std::fputs((flags.json ? Json(flags.input, *accuracy) : Text(flags.input, *accuracy)).c_str(), stdout);
+  std::fputs((flags.json ? Json(flags.input, *accuracy) : Visible(Text(flags.input, *accuracy))).c_str(), stdout);
   return ExitCode::kOk;
 }
 

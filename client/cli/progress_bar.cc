@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
+#include "client/cli/command.h"
 #include "client/cli/numbers.h"
 
 namespace curv {
@@ -90,7 +91,7 @@ void ProgressBar::Show(const EstimateProgress& progress) {
   if (now - last_ < absl::Milliseconds(100)) return;
   last_ = now;
   drawn_ = true;
-  std::fprintf(stderr, "\r\x1b[K%s%s", title_.c_str(),
+  std::fprintf(stderr, "\r\x1b[K%s%s", Visible(title_).c_str(),
                ProgressLine(progress, absl::ToDoubleSeconds(now - phase_start_)).c_str());
 }
 

@@ -17,8 +17,20 @@ class ObjParser {
  public:
   absl::StatusOr<PointTable> Parse(std::string_view bytes) {
     LineReader lines(bytes);
+    std::string joined;
     for (std::string_view line; lines.Next(line);) {
       number_ = lines.number();
+      // A backslash at its end has a line go on in the next one.
+      if (line.ends_with('\\')) {
+        joined.clear();
+        bool goes_on = true;
+        while (goes_on) {
+          goes_on = line.ends_with('\\');
+          joined.append(line.substr(0, line.size() - (goes_on ? 1 : 0))).append(" ");
+          goes_on = goes_on && lines.Next(line);
+        }
+        line = joined;
+      }
       const std::string_view keyword = NextField(line);
       absl::Status status;
       if (keyword == "v") {

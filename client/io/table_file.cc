@@ -19,6 +19,7 @@
 #include "client/io/archive/inflate.h"
 #include "client/io/atomic_file.h"
 #include "client/io/formats.h"
+#include "client/io/memory/machine_memory.h"
 #include "client/io/writers.h"
 
 namespace curv {
@@ -137,13 +138,10 @@ class OpenFile {
   int descriptor_;
 };
 
-uint64_t MachineMemory() {
-  return static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
-}
 // The most bytes of a file that are kept in memory: its table takes about as much again.
-uint64_t MostFileBytes() { return MachineMemory() / 2; }
+uint64_t MostFileBytes() { return UsableMemory() / 2; }
 // The same for what comes without its size, in memory that grows by copies. Some of it never ends.
-uint64_t MostStreamBytes() { return MachineMemory() / 4; }
+uint64_t MostStreamBytes() { return UsableMemory() / 4; }
 
 // Reads to the end, so that pipes work too. Not mapped: a mapped file that another program shortens kills the reader.
 absl::StatusOr<std::string> ReadBytes(const std::string& path) {
@@ -160,7 +158,7 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
   const auto too_large = [&] {
     return absl::InvalidArgumentError(absl::StrCat("cannot read ", path == kStandard ? "standard input" : path,
                                                    ": it has more than ", most, " bytes, too many for the ",
-                                                   MachineMemory(), " of this machine's memory"));
+                                                   UsableMemory(), " bytes of memory that curv may use"));
   };
   if (S_ISREG(status.st_mode) && static_cast<uint64_t>(status.st_size) > most) return too_large();
   // One byte more than the file has, to meet its end without growing.

@@ -58,10 +58,16 @@ bool IsTiny(std::string_view number) {
 
 bool LineReader::Next(std::string_view& line) {
   if (rest_.empty()) return false;
-  const size_t end = rest_.find('\n');
-  line = rest_.substr(0, end);
-  rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  if (feed_ == nullptr || feed_ < rest_.data()) feed_ = rest_.data() + std::min(rest_.find('\n'), rest_.size());
+  line = rest_.substr(0, static_cast<size_t>(feed_ - rest_.data()));
+  line = line.substr(0, line.find('\r'));
+  rest_.remove_prefix(line.size());
+  // The end of the line, if it is not that of the text.
+  if (rest_.starts_with("\r\n")) {
+    rest_.remove_prefix(2);
+  } else if (!rest_.empty()) {
+    rest_.remove_prefix(1);
+  }
   ++number_;
   return true;
 }

@@ -14,7 +14,7 @@
 
 namespace curv {
 
-// Walks the lines of a text; "\n" and "\r\n" end a line.
+// Walks the lines of a text; "\n", "\r\n" and, as in files of old Macs, "\r" end a line.
 class LineReader {
  public:
   explicit LineReader(std::string_view text, size_t first_line = 1) : rest_(text), number_(first_line - 1) {}
@@ -29,6 +29,7 @@ class LineReader {
  private:
   std::string_view rest_;
   size_t number_;
+  const char* feed_ = nullptr;  // the next line feed, or the end of the text; looked for once it is passed
 };
 
 // Returns whether a character separates fields: a space, tab, carriage return, vertical tab or form feed.

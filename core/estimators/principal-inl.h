@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "core/estimators/group_scratch.h"
+#include "core/estimators/lines/refuse_lines-inl.h"
 #include "core/estimators/measures-inl.h"
 #include "core/estimators/neighborhood_plan.h"
 #include "hwy/highway.h"
@@ -121,11 +122,20 @@ HWY_INLINE void WriteGroup(const NeighborhoodPlan& plan, const GroupCurvature& c
   }
 }
 
-// Writes the results of a group whose measures are set.
-HWY_INLINE void WriteMeasured(const NeighborhoodPlan& plan, MeasuringScratch& s, PointCurvature* results) {
+// Triangles of less than this share of the area that they have where neighbors lie evenly may be those of a line.
+inline constexpr float kNarrowArea = 0.3f;
+
+// Writes the results of a group whose measures are set. `usual_area` is the area, in units of rho^2, that triangles
+// have over neighbors that lie evenly around a point.
+HWY_INLINE void WriteMeasured(const SpatialIndex& index, const NeighborhoodPlan& plan, float usual_area,
+                              MeasuringScratch& s, PointCurvature* results) {
   GroupCurvature curvature;
   ComputeCurvature(s.measures, s.frames, s.points.size, curvature);
   RefuseThinAreas(s.measures, s.points);
+  const float narrow = kNarrowArea * usual_area;
+  RefuseLines(
+      index, plan, /*fades=*/false, PointStatus::kDegenerateArea, [&](size_t i) { return s.measures.area[i] < narrow; },
+      s);
   ScaleCurvature(plan, s.frames.rho, s.points.size, curvature);
   WriteGroup(plan, curvature, s, results);
 }

@@ -195,8 +195,8 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
     s.points.query.Get(i, query.position);
     search.Find(query.position, collector);
   };
-  SolveJetSystems(plan.degree, s.frames.rho, s.neighbors, s.qr_room, s.points, s.system,
-                  RepeatedSearch(index, plan.neighborhood.search, plan.degree, s, collect));
+  SolveJetSystems</*kNeedsCurvature=*/false>(plan.degree, s.frames.rho, s.neighbors, s.qr_room, s.points, s.system,
+                                             RepeatedSearch(index, plan.neighborhood.search, plan.degree, s, collect));
   if (s.IsStopped()) return Stopped();
   TakeJets(plan.degree, s);
   return status;

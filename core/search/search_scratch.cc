@@ -6,7 +6,7 @@ namespace curvd {
 
 size_t SearchScratch::bytes() const {
   return group_leaves.bytes() + query_leaves.bytes() + found.leaves.bytes() + found.positions.bytes() +
-         found.squared_distances.bytes() + inner_distances.bytes() + tied_ids.bytes() + heap.bytes();
+         found.squared_distances.bytes() + inner_distances.bytes() + tied_ids.bytes() + heap.bytes() + offsets.bytes();
 }
 
 namespace {
@@ -35,6 +35,7 @@ size_t SearchScratchBytes(const SearchPlan& plan, size_t point_count) {
   bytes += 2 * ScratchArray<uint32_t>::MostBytes(found + 2 * LeafList::kPad);  // leaves, positions
   bytes += ScratchArray<float>::MostBytes((found + 1) * kLeaf);                // squared distances
   bytes += ScratchArray<float>::MostBytes((listed + 2) * kLeaf);               // inner distances
+  bytes += NeighborOffsets::MostBytes(plan.MostNeighbors(point_count));
   if (!plan.by_radius) {
     bytes += ScratchArray<int32_t>::MostBytes(listed * kLeaf);                        // tied ids
     bytes += ScratchArray<NeighborRank>::MostBytes(plan.MostNeighbors(point_count));  // heap

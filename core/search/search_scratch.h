@@ -9,6 +9,7 @@
 #include "core/index/spatial_index.h"
 #include "core/search/kth_neighbor.h"
 #include "core/search/leaf_list.h"
+#include "core/search/neighbor_offsets.h"
 #include "core/search/search_plan.h"
 
 namespace curvd {
@@ -33,6 +34,7 @@ struct SearchScratch {
   ScratchArray<float> inner_distances;  // squared, within the radius that was looked at; padded with infinity
   ScratchArray<int32_t> tied_ids;       // of points at the distance of the last neighbor
   ScratchArray<NeighborRank> heap;      // of the descent for the K-th neighbor
+  NeighborOffsets offsets;              // of a query that was looked at once more
   float reach_hint = 0.0f;              // the largest squared distance of a neighbor in the last group; 0: unknown
 
   // Steps so far, each of a bounded number of operations: a node of the tree that was entered, a leaf whose box was

@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
+#include "client/cli/command.h"
 #include "client/cli/files/finished_files.h"
 #include "client/cli/json.h"
 #include "client/cli/numbers.h"
@@ -53,7 +54,7 @@ class BatchReport {
     if (json_) {
       std::fputs(ToJsonLine({{"input", file.input}, {"output", file.output}, {"skipped", true}}).c_str(), stdout);
     } else {
-      std::printf("%s: skipped, %s is finished\n", file.input.c_str(), file.output.c_str());
+      std::printf("%s: skipped, %s is finished\n", Visible(file.input).c_str(), Visible(file.output).c_str());
     }
     std::fflush(stdout);
   }
@@ -64,7 +65,7 @@ class BatchReport {
     if (json_) {
       std::fputs(outcome.summary.c_str(), stdout);
     } else {
-      std::printf("%s: %s -> %s\n", file.input.c_str(), outcome.summary.c_str(), file.output.c_str());
+      std::printf("%s: %s -> %s\n", Visible(file.input).c_str(), outcome.summary.c_str(), Visible(file.output).c_str());
     }
     std::fflush(stdout);
   }

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
+#include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/tiles/tile_calls.h"
 #include "client/cli/tiles/tiles_bar.h"

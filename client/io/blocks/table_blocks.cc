@@ -96,7 +96,8 @@ class LineBlocks : public TableBlocks {
       if (!read.ok()) return read;
       if (at_ + read->size() >= file_.stamp().bytes) return read;
       if (read->empty()) return file_.ReadAll(at_, 1, read->data());  // it has become shorter
-      const size_t end = read->rfind('\n');
+      size_t end = read->rfind('\n');
+      if (end == std::string::npos) end = read->rfind('\r');
       if (end == std::string::npos) continue;
       read->resize(end + 1);
       return read;

@@ -11,6 +11,9 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
+// Area that triangles cover, in units of rho^2, where neighbors fill a disc.
+inline constexpr float kDiscArea = 3.14f;
+
 absl::Status EstimateDelaunay(const SpatialIndex& index, const DelaunayPlan& plan, size_t group, DelaunayScratch& s,
                               PointCurvature* results) {
   const auto fill = [&s](size_t i) { s.measures.Fill(i); };
@@ -20,7 +23,8 @@ absl::Status EstimateDelaunay(const SpatialIndex& index, const DelaunayPlan& pla
     if (s.points.status[i] == PointStatus::kOk) MeasureUmbrellas(index, plan, leaves, i, s);
   };
   const absl::Status status = ForEachNormalSum(index, plan.neighborhood, s, measure);
-  if (status.ok()) WriteMeasured(plan.neighborhood, s, results);
+  if (status.ok())
+    WriteMeasured(index, plan.neighborhood, kDiscArea * (1.0f - 0.5f * static_cast<float>(plan.falloff)), s, results);
   return status;
 }
 

@@ -6,6 +6,7 @@
 #include "core/estimators/fits/shape_operator-inl.h"
 #include "core/estimators/fits/sphere_field-inl.h"
 #include "core/estimators/group_estimate-inl.h"
+#include "core/estimators/lines/refuse_lines-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -22,7 +23,12 @@ absl::Status EstimateSpheres(const SpatialIndex& index, const NeighborhoodPlan& 
   };
   const absl::Status status = ForEachCollected(index, plan, s.neighbors, s, sum);
   if (!status.ok()) return status;
-  SolveSpheres(s.system, s.points, s.shapes);
+  GroupScalars spread;
+  SolveSpheres(s.system, s.points, s.shapes, spread);
+  RefuseLines(
+      index, plan, /*fades=*/true, PointStatus::kSingularFit, [&](size_t i) { return spread[i] < kNarrowSphereSpread; },
+      s);
+  if (s.IsStopped()) return Stopped();
   WriteShapes(plan, s.shapes, s, results);
   return status;
 }

@@ -18,6 +18,7 @@
 #include "core/estimators/fits/jet_least_squares.h"
 #include "core/estimators/fits/least_axis.h"
 #include "core/estimators/fits/shape_operator-inl.h"
+#include "core/estimators/lines/curve_distance.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -144,6 +145,9 @@ HWY_INLINE void SumJetInFrame(const NeighborArrays& n, double unit, int degree, 
   SumProducts(columns.x, 2 * degree, columns, n.count, i, jets.moments);
   SumProducts(columns.zx, degree, columns, n.count, i, jets.heights);
   jets.moments[0][i] = static_cast<double>(n.count);  // the sum of ones counts the padding
+  double squares[4];
+  DotFour(columns.zx[0], {{columns.zx[0], columns.zx[0], columns.zx[0], columns.zx[0]}}, n.count, squares);
+  jets.squared_heights[i] = squares[0];
 }
 
 // Sets the fitting frame of point i, and sets up its least squares problem, from its neighbors.
@@ -227,17 +231,37 @@ HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetS
   StoreShapes(s, i, out);
 }
 
+// Least pivots below this may be of neighbors that lie near a curve; by degree. Those of an even disc are 16 times as
+// large, at the rim of a surface as large or less for degrees 3 and 4.
+inline constexpr double kDoubtfulJetPivot[kMaxJetDegree + 1] = {0.0, 0.0, 3.5e-3, 8e-4, 1.8e-4};
+
+// Whether the neighbors of point i, whose sums are set, determine its jet (core/estimators/lines/curve_distance.h).
+HWY_NOINLINE inline bool IsDetermined(int degree, size_t i, const JetSystems& jets) {
+  double means[kMaxJetMoments], heights[kMaxJetSize];
+  const double count = jets.moments[0][i];
+  for (int m = 0; m < JetSize(2 * degree); ++m) means[m] = jets.moments[m][i] / count;
+  for (int m = 0; m < JetSize(degree); ++m) heights[m] = jets.heights[m][i] / count;
+  return DeterminedDegree({degree, static_cast<size_t>(count), means, heights, jets.squared_heights[i] / count}) ==
+         degree;
+}
+
 // Solves the problems of all points of the group. `find(i)` collects the neighbors of point i as `neighbors` once more,
 // where that is needed; `qr_room` is scratch for those. Where it returns false, no point from there on has a jet.
-// Lowers the status of points without a jet.
-template <typename FindNeighbors>
+// Lowers the status of points without a jet; with kNeedsCurvature also that of points whose jets noise decides, for
+// which squared_heights must be set.
+template <bool kNeedsCurvature, typename FindNeighbors>
 HWY_NOINLINE void SolveJetSystems(int degree, const GroupScalars& rho, const NeighborArrays& neighbors,
                                   ScratchArray<double>& qr_room, GroupPoints& points, JetSystems& jets,
                                   FindNeighbors find) {
   for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) SolveNormalEquations(degree, i, jets);
   for (size_t i = 0; i < points.size; ++i) {
     if (points.status[i] != PointStatus::kOk) continue;
-    if (jets.least_pivot[i] > kMinJetPivot * jets.moments[0][i]) continue;
+    const double pivot = jets.least_pivot[i] / jets.moments[0][i];
+    if (kNeedsCurvature && HWY_UNLIKELY(pivot < kDoubtfulJetPivot[degree]) && !IsDetermined(degree, i, jets)) {
+      points.status[i] = PointStatus::kSingularFit;
+      continue;
+    }
+    if (pivot > kMinJetPivot) continue;
     if (!find(i)) break;
     if (!SolveJetByQr(neighbors, i, 1.0 / rho[i], degree, qr_room, jets)) points.status[i] = PointStatus::kSingularFit;
   }
@@ -248,7 +272,7 @@ template <typename FindNeighbors>
 HWY_NOINLINE void SolveJets(int degree, const GroupScalars& rho, const NeighborArrays& neighbors,
                             ScratchArray<double>& qr_room, GroupPoints& points, JetSystems& jets, GroupShapes& shapes,
                             FindNeighbors find) {
-  SolveJetSystems(degree, rho, neighbors, qr_room, points, jets, find);
+  SolveJetSystems</*kNeedsCurvature=*/true>(degree, rho, neighbors, qr_room, points, jets, find);
   for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) StoreJetShapes(points.normal, i, jets, shapes);
 }
 

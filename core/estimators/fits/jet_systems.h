@@ -21,6 +21,7 @@ struct alignas(64) JetSystems {
   GroupDoubleVectors u, v, axis;
   GroupDoubles moments[kMaxJetMoments];    // sums of x^i y^j, and
   GroupDoubles heights[kMaxJetSize];       // of z x^i y^j, by JetIndex
+  GroupDoubles squared_heights;            // sum of z^2
   GroupDoubles coefficients[kMaxJetSize];  // the solution
   GroupDoubles least_pivot;                // of the normal equations, relative to the number of neighbors
 };

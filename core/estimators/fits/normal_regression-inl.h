@@ -16,6 +16,9 @@
 #include "core/estimators/fits/regression_systems.h"
 #include "core/estimators/fits/shape_operator-inl.h"
 #include "core/estimators/frames-inl.h"
+#include "core/estimators/lines/curve_distance.h"
+#include "core/estimators/lines/offset_sums.h"
+#include "core/estimators/lines/refuse_lines-inl.h"
 #include "core/estimators/neighbors.h"
 #include "hwy/highway.h"
 
@@ -32,6 +35,9 @@ namespace HWY_NAMESPACE {
 // What a monomial adds to those before it, in square mean, is at least this fraction of its own square mean where the
 // neighbors determine its coefficient.
 inline constexpr double kMinRegressionPivot = 1e-6;
+// Where what a monomial adds has a lower mean square than this, by its degree, the neighbors may lie near a curve.
+// Those of an even disc are 16 times as large.
+inline constexpr double kDoubtfulRegressionPivot[kRegressionDegree + 1] = {0.0, 0.01, 2e-3, 4.5e-4};
 // Neighbors that spread less than the root of this in one tangent direction, compared with the other, lie on a line.
 inline constexpr double kMinRegressionSpread = 1e-6;
 
@@ -219,12 +225,14 @@ HWY_NOINLINE inline void SumRegression(const NeighborArrays& n, const GroupFrame
     SumNormalProducts<1>(block, n, first, size, sums.normals + 15);
   }
   sums.Store(i, systems);
+  systems.most_degree[i] = kRegressionDegree;
 }
 
 // Value and derivatives by x and y, at the point, of the polynomials that fit the normals' components.
 struct FittedNormals {
   DoubleTriple value, by_x, by_y;
   DoubleVec degree;
+  DoubleMask doubtful;
 };
 
 // Powers of x and y in the monomials, by JetIndex.
@@ -247,11 +255,15 @@ inline constexpr MonomialPowers kMonomials;
 struct RegressionFactor {
   DoubleVec rows[kRegressionSize + 3][kRegressionSize];
   DoubleMask determined[kRegressionDegree + 1];  // whether the neighbors tell the monomials up to a degree apart
+  DoubleMask doubtful;                           // whether they may lie near a curve
 };
 
 HWY_INLINE void FactorRegression(const RegressionSystems& systems, size_t i, RegressionFactor& f) {
   const DoubleTag d;
   const DoubleVec one = hn::Set(d, 1.0), least = hn::Set(d, kMinRegressionPivot);
+  const DoubleVec most_degree = hn::Load(d, systems.most_degree + i);
+  const DoubleVec weight = hn::Load(d, systems.moments[0] + i);
+  f.doubtful = hn::Lt(one, one);
   DoubleMask determined = hn::Gt(hn::Load(d, systems.moments[0] + i), hn::Zero(d));
   DoubleVec x_spread = hn::Zero(d);
   CURVD_UNROLL(10)
@@ -262,6 +274,10 @@ HWY_INLINE void FactorRegression(const RegressionSystems& systems, size_t i, Reg
     CURVD_UNROLL(10)
     for (int k = 0; k < c; ++k) pivot = hn::NegMulAdd(f.rows[c][k], f.rows[c][k], pivot);
     determined = hn::And(determined, hn::Gt(pivot, bound));
+    determined = hn::And(determined, hn::Ge(most_degree, hn::Set(d, kMonomials.a[c] + kMonomials.b[c])));
+    f.doubtful =
+        hn::Or(f.doubtful,
+               hn::Lt(pivot, hn::Mul(hn::Set(d, kDoubtfulRegressionPivot[kMonomials.a[c] + kMonomials.b[c]]), weight)));
     if (c == JetIndex(1, 0)) x_spread = pivot;
     if (c == JetIndex(0, 1)) {
       // Pivots of x, and of y beside x: their product is the determinant of the covariance.
@@ -310,7 +326,7 @@ HWY_INLINE FittedNormals FitNormals(const RegressionSystems& systems, size_t i) 
   const auto coefficients = [&](int c) HWY_ATTR {
     return DoubleTriple{solution[0][c], solution[1][c], solution[2][c]};
   };
-  return {coefficients(0), coefficients(1), coefficients(2), degree};
+  return {coefficients(0), coefficients(1), coefficients(2), degree, f.doubtful};
 }
 
 // Solves the problems of points i, i + 1, ... and stores the shape operators of the fitted fields.
@@ -340,12 +356,66 @@ HWY_INLINE void SolveRegressionsAt(const GroupFrames& frames, size_t i, Regressi
   StoreShapes(s, i, shapes);
   hn::Store(Dot(fit.value, axis), d, systems.outward + i);
   hn::Store(fit.degree, d, systems.degree + i);
+  hn::Store(hn::IfThenElseZero(fit.doubtful, one), d, systems.doubtful + i);
+}
+
+// The highest degree that the neighbors of point i determine, which are `offsets`, given what they are off by from a
+// polynomial of degree 3 over their tangent plane.
+HWY_NOINLINE inline int RegressionDegree(const NeighborOffsets& offsets, const GroupFrames& frames, size_t i,
+                                         const RegressionSystems& systems) {
+  const PlaneAxes axes(frames, i);
+  float normal[3];
+  FrameNormal(frames, i, normal);
+  const double unit = 1.0 / frames.rho[i];
+  OffsetSums<kRegressionSize + 1> sums;
+  for (size_t j = 0; j < offsets.count; ++j) {
+    const double q[3] = {offsets.x[j], offsets.y[j], offsets.z[j]};
+    const auto along = [&q](const auto* axis) { return q[0] * axis[0] + q[1] * axis[1] + q[2] * axis[2]; };
+    const double x = along(axes.u), y = along(axes.v), z = along(normal) * unit;
+    const double w = std::max(1.0 - x * x - y * y, 0.0);
+    const double x_powers[4] = {1.0, x, x * x, x * x * x}, y_powers[4] = {1.0, y, y * y, y * y * y};
+    for (int m = 0; m < kRegressionSize; ++m) {
+      sums.Add(static_cast<size_t>(m), w * z * x_powers[kMonomials.a[m]] * y_powers[kMonomials.b[m]]);
+    }
+    sums.Add(kRegressionSize, w * z * z);
+  }
+  const double weight = systems.moments[0][i];
+  double means[kRegressionMoments], heights[kRegressionSize];
+  for (int m = 0; m < kRegressionMoments; ++m) means[m] = systems.moments[m][i] / weight;
+  for (size_t m = 0; m < kRegressionSize; ++m) heights[m] = sums[m] / weight;
+  return DeterminedDegree({kRegressionDegree, offsets.count, means, heights, sums[kRegressionSize] / weight});
+}
+
+// Lowers the degree of the fits that the neighbors do not determine, and solves those again.
+HWY_INLINE void LimitDegrees(const SpatialIndex& index, const NeighborhoodPlan& plan, RegressionScratch& s) {
+  constexpr size_t kNone = ~size_t{0};
+  OffsetSearch search(index, plan, s);
+  size_t again = kNone;  // the first point of a vector that is to be solved again
+  const auto solve_again = [&] HWY_ATTR {
+    if (again != kNone) SolveRegressionsAt(s.frames, again, s.system, s.shapes);
+    again = kNone;
+  };
+  for (size_t i = 0; i < s.points.size && !s.IsStopped(); ++i) {
+    if (i % hn::Lanes(DoubleTag()) == 0) solve_again();
+    if (HWY_LIKELY(s.points.status[i] != PointStatus::kOk || s.system.doubtful[i] == 0.0)) continue;
+    search.Find(i);
+    const int degree = RegressionDegree(s.search.offsets, s.frames, i, s.system);
+    if (degree >= s.system.degree[i]) continue;
+    s.system.most_degree[i] = degree;
+    again = i - i % hn::Lanes(DoubleTag());
+  }
+  solve_again();
 }
 
 // Solves the problems of all points of the group, and stores their shapes. Lowers the status of points without a fit.
-HWY_NOINLINE inline void SolveRegressions(const GroupFrames& frames, GroupPoints& points, RegressionSystems& systems,
-                                          GroupShapes& shapes) {
-  for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) SolveRegressionsAt(frames, i, systems, shapes);
+HWY_NOINLINE inline void SolveRegressions(const SpatialIndex& index, const NeighborhoodPlan& plan,
+                                          RegressionScratch& s) {
+  GroupPoints& points = s.points;
+  const RegressionSystems& systems = s.system;
+  for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) {
+    SolveRegressionsAt(s.frames, i, s.system, s.shapes);
+  }
+  LimitDegrees(index, plan, s);
   for (size_t i = 0; i < points.size; ++i) {
     if (points.status[i] != PointStatus::kOk) continue;
     if (!(systems.degree[i] >= 1.0)) {

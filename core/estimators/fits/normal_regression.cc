@@ -22,7 +22,8 @@ absl::Status RegressNormals(const SpatialIndex& index, const NeighborhoodPlan& p
   };
   const absl::Status status = ForEachCollected(index, plan, s.neighbors, s, sum);
   if (!status.ok()) return status;
-  SolveRegressions(s.frames, s.points, s.system, s.shapes);
+  SolveRegressions(index, plan, s);
+  if (s.IsStopped()) return Stopped();
   WriteShapes(plan, s.shapes, s, results);
   return status;
 }

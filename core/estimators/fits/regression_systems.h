@@ -16,6 +16,8 @@ inline constexpr int kRegressionMoments = JetSize(2 * kRegressionDegree);
 struct alignas(64) RegressionSystems {
   GroupDoubles moments[kRegressionMoments];  // sums of w x^a y^b, and
   GroupDoubles normals[3][kRegressionSize];  // of w x^a y^b times each component of the normal, by JetIndex
+  GroupDoubles most_degree;                  // that the polynomials may have
+  GroupDoubles doubtful;                     // not 0: the neighbors may lie near a curve
   GroupDoubles degree;                       // of the polynomials; 0 where the neighbors determine none
   GroupDoubles outward;                      // of the fitted normal at the point, along the axis of the frame
 };

@@ -21,6 +21,10 @@ namespace HWY_NAMESPACE {
 // root of this in one tangent direction, compared with the other, no curvature along it.
 inline constexpr double kMinSphereVariance = 1e-6;
 
+// Neighbors that spread less than the root of this in one tangent direction, compared with the other, may lie along a
+// line.
+inline constexpr float kNarrowSphereSpread = 0.05f;
+
 // First derivatives by x of the averages of points i, i + 1, ...
 struct SphereGradients {
   DoubleVec weight[3];  // of the logarithm of the sum of w
@@ -136,13 +140,16 @@ HWY_INLINE void SolveSpheresAt(size_t i, const SphereSums& sums, const GroupVect
   hn::Store(Dot(gradient, own), d, checks.outward + i);
 }
 
-// Shapes of all points of the group, whose sums are set. Lowers the status of points without a sphere.
-HWY_NOINLINE inline void SolveSpheres(const SphereSums& sums, GroupPoints& points, GroupShapes& shapes) {
+// Shapes of all points of the group, whose sums are set, and SphereChecks::spread of each. Lowers the status of points
+// without a sphere.
+HWY_NOINLINE inline void SolveSpheres(const SphereSums& sums, GroupPoints& points, GroupShapes& shapes,
+                                      GroupScalars& spread) {
   SphereChecks checks;
   for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) {
     SolveSpheresAt(i, sums, points.normal, shapes, checks);
   }
   for (size_t i = 0; i < points.size; ++i) {
+    spread[i] = static_cast<float>(checks.spread[i]);
     if (points.status[i] != PointStatus::kOk) continue;
     if (!(checks.variance[i] > kMinSphereVariance && checks.spread[i] > kMinSphereVariance)) {
       points.status[i] = PointStatus::kSingularFit;

@@ -14,6 +14,9 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
+// Area of the two triangles of a hexagram over a neighborhood that fills a disc, in units of rho^2.
+inline constexpr float kUsualAveragedArea = 1.05f;
+
 absl::Status EstimateAvgHexagrams(const SpatialIndex& index, const AvgHexagramPlan& plan, size_t group,
                                   AvgHexagramScratch& s, PointCurvature* results) {
   const auto fill = [&s](size_t i) { s.Fill(i); };
@@ -25,7 +28,7 @@ absl::Status EstimateAvgHexagrams(const SpatialIndex& index, const AvgHexagramPl
   const absl::Status status = ForEachNormalSum(index, plan.neighborhood, s, sum);
   if (!status.ok()) return status;
   MeasureHexagrams(s.hexagrams, plan.rotations, s);
-  WriteMeasured(plan.neighborhood, s, results);
+  WriteMeasured(index, plan.neighborhood, static_cast<float>(plan.rotations) * kUsualAveragedArea, s, results);
   return status;
 }
 

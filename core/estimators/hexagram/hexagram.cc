@@ -12,6 +12,9 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
+// Area of the two triangles of a hexagram whose corners lie at its targets, in units of rho^2.
+inline constexpr float kUsualHexagramArea = 2.6f;
+
 absl::Status EstimateHexagrams(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
                                HexagramScratch& s, PointCurvature* results) {
   const auto fill = [&s](size_t i) { s.Fill(i); };
@@ -26,7 +29,7 @@ absl::Status EstimateHexagrams(const SpatialIndex& index, const NeighborhoodPlan
   CornerSearch(index, s.points, s.frames, s.search, s.corners, s.hexagram).SetCorners();
   if (s.IsStopped()) return Stopped();
   MeasureHexagrams(&s.hexagram, 1, s);
-  WriteMeasured(plan, s, results);
+  WriteMeasured(index, plan, kUsualHexagramArea, s, results);
   return status;
 }
 

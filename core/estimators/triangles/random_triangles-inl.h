@@ -20,6 +20,9 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
+// Mean area of triangles with random corners in a disc, in units of rho^2: 35 / (48 pi).
+inline constexpr float kUsualTriangleArea = 0.232f;
+
 // Corner indices of one vector of triangles.
 struct CornerIndices {
   alignas(64) int32_t corner[3][SpatialIndex::kLeafSize];

@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <variant>
+#include <vector>
+
 #include "client/io/formats.h"
 #include "tests/client/io/samples.h"
 
@@ -49,6 +52,13 @@ TEST(ObjTest, NamesLineAndValue) {
   EXPECT_THAT(Message("v 1 2 3\nvn 0 0 1\nf -9223372036854775808//1\n"), HasSubstr("does not exist"));
   EXPECT_THAT(Message("v 1 2 3\nvn 0 0 1\nf x//1\n"), HasSubstr("expected integers"));
   EXPECT_THAT(Message("vn 0 0 1\n"), HasSubstr("no v lines"));
+}
+
+TEST(ObjTest, LinesGoOnAfterABackslash) {
+  const auto table = ReadObj("v 1 2 \\\n3\nv 4 \\\r\n5 \\\r\n6\nv 7 8 9\\");
+  ASSERT_TRUE(table.ok()) << table.status();
+  ASSERT_EQ(table->size(), 3u);
+  EXPECT_EQ(std::get<std::vector<double>>(table->Find("z")->values), (std::vector<double>{3, 6, 9}));
 }
 
 TEST(ObjTest, SurvivesTruncationAndDamage) {

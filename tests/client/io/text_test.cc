@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace curv {
@@ -19,6 +20,17 @@ template <typename T>
 bool Refuses(std::string_view field) {
   T value;
   return !ParseNumber(field, value);
+}
+
+TEST(TextTest, LinesEndInEachWay) {
+  for (const std::string_view text : {"a\n\nb c\nd", "a\r\n\r\nb c\r\nd\r\n", "a\r\rb c\rd\r", "a\r\r\nb c\rd\n"}) {
+    LineReader lines(text);
+    std::vector<std::string> read;
+    for (std::string_view line; lines.Next(line);) read.emplace_back(line);
+    EXPECT_EQ(read, (std::vector<std::string>{"a", "", "b c", "d"})) << text;
+    EXPECT_EQ(lines.number(), 4u);
+    EXPECT_EQ(lines.rest(), "");
+  }
 }
 
 TEST(TextTest, ParsesNumbers) {

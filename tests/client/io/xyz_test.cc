@@ -34,6 +34,12 @@ TEST(XyzTest, TakesCommasAndSemicolons) {
   EXPECT_THAT(Values(*table, "nz"), ElementsAre(1));
 }
 
+TEST(XyzTest, TakesCarriageReturnsForLineEnds) {
+  const auto table = ReadXyz("1 2 3\r4 5 6\r7 8 9\r");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->size(), 3u);
+}
+
 TEST(XyzTest, TakesAByteOrderMark) {
   EXPECT_THAT(Values(*ReadXyz("\xef\xbb\xbf"
                               "1 2 3\n"),

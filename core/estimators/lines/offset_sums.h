@@ -1,0 +1,25 @@
+// Sums over neighbors in doubles that are the same in whatever order the neighbors come: addends are rounded to whole
+// quanta. For the few points that are looked at twice.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace curvd {
+
+// `kCount` sums of addends of at most 1 or so, of up to 2^27 neighbors.
+template <size_t kCount>
+class OffsetSums {
+ public:
+  void Add(size_t sum, double addend) { quanta_[sum] += std::llrint(addend * kPerQuantum); }
+  double operator[](size_t sum) const { return static_cast<double>(quanta_[sum]) / kPerQuantum; }
+
+ private:
+  static constexpr double kPerQuantum = 0x1p35;
+
+  std::array<int64_t, kCount> quanta_{};
+};
+
+}  // namespace curvd

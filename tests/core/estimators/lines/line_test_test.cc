@@ -1,0 +1,94 @@
+#include "core/estimators/lines/line_test.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/estimators/lines/curve_distance.h"
+
+namespace curvd {
+namespace {
+
+struct Offsets {
+  NeighborOffsets neighbors;
+
+  explicit Offsets(size_t size) { neighbors.Reserve(size); }
+  void Add(double x, double y, double z) {
+    neighbors.x[neighbors.count] = static_cast<float>(x);
+    neighbors.y[neighbors.count] = static_cast<float>(y);
+    neighbors.z[neighbors.count++] = static_cast<float>(z);
+  }
+};
+
+// Points on an arc with the turn `bend` over radius 1 in the plane z = 0, moved along y and z.
+Offsets Arc(size_t size, double bend, double across, double thickness) {
+  std::mt19937_64 engine(2);
+  std::normal_distribution<double> normal;
+  Offsets arc(size);
+  for (size_t i = 0; i < size; ++i) {
+    const double x = 2.0 * static_cast<double>(i) / static_cast<double>(size - 1) - 1.0;
+    arc.Add(x, 0.5 * bend * x * x + across * normal(engine), thickness * normal(engine));
+  }
+  return arc;
+}
+
+constexpr float kUp[3] = {0.0f, 0.0f, 1.0f};
+
+bool IsLine(const Offsets& offsets) { return MeasureLine(offsets.neighbors, kUp, 1.0f, false).IsLine(); }
+
+TEST(LineTest, NoiseDoesNotWidenALine) {
+  EXPECT_TRUE(IsLine(Arc(50, 0.0, 0.02, 0.02)));
+  EXPECT_TRUE(IsLine(Arc(50, 0.0, 0.001, 0.0))) << "a hair";
+  EXPECT_FALSE(IsLine(Arc(50, 0.0, 0.02, 0.002))) << "wider than its noise: a strip";
+  EXPECT_FALSE(IsLine(Arc(50, 0.0, 0.2, 0.2))) << "not narrow";
+}
+
+TEST(LineTest, ALineMayBend) { EXPECT_TRUE(IsLine(Arc(50, 0.4, 0.005, 0.005))); }
+
+TEST(LineTest, DependsOnNoOrder) {
+  Offsets arc = Arc(50, 0.1, 0.02, 0.02);
+  const LineSpread before = MeasureLine(arc.neighbors, kUp, 1.0f, true);
+  for (auto* array : {&arc.neighbors.x, &arc.neighbors.y, &arc.neighbors.z}) {
+    std::reverse(array->data(), array->data() + arc.neighbors.count);
+  }
+  const LineSpread after = MeasureLine(arc.neighbors, kUp, 1.0f, true);
+  EXPECT_EQ(before.along, after.along);
+  EXPECT_EQ(before.across, after.across);
+  EXPECT_EQ(before.thickness, after.thickness);
+}
+
+// The degree that `lines` lines at distances of 1 / lines determine, with noise in y and z.
+int DegreeOf(int lines, double noise) {
+  constexpr int kDegree = 4;
+  std::mt19937_64 engine(7);
+  std::normal_distribution<double> normal;
+  double means[kMaxJetMoments] = {}, heights[kMaxJetSize] = {}, squared_heights = 0.0;
+  constexpr int kPoints = 40;
+  for (int line = 0; line < lines; ++line) {
+    for (int i = 0; i < kPoints; ++i) {
+      const double x = 2.0 * i / (kPoints - 1) - 1.0;
+      const double y = (line - 0.5 * (lines - 1)) / lines + noise * normal(engine), z = noise * normal(engine);
+      for (int d = 0; d <= 2 * kDegree; ++d) {
+        for (int b = 0; b <= d; ++b) {
+          const double product = std::pow(x, d - b) * std::pow(y, b) / (lines * kPoints);
+          means[JetIndex(d - b, b)] += product;
+          if (d <= kDegree) heights[JetIndex(d - b, b)] += z * product;
+        }
+      }
+      squared_heights += z * z / (lines * kPoints);
+    }
+  }
+  return DeterminedDegree({kDegree, static_cast<size_t>(lines * kPoints), means, heights, squared_heights});
+}
+
+TEST(CurveDistanceTest, AsManyLinesFixNoPolynomialOfTheirDegree) {
+  for (const double noise : {0.0, 0.001, 0.01}) {
+    for (int lines = 1; lines <= 4; ++lines) EXPECT_EQ(DegreeOf(lines, noise), lines - 1) << lines << " " << noise;
+    EXPECT_EQ(DegreeOf(9, noise), 4);
+  }
+}
+
+}  // namespace
+}  // namespace curvd
