@@ -158,8 +158,7 @@ class AutomaticRun final : public StrategyRun {
     for (const ScaleCandidate& candidate : choice_.chosen) {
       variance_factors.push_back(VarianceFactor(options_, candidate));
     }
-    if (!choice_.scores.empty())
-      errors_ = ErrorModel(SampleErrors(table_, choice_, variance_factors));
+    if (!choice_.scores.empty()) errors_ = ErrorModel(SampleErrors(table_, choice_, variance_factors));
   }
 
   // What is tried where nothing could be judged: what comes of it has a status.
