@@ -4,10 +4,10 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
-#include <random>
 #include <set>
 #include <utility>
 
+#include "absl/random/random.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/io/atomic_file.h"
@@ -39,8 +39,8 @@ bool IsUsable(const TilePoint& point) {
 }
 
 std::string NewPlanId() {
-  std::random_device random;
-  return absl::StrFormat("%08x%08x", random(), random());
+  absl::BitGen bits;
+  return absl::StrFormat("%016x", absl::Uniform<uint64_t>(bits));
 }
 
 // One plan in the making.

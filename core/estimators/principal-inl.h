@@ -126,16 +126,16 @@ HWY_INLINE void WriteGroup(const NeighborhoodPlan& plan, const GroupCurvature& c
 inline constexpr float kNarrowArea = 0.3f;
 
 // Writes the results of a group whose measures are set. `usual_area` is the area, in units of rho^2, that triangles
-// have over neighbors that lie evenly around a point.
+// have over neighbors that lie evenly around a point. `searching` as of RefuseLines.
 HWY_INLINE void WriteMeasured(const SpatialIndex& index, const NeighborhoodPlan& plan, float usual_area,
-                              MeasuringScratch& s, PointCurvature* results) {
+                              GroupScratch& searching, MeasuringScratch& s, PointCurvature* results) {
   GroupCurvature curvature;
   ComputeCurvature(s.measures, s.frames, s.points.size, curvature);
   RefuseThinAreas(s.measures, s.points);
   const float narrow = kNarrowArea * usual_area;
   RefuseLines(
       index, plan, /*fades=*/false, PointStatus::kDegenerateArea, [&](size_t i) { return s.measures.area[i] < narrow; },
-      s);
+      searching, s);
   ScaleCurvature(plan, s.frames.rho, s.points.size, curvature);
   WriteGroup(plan, curvature, s, results);
 }

@@ -24,7 +24,8 @@ absl::Status EstimateDelaunay(const SpatialIndex& index, const DelaunayPlan& pla
   };
   const absl::Status status = ForEachNormalSum(index, plan.neighborhood, s, measure);
   if (status.ok())
-    WriteMeasured(index, plan.neighborhood, kDiscArea * (1.0f - 0.5f * static_cast<float>(plan.falloff)), s, results);
+    WriteMeasured(index, plan.neighborhood, kDiscArea * (1.0f - 0.5f * static_cast<float>(plan.falloff)), s, s,
+                  results);
   return status;
 }
 

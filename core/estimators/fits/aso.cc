@@ -27,7 +27,7 @@ absl::Status EstimateSpheres(const SpatialIndex& index, const NeighborhoodPlan& 
   SolveSpheres(s.system, s.points, s.shapes, spread);
   RefuseLines(
       index, plan, /*fades=*/true, PointStatus::kSingularFit, [&](size_t i) { return spread[i] < kNarrowSphereSpread; },
-      s);
+      s, s);
   if (s.IsStopped()) return Stopped();
   WriteShapes(plan, s.shapes, s, results);
   return status;

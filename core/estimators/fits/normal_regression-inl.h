@@ -386,20 +386,22 @@ HWY_NOINLINE inline int RegressionDegree(const NeighborOffsets& offsets, const G
   return DeterminedDegree({kRegressionDegree, offsets.count, means, heights, sums[kRegressionSize] / weight});
 }
 
-// Lowers the degree of the fits that the neighbors do not determine, and solves those again.
-HWY_INLINE void LimitDegrees(const SpatialIndex& index, const NeighborhoodPlan& plan, RegressionScratch& s) {
+// Lowers the degree of the fits that the neighbors do not determine, and solves those again. `searching` as of
+// RefuseLines.
+HWY_INLINE void LimitDegrees(const SpatialIndex& index, const NeighborhoodPlan& plan, GroupScratch& searching,
+                             RegressionScratch& s) {
   constexpr size_t kNone = ~size_t{0};
-  OffsetSearch search(index, plan, s);
+  OffsetSearch search(index, plan, s.points, searching.search);
   size_t again = kNone;  // the first point of a vector that is to be solved again
   const auto solve_again = [&] HWY_ATTR {
     if (again != kNone) SolveRegressionsAt(s.frames, again, s.system, s.shapes);
     again = kNone;
   };
-  for (size_t i = 0; i < s.points.size && !s.IsStopped(); ++i) {
+  for (size_t i = 0; i < s.points.size && !searching.IsStopped(); ++i) {
     if (i % hn::Lanes(DoubleTag()) == 0) solve_again();
     if (HWY_LIKELY(s.points.status[i] != PointStatus::kOk || s.system.doubtful[i] == 0.0)) continue;
     search.Find(i);
-    const int degree = RegressionDegree(s.search.offsets, s.frames, i, s.system);
+    const int degree = RegressionDegree(searching.search.offsets, s.frames, i, s.system);
     if (degree >= s.system.degree[i]) continue;
     s.system.most_degree[i] = degree;
     again = i - i % hn::Lanes(DoubleTag());
@@ -408,14 +410,15 @@ HWY_INLINE void LimitDegrees(const SpatialIndex& index, const NeighborhoodPlan& 
 }
 
 // Solves the problems of all points of the group, and stores their shapes. Lowers the status of points without a fit.
+// `searching` as of RefuseLines.
 HWY_NOINLINE inline void SolveRegressions(const SpatialIndex& index, const NeighborhoodPlan& plan,
-                                          RegressionScratch& s) {
+                                          GroupScratch& searching, RegressionScratch& s) {
   GroupPoints& points = s.points;
   const RegressionSystems& systems = s.system;
   for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) {
     SolveRegressionsAt(s.frames, i, s.system, s.shapes);
   }
-  LimitDegrees(index, plan, s);
+  LimitDegrees(index, plan, searching, s);
   for (size_t i = 0; i < points.size; ++i) {
     if (points.status[i] != PointStatus::kOk) continue;
     if (!(systems.degree[i] >= 1.0)) {

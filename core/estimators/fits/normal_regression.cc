@@ -22,7 +22,7 @@ absl::Status RegressNormals(const SpatialIndex& index, const NeighborhoodPlan& p
   };
   const absl::Status status = ForEachCollected(index, plan, s.neighbors, s, sum);
   if (!status.ok()) return status;
-  SolveRegressions(index, plan, s);
+  SolveRegressions(index, plan, s, s);
   if (s.IsStopped()) return Stopped();
   WriteShapes(plan, s.shapes, s, results);
   return status;
@@ -39,7 +39,8 @@ absl::Status RegressNormalScales(const SpatialIndex& index, std::span<const Neig
   if (!status.ok()) return status;
   for (size_t scale = 0; scale < plans.size(); ++scale) {
     RegressionScratch& scratch = *s.scales[scale];
-    SolveRegressions(scratch.frames, scratch.points, scratch.system, scratch.shapes);
+    SolveRegressions(index, plans[scale], *s.scales[0], scratch);
+    if (s.scales[0]->IsStopped()) return Stopped();
     WriteShapes(plans[scale], scratch.shapes, scratch, results[scale]);
   }
   s.EndRun();

@@ -14,8 +14,11 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Area of the two triangles of a hexagram over a neighborhood that fills a disc, in units of rho^2.
-inline constexpr float kUsualAveragedArea = 1.05f;
+// Area of the triangles of all hexagrams over a neighborhood that fills a disc, in units of rho^2.
+HWY_INLINE float UsualArea(const AvgHexagramPlan& plan) {
+  constexpr float kOfOneHexagram = 1.05f;
+  return static_cast<float>(plan.rotations) * kOfOneHexagram;
+}
 
 absl::Status EstimateAvgHexagrams(const SpatialIndex& index, const AvgHexagramPlan& plan, size_t group,
                                   AvgHexagramScratch& s, PointCurvature* results) {
@@ -28,7 +31,7 @@ absl::Status EstimateAvgHexagrams(const SpatialIndex& index, const AvgHexagramPl
   const absl::Status status = ForEachNormalSum(index, plan.neighborhood, s, sum);
   if (!status.ok()) return status;
   MeasureHexagrams(s.hexagrams, plan.rotations, s);
-  WriteMeasured(index, plan.neighborhood, static_cast<float>(plan.rotations) * kUsualAveragedArea, s, results);
+  WriteMeasured(index, plan.neighborhood, UsualArea(plan), s, s, results);
   return status;
 }
 
@@ -44,7 +47,7 @@ absl::Status EstimateHexagramScales(const SpatialIndex& index, std::span<const A
   for (size_t scale = 0; scale < plans.size(); ++scale) {
     AvgHexagramScratch& scratch = *s.scales[scale];
     MeasureHexagrams(scratch.hexagrams, plans[scale].rotations, scratch);
-    WriteMeasured(plans[scale].neighborhood, scratch, results[scale]);
+    WriteMeasured(index, plans[scale].neighborhood, UsualArea(plans[scale]), *s.scales[0], scratch, results[scale]);
   }
   s.EndRun();
   return status;

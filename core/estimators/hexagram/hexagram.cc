@@ -29,7 +29,7 @@ absl::Status EstimateHexagrams(const SpatialIndex& index, const NeighborhoodPlan
   CornerSearch(index, s.points, s.frames, s.search, s.corners, s.hexagram).SetCorners();
   if (s.IsStopped()) return Stopped();
   MeasureHexagrams(&s.hexagram, 1, s);
-  WriteMeasured(index, plan, kUsualHexagramArea, s, results);
+  WriteMeasured(index, plan, kUsualHexagramArea, s, s, results);
   return status;
 }
 

@@ -51,27 +51,29 @@ class LineCollector {
   size_t count_ = 0;
 };
 
-// Finds the neighbors of single points of a group once more, as s.search.offsets.
+// Finds the neighbors of single points of a group once more, as search.offsets.
 class OffsetSearch {
  public:
-  OffsetSearch(const SpatialIndex& index, const NeighborhoodPlan& plan, GroupScratch& s)
-      : index_(index), plan_(plan), s_(s) {}
+  OffsetSearch(const SpatialIndex& index, const NeighborhoodPlan& plan, const GroupPoints& points,
+               SearchScratch& search)
+      : index_(index), plan_(plan), points_(points), scratch_(search) {}
 
   // Returns the neighborhood's radius, in the index's unit. What is found is worth nothing once the scratch is stopped.
   HWY_NOINLINE float Find(size_t i) {
-    if (!search_.has_value()) search_.emplace(index_, plan_.search, s_.points.box, s_.search);
+    if (!search_.has_value()) search_.emplace(index_, plan_.search, points_.box, scratch_);
     float query[3];
-    s_.points.query.Get(i, query);
-    const float squared = search_->Find(query, LineCollector(index_, query, s_.search.offsets));
+    points_.query.Get(i, query);
+    const float squared = search_->Find(query, LineCollector(index_, query, scratch_.offsets));
     // The sums over them, in scalar code.
-    s_.search.work += 8 * s_.search.offsets.count;
+    scratch_.work += 8 * scratch_.offsets.count;
     return std::sqrt(squared);
   }
 
  private:
   const SpatialIndex& index_;
   const NeighborhoodPlan& plan_;
-  GroupScratch& s_;
+  const GroupPoints& points_;
+  SearchScratch& scratch_;
   std::optional<GroupSearch> search_;
 };
 
@@ -87,17 +89,18 @@ HWY_INLINE void FrameNormal(const GroupFrames& frames, size_t i, float* normal) 
 }
 
 // Gives `status` to the points that lie along a line, of those that are OK and of which `may_be_line(i)` says that they
-// may. `fades` as in MeasureLine.
+// may. `fades` as in MeasureLine. `searching` is the scratch whose searches are used: `s` itself, or that of the
+// largest of several scales.
 template <typename MayBeLine>
 HWY_INLINE void RefuseLines(const SpatialIndex& index, const NeighborhoodPlan& plan, bool fades, PointStatus status,
-                            MayBeLine may_be_line, GroupScratch& s) {
-  OffsetSearch search(index, plan, s);
-  for (size_t i = 0; i < s.points.size && !s.IsStopped(); ++i) {
+                            MayBeLine may_be_line, GroupScratch& searching, GroupScratch& s) {
+  OffsetSearch search(index, plan, s.points, searching.search);
+  for (size_t i = 0; i < s.points.size && !searching.IsStopped(); ++i) {
     if (HWY_LIKELY(s.points.status[i] != PointStatus::kOk || !may_be_line(i))) continue;
     const float radius = search.Find(i);
     float normal[3];
     FrameNormal(s.frames, i, normal);
-    if (MeasureLine(s.search.offsets, normal, radius, fades).IsLine()) s.points.status[i] = status;
+    if (MeasureLine(searching.search.offsets, normal, radius, fades).IsLine()) s.points.status[i] = status;
   }
 }
 

@@ -44,7 +44,7 @@ absl::Status EstimateIndependent(const SpatialIndex& index, const TrianglePlan& 
     if (s.points.status[i] == PointStatus::kOk) MeasureIndependent(plan, i, s);
   };
   const absl::Status status = ForEachRanked(index, plan.neighborhood, s, measure);
-  if (status.ok()) WriteMeasured(index, plan.neighborhood, kUsualTriangleArea, s, results);
+  if (status.ok()) WriteMeasured(index, plan.neighborhood, kUsualTriangleArea, s, s, results);
   return status;
 }
 

@@ -32,7 +32,7 @@ absl::Status EstimateUniform(const SpatialIndex& index, const TrianglePlan& plan
     if (s.points.status[i] == PointStatus::kOk) MeasureUniform(plan, i, s);
   };
   const absl::Status status = ForEachRanked(index, plan.neighborhood, s, measure);
-  if (status.ok()) WriteMeasured(index, plan.neighborhood, kUsualTriangleArea, s, results);
+  if (status.ok()) WriteMeasured(index, plan.neighborhood, kUsualTriangleArea, s, s, results);
   return status;
 }
 
