@@ -12,6 +12,8 @@ constexpr double kDiscDistance[kMaxJetDegree + 1] = {1.0, 0.5, 0.22, 0.138, 0.09
 // Neighbors lie on a curve if they are off by at most so much of the disc's distance and of their noise; or if they are
 // off by next to nothing of the former.
 constexpr double kCurveDistance = 0.25, kCurveDistancePerNoise = 2.0, kHairDistance = 0.02;
+// With fewer neighbors for each coefficient, they come near to some curve by chance.
+constexpr double kLeastPerCoefficient = 2.0;
 // Mean squares below this are rounding.
 constexpr double kRounding = 1e-13;
 
@@ -108,7 +110,8 @@ int DeterminedDegree(const PolynomialSystem& system) {
     if (c >= polynomials.size()) return degree - 1;
     const double distance = polynomials.DistanceFrom(c), usual = kDiscDistance[degree];
     const bool is_noise = distance <= kCurveDistance * usual && distance <= kCurveDistancePerNoise * noise;
-    if (is_noise || distance <= kHairDistance * usual) return degree - 1;
+    const bool may_be_chance = count < kLeastPerCoefficient * JetSize(degree);
+    if (!may_be_chance && (is_noise || distance <= kHairDistance * usual)) return degree - 1;
   }
   return system.degree;
 }

@@ -112,7 +112,7 @@ class CompletionTest(unittest.TestCase):
             "tiles run res": "curv tiles run results/",
             "tiles plan --estimator=norm": "curv tiles plan --estimator=normal-regression",
             "tiles --he": "curv tiles --help",
-            "estimate plan --ti": "curv estimate plan --timeout",  # plan is a command of tiles alone
+            "estimate plan --tim": "curv estimate plan --timeout",  # plan is a command of tiles alone
             "estimate --timeout s": "curv estimate --timeout s",  # a number: nothing is offered
         })
 

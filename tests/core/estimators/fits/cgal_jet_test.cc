@@ -81,13 +81,16 @@ void ExpectNearCgal(const TestPoints& points, uint32_t k, uint32_t degree) {
   const std::unique_ptr<WorkerScratch> scratch = run->MakeScratch();
   const auto& jets = dynamic_cast<const JetScratch&>(*scratch);
   const double scale = std::ldexp(1.0, index.scale_exponent());
-  size_t compared = 0, seen = 0;
+  size_t compared = 0, refused = 0, seen = 0;
   for (size_t group = 0; group < index.group_count(); group += 7) {
     ASSERT_TRUE(run->Phases().back().run(group, *scratch).ok());
     for (size_t j = 0; j < jets.points.size; ++j, ++seen) {
-      ASSERT_EQ(jets.points.status[j], PointStatus::kOk);
       const double rho = jets.frames.rho[j] / scale;
       const CgalJet cgal = FitWithCgal(points, static_cast<size_t>(jets.points.rank[j]), k, degree, rho);
+      if (jets.points.status[j] != PointStatus::kOk) {
+        ++refused;
+        continue;
+      }
       if (cgal.condition > 1e4) continue;
       ++compared;
       const double largest = std::max(std::abs(cgal.k1), std::abs(cgal.k2));
@@ -101,6 +104,8 @@ void ExpectNearCgal(const TestPoints& points, uint32_t k, uint32_t degree) {
     }
   }
   EXPECT_GT(compared, seen * 4 / 5);
+  // By chance few neighbors lie near a curve, which fixes no polynomial.
+  EXPECT_LE(refused, seen / 100);
 }
 
 TEST_P(CgalJetTest, MongeFormsAgreeOnWellPosedNeighborhoods) {
