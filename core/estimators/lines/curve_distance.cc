@@ -13,7 +13,7 @@ constexpr double kDiscDistance[kMaxJetDegree + 1] = {1.0, 0.5, 0.22, 0.138, 0.09
 // off by next to nothing of the former.
 constexpr double kCurveDistance = 0.25, kCurveDistancePerNoise = 2.0, kHairDistance = 0.02;
 // With fewer neighbors for each coefficient, they come near to some curve by chance.
-constexpr double kLeastPerCoefficient = 2.0;
+constexpr double kLeastPerCoefficient = 2.5;
 // Mean squares below this are rounding.
 constexpr double kRounding = 1e-13;
 
