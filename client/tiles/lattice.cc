@@ -47,7 +47,7 @@ double LatticeSpacing(std::span<const Position> sample, uint64_t points) {
 
 double SpacingFor(double extent, double spacing) {
   // The origin lies on the lattice, up to half a step from the middle.
-  while (extent / 2.0 > (kFloatSteps - 1.0) * spacing) spacing *= 2.0;
+  while (extent / 2.0 > (kMostSteps - 1.0) * spacing) spacing *= 2.0;
   return spacing;
 }
 

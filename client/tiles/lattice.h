@@ -9,8 +9,9 @@
 
 namespace curv {
 
-// How many steps a coordinate may be from the origin to be exact in a float.
-inline constexpr double kFloatSteps = 16'777'216.0;  // 2^24
+// How many steps a coordinate may be from the origin (PositionLattice). Floats hold twice as many: there is room for
+// what estimators add to positions.
+inline constexpr double kMostSteps = 8'388'608.0;  // 2^23
 
 // Returns the coordinate's nearest multiple of `spacing`, a power of two.
 inline double OnLattice(double coordinate, double spacing) { return std::nearbyint(coordinate / spacing) * spacing; }
@@ -20,13 +21,13 @@ inline Position OnLattice(const Position& p, double spacing) {
 }
 
 // Returns a spacing for a cloud of `points` points: a power of two, 2^-14 of the distance between neighbors in places
-// of middle density, so that a tile of a million points is about 2^24 steps long; not less than the last digit of the
+// of middle density, so that a tile of half a million points is not too long; not less than the last digit of the
 // coordinates. `sample` are points of the cloud, drawn at random; the more, the better. Depends on nothing else, so
 // that two plans of one cloud have one lattice. REQUIRES: the sample is not empty.
 double LatticeSpacing(std::span<const Position> sample, uint64_t points);
 
-// Returns the smallest spacing, `spacing` times a power of two, with which a box that long on its longest axis is exact
-// in floats around an origin in its middle.
+// Returns the smallest spacing, `spacing` times a power of two, with which no coordinate of a box that long on its
+// longest axis is more than kMostSteps from an origin in its middle.
 double SpacingFor(double extent, double spacing);
 
 }  // namespace curv

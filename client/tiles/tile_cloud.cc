@@ -30,7 +30,7 @@ bool IsOf(const CellNode& cell, const CellNode& tile) {
 // How wide a halo may be before a tile is too long for floats.
 double WidestHalo(const TilePlan& plan, const Box& box) {
   if (!plan.is_double) return std::numeric_limits<double>::infinity();
-  const double longest = 2.0 * (kFloatSteps - 1.0) * plan.spacing;
+  const double longest = 2.0 * (kMostSteps - 1.0) * plan.spacing;
   return std::max(0.0, (longest - box.Extent(box.LongestAxis())) / 2.0);
 }
 
@@ -157,6 +157,7 @@ FloatArrays ToFloats(const TilePlan& plan, const TileCloud& cloud) {
     for (const TilePoint& point : cloud.points) box.Add(point.position);
     const double spacing = SpacingFor(box.Extent(box.LongestAxis()), plan.spacing);
     if (spacing > plan.spacing) coarse = spacing;
+    arrays.spacing = spacing;
     for (size_t axis = 0; axis < 3; ++axis) {
       origin[axis] = OnLattice(box.low[axis] + box.Extent(axis) / 2.0, spacing);
     }

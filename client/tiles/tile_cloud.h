@@ -41,6 +41,7 @@ struct FloatArrays {
   std::vector<float> positions;  // of doubles: relative to an origin on the lattice, and exact
   std::vector<float> normals;
   std::vector<uint64_t> ids;  // ascending
+  double spacing = 0.0;       // of the lattice that the positions are on; 0: floats as they are
   // Steps between positions where the cloud is so long that they are not exact on the plan's lattice; else 0.
   double coarse_spacing = 0.0;
 };
@@ -50,7 +51,7 @@ struct TileCloud {
   std::vector<uint32_t> queries;  // which of the points get results; ascending
 };
 
-// Whether a box is short enough for positions in it to be exact in floats.
+// Whether a box is short enough for the positions in it to be on the lattice of the plan.
 bool FitsFloats(const TilePlan& plan, const Box& box);
 FloatArrays ToFloats(const TilePlan& plan, const TileCloud& cloud);
 

@@ -41,7 +41,10 @@ TileEstimator EstimatorOn(const Connection& connection, const EstimateOptions& o
     std::vector<PointRole> roles(cloud.ids.size(), PointRole::kHalo);
     for (const uint32_t query : queries) roles[query] = PointRole::kQuery;
     const CloudView view = CloudView(cloud.positions, cloud.normals).WithIds(cloud.ids).WithRoles(roles);
-    absl::StatusOr<CurvatureResult> result = connection.client().Estimate(view, asked, {nullptr, stop});
+    EstimateOptions options = asked;
+    // So that also what lies between positions, as the targets of hexagrams do, is the same from whichever origin.
+    if (cloud.spacing > 0.0) options.lattice = PositionLattice{.spacing = cloud.spacing, .origin = {}};
+    absl::StatusOr<CurvatureResult> result = connection.client().Estimate(view, options, {nullptr, stop});
     absl::Status status = result.status();
     if (status.ok() && result->summary.reach_factor.value_or(HUGE_VAL) > reach_factor) {
       status = absl::FailedPreconditionError(
