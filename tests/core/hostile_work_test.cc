@@ -59,8 +59,8 @@ EstimatorOptions OptionsFor(std::string_view estimator, decltype(EstimatorOption
 // neighborhoods of `neighbors` among so many points. Its last point may cost a search that comes to every leaf, once to
 // find the farthest neighbor and once to list them all, where rounding alone decides which of many points is nearer;
 // otherwise lists of leaves that hold some neighbors. The hexagram then looks for the corners of all points of the run:
-// six times for each leaf of them, twice among 512 leaves at most, each of whose points meets 16 targets. Neighbors that
-// may lie on a line are found and summed once more (core/estimators/lines).
+// six times for each leaf of them, twice among 512 leaves at most, each of whose points meets 16 targets. Neighbors
+// that may lie on a line are found and summed once more (core/estimators/lines).
 uint64_t MostOfARun(uint64_t most_work, std::string_view estimator, size_t neighbors, size_t points) {
   const uint64_t last_point = 4 * points + 200 * (neighbors + 400);
   const uint64_t corners = estimator == "hexagram" ? 6 * SpatialIndex::kGroupLeaves * 2 * 512 * 16 * 16 : 0;
