@@ -147,7 +147,7 @@ nlohmann::ordered_json ScalesJson(const EstimateReport& report, const PointTable
 
 std::string SummaryText(const EstimateReport& report, const PointTable& result) {
   std::string text = absl::StrFormat(
-      "%s: %s points, %s, %s, server %s\n", report.input, WithCommas(report.summary.points),
+      "%s: %s, %s, %s, server %s\n", report.input, CountOf(report.summary.points, "point"),
       std::string(EstimatorName(report.options.estimator)), NeighborhoodText(report.options), report.server);
   if (report.summary.normals.has_value()) absl::StrAppend(&text, "  ", NormalsText(*report.summary.normals), "\n");
   if (report.summary.scale.has_value()) absl::StrAppend(&text, ScaleText(*report.summary.scale));

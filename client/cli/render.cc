@@ -53,12 +53,26 @@ struct RenderFlags {
   std::string format;
 };
 
+// The layer of a column, with the title of its quantity, and the neighbor count if it is of one of several, which no
+// line breaks.
+Layer LayerOfColumn(const PointTable& table, const std::string& column, const std::string& length_unit) {
+  const std::string base = WithoutScale(column);
+  Layer layer{.values = ValuesOf(table, column), .title = column};
+  if (const NamedQuantity* const named = QuantityOfColumn(base); named != nullptr) {
+    layer.title = named->title;
+    if (base != column)
+      absl::StrAppend(&layer.title, ", K\u00a0=\u00a0", column.substr(base.size() + sizeof("_k") - 1));
+    layer.unit = absl::StrReplaceAll(named->unit, {{"%", length_unit}});
+  }
+  return layer;
+}
+
 // The layer of the column that holds the quantity: the estimate, or the truth of a file that was only generated, or the
 // column of that very name.
 absl::StatusOr<Layer> MakeLayer(const PointTable& table, const std::string& quantity, const std::string& length_unit) {
   const NamedQuantity* const named = FindQuantity(quantity);
   if (named == nullptr) {
-    if (table.Find(quantity) != nullptr) return Layer{.values = ValuesOf(table, quantity), .title = quantity};
+    if (table.Find(quantity) != nullptr) return LayerOfColumn(table, quantity, length_unit);
     return absl::InvalidArgumentError(absl::StrCat("there is no column ", quantity, ": --quantity must be one of ",
                                                    kQuantityWords, ", or the name of a column"));
   }

@@ -62,14 +62,6 @@ std::set<std::string> ResultNames() {
   return names;
 }
 
-// A name without the suffix of a scale (ScaleSuffix), if it has one.
-std::string WithoutScale(const std::string& name) {
-  const size_t end = name.find_last_not_of("0123456789");
-  const bool has_suffix =
-      end != std::string::npos && end >= 1 && end + 1 < name.size() && name[end] == 'k' && name[end - 1] == '_';
-  return has_suffix ? name.substr(0, end - 1) : name;
-}
-
 constexpr std::pair<const char*, const char*> kShortWords[] = {
     {"mean", "mean_curvature"},     {"gaussian", "gaussian_curvature"}, {"k1", "principal_curvatures"},
     {"k2", "principal_curvatures"}, {"d1", "principal_directions"},     {"d2", "principal_directions"},
@@ -90,6 +82,12 @@ const NamedQuantity* FindQuantity(const std::string& word) {
   return found == std::end(kQuantities) ? nullptr : found;
 }
 
+const NamedQuantity* QuantityOfColumn(const std::string& column) {
+  const auto* found = std::find_if(std::begin(kQuantities), std::end(kQuantities),
+                                   [&](const NamedQuantity& quantity) { return column == quantity.column; });
+  return found == std::end(kQuantities) ? nullptr : found;
+}
+
 std::vector<std::string> QuantityWords() {
   std::vector<std::string> words;
   for (const auto& [word, name] : kShortWords) words.emplace_back(word);
@@ -105,6 +103,13 @@ std::string ContractName(const std::string& word) {
 }
 
 std::string ScaleSuffix(uint32_t neighbor_count) { return absl::StrCat("_k", neighbor_count); }
+
+std::string WithoutScale(const std::string& name) {
+  const size_t end = name.find_last_not_of("0123456789");
+  const bool has_suffix =
+      end != std::string::npos && end >= 1 && end + 1 < name.size() && name[end] == 'k' && name[end - 1] == '_';
+  return has_suffix ? name.substr(0, end - 1) : name;
+}
 
 std::vector<Column> ColumnsOf(CurvatureResult result) {
   std::vector<Column> columns;

@@ -30,6 +30,8 @@ inline constexpr char kQuantityWords[] = "mean, gaussian, k1, k2";
 
 // Returns the quantity of that word, or nullptr.
 const NamedQuantity* FindQuantity(const std::string& word);
+// Returns the quantity whose estimate has a column of that name, or nullptr.
+const NamedQuantity* QuantityOfColumn(const std::string& column);
 
 // The quantities that `curv estimate --quantities` asks for by a short word, and the contract's name of each; the
 // contract's own names are understood as well.
@@ -45,6 +47,8 @@ PointTable MakeResultTable(PointTable input, CurvatureResult result);
 
 // What the names of columns end in that are of one of several neighbor counts: mean_curvature_k64.
 std::string ScaleSuffix(uint32_t neighbor_count);
+// A name without that suffix, if it has one.
+std::string WithoutScale(const std::string& name);
 
 // The columns of a result alone, in that order: those that were asked for, and the status. With several neighbor
 // counts, those of each follow one another, the normals' before them.

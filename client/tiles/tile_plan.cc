@@ -1,6 +1,8 @@
 #include "client/tiles/tile_plan.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -150,6 +152,18 @@ absl::StatusOr<TilePlan> LoadPlan(const std::string& directory) {
                                                " for each of ", points, " points"));
   }
   return plan;
+}
+
+absl::Status RemovePlan(const TilePlan& plan) {
+  // The plan first: what is left of others is no plan.
+  for (const char* name : {kPlanFile, kCellsFile, "points.bin", "results", "locks"}) {
+    std::error_code error;
+    std::filesystem::remove_all(plan.PathOf(name), error);
+    if (error) return absl::DataLossError(absl::StrCat("cannot remove ", plan.PathOf(name), ": ", error.message()));
+  }
+  std::error_code not_empty;
+  std::filesystem::remove(plan.directory, not_empty);
+  return absl::OkStatus();
 }
 
 }  // namespace curv

@@ -63,4 +63,8 @@ absl::Status SavePlan(const TilePlan& plan);
 // another format, or a file is damaged or lacks.
 absl::StatusOr<TilePlan> LoadPlan(const std::string& directory);
 
+// Removes a plan with its results, and the directory unless it holds anything else. REQUIRES: nobody works on it.
+// DATA_LOSS naming what cannot be removed, and the system's reason.
+absl::Status RemovePlan(const TilePlan& plan);
+
 }  // namespace curv

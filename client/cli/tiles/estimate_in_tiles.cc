@@ -59,9 +59,7 @@ class TiledEstimate {
       PrintNote(absl::StrCat("the tiles that are done are in ", directory_, ": the same command goes on with them"));
       return code;
     }
-    std::error_code error;
-    fs::remove_all(directory_, error);
-    if (error) PrintWarning(absl::StrCat("cannot remove ", directory_, ": ", error.message()));
+    if (const absl::Status removed = RemovePlan(plan_); !removed.ok()) PrintWarning(std::string(removed.message()));
     PrintSummary(*outcome, absl::ToDoubleSeconds(absl::Now() - start));
     return ExitCode::kOk;
   }
@@ -141,9 +139,9 @@ class TiledEstimate {
                  stdout);
       return;
     }
-    std::printf("%s: %s points in %s tiles, %s\n  wrote %s\n", flags_.inputs.front().c_str(),
-                WithCommas(plan_.points).c_str(), WithCommas(plan_.tiles.size()).c_str(), Clock(seconds).c_str(),
-                flags_.output.c_str());
+    std::printf("%s: %s in %s, %s\n  wrote %s\n", Visible(flags_.inputs.front()).c_str(),
+                CountOf(plan_.points, "point").c_str(), CountOf(plan_.tiles.size(), "tile").c_str(),
+                Clock(seconds).c_str(), Visible(flags_.output).c_str());
   }
 
   const EstimateFlags& flags_;

@@ -47,7 +47,7 @@ void PrintPlan(const TilePlan& plan, bool json) {
                stdout);
     return;
   }
-  std::printf("%s: %s in %s of up to %s\n", plan.directory.c_str(), CountOf(plan.points, "point").c_str(),
+  std::printf("%s: %s in %s of up to %s\n", Visible(plan.directory).c_str(), CountOf(plan.points, "point").c_str(),
               CountOf(plan.tiles.size(), "tile").c_str(), WithCommas(largest).c_str());
   if (plan.unusable > 0) {
     std::printf("not usable, with the status invalid_input: %s\n", CountOf(plan.unusable, "point").c_str());
@@ -55,7 +55,7 @@ void PrintPlan(const TilePlan& plan, bool json) {
   if (plan.is_double) {
     std::printf("coordinates are rounded to multiples of %g\n", plan.spacing);
   }
-  std::printf("next: curv tiles run %s, with --server=HOST:PORT for a server\n", plan.directory.c_str());
+  std::printf("next: curv tiles run %s, with --server=HOST:PORT for a server\n", Visible(plan.directory).c_str());
 }
 
 ExitCode Run(PlanFlags& flags) {

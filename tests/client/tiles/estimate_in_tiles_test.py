@@ -58,7 +58,7 @@ class EstimateInTiles(unittest.TestCase):
     def test_works_without_a_server_and_in_a_given_directory(self):
         elsewhere = self.folder / "elsewhere"
         text = curv("estimate", self.cloud, "-o", str(self.out), "--tiles", f"--tiles-directory={elsewhere}")
-        self.assertIn("20,000 points in 1 tiles", text)
+        self.assertIn("20,000 points in 1 tile,", text)
         self.assertEqual(self.out.read_bytes(), self.whole.read_bytes())
         self.assertFalse(elsewhere.exists())
 
@@ -76,10 +76,11 @@ class EstimateInTiles(unittest.TestCase):
         done = [name for name in os.listdir(results) if name.startswith("tile-")]
         self.assertIn("other options", self.estimate("--tiles", "--k=20", code=USAGE))
 
+        (self.tiles / "of mine").write_text("stays", encoding="utf-8")
         summary = json.loads(self.estimate("--tiles", "--summary=json"))
         self.assertEqual(summary["tiles_done_before"], len(done))
         self.assertEqual(self.out.read_bytes(), self.whole.read_bytes())
-        self.assertFalse(self.tiles.exists())
+        self.assertEqual(os.listdir(self.tiles), ["of mine"])
 
     def test_other_files_in_the_directory_stay(self):
         self.tiles.mkdir()
