@@ -10,13 +10,14 @@ the square of the distance, 900 times from the first meter to the last. Doubles 
 
 The whole cloud goes to a curvd once for each estimator, and so do the tiles of each size and halo. Of floats the result
 of the tiles is compared with that of the whole file. Of doubles, which a plan rounds to a lattice, results are compared
-with those of tiles that are twice as large as the largest, with a halo of 2. All seconds are CPU seconds of a process and the kernel's work for it, which other
-programs disturb little. A row tells:
+with those of tiles that are twice as large as the largest, with a halo of 2. Times for each point are CPU seconds of a
+process and the kernel's work for it, which other programs disturb little. A row tells:
 
   different    bytes that differ, of the points' results
   halo %       points that went along with the tiles, of the cloud's
   again %      points that were sent to estimate some a second time, of the cloud's
   uncertain %  points whose first estimate was not certain, of the cloud's
+  seconds      wall time of plan, run and merge together
   plan, driver and merge us/point, and MB: what `curv tiles plan`, `run` and `merge` took on this side, and their largest
                resident memory
   server us/point, and of whole: what curvd took, and how often that of the untiled cloud
@@ -36,6 +37,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 import numpy as np
 
@@ -154,6 +156,7 @@ class Trial:
         work = self.folder / "work"
         shutil.rmtree(work, ignore_errors=True)
         curv = self.bin / "curv"
+        begin = time.monotonic()
         _, plan, plan_mb = run(curv, "tiles", "plan", self.cloud, "-o", work, f"--tile-points={tile_points}",
                                f"--memory={self.flags.memory}", *self.options)  # fmt: skip
         server = Server(self.bin, self.flags.memory_limit)
@@ -161,6 +164,7 @@ class Trial:
                                    "--summary=json")  # fmt: skip
         served, server_mb = server.end()
         _, merge, merge_mb = run(curv, "tiles", "merge", work, "-o", out)
+        seconds = time.monotonic() - begin
         outcome = json.loads(text)
         store = sum(file.stat().st_size for file in work.rglob("*") if file.is_file())
         shutil.rmtree(work)
@@ -170,6 +174,7 @@ class Trial:
             "halo %": percent * outcome["halo_points"],
             "again %": percent * outcome["repair_points"],
             "uncertain %": percent * outcome["uncertain_points"],
+            "seconds": seconds,
             "plan us/point": self.per_point(plan),
             "driver us/point": self.per_point(driver),
             "merge us/point": self.per_point(merge),
