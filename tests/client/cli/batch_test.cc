@@ -97,6 +97,16 @@ TEST_F(BatchTest, AFailureStopsNoOther) {
               AllOf(HasSubstr("\"skipped\":true"), HasSubstr("{\"files\":3,\"done\":0,\"skipped\":2,\"failed\":[\"")));
 }
 
+TEST_F(BatchTest, NamesReachNoTerminalAsTheyAre) {
+  const std::string a = Cloud("a\x1b[2J.ply"), bad = dir_.Write("in/bad\x1b[2J.ply", "plx\n");
+  for (const CurvRun& run :
+       {RunCurv({"estimate", a, "-o", dir_.File("\x1b[2J.ply")}), RunCurv({"evaluate", dir_.File("\x1b[2J.ply")}),
+        RunCurv({"estimate", a, bad, "-o", Out()})}) {
+    EXPECT_THAT(run.out, AllOf(HasSubstr("\\x1b[2J.ply"), Not(HasSubstr("\x1b"))));
+    EXPECT_THAT(run.err, Not(HasSubstr("\x1b")));
+  }
+}
+
 TEST_F(BatchTest, AServerThatIsNotThereEndsIt) {
   const std::string a = Cloud("a.ply"), b = Cloud("b.ply");
   const CurvRun run =
