@@ -8,8 +8,8 @@ JOBS ?= $(shell nproc)
 # Debian 12 packages, by what they are for.
 BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-dev protobuf-compiler \
   protobuf-compiler-grpc libprotobuf-dev libabsl-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
-  libspdlog-dev liblzf-dev libpng-dev libssl-dev libeigen3-dev libnanoflann-dev nlohmann-json3-dev libcairo2-dev zlib1g-dev \
-  fonts-dejavu-core
+  libspdlog-dev liblzf-dev libpng-dev libssl-dev libeigen3-dev libnanoflann-dev nlohmann-json3-dev libcairo2-dev libpango1.0-dev \
+  zlib1g-dev fonts-dejavu-core
 DEB_PACKAGES := dpkg-dev python3
 WHEEL_PACKAGES := protobuf-compiler python3 python3-pip python3-setuptools python3-wheel
 GO_PACKAGES := golang-go golang-google-grpc-dev golang-github-golang-protobuf-1-5-dev protoc-gen-go protoc-gen-go-grpc
@@ -18,7 +18,7 @@ ENGINE_PACKAGES := parallel python3-distributed slurm-wlm munge python3-kubernet
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libcgal-dev grpc-proto \
   python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil python3-yaml curl ca-certificates \
   prometheus procps libfaketime openssl binutils python3-pandas $(WHEEL_PACKAGES) $(DEB_PACKAGES) \
-  lintian systemd man-db git zsh fish locales chromium $(GO_PACKAGES) $(ENGINE_PACKAGES)
+  lintian systemd man-db git zsh fish locales fonts-lohit-deva chromium $(GO_PACKAGES) $(ENGINE_PACKAGES)
 CHECK_PACKAGES := mypy clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)

@@ -43,6 +43,10 @@ std::string Visible(std::string_view text) {
   return shown;
 }
 
+std::string ShownInput(std::string_view path) { return path == "-" ? "standard input" : Visible(path); }
+
+std::string ShownOutput(std::string_view path) { return path == "-" ? "standard output" : Visible(path); }
+
 ExitCode Fail(ExitCode code, const std::string& message) {
   std::fprintf(stderr, "curv: %s\n", Visible(message).c_str());
   return code;

@@ -55,6 +55,10 @@ void AddCompletion(CLI::App& app, Action& action);
 // which a terminal would obey, become \xNN.
 std::string Visible(std::string_view text);
 
+// How messages name a file that is read or written: as Visible, and "-" in words.
+std::string ShownInput(std::string_view path);
+std::string ShownOutput(std::string_view path);
+
 // What follows shows messages as Visible. Prints "curv: MESSAGE" on stderr and returns `code`.
 ExitCode Fail(ExitCode code, const std::string& message);
 ExitCode Fail(ExitCode code, const absl::Status& status);

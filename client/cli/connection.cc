@@ -40,8 +40,8 @@ CloudView ViewOf(const PackedCloud<Scalar>& packed) {
 
 absl::StatusOr<CurvatureResult> CallServer(const Connection& connection, const OrientedCloud& cloud,
                                            const EstimateOptions& options, const std::stop_token& stop,
-                                           const std::string& title) {
-  ProgressBar bar(title);
+                                           const std::optional<BatchShare>& share) {
+  ProgressBar bar(share);
   const EstimateCallbacks callbacks{[&bar](const EstimateProgress& progress) { bar.Show(progress); }, stop};
   return std::visit(
       [&](const auto& packed) { return connection.client().Estimate(ViewOf(packed), options, callbacks); }, cloud);

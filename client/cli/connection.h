@@ -2,11 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <stop_token>
-#include <string>
 
 #include "absl/status/statusor.h"
 #include "client/cli/connection_flags.h"
+#include "client/cli/progress_bar.h"
 #include "client/curvature_client.h"
 #include "client/io/oriented_cloud.h"
 
@@ -24,9 +25,9 @@ class Connection {
   virtual const CurvatureClient& client() const = 0;
 };
 
-// Sends a cloud as CurvatureClient::Estimate does, and shows a progress bar meanwhile, behind `title`.
+// Sends a cloud as CurvatureClient::Estimate does, and shows a progress bar meanwhile.
 absl::StatusOr<CurvatureResult> CallServer(const Connection& connection, const OrientedCloud& cloud,
                                            const EstimateOptions& options, const std::stop_token& stop,
-                                           const std::string& title = "");
+                                           const std::optional<BatchShare>& share = std::nullopt);
 
 }  // namespace curv

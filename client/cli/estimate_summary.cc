@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/normals/normals_text.h"
 #include "client/cli/numbers.h"
@@ -147,7 +148,7 @@ nlohmann::ordered_json ScalesJson(const EstimateReport& report, const PointTable
 
 std::string SummaryText(const EstimateReport& report, const PointTable& result) {
   std::string text = absl::StrFormat(
-      "%s: %s, %s, %s, server %s\n", report.input, CountOf(report.summary.points, "point"),
+      "%s: %s, %s, %s, server %s\n", ShownInput(report.input), CountOf(report.summary.points, "point"),
       std::string(EstimatorName(report.options.estimator)), NeighborhoodText(report.options), report.server);
   if (report.summary.normals.has_value()) absl::StrAppend(&text, "  ", NormalsText(*report.summary.normals), "\n");
   if (report.summary.scale.has_value()) absl::StrAppend(&text, ScaleText(*report.summary.scale));
@@ -160,7 +161,7 @@ std::string SummaryText(const EstimateReport& report, const PointTable& result) 
                     " normals were not of unit length and were normalized\n");
   }
   if (report.summary.attempts > 1) absl::StrAppend(&text, "  sent ", report.summary.attempts, " times\n");
-  return absl::StrCat(text, "  wrote ", report.output, "\n");
+  return absl::StrCat(text, "  wrote ", ShownOutput(report.output), "\n");
 }
 
 std::string SummaryJson(const EstimateReport& report, const PointTable& result) {

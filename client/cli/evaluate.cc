@@ -31,7 +31,7 @@ struct EvaluateFlags {
 };
 
 std::string Text(const std::string& input, const Accuracy& accuracy) {
-  std::string text = absl::StrFormat("%s: %s of %s points compared with the truth\n", input,
+  std::string text = absl::StrFormat("%s: %s of %s points compared with the truth\n", ShownInput(input),
                                      WithCommas(accuracy.compared), WithCommas(accuracy.points));
   absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", "absolute error", "mean", "RMS", "largest");
   for (const QuantityError& error : accuracy.errors) {

@@ -74,8 +74,19 @@ std::string ProgressLine(const EstimateProgress& progress, double seconds) {
   return line;
 }
 
-ProgressBar::ProgressBar(std::string title)
-    : title_(std::move(title)), visible_(CanRedrawLine()), phase_start_(absl::Now()) {}
+std::string BatchLine(const BatchShare& share, const EstimateProgress& progress) {
+  // A file is done to the half when all of it was sent, and for the rest when all of it was estimated.
+  const double estimated =
+      progress.phase == Phase::kReceiving ? 100.0 : Percent(progress.points_estimated, progress.points);
+  const double done = progress.phase == Phase::kConnecting
+                          ? 0.0
+                          : std::clamp(0.5 * (Percent(progress.points_sent, progress.points) + estimated), 0.0, 100.0);
+  const double all = 100.0 * share.begin + (share.end - share.begin) * done;
+  return absl::StrFormat("%s %3.0f %%, %s%s %3.0f %%", Bar(all), all, share.title, Word(progress.phase), done);
+}
+
+ProgressBar::ProgressBar(std::optional<BatchShare> share)
+    : share_(std::move(share)), visible_(CanRedrawLine()), phase_start_(absl::Now()) {}
 
 ProgressBar::~ProgressBar() {
   if (drawn_) std::fputs("\r\x1b[K", stderr);
@@ -91,8 +102,9 @@ void ProgressBar::Show(const EstimateProgress& progress) {
   if (now - last_ < absl::Milliseconds(100)) return;
   last_ = now;
   drawn_ = true;
-  std::fprintf(stderr, "\r\x1b[K%s%s", Visible(title_).c_str(),
-               ProgressLine(progress, absl::ToDoubleSeconds(now - phase_start_)).c_str());
+  const std::string line = share_.has_value() ? BatchLine(*share_, progress)
+                                              : ProgressLine(progress, absl::ToDoubleSeconds(now - phase_start_));
+  std::fprintf(stderr, "\r\x1b[K%s", Visible(line).c_str());
 }
 
 }  // namespace curv

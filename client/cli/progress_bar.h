@@ -1,6 +1,7 @@
 // Shows on one line of a terminal how far an estimate is.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "absl/time/time.h"
@@ -8,11 +9,18 @@
 
 namespace curv {
 
+// The part of the work on several files that one of them is.
+struct BatchShare {
+  std::string title;   // "3 of 12, scan.ply: "
+  double begin = 0.0;  // which share of all of it is done before, from 0 to 1
+  double end = 1.0;    // and with this file
+};
+
 // Not thread-safe.
 class ProgressBar {
  public:
-  // Silent unless stderr is a terminal. `title` stands before the progress.
-  explicit ProgressBar(std::string title = "");
+  // Silent unless stderr is a terminal. With `share`, one bar shows all of the work on several files.
+  explicit ProgressBar(std::optional<BatchShare> share = std::nullopt);
   // Wipes the line.
   ~ProgressBar();
 
@@ -20,7 +28,7 @@ class ProgressBar {
   void Show(const EstimateProgress& progress);
 
  private:
-  std::string title_;
+  std::optional<BatchShare> share_;
   bool visible_;
   bool drawn_ = false;
   absl::Time last_ = absl::InfinitePast();
@@ -31,5 +39,8 @@ class ProgressBar {
 // Returns the line for `progress`, `seconds` after its phase began. It tells what was received and estimated, the rate
 // of the phase, and the time that it still takes.
 std::string ProgressLine(const EstimateProgress& progress, double seconds);
+
+// The line for one of several files: how far all of them are, as the share of their bytes, and this one.
+std::string BatchLine(const BatchShare& share, const EstimateProgress& progress);
 
 }  // namespace curv

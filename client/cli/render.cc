@@ -214,8 +214,8 @@ ExitCode Run(const RenderFlags& flags) {
   if (absl::IsFailedPrecondition(image.status())) return Fail(ExitCode::kOutput, image.status());
   if (!image.ok()) return bad_input(image.status());
   if (absl::Status status = SavePng(*image, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
-  std::printf("%s: %s of %s%s\n", Visible(flags.output).c_str(), absl::StrJoin(flags.quantities, ", ").c_str(),
-              Visible(flags.input).c_str(), chosen.c_str());
+  std::printf("%s: %s of %s%s\n", ShownOutput(flags.output).c_str(), absl::StrJoin(flags.quantities, ", ").c_str(),
+              ShownInput(flags.input).c_str(), chosen.c_str());
   return ExitCode::kOk;
 }
 

@@ -62,7 +62,8 @@ void DrawName(const Axis& axis, cairo_t* cairo) {
   const double reach = kLength + kNameGap / std::max(axis.Share(), 0.1);
   const double x = axis.IsOnEnd() ? -0.75 : axis.direction.x * reach;
   const double y = axis.IsOnEnd() ? 0.75 : -axis.direction.y * reach;
-  DrawText(axis.name, x - 0.5 * TextWidth(axis.name, cairo), y + 0.23, cairo);
+  const TextBlock name(axis.name, 0.85, cairo);
+  name.Draw(x - 0.5 * name.width(), y + 0.23);
 }
 
 }  // namespace
@@ -74,7 +75,6 @@ void DrawAxes(const View& view, double x, double y, double size, cairo_t* cairo)
   cairo_translate(cairo, x, y);
   cairo_scale(cairo, size, size);
   cairo_set_line_width(cairo, std::max(1.0 / size, kLine));
-  SelectFont("xyz", 0.85, cairo);
   for (const Axis& axis : axes) {
     SetColor(axis.IsFar() ? kFarInk : kNearInk, cairo);
     axis.IsOnEnd() ? DrawRing(axis, cairo) : DrawArrow(axis, cairo);

@@ -23,7 +23,7 @@ constexpr Color kFaintInk{0.40f, 0.40f, 0.40f};
 constexpr double kWidth = 11.5, kBarWidth = 1.5, kMargin = 1.0, kLine = 1.35;
 constexpr double kAxesHeight = 6.5, kMinBarHeight = 8.0;
 constexpr double kEntryHeight = 1.6 * kLine;
-constexpr size_t kMaxTitleLines = 4;
+constexpr int kMaxTitleLines = 4;
 
 struct Box {
   double left;
@@ -66,18 +66,15 @@ class LegendPainter {
   double DrawHeading(const LegendText& text, int exponent) {
     double y = (0.06 * height_ > 2.0 * size_ ? 0.06 * height_ : kMargin * size_) + 0.8 * size_;
     SetColor(kInk, cairo_);
-    SelectFont(text.title, size_, cairo_);
     constexpr double kTextWidth = kWidth - 1.5 * kMargin;
-    for (const std::string& line : BreakLines(text.title, kTextWidth * size_, kMaxTitleLines, cairo_)) {
-      DrawText(line, Left(), y, cairo_);
-      y += kLine * size_;
-    }
+    const TextBlock title(text.title, size_, kTextWidth * size_, kMaxTitleLines, cairo_);
+    title.Draw(Left(), y, kLine * size_);
+    y += title.line_count() * kLine * size_;
     const std::string power = exponent == 0 ? "" : absl::StrCat("\u00d7 10", Superscript(exponent));
     const std::string below = absl::StrCat(power, power.empty() || text.unit.empty() ? "" : "  ", text.unit);
     if (!below.empty()) {
       SetColor(kFaintInk, cairo_);
-      SelectFont(below, 0.85 * size_, cairo_);
-      DrawText(BreakLines(below, kTextWidth * size_, 1, cairo_).front(), Left(), y, cairo_);
+      TextBlock(below, 0.85 * size_, kTextWidth * size_, 1, cairo_).Draw(Left(), y);
       y += kLine * size_;
     }
     return y - 0.6 * size_;
@@ -120,17 +117,18 @@ class LegendPainter {
   }
 
   void DrawTicks(const Box& bar, const std::vector<Tick>& ticks, const ColorScale& scale) {
-    SelectFont("0", size_, cairo_);
+    std::vector<TextBlock> labels;
     double widest = 0.0;
-    for (const Tick& tick : ticks) widest = std::max(widest, TextWidth(tick.label, cairo_));
-    for (const Tick& tick : ticks) {
+    for (const Tick& tick : ticks) widest = std::max(widest, labels.emplace_back(tick.label, size_, cairo_).width());
+    for (size_t i = 0; i < ticks.size(); ++i) {
+      const Tick& tick = ticks[i];
       const double t = std::clamp((tick.value - scale.low()) / (scale.high() - scale.low()), 0.0, 1.0);
       const double y = std::round(bar.bottom - t * (bar.bottom - bar.top)) + 0.5;
       cairo_move_to(cairo_, bar.right, std::clamp(y, bar.top, bar.bottom));
       cairo_rel_line_to(cairo_, 0.35 * size_, 0.0);
       Stroke(1.0, kInk);
       // Numbers line up at their last digits. Half the height of a digit is 0.36.
-      DrawText(tick.label, bar.right + 0.7 * size_ + widest - TextWidth(tick.label, cairo_), y + 0.36 * size_, cairo_);
+      labels[i].Draw(bar.right + 0.7 * size_ + widest - labels[i].width(), y + 0.36 * size_);
     }
   }
 
@@ -150,8 +148,7 @@ class LegendPainter {
 
   void NameEntry(const std::string& name, double y) {
     SetColor(kInk, cairo_);
-    SelectFont(name, 0.85 * size_, cairo_);
-    DrawText(name, Left() + (kBarWidth + 0.7) * size_, y - 0.05 * size_, cairo_);
+    TextBlock(name, 0.85 * size_, cairo_).Draw(Left() + (kBarWidth + 0.7) * size_, y - 0.05 * size_);
   }
 
   void Stroke(double width, const Color& color) {

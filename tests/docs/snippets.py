@@ -45,14 +45,13 @@ def extract(document, language, output):
     pathlib.Path(output).write_text("\n".join(code), encoding="utf-8")
 
 
-def free_ports(count):
-    sockets = [socket.socket() for _ in range(count)]
-    for each in sockets:
-        each.bind(("127.0.0.1", 0))
-    ports = [str(each.getsockname()[1]) for each in sockets]
-    for each in sockets:
-        each.close()
-    return ports
+def reserve_port():
+    """Returns a socket that holds a free port, and its number, until it is closed. The system gives the port to nobody else;
+    curvd, which asks for SO_REUSEADDR as this socket does, and listens, which it does not, may still have it."""
+    holder = socket.socket()
+    holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    holder.bind(("127.0.0.1", 0))
+    return holder, str(holder.getsockname()[1])
 
 
 class Reader:
@@ -60,7 +59,10 @@ class Reader:
 
     def __init__(self, folder, source_dir):
         self._folder = folder
-        self._ports = dict(zip(DEFAULT_PORTS, free_ports(len(DEFAULT_PORTS))))
+        self._holders, self._ports = [], {}
+        for default in DEFAULT_PORTS:
+            holder, self._ports[default] = reserve_port()
+            self._holders.append(holder)
         self._server = None
         self._path = f"{source_dir}/build/tools/buf/node_modules/.bin:{os.environ['PATH']}"
 
@@ -101,7 +103,9 @@ class Reader:
                        env={**os.environ, "PATH": self._path, **(environment or {})})
 
     def leave(self):
-        """Stops the server. Exits with an error if it was not there or did not end well."""
+        """Stops the server and gives its ports back. Exits with an error if it was not there or did not end well."""
+        for holder in self._holders:
+            holder.close()
         if self._server is None:
             sys.exit("no block started a server")
         self._server.send_signal(signal.SIGTERM)

@@ -70,10 +70,8 @@ class BatchReport {
     std::fflush(stdout);
   }
 
-  void Failed(const BatchFile& file) {
-    failed_.push_back(file.input);
-    PrintWarning(absl::StrCat(file.input, " failed"));
-  }
+  // REQUIRES: whoever tried has told why, with the file's name.
+  void Failed(const BatchFile& file) { failed_.push_back(file.input); }
 
   void End() const {
     const double seconds = absl::ToDoubleSeconds(absl::Now() - start_);
@@ -94,7 +92,7 @@ class BatchReport {
         absl::StrFormat("%d files: %d done, %d skipped, %d failed", files_, done_, skipped_, failed_.size());
     if (left > 0) absl::StrAppend(&text, ", ", left, " not tried");
     absl::StrAppendFormat(&text, "; %s points in %.3f s", WithCommas(points_), seconds);
-    for (const std::string& input : failed_) absl::StrAppend(&text, "\n  failed: ", input);
+    for (const std::string& input : failed_) absl::StrAppend(&text, "\n  failed: ", Visible(input));
     std::printf("%s\n", text.c_str());
   }
 
@@ -109,6 +107,19 @@ class BatchReport {
   uint64_t points_ = 0;
   std::vector<std::string> failed_;
 };
+
+// The share of the bytes of the files `left` that each ends, from 0 to 1. What has no size counts for one byte.
+std::vector<double> SharesOf(const std::vector<BatchFile>& files, const std::vector<size_t>& left) {
+  std::vector<double> shares;
+  double bytes = 0.0;
+  for (const size_t i : left) {
+    std::error_code unknown;
+    const uintmax_t size = fs::file_size(files[i].input, unknown);
+    shares.push_back(bytes += unknown ? 1.0 : 1.0 + static_cast<double>(size));
+  }
+  for (double& share : shares) share /= bytes;
+  return shares;
+}
 
 }  // namespace
 
@@ -159,22 +170,29 @@ std::string OptionsText(const CLI::App& command, const std::set<std::string>& le
 }
 
 ExitCode RunBatch(const std::vector<BatchFile>& files, const BatchOptions& options, const std::stop_token& stop,
-                  const std::function<BatchOutcome(const BatchFile& file, const std::string& title)>& process) {
+                  const std::function<BatchOutcome(const BatchFile& file, const BatchShare& share)>& process) {
   std::error_code error;
   fs::create_directories(options.directory, error);
   if (error) return Fail(ExitCode::kOutput, absl::StrCat("cannot make ", options.directory, ": ", error.message()));
   FinishedFiles finished(options.directory, options.options);
   BatchReport report(files.size(), options.json);
-  ExitCode early = ExitCode::kOk;
-  for (size_t i = 0; i < files.size() && early == ExitCode::kOk; ++i) {
-    const BatchFile& file = files[i];
-    if (!options.force && finished.Has(file.input, file.output)) {
-      report.Skipped(file);
-      continue;
+  std::vector<size_t> left;
+  for (size_t i = 0; i < files.size(); ++i) {
+    if (options.force || !finished.Has(files[i].input, files[i].output)) {
+      left.push_back(i);
+    } else {
+      report.Skipped(files[i]);
     }
-    const std::string title = absl::StrCat(i + 1, " of ", files.size(), ", ", file.input, ": ");
+  }
+  const std::vector<double> shares = SharesOf(files, left);
+  ExitCode early = ExitCode::kOk;
+  for (size_t l = 0; l < left.size() && early == ExitCode::kOk; ++l) {
+    const BatchFile& file = files[left[l]];
+    const BatchShare share{.title = absl::StrCat(left[l] + 1, " of ", files.size(), ", ", file.input, ": "),
+                           .begin = l == 0 ? 0.0 : shares[l - 1],
+                           .end = shares[l]};
     const BatchOutcome outcome =
-        stop.stop_requested() ? BatchOutcome{.code = ExitCode::kInterrupted} : process(file, title);
+        stop.stop_requested() ? BatchOutcome{.code = ExitCode::kInterrupted} : process(file, share);
     if (outcome.code == ExitCode::kOk) {
       if (absl::Status status = finished.Add(file.output); !status.ok()) PrintWarning(std::string(status.message()));
       report.Done(file, outcome);

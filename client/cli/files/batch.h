@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "client/cli/command.h"
+#include "client/cli/progress_bar.h"
 
 namespace CLI {
 class App;
@@ -48,13 +49,13 @@ absl::StatusOr<std::vector<BatchFile>> PlanBatch(const std::vector<std::string>&
 // Returns the options that were given on the command line, as "--k=30 --up=z", but for those of `leave_out`.
 std::string OptionsText(const CLI::App& command, const std::set<std::string>& leave_out);
 
-// Calls `process` for each file, with what stands before its progress ("3 of 12, scan.ply: "), and tells on standard
+// Calls `process` for each file, with its share of the bytes of all that are not skipped, and tells on standard
 // output what became of it, and at the end how many were done. A file is skipped whose output is newer than its input,
 // and was finished with the same options, which the file .curv-finished.jsonl of the directory tells. The directory is
 // made if it is not there. Files that fail do not stop the others; it ends early if no server can be reached, or if
 // `stop` is requested. Returns kOk if every file is done or skipped, kFailed if some failed, the code that ended it
 // early, or kOutput if the directory cannot be written.
 ExitCode RunBatch(const std::vector<BatchFile>& files, const BatchOptions& options, const std::stop_token& stop,
-                  const std::function<BatchOutcome(const BatchFile& file, const std::string& title)>& process);
+                  const std::function<BatchOutcome(const BatchFile& file, const BatchShare& share)>& process);
 
 }  // namespace curv

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -25,10 +27,10 @@ namespace {
 double SecondsSince(absl::Time start) { return absl::ToDoubleSeconds(absl::Now() - start); }
 
 // The server's error about a cloud, with the flag that helps where there is one.
-absl::Status WithRemedy(const absl::Status& status, const std::string& input, size_t points) {
+absl::Status WithRemedy(const absl::Status& status, size_t points) {
   const std::string reason = ErrorReason(status);
   if (reason == "TOO_MANY_POINTS" || reason == "MEMORY_LIMIT") {
-    return {status.code(), absl::StrCat(input, " has ", WithCommas(points), " points, more than the server takes: ",
+    return {status.code(), absl::StrCat("the cloud has ", WithCommas(points), " points, more than the server takes: ",
                                         status.message(), ". --tiles estimates them in parts, with the same result")};
   }
   const char* remedy = nullptr;
@@ -68,7 +70,7 @@ void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options,
 // What one file needs of a run: its names, where its progress is shown, and the connection, made for the first call.
 struct FileTask {
   BatchFile file;
-  std::string title{};  // before progress and messages; empty if it is the only file
+  std::optional<BatchShare> share;  // none if it is the only file
   const InterruptWatch& interrupt;
   std::unique_ptr<Connection>& connection;
 };
@@ -76,6 +78,7 @@ struct FileTask {
 // Estimates one file. Reports the errors itself; returns the code and fills in `report` and `summary`.
 ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, EstimateReport& report, std::string& summary) {
   const auto& [input, output] = task.file;
+  const std::string title = task.share ? task.share->title : "";  // before messages
   report = {.input = input, .output = output, .options = flags.options};
   report.server = flags.connection.server.empty() ? "embedded" : flags.connection.server;
   const absl::Status writable = CheckWritable(output, flags.save);
@@ -91,8 +94,8 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   needs.directions = flags.quantities.direction_columns;
   absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table, needs);
   if (!cloud.ok()) return Fail(ExitCode::kInput, absl::StrCat(input, ": ", cloud.status().message()));
-  if (!note.empty()) PrintNote(task.title + note);
-  if (const std::string coarse = NoteOnCoarsePositions(*cloud); !coarse.empty()) PrintNote(task.title + coarse);
+  if (!note.empty()) PrintNote(title + note);
+  if (const std::string coarse = NoteOnCoarsePositions(*cloud); !coarse.empty()) PrintNote(title + coarse);
   const bool were_given = flags.normals.source == NormalSource::kGiven;
   // The file has the normals in use, whatever else was asked for.
   if (!were_given && !report.options.quantities.empty()) AddQuantity("normals", report.options.quantities);
@@ -105,21 +108,25 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   }
   const absl::Time call_start = absl::Now();
   absl::StatusOr<CurvatureResult> result =
-      CallServer(*task.connection, *cloud, report.options, task.interrupt.token(), task.title);
-  if (!result.ok()) return FailCall(WithRemedy(result.status(), input, table->size()));
+      CallServer(*task.connection, *cloud, report.options, task.interrupt.token(), task.share);
+  if (!result.ok()) {
+    const absl::Status status = WithRemedy(result.status(), table->size());
+    // Of several files, the message says which.
+    return FailCall(task.share ? absl::Status(status.code(), absl::StrCat(input, ": ", status.message())) : status);
+  }
   report.call_seconds = SecondsSince(call_start);
   report.summary = result->summary;
   *cloud = OrientedCloud();
 
   const absl::Time write_start = absl::Now();
   if (flags.normals.source == NormalSource::kOrient) {
-    PrintNote(absl::StrCat(task.title, "negated ", WithCommas(TurnTable(result->normals, *table)), " normals"));
+    PrintNote(absl::StrCat(title, "negated ", WithCommas(TurnTable(result->normals, *table)), " normals"));
     result->normals.clear();  // the table's have more digits
   }
   PointTable made = MakeResultTable(*std::move(table), *std::move(result));
   if (!flags.color.empty()) AddColors(FindQuantity(flags.color)->column, made);
-  PrintWarnings(report.summary, !were_given, task.title);
-  PrintAdvice(report.summary, flags.options, !were_given, task.title);
+  PrintWarnings(report.summary, !were_given, title);
+  PrintAdvice(report.summary, flags.options, !were_given, title);
   if (task.interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
   const absl::Status saved = SaveTable(made, output, flags.save);
   if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
@@ -133,7 +140,7 @@ ExitCode RunOne(const EstimateFlags& flags) {
   std::unique_ptr<Connection> connection;
   EstimateReport report;
   std::string summary;
-  const FileTask task{{flags.inputs.front(), flags.output}, "", interrupt, connection};
+  const FileTask task{{flags.inputs.front(), flags.output}, std::nullopt, interrupt, connection};
   const ExitCode code = EstimateFile(flags, task, report, summary);
   if (code == ExitCode::kOk) std::fputs(summary.c_str(), SummaryStream(flags.output));
   return code;
@@ -151,10 +158,10 @@ ExitCode RunMany(const EstimateFlags& flags) {
   if (!files.ok()) return Fail(ExitCode::kUsage, files.status());
   const InterruptWatch interrupt;
   std::unique_ptr<Connection> connection;
-  const auto process = [&](const BatchFile& file, const std::string& title) {
+  const auto process = [&](const BatchFile& file, const BatchShare& share) {
     EstimateReport report;
     BatchOutcome outcome;
-    outcome.code = EstimateFile(flags, {file, title, interrupt, connection}, report, outcome.summary);
+    outcome.code = EstimateFile(flags, {file, share, interrupt, connection}, report, outcome.summary);
     outcome.points = report.summary.points;
     if (flags.summary != "json") outcome.summary = ShortSummary(report);
     return outcome;

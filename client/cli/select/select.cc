@@ -45,7 +45,7 @@ ExitCode Run(const SelectFlags& flags) {
   }
   const absl::Status saved = SaveTable(SelectRows(*table, rows), flags.output, flags.save);
   if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
-  std::fprintf(SummaryStream(flags.output), "%s: %s of %s points\n", Visible(flags.output).c_str(),
+  std::fprintf(SummaryStream(flags.output), "%s: %s of %s points\n", ShownOutput(flags.output).c_str(),
                WithCommas(rows.size()).c_str(), WithCommas(table->size()).c_str());
   return ExitCode::kOk;
 }

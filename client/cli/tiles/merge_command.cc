@@ -27,7 +27,7 @@ ExitCode Run(const MergeFlags& flags) {
   const InterruptWatch interrupt;
   const absl::Status status = MergeWithProgress(*plan, flags.output, flags.save, interrupt.token());
   if (!status.ok()) return FailTiles(status);
-  std::fprintf(SummaryStream(flags.output), "%s: %s\n", Visible(flags.output).c_str(),
+  std::fprintf(SummaryStream(flags.output), "%s: %s\n", ShownOutput(flags.output).c_str(),
                CountOf(plan->points, "point").c_str());
   return ExitCode::kOk;
 }

@@ -18,7 +18,7 @@ namespace {
 constexpr std::string_view kLocalSignature("PK\x03\x04", 4), kEntrySignature("PK\x01\x02", 4),
     kEndSignature("PK\x05\x06", 4), kEnd64Signature("PK\x06\x06", 4), kLocator64Signature("PK\x06\x07", 4);
 constexpr size_t kLocalBytes = 30, kEntryBytes = 46, kEndBytes = 22, kEnd64Bytes = 56, kLocator64Bytes = 20;
-constexpr uint16_t kStored = 0, kDeflated = 8, kEncryptedFlag = 1, kWideId = 1;
+constexpr uint16_t kStored = 0, kDeflated = 8, kEncryptedFlag = 1, kNamesAreUtf8 = 1 << 11, kWideId = 1;
 // What fields of 32 bits hold whose value stands elsewhere, in 64.
 constexpr uint32_t kElsewhere = 0xffffffff;
 constexpr uint16_t kVersion = 20, kVersion64 = 45;
@@ -99,7 +99,7 @@ uint32_t Narrow(uint64_t value, bool wide) { return wide ? kElsewhere : static_c
 std::string Middle(const ZipMember& member, bool wide, size_t extra_bytes) {
   std::string bytes;
   AppendScalar(wide ? kVersion64 : kVersion, bytes);
-  AppendScalar<uint16_t>(0, bytes);
+  AppendScalar(kNamesAreUtf8, bytes);
   AppendScalar(kStored, bytes);
   AppendScalar<uint16_t>(0, bytes);
   AppendScalar(kNoDate, bytes);

@@ -18,14 +18,47 @@ constexpr const char* kTypes[] = {"|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<f4
 
 std::string TypeOf(const Column& column) { return absl::StrCat("'", kTypes[static_cast<size_t>(column.kind())], "'"); }
 
-// Names that numpy takes, each once: printable, without quotes and backslashes.
+// Whether it is UTF-8, as far as a name must be for numpy to read the header: no cut, overlong or stray bytes.
+bool IsUtf8(std::string_view text) {
+  for (size_t i = 0; i < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const size_t length = byte < 0x80                   ? 1
+                          : byte >= 0xc2 && byte < 0xe0 ? 2
+                          : (byte & 0xf0) == 0xe0       ? 3
+                          : byte >= 0xf0 && byte < 0xf5 ? 4
+                                                        : 0;
+    if (length == 0 || i + length > text.size()) return false;
+    uint32_t code = length == 1 ? byte : byte & (0x7fu >> length);
+    for (size_t j = 1; j < length; ++j) {
+      const auto next = static_cast<unsigned char>(text[i + j]);
+      if ((next & 0xc0) != 0x80) return false;
+      code = code << 6 | (next & 0x3fu);
+    }
+    if ((length == 3 && (code < 0x800 || (code >= 0xd800 && code < 0xe000))) ||
+        (length == 4 && (code < 0x10000 || code > 0x10ffff))) {
+      return false;
+    }
+    i += length;
+  }
+  return true;
+}
+
+bool IsAscii(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+}
+
+// Names that stand in a header and an archive as they are, each once: without control characters, quotes, backslashes
+// and slashes, in UTF-8.
 std::vector<std::string> NamesOf(const PointTable& table) {
   std::set<std::string> used;
   std::vector<std::string> names;
   for (const Column& column : table.columns()) {
-    std::string name = HeaderName(column.name);
+    std::string name = column.name;
+    const bool is_utf8 = IsUtf8(name);
     for (char& c : name) {
-      if (c < ' ' || c > '~' || c == '\'' || c == '\\' || c == '/') c = '_';
+      const auto byte = static_cast<unsigned char>(c);
+      const bool is_plain = byte >= ' ' && byte != 0x7f && (is_utf8 || byte < 0x80);
+      if (!is_plain || c == '\'' || c == '"' || c == '\\' || c == '/') c = '_';
     }
     if (name.empty()) name = "column";
     const std::string first = name;
@@ -35,15 +68,16 @@ std::vector<std::string> NamesOf(const PointTable& table) {
   return names;
 }
 
-// The start of an array: version 1.0, or 2.0 where the text is long. Its size is a multiple of 64, as numpy likes it.
+// The start of an array: version 1.0, 2.0 where the text is long, 3.0 where it is not all ASCII. Its size is a multiple
+// of 64, as numpy likes it.
 std::string NpyHeaderOf(const std::string& type, size_t count) {
   std::string text = absl::StrCat("{'descr': ", type, ", 'fortran_order': False, 'shape': (", count, ",), }");
-  const bool is_long = text.size() > 65'000;
+  const bool is_ascii = IsAscii(text), is_long = !is_ascii || text.size() > 65'000;
   const size_t head = is_long ? 12 : 10;
   text.append(63 - (head + text.size()) % 64, ' ');
   text += '\n';
   std::string header("\x93NUMPY", 6);
-  header += static_cast<char>(is_long ? 2 : 1);
+  header += static_cast<char>(!is_ascii ? 3 : is_long ? 2 : 1);
   header += '\0';
   if (is_long) {
     AppendScalar(static_cast<uint32_t>(text.size()), header);

@@ -18,6 +18,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 class BatchTest : public ::testing::Test {
  protected:
@@ -87,13 +88,23 @@ TEST_F(BatchTest, AFailureStopsNoOther) {
   const std::string a = Cloud("a.ply"), bad = dir_.Write("in/bad.ply", "plx\n"), c = Cloud("c.ply");
   CurvRun run = RunCurv({"estimate", a, bad, c, "-o", Out()});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, AllOf(HasSubstr("bad.ply: line 1"), HasSubstr(bad + " failed")));
+  EXPECT_THAT(run.err, StartsWith("curv: " + bad + ": line 1"));
   EXPECT_THAT(run.out, AllOf(HasSubstr("3 files: 2 done, 0 skipped, 1 failed"), HasSubstr("failed: " + bad)));
   EXPECT_FALSE(dir_.Has("out/bad.ply"));
   run = RunCurv({"estimate", a, bad, c, "-o", Out(), "--summary=json"});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.out,
               AllOf(HasSubstr("\"skipped\":true"), HasSubstr("{\"files\":3,\"done\":0,\"skipped\":2,\"failed\":[\"")));
+}
+
+TEST_F(BatchTest, NamesReachNoTerminalAsTheyAre) {
+  const std::string a = Cloud("a\x1b[2J.ply"), bad = dir_.Write("in/bad\x1b[2J.ply", "plx\n");
+  for (const CurvRun& run :
+       {RunCurv({"estimate", a, "-o", dir_.File("\x1b[2J.ply")}), RunCurv({"evaluate", dir_.File("\x1b[2J.ply")}),
+        RunCurv({"estimate", a, bad, "-o", Out()})}) {
+    EXPECT_THAT(run.out, AllOf(HasSubstr("\\x1b[2J.ply"), Not(HasSubstr("\x1b"))));
+    EXPECT_THAT(run.err, Not(HasSubstr("\x1b")));
+  }
 }
 
 TEST_F(BatchTest, AServerThatIsNotThereEndsIt) {

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import warnings
 
 import numpy as np
 
@@ -83,6 +84,25 @@ class NumpyFiles(unittest.TestCase):
                 self.assertEqual(archive[column].dtype, expected[column].dtype)
         result = self.estimate("out.npz")
         np.testing.assert_array_equal(result, expected)
+
+    def test_names_of_any_language_come_back_and_others_are_made_ones(self):
+        given = ["H\u00f6he", "\u66f2\u7387", "echo width", "it's", 'it"s', "a/b"]
+        kept = ["H\u00f6he", "\u66f2\u7387", "echo width", "it_s", "it_s_2", "a_b"]
+        fields = np.zeros(POINTS, dtype=[*[(name, "<f8") for name in ("x", "y", "z", "nx", "ny", "nz")],
+                                         *[(name, "<u2") for name in given]])
+        for column, name in enumerate(fields.dtype.names[:6]):
+            fields[name] = self.array[:, column]
+        for number, name in enumerate(given):
+            fields[name] = number
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # numpy says that older ones do not read such names
+            np.save(self.folder / "fields.npy", fields)
+        for out in ("out.npy", "out.npz"):
+            result = self.estimate("fields.npy", out)
+            names = result.dtype.names if out == "out.npy" else result.files
+            self.assertEqual([name for name in names if name in kept], kept)
+            for number, name in enumerate(kept):
+                self.assertTrue((result[name] == number).all(), name)
 
 
 if __name__ == "__main__":

@@ -41,7 +41,9 @@ TEST_F(StreamsTest, EstimatesWhatComesIn) {
     const std::string input = Cloud("in." + format);
     const CurvRun run = RunCurv({"estimate", "-", "-o", "-", "--format=" + format}, input);
     ASSERT_EQ(run.exit_code, 0) << run.err;
-    EXPECT_THAT(run.err, AllOf(HasSubstr("1,000 points"), HasSubstr("wrote -"))) << "all messages are on stderr";
+    EXPECT_THAT(run.err,
+                AllOf(HasSubstr("1,000 points"), HasSubstr("standard input: "), HasSubstr("wrote standard output")))
+        << "all messages are on stderr";
     const std::vector<double> mean = MeanOf(dir_.Write("out." + format, run.out));
     ASSERT_EQ(mean.size(), expected.size()) << format;
     for (size_t i = 0; i < mean.size(); ++i) EXPECT_NEAR(mean[i], expected[i], 1e-6 * 0.3) << format;

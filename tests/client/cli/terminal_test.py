@@ -87,6 +87,17 @@ class Terminals(unittest.TestCase):
         for words in (["--help"], ["estimate", "--help"], ["doctor", "--help"]):
             self.assertNotIn(b"\x1b", on_terminal(self.folder, *words, TERM="xterm-256color"))
 
+    def test_one_bar_shows_all_of_several_files_and_never_goes_back(self):
+        (self.folder / "other.ply").write_bytes((self.folder / "cloud.ply").read_bytes())
+        written = on_terminal(self.folder, "estimate", "cloud.ply", "other.ply", "-o", "out/", "--k=200", TERM="xterm-256color")
+        shown = re.findall(rb"\[[#.]{20}\] +(\d+) %, (\d) of 2, (\w+)\.ply: ", written)
+        self.assertEqual({(which, name) for _, which, name in shown}, {(b"1", b"cloud"), (b"2", b"other")}, written)
+        shares = [int(share) for share, _, _ in shown]
+        self.assertEqual(shares, sorted(shares))
+        self.assertLessEqual(max(share for share, (_, which, _) in zip(shares, shown) if which == b"1"), 50)
+        self.assertGreaterEqual(min(share for share, (_, which, _) in zip(shares, shown) if which == b"2"), 50)
+        self.assertIn(b"2 files: 2 done, 0 skipped, 0 failed", written)
+
 
 if __name__ == "__main__":
     unittest.main()

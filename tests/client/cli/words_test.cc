@@ -87,6 +87,18 @@ TEST(ProgressLineTest, NamesThePhasesOfNormals) {
   EXPECT_THAT(ProgressLine(progress, 1.0), HasSubstr("receiving "));
 }
 
+// Sent to the half, estimated to a tenth: 0.5 * (50 + 10) % of the file, whose share is from 40 to 80 %.
+TEST(BatchLineTest, OneBarShowsAllFiles) {
+  EstimateProgress progress{.points = 1000, .points_sent = 500, .points_estimated = 100};
+  progress.phase = EstimateProgress::Phase::kEstimating;
+  const BatchShare share{.title = "2 of 3, b.ply: ", .begin = 0.4, .end = 0.8};
+  EXPECT_EQ(BatchLine(share, progress), "[##########..........]  52 %, 2 of 3, b.ply: estimating  30 %");
+  progress.phase = EstimateProgress::Phase::kReceiving;
+  progress.points_sent = 1000;
+  EXPECT_EQ(BatchLine(share, progress), "[################....]  80 %, 2 of 3, b.ply: receiving 100 %");
+  EXPECT_EQ(BatchLine(share, EstimateProgress{}), "[########............]  40 %, 2 of 3, b.ply: connecting   0 %");
+}
+
 TEST(NormalsTextTest, TellsHowNormalsWereMadeAndHowFarTheyCanBeTrusted) {
   NormalsReport report{.method = NormalMethod::kJet4, .neighbor_count = 24, .pieces = 1, .closed_pieces = 1};
   EXPECT_EQ(NormalsText(report), "normals by jet-4 of 24 points; 1 piece, closed");
