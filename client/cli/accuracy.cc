@@ -38,9 +38,9 @@ QuantityError Compare(const std::string& word, const Column& estimate, const Col
   return {word, sum / n, std::sqrt(squares / n), count == 0 ? sum / n : largest};
 }
 
-bool FindVector(const PointTable& table, const std::string& name, Axes& axes) {
+bool FindVector(const PointTable& table, const std::string& name, const std::string& suffix, Axes& axes) {
   for (size_t axis = 0; axis < 3; ++axis) {
-    axes[axis] = table.Find(name + "xyz"[axis]);
+    axes[axis] = table.Find(absl::StrCat(name, std::string(1, "xyz"[axis]), suffix));
     if (axes[axis] == nullptr) return false;
   }
   return true;
@@ -55,10 +55,10 @@ bool HasDirections(const Column* k1, const Column* k2, size_t i) {
   return std::abs(a - b) > 1e-6 * std::max(std::abs(a), std::abs(b));
 }
 
-std::optional<double> MedianAngle(const PointTable& table, const std::string& name) {
+std::optional<double> MedianAngle(const PointTable& table, const std::string& name, const std::string& suffix) {
   Axes estimate, truth;
-  if (!FindVector(table, name, estimate) || !FindVector(table, "true_" + name, truth)) return std::nullopt;
-  const Column* const status = table.Find("status");
+  if (!FindVector(table, name, suffix, estimate) || !FindVector(table, "true_" + name, "", truth)) return std::nullopt;
+  const Column* const status = table.Find("status" + suffix);
   const Column* const k1 = table.Find("true_k1");
   const Column* const k2 = table.Find("true_k2");
   std::vector<double> angles;
@@ -76,14 +76,14 @@ std::optional<double> MedianAngle(const PointTable& table, const std::string& na
 
 }  // namespace
 
-absl::StatusOr<Accuracy> MeasureAccuracy(const PointTable& table) {
+absl::StatusOr<Accuracy> MeasureAccuracy(const PointTable& table, const std::string& suffix) {
   Accuracy accuracy{.points = table.size()};
   for (const NamedQuantity& quantity : kQuantities) {
-    const Column* const estimate = table.Find(quantity.column);
+    const Column* const estimate = table.Find(quantity.column + suffix);
     const Column* const truth = table.Find(quantity.truth_column);
     if (estimate == nullptr || truth == nullptr) continue;
     size_t compared = 0;
-    accuracy.errors.push_back(Compare(quantity.word, *estimate, *truth, table.Find("status"), compared));
+    accuracy.errors.push_back(Compare(quantity.word, *estimate, *truth, table.Find("status" + suffix), compared));
     accuracy.compared = std::max(accuracy.compared, compared);
   }
   if (accuracy.errors.empty()) {
@@ -95,9 +95,20 @@ absl::StatusOr<Accuracy> MeasureAccuracy(const PointTable& table) {
             : "there is no truth to compare with: the columns true_mean, true_gaussian, true_k1 and true_k2 are "
               "missing. curv generate writes them, and curv estimate carries them through");
   }
-  accuracy.d1_angle = MedianAngle(table, "d1");
-  accuracy.d2_angle = MedianAngle(table, "d2");
+  accuracy.d1_angle = MedianAngle(table, "d1", suffix);
+  accuracy.d2_angle = MedianAngle(table, "d2", suffix);
   return accuracy;
+}
+
+std::vector<std::string> EstimateSuffixes(const PointTable& table) {
+  std::vector<std::string> suffixes;
+  for (const Column& column : table.columns()) {
+    const std::string name = WithoutScale(column.name);
+    if (QuantityOfColumn(name) == nullptr) continue;
+    const std::string suffix = column.name.substr(name.size());
+    if (std::find(suffixes.begin(), suffixes.end(), suffix) == suffixes.end()) suffixes.push_back(suffix);
+  }
+  return suffixes;
 }
 
 }  // namespace curv

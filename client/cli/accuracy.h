@@ -27,8 +27,12 @@ struct Accuracy {
   std::optional<double> d2_angle{};
 };
 
-// Compares mean_curvature with true_mean and so on, for the quantities whose columns are both there.
+// Compares mean_curvature with true_mean and so on, for the quantities whose columns are both there. `suffix` is what
+// the names of estimates end in (ScaleSuffix), if they are those at one of several numbers of neighbors.
 // INVALID_ARGUMENT if there is no such pair; the message says which columns are missing.
-absl::StatusOr<Accuracy> MeasureAccuracy(const PointTable& table);
+absl::StatusOr<Accuracy> MeasureAccuracy(const PointTable& table, const std::string& suffix = "");
+
+// The suffixes of the table's estimates of curvature, in the order of its columns: "" where they have none.
+std::vector<std::string> EstimateSuffixes(const PointTable& table);
 
 }  // namespace curv

@@ -169,7 +169,8 @@ void AddEstimate(CLI::App& app, Action& action) {
   AddQuantityFlags(*command, flags->quantities);
   command
       ->add_flag("--color{mean}", flags->color,
-                 absl::StrCat("add columns red green blue for ", kQuantityWords, ": --color=gaussian; alone: mean"))
+                 absl::StrCat("add columns red green blue for ", kQuantityWords,
+                              ": --color=gaussian; alone: mean; with several --k at the largest"))
       ->check(CLI::IsMember({"mean", "gaussian", "k1", "k2"}).description(""));
   command->callback([flags, command, &action] {
     flags->given = OptionsText(*command, WithoutEffect());
@@ -177,10 +178,6 @@ void AddEstimate(CLI::App& app, Action& action) {
     CheckColor(*flags);
     CheckSource(flags->normals);
     ApplyScale(flags->scale, flags->options);
-    if (!flags->color.empty() && !flags->options.neighbor_counts.empty()) {
-      throw CLI::ValidationError("--color",
-                                 "does not go with several --k; curv render and curv report color any column");
-    }
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     flags->options.connect_timeout = absl::Seconds(flags->connect_timeout);
     if (flags->tiles) CheckEstimateInTiles(*flags);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -30,8 +31,31 @@ struct EvaluateFlags {
   std::string format;
 };
 
-std::string Text(const std::string& input, const Accuracy& accuracy) {
-  std::string text = absl::StrFormat("%s: %s of %s points compared with the truth\n", ShownInput(input),
+// Estimates at one number of neighbors, or at the only one there is.
+struct ScaleAccuracy {
+  std::string suffix;  // of their columns
+  Accuracy accuracy;
+
+  // "16" of "_k16".
+  std::string NeighborCount() const { return suffix.substr(2); }
+};
+
+absl::StatusOr<std::vector<ScaleAccuracy>> MeasureAll(const PointTable& table) {
+  std::vector<std::string> suffixes = EstimateSuffixes(table);
+  if (suffixes.empty()) suffixes.emplace_back();  // for the error
+  std::vector<ScaleAccuracy> scales;
+  for (const std::string& suffix : suffixes) {
+    absl::StatusOr<Accuracy> accuracy = MeasureAccuracy(table, suffix);
+    if (!accuracy.ok()) return accuracy.status();
+    scales.push_back({suffix, *std::move(accuracy)});
+  }
+  return scales;
+}
+
+std::string Text(const std::string& input, const ScaleAccuracy& scale) {
+  const Accuracy& accuracy = scale.accuracy;
+  std::string text = absl::StrFormat("%s%s: %s of %s points compared with the truth\n", ShownInput(input),
+                                     scale.suffix.empty() ? "" : absl::StrCat(", K = ", scale.NeighborCount()),
                                      WithCommas(accuracy.compared), WithCommas(accuracy.points));
   absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", "absolute error", "mean", "RMS", "largest");
   for (const QuantityError& error : accuracy.errors) {
@@ -46,7 +70,8 @@ std::string Text(const std::string& input, const Accuracy& accuracy) {
   return text;
 }
 
-std::string Json(const std::string& input, const Accuracy& accuracy) {
+// Adds what was compared, and how far it is off.
+void AddJson(const Accuracy& accuracy, nlohmann::ordered_json& json) {
   nlohmann::ordered_json errors = nlohmann::ordered_json::object();
   for (const QuantityError& error : accuracy.errors) {
     errors[error.quantity] = {{"mean", error.mean}, {"rms", error.rms}, {"max", error.largest}};
@@ -54,19 +79,37 @@ std::string Json(const std::string& input, const Accuracy& accuracy) {
   const auto angle = [](const std::optional<double>& degrees) {
     return degrees ? nlohmann::ordered_json(*degrees) : nlohmann::ordered_json(nullptr);
   };
-  return ToJsonLine({{"input", input},
-                     {"points", accuracy.points},
-                     {"compared", accuracy.compared},
-                     {"errors", std::move(errors)},
-                     {"median_angle_degrees", {{"d1", angle(accuracy.d1_angle)}, {"d2", angle(accuracy.d2_angle)}}}});
+  json["compared"] = accuracy.compared;
+  json["errors"] = std::move(errors);
+  json["median_angle_degrees"] = {{"d1", angle(accuracy.d1_angle)}, {"d2", angle(accuracy.d2_angle)}};
+}
+
+std::string Json(const std::string& input, const std::vector<ScaleAccuracy>& scales) {
+  nlohmann::ordered_json json = {{"input", input}, {"points", scales.front().accuracy.points}};
+  nlohmann::ordered_json of_counts = nlohmann::ordered_json::array();
+  for (const ScaleAccuracy& scale : scales) {
+    if (scale.suffix.empty()) {
+      AddJson(scale.accuracy, json);
+      continue;
+    }
+    nlohmann::ordered_json of_count = {{"neighbor_count", std::stoull(scale.NeighborCount())}};
+    AddJson(scale.accuracy, of_count);
+    of_counts.push_back(std::move(of_count));
+  }
+  if (!of_counts.empty()) json["scales"] = std::move(of_counts);
+  return ToJsonLine(json);
 }
 
 ExitCode Run(const EvaluateFlags& flags) {
   absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
-  absl::StatusOr<Accuracy> accuracy = MeasureAccuracy(*table);
-  if (!accuracy.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", accuracy.status().message()));
-  std::fputs((flags.json ? Json(flags.input, *accuracy) : Visible(Text(flags.input, *accuracy))).c_str(), stdout);
+  const absl::StatusOr<std::vector<ScaleAccuracy>> scales = MeasureAll(*table);
+  if (!scales.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", scales.status().message()));
+  if (flags.json) {
+    std::fputs(Json(flags.input, *scales).c_str(), stdout);
+    return ExitCode::kOk;
+  }
+  for (const ScaleAccuracy& scale : *scales) std::fputs(Visible(Text(flags.input, scale)).c_str(), stdout);
   return ExitCode::kOk;
 }
 

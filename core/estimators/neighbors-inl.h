@@ -31,7 +31,6 @@ class NormalComparer {
   HWY_INLINE FloatVec Agreement(FloatVec x, FloatVec y, FloatVec z) const {
     return hn::MulAdd(z, z_, hn::MulAdd(y, y_, hn::Mul(x, x_)));
   }
-  HWY_INLINE void Add(FloatVec agreement) { least_ = hn::Min(least_, agreement); }
   HWY_INLINE void AddWhere(FloatMask mask, FloatVec agreement) {
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
     least_ = hn::IfThenElse(mask, hn::Min(least_, agreement), least_);  // one masked instruction
@@ -123,7 +122,7 @@ class NeighborCollector {
       const FloatVec nx = hn::Load(d, nx_ + j), ny = hn::Load(d, ny_ + j), nz = hn::Load(d, nz_ + j);
       total.Add(nx, ny, nz);
       added += hn::Lanes(d);
-      comparer.Add(comparer.Agreement(nx, ny, nz));  // 0 for the padding
+      comparer.AddWhere(hn::FirstN(d, count_ - j), comparer.Agreement(nx, ny, nz));
     }
     total.Store(added, sums_->sum);
     sums_->least_agreement = comparer.Least();

@@ -124,7 +124,10 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
     result->normals.clear();  // the table's have more digits
   }
   PointTable made = MakeResultTable(*std::move(table), *std::move(result));
-  if (!flags.color.empty()) AddColors(FindQuantity(flags.color)->column, made);
+  if (!flags.color.empty()) {
+    const std::vector<uint32_t>& counts = report.options.neighbor_counts;
+    AddColors(FindQuantity(flags.color)->column + (counts.empty() ? "" : ScaleSuffix(counts.back())), made);
+  }
   PrintWarnings(report.summary, !were_given, title);
   PrintAdvice(report.summary, flags.options, !were_given, title);
   if (task.interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");

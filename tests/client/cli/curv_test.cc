@@ -619,6 +619,33 @@ TEST_F(CurvTest, SeveralNeighborCountsAreColumnsForEach) {
   EXPECT_EQ(RunCurv({"render", scales, "-o", dir_.File("k.png"), "--quantity=mean_curvature_k64"}).exit_code, 0);
 }
 
+TEST_F(CurvTest, ColorsOfSeveralNeighborCountsAreThoseOfTheLargest) {
+  const std::string cloud = Cloud(), scales = dir_.File("scales.ply"), one = dir_.File("one.ply");
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", scales, "--k=16,64", "--color=gaussian"}).exit_code, 0);
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", one, "--k=64", "--color=gaussian"}).exit_code, 0);
+  const absl::StatusOr<PointTable> of_scales = LoadTable(scales), of_one = LoadTable(one);
+  ASSERT_TRUE(of_scales.ok() && of_one.ok());
+  for (const char* name : {"red", "green", "blue"}) {
+    ASSERT_NE(of_scales->Find(name), nullptr) << name;
+    EXPECT_EQ(of_scales->Find(name)->values, of_one->Find(name)->values) << name;
+  }
+}
+
+TEST_F(CurvTest, EvaluatesEachOfSeveralNeighborCounts) {
+  const std::string cloud = Cloud(), scales = dir_.File("scales.ply"), one = dir_.File("one.ply");
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", scales, "--k=16,64"}).exit_code, 0);
+  ASSERT_EQ(RunCurv({"estimate", cloud, "-o", one, "--k=64"}).exit_code, 0);
+  const CurvRun text = RunCurv({"evaluate", scales});
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, AllOf(HasSubstr("scales.ply, K = 16: "), HasSubstr("scales.ply, K = 64: ")));
+  // What is said of one number of neighbors is what is said of it alone.
+  const std::string alone = RunCurv({"evaluate", one}).out;
+  EXPECT_THAT(text.out, HasSubstr(alone.substr(alone.find(": "))));
+  EXPECT_THAT(
+      RunCurv({"evaluate", scales, "--json"}).out,
+      AllOf(HasSubstr("\"scales\":[{\"neighbor_count\":16,\"compared\":"), HasSubstr("{\"neighbor_count\":64,")));
+}
+
 TEST_F(CurvTest, RefusesNeighborCountsThatMakeNoSense) {
   const std::string cloud = Cloud(), out = dir_.File("out.ply");
   for (const char* k : {"--k=64,16", "--k=16,16", "--k=3,16", "--k=16,", "--k=16,auto"}) {
@@ -626,7 +653,6 @@ TEST_F(CurvTest, RefusesNeighborCountsThatMakeNoSense) {
     EXPECT_EQ(run.exit_code, 2) << k;
     EXPECT_THAT(run.err, HasSubstr("that ascend, with commas between")) << k;
   }
-  EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, "--k=16,64", "--color"}).err, HasSubstr("several --k"));
   EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, "--k=16,64", "--estimator=jet"}).err,
               HasSubstr("one of avg-hexagram, normal-regression"));
 }
