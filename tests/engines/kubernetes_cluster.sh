@@ -22,6 +22,7 @@ run() {
 saved=$(sysctl -e vm.overcommit_memory vm.panic_on_oom kernel.panic kernel.panic_on_oops 2>/dev/null | tr -d ' ')
 finish() {
   trap '' TERM INT
+  set +e  # whatever has ended already, the rest is ended
   for name in names dnsmasq kubelet; do kill "$(cat "$folder/$name.pid")" 2>/dev/null; done
   for task in $(ctr -a "$folder/containerd.sock" -n k8s.io task ls -q 2>/dev/null); do
     ctr -a "$folder/containerd.sock" -n k8s.io task kill -s SIGKILL "$task"
