@@ -19,6 +19,7 @@ import yaml
 
 SOURCE_DIR, CURV, CURVD = pathlib.Path(sys.argv[1]), *map(os.path.abspath, sys.argv[2:4])
 FOLDER = SOURCE_DIR / "deploy" / "engines" / "kubernetes"
+INDEXED = SOURCE_DIR / "deploy" / "engines" / "kubernetes-indexed"
 sys.path[:0] = [str(SOURCE_DIR / "tests" / "fault"), str(SOURCE_DIR / "tests" / "languages"), str(SOURCE_DIR / "tests" / "docs")]
 
 from curvd_process import Curvd
@@ -29,6 +30,22 @@ try:
     import kubernetes.client as kubernetes
 except ImportError:
     kubernetes = None
+
+
+def indexed_job():
+    """The Job of the variant with one tile a pod: the base with the patches applied, which are of two kinds."""
+    job = next(part for part in manifests() if part["kind"] == "Job")
+    patches = yaml.safe_load((INDEXED / "kustomization.yaml").read_text(encoding="utf-8"))["patches"]
+    for step in (step for each in patches for step in yaml.safe_load(each["patch"])):
+        *path, last = (int(word) if word.isdigit() else word for word in step["path"][1:].split("/"))
+        place = job
+        for word in path:
+            place = place[word]
+        if last == "-":
+            place.append(step["value"])
+        else:
+            place[last] = step["value"]
+    return job
 
 
 def manifests():
@@ -74,10 +91,21 @@ class Manifests(unittest.TestCase):
         self.assertEqual(faults(wrong, "V1JobSpec", "spec"),
                          ["spec.completionmode: there is no such field", "spec.completions: '3' is no int"])
 
-    def test_each_index_is_a_tile(self):
-        self.assertEqual(self.objects["Job"]["spec"]["completionMode"], "Indexed")
-        self.assertIn("--tile=$(JOB_COMPLETION_INDEX)", self.container["args"])
+    @unittest.skipUnless(shutil.which("kubectl"), "kubectl is not installed")
+    def test_the_variant_is_what_kubectl_makes_of_it(self):
+        made = subprocess.run(["kubectl", "kustomize", INDEXED], check=True, capture_output=True, text=True).stdout
+        self.assertIn(indexed_job(), list(yaml.safe_load_all(made)))
+
+    def test_pods_share_the_tiles_or_have_one_each(self):
+        spec, indexed = self.objects["Job"]["spec"], indexed_job()["spec"]
+        self.assertNotIn("completionMode", spec)
+        self.assertEqual(spec["completions"], spec["parallelism"])
+        self.assertFalse([word for word in self.container["args"] if word.startswith("--tile")])
+        self.assertEqual(indexed["completionMode"], "Indexed")
+        self.assertIn("--tile=$(JOB_COMPLETION_INDEX)", indexed["template"]["spec"]["containers"][0]["args"])
         self.assertIn(self.pod["spec"]["restartPolicy"], ("OnFailure", "Never"))
+        if kubernetes:
+            self.assertEqual(faults(indexed_job(), "V1Job", "Job"), [])
 
     def test_flags_exist_and_ask_for_tls_and_a_token(self):
         told = subprocess.run([CURV, "tiles", "run", "--help"], check=True, capture_output=True, text=True).stdout
@@ -103,17 +131,19 @@ class Manifests(unittest.TestCase):
         self.assertEqual({mount["name"] for mount in self.container["volumeMounts"]},
                          {volume["name"] for volume in self.pod["spec"]["volumes"]})
 
-    def test_the_commands_are_five_at_most_and_put_the_number_of_tiles_in(self):
-        for document, wanted in ((FOLDER / "README.md", "text"), (SOURCE_DIR / "docs" / "scale.md", "text kubernetes")):
-            code = next(code for kind, code in blocks(document) if kind == wanted)
-            self.assertLessEqual(len(code.splitlines()), 5)
-            pattern = re.search(r'sed "s/(completions: 1\$)/', code)[1]
-            self.assertRegex((FOLDER / "job.yaml").read_text(encoding="utf-8"), f"(?m){pattern}")
+    def test_the_commands_are_five_at_most_and_name_the_folders(self):
+        told = [next(code for kind, code in blocks(document) if kind == wanted) for document, wanted in
+                ((FOLDER / "README.md", "text"), (SOURCE_DIR / "docs" / "scale.md", "text kubernetes"))]
+        self.assertEqual(told[0], told[1])
+        self.assertLessEqual(len(told[0].splitlines()), 5)
+        self.assertIn("kubectl apply -k deploy/engines/kubernetes\n", told[0])
+        command = next(code for kind, code in blocks(FOLDER / "README.md") if kind == "text indexed")
+        self.assertIn("kubectl kustomize deploy/engines/kubernetes-indexed |", command)
+        self.assertRegex(yaml.safe_dump(indexed_job()), "(?m)" + re.search(r'sed "s/(completions: 1\$)/', command)[1])
 
 
 class Pods(unittest.TestCase):
     def test_what_they_run_gives_the_bytes_of_the_whole_cloud(self):
-        container = next(part for part in manifests() if part["kind"] == "Job")["spec"]["template"]["spec"]["containers"][0]
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             flags = [flag for flag in make_secrets(folder) if not flag.startswith("--tls-client-ca")]
@@ -124,17 +154,26 @@ class Pods(unittest.TestCase):
 
             curv("generate", "goursat", "--points=6000", "-o", "large.ply")
             curv("estimate", "large.ply", "-o", "whole.ply", "--threads=1")
-            curv("tiles", "plan", "large.ply", "-o", "work", "--tile-points=2000")
             with Curvd(CURVD, "--threads=1", *flags) as server:
                 here = {"/tiles/": f"{folder}/", "/etc/curvd-client/": f"{folder}/", "curvd:50061": server.address}
-                for index in curv("tiles", "status", "work", "--left").split():
+
+                def run_pod(job, index=""):
+                    container = job["spec"]["template"]["spec"]["containers"][0]
                     words = [*container["command"], *container["args"]]
                     for there, ours in {"$(JOB_COMPLETION_INDEX)": index, **here}.items():
                         words = [word.replace(there, ours) for word in words]
                     self.assertEqual(words[0], "curv")
-                    subprocess.run([CURV, *words[1:]], check=True, env={**os.environ, "JOB_COMPLETION_INDEX": index}, capture_output=True)
-            curv("tiles", "merge", "work", "-o", "merged.ply")
-            self.assertEqual((folder / "merged.ply").read_bytes(), (folder / "whole.ply").read_bytes())
+                    return subprocess.Popen([CURV, *words[1:]], stdout=subprocess.DEVNULL)
+
+                for job in (next(part for part in manifests() if part["kind"] == "Job"), indexed_job()):
+                    curv("tiles", "plan", "large.ply", "-o", "work", "--tile-points=2000")
+                    indexed = "completionMode" in job["spec"]
+                    indices = curv("tiles", "status", "work", "--left").split() if indexed else [""] * 2
+                    for pod in [run_pod(job, index) for index in indices]:
+                        self.assertEqual(pod.wait(), 0)
+                    curv("tiles", "merge", "work", "-o", "merged.ply")
+                    self.assertEqual((folder / "merged.ply").read_bytes(), (folder / "whole.ply").read_bytes())
+                    shutil.rmtree(folder / "work")
 
 
 if __name__ == "__main__":
