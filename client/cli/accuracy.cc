@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "absl/status/status.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/result_columns.h"
 #include "client/io/point_status.h"
@@ -106,6 +107,8 @@ std::vector<std::string> EstimateSuffixes(const PointTable& table) {
     const std::string name = WithoutScale(column.name);
     if (QuantityOfColumn(name) == nullptr) continue;
     const std::string suffix = column.name.substr(name.size());
+    uint32_t neighbor_count = 0;
+    if (!suffix.empty() && !absl::SimpleAtoi(suffix.substr(sizeof("_k") - 1), &neighbor_count)) continue;
     if (std::find(suffixes.begin(), suffixes.end(), suffix) == suffixes.end()) suffixes.push_back(suffix);
   }
   return suffixes;

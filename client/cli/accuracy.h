@@ -33,6 +33,7 @@ struct Accuracy {
 absl::StatusOr<Accuracy> MeasureAccuracy(const PointTable& table, const std::string& suffix = "");
 
 // The suffixes of the table's estimates of curvature, in the order of its columns: "" where they have none.
+// A number of neighbors that has no room in 32 bits makes no suffix.
 std::vector<std::string> EstimateSuffixes(const PointTable& table);
 
 }  // namespace curv

@@ -109,7 +109,7 @@ ExitCode Run(const EvaluateFlags& flags) {
     std::fputs(Json(flags.input, *scales).c_str(), stdout);
     return ExitCode::kOk;
   }
-  for (const ScaleAccuracy& scale : *scales) std::fputs(Visible(Text(flags.input, scale)).c_str(), stdout);
+  for (const ScaleAccuracy& scale : *scales) std::fputs(Text(flags.input, scale).c_str(), stdout);
   return ExitCode::kOk;
 }
 

@@ -111,8 +111,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
       CallServer(*task.connection, *cloud, report.options, task.interrupt.token(), task.share);
   if (!result.ok()) {
     const absl::Status status = WithRemedy(result.status(), table->size());
-    // Of several files, the message says which.
-    return FailCall(task.share ? absl::Status(status.code(), absl::StrCat(input, ": ", status.message())) : status);
+    return FailCall({status.code(), absl::StrCat(input == "-" ? "standard input" : input, ": ", status.message())});
   }
   report.call_seconds = SecondsSince(call_start);
   report.summary = result->summary;

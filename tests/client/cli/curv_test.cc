@@ -646,6 +646,15 @@ TEST_F(CurvTest, EvaluatesEachOfSeveralNeighborCounts) {
       AllOf(HasSubstr("\"scales\":[{\"neighbor_count\":16,\"compared\":"), HasSubstr("{\"neighbor_count\":64,")));
 }
 
+TEST_F(CurvTest, EvaluatesNoNumberOfNeighborsThatCannotBe) {
+  const std::string cloud =
+      dir_.Write("strange.csv", "x,y,z,mean_curvature_k99999999999999999999999,true_mean\n0,0,0,1,1\n1,0,0,1,1\n");
+  for (const CurvRun& run : {RunCurv({"evaluate", cloud}), RunCurv({"evaluate", cloud, "--json"})}) {
+    EXPECT_EQ(run.exit_code, 3);
+    EXPECT_THAT(run.err, HasSubstr("strange.csv: there are no estimates"));
+  }
+}
+
 TEST_F(CurvTest, RefusesNeighborCountsThatMakeNoSense) {
   const std::string cloud = Cloud(), out = dir_.File("out.ply");
   for (const char* k : {"--k=64,16", "--k=16,16", "--k=3,16", "--k=16,", "--k=16,auto"}) {
