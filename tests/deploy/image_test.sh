@@ -6,8 +6,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 skip() { echo "image-test: skipped: $*"; exit 0; }
 [ "$(id -u)" = 0 ] || skip "podman must see the containers' control groups, which takes root"
-for program in buildah podman runc mmdebstrap openssl; do
-  command -v "$program" >/dev/null || skip "no $program (apt-get install buildah podman runc mmdebstrap openssl)"
+for program in buildah podman runc catatonit mmdebstrap openssl; do
+  command -v "$program" >/dev/null || skip "no $program (apt-get install buildah podman runc catatonit mmdebstrap openssl)"
 done
 
 scratch=$(mktemp -d)
