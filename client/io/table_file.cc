@@ -177,6 +177,10 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
   return bytes;
 }
 
+absl::Status NoMemoryFor(const std::string& shown) {
+  return absl::InvalidArgumentError(absl::StrCat("cannot read ", shown, ": there is not enough memory for it"));
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> ReadableExtension(const std::string& path, const std::string& format) {
@@ -187,28 +191,44 @@ absl::StatusOr<std::string> ReadableExtension(const std::string& path, const std
   return named->extension;
 }
 
-absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string& format) {
-  const absl::StatusOr<std::string> extension = ReadableExtension(path, format);
+absl::StatusOr<FileBytes> LoadBytes(const std::string& path, const std::string& format) {
+  absl::StatusOr<std::string> extension = ReadableExtension(path, format);
   if (!extension.ok()) return extension.status();
-  const std::optional<Format> reader = FormatOf(*extension);
-  const std::string shown = path == kStandard ? "standard input" : path;
+  FileBytes file{.shown = path == kStandard ? "standard input" : path, .extension = *std::move(extension), .bytes = {}};
   try {
     absl::StatusOr<std::string> bytes = ReadBytes(path);
     if (bytes.ok() && IsGzip(*bytes)) {
       bytes = Gunzip(*bytes, MostStreamBytes());
-      if (!bytes.ok()) return absl::InvalidArgumentError(absl::StrCat(shown, ": ", bytes.status().message()));
+      if (!bytes.ok()) return absl::InvalidArgumentError(absl::StrCat(file.shown, ": ", bytes.status().message()));
     }
     if (!bytes.ok()) return bytes.status();
-    absl::StatusOr<PointTable> table = reader->read(*bytes);
-    if (!table.ok()) return absl::InvalidArgumentError(absl::StrCat(shown, ": ", table.status().message()));
+    file.bytes = *std::move(bytes);
+    return file;
+  } catch (const std::bad_alloc&) {
+    return NoMemoryFor(file.shown);
+  }
+}
+
+absl::StatusOr<PointTable> TableOf(const FileBytes& file) {
+  const std::optional<Format> reader = FormatOf(file.extension);
+  try {
+    absl::StatusOr<PointTable> table = reader->read(file.bytes);
+    if (!table.ok()) return absl::InvalidArgumentError(absl::StrCat(file.shown, ": ", table.status().message()));
     if (table->size() == 0) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          shown, ": the file holds no points", bytes->empty() ? ", it is empty" : "", ": expected ", reader->points));
+      return absl::InvalidArgumentError(absl::StrCat(file.shown, ": the file holds no points",
+                                                     file.bytes.empty() ? ", it is empty" : "", ": expected ",
+                                                     reader->points));
     }
     return table;
   } catch (const std::bad_alloc&) {
-    return absl::InvalidArgumentError(absl::StrCat("cannot read ", shown, ": there is not enough memory for it"));
+    return NoMemoryFor(file.shown);
   }
+}
+
+absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string& format) {
+  const absl::StatusOr<FileBytes> file = LoadBytes(path, format);
+  if (!file.ok()) return file.status();
+  return TableOf(*file);
 }
 
 absl::StatusOr<WritableName> WritableNameOf(const std::string& path, const SaveOptions& options) {

@@ -29,6 +29,16 @@ inline constexpr const char* kFormats[] = {"ply", "pcd", "xyz", "csv", "las", "n
 // points.
 absl::StatusOr<PointTable> LoadTable(const std::string& path, const std::string& format = "");
 
+// The two halves of LoadTable, for who looks at the bytes in between.
+struct FileBytes {
+  std::string shown;      // what messages call it
+  std::string extension;  // ReadableExtension
+  std::string bytes;      // all of it, unpacked
+};
+absl::StatusOr<FileBytes> LoadBytes(const std::string& path, const std::string& format = "");
+// REQUIRES: the file comes from LoadBytes.
+absl::StatusOr<PointTable> TableOf(const FileBytes& file);
+
 // The extension by which LoadTable chooses how to read a file: that of its name, without .gz, or of `format`; in lower
 // case, with the dot. INVALID_ARGUMENT if it is not known.
 absl::StatusOr<std::string> ReadableExtension(const std::string& path, const std::string& format = "");

@@ -11,10 +11,9 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/str_replace.h"
 #include "client/io/point_status.h"
 #include "client/render/pose.h"
-#include "client/report/page_template.h"
+#include "client/report/page_parts.h"
 #include "client/report/payload.h"
 #include "client/report/quantize.h"
 #include "client/report/report_points.h"
@@ -25,10 +24,6 @@ namespace curv {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr std::string_view kConnectPlace = "@curv-connect@";
-constexpr std::string_view kReportPlace = "@curv-report@";
-constexpr std::string_view kPointsPlace = "@curv-points@";
 
 // One for each status that points of the file have.
 Json StatusesJson(const std::vector<uint8_t>& statuses) {
@@ -109,27 +104,6 @@ Json ArraysJson(const Payload& payload) {
   return json;
 }
 
-// JSON in a script element: it ends at the first `</script`, so no `<` may stand there.
-std::string ScriptJson(const Json& json) {
-  return absl::StrReplaceAll(json.dump(/*indent=*/-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace),
-                             {{"<", "\\u003c"}});
-}
-
-std::string FillIn(std::string_view connect, std::string_view report, std::string_view points) {
-  const std::string_view page = PageTemplate();
-  std::string filled;
-  filled.reserve(page.size() + report.size() + points.size());
-  size_t at = 0;
-  for (const auto& [place, text] :
-       {std::pair(kConnectPlace, connect), std::pair(kReportPlace, report), std::pair(kPointsPlace, points)}) {
-    const size_t found = page.find(place, at);
-    filled.append(page.substr(at, found - at)).append(text);
-    at = found + place.size();
-  }
-  filled.append(page.substr(at));
-  return filled;
-}
-
 // What a report shows of a table, and what the page needs to know of it.
 struct Selection {
   Bounds bounds;
@@ -205,10 +179,12 @@ absl::StatusOr<std::string> MakeReportPage(const PointTable& table, const Report
   json["arrays"] = ArraysJson(payload);
   const absl::StatusOr<std::string> points = payload.Encode();
   if (!points.ok()) return points.status();
-  return FillIn("", ScriptJson(json), *points);
+  return FillPage({.report = ScriptJson(json), .points = *points});
 }
 
-std::string MakeViewPage() { return FillIn("connect-src 'self'; ", ScriptJson({{"served", true}}), ""); }
+std::string MakeViewPage(bool reads_laz) {
+  return FillPage({.may_ask = true, .has_codec = reads_laz, .report = ScriptJson({{"served", true}})});
+}
 
 absl::Status ServeReport(const PointTable& table, const ReportOptions& options, uint64_t generation, bool watches,
                          const std::stop_token& stop, ReportShelf& shelf) {

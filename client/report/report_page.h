@@ -35,8 +35,9 @@ inline constexpr size_t kMostValues = 6'000'000;
 // IsShownInReports.
 absl::StatusOr<std::string> MakeReportPage(const PointTable& table, const ReportOptions& options);
 
-// Returns the page that shows what a ReportShelf holds (served_report.h), when a PageServer serves both.
-std::string MakeViewPage();
+// Returns the page that shows what a ReportShelf holds (served_report.h), when a PageServer serves both: compressed
+// files (laz_report.h) only if it `reads_laz`.
+std::string MakeViewPage(bool reads_laz = false);
 
 // Puts a report with these points on the shelf, as soon as its summary is known, then its points, block by block: in
 // each block all points are spread evenly over the file. `generation` and `watches` are for the page: the number of the

@@ -14,14 +14,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// What the report knows of a column before it looks at its values.
-struct KnownColumn {
-  const char* column;
-  const char* title;
-  int length_exponent;
-  bool is_curvature;  // it exists only where the status is ok
-  bool is_signed;
-};
 constexpr KnownColumn kKnownColumns[] = {
     {"mean_curvature", "Mean curvature H", -1, true, true},
     {"gaussian_curvature", "Gaussian curvature G", -2, true, true},
@@ -43,14 +35,10 @@ constexpr KnownColumn kKnownColumns[] = {
     {"true_k2", "Principal curvature k\u2082 (exact)", -1, false, true},
 };
 
-// Columns that are parts of vectors, colors, or no quantities.
 bool IsNoQuantity(const std::string& name) {
   static const auto* const names = [] {
-    auto* all = new std::set<std::string>{"red", "green", "blue", "alpha", "status"};
-    for (const char* prefix : {"", "n", "d1", "d2", "true_n", "true_d1", "true_d2"}) {
-      for (const char* axis : {"x", "y", "z"}) all->insert(std::string(prefix) + axis);
-    }
-    return all;
+    const std::vector<std::string> all = NamesOfNoQuantity();
+    return new std::set<std::string>(all.begin(), all.end());
   }();
   return names->contains(name);
 }
@@ -141,6 +129,16 @@ std::vector<Candidate> FindCandidates(const PointTable& table) {
 }
 
 }  // namespace
+
+std::span<const KnownColumn> KnownColumns() { return kKnownColumns; }
+
+std::vector<std::string> NamesOfNoQuantity() {
+  std::vector<std::string> names = {"red", "green", "blue", "alpha", "status"};
+  for (const char* prefix : {"", "n", "d1", "d2", "true_n", "true_d1", "true_d2"}) {
+    for (const char* axis : {"x", "y", "z"}) names.push_back(std::string(prefix) + axis);
+  }
+  return names;
+}
 
 ReportQuantities ChooseQuantities(const PointTable& table, const std::vector<uint32_t>& chosen,
                                   const QuantityLimits& limits) {

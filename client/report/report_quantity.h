@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,21 @@ namespace curv {
 
 // Per cent of the values below which each entry of ReportQuantity::percentiles lies.
 inline constexpr std::array<double, 9> kReportPercents = {0.0, 1.0, 5.0, 25.0, 50.0, 75.0, 95.0, 99.0, 100.0};
+
+// What a report knows of a column before it looks at its values.
+struct KnownColumn {
+  const char* column;
+  const char* title;
+  int length_exponent;
+  bool is_curvature;  // it exists only where the status is ok
+  bool is_signed;
+};
+
+// Returns the columns that reports know, those that are shown first at the front.
+std::span<const KnownColumn> KnownColumns();
+
+// Returns the names of columns that are parts of vectors, colors, or no quantities.
+std::vector<std::string> NamesOfNoQuantity();
 
 // A quantity as a report shows it. Numbers count all points of the file, whether the report holds them or not.
 struct ReportQuantity {

@@ -19,7 +19,10 @@ constexpr char kReportExamples[] =
     "  curv report result.ply -o report.html --quantity=gaussian --unit=mm --up=y\n"
     "The page is one file, which a browser opens without a network: turn the cloud, choose quantity, colors and "
     "range,\n"
-    "click a point to read its values.";
+    "click a point to read its values. Of a LAZ or COPC file that this curv cannot decompress it holds the file as it "
+    "is, "
+    "and\n"
+    "a codec.";
 
 struct ReportFlags {
   PageFlags page;
@@ -40,9 +43,10 @@ ExitCode Run(const ReportFlags& flags) {
   MadePage page;
   if (const ExitCode code = MakePage(flags.page, page); code != ExitCode::kOk) return code;
   if (absl::Status status = SavePage(page.html, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
-  std::printf("%s: %s of %s points of %s, %sB\n", ShownOutput(flags.output).c_str(), WithCommas(page.shown).c_str(),
+  std::printf("%s: %s of %s points of %s, %sB%s\n", ShownOutput(flags.output).c_str(), WithCommas(page.shown).c_str(),
               WithCommas(page.points).c_str(), Visible(flags.page.input).c_str(),
-              WithPrefix(static_cast<double>(page.html.size())).c_str());
+              WithPrefix(static_cast<double>(page.html.size())).c_str(),
+              page.decompresses ? ", which the page decompresses" : "");
   return ExitCode::kOk;
 }
 

@@ -34,7 +34,7 @@ constexpr char kViewExamples[] =
     "come. Ctrl-C ends it, with exit code 0. curv report writes the same page into a file.";
 
 struct ViewFlags {
-  PageFlags page{.points = 10'000'000};
+  PageFlags page{.usual_points = 10'000'000};
   uint64_t port = 0;
   bool watch = false;
 };
@@ -42,13 +42,16 @@ struct ViewFlags {
 // Serves the file of a view, and each that takes its place.
 class FileFollower {
  public:
-  FileFollower(const ViewFlags& flags, ReportShelf& shelf) : flags_(flags), shelf_(shelf) {}
+  // `has_codec`: whether the page can decompress LAZ.
+  FileFollower(const ViewFlags& flags, bool has_codec, ReportShelf& shelf)
+      : flags_(flags), has_codec_(has_codec), shelf_(shelf) {}
 
   // Serves the file as it is now.
   absl::Status ServeNow(const std::stop_token& stop) {
     seen_ = FileStamp::Of(flags_.page.input);
-    const absl::StatusOr<PageContent> content = ReadContent(flags_.page);
+    absl::StatusOr<PageContent> content = ReadContent(flags_.page);
     if (!content.ok()) return content.status();
+    if (content->laz.has_value()) return ServeCompressed(*std::move(content->laz), content->options);
     const absl::Status status =
         ServeReport(content->table, content->options, generation_ + 1, flags_.watch, stop, shelf_);
     if (!status.ok()) {
@@ -81,6 +84,16 @@ class FileFollower {
   }
 
  private:
+  absl::Status ServeCompressed(LazFile laz, const ReportOptions& options) {
+    if (!has_codec_) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(flags_.page.input,
+                       ": the points are compressed now, and were not before: start curv view again to show them"));
+    }
+    ServeLaz(std::move(laz), options, ++generation_, flags_.watch, shelf_);
+    return absl::OkStatus();
+  }
+
   // What changes when a file is written or replaced.
   struct FileStamp {
     bool exists = false;
@@ -97,6 +110,7 @@ class FileFollower {
   };
 
   const ViewFlags& flags_;
+  const bool has_codec_;
   ReportShelf& shelf_;
   FileStamp seen_;
   uint64_t generation_ = 0;
@@ -109,13 +123,15 @@ ExitCode Run(const ViewFlags& flags) {
   // Before anything is opened, so that an interrupt at any time ends the command well.
   InterruptWatch interrupt;
   const auto shelf = std::make_shared<ReportShelf>();
-  absl::StatusOr<PageServer> server = PageServer::Create(static_cast<uint16_t>(flags.port), MakeViewPage(), shelf);
+  const bool needs_codec = NeedsCodec(flags.page);
+  absl::StatusOr<PageServer> server =
+      PageServer::Create(static_cast<uint16_t>(flags.port), MakeViewPage(needs_codec), shelf);
   if (!server.ok()) return Fail(ExitCode::kUsage, server.status());
   std::stop_source ended;
   const std::stop_callback interrupted(interrupt.token(), [&] { ended.request_stop(); });
   absl::Status problem;
   std::jthread making([&] {
-    FileFollower follower(flags, *shelf);
+    FileFollower follower(flags, needs_codec, *shelf);
     problem = follower.ServeNow(ended.get_token());
     if (flags.watch) {
       if (!problem.ok()) follower.WaitForFile(problem);

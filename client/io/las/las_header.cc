@@ -23,6 +23,8 @@ absl::Status Error(const Parts&... parts) {
 
 constexpr size_t kSmallestHeader = 227;
 constexpr uint8_t kCompressedBits = 0xC0;
+constexpr char kLaszipUser[] = "laszip encoded";
+constexpr uint16_t kLaszipId = 22204;
 
 // The most bytes of points that a byte of a compressed file may stand for; surveys have 5 to 20.
 constexpr uint64_t kMostInflation = 1024;
@@ -43,7 +45,7 @@ absl::Status CompressedError(std::string_view file) {
 // Reads the header field by field.
 class HeaderReader {
  public:
-  explicit HeaderReader(std::string_view file) : file_(file) {}
+  HeaderReader(std::string_view file, Decompressor decompressor) : file_(file), decompressor_(decompressor) {}
 
   absl::StatusOr<LasHeader> Read() {
     for (auto step : {&HeaderReader::ReadStart, &HeaderReader::ReadLayout, &HeaderReader::ReadCount,
@@ -78,7 +80,7 @@ class HeaderReader {
     }
     frame().point_format = At<uint8_t>(104);
     if ((frame().point_format & kCompressedBits) != 0) {
-      if (!CanReadLaz()) return CompressedError(file_);
+      if (decompressor_ == Decompressor::kThisProgram && !CanReadLaz()) return CompressedError(file_);
       header_.is_compressed = true;
       frame().point_format &= static_cast<uint8_t>(~kCompressedBits);
     }
@@ -248,8 +250,8 @@ class HeaderReader {
 
   // Whether a record tells how the points of this file are compressed, which no longer holds for those of another.
   static bool TellsOfCompression(const LasRecord& record) {
-    constexpr uint16_t kLaszip = 22204, kCopcInfo = 1, kCopcHierarchy = 1000;
-    return record.Is("laszip encoded", kLaszip) || record.Is("copc", kCopcInfo) || record.Is("copc", kCopcHierarchy);
+    constexpr uint16_t kCopcInfo = 1, kCopcHierarchy = 1000;
+    return record.Is(kLaszipUser, kLaszipId) || record.Is("copc", kCopcInfo) || record.Is("copc", kCopcHierarchy);
   }
 
   // Moves the descriptors of extra bytes out of the records, and drops what tells of compression.
@@ -261,7 +263,12 @@ class HeaderReader {
         header_.extra_bytes += record.payload;
         continue;
       }
-      if (header_.is_compressed && TellsOfCompression(record)) continue;
+      if (header_.is_compressed && TellsOfCompression(record)) {
+        constexpr size_t kChunkPointsAt = 12;
+        const bool has_chunks = record.Is(kLaszipUser, kLaszipId) && record.payload.size() >= kChunkPointsAt + 4;
+        if (has_chunks) header_.chunk_points = ScalarAt<uint32_t>(record.payload, kChunkPointsAt);
+        continue;
+      }
       if (frame().waveform_record == i) frame().waveform_record = kept.size();
       kept.push_back(std::move(record));
     }
@@ -269,6 +276,7 @@ class HeaderReader {
   }
 
   std::string_view file_;
+  Decompressor decompressor_;
   size_t header_bytes_ = 0;
   LasHeader header_;
 };
@@ -284,6 +292,12 @@ size_t LasHeaderBytes(uint8_t minor_version) {
   return minor_version == 3 ? 235 : kSmallestHeader;
 }
 
-absl::StatusOr<LasHeader> ReadLasHeader(std::string_view file) { return HeaderReader(file).Read(); }
+absl::StatusOr<LasHeader> ReadLasHeader(std::string_view file, Decompressor decompressor) {
+  return HeaderReader(file, decompressor).Read();
+}
+
+bool IsCompressedLas(std::string_view file) {
+  return file.size() >= kSmallestHeader && file.substr(0, 4) == "LASF" && (file[104] & kCompressedBits) != 0;
+}
 
 }  // namespace curv

@@ -1,28 +1,18 @@
 #include "client/io/las/laz_points.h"
 
 #include "absl/strings/str_cat.h"
+#include "client/io/bytes.h"
 
 #ifdef CURV_HAS_LAZPERF
 #include <exception>
 #include <lazperf/readers.hpp>
 #include <new>
 
-#include "client/io/bytes.h"
 #include "client/io/las/las_frame.h"
 #endif
 
 namespace curv {
 
-#ifdef CURV_HAS_LAZPERF
-namespace {
-
-absl::Status LazError(const std::exception& error) {
-  return absl::InvalidArgumentError(
-      absl::StrCat("the compressed points cannot be read: lazperf says \"", error.what(), "\""));
-}
-
-// Checks what lazperf takes on trust: that the table of chunks lies in the file, behind the points, has no more chunks
-// than bytes, and, where all chunks are of one size, has as many as the points take.
 absl::Status CheckChunkTable(std::string_view file, uint64_t points, uint32_t chunk_points) {
   constexpr size_t kTableHead = 8;
   constexpr uint32_t kAnySize = 0xFFFFFFFF;
@@ -43,6 +33,14 @@ absl::Status CheckChunkTable(std::string_view file, uint64_t points, uint32_t ch
                                                    ", for ", points, " points"));
   }
   return absl::OkStatus();
+}
+
+#ifdef CURV_HAS_LAZPERF
+namespace {
+
+absl::Status LazError(const std::exception& error) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("the compressed points cannot be read: lazperf says \"", error.what(), "\""));
 }
 
 class LazperfPoints : public LazPoints {

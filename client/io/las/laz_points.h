@@ -14,6 +14,12 @@ namespace curv {
 // Whether this program was built with lazperf.
 bool CanReadLaz();
 
+// Checks what decompressors take on trust: that the table of chunks lies in the file, behind the start of the points,
+// has no more chunks than the file has bytes, and, where all chunks are of `chunk_points` points, as many as the points
+// take. INVALID_ARGUMENT naming what is wrong. `chunk_points` is 0 where that is not known. REQUIRES: ReadLasHeader
+// succeeds; the header tells of so many points.
+absl::Status CheckChunkTable(std::string_view file, uint64_t points, uint32_t chunk_points);
+
 // Gives the records of a compressed file in their order, as an uncompressed file would hold them. One thread at a time.
 class LazPoints {
  public:

@@ -1,5 +1,6 @@
 // Puts the page together.
 import { COLOR_MAPS, css, rampOf, statusRamp } from "./color_maps.mjs";
+import { readCompressed } from "./compressed.mjs";
 import { control } from "./controls.mjs";
 import { grouped, parse, pointCount, pointsHave, short } from "./numbers.mjs";
 import { drawOverlay } from "./overlay.mjs";
@@ -7,7 +8,7 @@ import { fillHeader, fillNotes, fillPoint, fillStatuses, fillSummary, make, swat
 import { follow } from "./following.mjs";
 import { pickPoint } from "./picking.mjs";
 import { RangeControl } from "./range.mjs";
-import { HALF_VALUES, readPoints, readReport } from "./report_file.mjs";
+import { HALF_VALUES, readPoints, readReport, takeBytes } from "./report_file.mjs";
 import { CloudScene } from "./scene.mjs";
 import { Turntable, VIEWS } from "./camera.mjs";
 
@@ -261,26 +262,41 @@ class Page {
   }
 }
 
+function tell(message) {
+  find("progress").textContent = message;
+  find("progress").classList.remove("bad");
+  delete document.documentElement.dataset.failed;
+}
+
 function fail(message) {
   find("progress").textContent = message;
   find("progress").classList.add("bad");
   document.documentElement.dataset.failed = message;
 }
 
-/** Shows the report that the page holds. */
-async function showReport(page, report) {
+/** Resolves to the report that the page holds, and its points. */
+async function unpack(report) {
   fillHeader(report);
+  if (report.laz) return readCompressed(report, takeBytes(), tell);
   fillSummary(report);
-  let points;
   try {
-    points = await readPoints(report);
+    return { report, points: await readPoints(report) };
   } catch (error) {
-    return fail(`The points cannot be unpacked: ${error.message}`);
+    throw new Error(`The points cannot be unpacked: ${error.message}`, { cause: error });
   }
-  page.show(report, points);
+}
+
+/** Shows the report that the page holds. */
+async function showReport(page, written) {
+  try {
+    const { report, points } = await unpack(written);
+    page.show(report, points);
+  } catch (error) {
+    return fail(error.message);
+  }
   if (page.failure) fail(page.failure);
 }
 
 const report = readReport();
-if (report.served) follow(new Page(), fail);
+if (report.served) follow(new Page(), { tell, fail });
 else showReport(new Page(), report);

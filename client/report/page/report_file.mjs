@@ -1,4 +1,6 @@
 // Unpacks what `curv report` wrote into the page. Its counterpart is client/report/report_page.cc.
+import { bytesOfBase64, inflate } from "./bytes.mjs";
+import { cross, firstTangent, octahedralDirection } from "./directions.mjs";
 
 const LARGEST_PLACE = 65534;
 const NO_DIRECTION = -128;
@@ -18,26 +20,6 @@ function halfValues() {
 }
 export const HALF_VALUES = halfValues();
 
-function bytesOfBase64(text) {
-  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
-  const binary = atob(text);
-  const bytes = new Uint8Array(binary.length);
-  for (let i = 0; i < bytes.length; i++) bytes[i] = binary.charCodeAt(i);
-  return bytes;
-}
-
-async function inflate(bytes, size) {
-  const inflated = new Uint8Array(size);
-  let at = 0;
-  const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate")).getReader();
-  for (let piece = await reader.read(); !piece.done; piece = await reader.read()) {
-    inflated.set(piece.value, at);
-    at += piece.value.length;
-  }
-  if (at !== size) throw new Error(`the points are ${at} bytes, ${size} were expected`);
-  return inflated;
-}
-
 /** Scalars of two bytes are kept as all low bytes, then all high bytes. */
 function joinBytes(bytes, at, count) {
   const scalars = new Uint16Array(count);
@@ -46,7 +28,7 @@ function joinBytes(bytes, at, count) {
 }
 
 /** As IndexHash in client/report/thinning.cc. */
-function indexHash(index) {
+export function indexHash(index) {
   let hash = Math.imul(index ^ (index >>> 16), 0x9e3779b1);
   hash = Math.imul(hash ^ (hash >>> 15), 0x85ebca6b);
   return (hash ^ (hash >>> 16)) >>> 0;
@@ -61,27 +43,8 @@ function chosenIndices(report) {
   return indices;
 }
 
-/** As OctahedralDirection in client/report/quantize.cc. */
-function octahedralDirection(u, v) {
-  const sign = (value) => (value < 0 ? -1 : 1);
-  let [x, y] = [u / 127, v / 127];
-  const z = 1 - Math.abs(x) - Math.abs(y);
-  if (z < 0) [x, y] = [(1 - Math.abs(y)) * sign(x), (1 - Math.abs(x)) * sign(y)];
-  const length = Math.hypot(x, y, z);
-  return [x / length, y / length, z / length];
-}
-
-export const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
-
-/** As FirstTangent in client/report/quantize.cc. */
-function firstTangent([x, y, z]) {
-  const sign = z < 0 ? -1 : 1;
-  const a = -1 / (sign + z);
-  return [1 + sign * x * x * a, sign * x * y * a, -sign * x];
-}
-
 /** The points of a report. They are counted as the report holds them; `indices` says which of the file's they are. */
-class Points {
+export class Points {
   /** `arrays` and `indices` have room for all points of the report, of which the first `count` are there. */
   constructor(report, arrays, indices, count) {
     Object.assign(this, { report, arrays, indices, count });
@@ -178,12 +141,17 @@ export function readReport() {
 
 const bytesOfPoint = (report) => report.arrays.reduce((sum, { bytes }) => sum + bytes, 0);
 
-/** Unpacks the points of the report; the page forgets the text that they came in. */
-export async function readPoints(report) {
+/** The bytes that the page holds of the points; it forgets the text that they came in. */
+export function takeBytes() {
   const element = document.getElementById("points");
-  const packed = bytesOfBase64(element.textContent);
+  const bytes = bytesOfBase64(element.textContent);
   element.remove();
-  const bytes = await inflate(packed, report.shown * bytesOfPoint(report));
+  return bytes;
+}
+
+/** Unpacks the points of the report. */
+export async function readPoints(report) {
+  const bytes = await inflate(takeBytes(), report.shown * bytesOfPoint(report));
   const arrays = {};
   let at = 0;
   for (const { name, bytes: width } of report.arrays) {
