@@ -40,31 +40,72 @@ export class BoxCheck {
   }
 }
 
-const isFloat = (field) => field?.scaling === undefined && (field?.type === 9 || field?.type === 10);
 // Rounding of float32, several times over.
-const SUM_PRECISION = 1e-5;
-const LENGTH_PRECISION = 1e-3;
+const PRECISION = 2e-5;
+const CHANGED = "the file is damaged, or was changed after curv wrote it";
 
-/** Throws an Error that names the first point whose results contradict each other: H is the mean of k1 and k2 wherever
- * the status is ok, and directions are of length 1. `table` is a RecordTable, `statuses` null or those of its points. */
+/** Throws an Error that names the first point whose results contradict each other. Wherever the status is ok, and nowhere
+ * else, there are curvatures, of which H is the mean of k1 and k2, and directions, which are unit vectors across each other;
+ * normals are unit vectors if many are. `table` is a RecordTable, `statuses` null or those of its points. */
 export function checkResults(table, statuses) {
   const isOk = (i) => statuses === null || statuses[i] === 1;
-  const read = (names) => (names.every((name) => isFloat(table.field(name))) ? names.map((name) => table.values(name)) : null);
-  const curvatures = read(["mean_curvature", "k1", "k2"]);
-  for (let i = 0; curvatures && i < table.count; i++) {
-    const [mean, k1, k2] = curvatures.map((values) => values[i]);
+  const fail = (i, what) => {
+    throw new Error(`point ${i} contradicts itself: ${what}: ${CHANGED}`);
+  };
+  checkCurvatures(table, statuses, isOk, fail);
+  checkDirections(table, isOk, fail);
+  checkNormals(table, fail);
+}
+
+const isFloat = (field) => field !== undefined && !field.scaling && (field.type === 9 || field.type === 10);
+const floats = (table, names) => (names.every((name) => isFloat(table.field(name))) ? names.map((name) => table.values(name))
+  : null);
+const vectors = (table, prefix) => floats(table, ["x", "y", "z"].map((axis) => prefix + axis));
+
+function checkCurvatures(table, statuses, isOk, fail) {
+  const read = floats(table, ["mean_curvature", "k1", "k2"]);
+  if (!read) return;
+  const [means, firsts, seconds] = read;
+  for (let i = 0; i < table.count; i++) {
+    const [mean, k1, k2] = [means[i], firsts[i], seconds[i]];
+    if (statuses && isOk(i) !== Number.isFinite(mean)) {
+      fail(i, isOk(i) ? `its status is ok, but its mean curvature is ${mean}`
+        : `its status is ${statuses[i]}, which is not ok, but it has the mean curvature ${mean}`);
+    }
     const size = Math.abs(mean) + Math.abs(k1) + Math.abs(k2);
-    if (!isOk(i) || Math.abs(k1 + k2 - 2 * mean) <= SUM_PRECISION * size || !Number.isFinite(size)) continue;
-    throw new Error(`point ${i} contradicts itself: its mean curvature is ${mean}, its principal curvatures are ${k1} and ` +
-      `${k2}, of which it is not the mean: the file is damaged, or was changed after curv wrote it`);
-  }
-  for (const d of ["d1", "d2"]) {
-    const axes = read(["x", "y", "z"].map((axis) => d + axis));
-    for (let i = 0; axes && i < table.count; i++) {
-      const length = Math.hypot(axes[0][i], axes[1][i], axes[2][i]);
-      if (!isOk(i) || Math.abs(length - 1) <= LENGTH_PRECISION || Number.isNaN(length)) continue;
-      throw new Error(`point ${i} contradicts itself: its direction ${d} has the length ${length}, not 1: the file is ` +
-        "damaged, or was changed after curv wrote it");
+    if (Math.abs(k1 + k2 - 2 * mean) > PRECISION * size || k1 > k2) {
+      fail(i, `its mean curvature is ${mean}, and its principal curvatures are ${k1} and ${k2}`);
     }
   }
+}
+
+function checkDirections(table, isOk, fail) {
+  const [first, second] = ["d1", "d2"].map((prefix) => vectors(table, prefix));
+  if (!first || !second) return;
+  const dot = (i, a, b) => a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i];
+  for (let i = 0; i < table.count; i++) {
+    if (!isOk(i)) continue;
+    for (const [d, direction] of [["d1", first], ["d2", second]]) {
+      const squared = dot(i, direction, direction);
+      if (!(Math.abs(squared - 1) <= PRECISION)) fail(i, `its direction ${d} has the length ${Math.sqrt(squared)}, not 1`);
+    }
+    const cosine = dot(i, first, second);
+    if (Math.abs(cosine) > PRECISION) fail(i, `its directions are no right angle apart, the cosine is ${cosine}`);
+  }
+}
+
+// Those of a file may have any length. Where one in ten has length 1, which damage does not make, the others shall, unless
+// there is none.
+function checkNormals(table, fail) {
+  const normals = vectors(table, "n");
+  if (!normals) return;
+  const [xs, ys, zs] = normals;
+  const squares = xs.map((x, i) => x * x + ys[i] * ys[i] + zs[i] * zs[i]);
+  const isUnit = (squared) => Math.abs(squared - 1) <= PRECISION;
+  if (10 * squares.reduce((count, squared) => count + (isUnit(squared) ? 1 : 0), 0) < table.count) return;
+  squares.forEach((squared, i) => {
+    if (squared !== 0 && !Number.isNaN(squared) && !isUnit(squared)) {
+      fail(i, `its normal has the length ${Math.sqrt(squared)}, and many others length 1`);
+    }
+  });
 }

@@ -30,55 +30,62 @@ export function halfBits(value) {
   return sign | (((unit + 24) << 10) + roundToEven(size * 2 ** -unit));
 }
 
-const dot = ([a, b, c], [x, y, z]) => a * x + b * y + c * z;
-
-/** A vector of about unit length, without overflow; zero if it has no direction. */
-function bounded(v) {
-  const largest = Math.max(Math.abs(v[0]), Math.abs(v[1]), Math.abs(v[2]));
-  if (!(largest > 0) || !Number.isFinite(v[0] + v[1] + v[2])) return [0, 0, 0];
-  return v.map((c) => c / largest);
-}
-
 const signOf = (value) => (value < 0 ? -1 : 1);
 
-/** Of the four codes around a direction, that whose direction is nearest. */
-export function octahedralCode(direction) {
-  const d = bounded(direction);
-  const sum = Math.abs(d[0]) + Math.abs(d[1]) + Math.abs(d[2]);
-  if (sum === 0) return [NO_DIRECTION, NO_DIRECTION];
-  let [u, v] = [d[0] / sum, d[1] / sum];
-  if (d[2] < 0) [u, v] = [(1 - Math.abs(v)) * signOf(u), (1 - Math.abs(u)) * signOf(v)];
-  const length = Math.sqrt(dot(d, d));
-  let [best, bestAgreement] = [[0, 0], -2];
-  for (const along of [Math.floor(u * SQUARE_STEPS), Math.ceil(u * SQUARE_STEPS)]) {
-    for (const across of [Math.floor(v * SQUARE_STEPS), Math.ceil(v * SQUARE_STEPS)]) {
-      const agreement = dot(d, octahedralDirection(along, across)) / length;
-      if (agreement > bestAgreement) [best, bestAgreement] = [[along, across], agreement];
-    }
-  }
-  return best;
+/** The cosine between the direction of a code and the vector (x, y, z), times that vector's length. */
+function agreement(u, v, x, y, z) {
+  let [a, b] = [u / SQUARE_STEPS, v / SQUARE_STEPS];
+  const c = 1 - Math.abs(a) - Math.abs(b);
+  if (c < 0) [a, b] = [(1 - Math.abs(b)) * signOf(a), (1 - Math.abs(a)) * signOf(b)];
+  return (x * a + y * b + z * c) / Math.sqrt(a * a + b * b + c * c);
 }
 
-/** How far a direction is turned in the plane across a normal, from firstTangent on. */
-export function angleCode(normal, direction) {
-  const d = bounded(direction);
-  const first = firstTangent(normal);
-  const [along, across] = [dot(d, first), dot(d, cross(normal, first))];
-  if (along === 0 && across === 0) return NO_ANGLE;
-  return Math.round((Math.atan2(across, along) / Math.PI + 1) * ANGLE_STEPS) % ANGLE_STEPS;
+/** Writes to us[i] and vs[i], as unsigned bits, that code of the four around a direction whose direction is nearest. */
+function encodeDirection(x, y, z, us, vs, i) {
+  const largest = Math.max(Math.abs(x), Math.abs(y), Math.abs(z));
+  if (!(largest > 0) || !Number.isFinite(x + y + z)) {
+    us[i] = vs[i] = NO_DIRECTION & 255;
+    return;
+  }
+  // No sum of squares overflows.
+  const [dx, dy, dz] = [x / largest, y / largest, z / largest];
+  const sum = Math.abs(dx) + Math.abs(dy) + Math.abs(dz);
+  let [u, v] = [dx / sum, dy / sum];
+  if (dz < 0) [u, v] = [(1 - Math.abs(v)) * signOf(u), (1 - Math.abs(u)) * signOf(v)];
+  const [along, across] = [Math.floor(u * SQUARE_STEPS), Math.floor(v * SQUARE_STEPS)];
+  let best = -2 * sum;
+  for (let way = 0; way < 4; way++) {
+    const code = way < 2 ? along : Math.ceil(u * SQUARE_STEPS);
+    const other = way % 2 === 0 ? across : Math.ceil(v * SQUARE_STEPS);
+    const found = agreement(code, other, dx, dy, dz);
+    if (found <= best) continue;
+    best = found;
+    us[i] = code & 255;
+    vs[i] = other & 255;
+  }
 }
 
 /** Adds the arrays NAME_u and NAME_v of vectors, three arrays of coordinates, to `arrays`. `isKept(i)`: whether vector i
- * is one. Returns the codes' directions. */
+ * is one. */
 export function addDirections(name, [xs, ys, zs], arrays, isKept = () => true) {
   const [us, vs] = [new Uint8Array(xs.length), new Uint8Array(xs.length)];
   for (let i = 0; i < xs.length; i++) {
-    const [u, v] = octahedralCode(isKept(i) ? [xs[i], ys[i], zs[i]] : [0, 0, 0]);
-    us[i] = u & 255;
-    vs[i] = v & 255;
+    if (isKept(i)) encodeDirection(xs[i], ys[i], zs[i], us, vs, i);
+    else us[i] = vs[i] = NO_DIRECTION & 255;
   }
   arrays[`${name}_u`] = us;
   arrays[`${name}_v`] = vs;
+}
+
+const dot = ([a, b, c], [x, y, z]) => a * x + b * y + c * z;
+
+/** How far a direction is turned in the plane across a normal, from firstTangent on. */
+function angleCode(normal, direction) {
+  if (!Number.isFinite(direction[0] + direction[1] + direction[2])) return NO_ANGLE;
+  const first = firstTangent(normal);
+  const [along, across] = [dot(direction, first), dot(direction, cross(normal, first))];
+  if (along === 0 && across === 0) return NO_ANGLE;
+  return Math.round((Math.atan2(across, along) / Math.PI + 1) * ANGLE_STEPS) % ANGLE_STEPS;
 }
 
 /** Adds the array of angles of `seconds` to the coded directions `first` of `arrays`. */

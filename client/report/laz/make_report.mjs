@@ -3,6 +3,7 @@
 import { indexHash } from "../page/report_file.mjs";
 import { checkResults } from "./checks.mjs";
 import { addAngles, addDirections, halfBits } from "./codes.mjs";
+import { filled } from "./filled.mjs";
 import { choosePose } from "./pose.mjs";
 import { chooseColumns, describeQuantity } from "./quantities.mjs";
 import { RecordTable } from "./record_table.mjs";
@@ -15,7 +16,7 @@ const LARGEST_HASH = 0xffffffff;
 /** The points that are held: all, or those with the smallest hashes, as ChoosePoints in client/report/thinning.cc. */
 function choosePoints(size, most) {
   let limit = LARGEST_HASH;
-  if (size > most) limit = Uint32Array.from({ length: size }, (_, i) => indexHash(i)).sort()[most - 1];
+  if (size > most) limit = filled(Uint32Array, size, indexHash).sort()[most - 1];
   const indices = new Uint32Array(Math.min(size, most));
   for (let i = 0, at = 0; i < size; i++) if (indexHash(i) <= limit) indices[at++] = i;
   return { limit, indices };
@@ -25,7 +26,8 @@ function choosePoints(size, most) {
 function statusesOf(table) {
   if (!table.has("status")) return null;
   const values = table.values("status");
-  return values.every((value) => Number.isInteger(value) && value >= 0 && value <= 255) ? Uint8Array.from(values) : null;
+  const isOne = (value) => Number.isInteger(value) && value >= 0 && value <= 255;
+  return values.every(isOne) ? new Uint8Array(values) : null;
 }
 
 function countStatuses(statuses, words) {
@@ -37,7 +39,7 @@ function countStatuses(statuses, words) {
 const placeCodes = (values, low, high) => {
   const width = 0.5 * high - 0.5 * low;
   const share = (value) => (width > 0 ? Math.min(Math.max((0.5 * value - 0.5 * low) / width, 0), 1) : 0);
-  return Uint16Array.from(values, (value) => Math.round(share(value) * LARGEST_PLACE));
+  return filled(Uint16Array, values.length, (i) => Math.round(share(values[i]) * LARGEST_PLACE));
 };
 
 /** Adds the array radius8 of splats that are rounded up, and resolves to the largest radius. */
@@ -46,8 +48,8 @@ async function addRadii(positions, { low, high }, arrays, pause, tell) {
   const places = positions.map((values, axis) => values.map((value) => (0.5 * value - 0.5 * low[axis]) / half));
   const radii = await discRadii(places, pause, tell);
   const largest = radii.reduce((most, radius) => Math.max(most, radius), 0);
-  arrays.radius8 = Uint8Array.from(radii, (radius) =>
-    Math.min(Math.floor(Math.log2(largest / radius) * RADIUS_STEPS_AN_OCTAVE), 255));
+  arrays.radius8 = filled(Uint8Array, radii.length, (i) =>
+    Math.min(Math.floor(Math.log2(largest / radii[i]) * RADIUS_STEPS_AN_OCTAVE), 255));
   return largest;
 }
 
@@ -91,11 +93,11 @@ export async function makeReport(written, records, box, tell, pause) {
   const quantities = [];
   for (const column of columns.shown) {
     const { entry, values } = describeQuantity(table, column, statuses, indices, report.percents);
-    arrays[`quantity${quantities.length}`] = Uint16Array.from(values, (value) => halfBits(value / entry.scale));
+    arrays[`quantity${quantities.length}`] = filled(Uint16Array, indices.length, (i) => halfBits(values[i] / entry.scale));
     quantities.push(entry);
     await pause();
   }
-  if (statuses) arrays.status = Uint8Array.from(indices, (i) => statuses[i]);
+  if (statuses) arrays.status = filled(Uint8Array, indices.length, (i) => statuses[indices[i]]);
   addOrientation(table, indices, statuses, arrays);
   await pause(() => tell("Choosing a view …"));
   const pose = await choosePose(positions, table.vectors("n", indices), report.up, pause);

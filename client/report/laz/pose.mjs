@@ -17,14 +17,14 @@ function makeCloud(positions, normals) {
   const mean = [0, 0, 0];
   let withNormal = 0;
   for (let i = 0; normals && i < count; i++) {
-    const [x, y, z] = normals.map((values) => values[i]);
+    const [x, y, z] = [normals[0][i], normals[1][i], normals[2][i]];
     const length = Math.sqrt(x * x + y * y + z * z);
     if (!Number.isFinite(length) || length === 0) continue;
     withNormal += 1;
-    [x, y, z].forEach((c, axis) => {
-      units[axis][i] = (1 / length) * c;
+    for (let axis = 0; axis < 3; axis++) {
+      units[axis][i] = (1 / length) * normals[axis][i];
       mean[axis] += units[axis][i];
-    });
+    }
   }
   const largest = positions.reduce((most, values) => values.reduce((size, c) => Math.max(size, Math.abs(c)), most), 0);
   // A power of two, so that no product of coordinates overflows or vanishes.
@@ -48,12 +48,13 @@ function isMirrored({ count, positions, middle, extent }, axis) {
   const seen = new Uint8Array(CELLS ** 3);
   const largest = Math.max(...extent);
   const cell = (offset) => Math.min(Math.max(Math.trunc((offset / largest + 0.5) * CELLS), 0), CELLS - 1);
+  const mirror = [1, 1, 1].map((sign, a) => (a === axis ? -sign : sign));
+  const offsets = [0, 0, 0];
   for (let i = 0; i < count; i++) {
-    const from = positions.map((values, a) => values[i] - middle[a]);
-    for (const side of [1, 2]) {
-      seen[(cell(from[0]) * CELLS + cell(from[1])) * CELLS + cell(from[2])] |= side;
-      from[axis] = -from[axis];
-    }
+    for (let a = 0; a < 3; a++) offsets[a] = positions[a][i] - middle[a];
+    const [x, y, z] = offsets;
+    seen[(cell(x) * CELLS + cell(y)) * CELLS + cell(z)] |= 1;
+    seen[(cell(x * mirror[0]) * CELLS + cell(y * mirror[1])) * CELLS + cell(z * mirror[2])] |= 2;
   }
   const [both, any] = [seen.filter((sides) => sides === 3).length, seen.filter((sides) => sides !== 0).length];
   return both >= MIRRORED_SHARE * any;

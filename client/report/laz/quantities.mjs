@@ -1,4 +1,5 @@
 // Chooses the columns that a report shows, and sums each up. Its counterpart is client/report/report_quantity.cc.
+import { filled } from "./filled.mjs";
 
 const LARGEST = Number.MAX_VALUE;
 const LARGEST_HALF = 65504;
@@ -16,13 +17,23 @@ export function chooseColumns(table, { known, noQuantities, quantity }, most) {
   return { shown: candidates.slice(0, most), leftOut: candidates.slice(most).map(({ column }) => column) };
 }
 
-const sortedFinite = (values) => values.filter(Number.isFinite).sort();
+function sortedFinite(values) {
+  const finite = new Float64Array(values.length);
+  let count = 0;
+  for (const value of values) if (value - value === 0) finite[count++] = value;
+  return finite.subarray(0, count).sort();
+}
+
 const clampEnd = (value) => Math.min(Math.max(value, -0.25 * LARGEST), 0.25 * LARGEST);
 
-/** Symmetric about zero, and wide enough for 98 % of the values. */
+/** Symmetric about zero, and wide enough for 98 % of the values, of which the largest stand at both ends. */
 function symmetricEnds(sorted) {
-  const sizes = sorted.map(Math.abs).sort();
-  const size = sizes[Math.floor(0.98 * (sizes.length - 1))];
+  let [first, last] = [0, sorted.length - 1];
+  for (let above = last - Math.floor(0.98 * last); above > 0; above--) {
+    if (Math.abs(sorted[first]) > Math.abs(sorted[last])) first += 1;
+    else last -= 1;
+  }
+  const size = Math.max(Math.abs(sorted[first]), Math.abs(sorted[last]));
   const end = size > 0 ? Math.min(size, 0.5 * LARGEST) : 1;
   return [-end, end];
 }
@@ -65,7 +76,7 @@ export function describeQuantity(table, column, statuses, chosen, percents) {
   const isFiniteOf = (holds) => values.some((value) => holds(value) && Number.isFinite(value));
   const isSigned = column.title ? column.signed : isFiniteOf((value) => value < 0) && isFiniteOf((value) => value > 0);
   const summary = sumUp(values, isSigned, percents);
-  const ofChosen = Float64Array.from(chosen, (i) => values[i]);
+  const ofChosen = filled(Float64Array, chosen.length, (i) => values[chosen[i]]);
   const entry = {
     column: column.column,
     title: column.title ?? column.column,

@@ -1,4 +1,5 @@
 // Chooses how large splats are. Its counterparts are client/render/framing.cc and client/neighbors/.
+import { filled } from "./filled.mjs";
 
 const RANK = 6;
 const LARGEST_DISC = 4;
@@ -9,8 +10,8 @@ const BLOCK = 8192;
 /** Points in the order of a balanced tree: the middle of each range splits it across its longest side. */
 class PointTree {
   constructor(xs, ys, zs) {
-    this.coordinates = [xs, ys, zs].map((values) => Float64Array.from(values));
-    this.order = Uint32Array.from(xs, (_, i) => i);
+    this.coordinates = [xs, ys, zs].map((values) => values.slice());
+    this.order = filled(Uint32Array, xs.length, (i) => i);
     this.axes = new Uint8Array(xs.length);
     this.#split(0, xs.length);
     this.found = new Float64Array(RANK);
