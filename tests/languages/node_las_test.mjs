@@ -115,7 +115,7 @@ test("curvd-las makes the LAS file that was compressed", (context) => {
 test("without laz-perf a LAZ file says what to install", (context) => {
   const folder = mkdtempSync(path.join(tmpdir(), "curvd-laz-"));
   context.after(() => rmSync(folder, { recursive: true }));
-  for (const name of ["las.mjs", "laz.mjs"]) cpSync(path.join(nodeClient, name), path.join(folder, name));
+  for (const name of ["las.mjs", "laz.mjs", "laz_records.mjs"]) cpSync(path.join(nodeClient, name), path.join(folder, name));
   const program = `import { readPointCloud } from "./las.mjs";
     console.log((await readPointCloud(${JSON.stringify(fileOf("terrain_3.las"))})).pointCount);
     await readPointCloud(${JSON.stringify(fileOf("terrain_3.laz"))}).catch((error) => console.log(error.message));`;

@@ -61,9 +61,38 @@ export const askFor = (tab, index) => tab.evaluate(`(() => {
   document.querySelector("#goto button").click();
 })()`);
 
+/** Clicks where the page marks the chosen point. */
+export async function clickMarker(tab) {
+  const [x, y] = await tab.evaluate(`(() => {
+    const [marker, box] = ["marker", "view"].map((id) => document.getElementById(id));
+    const { left, top } = box.getBoundingClientRect();
+    return [left + Number(marker.getAttribute("cx")), top + Number(marker.getAttribute("cy"))];
+  })()`);
+  await tab.click(x, y);
+}
+
 /** The rows of the table about the chosen point: what stands beside each name. */
 export const pointTable = (tab) => tab.evaluate(`Object.fromEntries(
   [...document.querySelectorAll("#point tr")].map((row) => [row.cells[0].textContent, row.cells[1].textContent]))`);
+
+// The least ratio of WCAG 2.1, 1.4.3: 4.5 for text. Colors are opaque, but for the legend's background.
+export const LOWEST_CONTRAST = `(() => {
+  const levels = (text) => text.match(/[\\d.]+/g).slice(0, 3).map((c) => c / 255)
+    .map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
+  const light = (text) => levels(text).reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
+  const backdrop = (element) => {
+    const color = getComputedStyle(element).backgroundColor;
+    if (/^rgb\\(/.test(color)) return color;
+    return element.parentElement ? backdrop(element.parentElement) : "rgb(255, 255, 255)";
+  };
+  const texts = [...document.querySelectorAll("body *")].filter((element) =>
+    element.checkVisibility() && !element.closest("script, svg, select, [disabled]") &&
+    [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim()));
+  return texts.map((element) => {
+    const [a, b] = [light(getComputedStyle(element).color), light(backdrop(element))];
+    return [(Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), element.textContent.slice(0, 40)];
+  }).sort((a, b) => a[0] - b[0])[0];
+})()`;
 
 /** A number as the page writes it, its unit left out. */
 export function readNumber(text) {

@@ -4,8 +4,8 @@ import { writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 import { Browser, findBrowser } from "./browser.mjs";
 import {
-  askFor, expectQuiet, expectValue, inFolder, pictureOf, pointTable, READY, readCsv, readNumber, removeFolder, runCurv,
-  writeReport,
+  askFor, expectQuiet, expectValue, inFolder, LOWEST_CONTRAST, pictureOf, pointTable, READY, readCsv, readNumber,
+  removeFolder, runCurv, writeReport,
 } from "./helpers.mjs";
 
 let browser, tab, path;
@@ -22,25 +22,6 @@ after(async () => {
   await browser?.close();
   removeFolder();
 });
-
-// The least ratio of WCAG 2.1, 1.4.3: 4.5 for text. Colors are opaque, but for the legend's background.
-const LOWEST_CONTRAST = `(() => {
-  const levels = (text) => text.match(/[\\d.]+/g).slice(0, 3).map((c) => c / 255)
-    .map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
-  const light = (text) => levels(text).reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
-  const backdrop = (element) => {
-    const color = getComputedStyle(element).backgroundColor;
-    if (/^rgb\\(/.test(color)) return color;
-    return element.parentElement ? backdrop(element.parentElement) : "rgb(255, 255, 255)";
-  };
-  const texts = [...document.querySelectorAll("body *")].filter((element) =>
-    element.checkVisibility() && !element.closest("script, svg, select, [disabled]") &&
-    [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim()));
-  return texts.map((element) => {
-    const [a, b] = [light(getComputedStyle(element).color), light(backdrop(element))];
-    return [(Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), element.textContent.slice(0, 40)];
-  }).sort((a, b) => a[0] - b[0])[0];
-})()`;
 
 test("fits into a window of 400 pixels", async () => {
   await tab.open(path, READY);

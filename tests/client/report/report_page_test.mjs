@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { Browser, findBrowser } from "./browser.mjs";
 import {
-  askFor, choose, clickOn, expectQuiet, expectValue, inFolder, pictureOf, pointTable, READY, readCsv, readNumber,
+  askFor, choose, clickMarker, clickOn, expectQuiet, expectValue, inFolder, pictureOf, pointTable, READY, readCsv, readNumber,
   removeFolder, runCurv, writeReport,
 } from "./helpers.mjs";
 import { countHoles, shareChanged } from "./picture.mjs";
@@ -34,16 +34,6 @@ const indexOf = (holds) => {
   return index;
 };
 
-/** Clicks where the page marks the chosen point. */
-async function clickMarker() {
-  const [x, y] = await tab.evaluate(`(() => {
-    const [marker, box] = ["marker", "view"].map((id) => document.getElementById(id));
-    const { left, top } = box.getBoundingClientRect();
-    return [left + Number(marker.getAttribute("cx")), top + Number(marker.getAttribute("cy"))];
-  })()`);
-  await tab.click(x, y);
-}
-
 test("draws a closed surface, and asks for nothing but its file", async () => {
   await clickOn(tab, "#views button");
   const picture = await pictureOf(tab);
@@ -67,7 +57,7 @@ test("tells of a clicked point what the file says", async () => {
   await askFor(tab, ok);
   await pictureOf(tab);
   await tab.evaluate("document.getElementById('point').replaceChildren()");
-  await clickMarker();
+  await clickMarker(tab);
   const told = await pointTable(tab);
   const row = rows[ok];
   assert.equal(readNumber(told.Index.replaceAll(",", "")), ok);

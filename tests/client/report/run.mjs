@@ -9,5 +9,5 @@ if (!findBrowser()) {
   process.exit(77);
 }
 const folder = dirname(fileURLToPath(import.meta.url));
-const tests = ["report_page_test.mjs", "report_looks_test.mjs", "report_view_test.mjs"].map((name) => join(folder, name));
+const tests = ["report_page_test.mjs", "report_looks_test.mjs", "report_view_test.mjs", "report_laz_test.mjs"].map((name) => join(folder, name));
 process.exit(spawnSync(process.execPath, ["--test", ...tests], { stdio: "inherit" }).status ?? 1);
