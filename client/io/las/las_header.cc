@@ -39,7 +39,7 @@ absl::Status CompressedError(std::string_view file) {
       "; byte 104, the point data record format, is ", static_cast<unsigned>(file[104] & 0xff),
       "): this curv was built without lazperf, and reads plain LAS. Decompress the file first, with \"laszip -i in.laz "
       "-o out.las\", \"pdal translate in.laz out.las\" or, of the Node.js client, \"npx curvd-las in.laz "
-      "out.las\"");
+      "out.las\"; curv report and curv view show it as it is");
 }
 
 // Reads the header field by field.

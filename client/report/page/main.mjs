@@ -26,6 +26,7 @@ class Page {
     const before = this.report;
     const chosenIndex = this.chosen < 0 ? -1 : this.points.indices[this.chosen];
     Object.assign(this, { report, points });
+    setEmpty(false);
     fillHeader(report);
     fillSummary(report);
     fillNotes(report, points);
@@ -262,6 +263,11 @@ class Page {
   }
 }
 
+/** Whether there is nothing to choose or to read so far, beside the word of what is going on. */
+function setEmpty(isEmpty) {
+  document.documentElement.toggleAttribute("data-empty", isEmpty);
+}
+
 function tell(message) {
   find("progress").textContent = message;
   find("progress").classList.remove("bad");
@@ -277,6 +283,7 @@ function fail(message) {
 /** Resolves to the report that the page holds, and its points. */
 async function unpack(report) {
   fillHeader(report);
+  setEmpty(Boolean(report.laz));
   if (report.laz) return readCompressed(report, takeBytes(), tell);
   fillSummary(report);
   try {
@@ -298,5 +305,9 @@ async function showReport(page, written) {
 }
 
 const report = readReport();
-if (report.served) follow(new Page(), { tell, fail });
-else showReport(new Page(), report);
+if (report.served) {
+  setEmpty(true);
+  follow(new Page(), { tell, fail });
+} else {
+  showReport(new Page(), report);
+}

@@ -168,6 +168,7 @@ async function openBroken(bytes, name = "broken.laz") {
   await tab.open(writeReport(name, "broken.html"), FAILED);
   const said = await tab.evaluate("document.getElementById('progress').textContent");
   assert.equal(await tab.evaluate("document.documentElement.dataset.ready"), undefined);
+  assert.equal(await tab.evaluate("document.getElementById('quantity').checkVisibility({ visibilityProperty: true })"), false);
   assert.equal(await tab.evaluate("document.querySelectorAll('#summary td, #point td, #quantity option').length"), 0);
   return said;
 }
