@@ -206,7 +206,7 @@ client/%/node_modules/.package-lock.json: client/%/package.json client/%/package
 	@touch $@
 
 .PHONY: report-page
-report-page: client/report/node_modules/.package-lock.json ## Make the page of curv report again, client/report/page.html, of client/report/page/
+report-page: client/report/node_modules/.package-lock.json ## Make the page of curv report again, client/report/page.html and laz_codec.html, of client/report/page/ and laz/
 	@node client/report/build.mjs
 
 # docker, podman or buildah; the latter two make OCI images, which know no health check, unless they are told.

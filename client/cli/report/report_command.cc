@@ -19,10 +19,7 @@ constexpr char kReportExamples[] =
     "  curv report result.ply -o report.html --quantity=gaussian --unit=mm --up=y\n"
     "The page is one file, which a browser opens without a network: turn the cloud, choose quantity, colors and "
     "range,\n"
-    "click a point to read its values. Of a LAZ or COPC file that this curv cannot decompress it holds the file as it "
-    "is, "
-    "and\n"
-    "a codec.";
+    "click a point to read its values. The page itself decompresses a LAZ or COPC file that this curv cannot.";
 
 struct ReportFlags {
   PageFlags page;

@@ -31,7 +31,9 @@ constexpr char kViewExamples[] =
     "  curv view result.ply --watch &\n"
     "  curv estimate scan.ply -o result.ply --auto\n"
     "Open the address that it prints in a browser of this machine; nobody else can guess it. Points are drawn as they\n"
-    "come. Ctrl-C ends it, with exit code 0. curv report writes the same page into a file.";
+    "come. The page itself decompresses a LAZ or COPC file that this curv cannot, and shows 1,000,000 of its points "
+    "unless\n"
+    "--points asks for more. Ctrl-C ends it, with exit code 0. curv report writes the same page into a file.";
 
 struct ViewFlags {
   PageFlags page{.usual_points = 10'000'000};
