@@ -2,6 +2,7 @@
 
 // Of the scalar types 1 to 10: bytes are read by the DataView's method of that name.
 const READS = ["Uint8", "Int8", "Uint16", "Int16", "Uint32", "Int32", "BigUint64", "BigInt64", "Float32", "Float64"];
+const FLOAT32 = 9;
 const isWide = ({ type, scaling }) => (type === 7 || type === 8) && !scaling;
 const LARGEST_EXACT = 2n ** 53n;
 
@@ -55,10 +56,16 @@ export class RecordTable {
   values(name, indices = null) {
     const { type, at, bits, firstBit, scaling } = this.columns.get(name);
     const { recordBytes } = this.layout;
-    const read = this.#reader(type);
     const size = indices ? indices.length : this.count;
     const values = new Float64Array(size);
-    for (let i = 0; i < size; i++) values[i] = Number(read((indices ? indices[i] : i) * recordBytes + at));
+    if (type === FLOAT32) {
+      // Most columns are of this type, and a call that is the same for all points takes a tenth of the time.
+      const { view } = this;
+      for (let i = 0; i < size; i++) values[i] = view.getFloat32((indices ? indices[i] : i) * recordBytes + at, true);
+    } else {
+      const read = this.#reader(type);
+      for (let i = 0; i < size; i++) values[i] = Number(read((indices ? indices[i] : i) * recordBytes + at));
+    }
     if (bits) for (let i = 0; i < size; i++) values[i] = (values[i] >> firstBit) & ((1 << bits) - 1);
     if (scaling) {
       const { scale, offset, noData } = scaling;

@@ -7,49 +7,38 @@ const LARGEST_SHARE = 1 / 6;
 const LEAF = 10;
 const BLOCK = 8192;
 
-/** Points in the order of a balanced tree: the middle of each range splits it across its longest side. */
+/** Points in the order of a balanced tree: the middle of each range splits it across its longest side. Its methods are not
+ * private: for the browsers that pages are made for, private ones would become several calls each. */
 class PointTree {
   constructor(xs, ys, zs) {
-    this.coordinates = [xs, ys, zs].map((values) => values.slice());
+    Object.assign(this, { xs: xs.slice(), ys: ys.slice(), zs: zs.slice() });
     this.order = filled(Uint32Array, xs.length, (i) => i);
     this.axes = new Uint8Array(xs.length);
-    this.#split(0, xs.length);
     this.found = new Float64Array(RANK);
+    this.split(0, xs.length);
   }
 
-  #split(begin, end) {
+  split(begin, end) {
     if (end - begin <= LEAF) return;
     const middle = (begin + end) >> 1;
-    const axis = this.#longestSide(begin, end);
+    const sides = [this.xs, this.ys, this.zs].map((values) => sideOf(values, begin, end));
+    const axis = sides.indexOf(Math.max(...sides));
     this.axes[middle] = axis;
-    this.#select(this.coordinates[axis], begin, end - 1, middle);
-    this.#split(begin, middle);
-    this.#split(middle + 1, end);
-  }
-
-  #longestSide(begin, end) {
-    const sides = this.coordinates.map((values) => {
-      let [low, high] = [Infinity, -Infinity];
-      for (let i = begin; i < end; i++) {
-        const value = values[i];
-        if (value < low) low = value;
-        if (value > high) high = value;
-      }
-      return high - low;
-    });
-    return sides.indexOf(Math.max(...sides));
+    this.select(axis === 0 ? this.xs : axis === 1 ? this.ys : this.zs, begin, end - 1, middle);
+    this.split(begin, middle);
+    this.split(middle + 1, end);
   }
 
   /** Puts the point that belongs there, by these keys, to `place`, smaller ones before it, larger ones behind it. */
-  #select(keys, first, last, place) {
-    let [low, high] = [first, last];
+  select(keys, first, last, place) {
+    let low = first, high = last;
     while (low < high) {
       const pivot = keys[(low + high) >> 1];
-      let [i, j] = [low, high];
+      let i = low, j = high;
       while (i <= j) {
         while (keys[i] < pivot) i++;
         while (keys[j] > pivot) j--;
-        if (i <= j) this.#swap(i++, j--);
+        if (i <= j) this.swap(i++, j--);
       }
       if (place <= j) high = j;
       else if (place >= i) low = i;
@@ -57,51 +46,47 @@ class PointTree {
     }
   }
 
-  #swap(i, j) {
-    const [xs, ys, zs] = this.coordinates;
-    let kept = xs[i];
+  swap(i, j) {
+    const { xs, ys, zs, order } = this;
+    const [x, y, z, index] = [xs[i], ys[i], zs[i], order[i]];
     xs[i] = xs[j];
-    xs[j] = kept;
-    kept = ys[i];
     ys[i] = ys[j];
-    ys[j] = kept;
-    kept = zs[i];
     zs[i] = zs[j];
-    zs[j] = kept;
-    kept = this.order[i];
-    this.order[i] = this.order[j];
-    this.order[j] = kept;
+    order[i] = order[j];
+    xs[j] = x;
+    ys[j] = y;
+    zs[j] = z;
+    order[j] = index;
   }
 
   /** The distance from the point at that place of the order to the sixth nearest other; to the farthest if there are
    * fewer, 0 if there is none. */
   spacing(place) {
-    const [xs, ys, zs] = this.coordinates;
     this.found.fill(Infinity);
-    this.#search(0, xs.length, place, xs[place], ys[place], zs[place]);
-    const others = Math.min(RANK, xs.length - 1);
+    this.search(0, this.xs.length, place, this.xs[place], this.ys[place], this.zs[place]);
+    const others = Math.min(RANK, this.xs.length - 1);
     return others === 0 ? 0 : Math.sqrt(this.found[others - 1]);
   }
 
-  #search(begin, end, self, x, y, z) {
-    const [xs, ys, zs] = this.coordinates;
+  search(begin, end, self, x, y, z) {
+    const { xs, ys, zs } = this;
     if (end - begin <= LEAF) {
-      for (let i = begin; i < end; i++) if (i !== self) this.#offer(x - xs[i], y - ys[i], z - zs[i]);
+      for (let i = begin; i < end; i++) if (i !== self) this.offer(x - xs[i], y - ys[i], z - zs[i]);
       return;
     }
     const middle = (begin + end) >> 1;
     const axis = this.axes[middle];
     const beyond = axis === 0 ? x - xs[middle] : axis === 1 ? y - ys[middle] : z - zs[middle];
     const isBefore = beyond < 0;
-    if (isBefore) this.#search(begin, middle, self, x, y, z);
-    else this.#search(middle + 1, end, self, x, y, z);
+    if (isBefore) this.search(begin, middle, self, x, y, z);
+    else this.search(middle + 1, end, self, x, y, z);
     if (beyond * beyond > this.found[RANK - 1]) return;
-    if (middle !== self) this.#offer(x - xs[middle], y - ys[middle], z - zs[middle]);
-    if (isBefore) this.#search(middle + 1, end, self, x, y, z);
-    else this.#search(begin, middle, self, x, y, z);
+    if (middle !== self) this.offer(x - xs[middle], y - ys[middle], z - zs[middle]);
+    if (isBefore) this.search(middle + 1, end, self, x, y, z);
+    else this.search(begin, middle, self, x, y, z);
   }
 
-  #offer(dx, dy, dz) {
+  offer(dx, dy, dz) {
     const { found } = this;
     const squared = dx * dx + dy * dy + dz * dz;
     if (squared >= found[RANK - 1]) return;
@@ -109,6 +94,16 @@ class PointTree {
     for (; i > 0 && found[i - 1] > squared; i--) found[i] = found[i - 1];
     found[i] = squared;
   }
+}
+
+function sideOf(values, begin, end) {
+  let low = Infinity, high = -Infinity;
+  for (let i = begin; i < end; i++) {
+    const value = values[i];
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return high - low;
 }
 
 async function spacings(positions, pause, tell) {
@@ -127,14 +122,7 @@ async function spacings(positions, pause, tell) {
  * `tell(share)` is called with how much of it is done. */
 export async function discRadii(positions, pause, tell) {
   let extent = 0;
-  for (const values of positions) {
-    let [low, high] = [Infinity, -Infinity];
-    for (const value of values) {
-      if (value < low) low = value;
-      if (value > high) high = value;
-    }
-    extent = Math.max(extent, high - low);
-  }
+  for (const values of positions) extent = Math.max(extent, sideOf(values, 0, values.length));
   if (extent === 0) return new Float64Array(positions[0].length).fill(1);
   const radii = await spacings(positions, pause, tell);
   const apart = radii.filter((spacing) => spacing > 0).sort();
