@@ -153,7 +153,7 @@ bench: deps ## Run the benchmarks and rewrite docs/benchmarks.md (QUICK=1: small
 .PHONY: paper
 paper: deps ## Make the paper's figures and tables again in docs/paper/ (QUICK=1: small clouds, few neighbor counts)
 	@cmake --preset bench >/dev/null
-	@cmake --build --preset bench --parallel $(JOBS) --target paper_cloud paper_errors paper_times curv
+	@cmake --build --preset bench --parallel $(JOBS) --target automatic_curves paper_cloud paper_errors paper_times curv
 	@bench/paper/run.sh build/bench $(if $(QUICK),--quick)
 
 .PHONY: format format-check

@@ -35,7 +35,8 @@ def load(folder, figure):
             if line["figure"] != figure:
                 continue
             image = Image.open(folder / f"{figure}__{line['row']}__{line['column']}.png").convert("RGB")
-            scale = math.ceil(13 * max(7.0, 0.0165 * image.height))  # client/render/legend.cc
+            letters = max(11.0, 0.0215 * min(image.height, 0.85 * image.width))
+            scale = math.ceil(11.5 * letters)  # client/render/legend.cc
             image = image.crop((0, 0, image.width - scale, image.height))
             panels.append(Panel(line["row"], line["column"], float(line["low"]), float(line["high"]), line["source"],
                                 image))
@@ -141,6 +142,8 @@ def main():
     gallery(load(renders, "figure7"), 2, lambda name: {"mean": "mean curvature H", "gaussian": "Gaussian curvature G"}
             .get(name, f"principal curvature {name}"), folder / "figure7.png", one_scale=False)
     gallery(load(renders, "figure8"), 3, lambda name: f"K = {name}", folder / "figure8.png", one_scale=True)
+    gallery(load(renders, "automatic"), 2, lambda name: {"chosen": "chosen K", "auto": "H, auto"}
+            .get(name, f"H, avg-hexagram, K = {name}"), folder / "automatic-scan.png", one_scale=False)
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ estimate() {
 # render FIGURE ROW COLUMN RESULT QUANTITY RANGE SOURCE FLAGS...
 render() {
   local name="$1__$2__$3"
-  "$curv" render "$4" --quantity="$5" --range="$6" --size=491x400 -o "$out/$name.png" "${@:8}" >/dev/null
+  "$curv" render "$4" --quantity="$5" --range="$6" --size=527x400 -o "$out/$name.png" "${@:8}" >/dev/null
   echo "$1,$2,$3,${6/:/,},$7" >>"$out/panels.csv"
 }
 
@@ -84,4 +84,14 @@ scale=$(bench/paper/color_range.py "$clouds/scan-50.csv" mean)
 for k in 20 50 80 100 200 300 1000 2000 3000; do
   estimate "$scan" hexagram $k "$clouds/result.ply"
   render figure8 all $k "$clouds/result.ply" mean "$scale" $source "${view[@]}"
+done
+
+# What auto chooses on the scan, beside fixed numbers of neighbors.
+"$curv" estimate "$scan" --auto --also=chosen_neighbor_count -o "$clouds/scan-auto.csv" >/dev/null
+chosen=$(bench/paper/color_range.py "$clouds/scan-auto.csv" chosen_neighbor_count)
+render automatic all chosen "$clouds/scan-auto.csv" chosen_neighbor_count "$chosen" $source "${view[@]}"
+render automatic all auto "$clouds/scan-auto.csv" mean "$scale" $source "${view[@]}"
+for k in 32 300; do
+  estimate "$scan" avg-hexagram $k "$clouds/result.ply"
+  render automatic all $k "$clouds/result.ply" mean "$scale" $source "${view[@]}"
 done

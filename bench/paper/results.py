@@ -27,6 +27,9 @@ STYLES = {
     "jet degree 2": ("#d55e00", "--", "s", "jet, degree 2"),
     "jet degree 4": ("#d55e00", "-", "s", "jet, degree 4"),
     "aso": ("#000000", "-", "x", "ASO"),
+    "normal-regression": ("#882255", "-", "*", "normal-regression"),
+    "auto": ("#e6002e", "-", "o", "auto, per point"),
+    "auto per cloud": ("#e6002e", ":", "", "auto, per cloud"),
 }
 
 

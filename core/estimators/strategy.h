@@ -74,7 +74,7 @@ class StrategyRun {
  public:
   virtual ~StrategyRun() = default;
   virtual std::unique_ptr<WorkerScratch> MakeScratch() const = 0;
-  // The phases, in order, which refer to this run. The last one of a strategy writes every result.
+  // The phases, in order, which refer to this run. The last one of a strategy, but "seams", writes every result.
   virtual std::vector<GroupPhase> Phases() = 0;
   // Bytes that its phases have allocated for all workers together.
   virtual size_t bytes() const { return 0; }

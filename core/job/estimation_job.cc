@@ -275,7 +275,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     scratch_.emplace(*run_, thread_count_, &fields_.marks(first));
     std::vector<GroupPhase> phases = run_->Phases();
     for (size_t i = 0; i < phases.size(); ++i) {
-      const bool is_last = i + 1 == phases.size();
+      // Points count where they are estimated, and not where those beside seams are estimated again.
+      const bool is_last = phases[i].name != kSeamPhase && (i + 1 == phases.size() || phases[i + 1].name == kSeamPhase);
       AddPhase(MakeGroupPhase(std::move(phases[i]), index_, GroupsPerBlock(options_), *scratch_,
                               is_last ? &points_estimated_ : nullptr));
     }

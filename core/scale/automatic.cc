@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/estimators/seams/seam_reach.h"
 #include "core/estimators/strategies.h"
 #include "core/scale/automatic_options.h"
 #include "core/scale/blend.h"
@@ -36,6 +37,8 @@ EstimatorOptions PilotOptions(const EstimatorOptions& options) {
 constexpr uint32_t kMostOneSideCount = 512;
 // Of the weights at a point, so many must belong to estimates that reach over no edge.
 constexpr double kLeastClearShare = 0.1;
+// Standard errors are those of all chosen estimates: a point that has lost more of their weights has none.
+constexpr double kLeastShareWithErrors = 0.9;
 
 struct AutomaticScratch final : WorkerScratch {
   PilotScratch pilot;
@@ -49,6 +52,10 @@ struct AutomaticScratch final : WorkerScratch {
   // The same without estimates that reach over an edge.
   std::array<Blend, SpatialIndex::kGroupPoints> clear_blends;
   std::array<float, SpatialIndex::kGroupPoints> edge_distances;  // in the caller's unit
+  // While points beside seams are mended: those whose next larger estimates are not asked any more, and what all points
+  // were before.
+  std::array<bool, SpatialIndex::kGroupPoints> is_closed;
+  std::array<PointCurvature, SpatialIndex::kGroupPoints> before;
 
   size_t bytes() const override {
     size_t bytes = sizeof(*this) - sizeof(pilot) + pilot.bytes();
@@ -62,7 +69,8 @@ struct AutomaticScratch final : WorkerScratch {
   }
 };
 
-// Samples, chooses, then estimates group by group by all chosen estimators and averages.
+// Samples, chooses, then estimates group by group by all chosen estimators and averages. Where there are seams, it
+// averages once more, at points whose largest neighborhoods reach across one, those whose neighborhoods do not.
 class AutomaticRun final : public StrategyRun {
  public:
   AutomaticRun(const EstimatorOptions& options, const SpatialIndex& index, PointCurvature* results)
@@ -100,6 +108,16 @@ class AutomaticRun final : public StrategyRun {
                       [this](size_t group, WorkerScratch& scratch) {
                         return Estimate(group, static_cast<AutomaticScratch&>(scratch));
                       }});
+    if (options_.is_automatic()) {
+      phases.push_back({"seams",
+                        [this] {
+                          LookForSeams();
+                          return absl::OkStatus();
+                        },
+                        [this](size_t group, WorkerScratch& scratch) {
+                          return MendAtSeams(group, static_cast<AutomaticScratch&>(scratch));
+                        }});
+    }
     return phases;
   }
 
@@ -151,6 +169,10 @@ class AutomaticRun final : public StrategyRun {
       runs_.push_back(FindStrategy(one.estimator)->start(one, index_, results_));
       phases_.push_back(std::move(runs_.back()->Phases().front()));
     }
+    by_count_.resize(choice_.chosen.size());
+    std::iota(by_count_.begin(), by_count_.end(), size_t{0});
+    std::stable_sort(by_count_.begin(), by_count_.end(),
+                     [this](size_t a, size_t b) { return choice_.chosen[a].rung < choice_.chosen[b].rung; });
   }
 
   void ModelErrors() {
@@ -185,6 +207,35 @@ class AutomaticRun final : public StrategyRun {
   // Estimates the group from s.first_point on, as far as all chosen estimators come in a run of their own: what one
   // of them has estimated beyond that is estimated again.
   absl::Status Estimate(size_t group, AutomaticScratch& s) {
+    marks_.store(s.seams, std::memory_order_relaxed);
+    StartBlends(s);
+    size_t done = SpatialIndex::kGroupPoints;
+    for (size_t c = 0; c < s.chosen.size(); ++c) {
+      // Whatever the smallest neighborhood of a point holds, all of them hold: it alone looks for seams.
+      if (absl::Status status = RunChosen(group, c, c == by_count_[0] ? s.seams : nullptr, s); !status.ok()) {
+        return status;
+      }
+      const GroupPoints& points = static_cast<const GroupScratch&>(*s.chosen[c]).points;
+      done = std::min(done, points.size);
+      if (c == 0) StartWeights(points, s);
+      for (size_t i = 0; i < done; ++i) Add(results_[points.slot[i]], i, c, s);
+    }
+    const GroupPoints& points = static_cast<const GroupScratch&>(*s.chosen.front()).points;
+    for (size_t i = 0; i < done; ++i) {
+      // An estimate that is not left open is what it is without choices, to the last bit.
+      if (!options_.is_automatic()) continue;
+      results_[points.slot[i]] = Blended(s, i);
+    }
+    const absl::Status status = EstimateOneSided(group, done, s);
+    for (size_t i = 0; i < done; ++i) ++s.status_counts[static_cast<size_t>(results_[points.slot[i]].status)];
+    if (choices_ != nullptr) {
+      if (done > 0) s.samples->Start(points.box, ErrorModel::kNearest);
+      for (size_t i = 0; i < done; ++i) WriteChoice(points, i, s);
+    }
+    return status;
+  }
+
+  void StartBlends(AutomaticScratch& s) const {
     if (s.chosen.empty()) {
       for (const auto& run : runs_) s.chosen.push_back(run->MakeScratch());
       s.weights.emplace(table_, choice_);
@@ -193,31 +244,98 @@ class AutomaticRun final : public StrategyRun {
     s.blends.fill({});
     s.clear_blends.fill({});
     s.shares.fill({});
-    size_t done = SpatialIndex::kGroupPoints;
     s.rest = 0;
-    for (size_t c = 0; c < s.chosen.size(); ++c) {
-      WorkerScratch& one = *s.chosen[c];
-      one.stopped = s.stopped;
-      one.seams = s.seams;
-      one.most_work = s.most_work / s.chosen.size();
-      one.first_point = s.first_point;
-      one.rest = 0;
-      if (absl::Status status = phases_[c].run(group, one); !status.ok()) return status;
-      const GroupPoints& points = static_cast<const GroupScratch&>(one).points;
-      if (one.rest > 0 && (s.rest == 0 || one.rest < s.rest)) s.rest = one.rest;
-      done = std::min(done, points.size);
-      if (c == 0) StartWeights(points, s);
-      for (size_t i = 0; i < done; ++i) Add(points, i, c, s);
+  }
+
+  // Estimates the group, from s.first_point on, as chosen[c] says; s.rest is then that of the shortest run.
+  absl::Status RunChosen(size_t group, size_t c, SeamMarks* seams, AutomaticScratch& s) {
+    WorkerScratch& one = *s.chosen[c];
+    one.stopped = s.stopped;
+    one.seams = seams;
+    one.most_work = s.most_work / s.chosen.size();
+    one.first_point = s.first_point;
+    one.rest = 0;
+    if (absl::Status status = phases_[c].run(group, one); !status.ok()) return status;
+    if (one.rest > 0 && (s.rest == 0 || one.rest < s.rest)) s.rest = one.rest;
+    return absl::OkStatus();
+  }
+
+  static PointCurvature Blended(const AutomaticScratch& s, size_t i) {
+    return IsOneSided(s, i) ? s.blends[i].Finish() : s.clear_blends[i].Finish();
+  }
+
+  // Finds out whether there are seams, and smaller neighborhoods to go back to.
+  void LookForSeams() {
+    const SeamMarks* const marks = marks_.load(std::memory_order_relaxed);
+    const bool has_smaller = choice_.chosen[by_count_.front()].rung < choice_.chosen[by_count_.back()].rung;
+    // A cloud that is to be rejected needs no results.
+    if (marks == nullptr || !has_smaller || options_.opposed_normals == OpposedNormalsPolicy::kReject) return;
+    if (marks->ShowSeam()) seams_.emplace(options_, index_, *marks);
+  }
+
+  // Averages once more, at the points of the group whose results reach across a seam, the estimates that reach across
+  // none. Points without any stay as they are, and are refused by whoever looks at seams.
+  absl::Status MendAtSeams(size_t group, AutomaticScratch& s) {
+    s.rest = 0;
+    if (!seams_.has_value()) return absl::OkStatus();
+    const SeamReach::Group found = seams_->ReachingIn(group, results_);
+    const size_t first = s.first_point, count = found.size - std::min(first, found.size);
+    bool has_any = false;
+    for (size_t i = 0; i < count; ++i) {
+      s.is_closed[i] = !found.reaches[first + i];
+      s.before[i] = results_[found.slots[first + i]];
+      has_any = has_any || !s.is_closed[i];
     }
-    const GroupPoints& points = static_cast<const GroupScratch&>(*s.chosen.front()).points;
-    for (size_t i = 0; i < done; ++i) {
-      // An estimate that is not left open is what it is without choices, to the last bit.
-      if (!options_.is_automatic()) continue;
-      results_[points.slot[i]] = IsOneSided(s, i) ? s.blends[i].Finish() : s.clear_blends[i].Finish();
+    if (!has_any) return absl::OkStatus();
+    StartBlends(s);
+    size_t done = count;
+    const GroupPoints* points = nullptr;
+    for (size_t k = 0; k < by_count_.size(); ++k) {
+      const size_t c = by_count_[k];
+      if (std::all_of(s.is_closed.begin(), s.is_closed.begin() + static_cast<std::ptrdiff_t>(done),
+                      [](bool is_closed) { return is_closed; })) {
+        break;
+      }
+      if (absl::Status status = RunChosen(group, c, nullptr, s); !status.ok()) return status;
+      points = &static_cast<const GroupScratch&>(*s.chosen[c]).points;
+      done = std::min(done, points->size);
+      if (k == 0) StartWeights(*points, s);
+      for (size_t i = 0; i < done; ++i) AddShortOfSeams(*points, i, c, s);
     }
+    return FinishMended(group, found, done, s);
+  }
+
+  // Neighborhoods that are larger than one which reaches across a seam do so as well.
+  void AddShortOfSeams(const GroupPoints& points, size_t i, size_t c, AutomaticScratch& s) const {
+    if (s.is_closed[i]) return;
+    const PointCurvature& estimate = results_[points.slot[i]];
+    if (estimate.status == PointStatus::kOk) {
+      SeamReach::Query query;
+      points.query.Get(i, query.position.data());
+      points.normal.Get(i, query.normal.data());
+      s.is_closed[i] = seams_->Reaches(query, estimate.radius);
+    }
+    if (!s.is_closed[i]) Add(estimate, i, c, s);
+  }
+
+  // Writes the points that have estimates left; all others get back what they were.
+  absl::Status FinishMended(size_t group, const SeamReach::Group& found, size_t done, AutomaticScratch& s) {
+    const size_t first = s.first_point, count = found.size - first;
+    const auto slot = [&](size_t i) { return found.slots[first + i]; };
+    const auto is_mended = [&](size_t i) { return i < done && s.blends[i].weight() > 0.0; };
+    for (size_t i = 0; i < count; ++i) results_[slot(i)] = is_mended(i) ? Blended(s, i) : s.before[i];
     const absl::Status status = EstimateOneSided(group, done, s);
-    for (size_t i = 0; i < done; ++i) ++s.status_counts[static_cast<size_t>(results_[points.slot[i]].status)];
-    if (choices_ != nullptr) WriteChoices(points, done, s);
+    const GroupPoints& points = static_cast<const GroupScratch&>(*s.chosen[by_count_[0]]).points;
+    if (choices_ != nullptr && done > 0) s.samples->Start(points.box, ErrorModel::kNearest);
+    for (size_t i = 0; i < done; ++i) {
+      if (!is_mended(i)) continue;
+      // It counts as OK already.
+      if (results_[slot(i)].status != PointStatus::kOk) {
+        results_[slot(i)] = s.before[i];
+      } else if (choices_ != nullptr) {
+        WriteChoice(points, i, s);
+      }
+    }
     return status;
   }
 
@@ -267,23 +385,27 @@ class AutomaticRun final : public StrategyRun {
             2.0 * error};
   }
 
-  void WriteChoices(const GroupPoints& points, size_t count, AutomaticScratch& s) const {
-    if (count > 0) s.samples->Start(points.box, ErrorModel::kNearest);
-    for (size_t i = 0; i < count; ++i) {
-      const PointCurvature& point = results_[points.slot[i]];
-      PointChoice& choice = choices_[points.slot[i]];
-      choice = UndefinedChoice();
-      // Of one side of a neighborhood nothing was sampled.
-      if (point.status != PointStatus::kOk || IsOneSided(s, i)) continue;
-      SetWeights(s.shares[i], choice);
-      float position[3];
-      points.query.Get(i, position);
-      const double half_difference = std::ldexp(0.5 * (double{point.k2} - point.k1), -index_.scale_exponent());
-      const StandardErrors errors = errors_.At(s.samples->At(position), half_difference);
-      choice.mean_error = ToCaller(errors.mean);
-      choice.k1_error = ToCaller(errors.k1);
-      choice.k2_error = ToCaller(errors.k2);
-    }
+  // REQUIRES: s.samples was started with the points' box.
+  void WriteChoice(const GroupPoints& points, size_t i, AutomaticScratch& s) const {
+    const PointCurvature& point = results_[points.slot[i]];
+    PointChoice& choice = choices_[points.slot[i]];
+    choice = UndefinedChoice();
+    // Of one side of a neighborhood nothing was sampled.
+    if (point.status != PointStatus::kOk || IsOneSided(s, i)) return;
+    SetWeights(s.shares[i], choice);
+    if (seams_.has_value() && !HasMostWeights(s, i)) return;
+    float position[3];
+    points.query.Get(i, position);
+    const double half_difference = std::ldexp(0.5 * (double{point.k2} - point.k1), -index_.scale_exponent());
+    const StandardErrors errors = errors_.At(s.samples->At(position), half_difference);
+    choice.mean_error = ToCaller(errors.mean);
+    choice.k1_error = ToCaller(errors.k1);
+    choice.k2_error = ToCaller(errors.k2);
+  }
+
+  static bool HasMostWeights(const AutomaticScratch& s, size_t i) {
+    const LocalWeights::Weights& all = s.point_weights[i].mean;
+    return s.blends[i].weight() >= kLeastShareWithErrors * std::accumulate(all.begin(), all.end(), 0.0);
   }
 
   float ToCaller(double curvature) const { return static_cast<float>(std::ldexp(curvature, index_.scale_exponent())); }
@@ -318,8 +440,7 @@ class AutomaticRun final : public StrategyRun {
     }
   }
 
-  void Add(const GroupPoints& points, size_t i, size_t c, AutomaticScratch& s) const {
-    PointCurvature estimate = results_[points.slot[i]];
+  void Add(PointCurvature estimate, size_t i, size_t c, AutomaticScratch& s) const {
     const double most_radius = ScaleOf(options_).max_radius;
     const bool is_too_large = estimate.status == PointStatus::kOk && estimate.radius > most_radius;
     if (most_radius > 0.0 && is_too_large) estimate.status = PointStatus::kTooFewNeighbors;
@@ -344,6 +465,9 @@ class AutomaticRun final : public StrategyRun {
   ScaleReport report_;
   std::vector<std::unique_ptr<StrategyRun>> runs_;  // of the chosen estimators
   std::vector<GroupPhase> phases_;                  // of each, the only one
+  std::vector<size_t> by_count_;                    // places of them, the smallest neighborhood first
+  std::atomic<const SeamMarks*> marks_ = nullptr;   // where the chosen estimates mark
+  std::optional<SeamReach> seams_;                  // if those show a seam, and something can be mended there
 };
 
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {

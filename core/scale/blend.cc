@@ -27,6 +27,7 @@ void Blend::Add(const PointCurvature& estimate, double weight, double gaussian_w
     }
     return;
   }
+  if (weight == 0.0 && gaussian_weight == 0.0) return;
   weight_ += weight;
   gaussian_weight_ += gaussian_weight;
   mean_ += weight * estimate.mean;

@@ -11,7 +11,8 @@ namespace curvd {
 class Blend {
  public:
   // An estimate whose status is not kOk has no weight, whatever the weights are: of the shape operator, and of the
-  // Gaussian curvature. REQUIRES: they are not negative, and `weight` is 0 only if both are.
+  // Gaussian curvature. One of weight 0 counts for nothing, nor does its radius. REQUIRES: they are not negative, and
+  // `weight` is 0 only if both are.
   void Add(const PointCurvature& estimate, double weight, double gaussian_weight);
   // The weighted mean of the shape operators, as curvature: H is the mean of the mean curvatures, k1, k2, d1 and d2
   // come of the mean tensor, and lie in the plane normal to the mean normal. The radius is the largest: how far any of

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Runs the paper's harness in its smallest size, programs, plots and tables:
-paper_harness_test.py PAPER_ERRORS PAPER_TIMES BENCH_PAPER_FOLDER"""
+paper_harness_test.py PAPER_ERRORS PAPER_TIMES AUTOMATIC_CURVES BENCH_PAPER_FOLDER"""
 import csv
 import pathlib
 import subprocess
@@ -8,7 +8,7 @@ import sys
 import tempfile
 import unittest
 
-PAPER_ERRORS, PAPER_TIMES, SOURCES = sys.argv[1:4]
+PAPER_ERRORS, PAPER_TIMES, AUTOMATIC_CURVES, SOURCES = sys.argv[1:5]
 sys.path.insert(0, SOURCES)
 import results  # noqa: E402
 
@@ -111,6 +111,35 @@ class PaperHarness(unittest.TestCase):
                 rows = list(csv.reader(file))
             self.assertGreater(len(rows), 1, name)
             self.assertEqual({len(row) for row in rows}, {len(rows[0])}, name)
+
+    def test_draws_the_automatic_choice(self):
+        subprocess.run([AUTOMATIC_CURVES, "--tiny", f"--out={self.folder}/automatic.csv"], check=True)
+        rows = results.read(self.folder / "automatic.csv")
+        # 2 surfaces with 9 noise levels; 500 points take counts up to 166, with 6 estimators.
+        counts = {row["K"] for row in rows}
+        self.assertEqual(counts, {0, 16, 23, 32, 45, 64, 91, 128})
+        self.assertEqual(len(rows), 2 * 9 * (6 * (len(counts) - 1) + 2))
+        for row in rows:
+            if row["method"] == "auto":
+                self.assertTrue(16 <= row["median_K"] <= 128, row)
+                for quantity in ("H", "k1", "k2"):
+                    self.assertTrue(40 <= row[f"{quantity}_held"] <= 100, row)
+        # The choice is near the best of what it chooses from: far from that at a wrong scale.
+        for row in results.select(rows, method="auto", position_noise=0.1, normal_noise=0.1):
+            fixed = [other["H_mae"] for other in results.select(rows, surface=row["surface"], position_noise=0.1,
+                                                                normal_noise=0.1) if other["K"] > 0]
+            self.assertLess(row["H_mae"], 1.5 * min(fixed))
+            self.assertLess(3 * row["H_mae"], max(fixed))
+        figures = self.folder / "figures_of_the_choice"
+        figures.mkdir()
+        subprocess.run([f"{SOURCES}/automatic.py", self.folder, figures], check=True)
+        self.assertEqual({path.name for path in figures.iterdir()},
+                         {"automatic-errors.svg", "automatic-coverage.svg", "automatic.csv"})
+        for name in ("automatic_ratios", "automatic_coverage"):
+            with open(self.folder / f"{name}.csv", newline="") as file:
+                table = list(csv.reader(file))
+            self.assertGreaterEqual(len(table), 19, name)
+            self.assertEqual({len(row) for row in table}, {len(table[0])}, name)
 
 
 if __name__ == "__main__":

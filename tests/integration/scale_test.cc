@@ -86,6 +86,92 @@ TEST_F(ScaleTest, CloudsThatAreTooSmallEndInStatuses) {
   }
 }
 
+int StatusOf(const CallResult& result, size_t i) { return static_cast<unsigned char>(result.point_status[i]); }
+
+// Whether every point with a number has finite ones, every other has a reason, and the summary counts them.
+::testing::AssertionResult HasNumbersOrReasons(const CallResult& result) {
+  uint64_t ok = 0;
+  for (size_t i = 0; i < result.size(); ++i) {
+    const bool is_ok = StatusOf(result, i) == v1::POINT_STATUS_OK;
+    ok += is_ok ? 1 : 0;
+    const float sum = result.Mean(i) + result.K1(i) + result.K2(i);
+    if (is_ok != std::isfinite(sum)) {
+      return ::testing::AssertionFailure() << "point " << i << ": status " << StatusOf(result, i) << ", sum " << sum;
+    }
+  }
+  if (ok == result.summary->status_counts().ok()) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << ok << " points are ok, told are " << result.summary->status_counts().ok();
+}
+
+TEST_F(ScaleTest, APlaneWithExactZerosIsFlat) {
+  TestCloud plane;
+  for (size_t i = 0; i < 10'000; ++i) {
+    plane.Add(static_cast<float>(i % 100), static_cast<float>(i / 100), 0.0f, 0.0f, 0.0f, 1.0f);
+  }
+  const CallResult result = Run(AutomaticHeader(plane), plane);
+  ASSERT_TRUE(Succeeded(result, 10'000));
+  EXPECT_TRUE(HasNumbersOrReasons(result));
+  EXPECT_EQ(result.summary->status_counts().ok(), 10'000u);
+  // The spacing is 1.
+  for (size_t i = 0; i < result.size(); ++i) ASSERT_LT(std::abs(result.K1(i)) + std::abs(result.K2(i)), 1e-6) << i;
+  for (const v1::ScaleOutcome& outcome : result.summary->scale().outcomes()) {
+    EXPECT_TRUE(std::isfinite(outcome.error()) && std::isfinite(outcome.share())) << outcome.neighbor_count();
+  }
+}
+
+TEST_F(ScaleTest, AnOutlierFarAwayHasAReasonAndSpoilsNothing) {
+  TestCloud cloud = NoisySphere(5'000, 0.01f);
+  cloud.Add(1e30f, 1e30f, 1e30f, 0.0f, 0.0f, 1.0f);
+  const CallResult result = Run(AutomaticHeader(cloud), cloud),
+                   alone = Run(AutomaticHeader(NoisySphere(5'000, 0.01f)), NoisySphere(5'000, 0.01f));
+  ASSERT_TRUE(Succeeded(result, 5'001));
+  ASSERT_TRUE(Succeeded(alone, 5'000));
+  EXPECT_TRUE(HasNumbersOrReasons(result));
+  EXPECT_GE(result.summary->status_counts().ok(), 5'000u);
+  double sum = 0.0;
+  for (size_t i = 0; i < 5'000; ++i) sum += std::abs(result.Mean(i) - 1.0);
+  EXPECT_LT(sum / 5'000, 1.2 * MeanError(alone, 1.0));
+}
+
+// The points of a cloud on one side of z = 0.
+void AddHalf(const TestCloud& from, bool upper, TestCloud& to) {
+  for (size_t i = 0; i < from.size(); ++i) {
+    const float *p = &from.positions[3 * i], *n = &from.normals[3 * i];
+    if ((p[2] > 0.0f) == upper) to.Add(p[0], p[1], p[2], n[0], n[1], n[2]);
+  }
+}
+
+// Ten times as many points on one half as on the other: the dense half gets what it gets alone. The sparse one gets
+// numbers, although neighbor counts that suit the dense one are too large for it (docs/numerics.md).
+TEST_F(ScaleTest, TwoDensitiesEndInNumbers) {
+  const TestCloud dense = NoisySphere(40'000, 0.01f), sparse = NoisySphere(4'000, 0.01f);
+  TestCloud both;
+  AddHalf(dense, true, both);
+  const size_t dense_points = both.size();
+  AddHalf(sparse, false, both);
+  const CallResult result = Run(AutomaticHeader(both), both);
+  ASSERT_TRUE(Succeeded(result, both.size()));
+  EXPECT_TRUE(HasNumbersOrReasons(result));
+  EXPECT_EQ(result.summary->status_counts().ok(), both.size());
+  const auto error = [](const CallResult& of, const TestCloud& cloud, size_t first, size_t last) {
+    double sum = 0.0;
+    size_t count = 0;
+    for (size_t i = first; i < last; ++i) {
+      if (std::abs(cloud.positions[3 * i + 2]) < 0.4f) continue;  // neighborhoods there have both
+      sum += std::abs(of.Mean(i) - 1.0);
+      ++count;
+    }
+    return sum / static_cast<double>(count);
+  };
+  TestCloud half;
+  AddHalf(dense, true, half);
+  const CallResult alone = Run(AutomaticHeader(half), half);
+  ASSERT_TRUE(Succeeded(alone, half.size()));
+  EXPECT_LT(error(result, both, 0, dense_points), 1.3 * error(alone, half, 0, half.size()));
+  const CallResult fixed = Run(HeaderFor(both, 50), both);
+  EXPECT_LT(error(result, both, dense_points, both.size()), 2.0 * error(fixed, both, dense_points, both.size()));
+}
+
 TEST_F(ScaleTest, ChunksDoNotChangeAByte) {
   const TestCloud cloud = NoisySphere(5'000, 0.01f);
   const CallResult large = Estimate(channel_, AutomaticHeader(cloud), cloud);

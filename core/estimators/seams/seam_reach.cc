@@ -47,15 +47,9 @@ bool AnyLeaf(const SpatialIndex& index, const Box& box, float squared_reach, siz
   return false;
 }
 
-// One point of the group that gets a result.
-struct Query {
-  std::array<float, 3> position;
-  Normal normal;
-  size_t place;
-  size_t slot;
-};
+using Query = SeamReach::Query;
 
-// Calls visit(query) for each of them.
+// Calls visit(query) for each point of the group that gets a result.
 template <typename Visit>
 void ForEachQuery(const SpatialIndex& index, size_t group, Visit visit) {
   const size_t first = group * SpatialIndex::kGroupLeaves;
@@ -160,12 +154,9 @@ class GroupJudge {
   const size_t most_neighbors_;
 };
 
-}  // namespace
-
-void RefuseAtSeams(const EstimatorOptions& options, const SpatialIndex& index, const SeamMarks& marks, size_t group,
-                   PointCurvature* results, RefusedCounts& refused) {
+// Whether a marked point may be within the radius of a result of the group, or in the group.
+bool IsGroupNearMarks(const GroupJudge& judge, const SpatialIndex& index, size_t group, const PointCurvature* results) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const GroupJudge judge(index, marks, MostNeighbors(options, index.point_count()));
   Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
   float squared_reach = 0.0f;
   ForEachQuery(index, group, [&](const Query& query) {
@@ -176,7 +167,35 @@ void RefuseAtSeams(const EstimatorOptions& options, const SpatialIndex& index, c
     const PointCurvature& result = results[query.slot];
     if (result.status == PointStatus::kOk) squared_reach = std::max(squared_reach, judge.SquaredReach(result.radius));
   });
-  if (!judge.IsNearMarks(box, squared_reach)) return;
+  return judge.IsNearMarks(box, squared_reach);
+}
+
+}  // namespace
+
+SeamReach::SeamReach(const EstimatorOptions& options, const SpatialIndex& index, const SeamMarks& marks)
+    : index_(index), marks_(marks), most_neighbors_(MostNeighbors(options, index.point_count())) {}
+
+bool SeamReach::Reaches(const Query& query, float radius) const {
+  const GroupJudge judge(index_, marks_, most_neighbors_);
+  return judge.ReachesAcross(query, judge.SquaredReach(radius));
+}
+
+SeamReach::Group SeamReach::ReachingIn(size_t group, const PointCurvature* results) const {
+  const bool is_near = IsGroupNearMarks(GroupJudge(index_, marks_, most_neighbors_), index_, group, results);
+  Group found;
+  ForEachQuery(index_, group, [&](const Query& query) {
+    const PointCurvature& result = results[query.slot];
+    found.slots[found.size] = query.slot;
+    found.reaches[found.size++] =
+        is_near && result.status == PointStatus::kOk && !marks_.IsMarked(query.place) && Reaches(query, result.radius);
+  });
+  return found;
+}
+
+void RefuseAtSeams(const EstimatorOptions& options, const SpatialIndex& index, const SeamMarks& marks, size_t group,
+                   PointCurvature* results, RefusedCounts& refused) {
+  const GroupJudge judge(index, marks, MostNeighbors(options, index.point_count()));
+  if (!IsGroupNearMarks(judge, index, group, results)) return;
   ForEachQuery(index, group, [&](const Query& query) {
     PointCurvature& result = results[query.slot];
     const bool is_ok = result.status == PointStatus::kOk;

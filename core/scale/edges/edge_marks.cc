@@ -16,6 +16,10 @@ constexpr double kLeastRoughness = 0.06;
 // What two and three faces leave of the spread of normals, which is a quarter and a ninth on a bend.
 constexpr double kMostInTwo = 0.12, kMostInThree = 0.05;
 
+// An edge that crosses a group has a row of points to either side. Fewer than this are there by chance, and would take
+// every neighborhood away that reaches them.
+constexpr size_t kLeastInGroup = 4;
+
 }  // namespace
 
 EdgeMarks::EdgeMarks(const SpatialIndex& index)
@@ -40,6 +44,12 @@ void EdgeMarks::MarkGroup(size_t group, double normal_noise, double position_noi
       rough += is_rough ? 1 : 0;
       edges += marks_[place];
     }
+  }
+  if (edges < kLeastInGroup) {
+    const auto begin = marks_.begin();
+    std::fill(begin + static_cast<std::ptrdiff_t>(first * SpatialIndex::kLeafSize),
+              begin + static_cast<std::ptrdiff_t>(last * SpatialIndex::kLeafSize), uint8_t{0});
+    edges = 0;
   }
   rough_count_ += rough;
   edge_count_ += edges;

@@ -33,7 +33,8 @@ class EdgeMarks {
 
   // Marks the points of a group whose normals are rougher than noise can make them: that of the normals, which makes
   // them as rough as `normal_noise` at most places, and that of positions, of this standard deviation in the index's
-  // unit, which moves a point to where the normal is another one; and which are of two or three faces.
+  // unit, which moves a point to where the normal is another one; and which are of two or three faces. One to three
+  // such points of a group are chance, and not marked.
   void MarkGroup(size_t group, double normal_noise, double position_noise);
   void Finish();
 

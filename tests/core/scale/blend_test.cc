@@ -52,6 +52,16 @@ TEST(BlendTest, WeightsCount) {
   EXPECT_EQ(blend.Finish().radius, 5.0f) << "how far any of them looked";
 }
 
+TEST(BlendTest, OneWithoutWeightDoesNotEvenTellItsRadius) {
+  Blend blend;
+  blend.Add(Estimate(1.0, 1.0, 0.0), 3.0, 3.0);
+  PointCurvature wide = Estimate(2.0, 2.0, 0.0);
+  wide.radius = 5.0f;
+  blend.Add(wide, 0.0, 0.0);
+  EXPECT_FLOAT_EQ(blend.Finish().mean, 1.0f);
+  EXPECT_EQ(blend.Finish().radius, 1.0f);
+}
+
 TEST(BlendTest, WhatCouldNotBeEstimatedDoesNotCount) {
   Blend blend;
   blend.Add(UndefinedCurvature(PointStatus::kSingularFit), 100.0, 100.0);

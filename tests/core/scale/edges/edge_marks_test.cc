@@ -21,7 +21,7 @@ TEST(EdgeMarksTest, DistancesAreThoseOfTheNearestMark) {
   std::vector<std::array<float, 3>> edges;
   for (size_t leaf = 0; leaf < index.leaf_count(); ++leaf) {
     for (int i = 0; i < index.LeafPoints(leaf); ++i) {
-      const bool is_edge = random() % 50 == 0;
+      const bool is_edge = leaf / SpatialIndex::kGroupLeaves % 5 == 0 && random() % 4 == 0;
       marks.SetTrend(leaf * SpatialIndex::kLeafSize + static_cast<size_t>(i), is_edge ? kEdge : kSmooth);
       if (is_edge)
         edges.push_back({index.positions(leaf).x[i], index.positions(leaf).y[i], index.positions(leaf).z[i]});
@@ -41,6 +41,19 @@ TEST(EdgeMarksTest, DistancesAreThoseOfTheNearestMark) {
     }
     EXPECT_EQ(marks.SquaredDistance(at, 1e30f), nearest);
     EXPECT_EQ(marks.SquaredDistance(at, 0.5f * nearest), 0.5f * nearest) << "none is nearer";
+  }
+}
+
+TEST(EdgeMarksTest, SinglePointsAreChance) {
+  const SpatialIndex index = BuildIndex(RandomPoints(Layout::kUniform, 1000, 5).ToCloud());
+  for (const size_t together : {1u, 3u, 4u, 12u}) {
+    EdgeMarks marks(index);
+    for (size_t place = 0; place < 1000; ++place) marks.SetTrend(place, place < together ? kEdge : kSmooth);
+    for (size_t group = 0; group < index.group_count(); ++group) marks.MarkGroup(group, 0.0, 0.0);
+    marks.Finish();
+    EXPECT_EQ(marks.HasEdges(), together >= 4) << together;
+    EXPECT_EQ(marks.edge_count(), together >= 4 ? together : 0u);
+    EXPECT_EQ(marks.rough_count(), together);
   }
 }
 
