@@ -17,6 +17,7 @@
 #include "core/estimators/fits/fit_scratch.h"
 #include "core/estimators/fits/jet_least_squares.h"
 #include "core/estimators/fits/least_axis.h"
+#include "core/estimators/fits/quadric_sums-inl.h"
 #include "core/estimators/fits/shape_operator-inl.h"
 #include "core/estimators/lines/curve_distance.h"
 #include "hwy/highway.h"
@@ -155,6 +156,7 @@ HWY_NOINLINE inline void SumJet(const NeighborArrays& n, float rho, int degree, 
                                 JetSystems& jets) {
   const double unit = 1.0 / rho;
   SetJetFrame(MeasureSpread(n, unit), i, jets);
+  if (degree == 2) return SumAnchoredQuadricInFrame(n, unit, i, jets);
   SumJetInFrame(n, unit, degree, i, column_room, jets);
 }
 

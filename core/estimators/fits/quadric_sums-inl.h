@@ -55,6 +55,48 @@ HWY_NOINLINE inline void SumQuadricInFrame(const NeighborArrays& n, double unit,
   for (int h = 0; h < JetSize(2); ++h) jets.heights[h][i] = heights[h];
 }
 
+// What SumJetInFrame sums for degree 2, to the last bit, in one pass that keeps all sums in registers where there are
+// as many. They do not depend on the order of the neighbors. REQUIRES: as SumQuadricInFrame.
+HWY_NOINLINE inline void SumAnchoredQuadricInFrame(const NeighborArrays& n, double unit, size_t i, JetSystems& jets) {
+  const DoubleTag d;
+  const auto axis = [&](const GroupDoubleVectors& v) HWY_ATTR {
+    return DoubleTriple{hn::Set(d, v.x[i] * unit), hn::Set(d, v.y[i] * unit), hn::Set(d, v.z[i] * unit)};
+  };
+  const DoubleTriple u = axis(jets.u), v = axis(jets.v), w = axis(jets.axis);
+  const DoubleVec anchor = hn::Set(d, AnchorOf(n.count));
+  DoubleVec x1 = anchor, y1 = x1, xx = x1, xy = x1, yy = x1, xxx = x1, xxy = x1, xyy = x1, yyy = x1;
+  DoubleVec xxxx = x1, xxxy = x1, xxyy = x1, xyyy = x1, yyyy = x1;
+  DoubleVec z1 = x1, zx = x1, zy = x1, zxx = x1, zxy = x1, zyy = x1, zz = x1;
+  for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
+    const DoubleTriple offset{Widen(n.dx.data() + j), Widen(n.dy.data() + j), Widen(n.dz.data() + j)};
+    const DoubleVec x = Odd(Dot(offset, u)), y = Odd(Dot(offset, v)), z = Odd(Dot(offset, w));
+    const DoubleVec x2 = WithLastBit(hn::Mul(x, x)), x3 = WithLastBit(hn::Mul(x2, x)), x4 = WithLastBit(hn::Mul(x3, x));
+    const DoubleVec y2 = WithLastBit(hn::Mul(y, y)), y3 = WithLastBit(hn::Mul(y2, y)), y4 = WithLastBit(hn::Mul(y3, y));
+    const DoubleVec z_x = WithLastBit(hn::Mul(z, x)), z_x2 = WithLastBit(hn::Mul(z_x, x));
+    x1 = hn::Add(x1, x), y1 = hn::Add(y1, y);
+    xx = hn::Add(xx, x2), xy = AddProduct(x, y, xy, anchor), yy = hn::Add(yy, y2);
+    xxx = hn::Add(xxx, x3), xxy = AddProduct(x2, y, xxy, anchor), xyy = AddProduct(x, y2, xyy, anchor);
+    yyy = hn::Add(yyy, y3);
+    xxxx = hn::Add(xxxx, x4), xxxy = AddProduct(x3, y, xxxy, anchor), xxyy = AddProduct(x2, y2, xxyy, anchor);
+    xyyy = AddProduct(x, y3, xyyy, anchor), yyyy = hn::Add(yyyy, y4);
+    z1 = hn::Add(z1, z), zx = hn::Add(zx, z_x), zy = AddProduct(z, y, zy, anchor);
+    zxx = hn::Add(zxx, z_x2), zxy = AddProduct(z_x, y, zxy, anchor), zyy = AddProduct(z, y2, zyy, anchor);
+    zz = AddProduct(z, z, zz, anchor);
+  }
+  // In the order of JetIndex.
+  double moments[16], heights[8];
+  StoreAnchoredSums(zz, x1, y1, xx, anchor, moments);
+  jets.squared_heights[i] = moments[0];
+  StoreAnchoredSums(xy, yy, xxx, xxy, anchor, moments + 4);
+  StoreAnchoredSums(xyy, yyy, xxxx, xxxy, anchor, moments + 8);
+  StoreAnchoredSums(xxyy, xyyy, yyyy, zyy, anchor, moments + 12);
+  StoreAnchoredSums(z1, zx, zy, zxx, anchor, heights);
+  StoreAnchoredSums(zxy, zyy, zyy, zyy, anchor, heights + 4);
+  moments[0] = static_cast<double>(n.count);
+  for (int m = 0; m < JetSize(4); ++m) jets.moments[m][i] = moments[m];
+  for (int h = 0; h < JetSize(2); ++h) jets.heights[h][i] = heights[h];
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();

@@ -8,6 +8,7 @@
 #include "core/estimators/group_estimate-inl.h"
 #include "core/estimators/principal-inl.h"
 #include "core/estimators/triangles/random_triangles-inl.h"
+#include "core/estimators/triangles/random_words-inl.h"
 #include "core/estimators/triangles/ranked_neighbors-inl.h"
 #include "core/estimators/triangles/triangle_scratch.h"
 #include "hwy/highway.h"
@@ -16,22 +17,42 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Disjoint triangles over one shuffle of the neighbors of point i: a third as many as there are, at most
-// `triangle_count`.
-HWY_NOINLINE inline void MeasureIndependent(const TrianglePlan& plan, size_t i, TriangleScratch& s) {
-  RandomStream random(plan.seed, s.points.seed[i]);
-  const size_t count = s.neighbors.count;
-  const size_t triangles = std::min<size_t>(plan.triangle_count, count / 3);
-  uint32_t* order = s.order.data();
-  size_t next = 0;
-  const auto draw = [&](int lane, CornerIndices& indices) {
-    uint64_t bits = random.Next();
-    for (int c = 0; c < 3; ++c, ++next, bits >>= 21) {
-      std::swap(order[next], order[next + Draw21(bits, static_cast<uint32_t>(count - next))]);
-      indices.corner[c][lane] = static_cast<int32_t>(order[next]);
+// Puts `drawn` times three elements of `order`, drawn from all `count`, at its beginning: a word tells those of three
+// places.
+HWY_INLINE void DrawToFront(RandomWords& random, size_t count, size_t drawn, uint32_t* order) {
+  const WordTag d;
+  alignas(64) uint64_t other[3][SpatialIndex::kLeafSize / 2];
+  for (size_t t = 0; t < drawn; t += hn::Lanes(d)) {
+    WordVec bits = random.Next();
+    const WordVec lane = hn::Iota(d, 0);
+    WordVec place = hn::Add(hn::Set(d, 3 * t), hn::Add(lane, hn::Add(lane, lane)));
+    for (int c = 0; c < 3; ++c) {
+      hn::Store(hn::Add(place, Draw21(bits, hn::Sub(hn::Set(d, count), place))), d, other[c]);
+      bits = hn::ShiftRight<21>(bits);
+      place = hn::Add(place, hn::Set(d, 1));
     }
+    const size_t here = std::min(hn::Lanes(d), drawn - t);
+    for (size_t k = 0; k < here; ++k) {
+      for (size_t c = 0; c < 3; ++c) std::swap(order[3 * (t + k) + c], order[other[c][k]]);
+    }
+  }
+}
+
+// Disjoint triangles over one shuffle of the neighbors of point i, which were just found in `leaves`: a third as many
+// as there are, at most `triangle_count`.
+HWY_NOINLINE inline void MeasureIndependent(const SpatialIndex& index, const TrianglePlan& plan, const LeafList& leaves,
+                                            size_t i, TriangleScratch& s) {
+  const size_t count = ListRanked(index, leaves, s);
+  const size_t triangles = std::min<size_t>(plan.triangle_count, count / 3);
+  uint32_t* const order = s.order.data();
+  RandomWords random(RandomStream(plan.seed, s.points.seed[i]));
+  DrawToFront(random, count, triangles, order);
+  std::fill_n(order + count, TriangleScratch::kOrderPad, 0u);
+  const float* const rows = s.rows.row(0);
+  const auto draw = [&](size_t t) HWY_ATTR {
+    return [rows, corners = order + 3 * t](int c, size_t lane) HWY_ATTR { return rows + corners[3 * lane + c]; };
   };
-  MeasureTriangles(s.neighbors, i, triangles, draw, s);
+  MeasureTriangles(i, triangles, draw, s);
   s.search.work += count + triangles;
 }
 
@@ -39,11 +60,11 @@ absl::Status EstimateIndependent(const SpatialIndex& index, const TrianglePlan& 
                                  PointCurvature* results) {
   const auto fill = [&s](size_t i) { s.measures.Fill(i); };
   StartGroup(index, group, s, results, fill);
-  const auto measure = [&](size_t i, const LeafList&) {
+  const auto measure = [&](size_t i, const LeafList& leaves) {
     PreparePoints(OnePoint(), plan.neighborhood, s.neighborhoods, i, s.points, s.frames, fill);
-    if (s.points.status[i] == PointStatus::kOk) MeasureIndependent(plan, i, s);
+    if (s.points.status[i] == PointStatus::kOk) MeasureIndependent(index, plan, leaves, i, s);
   };
-  const absl::Status status = ForEachRanked(index, plan.neighborhood, s, measure);
+  const absl::Status status = ForEachNormalSum(index, plan.neighborhood, s, measure);
   if (status.ok()) WriteMeasured(index, plan.neighborhood, kUsualTriangleArea, s, s, results);
   return status;
 }

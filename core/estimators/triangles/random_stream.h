@@ -20,8 +20,11 @@ class RandomStream {
 
   constexpr uint64_t Next() { return MixBits(state_ += kIncrement); }
 
- private:
+  // Draw j, counted from 0, is MixBits of this and j + 1 increments, before the first draw.
+  constexpr uint64_t state() const { return state_; }
   static constexpr uint64_t kIncrement = 0x9E3779B97F4A7C15u;
+
+ private:
   uint64_t state_;
 };
 

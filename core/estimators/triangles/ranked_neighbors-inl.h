@@ -1,5 +1,5 @@
-// Collects the neighbors of a query, and the order in which random strategies number them: that of their ranks, which
-// is the same for a cloud and its parts.
+// Lists the neighbors of a point in the order in which random strategies number them: that of their ranks, which is the
+// same for a cloud and its parts.
 
 #if defined(CURVD_CORE_ESTIMATORS_TRIANGLES_RANKED_NEIGHBORS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef CURVD_CORE_ESTIMATORS_TRIANGLES_RANKED_NEIGHBORS_INL_H_
@@ -14,43 +14,50 @@
 #include <limits>
 #include <utility>
 
-#include "core/estimators/neighbors-inl.h"
+#include "core/estimators/point_rows-inl.h"
 #include "core/estimators/triangles/triangle_scratch.h"
+#include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Sets order[i] to the place of the i-th lowest of `count` distinct numbers, after which 2 kPad larger ones follow. How
-// many are lower is counted for two vectors at a time, a number after the other.
-HWY_INLINE void OrderByCounting(const int32_t* numbers, size_t count, uint32_t* order) {
+// Sets order[i] to what belongs to the i-th lowest of `count` distinct numbers, after which kRankPad larger ones
+// follow. How many are lower is counted for four vectors at a time, a number after the other.
+HWY_INLINE void OrderByCounting(const int32_t* numbers, const uint32_t* belongs, size_t count, uint32_t* order) {
   const IntTag d;
   const size_t lanes = hn::Lanes(d);
-  alignas(64) int32_t lower[2 * SpatialIndex::kLeafSize];
-  for (size_t i = 0; i < count; i += 2 * lanes) {
+  alignas(64) int32_t lower[4 * SpatialIndex::kLeafSize];
+  for (size_t i = 0; i < count; i += 4 * lanes) {
     const auto own0 = hn::Load(d, numbers + i), own1 = hn::Load(d, numbers + i + lanes);
-    auto lower0 = hn::Zero(d), lower1 = hn::Zero(d);
+    const auto own2 = hn::Load(d, numbers + i + 2 * lanes), own3 = hn::Load(d, numbers + i + 3 * lanes);
+    auto lower0 = hn::Zero(d), lower1 = lower0, lower2 = lower0, lower3 = lower0;
     for (size_t j = 0; j < count; ++j) {
       const auto other = hn::Set(d, numbers[j]);
       // A mask is -1 where it is true.
       lower0 = hn::Sub(lower0, hn::VecFromMask(d, hn::Lt(other, own0)));
       lower1 = hn::Sub(lower1, hn::VecFromMask(d, hn::Lt(other, own1)));
+      lower2 = hn::Sub(lower2, hn::VecFromMask(d, hn::Lt(other, own2)));
+      lower3 = hn::Sub(lower3, hn::VecFromMask(d, hn::Lt(other, own3)));
     }
     hn::Store(lower0, d, lower);
     hn::Store(lower1, d, lower + lanes);
-    const size_t here = std::min(2 * lanes, count - i);
-    for (size_t k = 0; k < here; ++k) order[lower[k]] = static_cast<uint32_t>(i + k);
+    hn::Store(lower2, d, lower + 2 * lanes);
+    hn::Store(lower3, d, lower + 3 * lanes);
+    const size_t here = std::min(4 * lanes, count - i);
+    for (size_t k = 0; k < here; ++k) order[lower[k]] = belongs[i + k];
   }
 }
 
 // The same by the numbers' digits, the lowest first. REQUIRES: they are not negative. `spare` has room for 2 count.
-inline void OrderByDigits(const int32_t* numbers, size_t count, uint64_t* spare, uint32_t* order) {
+inline void OrderByDigits(const int32_t* numbers, const uint32_t* belongs, size_t count, uint64_t* spare,
+                          uint32_t* order) {
   constexpr size_t kDigits = 256;
   uint64_t *from = spare, *to = spare + count;
   uint64_t used = 0;
   for (size_t i = 0; i < count; ++i) {
-    from[i] = uint64_t{static_cast<uint32_t>(numbers[i])} << 32 | i;
+    from[i] = uint64_t{static_cast<uint32_t>(numbers[i])} << 32 | belongs[i];
     used |= from[i];
   }
   for (int shift = 32; shift < 64 && used >> shift != 0; shift += 8) {
@@ -64,52 +71,40 @@ inline void OrderByDigits(const int32_t* numbers, size_t count, uint64_t* spare,
   for (size_t i = 0; i < count; ++i) order[i] = static_cast<uint32_t>(from[i]);
 }
 
-// A visitor of GroupSearch: as NeighborCollector, and sets s.order.
-class RankedCollector {
- public:
-  RankedCollector(const SpatialIndex& index, const QueryPoint& query, TriangleScratch& s, NormalSums& sums)
-      : index_(&index), scratch_(&s), neighbors_(index, query, s.neighbors, sums) {}
-
-  HWY_INLINE void Start(size_t count) {
-    neighbors_.Start(count);
-    scratch_->ranks.Reserve(count + TriangleScratch::kRankPad);
-    scratch_->order.Reserve(count);
-    if (count > kFew) scratch_->digits.Reserve(2 * count);
-    count_ = 0;
-  }
-  HWY_INLINE void operator()(const NearPoints& near, FloatMask inside) {
+// Lists the neighbors of a point, which were just found in `leaves`, in the order of their ranks: s.order gets where
+// their rows begin. Returns their number.
+HWY_NOINLINE inline size_t ListRanked(const SpatialIndex& index, const LeafList& leaves, TriangleScratch& s) {
+  constexpr size_t kFew = 128;  // digits are faster above
+  const Neighborhood& found = s.search.found;
+  s.rows.Start(leaves);
+  s.ranks.Reserve(found.count + TriangleScratch::kRankPad);
+  s.listed.Reserve(found.count + TriangleScratch::kRankPad);
+  s.order.Reserve(found.count + TriangleScratch::kOrderPad);
+  int32_t* const ranks = s.ranks.data();
+  uint32_t* const listed = s.listed.data();
+  size_t count = 0;
+  const auto list = [&](const NearPoints& near, FloatMask inside_floats) CURVD_INLINED {
     const IntTag d;
-    neighbors_(near, inside);
-    const auto ranks = hn::Load(d, index_->positions(near.leaf).id + near.place);
-    hn::StoreU(hn::Compress(ranks, hn::RebindMask(d, inside)), d, scratch_->ranks.data() + count_);
-    count_ += hn::CountTrue(FloatTag(), inside);
+    const auto inside = hn::RebindMask(d, inside_floats);
+    const size_t kept = hn::CountTrue(d, inside);
+    if (kept == 0) return;
+    const uint32_t first = FirstRow(index, near.leaf, found.positions[near.near], s.rows);
+    const auto row = IntsFrom(static_cast<int32_t>(first + near.place));
+    hn::StoreU(hn::Compress(hn::Load(d, index.positions(near.leaf).id + near.place), inside), d, ranks + count);
+    hn::StoreU(hn::Compress(hn::ShiftLeft<PointRows::kRowBits>(row), inside), d,
+               reinterpret_cast<int32_t*>(listed) + count);
+    count += kept;
+  };
+  ForEachInside(index, found, list);
+  if (count > kFew) {
+    s.digits.Reserve(2 * count);
+    OrderByDigits(ranks, listed, count, s.digits.data(), s.order.data());
+  } else {
+    std::fill_n(ranks + count, TriangleScratch::kRankPad, std::numeric_limits<int32_t>::max());
+    OrderByCounting(ranks, listed, count, s.order.data());
   }
-  HWY_INLINE void Finish() {
-    neighbors_.Finish();
-    int32_t* const ranks = scratch_->ranks.data();
-    uint32_t* const order = scratch_->order.data();
-    if (count_ > kFew) return OrderByDigits(ranks, count_, scratch_->digits.data(), order);
-    std::fill_n(ranks + count_, TriangleScratch::kRankPad, std::numeric_limits<int32_t>::max());
-    OrderByCounting(ranks, count_, order);
-  }
-
- private:
-  static constexpr size_t kFew = 128;  // digits are faster above
-
-  const SpatialIndex* index_;
-  TriangleScratch* scratch_;
-  NeighborCollector neighbors_;
-  size_t count_ = 0;
-};
-
-// ForEachCollected with that collector.
-template <typename Visit>
-HWY_INLINE absl::Status ForEachRanked(const SpatialIndex& index, const NeighborhoodPlan& plan, TriangleScratch& s,
-                                      Visit visit) {
-  QueryPoint query;
-  NormalSums normals;
-  const RankedCollector collector(index, query, s, normals);
-  return ForEachNeighborhood(index, plan, query, normals, collector, s, visit);
+  s.search.work += count;
+  return count;
 }
 
 }  // namespace HWY_NAMESPACE

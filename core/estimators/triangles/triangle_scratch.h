@@ -7,7 +7,7 @@
 #include "core/base/scratch_array.h"
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
-#include "core/estimators/neighbors.h"
+#include "core/estimators/point_rows.h"
 
 namespace curvd {
 
@@ -23,22 +23,27 @@ struct TrianglePlan {
 };
 
 struct TriangleScratch : MeasuringScratch {
-  // Elements that follow the last rank.
-  static constexpr size_t kRankPad = 2 * NeighborArrays::kPad;
+  // Elements that follow the last rank, and the last of the order.
+  static constexpr size_t kRankPad = 4 * SpatialIndex::kLeafSize;
+  static constexpr size_t kOrderPad = 3 * SpatialIndex::kLeafSize;
 
-  NeighborArrays neighbors;       // of the point of the moment
-  ScratchArray<int32_t> ranks;    // of the neighbors
-  ScratchArray<uint32_t> order;   // of the neighbors by their ranks: their places in `neighbors`
+  PointRows rows;                 // of leaves of the list that was searched last
+  ScratchArray<int32_t> ranks;    // of the neighbors of the point of the moment
+  ScratchArray<uint32_t> listed;  // where their rows begin
+  ScratchArray<uint32_t> order;   // the same in the order of their ranks
   ScratchArray<uint64_t> digits;  // while they are ordered
 
   size_t bytes() const override {
-    return sizeof(*this) + search.bytes() + neighbors.bytes() + ranks.bytes() + order.bytes() + digits.bytes();
+    return sizeof(*this) + search.bytes() + rows.bytes() + ranks.bytes() + listed.bytes() + order.bytes() +
+           digits.bytes();
   }
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count) {
     const size_t neighbors = MostNeighbors(options, point_count);
     return sizeof(TriangleScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
-           NeighborArrays::MostBytes(neighbors) + ScratchArray<int32_t>::MostBytes(neighbors + kRankPad) +
-           ScratchArray<uint32_t>::MostBytes(neighbors) + ScratchArray<uint64_t>::MostBytes(2 * neighbors);
+           PointRows::MostBytes(MostFoundLeaves(SearchSizes(options), point_count)) +
+           ScratchArray<int32_t>::MostBytes(neighbors + kRankPad) +
+           ScratchArray<uint32_t>::MostBytes(neighbors + kRankPad) +
+           ScratchArray<uint32_t>::MostBytes(neighbors + kOrderPad) + ScratchArray<uint64_t>::MostBytes(2 * neighbors);
   }
 };
 

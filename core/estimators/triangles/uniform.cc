@@ -5,6 +5,7 @@
 #include "core/estimators/group_estimate-inl.h"
 #include "core/estimators/principal-inl.h"
 #include "core/estimators/triangles/random_triangles-inl.h"
+#include "core/estimators/triangles/random_words-inl.h"
 #include "core/estimators/triangles/ranked_neighbors-inl.h"
 #include "core/estimators/triangles/triangle_scratch.h"
 #include "hwy/highway.h"
@@ -13,13 +14,47 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// `triangle_count` triangles with corners drawn uniformly from the neighbors of point i, the point included.
-HWY_NOINLINE inline void MeasureUniform(const TrianglePlan& plan, size_t i, TriangleScratch& s) {
-  RandomStream random(plan.seed, s.points.seed[i]);
-  const auto count = static_cast<uint32_t>(s.neighbors.count);
+// Numbers of the corners of one vector of triangles.
+struct CornerNumbers {
+  alignas(64) int32_t corner[3][SpatialIndex::kLeafSize];
+};
+
+// Draws three distinct numbers below `count` for each triangle, by one word each.
+HWY_INLINE void DrawDistinct(RandomWords& random, size_t count, CornerNumbers& out) {
+  const WordTag words;
+  const IntTag d;
+  const WordVec first = random.Next();
+  // A vector of numbers takes two of words, but for scalar code.
+  const WordVec second = hn::Lanes(words) < hn::Lanes(d) ? random.Next() : first;
+  const WordVec all = hn::Set(words, count), all_but_one = hn::Set(words, count - 1),
+                others = hn::Set(words, count - 2);
+  const auto a = NarrowWords(Draw21(first, all), Draw21(second, all));
+  auto b = NarrowWords(Draw21(hn::ShiftRight<21>(first), all_but_one), Draw21(hn::ShiftRight<21>(second), all_but_one));
+  auto c = NarrowWords(Draw21(hn::ShiftRight<42>(first), others), Draw21(hn::ShiftRight<42>(second), others));
+  // Numbers that are not below one that is taken become one higher; a mask is -1 where it is true.
+  const auto skip = [d, one = hn::Set(d, 1)](auto number, auto taken)
+                        HWY_ATTR { return hn::Add(hn::Add(number, one), hn::VecFromMask(d, hn::Lt(number, taken))); };
+  b = skip(b, a);
+  c = skip(skip(c, hn::Min(a, b)), hn::Max(a, b));
+  hn::Store(a, d, out.corner[0]);
+  hn::Store(b, d, out.corner[1]);
+  hn::Store(c, d, out.corner[2]);
+}
+
+// `triangle_count` triangles with corners drawn uniformly from the neighbors of point i, the point included, which were
+// just found in `leaves`.
+HWY_NOINLINE inline void MeasureUniform(const SpatialIndex& index, const TrianglePlan& plan, const LeafList& leaves,
+                                        size_t i, TriangleScratch& s) {
+  const size_t count = ListRanked(index, leaves, s);
   const uint32_t* const order = s.order.data();
-  const auto draw = [&](int lane, CornerIndices& indices) { DrawDistinct(random, count, order, lane, indices); };
-  MeasureTriangles(s.neighbors, i, plan.triangle_count, draw, s);
+  const float* const rows = s.rows.row(0);
+  RandomWords random(RandomStream(plan.seed, s.points.seed[i]));
+  CornerNumbers numbers;
+  const auto draw = [&](size_t) HWY_ATTR {
+    DrawDistinct(random, count, numbers);
+    return [&](int c, size_t lane) HWY_ATTR { return rows + order[static_cast<uint32_t>(numbers.corner[c][lane])]; };
+  };
+  MeasureTriangles(i, plan.triangle_count, draw, s);
   s.search.work += plan.triangle_count;
 }
 
@@ -27,11 +62,11 @@ absl::Status EstimateUniform(const SpatialIndex& index, const TrianglePlan& plan
                              PointCurvature* results) {
   const auto fill = [&s](size_t i) { s.measures.Fill(i); };
   StartGroup(index, group, s, results, fill);
-  const auto measure = [&](size_t i, const LeafList&) {
+  const auto measure = [&](size_t i, const LeafList& leaves) {
     PreparePoints(OnePoint(), plan.neighborhood, s.neighborhoods, i, s.points, s.frames, fill);
-    if (s.points.status[i] == PointStatus::kOk) MeasureUniform(plan, i, s);
+    if (s.points.status[i] == PointStatus::kOk) MeasureUniform(index, plan, leaves, i, s);
   };
-  const absl::Status status = ForEachRanked(index, plan.neighborhood, s, measure);
+  const absl::Status status = ForEachNormalSum(index, plan.neighborhood, s, measure);
   if (status.ok()) WriteMeasured(index, plan.neighborhood, kUsualTriangleArea, s, s, results);
   return status;
 }

@@ -15,7 +15,9 @@ namespace curvd {
 // Not thread-safe.
 class PointRows {
  public:
-  static constexpr size_t kRow = 8;  // position, 1, normal, 0
+  static constexpr int kRowBits = 3;
+  static constexpr size_t kRow = 1 << kRowBits;  // position, 1, normal, 0
+  static constexpr size_t kNormal = 4;           // where the normal begins
 
   // Forgets the rows of another list.
   void Start(const LeafList& leaves) {
