@@ -8,7 +8,7 @@
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/hexagram/hexagram.h"
 #include "core/estimators/neighborhood_plan.h"
-#include "core/estimators/point_rows.h"
+#include "core/estimators/rows/point_rows.h"
 
 namespace curvd {
 

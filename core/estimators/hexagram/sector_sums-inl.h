@@ -17,7 +17,7 @@
 #include "core/estimators/fixed_point-inl.h"
 #include "core/estimators/hexagram/avg_hexagram.h"
 #include "core/estimators/measures-inl.h"
-#include "core/estimators/point_rows-inl.h"
+#include "core/estimators/rows/point_rows-inl.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
 

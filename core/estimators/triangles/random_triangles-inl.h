@@ -12,7 +12,7 @@
 #include "core/estimators/frames.h"
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/measures-inl.h"
-#include "core/estimators/point_rows.h"
+#include "core/estimators/rows/point_rows.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -65,7 +65,7 @@ HWY_INLINE Triple LoadTriples(At at) {
 #endif
 
 // Adds the measures of the `used` of a vector of triangles over neighbors of point i. `row(c, lane)` is the row of
-// corner c of each (core/estimators/point_rows.h).
+// corner c of each (core/estimators/rows/point_rows.h).
 template <typename Row>
 HWY_INLINE void AddRowTriangles(const GroupScratch& s, size_t i, Row row, FloatMask used, Measures& sum) {
   const FloatTag d;

@@ -14,7 +14,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/estimators/point_rows-inl.h"
+#include "core/estimators/rows/point_rows-inl.h"
 #include "core/estimators/triangles/triangle_scratch.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"

@@ -7,7 +7,7 @@
 #include "core/base/scratch_array.h"
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
-#include "core/estimators/point_rows.h"
+#include "core/estimators/rows/point_rows.h"
 
 namespace curvd {
 

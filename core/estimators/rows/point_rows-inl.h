@@ -1,15 +1,15 @@
-// Writes the rows of points (core/estimators/point_rows.h).
+// Writes the rows of points (core/estimators/rows/point_rows.h).
 
-#if defined(CURVD_CORE_ESTIMATORS_POINT_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef CURVD_CORE_ESTIMATORS_POINT_ROWS_INL_H_
-#undef CURVD_CORE_ESTIMATORS_POINT_ROWS_INL_H_
+#if defined(CURVD_CORE_ESTIMATORS_ROWS_POINT_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_ROWS_POINT_ROWS_INL_H_
+#undef CURVD_CORE_ESTIMATORS_ROWS_POINT_ROWS_INL_H_
 #else
-#define CURVD_CORE_ESTIMATORS_POINT_ROWS_INL_H_
+#define CURVD_CORE_ESTIMATORS_ROWS_POINT_ROWS_INL_H_
 #endif
 
 #include <algorithm>
 
-#include "core/estimators/point_rows.h"
+#include "core/estimators/rows/point_rows.h"
 #include "core/index/vectors-inl.h"
 #include "hwy/highway.h"
 
@@ -65,4 +65,4 @@ HWY_INLINE uint32_t FirstRow(const SpatialIndex& index, uint32_t leaf, uint32_t 
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
 
-#endif  // CURVD_CORE_ESTIMATORS_POINT_ROWS_INL_H_
+#endif  // CURVD_CORE_ESTIMATORS_ROWS_POINT_ROWS_INL_H_
