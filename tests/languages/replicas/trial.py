@@ -32,6 +32,8 @@ KEPT_SHARE = 0.4
 # Programs of one call each draw lots: fewer than a quarter of 100 come to one of two less than once in a million trials.
 DRAWN_SHARE = 0.25
 DEAD_SECONDS = 2.0
+# Where others keep the machine busy, the second connection may stand late: a client is tried again then.
+TRIALS = 3
 
 
 def in_namespace():
@@ -181,10 +183,15 @@ def main():
         own = pathlib.Path(folder)
         foreign = foreign_clients(options.cache_dir.resolve(), own)
         for name, make, one_call_each in [*clients(options.bin_dir.resolve(), own), *foreign]:
-            split, seconds = try_client(make, one_call_each, replicas, options.calls, environment)
-            print(f"| {name} | {split[0]} and {split[1]} | {seconds:.2f} s |", flush=True)
             share = DRAWN_SHARE if one_call_each else KEPT_SHARE
-            faults += sum(split) != options.calls or min(split) < share * options.calls or seconds > DEAD_SECONDS
+            for _ in range(TRIALS):
+                split, seconds = try_client(make, one_call_each, replicas, options.calls, environment)
+                print(f"| {name} | {split[0]} and {split[1]} | {seconds:.2f} s |", flush=True)
+                lost = sum(split) != options.calls
+                in_bounds = not lost and min(split) >= share * options.calls and seconds <= DEAD_SECONDS
+                if in_bounds or lost:
+                    break
+            faults += not in_bounds
         check_certificate(options.bin_dir, pathlib.Path(folder))
     for replica in replicas:
         replica.stop()
