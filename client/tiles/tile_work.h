@@ -7,6 +7,8 @@
 
 #include "absl/status/statusor.h"
 #include "client/io/point_table.h"
+#include "client/tiles/halo.h"
+#include "client/tiles/point_store.h"
 #include "client/tiles/tile_cloud.h"
 #include "client/tiles/tile_result.h"
 
