@@ -8,7 +8,7 @@
 namespace curv {
 namespace {
 
-constexpr int kStepsPerDistance = 14;    // 2^14
+constexpr int kStepsPerDistance = 12;    // 2^12
 constexpr uint64_t kPointsInCell = 64;   // enough that a cell's box is as large as its piece of surface
 constexpr double kDoubleSteps = 0x1p51;  // of the largest coordinate; a double holds two bits more
 

@@ -20,10 +20,11 @@ inline Position OnLattice(const Position& p, double spacing) {
   return {OnLattice(p[0], spacing), OnLattice(p[1], spacing), OnLattice(p[2], spacing)};
 }
 
-// Returns a spacing for a cloud of `points` points: a power of two, 2^-14 of the distance between neighbors in places
-// of middle density, so that a tile of half a million points is not too long; not less than the last digit of the
-// coordinates. `sample` are points of the cloud, drawn at random; the more, the better. Depends on nothing else, so
-// that two plans of one cloud have one lattice. REQUIRES: the sample is not empty.
+// Returns a spacing for a cloud of `points` points: the largest power of two that is at most 2^-12 of the distance
+// between neighbors in places of middle density, so that a tile of half a million points is not too long even where
+// points are a few times as far apart; not less than the last digit of the coordinates. `sample` are points of the
+// cloud, drawn at random; the more, the better. Depends on nothing else, so that two plans of one cloud have one
+// lattice. REQUIRES: the sample is not empty.
 double LatticeSpacing(std::span<const Position> sample, uint64_t points);
 
 // Returns the smallest spacing, `spacing` times a power of two, with which no coordinate of a box that long on its

@@ -229,9 +229,9 @@ class Planner {
         return absl::InvalidArgumentError(absl::StrCat(input.path, " has changed while it was read"));
       }
     }
-    // Of the two times kMostSteps that a tile may be long, a quarter is for its halo.
+    // Of the two times kMostSteps that a tile may be long, an eighth is for its halo.
     const double most_extent =
-        plan_.is_double ? 1.5 * kMostSteps * plan_.spacing : std::numeric_limits<double>::infinity();
+        plan_.is_double ? 1.75 * kMostSteps * plan_.spacing : std::numeric_limits<double>::infinity();
     plan_.tree.MakeTiles(request_.tile_points + request_.tile_points / 10, most_extent);
     plan_.tiles = plan_.tree.TileNodes();
     return spill_->Finish();

@@ -76,7 +76,7 @@ class TileWork {
       ids_.push_back(point.id);
       if (answer->is_unusable[row]) continue;
       const double distance = DistanceOf(point, answer->radii[row]);
-      if (HasAllWithin(plan_, tile_, *read, point.position, distance)) continue;
+      if (HasAllWithin(plan_, *read, row, distance)) continue;
       // What was found may lie far beyond what was left out.
       uncertain.push_back({point, std::min(distance, DistanceOf(point, kUnknown))});
     }

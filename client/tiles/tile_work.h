@@ -7,6 +7,8 @@
 
 #include "absl/status/statusor.h"
 #include "client/io/point_table.h"
+#include "client/tiles/halo.h"
+#include "client/tiles/point_store.h"
 #include "client/tiles/tile_cloud.h"
 #include "client/tiles/tile_result.h"
 
@@ -26,7 +28,7 @@ struct TileAnswer {
 using TileEstimator =
     std::function<absl::StatusOr<TileAnswer>(const FloatArrays& cloud, const std::vector<uint32_t>& queries)>;
 
-// DEFAULT of the width of halos, in expected radii: hardly any point is then estimated twice.
+// DEFAULT of the width of halos, in radii of neighborhoods: hardly any point is then estimated twice.
 inline constexpr double kHaloFactor = 1.25;
 
 // Estimates a tile and writes its result. What its halo was too narrow for is estimated again with all points that its

@@ -104,7 +104,7 @@ void AddTilesPlan(CLI::App& tiles, Action& action) {
   command
       ->add_option("--lattice", flags->lattice,
                    "coordinates in doubles are rounded to multiples of the power of two that is this long, or shorter "
-                   "[2^-14 of the distance between points]")
+                   "[at most 2^-12 of the distance between points]")
       ->check(FinitePositive())
       ->option_text("LENGTH");
   AddEstimatorFlags(*command, flags->estimate);

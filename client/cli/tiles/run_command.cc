@@ -103,7 +103,7 @@ void AddTilesRun(CLI::App& tiles, Action& action) {
   command
       ->add_option(
           "--halo", flags->request.halo_factor,
-          "how wide the rim around a tile is, in expected neighborhood radii. Changes the time alone: where it "
+          "how wide the rim around a tile is, in radii of the neighborhoods there. Changes the time alone: where it "
           "is too narrow, points are estimated again [1.25]")
       ->check(FiniteNotNegative())
       ->option_text("FACTOR");
