@@ -209,21 +209,130 @@ Patch BowlPatch(double share) {  // the lower part of a ball
           }};
 }
 
-// At random, or one in each cell of a grid over the square, of which chance leaves what the area asks for.
-Shape SampleOf(const Patch& patch, size_t points, uint64_t seed) {
+// The radii at which `points` points of spacing 1 on two spheres are `thickness` apart.
+std::array<double, 2> RadiiOfWall(size_t points, double thickness, double share) {
+  // share * 4 pi (r^2 + (r - t)^2) = points
+  const double squares = static_cast<double>(points) / (4.0 * kPi * share);
+  const double outer = 0.5 * (thickness + std::sqrt(2.0 * squares - thickness * thickness));
+  return {outer, outer - thickness};
+}
+
+// A sphere that is flattened to this thickness in its middle, in units of the spacing.
+Patch LensPatch(size_t points, double thickness) {
+  const double radius = std::sqrt(static_cast<double>(points) / (2.0 * kPi));
+  Patch patch = EllipsoidPatch(1, 1, 0.5 * thickness / radius);
+  patch.name = absl::StrFormat("lens, %g thick", thickness);
+  return patch;
+}
+
+// A hollow ball: the space between two spheres.
+Patch HollowPatch(size_t points, double thickness) {
+  const auto [outer, inner] = RadiiOfWall(points, thickness, 1.0);
+  const double out = outer * outer, in = inner * inner, most = 4.0 * kPi * (out + in);
+  return {absl::StrFormat("hollow ball, %g thick", thickness), false, most, most,
+          [=](double u, double v, Vec3& p, Vec3& n) {
+            const bool is_outer = u * (out + in) < out;
+            const double t = 2 * kPi * (is_outer ? u * (out + in) / out : (u * (out + in) - out) / in);
+            const double z = 2 * v - 1, r = std::sqrt(std::max(1 - z * z, 0.0));
+            n = {r * std::cos(t), r * std::sin(t), z};
+            p = (is_outer ? outer : inner) * n;
+            if (!is_outer) n = -1.0 * n;
+            return most;
+          }};
+}
+
+// A bowl with a wall: the lower `share` of a hollow ball, closed by a rim.
+Patch PotPatch(size_t points, double thickness, double share) {
+  const auto [outer, inner] = RadiiOfWall(points, thickness, share);
+  const double top = 2 * share - 1, across = std::sqrt(std::max(1 - top * top, 0.0));
+  const double out = 4 * kPi * share * outer * outer, in = 4 * kPi * share * inner * inner;
+  const double rim = kPi * across * (outer * outer - inner * inner), most = out + in + rim;
+  return {absl::StrFormat("pot %g, %g thick", share, thickness), false, most, most,
+          [=](double u, double v, Vec3& p, Vec3& n) {
+            const double area = u * most, t = 2 * kPi * v;
+            if (area >= out + in) {  // the normal of a cone
+              const double part = (area - out - in) / rim;
+              const double radius = std::sqrt(inner * inner + part * (outer * outer - inner * inner));
+              p = radius * Vec3{across * std::cos(t), across * std::sin(t), top};
+              n = {-top * std::cos(t), -top * std::sin(t), across};
+              return most;
+            }
+            const bool is_outer = area < out;
+            const double part = is_outer ? area / out : (area - out) / in;
+            const double z = 2 * share * part - 1, r = std::sqrt(std::max(1 - z * z, 0.0));
+            n = {r * std::cos(t), r * std::sin(t), z};
+            p = (is_outer ? outer : inner) * n;
+            if (!is_outer) n = -1.0 * n;
+            return most;
+          }};
+}
+
+// Cubes of edge 1 with the points in them, by a hash that may mix cubes up.
+class Neighbors {
+ public:
+  explicit Neighbors(size_t points) : cubes_(2 * points + 1) {}
+  // Whether a point of the same side of the surface is nearer than `distance`, which is at most 1.
+  bool IsNear(const Samples& samples, const Vec3& p, const Vec3& n, double distance) const {
+    for (double x = -1; x <= 1; ++x) {
+      for (double y = -1; y <= 1; ++y) {
+        for (double z = -1; z <= 1; ++z) {
+          for (const size_t i : cubes_[CubeOf(p + Vec3{x, y, z})]) {
+            const Vec3 offset = p - samples.positions[i];
+            if (curv::Dot(offset, offset) < distance * distance && curv::Dot(n, samples.normals[i]) > 0.0) return true;
+          }
+        }
+      }
+    }
+    return false;
+  }
+  void Add(size_t i, const Vec3& p) { cubes_[CubeOf(p)].push_back(i); }
+
+ private:
+  size_t CubeOf(const Vec3& p) const {
+    uint64_t hash = 0;
+    for (const double c : {p.x, p.y, p.z}) {
+      hash = (hash ^ static_cast<uint64_t>(static_cast<int64_t>(std::floor(c)))) * 0x9E3779B97F4A7C15u;
+    }
+    return static_cast<size_t>((hash >> 20) % cubes_.size());
+  }
+  std::vector<std::vector<size_t>> cubes_;
+};
+
+// At random; or none nearer to another one of its sheet than 0.7 spacings.
+Shape SampleOf(const Patch& patch, size_t points, uint64_t seed, bool is_apart = false) {
+  constexpr double kApart = 0.7;
   std::mt19937_64 random(seed);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-  Shape shape{patch.name, {}, patch.is_open};
+  const auto try_one = [&](Vec3& p, Vec3& n) {
+    const double chance = uniform() * patch.most_area;
+    const double u = uniform(), v = uniform();
+    return chance <= patch.at(u, v, p, n);
+  };
+  double area = patch.area;
+  if (is_apart && area == 0.0) {
+    constexpr int kTrials = 200'000;
+    Vec3 p, n;
+    for (int i = 0; i < kTrials; ++i) area += try_one(p, n) ? patch.most_area / kTrials : 0.0;
+  }
+  const double known_scale = std::sqrt(static_cast<double>(points) / area);
+  Shape shape{patch.name + (is_apart ? ", apart" : ""), {}, patch.is_open};
+  Neighbors neighbors(points);
   double trials = 0.0;
   while (shape.samples.positions.size() < points) {
     Vec3 p, n;
     ++trials;
-    if (uniform() * patch.most_area > patch.at(uniform(), uniform(), p, n)) continue;
+    if (!try_one(p, n)) continue;
+    if (is_apart) {
+      p = known_scale * p;
+      if (neighbors.IsNear(shape.samples, p, n, kApart)) continue;
+      neighbors.Add(shape.samples.positions.size(), p);
+    }
     shape.samples.positions.push_back(p);
     shape.samples.normals.push_back(n);
   }
-  const double area = patch.most_area * static_cast<double>(points) / trials;
-  const double scale = std::sqrt(static_cast<double>(points) / (patch.area > 0.0 ? patch.area : area));
+  if (is_apart) return shape;
+  if (area == 0.0) area = patch.most_area * static_cast<double>(points) / trials;
+  const double scale = std::sqrt(static_cast<double>(points) / area);
   for (Vec3& p : shape.samples.positions) p = scale * p;
   return shape;
 }
@@ -327,15 +436,17 @@ void Report(const Shape& shape, uint64_t seed, double noise, WorkerPool& pool, c
 int Main(int argc, char** argv) {
   CLI::App app("Sides of normals made of positions: how many are wrong, and whether the certificate tells");
   std::string only, dump;
-  bool is_check = false, plates = false, noisy = false;
+  bool is_check = false, plates = false, shells = false, noisy = false, is_apart = false;
   std::vector<size_t> sizes;
   std::vector<double> levels;
   std::vector<uint64_t> seeds = {1};
   app.add_flag("--plates", plates, "Thin closed plates");
+  app.add_flag("--shells", shells, "Thin bodies that are round: lenses, hollow balls, pots");
   app.add_flag("--noisy", noisy, "Small noisy clouds");
+  app.add_flag("--apart", is_apart, "Shells and noisy clouds of points that keep apart, before noise");
   app.add_flag("--check", is_check, "Clouds by which nothing was chosen");
   app.add_option("--sizes", sizes, "Points");
-  app.add_option("--levels", levels, "Noise of noisy clouds, thickness of plates; in spacings");
+  app.add_option("--levels", levels, "Noise of noisy clouds, thickness of plates and shells; in spacings");
   app.add_option("--seeds", seeds, "Of the clouds");
   app.add_option("--only", only, "Part of the name of the clouds that are tried");
   app.add_option("--dump", dump, "File for the last cloud: positions, true normals, normals, status");
@@ -363,12 +474,29 @@ int Main(int argc, char** argv) {
       }
     }
   }
+  if (shells) {
+    for (const size_t points : sizes.empty() ? std::vector<size_t>{900, 5000, 20'000} : sizes) {
+      for (const double thickness : levels.empty() ? std::vector<double>{2.0, 3.0, 4.0, 6.0} : levels) {
+        const std::vector<Patch> bodies =
+            is_check ? std::vector<Patch>{PotPatch(points, thickness, 0.35), PotPatch(points, thickness, 0.8)}
+                     : std::vector<Patch>{LensPatch(points, thickness), HollowPatch(points, thickness),
+                                          PotPatch(points, thickness, 0.6)};
+        for (const Patch& body : bodies) {
+          for (const uint64_t seed : seeds) {
+            Shape shell = SampleOf(body, points, seed, is_apart);
+            Tilt(0.3 + static_cast<double>(seed), shell.samples);
+            try_it(shell, seed, 0.0);
+          }
+        }
+      }
+    }
+  }
   if (noisy) {
     for (const size_t points : sizes.empty() ? std::vector<size_t>{300, 1000, 3000, 10'000} : sizes) {
       for (const Patch& patch : Patches(is_check)) {
         for (const double noise : levels.empty() ? std::vector<double>{0.0, 0.3, 0.7, 1.0, 1.5} : levels) {
           for (const uint64_t seed : seeds) {
-            Shape cloud = SampleOf(patch, points, seed);
+            Shape cloud = SampleOf(patch, points, seed, is_apart);
             if (noise > 0.0) curv::AddPositionNoise(noise, seed, cloud.samples.positions);
             try_it(cloud, seed, noise);
           }

@@ -26,11 +26,15 @@ bool IsBoxWithin(const PieceSums& inner, const PieceSums& outer) {
   return true;
 }
 
+bool MayLieWithin(const PieceSums& inner, const PieceSums& outer) {
+  return VolumeOf(inner) < VolumeOf(outer) && IsBoxWithin(inner, outer);
+}
+
 // Areas and volumes are known up to a factor that they share.
-bool MayBeWall(const PieceSums& inner, const PieceSums& outer) {
+bool IsThin(const PieceSums& inner, const PieceSums& outer) {
   const double least = VolumeOf(inner), most = VolumeOf(outer);
   const double thickness = 2.0 * (most - least) / (inner.area + outer.area);
-  return thickness > 0.0 && thickness < kThinWall * 3.0 * least / inner.area && IsBoxWithin(inner, outer);
+  return thickness < kThinWall * 3.0 * least / inner.area;
 }
 
 }  // namespace
@@ -43,11 +47,14 @@ HollowWalls::HollowWalls(const SpatialIndex& index, const SideTree& tree, const 
   for (uint32_t piece = 0; piece < pieces.size(); ++piece) {
     if (is_candidate[piece] != 0) candidates.push_back(piece);
   }
+  size_t thin_count = 0;
   for (const uint32_t inner : candidates) {
     for (const uint32_t outer : candidates) {
-      if (outer == inner || !MayBeWall(pieces[inner], pieces[outer])) continue;
-      pairs_.push_back({inner, outer});
-      if (pairs_.size() > kMostPairs) {
+      if (outer == inner || !MayLieWithin(pieces[inner], pieces[outer])) continue;
+      const bool is_thin = IsThin(pieces[inner], pieces[outer]);
+      thin_count += is_thin ? 1 : 0;
+      if (is_thin || pairs_.size() - thin_count < kMostPairs) pairs_.push_back({inner, outer, is_thin});
+      if (thin_count > kMostPairs) {
         pairs_.clear();
         return;
       }
@@ -113,20 +120,25 @@ void HollowWalls::CheckPair(size_t pair) {
   pairs_[pair].holds = sum > kInside * probes;
 }
 
-std::vector<uint32_t> HollowWalls::InnerPieces() const {
-  constexpr uint32_t kNone = ~uint32_t{0};
+std::vector<uint32_t> HollowWalls::NearestAround(bool thin_alone) const {
   const std::vector<PieceSums>& pieces = sides_.pieces();
-  // The smallest piece around each, as far as it is near.
-  std::vector<uint32_t> around(is_looked_at_.size(), kNone), by_volume, inner;
+  std::vector<uint32_t> around(is_looked_at_.size(), kNone);
+  for (const Pair& pair : pairs_) {
+    if (!pair.holds || (thin_alone && !pair.is_thin)) continue;
+    uint32_t& nearest = around[pair.inner];
+    if (nearest == kNone || VolumeOf(pieces[pair.outer]) < VolumeOf(pieces[nearest])) nearest = pair.outer;
+  }
+  return around;
+}
+
+std::vector<uint32_t> HollowWalls::InnerPieces() const {
+  const std::vector<uint32_t> around = NearestAround(true);
+  std::vector<uint32_t> by_volume, inner;
   std::vector<double> volumes(is_looked_at_.size());
   for (uint32_t piece = 0; piece < is_looked_at_.size(); ++piece) {
     if (is_looked_at_[piece] == 0) continue;
-    volumes[piece] = VolumeOf(pieces[piece]);
+    volumes[piece] = VolumeOf(sides_.pieces()[piece]);
     by_volume.push_back(piece);
-  }
-  for (const Pair& pair : pairs_) {
-    uint32_t& nearest = around[pair.inner];
-    if (pair.holds && (nearest == kNone || volumes[pair.outer] < volumes[nearest])) nearest = pair.outer;
   }
   // What is around a piece has a larger volume.
   std::stable_sort(by_volume.begin(), by_volume.end(), [&](uint32_t a, uint32_t b) { return volumes[a] > volumes[b]; });
@@ -137,6 +149,16 @@ std::vector<uint32_t> HollowWalls::InnerPieces() const {
   }
   std::sort(inner.begin(), inner.end());
   return inner;
+}
+
+size_t HollowWalls::AmbiguousCount() const {
+  const std::vector<uint32_t> around = NearestAround(false), inner = InnerPieces();
+  const auto is_inner = [&](uint32_t piece) { return std::binary_search(inner.begin(), inner.end(), piece); };
+  size_t count = 0;
+  for (uint32_t piece = 0; piece < around.size(); ++piece) {
+    count += around[piece] != kNone && !is_inner(piece) && !is_inner(around[piece]) ? 1 : 0;
+  }
+  return count;
 }
 
 size_t HollowWalls::bytes() const {
@@ -150,7 +172,7 @@ size_t HollowWalls::bytes() const {
 size_t HollowWalls::MostBytes(size_t point_count) {
   // Of a vector that grows by doubling, and while samples are grouped both of the chunks and of the pieces.
   const size_t samples = std::min(point_count, (kSamples + 1) * (SideTree::kMostLargeClusters + 1));
-  return 4 * samples * sizeof(Sample) + 2 * kMostPairs * sizeof(Pair);
+  return 4 * samples * sizeof(Sample) + 4 * kMostPairs * sizeof(Pair);
 }
 
 }  // namespace curvd

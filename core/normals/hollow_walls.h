@@ -1,5 +1,5 @@
 // Finds closed pieces that are the inside of a hollow body's wall, whose normals point into the hollow: a closed piece
-// that lies within another, nearer to it than it is large.
+// that lies within another, nearer to it than it is large. Farther away it may be that as well, or a body.
 #pragma once
 
 #include <array>
@@ -18,7 +18,8 @@ namespace curvd {
 // index and the tree alone. Takes less than a millisecond a pair.
 class HollowWalls {
  public:
-  // With more pairs than that no wall is looked for: those that were left out would turn what lies within.
+  // With more pairs that may be walls than that, nothing is looked for: those that were left out would turn what lies
+  // within. Of the other pairs so many are looked at, at most.
   static constexpr size_t kMostPairs = 1024;
 
   // `is_candidate`: by piece, whether it is large and closed by the sum of its normals, with normals that point outward
@@ -34,6 +35,9 @@ class HollowWalls {
   // The pieces whose normals are to point inward, ascending: each lies within another that is so near, and the nearest
   // of those is no such piece itself, since what lies in a hollow is a body.
   std::vector<uint32_t> InnerPieces() const;
+  // How many pieces nothing tells the side of: each lies within another that is too far away for InnerPieces to take it
+  // as an inside, and that is none itself. It bounds a hollow there, or a body of its own.
+  size_t AmbiguousCount() const;
 
   size_t bytes() const;
   // Bytes held at most.
@@ -42,7 +46,8 @@ class HollowWalls {
  private:
   struct Pair {
     uint32_t inner, outer;
-    bool holds = false;
+    bool is_thin = false;  // what lies between the two may be a wall
+    bool holds = false;    // whether the one lies within the other
   };
   // A point, as far as it stands for a part of the surface.
   struct Sample {
@@ -52,6 +57,10 @@ class HollowWalls {
   };
   static constexpr size_t kSamples = 512, kProbes = 64;  // of a piece, about and at most
 
+  static constexpr uint32_t kNone = ~uint32_t{0};
+
+  // The piece of least volume around each; of thin pairs alone, or of all.
+  std::vector<uint32_t> NearestAround(bool thin_alone) const;
   // How many points of the piece lie between two samples.
   size_t Stride(uint32_t piece) const;
   double WindingAt(const std::array<float, 3>& position, uint32_t outer) const;

@@ -73,6 +73,9 @@ struct NormalReport {
   size_t repaired_count = 0;
   // Closed pieces that are the inside of another's wall (core/normals/hollow_walls.h): their normals point inward.
   size_t inner_wall_count = 0;
+  // Closed pieces within another one that is too far away to tell whether they bound a hollow in it or are bodies of
+  // their own: their normals point outward.
+  size_t ambiguous_piece_count = 0;
   // How much the winding number of a piece's own normals varies over its points: that of the worst piece, of those that
   // are large and closed, or were said to be, or may be thin closed ones. 0 is perfect, max_trusted_certificate the
   // most that can be trusted, 1 says that sides cancel, and 2 that the normals point inward.
@@ -83,8 +86,9 @@ struct NormalReport {
   std::optional<double> turned_share;
   // Whether sides that stay are right, whatever the certificate: it varies from noise alone.
   bool turned_share_decides = false;
-  // Whether the orientation cannot be trusted, as far as the share and the certificate tell.
+  // Whether the orientation cannot be trusted, as far as pieces, the share and the certificate tell.
   bool is_doubtful() const {
+    if (ambiguous_piece_count > 0) return true;
     if (turned_share.has_value() && *turned_share > kMostTurnedShare) return true;
     if (turned_share.has_value() && turned_share_decides) return false;
     return certificate.has_value() && !(*certificate <= max_trusted_certificate);

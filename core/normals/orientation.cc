@@ -152,7 +152,7 @@ void Orientation::AddSamples() {
          for (const FieldPiece& piece : field_->pieces()) {
            std::vector<uint8_t> turned;
            for (const uint32_t cluster : piece.clusters) turned.push_back(sides_->is_turned(cluster) ? 1 : 0);
-           repairs_.emplace_back(piece, std::move(turned));
+           repairs_.emplace_back(piece, std::move(turned), !all_closed());
          }
          AddDescents(0, 1);
          return absl::OkStatus();
@@ -243,6 +243,7 @@ void Orientation::AddWalls() {
 void Orientation::TakeWalls() {
   const std::vector<uint32_t> inner = walls_->InnerPieces();
   inner_wall_count_ = inner.size();
+  ambiguous_piece_count_ = walls_->AmbiguousCount();
   for (uint32_t cluster = 0; cluster < tree_.clusters().size(); ++cluster) {
     if (std::binary_search(inner.begin(), inner.end(), tree_.clusters()[cluster].piece)) sides_->Turn(cluster);
   }
@@ -338,6 +339,7 @@ void Orientation::Report(NormalReport& report) const {
   report.closed_area_share = closed_share_;
   report.repaired_count = repaired_count_;
   report.inner_wall_count = inner_wall_count_;
+  report.ambiguous_piece_count = ambiguous_piece_count_;
   report.certificate = certificate_;
 }
 

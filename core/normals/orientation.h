@@ -102,7 +102,7 @@ class Orientation {
   std::atomic<size_t> flipped_ = 0;
   size_t piece_count_ = 0, closed_count_ = 0;
   double closed_share_ = 0.0;
-  size_t repaired_count_ = 0, inner_wall_count_ = 0;
+  size_t repaired_count_ = 0, inner_wall_count_ = 0, ambiguous_piece_count_ = 0;
   std::optional<double> certificate_;
 };
 

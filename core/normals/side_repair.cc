@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/estimators/triangles/random_stream.h"
+#include "core/normals/piece_sides.h"
 
 namespace curvd {
 namespace {
@@ -26,7 +27,8 @@ constexpr size_t kMostSweeps = 12;
 
 }  // namespace
 
-SideRepair::SideRepair(const FieldPiece& field, std::vector<uint8_t> turned) : field_(field), trials_(kStarts) {
+SideRepair::SideRepair(const FieldPiece& field, std::vector<uint8_t> turned, bool must_close)
+    : field_(field), must_close_(must_close), trials_(kStarts) {
   for (const FieldSample& sample : field.samples) weight_ += sample.weight;
   for (size_t c = 0; c < field.clusters.size(); ++c) {
     const std::span<const float> values = field.values_of(c);
@@ -116,21 +118,37 @@ void SideRepair::Descend(size_t start) {
   trials_[start] = std::move(trial);
 }
 
-const SideRepair::Trial& SideRepair::BestTrial() const {
-  const auto is_better = [](const Trial& a, const Trial& b) { return a.fit.certificate < b.fit.certificate; };
-  return *std::min_element(trials_.begin(), trials_.end(), is_better);
+bool SideRepair::MayBeTaken(const Trial& trial) const {
+  if (trial.turned.empty()) return false;  // nobody made it
+  if (!must_close_) return true;
+  double sum[3] = {};
+  for (size_t c = 0; c < trial.turned.size(); ++c) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      sum[axis] += static_cast<double>(field_.moments[c][axis]) * (trial.turned[c] != 0 ? -1.0 : 1.0);
+    }
+  }
+  return std::hypot(sum[0], sum[1], sum[2]) <= kMostClosedShare * static_cast<double>(field_.area);
+}
+
+const SideRepair::Trial* SideRepair::BestTrial() const {
+  const Trial* best = nullptr;
+  for (const Trial& trial : trials_) {
+    if (best != nullptr && !(trial.fit.certificate < best->fit.certificate)) continue;
+    if (MayBeTaken(trial)) best = &trial;
+  }
+  return best;
 }
 
 bool SideRepair::IsPromising() const {
-  const Fit& fit = BestTrial().fit;
-  return IsWanted() && fit.certificate < kGain * now_.fit.certificate && fit.certificate <= kMostDoubtful &&
-         fit.mean >= kLeastMean;
+  const Trial* best = IsWanted() ? BestTrial() : nullptr;
+  return best != nullptr && best->fit.certificate < kGain * now_.fit.certificate &&
+         best->fit.certificate <= kMostDoubtful && best->fit.mean >= kLeastMean;
 }
 
 bool SideRepair::Accept() {
   const double clusters = static_cast<double>(field_.clusters.size());
-  if (!IsPromising() || BestTrial().fit.certificate > kMostAccepted / (1.0 + clusters / kFreeClusters)) return false;
-  now_ = BestTrial();
+  if (!IsPromising() || BestTrial()->fit.certificate > kMostAccepted / (1.0 + clusters / kFreeClusters)) return false;
+  now_ = *BestTrial();
   is_accepted_ = true;
   return true;
 }

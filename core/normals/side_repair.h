@@ -16,8 +16,10 @@ class SideRepair {
   // Searches that Descend runs, each from other sides.
   static constexpr size_t kStarts = 16;
 
-  // `turned`: whether each of the piece's clusters is turned, as the tree says. `field` outlives the repair.
-  SideRepair(const FieldPiece& field, std::vector<uint8_t> turned);
+  // `turned`: whether each of the piece's clusters is turned, as the tree says. `must_close`: whether only sides are
+  // taken whose normals add up to as little as those of a closed surface do (IsClosed, core/normals/piece_sides.h):
+  // there are sides of any bowl whose winding number is nearly the same everywhere. `field` outlives the repair.
+  SideRepair(const FieldPiece& field, std::vector<uint8_t> turned, bool must_close);
 
   // With w for the winding number at a sampled point, 1 - mean(w)^2 / mean(w^2): free of the scale of areas, 0 where w
   // is the same everywhere, 1 where it has both signs alike. 2 if the mean is not positive. Of the sides of now.
@@ -57,9 +59,12 @@ class SideRepair {
   Fit FitOf(double sum, double squares) const;
   void Measure(Trial& trial) const;
   bool TurnIfBetter(size_t cluster, Trial& trial) const;
-  const Trial& BestTrial() const;
+  bool MayBeTaken(const Trial& trial) const;
+  // Of those that may be taken; null if there are none.
+  const Trial* BestTrial() const;
 
   const FieldPiece& field_;
+  const bool must_close_;
   double weight_ = 0.0;     // of all samples
   std::vector<Sums> sums_;  // by cluster
   Trial now_;

@@ -133,7 +133,14 @@ void WindingField::Finish() {
     chunks_[chunk] = {};
   }
   if (index_.group_count() == 0) return;
-  SumBelow({0, 0, index_.leaf_count()});
+  const Range all = SumBelow({0, 0, index_.leaf_count()});
+  for (FieldPiece& piece : pieces_) piece.moments.resize(piece.clusters.size());
+  for (size_t d = all.first; d < all.last; ++d) {
+    const Dipole& dipole = dipoles_[d];
+    FieldPiece& piece = pieces_[field_of_[tree_.clusters()[dipole.cluster].piece]];
+    piece.moments[column_[dipole.cluster]] = dipole.moment;
+    piece.area += dipole.area;
+  }
   ChooseSamples();
 }
 
@@ -243,7 +250,7 @@ size_t WindingField::bytes() const {
   for (const auto& chunk : chunks_) bytes += chunk.capacity() * sizeof(Dipole);
   for (const FieldPiece& piece : pieces_) {
     bytes += piece.values.capacity() * sizeof(float) + piece.samples.capacity() * sizeof(FieldSample) +
-             piece.clusters.capacity() * sizeof(uint32_t);
+             piece.clusters.capacity() * sizeof(uint32_t) + piece.moments.capacity() * sizeof(piece.moments[0]);
   }
   return bytes;
 }
@@ -252,7 +259,8 @@ size_t WindingField::MostBytes(size_t point_count) {
   const size_t clusters = std::min(point_count / SideTree::kLeastCluster + 1, SideTree::kMostLargeClusters + 1);
   const size_t samples = std::min(point_count, kSpreadSamples + (kLeastOfCluster + 1) * clusters);
   // A vector that grows by doubling holds twice its size.
-  return samples * (clusters * sizeof(float) + 2 * sizeof(FieldSample)) + 2 * clusters * sizeof(FieldPiece);
+  return samples * (clusters * sizeof(float) + 2 * sizeof(FieldSample)) +
+         clusters * (2 * sizeof(FieldPiece) + sizeof(std::array<float, 3>));
 }
 
 }  // namespace curvd

@@ -28,6 +28,9 @@ struct FieldPiece {
   // What each of the clusters adds at each sample if the normal of the cluster's root points outward: cluster by
   // cluster. Where all of a piece's sides are right, that comes to one half.
   std::vector<float> values{};
+  // Of each cluster the sum of area times normal, in the same orientation; and the area of all.
+  std::vector<std::array<float, 3>> moments{};
+  float area = 0.0f;
 
   std::span<const float> values_of(size_t cluster) const { return {&values[cluster * samples.size()], samples.size()}; }
 };

@@ -38,6 +38,13 @@ std::string OpposedNormalsText(uint64_t points, const CallRecord& record) {
 
 // What a person should know whose normals the server could not orient.
 std::string DoubtfulOrientationText(const NormalReport& report) {
+  if (report.ambiguous_piece_count > 0) {
+    return absl::StrFormat(
+        "some of the oriented normals may point to the wrong side: %u closed pieces lie within others, and nothing "
+        "tells whether they bound hollows there or are bodies of their own, as which their normals point outward; the "
+        "sign of curvature is as doubtful. Send such pieces in calls of their own, or say where they were seen from",
+        report.ambiguous_piece_count);
+  }
   if (report.turned_share.value_or(0.0) > kMostTurnedShare) {
     return absl::StrFormat(
         "some of the oriented normals point to the wrong side: made of another number of neighbors, %.2g %% of them "

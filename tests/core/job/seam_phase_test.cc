@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -89,6 +90,21 @@ TEST(SeamPhaseTest, NoPointIsOkWhoseNeighborhoodCrossesTheRimOfAFlippedHalf) {
           points);
       ExpectNoneOkAcrossSeams(points, flips, kRadius);
     }
+  }
+}
+
+// Opposed normals at one place lie on one sheet, whatever is around them.
+TEST(SeamPhaseTest, NoPointIsOkWhoseNeighborhoodHoldsOnePlaceWithOpposedNormals) {
+  for (const size_t step : {size_t{1}, size_t{10}, kPoints}) {
+    SCOPED_TRACE(step);
+    TestPoints points = RandomSphere(kPoints, 1.0, 4);
+    for (size_t i = 0; i < kPoints; i += step) {
+      const auto p = points.positions[i], n = points.normals[i];
+      points.Add(p[0], p[1], p[2], -n[0], -n[1], -n[2]);
+    }
+    Flips flips(points.size(), 0);
+    std::fill(flips.begin() + kPoints, flips.end(), 1);
+    ExpectNoneOkAcrossSeams(points, flips, kRadius);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -204,6 +205,47 @@ TEST(OrientationSidesTest, NestedPiecesPointOutwardEachForItself) {
   EXPECT_EQ(FlippedShare(result.normals, points), 0.0);
   EXPECT_EQ(result.report.closed_piece_count, 2u);
   EXPECT_LT(*result.report.certificate, 0.05);
+  // Nothing tells a ball within a ball from a hollow one.
+  EXPECT_EQ(result.report.ambiguous_piece_count, 1u);
+  EXPECT_TRUE(result.report.is_doubtful());
+}
+
+// What lies in a hollow is a body, as it should be.
+TEST(OrientationSidesTest, BodiesWithinHollowsAreNoReasonForDoubt) {
+  TestPoints points = Sphere(8000, 1.0);
+  TestPoints inside = Sphere(5000, 0.8);
+  for (auto& normal : inside.normals) {
+    for (float& component : normal) component = -component;
+  }
+  Append(inside, points);
+  Append(Sphere(1000, 0.3), points);
+  const NormalResult result = OrientTurned(points);
+  EXPECT_EQ(FlippedShare(result.normals, points), 0.0);
+  EXPECT_EQ(result.report.inner_wall_count, 1u);
+  EXPECT_EQ(result.report.ambiguous_piece_count, 0u);
+  EXPECT_FALSE(result.report.is_doubtful());
+}
+
+// Such sides fit a closed surface in all but one thing: that it closes.
+TEST(OrientationSidesTest, BowlsAreNotTurnedIntoClosedSurfaces) {
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    for (const size_t count : {500u, 1800u}) {
+      const TestPoints sphere = RandomSphere(count, 1.0, seed);
+      TestPoints bowl;
+      for (size_t i = 0; i < sphere.size(); ++i) {
+        const auto& p = sphere.positions[i];
+        if (p[2] < 0.0f) bowl.Add(p[0], p[1], p[2], p[0], p[1], p[2]);
+      }
+      NormalOptions options;
+      options.source = NormalSource::kEstimate;
+      const NormalResult result = MustMakeNormals(BareCloud(bowl), options);
+      const double flipped = FlippedShare(result.normals, bowl);
+      if (std::min(flipped, 1.0 - flipped) > 0.02) {
+        EXPECT_TRUE(result.report.is_doubtful()) << count << " " << seed;
+      }
+      EXPECT_EQ(result.report.repaired_count, 0u) << count << " " << seed;
+    }
+  }
 }
 
 // Of a hollow body's wall, the normals of the inside point into the hollow; what lies in a large hollow is a body.

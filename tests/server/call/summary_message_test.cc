@@ -114,6 +114,13 @@ TEST(FillSummaryTest, WarnsOfSidesThatCannotBeTrusted) {
   EXPECT_TRUE(turned.normals().doubtful());
   ASSERT_EQ(turned.warnings_size(), 1);
   EXPECT_THAT(turned.warnings(0).message(), HasSubstr("3.4 % of them point to the other side"));
+  record.normal_report->turned_share = 0.0;
+  record.normal_report->ambiguous_piece_count = 3;
+  curvature::v1::Summary nested;
+  FillSummary(record, &nested);
+  EXPECT_TRUE(nested.normals().doubtful());
+  ASSERT_EQ(nested.warnings_size(), 1);
+  EXPECT_THAT(nested.warnings(0).message(), HasSubstr("3 closed pieces lie within others"));
 }
 
 }  // namespace
