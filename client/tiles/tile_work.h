@@ -7,9 +7,9 @@
 
 #include "absl/status/statusor.h"
 #include "client/io/point_table.h"
-#include "client/tiles/halo.h"
-#include "client/tiles/point_store.h"
-#include "client/tiles/tile_cloud.h"
+#include "client/tiles/points/halo.h"
+#include "client/tiles/points/point_store.h"
+#include "client/tiles/points/tile_cloud.h"
 #include "client/tiles/tile_result.h"
 
 namespace curv {

@@ -1,5 +1,5 @@
 // What goes along with a tile, and whether that is certain to be enough, against all points of the cloud.
-#include "client/tiles/halo.h"
+#include "client/tiles/points/halo.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "client/tiles/tile_cloud.h"
+#include "client/tiles/points/tile_cloud.h"
 
 #include <gtest/gtest.h>
 

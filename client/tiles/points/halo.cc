@@ -1,4 +1,4 @@
-#include "client/tiles/halo.h"
+#include "client/tiles/points/halo.h"
 
 #include <algorithm>
 #include <array>

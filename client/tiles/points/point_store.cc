@@ -1,4 +1,4 @@
-#include "client/tiles/point_store.h"
+#include "client/tiles/points/point_store.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "client/tiles/point_store.h"
+#include "client/tiles/points/point_store.h"
 #include "client/tiles/tile_plan.h"
 #include "client/tiles/tile_point.h"
 

@@ -7,8 +7,8 @@
 
 #include "absl/status/statusor.h"
 #include "client/tiles/box.h"
-#include "client/tiles/point_store.h"
-#include "client/tiles/tile_cloud.h"
+#include "client/tiles/points/point_store.h"
+#include "client/tiles/points/tile_cloud.h"
 
 namespace curv {
 
