@@ -4,7 +4,6 @@
 // Each row is one estimate of one cloud. Columns: the cloud (surface, points, position_noise, normal_noise), method, K
 // (0: chosen), the mean errors of H and G, the share of points without a value, and, where the estimate has standard
 // errors, the percentages of points whose true H, k1 and k2 lie within 1.645 of them, and the median chosen count.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,6 +16,7 @@
 
 #include "absl/strings/str_format.h"
 #include "bench/paper/errors.h"
+#include "bench/paper/figure_flags.h"
 #include "bench/paper/methods.h"
 #include "bench/paper/samples.h"
 #include "core/estimators/scale_ladder.h"
@@ -27,26 +27,6 @@ namespace {
 
 constexpr char kHeader[] =
     "surface,points,position_noise,normal_noise,method,K,H_mae,G_mae,failed,H_held,k1_held,k2_held,median_K\n";
-
-struct Flags {
-  bool tiny = false;
-  bool quick = false;
-  std::string out;
-};
-
-Flags ParseFlags(int argc, char** argv) {
-  Flags flags;
-  CLI::App app("Errors of auto beside those of every estimator at every neighbor count");
-  app.add_flag("--tiny", flags.tiny, "Seconds: shows that it runs");
-  app.add_flag("--quick", flags.quick, "Smaller clouds");
-  app.add_option("--out", flags.out, "The CSV file")->required();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    std::exit(app.exit(error));
-  }
-  return flags;
-}
 
 EstimationResult Estimate(const Samples& samples, const EstimatorOptions& options, WorkerPool& pool) {
   auto result = EstimateCurvature(ToCloud(samples), options, pool);
@@ -131,7 +111,7 @@ class CurveWriter {
   WorkerPool& pool_;
 };
 
-int Main(const Flags& flags) {
+int Main(const FigureFlags& flags) {
   WorkerPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
   CurveWriter writer(flags.out, pool);
   const size_t points = flags.tiny ? 500 : flags.quick ? 4'000 : 10'000;
@@ -153,4 +133,7 @@ int Main(const Flags& flags) {
 }  // namespace
 }  // namespace curvd::bench
 
-int main(int argc, char** argv) { return curvd::bench::Main(curvd::bench::ParseFlags(argc, argv)); }
+int main(int argc, char** argv) {
+  return curvd::bench::Main(curvd::bench::ParseFigureFlags(
+      argc, argv, "Errors of auto beside those of every estimator at every neighbor count", "Smaller clouds"));
+}

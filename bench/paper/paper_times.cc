@@ -3,9 +3,7 @@
 // "After the search" is measured, for ours, as the whole estimate less the search alone (bench/core_search.h: the same
 // search by the same code, neighbors collected into arrays); the peers get their neighbor lists beforehand. One thread;
 // CPU time; the median of the rounds, all ways in random turns.
-#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <optional>
@@ -15,6 +13,7 @@
 #include "bench/core_run.h"
 #include "bench/core_search.h"
 #include "bench/paper/errors.h"
+#include "bench/paper/figure_flags.h"
 #include "bench/paper/methods.h"
 #include "bench/paper/samples.h"
 #include "bench/peers/morton_order.h"
@@ -24,26 +23,6 @@
 namespace curvd::bench {
 namespace {
 
-struct Flags {
-  bool tiny = false;
-  bool quick = false;
-  std::string out;
-};
-
-Flags ParseFlags(int argc, char** argv) {
-  Flags flags;
-  CLI::App app("Time a point of every estimator and its peer");
-  app.add_flag("--tiny", flags.tiny, "Seconds: shows that it runs, not how fast");
-  app.add_flag("--quick", flags.quick, "Fewer neighbor counts and rounds");
-  app.add_option("--out", flags.out, "The CSV file")->required();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    std::exit(app.exit(error));
-  }
-  return flags;
-}
-
 // How much is measured.
 struct Extent {
   size_t points;
@@ -52,7 +31,7 @@ struct Extent {
   std::vector<uint32_t> neighbor_counts;
 };
 
-Extent ExtentOf(const Flags& flags) {
+Extent ExtentOf(const FigureFlags& flags) {
   if (flags.tiny) return {2'000, 200, 1, {20, 50}};
   if (flags.quick) return {50'000, 2'000, 3, {15, 50, 200}};
   return {50'000, 10'000, 7, {10, 15, 25, 50, 100, 200, 400}};
@@ -235,7 +214,7 @@ class Comparison {
   SideBySide side_by_side_;
 };
 
-int Main(const Flags& flags) {
+int Main(const FigureFlags& flags) {
   const Extent extent = ExtentOf(flags);
   const TimedCloud cloud = MakeCloud(extent.points);
   std::ofstream file(flags.out);
@@ -251,4 +230,7 @@ int Main(const Flags& flags) {
 }  // namespace
 }  // namespace curvd::bench
 
-int main(int argc, char** argv) { return curvd::bench::Main(curvd::bench::ParseFlags(argc, argv)); }
+int main(int argc, char** argv) {
+  return curvd::bench::Main(curvd::bench::ParseFigureFlags(argc, argv, "Time a point of every estimator and its peer",
+                                                           "Fewer neighbor counts and rounds"));
+}
