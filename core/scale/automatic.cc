@@ -58,9 +58,10 @@ class AutomaticRun final : public StrategyRun {
                           edges_->Sample(PositionNoise(SampledPoints()));
                           return absl::OkStatus();
                         },
-                        [this](size_t group, WorkerScratch&) {
-                          edges_->Mark(group);
-                          return absl::OkStatus();
+                        [this](size_t group, WorkerScratch& scratch) {
+                          PilotScratch& s = static_cast<AutomaticScratch&>(scratch).pilot;
+                          s.stopped = scratch.stopped;
+                          return edges_->Mark(group, s);
                         }});
     }
     phases.push_back({"curvature",

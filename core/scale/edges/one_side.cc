@@ -23,10 +23,6 @@ constexpr double kMostDeviations = 4.0, kLeastTolerance = 0.17;
 constexpr double kHeightSlack = 0.1;
 // The nearest neighbors, from which the rest is reached.
 constexpr size_t kCore = 16;
-// Normals that are as smooth as this are of no edge.
-constexpr double kLeastRoughness = 0.05;
-// Single normals that are off make no face.
-constexpr size_t kLeastInCluster = 3;
 // Fewer on the point's side say nothing.
 constexpr size_t kLeastCount = 8;
 
@@ -210,45 +206,11 @@ std::optional<PointCurvature> CurvatureInDegree(const Frame& frame, const Equati
   return error <= allowed_error ? CurvatureOf(frame, *fit, radius) : std::nullopt;
 }
 
-// The mean squared distance of normals from the nearest of the means of so many clusters, by Lloyd's method from
-// normals that are far from each other. Nothing if a cluster has fewer than kLeastInCluster.
-template <size_t kClusters>
-std::optional<double> SpreadInClusters(std::span<const SideNeighbor> neighbors) {
-  constexpr int kRounds = 4;
-  std::array<Vector3d, kClusters> means;
-  const auto nearest = [&](const Vector3d& normal, size_t among) {
-    std::pair<double, size_t> best = {std::numeric_limits<double>::infinity(), 0};
-    for (size_t c = 0; c < among; ++c) best = std::min(best, {(normal - means[c]).squaredNorm(), c});
-    return best;
-  };
-  means[0] = neighbors.front().normal;
-  for (size_t c = 1; c < kClusters; ++c) {
-    means[c] = std::max_element(neighbors.begin(), neighbors.end(), [&](const auto& a, const auto& b) {
-                 return nearest(a.normal, c).first < nearest(b.normal, c).first;
-               })->normal;
-  }
-  double spread = 0.0;
-  for (int round = 0; round < kRounds; ++round) {
-    std::array<Vector3d, kClusters> sums;
-    std::array<size_t, kClusters> counts{};
-    sums.fill(Vector3d::Zero());
-    for (const SideNeighbor& neighbor : neighbors) {
-      const size_t c = nearest(neighbor.normal, kClusters).second;
-      sums[c] += neighbor.normal;
-      ++counts[c];
-    }
-    if (*std::min_element(counts.begin(), counts.end()) < kLeastInCluster) return std::nullopt;
-    for (size_t c = 0; c < kClusters; ++c) means[c] = sums[c] / static_cast<double>(counts[c]);
-  }
-  for (const SideNeighbor& neighbor : neighbors) spread += nearest(neighbor.normal, kClusters).first;
-  return spread / static_cast<double>(neighbors.size());
-}
-
 }  // namespace
 
 NormalTrend TrendOf(std::span<const SideNeighbor> neighbors) {
   constexpr int kDegree = 2, kSize = kTerms[kDegree];
-  constexpr NormalTrend kNone = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0, 0.0, 0.0};
+  constexpr NormalTrend kNone = {std::numeric_limits<double>::quiet_NaN(), 0.0};
   Vector3d sum = Vector3d::Zero();
   double squared = 0.0;
   for (const SideNeighbor& neighbor : neighbors) {
@@ -270,12 +232,7 @@ NormalTrend TrendOf(std::span<const SideNeighbor> neighbors) {
   const Eigen::Matrix2d products = slopes * slopes.transpose();
   const double middle = 0.5 * products.trace();
   const double steepest = middle + std::sqrt(std::max(middle * middle - products.determinant(), 0.0));
-  NormalTrend trend = {std::sqrt(0.5 * fit->squares / freedom), unit * std::sqrt(steepest), 0.0, 0.0, 0.0};
-  trend.spread = trend.spread_in_two = trend.spread_in_three = SpreadInClusters<1>(neighbors).value();
-  if (trend.roughness < kLeastRoughness) return trend;
-  trend.spread_in_two = SpreadInClusters<2>(neighbors).value_or(trend.spread);
-  trend.spread_in_three = SpreadInClusters<3>(neighbors).value_or(trend.spread);
-  return trend;
+  return {std::sqrt(0.5 * fit->squares / freedom), unit * std::sqrt(steepest)};
 }
 
 std::optional<PointCurvature> EstimateOneSide(std::span<const SideNeighbor> neighbors, const Vector3d& normal,
