@@ -152,32 +152,20 @@ class AutomaticRun final : public StrategyRun {
     }
   }
 
-  // Estimates the group from s.first_point on, as far as all chosen estimators come in a run of their own: what one
-  // of them has estimated beyond that is estimated again.
   absl::Status Estimate(size_t group, AutomaticScratch& s) {
     marks_.store(s.seams, std::memory_order_relaxed);
-    estimates_->Start(s);
-    size_t done = SpatialIndex::kGroupPoints;
-    for (size_t c = 0; c < choice_.chosen.size(); ++c) {
-      // Whatever the smallest neighborhood of a point holds, all of them hold: it alone looks for seams.
-      SeamMarks* const seams = c == estimates_->by_count().front() ? s.seams : nullptr;
-      if (absl::Status status = estimates_->Run(group, c, seams, s); !status.ok()) return status;
-      const GroupPoints& points = s.PointsOf(c);
-      done = std::min(done, points.size);
-      if (c == 0) estimates_->StartWeights(points, s);
-      for (size_t i = 0; i < done; ++i) estimates_->Add(results_[points.slot[i]], i, c, s);
-    }
-    const GroupPoints& points = s.PointsOf(0);
-    for (size_t i = 0; i < done; ++i) {
+    if (absl::Status status = estimates_->EstimateGroup(group, s); !status.ok()) return status;
+    const GroupPoints& points = s.points;
+    for (size_t i = 0; i < points.size; ++i) {
       // An estimate that is not left open is what it is without choices, to the last bit.
       if (!options_.is_automatic()) continue;
       results_[points.slot[i]] = ChosenEstimates::Blended(s, i);
     }
-    const absl::Status status = estimates_->EstimateOneSided(group, done, s);
-    for (size_t i = 0; i < done; ++i) ++s.status_counts[static_cast<size_t>(results_[points.slot[i]].status)];
-    if (choice_writer_.has_value() && done > 0) {
-      choice_writer_->Start(points, s);
-      for (size_t i = 0; i < done; ++i) choice_writer_->Write(points, i, s);
+    const absl::Status status = estimates_->EstimateOneSided(group, s);
+    for (size_t i = 0; i < points.size; ++i) ++s.status_counts[static_cast<size_t>(results_[points.slot[i]].status)];
+    if (choice_writer_.has_value() && points.size > 0) {
+      choice_writer_->Start(s);
+      for (size_t i = 0; i < points.size; ++i) choice_writer_->Write(i, s);
     }
     return status;
   }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/estimators/curvature_field.h"
-#include "core/estimators/group_scratch.h"
+#include "core/estimators/group_points.h"
 #include "core/estimators/strategy.h"
 #include "core/scale/blend.h"
 #include "core/scale/local_weights.h"
@@ -18,7 +18,7 @@
 
 namespace curvd {
 
-// Serves one group at a time. Arrays have a place for each of its points, from first_point on.
+// Serves one group at a time. Arrays have a place for each of its points that get a result, from first_point on.
 struct AutomaticScratch final : WorkerScratch {
   template <typename Value>
   using OfPoints = std::array<Value, SpatialIndex::kGroupPoints>;
@@ -27,17 +27,13 @@ struct AutomaticScratch final : WorkerScratch {
   std::vector<std::unique_ptr<WorkerScratch>> chosen;  // of the chosen estimates; empty until the first is asked for
   std::optional<LocalWeights> weights;
   std::optional<NearestSamples> samples;  // where somebody asks how points were chosen
+  GroupPoints points;
   OfPoints<LocalWeights::PointWeights> point_weights;
   OfPoints<LocalWeights::Weights> shares;  // in H, of the estimates that count
   OfPoints<Blend> blends;
   // The same without estimates that reach over an edge.
   OfPoints<Blend> clear_blends;
   OfPoints<float> edge_distances;  // in the caller's unit
-
-  // Of the group, as that estimate found its points last. REQUIRES: it was run.
-  const GroupPoints& PointsOf(size_t estimate) const {
-    return static_cast<const GroupScratch&>(*chosen[estimate]).points;
-  }
 
   size_t bytes() const override {
     size_t bytes = sizeof(*this) - sizeof(pilot) + pilot.bytes();

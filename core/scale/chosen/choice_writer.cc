@@ -25,27 +25,27 @@ ChoiceWriter::ChoiceWriter(const EstimatorOptions& options, const SpatialIndex& 
   if (!choice.scores.empty()) errors_ = ErrorModel(SampleErrors(table, choice, variance_factors));
 }
 
-void ChoiceWriter::Start(const GroupPoints& points, AutomaticScratch& s) const {
+void ChoiceWriter::Start(AutomaticScratch& s) const {
   if (!s.samples.has_value()) s.samples.emplace(table_);
-  s.samples->Start(points.box, ErrorModel::kNearest);
+  s.samples->Start(s.points.box, ErrorModel::kNearest);
 }
 
-void ChoiceWriter::WriteMended(const GroupPoints& points, size_t point, AutomaticScratch& s) const {
+void ChoiceWriter::WriteMended(size_t point, AutomaticScratch& s) const {
   const LocalWeights::Weights& all = s.point_weights[point].mean;
   const double total = std::accumulate(all.begin(), all.end(), 0.0);
-  Write(points, point, s.blends[point].weight() >= kLeastShareWithErrors * total, s);
+  Write(point, s.blends[point].weight() >= kLeastShareWithErrors * total, s);
 }
 
-void ChoiceWriter::Write(const GroupPoints& points, size_t point, bool has_errors, AutomaticScratch& s) const {
-  const PointCurvature& result = results_[points.slot[point]];
-  PointChoice& choice = choices_[points.slot[point]];
+void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) const {
+  const PointCurvature& result = results_[s.points.slot[point]];
+  PointChoice& choice = choices_[s.points.slot[point]];
   choice = UndefinedChoice();
   // Of one side of a neighborhood nothing was sampled.
   if (result.status != PointStatus::kOk || ChosenEstimates::IsOneSided(s, point)) return;
   SetWeights(s.shares[point], choice);
   if (!has_errors) return;
   float position[3];
-  points.query.Get(point, position);
+  s.points.query.Get(point, position);
   const double half_difference = std::ldexp(0.5 * (double{result.k2} - result.k1), -index_.scale_exponent());
   const StandardErrors errors = errors_.At(s.samples->At(position), half_difference);
   choice.mean_error = ToCaller(errors.mean);

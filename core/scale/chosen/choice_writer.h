@@ -21,16 +21,16 @@ class ChoiceWriter {
                const ScaleChoice& choice, const PointCurvature* results, PointChoice* choices);
 
   // Looks at the sampled points around those of a group, before any of them is written.
-  void Start(const GroupPoints& points, AutomaticScratch& s) const;
+  void Start(AutomaticScratch& s) const;
   // Of a point of them, whose averages s holds.
-  void Write(const GroupPoints& points, size_t point, AutomaticScratch& s) const { Write(points, point, true, s); }
+  void Write(size_t point, AutomaticScratch& s) const { Write(point, true, s); }
   // The same of one at which some estimates are left out, because they reach across a seam.
-  void WriteMended(const GroupPoints& points, size_t point, AutomaticScratch& s) const;
+  void WriteMended(size_t point, AutomaticScratch& s) const;
 
   size_t bytes() const { return errors_.bytes(); }
 
  private:
-  void Write(const GroupPoints& points, size_t point, bool has_errors, AutomaticScratch& s) const;
+  void Write(size_t point, bool has_errors, AutomaticScratch& s) const;
   void SetWeights(const LocalWeights::Weights& shares, PointChoice& choice) const;
   float ToCaller(double curvature) const;
 

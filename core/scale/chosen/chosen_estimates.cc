@@ -1,11 +1,15 @@
 #include "core/scale/chosen/chosen_estimates.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
 
+#include "core/estimators/group_points-inl.h"
+#include "core/estimators/group_scratch.h"
+#include "core/estimators/seams/find_seam-inl.h"
 #include "core/estimators/strategies.h"
 #include "core/scale/automatic_options.h"
 
@@ -36,7 +40,44 @@ bool ChosenEstimates::HaveSmallerOnes() const {
   return choice_.chosen[by_count_.front()].rung < choice_.chosen[by_count_.back()].rung;
 }
 
-void ChosenEstimates::Start(AutomaticScratch& s) const {
+absl::Status ChosenEstimates::EstimateGroup(size_t group, AutomaticScratch& s) const {
+  Start(group, s);
+  bool looked_for_seams = s.seams == nullptr;
+  const auto make = [&](size_t estimate, const auto& counts_at) {
+    bool counts = false;
+    for (size_t i = 0; i < s.points.size; ++i) counts = counts || counts_at(i);
+    if (!counts) return absl::OkStatus();
+    const bool is_smallest = estimate == by_count_.front();
+    SeamMarks* const seams = is_smallest && !looked_for_seams ? s.seams : nullptr;
+    if (absl::Status status = Run(group, estimate, seams, s); !status.ok()) return status;
+    for (size_t i = 0; i < s.points.size; ++i) {
+      if (counts_at(i)) Add(results_[s.points.slot[i]], i, estimate, s);
+    }
+    if (looked_for_seams) return absl::OkStatus();
+    looked_for_seams = true;
+    // Whatever the smallest neighborhood of a point holds, all of them hold: it alone looks for seams.
+    return is_smallest || !HoldOpposed(estimate, s) ? absl::OkStatus() : Run(group, by_count_.front(), s.seams, s);
+  };
+  for (const size_t estimate : by_count_) {
+    const auto counts_at = [&](size_t i) { return Counts(i, estimate, s); };
+    if (absl::Status status = make(estimate, counts_at); !status.ok()) return status;
+  }
+  AutomaticScratch::OfPoints<bool> has_none{};
+  for (size_t i = 0; i < s.points.size; ++i) has_none[i] = !(s.blends[i].weight() > 0.0);
+  for (const size_t estimate : by_count_) {
+    const auto counts_at = [&](size_t i) { return has_none[i] && !Counts(i, estimate, s); };
+    if (absl::Status status = make(estimate, counts_at); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+bool ChosenEstimates::HoldOpposed(size_t estimate, const AutomaticScratch& s) {
+  const GroupNeighborhoods& found = static_cast<const GroupScratch&>(*s.chosen[estimate]).neighborhoods;
+  return std::any_of(found.agreement, found.agreement + s.points.size,
+                     [](float agreement) { return agreement < HWY_NAMESPACE::kNoneOpposed; });
+}
+
+void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
   if (s.chosen.empty()) {
     for (const auto& run : runs_) s.chosen.push_back(run->MakeScratch());
     s.weights.emplace(table_, choice_);
@@ -45,6 +86,8 @@ void ChosenEstimates::Start(AutomaticScratch& s) const {
   s.clear_blends.fill({});
   s.shares.fill({});
   s.rest = 0;
+  HWY_NAMESPACE::LoadGroup(index_, group, s.points, s.first_point);
+  StartWeights(s);
 }
 
 absl::Status ChosenEstimates::Run(size_t group, size_t estimate, SeamMarks* seams, AutomaticScratch& s) const {
@@ -55,16 +98,26 @@ absl::Status ChosenEstimates::Run(size_t group, size_t estimate, SeamMarks* seam
   one.first_point = s.first_point;
   one.rest = 0;
   if (absl::Status status = phases_[estimate].run(group, one); !status.ok()) return status;
-  if (one.rest > 0 && (s.rest == 0 || one.rest < s.rest)) s.rest = one.rest;
+  if (one.rest > 0 && (s.rest == 0 || one.rest < s.rest)) {
+    s.rest = one.rest;
+    s.points.size = one.rest - s.first_point;
+  }
   return absl::OkStatus();
 }
 
-void ChosenEstimates::StartWeights(const GroupPoints& points, AutomaticScratch& s) const {
-  if (points.size == 0) return;
-  s.weights->Start(points.box);
-  for (size_t i = 0; i < points.size; ++i) {
+bool ChosenEstimates::Counts(size_t point, size_t estimate, const AutomaticScratch& s) const {
+  const auto is_large = [estimate](const LocalWeights::Weights& weights) {
+    return weights[estimate] >= kLeastWeight * std::accumulate(weights.begin(), weights.end(), 0.0);
+  };
+  return is_large(s.point_weights[point].mean) || is_large(s.point_weights[point].gaussian);
+}
+
+void ChosenEstimates::StartWeights(AutomaticScratch& s) const {
+  if (s.points.size == 0) return;
+  s.weights->Start(s.points.box);
+  for (size_t i = 0; i < s.points.size; ++i) {
     float position[3];
-    points.query.Get(i, position);
+    s.points.query.Get(i, position);
     s.point_weights[i] = s.weights->At(position);
     s.edge_distances[i] = std::numeric_limits<float>::infinity();
     if (edges_ != nullptr && edges_->HasEdges()) {
@@ -87,9 +140,9 @@ void ChosenEstimates::Add(PointCurvature found, size_t point, size_t estimate, A
   if (is_ok) s.shares[point][estimate] = mean_weight;
 }
 
-absl::Status ChosenEstimates::EstimateOneSided(size_t group, size_t count, AutomaticScratch& s) const {
+absl::Status ChosenEstimates::EstimateOneSided(size_t group, AutomaticScratch& s) const {
   bool has_any = false;
-  for (size_t i = 0; i < count; ++i) has_any = has_any || IsOneSided(s, i);
+  for (size_t i = 0; i < s.points.size; ++i) has_any = has_any || IsOneSided(s, i);
   if (!has_any) return absl::OkStatus();
   s.pilot.stopped = s.stopped;
   s.pilot.first_point = s.first_point;
@@ -97,7 +150,7 @@ absl::Status ChosenEstimates::EstimateOneSided(size_t group, size_t count, Autom
   const float most_in_index = most_radius > 0.0 ? static_cast<float>(std::ldexp(most_radius, index_.scale_exponent()))
                                                 : std::numeric_limits<float>::max();
   return edges_->Repair(
-      group, most_in_index, [&](size_t i) { return i < count && IsOneSided(s, i); },
+      group, most_in_index, [&](size_t i) { return i < s.points.size && IsOneSided(s, i); },
       [&](const float* position) { return ScaleAt(position, *s.weights); },
       [&](size_t slot, const PointCurvature& point) { results_[slot] = point; }, s.pilot);
 }

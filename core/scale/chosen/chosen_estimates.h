@@ -20,9 +20,9 @@
 namespace curvd {
 
 // The estimates of ScaleChoice::chosen, in that order. For the points of a group: Start; Run one estimate after the
-// other, StartWeights after the first one, and Add what it has written to the results; then Blended says what a point
-// gets, but for those that are estimated from one side of an edge. Const methods are thread-safe for distinct groups
-// and scratch.
+// other, and Add what it has written to the results; then Blended says what a point gets, but for those that are
+// estimated from one side of an edge. EstimateGroup does that with all that count somewhere in the group. Const methods
+// are thread-safe for distinct groups and scratch.
 class ChosenEstimates {
  public:
   // Everything outlives the object. `edges`: null where nobody minds them; REQUIRES: it is finished, and LookAmong was
@@ -35,13 +35,18 @@ class ChosenEstimates {
   // Whether some neighborhoods are smaller than others.
   bool HaveSmallerOnes() const;
 
-  // Forgets the group before.
-  void Start(AutomaticScratch& s) const;
-  // Estimates the group, from s.first_point on, by one of them; s.rest is then that of the shortest run since Start.
+  // Averages what all that count find at the points of a group, from s.first_point on, as far as they come in a run of
+  // their own: s.points ends there. An estimate counts at a point if its weight, in one of the quantities, is at least
+  // kLeastWeight of all, and at points where none of those finds a curvature, all do. One that counts at no point is
+  // not made. Points beside seams are marked in s.seams. Errors as those of GroupPhase::run.
+  static constexpr double kLeastWeight = 0.05;
+  absl::Status EstimateGroup(size_t group, AutomaticScratch& s) const;
+
+  // Loads the points of a group, from s.first_point on, with their weights, and forgets the group before.
+  void Start(size_t group, AutomaticScratch& s) const;
+  // Estimates the group by one of them; s.rest is then that of the shortest run since Start, and s.points ends with it.
   // Errors as those of GroupPhase::run.
   absl::Status Run(size_t group, size_t estimate, SeamMarks* seams, AutomaticScratch& s) const;
-  // Finds the weights of the group's points.
-  void StartWeights(const GroupPoints& points, AutomaticScratch& s) const;
   // Adds what one of them finds at a point to its averages.
   void Add(PointCurvature found, size_t point, size_t estimate, AutomaticScratch& s) const;
   static PointCurvature Blended(const AutomaticScratch& s, size_t point) {
@@ -52,14 +57,17 @@ class ChosenEstimates {
   static bool IsOneSided(const AutomaticScratch& s, size_t point) {
     return s.clear_blends[point].weight() < kLeastClearShare * s.blends[point].weight();
   }
-  // Estimates those of the group's first `count` points from their side of the edge. Errors as those of
-  // GroupPhase::run.
-  absl::Status EstimateOneSided(size_t group, size_t count, AutomaticScratch& s) const;
+  // Estimates those points of the group from their side of the edge. Errors as those of GroupPhase::run.
+  absl::Status EstimateOneSided(size_t group, AutomaticScratch& s) const;
 
  private:
   // Of the weights at a point, so many must belong to estimates that reach over no edge.
   static constexpr double kLeastClearShare = 0.1;
 
+  bool Counts(size_t point, size_t estimate, const AutomaticScratch& s) const;
+  // Whether a neighborhood of the group, as that estimate has found them, holds a normal opposed to the point's own.
+  static bool HoldOpposed(size_t estimate, const AutomaticScratch& s);
+  void StartWeights(AutomaticScratch& s) const;
   uint32_t OneSideSearchCount() const;
   OneSideScale ScaleAt(const float* position, LocalWeights& weights) const;
 

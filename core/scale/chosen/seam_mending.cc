@@ -28,51 +28,43 @@ absl::Status SeamMending::Mend(size_t group, AutomaticScratch& s) const {
     at.before[i] = results_[at.slots[i]];
   }
   if (at.AreClosed(at.size)) return absl::OkStatus();
-  estimates_.Start(s);
-  size_t done = at.size;
-  bool has_weights = false;
+  estimates_.Start(group, s);
   for (const size_t estimate : estimates_.by_count()) {
-    if (at.AreClosed(done)) break;
+    if (at.AreClosed(s.points.size)) break;
     if (absl::Status status = estimates_.Run(group, estimate, nullptr, s); !status.ok()) return status;
-    const GroupPoints& points = s.PointsOf(estimate);
-    done = std::min(done, points.size);
-    if (!has_weights) estimates_.StartWeights(points, s);
-    has_weights = true;
-    for (size_t i = 0; i < done; ++i) AddShortOfSeams(points, i, estimate, at, s);
+    for (size_t i = 0; i < s.points.size; ++i) AddShortOfSeams(i, estimate, at, s);
   }
-  return Finish(group, done, at, s);
+  return Finish(group, at, s);
 }
 
 // Neighborhoods that are larger than one which reaches across a seam do so as well.
-void SeamMending::AddShortOfSeams(const GroupPoints& points, size_t i, size_t estimate, Points& at,
-                                  AutomaticScratch& s) const {
+void SeamMending::AddShortOfSeams(size_t i, size_t estimate, Points& at, AutomaticScratch& s) const {
   if (at.is_closed[i]) return;
-  const PointCurvature& found = results_[points.slot[i]];
+  const PointCurvature& found = results_[s.points.slot[i]];
   if (found.status == PointStatus::kOk) {
     SeamReach::Query query;
-    points.query.Get(i, query.position.data());
-    points.normal.Get(i, query.normal.data());
+    s.points.query.Get(i, query.position.data());
+    s.points.normal.Get(i, query.normal.data());
     at.is_closed[i] = reach_.Reaches(query, found.radius);
   }
   if (!at.is_closed[i]) estimates_.Add(found, i, estimate, s);
 }
 
 // Writes the points that have estimates left; all others get back what they were.
-absl::Status SeamMending::Finish(size_t group, size_t done, const Points& at, AutomaticScratch& s) const {
-  const auto is_mended = [&](size_t i) { return i < done && s.blends[i].weight() > 0.0; };
+absl::Status SeamMending::Finish(size_t group, const Points& at, AutomaticScratch& s) const {
+  const auto is_mended = [&](size_t i) { return i < s.points.size && s.blends[i].weight() > 0.0; };
   for (size_t i = 0; i < at.size; ++i) {
     results_[at.slots[i]] = is_mended(i) ? ChosenEstimates::Blended(s, i) : at.before[i];
   }
-  const absl::Status status = estimates_.EstimateOneSided(group, done, s);
-  const GroupPoints& points = s.PointsOf(estimates_.by_count().front());
-  if (choices_ != nullptr && done > 0) choices_->Start(points, s);
-  for (size_t i = 0; i < done; ++i) {
+  const absl::Status status = estimates_.EstimateOneSided(group, s);
+  if (choices_ != nullptr) choices_->Start(s);
+  for (size_t i = 0; i < s.points.size; ++i) {
     if (!is_mended(i)) continue;
     // It counts as OK already.
     if (results_[at.slots[i]].status != PointStatus::kOk) {
       results_[at.slots[i]] = at.before[i];
     } else if (choices_ != nullptr) {
-      choices_->WriteMended(points, i, s);
+      choices_->WriteMended(i, s);
     }
   }
   return status;

@@ -30,8 +30,8 @@ class SeamMending {
  private:
   struct Points;
 
-  void AddShortOfSeams(const GroupPoints& points, size_t i, size_t estimate, Points& at, AutomaticScratch& s) const;
-  absl::Status Finish(size_t group, size_t done, const Points& at, AutomaticScratch& s) const;
+  void AddShortOfSeams(size_t i, size_t estimate, Points& at, AutomaticScratch& s) const;
+  absl::Status Finish(size_t group, const Points& at, AutomaticScratch& s) const;
 
   const SeamReach reach_;
   const ChosenEstimates& estimates_;
