@@ -230,14 +230,17 @@ std::optional<PilotSums::Regression> PilotSums::RegressionEstimate(double radius
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
   Eigen::LLT<Matrix> factors;
   if (!Factor<Matrix>(NormalMatrix<kDegree>(weighted), factors)) return std::nullopt;
-  Eigen::Matrix<double, kSize, 3> right;
+  Eigen::Matrix<double, kSize, 3> right, fit;
   for (int axis = 0; axis < 3; ++axis) {
     double sums[MonomialCount(kNormalDegree)];
     Normalize(&values_[kNormals + static_cast<size_t>(axis) * MonomialCount(kNormalDegree)], kNormalDegree, radius,
               count(), sums);
-    Weigh(sums, kDegree, right.col(axis).data());
+    Eigen::Matrix<double, kSize, 1> column;
+    Weigh(sums, kDegree, column.data());
+    right.col(axis) = column;
+    // One column after the other: Eigen sets up for large matrices where there are several.
+    fit.col(axis) = factors.solve(column);
   }
-  const Eigen::Matrix<double, kSize, 3> fit = factors.solve(right);
   const Vector3d at_point = fit.row(IndexOf(0, 0)), dx = fit.row(IndexOf(1, 0)), dy = fit.row(IndexOf(0, 1));
   // The normals of a neighborhood that is no piece of a surface cancel out, or contradict the frame.
   constexpr double kLeastLength = 0.1, kLeastHeight = 0.2;

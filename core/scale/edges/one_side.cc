@@ -46,10 +46,17 @@ Eigen::Matrix<double, kTerms[kDegree], 1> MonomialsAt(double x, double y) {
 
 template <int kDegree>
 struct Fit {
+  Eigen::LLT<Eigen::Matrix<double, kTerms[kDegree], kTerms[kDegree]>> factors;
   Eigen::Matrix<double, kTerms[kDegree], 3> coefficients;  // a row a monomial
   double squares;                                          // weighted, of what is left
-  // Of the coefficients of x and of y: their variances where the normals' is 1.
-  double x_variance, y_variance;
+
+  // The variance of the coefficient of x (1) or of y (2) where the normals' is 1.
+  double Variance(int coefficient) const {
+    using Column = Eigen::Matrix<double, kTerms[kDegree], 1>;
+    const Column unit = Column::Unit(coefficient);
+    const Column solution = factors.solve(unit);
+    return solution[coefficient];
+  }
 };
 
 // Normal equations of the fit of a polynomial to normals.
@@ -76,19 +83,19 @@ class Equations {
     constexpr int kLowerSize = kTerms[kLower];
     using Matrix = Eigen::Matrix<double, kLowerSize, kLowerSize>;
     const Matrix matrix = matrix_.template topLeftCorner<kLowerSize, kLowerSize>();
-    const Eigen::LLT<Matrix> factors(matrix);
-    if (factors.info() != Eigen::Success) return std::nullopt;
+    Fit<kLower> fit;
+    fit.factors.compute(matrix);
+    if (fit.factors.info() != Eigen::Success) return std::nullopt;
     for (int i = 0; i < kLowerSize; ++i) {
-      const double pivot = factors.matrixLLT()(i, i);
+      const double pivot = fit.factors.matrixLLT()(i, i);
       if (!(pivot * pivot > kLeastPivot * matrix(i, i))) return std::nullopt;
     }
-    const auto right = right_.template topRows<kLowerSize>();
-    const Matrix inverse = factors.solve(Matrix::Identity());
-    Fit<kLower> fit;
-    fit.coefficients = factors.solve(right);
-    fit.squares = std::max(squares_ - fit.coefficients.cwiseProduct(right).sum(), 0.0);
-    fit.x_variance = inverse(1, 1);
-    fit.y_variance = inverse(2, 2);
+    // One column after the other: Eigen sets up for large matrices where there are several.
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Matrix<double, kLowerSize, 1> right = right_.template topRows<kLowerSize>().col(axis);
+      fit.coefficients.col(axis) = fit.factors.solve(right);
+    }
+    fit.squares = std::max(squares_ - fit.coefficients.cwiseProduct(right_.template topRows<kLowerSize>()).sum(), 0.0);
     return fit;
   }
 
@@ -202,7 +209,7 @@ std::optional<PointCurvature> CurvatureInDegree(const Frame& frame, const Equati
   const auto fit = equations.SolveDegree<kDegree>();
   if (!fit.has_value()) return std::nullopt;
   const double variance = 0.5 * fit->squares / equations.weights() * static_cast<double>(count) / freedom;
-  const double error = 0.5 * std::sqrt(variance * (fit->x_variance + fit->y_variance)) / radius;
+  const double error = 0.5 * std::sqrt(variance * (fit->Variance(1) + fit->Variance(2))) / radius;
   return error <= allowed_error ? CurvatureOf(frame, *fit, radius) : std::nullopt;
 }
 
