@@ -116,6 +116,7 @@ void EstimatePart(const PilotSums& sums, double radius, double unit, size_t rung
   if (const auto quadric = sums.QuadricEstimate(radius)) {
     Store(quadric->shape, unit, kQuadricMethod, rung, part, point);
   }
+  if (const auto sextic = sums.SexticEstimate(radius)) Store(sextic->shape, unit, kSexticMethod, rung, part, point);
 }
 
 }  // namespace

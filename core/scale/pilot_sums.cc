@@ -20,6 +20,8 @@ constexpr double kLeastPivot = 1e-10;
 constexpr double kMeanWeightInFit = 2.0 / 3.0;
 // Neighbors more than a fit has coefficients, from which its residual says something.
 constexpr double kLeastFreedom = 4.0;
+// A jet of degree 6 of fewer neighbors for each coefficient mostly has pivots that lose digits.
+constexpr double kLeastPerSexticCoefficient = 1.5;
 
 // A neighborhood is a line if the standard deviation across it is at most so much of that along it, and at most so much
 // of that along the normal: noise, or the line's own bend, could be all of its width.
@@ -275,7 +277,14 @@ std::optional<PilotSums::Jet> PilotSums::FitJet(double radius) const {
              std::sqrt(std::max(squares, 0.0) * count() / (count() - kSize)) * radius};
 }
 
+std::optional<PilotSums::Jet> PilotSums::SexticEstimate(double radius) const {
+  constexpr int kDegree = 6;
+  if (count() < kLeastPerSexticCoefficient * MonomialCount(kDegree)) return std::nullopt;
+  return FitJet<kDegree>(radius);
+}
+
 template std::optional<PilotSums::Jet> PilotSums::FitJet<2>(double radius) const;
 template std::optional<PilotSums::Jet> PilotSums::FitJet<4>(double radius) const;
+template std::optional<PilotSums::Jet> PilotSums::FitJet<6>(double radius) const;
 
 }  // namespace curvd

@@ -58,10 +58,12 @@ class PilotSums {
   std::optional<Jet> JetEstimate(double radius) const { return FitJet<4>(radius); }
   // What jet fitting of degree 2 estimates.
   std::optional<Jet> QuadricEstimate(double radius) const { return FitJet<2>(radius); }
+  // What jet fitting of degree 6 estimates, of half as many neighbors more than it has coefficients.
+  std::optional<Jet> SexticEstimate(double radius) const;
 
  private:
   // Sums of x^i y^j, of z x^i y^j, and of each component of the normal times x^i y^j, up to these degrees.
-  static constexpr int kMomentDegree = 8, kHeightDegree = 4, kNormalDegree = 5;
+  static constexpr int kMomentDegree = 12, kHeightDegree = 6, kNormalDegree = 5;
   static constexpr size_t kSectors = 12, kSectorValues = 7;
   // Places in values_.
   static constexpr size_t kCount = 0, kHeightSquares = 1, kMoments = 2,

@@ -83,9 +83,9 @@ HWY_INLINE void SetJetFrame(const NeighborSpread& spread, size_t i, JetSystems& 
 struct JetColumns {
   int degree;
   const double* one;
-  double* x[2 * kMaxJetDegree + 1];  // by power
-  double* y[2 * kMaxJetDegree + 1];
-  double* zx[kMaxJetDegree + 1];
+  double* x[2 * kMaxFittedDegree + 1];  // by power
+  double* y[2 * kMaxFittedDegree + 1];
+  double* zx[kMaxFittedDegree + 1];
 
   JetColumns(int jet_degree, size_t size, FitColumns& fits) : degree(jet_degree) {
     const size_t powers = 2 * static_cast<size_t>(degree);
@@ -165,8 +165,9 @@ HWY_INLINE void SolveNormalEquations(int degree, size_t i, JetSystems& jets) {
   const DoubleTag d;
   constexpr size_t kLanes = SpatialIndex::kLeafSize / 2;
   // The lower triangle, diagonals inverted, and the right side as one more row.
-  alignas(64) double rows[kMaxJetSize + 1][kMaxJetSize][kLanes];
+  alignas(64) double room[(kMaxJetSize + 1) * kMaxJetSize * kLanes];
   const int size = JetSize(degree);
+  const auto entry_of = [&room, size](int row, int column) { return room + (row * size + column) * kLanes; };
   const DoubleVec least = hn::Mul(hn::Load(d, jets.moments[0] + i), hn::Set(d, kMinJetPivot));
   DoubleVec least_pivot = hn::Load(d, jets.moments[0] + i);
   struct Powers {
@@ -181,22 +182,22 @@ HWY_INLINE void SolveNormalEquations(int degree, size_t i, JetSystems& jets) {
       const double* entry =
           r == size ? jets.heights[c] : jets.moments[JetIndex(powers[r].a + powers[c].a, powers[r].b + powers[c].b)];
       DoubleVec rest = hn::Load(d, entry + i);
-      for (int k = 0; k < c; ++k) rest = hn::NegMulAdd(hn::Load(d, rows[r][k]), hn::Load(d, rows[c][k]), rest);
+      for (int k = 0; k < c; ++k) rest = hn::NegMulAdd(hn::Load(d, entry_of(r, k)), hn::Load(d, entry_of(c, k)), rest);
       if (r == c) {
         least_pivot = hn::Min(least_pivot, rest);
         inverse = hn::Div(hn::Set(d, 1.0), hn::Sqrt(hn::Max(rest, least)));
-        hn::Store(inverse, d, rows[c][c]);
+        hn::Store(inverse, d, entry_of(c, c));
       } else {
-        hn::Store(hn::Mul(rest, inverse), d, rows[r][c]);
+        hn::Store(hn::Mul(rest, inverse), d, entry_of(r, c));
       }
     }
   }
   for (int c = size - 1; c >= 0; --c) {
-    DoubleVec rest = hn::Load(d, rows[size][c]);
+    DoubleVec rest = hn::Load(d, entry_of(size, c));
     for (int r = c + 1; r < size; ++r) {
-      rest = hn::NegMulAdd(hn::Load(d, rows[r][c]), hn::Load(d, jets.coefficients[r] + i), rest);
+      rest = hn::NegMulAdd(hn::Load(d, entry_of(r, c)), hn::Load(d, jets.coefficients[r] + i), rest);
     }
-    hn::Store(hn::Mul(rest, hn::Load(d, rows[c][c])), d, jets.coefficients[c] + i);
+    hn::Store(hn::Mul(rest, hn::Load(d, entry_of(c, c))), d, jets.coefficients[c] + i);
   }
   hn::Store(least_pivot, d, jets.least_pivot + i);
 }
@@ -234,8 +235,8 @@ HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetS
 }
 
 // Least pivots below this may be of neighbors that lie near a curve; by degree. Those of an even disc are 16 times as
-// large, at the rim of a surface as large or less for degrees 3 and 4.
-inline constexpr double kDoubtfulJetPivot[kMaxJetDegree + 1] = {0.0, 0.0, 3.5e-3, 8e-4, 1.8e-4};
+// large (of degrees 3 and 4, that of the last monomial), at the rim of a surface as large or less from degree 3 on.
+inline constexpr double kDoubtfulJetPivot[kMaxFittedDegree + 1] = {0.0, 0.0, 3.5e-3, 8e-4, 1.8e-4, 1.2e-5, 2e-6};
 
 // Whether the neighbors of point i, whose sums are set, determine its jet (core/estimators/lines/curve_distance.h).
 HWY_NOINLINE inline bool IsDetermined(int degree, size_t i, const JetSystems& jets) {
