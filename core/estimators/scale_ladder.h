@@ -35,6 +35,9 @@ inline constexpr size_t kMethodCount = kScaleMethods.size();
 inline constexpr size_t kHexagramMethod = 0, kRegressionMethod = 1, kQuarticMethod = 2, kQuadricMethod = 3,
                         kSexticMethod = 4;
 
+// Jets of degree 6 take no more neighbors. They are for exact positions, where they need few, and cost the most by far.
+inline constexpr uint32_t kMostSexticCount = 256;
+
 // One way to estimate: an estimator at a scale.
 struct ScaleCandidate {
   size_t method;

@@ -163,7 +163,13 @@ void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
   for (size_t rung = 0; rung < rung_count; ++rung) {
     for (; next < kScaleRungs[rung]; ++next) {
       const uint32_t j = s.order[next];
-      (IsInEvenHalf(s.ids[j]) ? even : odd).Add(NeighborInFrame(s.neighbors, j, frame, unit));
+      const PilotNeighbor neighbor = NeighborInFrame(s.neighbors, j, frame, unit);
+      PilotSums& half = IsInEvenHalf(s.ids[j]) ? even : odd;
+      if (next < kMostSexticCount) {
+        half.Add(neighbor);
+      } else {
+        half.AddWithoutSextic(neighbor);
+      }
     }
     const double radius = unit * std::sqrt(double{s.squared[s.order[next - 1]]});
     point.radius[rung] = static_cast<float>(radius / unit);

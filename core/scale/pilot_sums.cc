@@ -141,20 +141,22 @@ void AddTriangle(const Vector3d* position, const Vector3d* normal, Measures& sum
 
 }  // namespace
 
-void PilotSums::Add(const PilotNeighbor& neighbor) {
+template <int kDegree>
+void PilotSums::AddUpTo(const PilotNeighbor& neighbor) {
   const auto [x, y, z] = neighbor.offset;
   values_[kCount] += 1.0;
+  if (kDegree == kSexticDegree) values_[kSexticCount] += 1.0;
   values_[kHeightSquares] += z * z;
-  std::array<double, MonomialCount(kMomentDegree)> monomials;
+  std::array<double, MonomialCount(2 * kDegree)> monomials;
   monomials[0] = 1.0;
-  for (int n = 1; n <= kMomentDegree; ++n) {
+  for (int n = 1; n <= 2 * kDegree; ++n) {
     double* const row = &monomials[static_cast<size_t>(IndexOf(n, 0))];
     const double* const before = &monomials[static_cast<size_t>(IndexOf(n - 1, 0))];
     for (int j = 0; j < n; ++j) row[j] = x * before[j];
     row[n] = y * before[n - 1];
   }
   for (size_t i = 0; i < monomials.size(); ++i) values_[kMoments + i] += monomials[i];
-  for (size_t i = 0; i < MonomialCount(kHeightDegree); ++i) values_[kHeights + i] += z * monomials[i];
+  for (size_t i = 0; i < MonomialCount(kDegree); ++i) values_[kHeights + i] += z * monomials[i];
   for (size_t axis = 0; axis < 3; ++axis) {
     double* const sums = &values_[kNormals + axis * MonomialCount(kNormalDegree)];
     for (size_t i = 0; i < MonomialCount(kNormalDegree); ++i) sums[i] += neighbor.normal[axis] * monomials[i];
@@ -167,6 +169,9 @@ void PilotSums::Add(const PilotNeighbor& neighbor) {
     sector[4 + axis] += neighbor.normal[axis];
   }
 }
+
+template void PilotSums::AddUpTo<PilotSums::kQuarticDegree>(const PilotNeighbor& neighbor);
+template void PilotSums::AddUpTo<PilotSums::kSexticDegree>(const PilotNeighbor& neighbor);
 
 PilotSums& PilotSums::operator+=(const PilotSums& other) {
   for (size_t i = 0; i < kValues; ++i) values_[i] += other.values_[i];
@@ -278,9 +283,9 @@ std::optional<PilotSums::Jet> PilotSums::FitJet(double radius) const {
 }
 
 std::optional<PilotSums::Jet> PilotSums::SexticEstimate(double radius) const {
-  constexpr int kDegree = 6;
-  if (count() < kLeastPerSexticCoefficient * MonomialCount(kDegree)) return std::nullopt;
-  return FitJet<kDegree>(radius);
+  if (values_[kSexticCount] < count()) return std::nullopt;
+  if (count() < kLeastPerSexticCoefficient * MonomialCount(kSexticDegree)) return std::nullopt;
+  return FitJet<kSexticDegree>(radius);
 }
 
 template std::optional<PilotSums::Jet> PilotSums::FitJet<2>(double radius) const;
