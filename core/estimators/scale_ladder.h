@@ -24,14 +24,19 @@ struct ScaleMethod {
   double noise_factor;
 };
 
-inline constexpr std::array<ScaleMethod, 4> kScaleMethods = {{
+inline constexpr std::array<ScaleMethod, 5> kScaleMethods = {{
     {"avg-hexagram", 0, 2, 0.3},
     {"normal-regression", 0, 1, 8.0},
     {"jet", 4, 1, 96.0},
     {"jet", 2, 2, 3.0},
+    {"jet", 6, 1, 300.0},
 }};
 inline constexpr size_t kMethodCount = kScaleMethods.size();
-inline constexpr size_t kHexagramMethod = 0, kRegressionMethod = 1, kQuarticMethod = 2, kQuadricMethod = 3;
+inline constexpr size_t kHexagramMethod = 0, kRegressionMethod = 1, kQuarticMethod = 2, kQuadricMethod = 3,
+                        kSexticMethod = 4;
+
+// Jets of degree 6 take no more neighbors. They are for exact positions, where they need few, and cost the most by far.
+inline constexpr uint32_t kMostSexticCount = 256;
 
 // One way to estimate: an estimator at a scale.
 struct ScaleCandidate {

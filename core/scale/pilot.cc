@@ -116,6 +116,7 @@ void EstimatePart(const PilotSums& sums, double radius, double unit, size_t rung
   if (const auto quadric = sums.QuadricEstimate(radius)) {
     Store(quadric->shape, unit, kQuadricMethod, rung, part, point);
   }
+  if (const auto sextic = sums.SexticEstimate(radius)) Store(sextic->shape, unit, kSexticMethod, rung, part, point);
 }
 
 }  // namespace
@@ -162,7 +163,13 @@ void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
   for (size_t rung = 0; rung < rung_count; ++rung) {
     for (; next < kScaleRungs[rung]; ++next) {
       const uint32_t j = s.order[next];
-      (IsInEvenHalf(s.ids[j]) ? even : odd).Add(NeighborInFrame(s.neighbors, j, frame, unit));
+      const PilotNeighbor neighbor = NeighborInFrame(s.neighbors, j, frame, unit);
+      PilotSums& half = IsInEvenHalf(s.ids[j]) ? even : odd;
+      if (next < kMostSexticCount) {
+        half.Add(neighbor);
+      } else {
+        half.AddWithoutSextic(neighbor);
+      }
     }
     const double radius = unit * std::sqrt(double{s.squared[s.order[next - 1]]});
     point.radius[rung] = static_cast<float>(radius / unit);

@@ -20,6 +20,8 @@ constexpr double kLeastPivot = 1e-10;
 constexpr double kMeanWeightInFit = 2.0 / 3.0;
 // Neighbors more than a fit has coefficients, from which its residual says something.
 constexpr double kLeastFreedom = 4.0;
+// A jet of degree 6 of fewer neighbors for each coefficient mostly has pivots that lose digits.
+constexpr double kLeastPerSexticCoefficient = 1.5;
 
 // A neighborhood is a line if the standard deviation across it is at most so much of that along it, and at most so much
 // of that along the normal: noise, or the line's own bend, could be all of its width.
@@ -139,20 +141,22 @@ void AddTriangle(const Vector3d* position, const Vector3d* normal, Measures& sum
 
 }  // namespace
 
-void PilotSums::Add(const PilotNeighbor& neighbor) {
+template <int kDegree>
+void PilotSums::AddUpTo(const PilotNeighbor& neighbor) {
   const auto [x, y, z] = neighbor.offset;
   values_[kCount] += 1.0;
+  if (kDegree == kSexticDegree) values_[kSexticCount] += 1.0;
   values_[kHeightSquares] += z * z;
-  std::array<double, MonomialCount(kMomentDegree)> monomials;
+  std::array<double, MonomialCount(2 * kDegree)> monomials;
   monomials[0] = 1.0;
-  for (int n = 1; n <= kMomentDegree; ++n) {
+  for (int n = 1; n <= 2 * kDegree; ++n) {
     double* const row = &monomials[static_cast<size_t>(IndexOf(n, 0))];
     const double* const before = &monomials[static_cast<size_t>(IndexOf(n - 1, 0))];
     for (int j = 0; j < n; ++j) row[j] = x * before[j];
     row[n] = y * before[n - 1];
   }
   for (size_t i = 0; i < monomials.size(); ++i) values_[kMoments + i] += monomials[i];
-  for (size_t i = 0; i < MonomialCount(kHeightDegree); ++i) values_[kHeights + i] += z * monomials[i];
+  for (size_t i = 0; i < MonomialCount(kDegree); ++i) values_[kHeights + i] += z * monomials[i];
   for (size_t axis = 0; axis < 3; ++axis) {
     double* const sums = &values_[kNormals + axis * MonomialCount(kNormalDegree)];
     for (size_t i = 0; i < MonomialCount(kNormalDegree); ++i) sums[i] += neighbor.normal[axis] * monomials[i];
@@ -165,6 +169,9 @@ void PilotSums::Add(const PilotNeighbor& neighbor) {
     sector[4 + axis] += neighbor.normal[axis];
   }
 }
+
+template void PilotSums::AddUpTo<PilotSums::kQuarticDegree>(const PilotNeighbor& neighbor);
+template void PilotSums::AddUpTo<PilotSums::kSexticDegree>(const PilotNeighbor& neighbor);
 
 PilotSums& PilotSums::operator+=(const PilotSums& other) {
   for (size_t i = 0; i < kValues; ++i) values_[i] += other.values_[i];
@@ -230,14 +237,17 @@ std::optional<PilotSums::Regression> PilotSums::RegressionEstimate(double radius
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
   Eigen::LLT<Matrix> factors;
   if (!Factor<Matrix>(NormalMatrix<kDegree>(weighted), factors)) return std::nullopt;
-  Eigen::Matrix<double, kSize, 3> right;
+  Eigen::Matrix<double, kSize, 3> right, fit;
   for (int axis = 0; axis < 3; ++axis) {
     double sums[MonomialCount(kNormalDegree)];
     Normalize(&values_[kNormals + static_cast<size_t>(axis) * MonomialCount(kNormalDegree)], kNormalDegree, radius,
               count(), sums);
-    Weigh(sums, kDegree, right.col(axis).data());
+    Eigen::Matrix<double, kSize, 1> column;
+    Weigh(sums, kDegree, column.data());
+    right.col(axis) = column;
+    // One column after the other: Eigen sets up for large matrices where there are several.
+    fit.col(axis) = factors.solve(column);
   }
-  const Eigen::Matrix<double, kSize, 3> fit = factors.solve(right);
   const Vector3d at_point = fit.row(IndexOf(0, 0)), dx = fit.row(IndexOf(1, 0)), dy = fit.row(IndexOf(0, 1));
   // The normals of a neighborhood that is no piece of a surface cancel out, or contradict the frame.
   constexpr double kLeastLength = 0.1, kLeastHeight = 0.2;
@@ -272,7 +282,14 @@ std::optional<PilotSums::Jet> PilotSums::FitJet(double radius) const {
              std::sqrt(std::max(squares, 0.0) * count() / (count() - kSize)) * radius};
 }
 
+std::optional<PilotSums::Jet> PilotSums::SexticEstimate(double radius) const {
+  if (values_[kSexticCount] < count()) return std::nullopt;
+  if (count() < kLeastPerSexticCoefficient * MonomialCount(kSexticDegree)) return std::nullopt;
+  return FitJet<kSexticDegree>(radius);
+}
+
 template std::optional<PilotSums::Jet> PilotSums::FitJet<2>(double radius) const;
 template std::optional<PilotSums::Jet> PilotSums::FitJet<4>(double radius) const;
+template std::optional<PilotSums::Jet> PilotSums::FitJet<6>(double radius) const;
 
 }  // namespace curvd

@@ -27,7 +27,9 @@ constexpr size_t MonomialCount(int degree) { return static_cast<size_t>((degree 
 // Sums over neighbors. Usage: Add each, or add up the sums of parts; then ask for estimates.
 class PilotSums {
  public:
-  void Add(const PilotNeighbor& neighbor);
+  void Add(const PilotNeighbor& neighbor) { AddUpTo<kSexticDegree>(neighbor); }
+  // The same in less time, without a SexticEstimate from there on.
+  void AddWithoutSextic(const PilotNeighbor& neighbor) { AddUpTo<kQuarticDegree>(neighbor); }
   PilotSums& operator+=(const PilotSums& other);
 
   double count() const { return values_[kCount]; }
@@ -58,17 +60,24 @@ class PilotSums {
   std::optional<Jet> JetEstimate(double radius) const { return FitJet<4>(radius); }
   // What jet fitting of degree 2 estimates.
   std::optional<Jet> QuadricEstimate(double radius) const { return FitJet<2>(radius); }
+  // What jet fitting of degree 6 estimates, where there are half as many neighbors more than it has coefficients.
+  std::optional<Jet> SexticEstimate(double radius) const;
 
  private:
+  static constexpr int kQuarticDegree = 4, kSexticDegree = 6;
   // Sums of x^i y^j, of z x^i y^j, and of each component of the normal times x^i y^j, up to these degrees.
-  static constexpr int kMomentDegree = 8, kHeightDegree = 4, kNormalDegree = 5;
+  static constexpr int kMomentDegree = 2 * kSexticDegree, kHeightDegree = kSexticDegree, kNormalDegree = 5;
   static constexpr size_t kSectors = 12, kSectorValues = 7;
   // Places in values_.
-  static constexpr size_t kCount = 0, kHeightSquares = 1, kMoments = 2,
+  static constexpr size_t kCount = 0, kSexticCount = 1, kHeightSquares = 2, kMoments = 3,
                           kHeights = kMoments + MonomialCount(kMomentDegree),
                           kNormals = kHeights + MonomialCount(kHeightDegree),
                           kSectorSums = kNormals + 3 * MonomialCount(kNormalDegree),
                           kValues = kSectorSums + kSectors * kSectorValues;
+
+  // Adds to the sums that a jet of that degree is made of, and to all that jets need none of.
+  template <int kDegree>
+  void AddUpTo(const PilotNeighbor& neighbor);
 
   template <int kDegree>
   std::optional<Jet> FitJet(double radius) const;

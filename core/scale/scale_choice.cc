@@ -139,6 +139,18 @@ ScaleWeights WeightsOf(const Judged& judged, const std::vector<size_t>& chosen, 
   return weights;
 }
 
+// Drops jets of degree 6 unless they are expected to err clearly less than all others, since they cost the most.
+void DropUnlessWorthwhile(std::vector<ScaleScore>& scores) {
+  constexpr double kWorthwhile = 0.7;
+  double least = std::numeric_limits<double>::infinity(), least_of_sextic = least;
+  for (const ScaleScore& score : scores) {
+    double& of_kind = score.candidate.method == kSexticMethod ? least_of_sextic : least;
+    of_kind = std::min(of_kind, score.error);
+  }
+  if (least_of_sextic <= kWorthwhile * least) return;
+  std::erase_if(scores, [](const ScaleScore& score) { return score.candidate.method == kSexticMethod; });
+}
+
 }  // namespace
 
 double PositionNoise(const PilotTable& table) { return ScaleJudge(table, {}, ScaleJudge::Quantity::kMean).sigma(); }
@@ -155,6 +167,7 @@ ScaleChoice ChooseScales(const PilotTable& table, const ScaleBounds& bounds) {
   const ScaleJudge of_mean(table, bounds, ScaleJudge::Quantity::kMean),
       of_gaussian(table, bounds, ScaleJudge::Quantity::kGaussian);
   choice.scores = of_mean.Scores();
+  DropUnlessWorthwhile(choice.scores);
   choice.sigma = of_mean.sigma();
   if (choice.scores.empty()) return choice;
   const Neighbors nearest = NearestOfEach(table);

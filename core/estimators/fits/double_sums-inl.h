@@ -131,11 +131,10 @@ HWY_INLINE void StoreAnchoredSums(DoubleVec a, DoubleVec b, DoubleVec c, DoubleV
   StoreFourSums(hn::Sub(a, anchor), hn::Sub(b, anchor), hn::Sub(c, anchor), hn::Sub(e, anchor), out);
 }
 
-// Stores the dot products of `left` with each of `right` to out[0..3]. REQUIRES: of any two numbers that meet, one is
-// Odd or both are 1, and none is above 1 and a millionth.
-HWY_INLINE void DotFour(const double* left, const FourColumns& right, size_t size, double* out) {
+// Stores the dot products of `left` with each of `right` to out[0..3]. They begin at the anchor of as many numbers or
+// more. REQUIRES: of any two numbers that meet, one is Odd or both are 1, and none is above 1 and a millionth.
+HWY_INLINE void DotFour(const double* left, const FourColumns& right, size_t size, DoubleVec anchor, double* out) {
   const DoubleTag d;
-  const DoubleVec anchor = hn::Set(d, AnchorOf(size));
   DoubleVec s0 = anchor, s1 = anchor, s2 = anchor, s3 = anchor;
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const DoubleVec l = hn::Load(d, left + j);
@@ -145,6 +144,10 @@ HWY_INLINE void DotFour(const double* left, const FourColumns& right, size_t siz
     s3 = AddProduct(l, hn::Load(d, right.column[3] + j), s3, anchor);
   }
   StoreAnchoredSums(s0, s1, s2, s3, anchor, out);
+}
+
+HWY_INLINE void DotFour(const double* left, const FourColumns& right, size_t size, double* out) {
+  DotFour(left, right, size, hn::Set(DoubleTag(), AnchorOf(size)), out);
 }
 
 }  // namespace HWY_NAMESPACE

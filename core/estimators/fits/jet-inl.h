@@ -83,9 +83,9 @@ HWY_INLINE void SetJetFrame(const NeighborSpread& spread, size_t i, JetSystems& 
 struct JetColumns {
   int degree;
   const double* one;
-  double* x[2 * kMaxJetDegree + 1];  // by power
-  double* y[2 * kMaxJetDegree + 1];
-  double* zx[kMaxJetDegree + 1];
+  double* x[2 * kMaxFittedDegree + 1];  // by power
+  double* y[2 * kMaxFittedDegree + 1];
+  double* zx[kMaxFittedDegree + 1];
 
   JetColumns(int jet_degree, size_t size, FitColumns& fits) : degree(jet_degree) {
     const size_t powers = 2 * static_cast<size_t>(degree);
@@ -98,42 +98,47 @@ struct JetColumns {
   }
 };
 
-// Fills the columns with the neighbors of point i in its fitting frame. All but the ones are Odd.
-HWY_INLINE void FillJetColumns(const NeighborArrays& n, double unit, size_t i, const JetSystems& jets,
-                               const JetColumns& columns) {
+// Neighbors whose columns are filled at a time: those of degree 6 take 32 kB, which stay in the first cache.
+inline constexpr size_t kColumnBlock = 128;
+
+// Fills the columns with neighbors [first, last) of point i in its fitting frame. All but the ones are Odd.
+HWY_INLINE void FillJetColumns(const NeighborArrays& n, size_t first, size_t last, double unit, size_t i,
+                               const JetSystems& jets, const JetColumns& columns) {
   const DoubleTag d;
   const auto axis = [&](const GroupDoubleVectors& v) {
     return DoubleTriple{hn::Set(d, v.x[i] * unit), hn::Set(d, v.y[i] * unit), hn::Set(d, v.z[i] * unit)};
   };
   const DoubleTriple u = axis(jets.u), v = axis(jets.v), w = axis(jets.axis);
-  for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
+  for (size_t k = 0; first + k < last; k += hn::Lanes(d)) {
+    const size_t j = first + k;
     const DoubleTriple offset{Widen(n.dx.data() + j), Widen(n.dy.data() + j), Widen(n.dz.data() + j)};
     const DoubleVec x = Odd(Dot(offset, u)), y = Odd(Dot(offset, v)), z = Odd(Dot(offset, w));
     DoubleVec xp = x, yp = y, zxp = z;
-    hn::Store(hn::Set(d, 1.0), d, columns.x[0] + j);
+    hn::Store(hn::Set(d, 1.0), d, columns.x[0] + k);
     for (int p = 1; p <= 2 * columns.degree; ++p) {
-      hn::Store(xp, d, columns.x[p] + j);
-      hn::Store(yp, d, columns.y[p] + j);
+      hn::Store(xp, d, columns.x[p] + k);
+      hn::Store(yp, d, columns.y[p] + k);
       xp = WithLastBit(hn::Mul(xp, x));
       yp = WithLastBit(hn::Mul(yp, y));
     }
     for (int p = 0; p <= columns.degree; ++p) {
-      hn::Store(zxp, d, columns.zx[p] + j);
+      hn::Store(zxp, d, columns.zx[p] + k);
       zxp = WithLastBit(hn::Mul(zxp, x));
     }
   }
 }
 
-// Sums left[a] y^b over the neighbors for all a + b <= degree to out[JetIndex(a, b)][i].
-HWY_INLINE void SumProducts(double* const* left, int degree, const JetColumns& columns, size_t count, size_t i,
-                            GroupDoubles* out) {
+// Adds the sums of left[a] y^b over the first `count` numbers of the columns, for all a + b <= degree, to
+// out[JetIndex(a, b)][i].
+HWY_INLINE void AddSums(double* const* left, int degree, const JetColumns& columns, size_t count, DoubleVec anchor,
+                        size_t i, GroupDoubles* out) {
   for (int a = 0; a <= degree; ++a) {
     for (int b = 0; b <= degree - a; b += 4) {
       FourColumns right;
       for (int k = 0; k < 4; ++k) right.column[k] = b + k <= degree - a ? columns.y[b + k] : columns.one;
       double sums[4];
-      DotFour(left[a], right, count, sums);
-      for (int k = 0; k < std::min(4, degree - a - b + 1); ++k) out[JetIndex(a, b + k)][i] = sums[k];
+      DotFour(left[a], right, count, anchor, sums);
+      for (int k = 0; k < std::min(4, degree - a - b + 1); ++k) out[JetIndex(a, b + k)][i] += sums[k];
     }
   }
 }
@@ -141,14 +146,22 @@ HWY_INLINE void SumProducts(double* const* left, int degree, const JetColumns& c
 // Sets up the least squares problem of point i, whose fitting frame is set, from its neighbors.
 HWY_INLINE void SumJetInFrame(const NeighborArrays& n, double unit, int degree, size_t i, FitColumns& column_room,
                               JetSystems& jets) {
-  const JetColumns columns(degree, n.count, column_room);
-  FillJetColumns(n, unit, i, jets, columns);
-  SumProducts(columns.x, 2 * degree, columns, n.count, i, jets.moments);
-  SumProducts(columns.zx, degree, columns, n.count, i, jets.heights);
+  const JetColumns columns(degree, std::min(n.count, kColumnBlock), column_room);
+  // Sums that began at one anchor are exact in its quanta, and so are their sums.
+  const DoubleVec anchor = hn::Set(DoubleTag(), AnchorOf(n.count));
+  for (int m = 0; m < JetSize(2 * degree); ++m) jets.moments[m][i] = 0.0;
+  for (int m = 0; m < JetSize(degree); ++m) jets.heights[m][i] = 0.0;
+  jets.squared_heights[i] = 0.0;
+  for (size_t first = 0; first < n.count; first += kColumnBlock) {
+    const size_t count = std::min(n.count - first, kColumnBlock);
+    FillJetColumns(n, first, first + count, unit, i, jets, columns);
+    AddSums(columns.x, 2 * degree, columns, count, anchor, i, jets.moments);
+    AddSums(columns.zx, degree, columns, count, anchor, i, jets.heights);
+    double squares[4];
+    DotFour(columns.zx[0], {{columns.zx[0], columns.zx[0], columns.zx[0], columns.zx[0]}}, count, anchor, squares);
+    jets.squared_heights[i] += squares[0];
+  }
   jets.moments[0][i] = static_cast<double>(n.count);  // the sum of ones counts the padding
-  double squares[4];
-  DotFour(columns.zx[0], {{columns.zx[0], columns.zx[0], columns.zx[0], columns.zx[0]}}, n.count, squares);
-  jets.squared_heights[i] = squares[0];
 }
 
 // Sets the fitting frame of point i, and sets up its least squares problem, from its neighbors.
@@ -234,8 +247,8 @@ HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetS
 }
 
 // Least pivots below this may be of neighbors that lie near a curve; by degree. Those of an even disc are 16 times as
-// large, at the rim of a surface as large or less for degrees 3 and 4.
-inline constexpr double kDoubtfulJetPivot[kMaxJetDegree + 1] = {0.0, 0.0, 3.5e-3, 8e-4, 1.8e-4};
+// large (of degrees 3 and 4, that of the last monomial), at the rim of a surface as large or less from degree 3 on.
+inline constexpr double kDoubtfulJetPivot[kMaxFittedDegree + 1] = {0.0, 0.0, 3.5e-3, 8e-4, 1.8e-4, 1.2e-5, 2e-6};
 
 // Whether the neighbors of point i, whose sums are set, determine its jet (core/estimators/lines/curve_distance.h).
 HWY_NOINLINE inline bool IsDetermined(int degree, size_t i, const JetSystems& jets) {

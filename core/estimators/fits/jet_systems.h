@@ -13,8 +13,11 @@ constexpr int JetIndex(int i, int j) { return (i + j) * (i + j + 1) / 2 + j; }
 // Columns that setting up one problem uses: 1, x .. x^2d, y .. y^2d, z, z x .. z x^d for degree d.
 constexpr size_t JetColumnCount(int degree) { return 5 * static_cast<size_t>(degree) + 2; }
 
-inline constexpr int kMaxJetSize = JetSize(kMaxJetDegree);
-inline constexpr int kMaxJetMoments = JetSize(2 * kMaxJetDegree);
+// The highest degree that is fitted: of what the automatic choice knows, which is more than callers may ask for.
+inline constexpr int kMaxFittedDegree = 6;
+inline constexpr int kMaxJetSize = JetSize(kMaxFittedDegree);
+inline constexpr int kMaxJetMoments = JetSize(2 * kMaxFittedDegree);
+static_assert(kMaxJetDegree <= kMaxFittedDegree);
 
 // The least squares problem of each point's jet, in units of rho and in the frame (u, v, axis) around the point.
 struct alignas(64) JetSystems {

@@ -41,13 +41,12 @@ inline constexpr double kDoubtfulRegressionPivot[kRegressionDegree + 1] = {0.0, 
 // Neighbors that spread less than the root of this in one tangent direction, compared with the other, lie on a line.
 inline constexpr double kMinRegressionSpread = 1e-6;
 
-// Some neighbors of a point over its tangent plane.
+// Some neighbors of a point over its tangent plane, x and y in units of rho.
 struct PlaneBlock {
   static constexpr size_t kSize = 256;
-  alignas(64) double x[kSize];  // in units of rho
+  alignas(64) double x[kSize];
   alignas(64) double y[kSize];
   alignas(64) double w[kSize];  // weights, Odd; nothing for what pads the last vector
-  double anchor;                // of sums over all blocks of the point
 };
 
 // The axes of the tangent plane, divided by rho.
@@ -83,148 +82,161 @@ HWY_INLINE void FillBlock(const NeighborArrays& n, size_t first, size_t size, co
   }
 }
 
-// Adds the lane sums of `sums`, which began at the anchor, to out[0..count - 1].
-HWY_INLINE void AddLaneSums(const DoubleVec* sums, int count, DoubleVec anchor, double* out) {
-  double four[4];
-  for (int k = 0; k < count; k += 4) {
-    const auto at = [&](int m) HWY_ATTR { return sums[std::min(k + m, count - 1)]; };
-    StoreAnchoredSums(at(0), at(1), at(2), at(3), anchor, four);
-    for (int m = 0; m < std::min(4, count - k); ++m) out[k + m] += four[m];
+// Where the monomials that the normals are multiplied by are among all, by JetIndex, in the order of their sums.
+inline constexpr int kMonomialPlaces[kRegressionSize] = {JetIndex(0, 0), JetIndex(1, 0), JetIndex(2, 0), JetIndex(3, 0),
+                                                         JetIndex(2, 1), JetIndex(0, 1), JetIndex(1, 1), JetIndex(0, 2),
+                                                         JetIndex(1, 2), JetIndex(0, 3)};
+
+// The sums of one point, a vector of them each, whose lanes are added up when all neighbors are in them. They begin at
+// an anchor.
+struct RegressionSums {
+  static constexpr size_t kLanes = hn::MaxLanes(DoubleTag());
+  static constexpr int kLow = 16, kHigh = 12, kNormals = 15, kAll = kLow + kHigh + 2 * kNormals;
+  alignas(64) double lanes[kAll * kLanes];
+
+  explicit RegressionSums(DoubleVec anchor) {
+    for (int k = 0; k < kAll; ++k) hn::Store(anchor, DoubleTag(), lanes + static_cast<size_t>(k) * kLanes);
   }
-}
+  double* low() { return lanes; }
+  double* high() { return lanes + kLow * kLanes; }
+  double* normals(int half) { return lanes + static_cast<size_t>(kLow + kHigh + half * kNormals) * kLanes; }
 
-// What a block adds to the sums of a point. Each of the following takes as many sums as registers hold: the loops over
-// them are unrolled.
+  // Adds up all lanes, and copies the sums to point i.
+  void Store(DoubleVec anchor, size_t i, RegressionSystems& out) const {
+    double sums[kAll + 3];
+    for (int k = 0; k < kAll; k += 4) {
+      const auto at = [&](int m) HWY_ATTR {
+        return hn::Load(DoubleTag(), lanes + static_cast<size_t>(std::min(k + m, kAll - 1)) * kLanes);
+      };
+      StoreAnchoredSums(at(0), at(1), at(2), at(3), anchor, sums + k);
+    }
+    const double* next = sums;
+    for (int b = 0; b < 4; ++b) {
+      for (int a = 0; a < 4; ++a) out.moments[JetIndex(a, b)][i] = *next++;
+    }
+    constexpr int kPowers[6][2] = {{4, 0}, {5, 0}, {6, 0}, {4, 1}, {5, 1}, {4, 2}};
+    for (const auto& powers : kPowers) out.moments[JetIndex(powers[0], powers[1])][i] = *next++;
+    for (const auto& powers : kPowers) out.moments[JetIndex(powers[1], powers[0])][i] = *next++;
+    for (const int m : kMonomialPlaces) {
+      for (int c = 0; c < 3; ++c) out.normals[c][m][i] = *next++;
+    }
+  }
+};
 
-// Adds the sums of w x^a y^b for a, b <= 3 to out[4 b + a].
-HWY_NOINLINE inline void SumLowMoments(const PlaneBlock& block, size_t size, double* out) {
+// As many sums as registers hold: loops over them are unrolled. Loaded from and stored to a part of RegressionSums.
+template <int kCount>
+struct SumsInRegisters {
+  HWY_INLINE explicit SumsInRegisters(const double* from) {
+    CURVD_UNROLL(16)
+    for (int k = 0; k < kCount; ++k)
+      sum[k] = hn::Load(DoubleTag(), from + static_cast<size_t>(k) * RegressionSums::kLanes);
+  }
+  HWY_INLINE void Store(double* to) const {
+    CURVD_UNROLL(16)
+    for (int k = 0; k < kCount; ++k)
+      hn::Store(sum[k], DoubleTag(), to + static_cast<size_t>(k) * RegressionSums::kLanes);
+  }
+  DoubleVec sum[kCount];
+};
+
+// What a block adds to the sums of a point.
+
+// Adds w x^a y^b for a, b <= 3 to sums[4 b + a].
+HWY_NOINLINE inline void SumLowMoments(const PlaneBlock& block, size_t size, DoubleVec anchor, double* sums) {
   const DoubleTag d;
-  const DoubleVec anchor = hn::Set(d, block.anchor);
-  DoubleVec sums[16];
-  CURVD_UNROLL(16)
-  for (DoubleVec& sum : sums) sum = anchor;
+  SumsInRegisters<RegressionSums::kLow> s(sums);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
-    const DoubleVec x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j);
-    const DoubleVec x2 = hn::Mul(x, x), x3 = hn::Mul(x2, x);
+    const DoubleVec x = hn::Load(d, block.x + j), x2 = hn::Mul(x, x), x3 = hn::Mul(x2, x);
+    const DoubleVec y = hn::Load(d, block.y + j);
     DoubleVec wy = hn::Load(d, block.w + j);
     CURVD_UNROLL(4)
-    for (size_t first = 0; first < 16; first += 4) {
-      DoubleVec* const of_b = sums + first;
+    for (int b = 0; b < 4; ++b) {
+      if (b > 0) wy = OddProduct(wy, y);
+      DoubleVec* const of_b = s.sum + 4 * b;
       of_b[0] = hn::Add(of_b[0], wy);
       of_b[1] = AddProduct(wy, x, of_b[1], anchor);
       of_b[2] = AddProduct(wy, x2, of_b[2], anchor);
       of_b[3] = AddProduct(wy, x3, of_b[3], anchor);
-      wy = OddProduct(wy, y);
     }
   }
-  AddLaneSums(sums, 16, anchor, out);
+  s.Store(sums);
 }
 
-// Adds the sums of w x^4 times 1, x, x^2, y, x y, y^2, and the same with x and y in each other's place, to out[0..11].
-HWY_NOINLINE inline void SumHighMoments(const PlaneBlock& block, size_t size, double* out) {
+// Adds w times x^4, x^5, x^6, x^4 y, x^5 y, x^4 y^2, and the same with x and y in each other's place, to sums[0..11].
+HWY_NOINLINE inline void SumHighMoments(const PlaneBlock& block, size_t size, DoubleVec anchor, double* sums) {
   const DoubleTag d;
-  const DoubleVec anchor = hn::Set(d, block.anchor);
-  DoubleVec sums[12];
-  CURVD_UNROLL(12)
-  for (DoubleVec& sum : sums) sum = anchor;
+  SumsInRegisters<RegressionSums::kHigh> s(sums);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const DoubleVec x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j), w = hn::Load(d, block.w + j);
     const DoubleVec x2 = hn::Mul(x, x), xy = hn::Mul(x, y), y2 = hn::Mul(y, y);
     const DoubleVec wx4 = OddProduct(hn::Mul(w, x2), x2), wy4 = OddProduct(hn::Mul(w, y2), y2);
-    sums[0] = hn::Add(sums[0], wx4);
-    sums[1] = AddProduct(wx4, x, sums[1], anchor);
-    sums[2] = AddProduct(wx4, x2, sums[2], anchor);
-    sums[3] = AddProduct(wx4, y, sums[3], anchor);
-    sums[4] = AddProduct(wx4, xy, sums[4], anchor);
-    sums[5] = AddProduct(wx4, y2, sums[5], anchor);
-    sums[6] = hn::Add(sums[6], wy4);
-    sums[7] = AddProduct(wy4, y, sums[7], anchor);
-    sums[8] = AddProduct(wy4, y2, sums[8], anchor);
-    sums[9] = AddProduct(wy4, x, sums[9], anchor);
-    sums[10] = AddProduct(wy4, xy, sums[10], anchor);
-    sums[11] = AddProduct(wy4, x2, sums[11], anchor);
+    const auto add = [&](int k, DoubleVec a, DoubleVec b) HWY_ATTR { s.sum[k] = AddProduct(a, b, s.sum[k], anchor); };
+    s.sum[0] = hn::Add(s.sum[0], wx4);
+    add(1, wx4, x);
+    add(2, wx4, x2);
+    add(3, wx4, y);
+    add(4, wx4, xy);
+    add(5, wx4, y2);
+    s.sum[6] = hn::Add(s.sum[6], wy4);
+    add(7, wy4, y);
+    add(8, wy4, y2);
+    add(9, wy4, x);
+    add(10, wy4, xy);
+    add(11, wy4, x2);
   }
-  AddLaneSums(sums, 12, anchor, out);
+  s.Store(sums);
 }
 
-// Five of the ten weighted monomials, by JetIndex: those from `5 kHalf` on. They are Odd.
+// Five of the ten weighted monomials, Odd, and their places by JetIndex: those without y and x^2 y, and the others.
 template <int kHalf>
 HWY_INLINE void WeightedMonomials(DoubleVec x, DoubleVec y, DoubleVec w, DoubleVec* out) {
-  const DoubleVec wx = OddProduct(w, x), wy = OddProduct(w, y);
   if constexpr (kHalf == 0) {
-    out[0] = w, out[1] = wx, out[2] = wy, out[3] = OddProduct(wx, x), out[4] = OddProduct(wx, y);
+    out[0] = w, out[1] = OddProduct(w, x), out[2] = OddProduct(out[1], x), out[3] = OddProduct(out[2], x);
+    out[4] = OddProduct(out[2], y);
   } else {
-    const DoubleVec wy2 = OddProduct(wy, y), x2 = hn::Mul(x, x);
-    out[0] = wy2, out[1] = OddProduct(wx, x2), out[2] = OddProduct(wy, x2), out[3] = OddProduct(wy2, x),
-    out[4] = OddProduct(wy2, y);
+    out[0] = OddProduct(w, y), out[1] = OddProduct(out[0], x), out[2] = OddProduct(out[0], y);
+    out[3] = OddProduct(out[2], x), out[4] = OddProduct(out[2], y);
   }
 }
 
-// Adds the sums of the normals' components times five weighted monomials to out[3 m + component].
+// Adds the normals' components times five weighted monomials to sums[3 m + component].
 template <int kHalf>
 HWY_NOINLINE inline void SumNormalProducts(const PlaneBlock& block, const NeighborArrays& n, size_t first, size_t size,
-                                           double* out) {
+                                           DoubleVec anchor, double* sums) {
   const DoubleTag d;
-  const DoubleVec anchor = hn::Set(d, block.anchor);
-  DoubleVec sums[15];
-  CURVD_UNROLL(15)
-  for (DoubleVec& sum : sums) sum = anchor;
+  SumsInRegisters<RegressionSums::kNormals> s(sums);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const size_t k = first + j;
     const DoubleVec nx = Widen(n.nx.data() + k), ny = Widen(n.ny.data() + k), nz = Widen(n.nz.data() + k);
     DoubleVec monomials[5];
     WeightedMonomials<kHalf>(hn::Load(d, block.x + j), hn::Load(d, block.y + j), hn::Load(d, block.w + j), monomials);
     CURVD_UNROLL(5)
-    for (size_t m = 0; m < 5; ++m) {
-      DoubleVec* const of_m = sums + 3 * m;
+    for (int m = 0; m < 5; ++m) {
+      DoubleVec* const of_m = s.sum + 3 * m;
       of_m[0] = AddProduct(monomials[m], nx, of_m[0], anchor);
       of_m[1] = AddProduct(monomials[m], ny, of_m[1], anchor);
       of_m[2] = AddProduct(monomials[m], nz, of_m[2], anchor);
     }
   }
-  AddLaneSums(sums, 15, anchor, out);
+  s.Store(sums);
 }
-
-// The sums of one point.
-struct RegressionSums {
-  double low[16] = {};
-  double high[12] = {};
-  double normals[3 * kRegressionSize] = {};
-
-  // Copies them to point i.
-  void Store(size_t i, RegressionSystems& out) const {
-    const double* next = low;
-    for (int b = 0; b < 4; ++b) {
-      for (int a = 0; a < 4; ++a) out.moments[JetIndex(a, b)][i] = *next++;
-    }
-    constexpr int kPowers[6][2] = {{4, 0}, {5, 0}, {6, 0}, {4, 1}, {5, 1}, {4, 2}};
-    for (int k = 0; k < 6; ++k) {
-      out.moments[JetIndex(kPowers[k][0], kPowers[k][1])][i] = high[k];
-      out.moments[JetIndex(kPowers[k][1], kPowers[k][0])][i] = high[6 + k];
-    }
-    next = normals;
-    for (int m = 0; m < kRegressionSize; ++m) {
-      for (int c = 0; c < 3; ++c) out.normals[c][m][i] = *next++;
-    }
-  }
-};
 
 // Sets up the problem of point i, whose tangent frame is set, from its neighbors.
 HWY_NOINLINE inline void SumRegression(const NeighborArrays& n, const GroupFrames& frames, size_t i,
                                        RegressionSystems& systems) {
   const PlaneAxes axes(frames, i);
+  const DoubleVec anchor = hn::Set(DoubleTag(), AnchorOf(n.count));
   PlaneBlock block;
-  block.anchor = AnchorOf(n.count);
-  RegressionSums sums;
-  for (size_t first = 0; first < n.count; first += block.kSize) {
-    const size_t size = std::min(block.kSize, n.count - first);
+  RegressionSums sums(anchor);
+  for (size_t first = 0; first < n.count; first += PlaneBlock::kSize) {
+    const size_t size = std::min(PlaneBlock::kSize, n.count - first);
     FillBlock(n, first, size, axes, block);
-    SumLowMoments(block, size, sums.low);
-    SumHighMoments(block, size, sums.high);
-    SumNormalProducts<0>(block, n, first, size, sums.normals);
-    SumNormalProducts<1>(block, n, first, size, sums.normals + 15);
+    SumLowMoments(block, size, anchor, sums.low());
+    SumHighMoments(block, size, anchor, sums.high());
+    SumNormalProducts<0>(block, n, first, size, anchor, sums.normals(0));
+    SumNormalProducts<1>(block, n, first, size, anchor, sums.normals(1));
   }
-  sums.Store(i, systems);
+  sums.Store(anchor, i, systems);
   systems.most_degree[i] = kRegressionDegree;
 }
 

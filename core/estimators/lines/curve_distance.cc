@@ -8,7 +8,7 @@ namespace {
 
 // How far the points of an even disc of radius 1 lie, in the root of the mean square, from the curve of each degree
 // that comes nearest to them.
-constexpr double kDiscDistance[kMaxJetDegree + 1] = {1.0, 0.5, 0.22, 0.138, 0.096};
+constexpr double kDiscDistance[kMaxFittedDegree + 1] = {1.0, 0.5, 0.22, 0.138, 0.096, 0.0719, 0.0565};
 // Neighbors lie on a curve if they are off by at most so much of the disc's distance and of their noise; or if they are
 // off by next to nothing of the former.
 constexpr double kCurveDistance = 0.25, kCurveDistancePerNoise = 2.0, kHairDistance = 0.02;
@@ -25,7 +25,7 @@ struct MonomialPowers {
   Powers of[kMaxJetSize];
 
   constexpr MonomialPowers() : of{} {
-    for (int degree = 0; degree <= static_cast<int>(kMaxJetDegree); ++degree) {
+    for (int degree = 0; degree <= kMaxFittedDegree; ++degree) {
       for (int b = 0; b <= degree; ++b) of[JetIndex(degree - b, b)] = {degree - b, b};
     }
   }
@@ -108,10 +108,11 @@ int DeterminedDegree(const PolynomialSystem& system) {
   for (int c = 1; c < JetSize(system.degree); ++c) {
     const int degree = kMonomials.of[c].a + kMonomials.of[c].b;
     if (c >= polynomials.size()) return degree - 1;
+    const bool may_be_chance = count < kLeastPerCoefficient * JetSize(degree);
+    if (may_be_chance) continue;
     const double distance = polynomials.DistanceFrom(c), usual = kDiscDistance[degree];
     const bool is_noise = distance <= kCurveDistance * usual && distance <= kCurveDistancePerNoise * noise;
-    const bool may_be_chance = count < kLeastPerCoefficient * JetSize(degree);
-    if (!may_be_chance && (is_noise || distance <= kHairDistance * usual)) return degree - 1;
+    if (is_noise || distance <= kHairDistance * usual) return degree - 1;
   }
   return system.degree;
 }

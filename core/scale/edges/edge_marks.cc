@@ -1,6 +1,7 @@
 #include "core/scale/edges/edge_marks.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace curvd {
@@ -13,9 +14,6 @@ constexpr double kMostNoise = 1.5;
 // within the neighborhood.
 constexpr double kLeastRoughness = 0.06;
 
-// What two and three faces leave of the spread of normals, which is a quarter and a ninth on a bend.
-constexpr double kMostInTwo = 0.12, kMostInThree = 0.05;
-
 // An edge that crosses a group has a row of points to either side. Fewer than this are there by chance, and would take
 // every neighborhood away that reaches them.
 constexpr size_t kLeastInGroup = 4;
@@ -27,32 +25,22 @@ EdgeMarks::EdgeMarks(const SpatialIndex& index)
       trends_(index.leaf_count() * SpatialIndex::kLeafSize),
       marks_(index.leaf_count() * SpatialIndex::kLeafSize) {}
 
-void EdgeMarks::MarkGroup(size_t group, double normal_noise, double position_noise) {
-  const size_t first = group * SpatialIndex::kGroupLeaves;
-  const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index_.leaf_count());
-  size_t rough = 0, edges = 0;
-  for (size_t leaf = first; leaf < last; ++leaf) {
-    for (int i = 0; i < index_.LeafPoints(leaf); ++i) {
-      const size_t place = leaf * SpatialIndex::kLeafSize + static_cast<size_t>(i);
-      const Trend& trend = trends_[place];
-      const double noise = std::hypot(normal_noise, position_noise * trend.slope);
-      const bool is_rough = trend.roughness > std::hypot(kMostNoise * noise, kLeastRoughness);
-      const double left_in_two = trend.spread_in_two - 2.0 * noise * noise;
-      const double left_in_three = trend.spread_in_three - 2.0 * noise * noise;
-      const bool has_faces = left_in_two < kMostInTwo * trend.spread || left_in_three < kMostInThree * trend.spread;
-      marks_[place] = is_rough && has_faces ? 1 : 0;
-      rough += is_rough ? 1 : 0;
-      edges += marks_[place];
-    }
-  }
-  if (edges < kLeastInGroup) {
-    const auto begin = marks_.begin();
-    std::fill(begin + static_cast<std::ptrdiff_t>(first * SpatialIndex::kLeafSize),
-              begin + static_cast<std::ptrdiff_t>(last * SpatialIndex::kLeafSize), uint8_t{0});
-    edges = 0;
-  }
-  rough_count_ += rough;
+double EdgeMarks::NoiseAt(size_t place, const EdgeNoise& noise) const {
+  return std::hypot(noise.of_normals, noise.of_positions * trends_[place].slope);
+}
+
+bool EdgeMarks::IsRough(size_t place, const EdgeNoise& noise) const {
+  return trends_[place].roughness > std::hypot(kMostNoise * NoiseAt(place, noise), kLeastRoughness);
+}
+
+void EdgeMarks::MarkGroup(size_t group, size_t rough_count, uint64_t has_faces) {
+  rough_count_ += rough_count;
+  const auto edges = static_cast<size_t>(std::popcount(has_faces));
+  if (edges < kLeastInGroup) return;
   edge_count_ += edges;
+  for (; has_faces != 0; has_faces &= has_faces - 1) {
+    marks_[group * SpatialIndex::kGroupPoints + static_cast<size_t>(std::countr_zero(has_faces))] = 1;
+  }
 }
 
 void EdgeMarks::Finish() {

@@ -11,12 +11,18 @@
 
 namespace curvd {
 
+// What noise makes of normals, as far as it is known: their own, along each tangent, and that of positions, in the
+// index's unit, which moves a point to where the normal is another one.
+struct EdgeNoise {
+  double of_normals, of_positions;
+};
+
 // Usage: SetTrend of every point; MarkGroup of every group; Finish; then ask. The first two are thread-safe for
 // distinct groups, and const methods are.
 class EdgeMarks {
  private:
   struct Trend {
-    float roughness, slope, spread, spread_in_two, spread_in_three;
+    float roughness, slope;
   };
 
  public:
@@ -25,17 +31,18 @@ class EdgeMarks {
 
   // How the normals around a point change (core/scale/edges/one_side.h).
   void SetTrend(size_t place, const NormalTrend& trend) {
-    trends_[place] = {static_cast<float>(trend.roughness), static_cast<float>(trend.slope),
-                      static_cast<float>(trend.spread), static_cast<float>(trend.spread_in_two),
-                      static_cast<float>(trend.spread_in_three)};
+    trends_[place] = {static_cast<float>(trend.roughness), static_cast<float>(trend.slope)};
   }
   float RoughnessAt(size_t place) const { return trends_[place].roughness; }
+  // The noise of the normals around a point.
+  double NoiseAt(size_t place, const EdgeNoise& noise) const;
+  // Whether the normals around it are rougher than noise can make them.
+  bool IsRough(size_t place, const EdgeNoise& noise) const;
 
-  // Marks the points of a group whose normals are rougher than noise can make them: that of the normals, which makes
-  // them as rough as `normal_noise` at most places, and that of positions, of this standard deviation in the index's
-  // unit, which moves a point to where the normal is another one; and which are of two or three faces. One to three
-  // such points of a group are chance, and not marked.
-  void MarkGroup(size_t group, double normal_noise, double position_noise);
+  // Marks the points of a group whose bits in `has_faces`, that of the first one the lowest, are set: those of its
+  // rough points, which are so many, whose normals are of two or three faces. One to three such points of a group are
+  // chance, and not marked.
+  void MarkGroup(size_t group, size_t rough_count, uint64_t has_faces);
   void Finish();
 
   // Points whose normals are rougher than noise, as far as groups are marked, and those of them that lie beside an

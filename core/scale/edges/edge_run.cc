@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/scale/collect.h"
+#include "core/scale/edges/normal_faces.h"
 
 namespace curvd {
 namespace {
@@ -109,8 +110,29 @@ double EdgeRun::NoiseAround(size_t group) const {
   return usual->second;
 }
 
-void EdgeRun::Mark(size_t group) {
-  if (is_large_enough_) marks_.MarkGroup(group, NoiseAround(group), position_noise_);
+// Whose normals are of faces is looked at here, and not while trends are measured: few points are rougher than noise.
+absl::Status EdgeRun::Mark(size_t group, PilotScratch& s) {
+  if (!is_large_enough_) return absl::OkStatus();
+  const EdgeNoise noise{NoiseAround(group), position_noise_};
+  const size_t first = group * SpatialIndex::kGroupPoints;
+  const size_t last = std::min(first + SpatialIndex::kGroupPoints, index_.leaf_count() * SpatialIndex::kLeafSize);
+  size_t rough = 0;
+  for (size_t place = first; place < last; ++place) rough += marks_.IsRough(place, noise) ? 1 : 0;
+  if (rough == 0) return absl::OkStatus();
+  uint64_t has_faces = 0;
+  s.first_point = 0;
+  s.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
+  const auto place_of = [&s](size_t i) { return static_cast<size_t>(s.points.place[i]); };
+  const auto is_rough = [&](size_t i) { return marks_.IsRough(place_of(i), noise); };
+  const absl::Status status =
+      CollectNeighbors(index_, measured_, group, CollectedPoints::kAll, s, is_rough, [&](size_t i) {
+        s.search.work += 16 * s.neighbors.count;
+        CopyNeighbors(s, s.side);
+        if (AreOfFaces(SpreadOf(s.side), marks_.NoiseAt(place_of(i), noise)))
+          has_faces |= uint64_t{1} << (place_of(i) - first);
+      });
+  if (status.ok()) marks_.MarkGroup(group, rough, has_faces);
+  return status;
 }
 
 void EdgeRun::Finish(PilotTable& table) {

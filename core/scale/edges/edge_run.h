@@ -35,7 +35,8 @@ class EdgeRun {
   // Looks at the roughness of some points: what is usual in a place is noise. That of the positions has this standard
   // deviation, in the index's unit.
   void Sample(double position_noise);
-  void Mark(size_t group);
+  // Errors as those of GroupPhase::run.
+  absl::Status Mark(size_t group, PilotScratch& scratch);
   // Tells `table` which scales reach over an edge at its points. If that are nearly all, there are no edges.
   void Finish(PilotTable& table);
 

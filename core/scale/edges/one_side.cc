@@ -23,10 +23,6 @@ constexpr double kMostDeviations = 4.0, kLeastTolerance = 0.17;
 constexpr double kHeightSlack = 0.1;
 // The nearest neighbors, from which the rest is reached.
 constexpr size_t kCore = 16;
-// Normals that are as smooth as this are of no edge.
-constexpr double kLeastRoughness = 0.05;
-// Single normals that are off make no face.
-constexpr size_t kLeastInCluster = 3;
 // Fewer on the point's side say nothing.
 constexpr size_t kLeastCount = 8;
 
@@ -50,10 +46,17 @@ Eigen::Matrix<double, kTerms[kDegree], 1> MonomialsAt(double x, double y) {
 
 template <int kDegree>
 struct Fit {
+  Eigen::LLT<Eigen::Matrix<double, kTerms[kDegree], kTerms[kDegree]>> factors;
   Eigen::Matrix<double, kTerms[kDegree], 3> coefficients;  // a row a monomial
   double squares;                                          // weighted, of what is left
-  // Of the coefficients of x and of y: their variances where the normals' is 1.
-  double x_variance, y_variance;
+
+  // The variance of the coefficient of x (1) or of y (2) where the normals' is 1.
+  double Variance(int coefficient) const {
+    using Column = Eigen::Matrix<double, kTerms[kDegree], 1>;
+    const Column unit = Column::Unit(coefficient);
+    const Column solution = factors.solve(unit);
+    return solution[coefficient];
+  }
 };
 
 // Normal equations of the fit of a polynomial to normals.
@@ -80,19 +83,19 @@ class Equations {
     constexpr int kLowerSize = kTerms[kLower];
     using Matrix = Eigen::Matrix<double, kLowerSize, kLowerSize>;
     const Matrix matrix = matrix_.template topLeftCorner<kLowerSize, kLowerSize>();
-    const Eigen::LLT<Matrix> factors(matrix);
-    if (factors.info() != Eigen::Success) return std::nullopt;
+    Fit<kLower> fit;
+    fit.factors.compute(matrix);
+    if (fit.factors.info() != Eigen::Success) return std::nullopt;
     for (int i = 0; i < kLowerSize; ++i) {
-      const double pivot = factors.matrixLLT()(i, i);
+      const double pivot = fit.factors.matrixLLT()(i, i);
       if (!(pivot * pivot > kLeastPivot * matrix(i, i))) return std::nullopt;
     }
-    const auto right = right_.template topRows<kLowerSize>();
-    const Matrix inverse = factors.solve(Matrix::Identity());
-    Fit<kLower> fit;
-    fit.coefficients = factors.solve(right);
-    fit.squares = std::max(squares_ - fit.coefficients.cwiseProduct(right).sum(), 0.0);
-    fit.x_variance = inverse(1, 1);
-    fit.y_variance = inverse(2, 2);
+    // One column after the other: Eigen sets up for large matrices where there are several.
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Matrix<double, kLowerSize, 1> right = right_.template topRows<kLowerSize>().col(axis);
+      fit.coefficients.col(axis) = fit.factors.solve(right);
+    }
+    fit.squares = std::max(squares_ - fit.coefficients.cwiseProduct(right_.template topRows<kLowerSize>()).sum(), 0.0);
     return fit;
   }
 
@@ -206,49 +209,15 @@ std::optional<PointCurvature> CurvatureInDegree(const Frame& frame, const Equati
   const auto fit = equations.SolveDegree<kDegree>();
   if (!fit.has_value()) return std::nullopt;
   const double variance = 0.5 * fit->squares / equations.weights() * static_cast<double>(count) / freedom;
-  const double error = 0.5 * std::sqrt(variance * (fit->x_variance + fit->y_variance)) / radius;
+  const double error = 0.5 * std::sqrt(variance * (fit->Variance(1) + fit->Variance(2))) / radius;
   return error <= allowed_error ? CurvatureOf(frame, *fit, radius) : std::nullopt;
-}
-
-// The mean squared distance of normals from the nearest of the means of so many clusters, by Lloyd's method from
-// normals that are far from each other. Nothing if a cluster has fewer than kLeastInCluster.
-template <size_t kClusters>
-std::optional<double> SpreadInClusters(std::span<const SideNeighbor> neighbors) {
-  constexpr int kRounds = 4;
-  std::array<Vector3d, kClusters> means;
-  const auto nearest = [&](const Vector3d& normal, size_t among) {
-    std::pair<double, size_t> best = {std::numeric_limits<double>::infinity(), 0};
-    for (size_t c = 0; c < among; ++c) best = std::min(best, {(normal - means[c]).squaredNorm(), c});
-    return best;
-  };
-  means[0] = neighbors.front().normal;
-  for (size_t c = 1; c < kClusters; ++c) {
-    means[c] = std::max_element(neighbors.begin(), neighbors.end(), [&](const auto& a, const auto& b) {
-                 return nearest(a.normal, c).first < nearest(b.normal, c).first;
-               })->normal;
-  }
-  double spread = 0.0;
-  for (int round = 0; round < kRounds; ++round) {
-    std::array<Vector3d, kClusters> sums;
-    std::array<size_t, kClusters> counts{};
-    sums.fill(Vector3d::Zero());
-    for (const SideNeighbor& neighbor : neighbors) {
-      const size_t c = nearest(neighbor.normal, kClusters).second;
-      sums[c] += neighbor.normal;
-      ++counts[c];
-    }
-    if (*std::min_element(counts.begin(), counts.end()) < kLeastInCluster) return std::nullopt;
-    for (size_t c = 0; c < kClusters; ++c) means[c] = sums[c] / static_cast<double>(counts[c]);
-  }
-  for (const SideNeighbor& neighbor : neighbors) spread += nearest(neighbor.normal, kClusters).first;
-  return spread / static_cast<double>(neighbors.size());
 }
 
 }  // namespace
 
 NormalTrend TrendOf(std::span<const SideNeighbor> neighbors) {
   constexpr int kDegree = 2, kSize = kTerms[kDegree];
-  constexpr NormalTrend kNone = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0, 0.0, 0.0};
+  constexpr NormalTrend kNone = {std::numeric_limits<double>::quiet_NaN(), 0.0};
   Vector3d sum = Vector3d::Zero();
   double squared = 0.0;
   for (const SideNeighbor& neighbor : neighbors) {
@@ -270,12 +239,7 @@ NormalTrend TrendOf(std::span<const SideNeighbor> neighbors) {
   const Eigen::Matrix2d products = slopes * slopes.transpose();
   const double middle = 0.5 * products.trace();
   const double steepest = middle + std::sqrt(std::max(middle * middle - products.determinant(), 0.0));
-  NormalTrend trend = {std::sqrt(0.5 * fit->squares / freedom), unit * std::sqrt(steepest), 0.0, 0.0, 0.0};
-  trend.spread = trend.spread_in_two = trend.spread_in_three = SpreadInClusters<1>(neighbors).value();
-  if (trend.roughness < kLeastRoughness) return trend;
-  trend.spread_in_two = SpreadInClusters<2>(neighbors).value_or(trend.spread);
-  trend.spread_in_three = SpreadInClusters<3>(neighbors).value_or(trend.spread);
-  return trend;
+  return {std::sqrt(0.5 * fit->squares / freedom), unit * std::sqrt(steepest)};
 }
 
 std::optional<PointCurvature> EstimateOneSide(std::span<const SideNeighbor> neighbors, const Vector3d& normal,

@@ -23,10 +23,6 @@ struct NormalTrend {
   // leaves about 0.18 times 2 sin(t / 2) of exact normals. NaN where they determine none.
   double roughness;
   double slope;  // how fast they turn where they turn fastest, in 1 / the unit of the offsets
-  // The mean squared distance of the normals from their mean, and from the nearest of the means of two and of three
-  // clusters. Between faces that meet at an edge nothing is left but noise, where a bend leaves a quarter and a ninth;
-  // three faces meet at a corner. All are alike where the normals are smooth, or a cluster would be of fewer than 3.
-  double spread, spread_in_two, spread_in_three;
 };
 
 // In doubles.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/estimators/fits/jet_systems.h"
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/option_specs.h"
 #include "tests/core/test_clouds.h"
@@ -54,7 +55,7 @@ TEST(StrategiesTest, ScratchNeverHoldsMoreThanItsBound) {
       for (EstimatorOptions& options : ByCountAndByRadius()) {
         SCOPED_TRACE(LayoutName(layout));
         options.estimator = strategy->name;
-        options.jet_degree = 4;
+        options.jet_degree = kMaxFittedDegree;
         options.rotation_count = 4;
         (void)RunOnOneWorker(*strategy, options, index);
       }

@@ -14,6 +14,7 @@
 #include "tests/core/hostile_clouds.h"
 #include "tests/core/instruction_sets.h"
 #include "tests/core/normals/normal_clouds.h"
+#include "tests/core/seam_clouds.h"
 #include "tests/core/test_clouds.h"
 
 namespace curvd::testing {
@@ -68,6 +69,44 @@ TEST(AutomaticTest, TellsWhatItChose) {
   }
   EXPECT_NEAR(sum, 1.0, 1e-9);
   EXPECT_TRUE(shares.contains("avg-hexagram") && shares.contains("jet"));
+}
+
+// Exact positions are worth more than their normals, and a polynomial of a high degree makes the most of them.
+TEST(AutomaticTest, ExactPositionsBeatEveryFixedEstimator) {
+  constexpr double kAxes[3] = {2.0, 1.5, 1.0};
+  TestPoints ellipsoid = Sphere(8000, 1.0);
+  std::vector<double> truth;
+  for (size_t i = 0; i < ellipsoid.size(); ++i) {
+    double length = 0.0, squared = 0.0, volume = 1.0, axes = 0.0, normal[3];
+    for (size_t axis = 0; axis < 3; ++axis) {
+      float& position = ellipsoid.positions[i][axis];
+      normal[axis] = double{position} / kAxes[axis];
+      position = static_cast<float>(position * kAxes[axis]);
+      squared += double{position} * double{position};
+      length += normal[axis] * normal[axis];
+      axes += kAxes[axis] * kAxes[axis];
+      volume *= kAxes[axis];
+    }
+    length = std::sqrt(length);
+    for (size_t axis = 0; axis < 3; ++axis) ellipsoid.normals[i][axis] = static_cast<float>(normal[axis] / length);
+    truth.push_back((axes - squared) / (2.0 * volume * volume * length * length * length));
+  }
+  AddNoise(0.0, 0.05, 3, ellipsoid);
+  const auto mean_error = [&](const EstimatorOptions& options) {
+    const EstimationResult result = MustEstimate(ellipsoid.ToCloud(), options);
+    double sum = 0.0;
+    for (size_t i = 0; i < truth.size(); ++i) {
+      const PointCurvature& point = result.field.points[i];
+      EXPECT_EQ(point.status, PointStatus::kOk);
+      sum += std::abs(point.mean - truth[i]);
+    }
+    return sum / static_cast<double>(truth.size());
+  };
+  double best = 1.0;
+  for (const uint32_t count : {16u, 23u, 32u}) {
+    best = std::min(best, mean_error({.estimator = "jet", .neighborhood = NeighborCount{count}, .jet_degree = 4}));
+  }
+  EXPECT_LT(mean_error(Automatic()), 0.5 * best);
 }
 
 // Lines along a cylinder of radius 1, as a scanner leaves them, 20 and 40 times as far apart as the points on them.

@@ -34,6 +34,7 @@ TEST(PilotSumsTest, EveryMethodFindsTheCurvatureOfAGraph) {
     EXPECT_NEAR(sums.JetEstimate(0.5)->shape.mean, mean, 1e-10) << "the graph is a polynomial of degree 2";
     EXPECT_LT(sums.JetEstimate(0.5)->residual, 1e-7);
     EXPECT_NEAR(sums.QuadricEstimate(0.5)->shape.mean, mean, 1e-10);
+    EXPECT_NEAR(sums.SexticEstimate(0.5)->shape.mean, mean, 1e-10);
   }
 }
 
@@ -47,6 +48,24 @@ TEST(PilotSumsTest, EveryMethodFindsTheShapeOperatorOfAGraph) {
   EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.difference, 0.2, 1e-3);
   EXPECT_NEAR(sums.JetEstimate(0.5)->shape.difference, 0.2, 1e-10);
   EXPECT_NEAR(sums.QuadricEstimate(0.5)->shape.difference, 0.2, 1e-10);
+  EXPECT_NEAR(sums.SexticEstimate(0.5)->shape.difference, 0.2, 1e-10);
+}
+
+TEST(PilotSumsTest, JetsOfDegreeSixFollowWhatThoseOfDegreeFourCannot) {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> coordinate(-0.5, 0.5);
+  PilotSums sums;
+  for (int i = 0; i < 100; ++i) {
+    const double x = coordinate(random), y = coordinate(random);
+    sums.Add({{x, y, -0.2 * x * x - 0.1 * y * y + x * x * y * y * y * y - y * y * y * y * y * y}, {0, 0, 1}});
+  }
+  EXPECT_NEAR(sums.SexticEstimate(0.7)->shape.mean, 0.3, 1e-9);
+  EXPECT_GT(std::abs(sums.JetEstimate(0.7)->shape.mean - 0.3), 1e-3);
+}
+
+TEST(PilotSumsTest, JetsOfDegreeSixWantHalfAsManyNeighborsMoreThanCoefficients) {
+  EXPECT_FALSE(Bowl(0.2, 0.1, 41, 1.0).SexticEstimate(1.0).has_value());
+  EXPECT_TRUE(Bowl(0.2, 0.1, 42, 1.0).SexticEstimate(1.0).has_value());
 }
 
 // Normals whose derivative is [[x, y / 2], [y / 2, 3 y]] over the tangent plane.
@@ -141,6 +160,7 @@ TEST(PilotSumsTest, NothingIsSaidWhereTheNeighborsFixNoSurface) {
     EXPECT_FALSE(sums->HexagramEstimate().has_value());
     EXPECT_FALSE(sums->RegressionEstimate(1.0).has_value());
     EXPECT_FALSE(sums->JetEstimate(1.0).has_value());
+    EXPECT_FALSE(sums->SexticEstimate(1.0).has_value());
   }
   EXPECT_FALSE(opposed.RegressionEstimate(1.0).has_value()) << "normals cancel out";
 }

@@ -60,7 +60,7 @@ uint32_t MeanCount(const ScaleChoice& choice) {
 
 TEST(ScaleChoiceTest, MoreNoiseAsksForMoreNeighborsAndMoreDetailForFewer) {
   const auto choose = [](double noise, double bias) {
-    return ChooseScales(MakeTable({Behavior{noise, bias}, kUseless, kUseless, kUseless}), {});
+    return ChooseScales(MakeTable({Behavior{noise, bias}, kUseless, kUseless, kUseless, kUseless}), {});
   };
   const uint32_t calm = MeanCount(choose(0.1, 1.0)), noisy = MeanCount(choose(1.0, 1.0));
   const uint32_t detailed = MeanCount(choose(0.1, 10.0));
@@ -83,9 +83,9 @@ TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
 }
 
 TEST(ScaleChoiceTest, KeepsToItsBounds) {
-  const PilotTable table = MakeTable({Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, kUseless});
+  const PilotTable table = MakeTable({Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, kUseless, kUseless});
   ScaleBounds bounds;
-  bounds.methods = {false, true, false, false};
+  bounds.methods = {false, true, false, false, false};
   bounds.least_count = 40;
   bounds.most_count = 100;
   bounds.most_radius = table.front().radius[4];  // 64 neighbors
@@ -98,7 +98,7 @@ TEST(ScaleChoiceTest, KeepsToItsBounds) {
 }
 
 TEST(ScaleChoiceTest, WeightsFollowTheNoiseFromPlaceToPlace) {
-  const PilotTable table = MakeTable({Behavior{0.03, 2.0}, kUseless, kUseless, kUseless}, 30.0);
+  const PilotTable table = MakeTable({Behavior{0.03, 2.0}, kUseless, kUseless, kUseless, kUseless}, 30.0);
   const ScaleChoice choice = ChooseScales(table, {});
   ASSERT_EQ(choice.mean.local_differences.size(), table.size());
   const auto mean_count = [&](size_t first, size_t last) {
@@ -121,7 +121,8 @@ TEST(ScaleChoiceTest, SharesOfTheChosenSumToOne) {
   for (const bool per_cloud : {false, true}) {
     ScaleBounds bounds;
     bounds.per_cloud = per_cloud;
-    const ScaleChoice choice = ChooseScales(MakeTable({Behavior{1.0, 1.0}, kUseless, kUseless, kUseless}), bounds);
+    const ScaleChoice choice =
+        ChooseScales(MakeTable({Behavior{1.0, 1.0}, kUseless, kUseless, kUseless, kUseless}), bounds);
     EXPECT_EQ(choice.chosen.size(), ScaleChoice::kMostChosen);
     EXPECT_NEAR(std::accumulate(choice.mean.cloud_weights.begin(), choice.mean.cloud_weights.end(), 0.0), 1.0, 1e-12);
     EXPECT_TRUE(std::is_sorted(choice.mean.cloud_weights.rbegin(), choice.mean.cloud_weights.rend()));

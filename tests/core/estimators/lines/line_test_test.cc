@@ -59,9 +59,9 @@ TEST(LineTest, DependsOnNoOrder) {
   EXPECT_EQ(before.thickness, after.thickness);
 }
 
-// The degree that `lines` lines at distances of 1 / lines determine, with noise in y and z.
-int DegreeOf(int lines, double noise) {
-  constexpr int kDegree = 4;
+// The degree, at most the given one, that `lines` lines at distances of 1 / lines determine, with noise of so many of
+// those in y and z.
+int DegreeOf(int degree, int lines, double noise) {
   std::mt19937_64 engine(7);
   std::normal_distribution<double> normal;
   double means[kMaxJetMoments] = {}, heights[kMaxJetSize] = {}, squared_heights = 0.0;
@@ -69,24 +69,28 @@ int DegreeOf(int lines, double noise) {
   for (int line = 0; line < lines; ++line) {
     for (int i = 0; i < kPoints; ++i) {
       const double x = 2.0 * i / (kPoints - 1) - 1.0;
-      const double y = (line - 0.5 * (lines - 1)) / lines + noise * normal(engine), z = noise * normal(engine);
-      for (int d = 0; d <= 2 * kDegree; ++d) {
+      const double y = (line - 0.5 * (lines - 1) + noise * normal(engine)) / lines, z = noise * normal(engine) / lines;
+      for (int d = 0; d <= 2 * degree; ++d) {
         for (int b = 0; b <= d; ++b) {
           const double product = std::pow(x, d - b) * std::pow(y, b) / (lines * kPoints);
           means[JetIndex(d - b, b)] += product;
-          if (d <= kDegree) heights[JetIndex(d - b, b)] += z * product;
+          if (d <= degree) heights[JetIndex(d - b, b)] += z * product;
         }
       }
       squared_heights += z * z / (lines * kPoints);
     }
   }
-  return DeterminedDegree({kDegree, static_cast<size_t>(lines * kPoints), means, heights, squared_heights});
+  return DeterminedDegree({degree, static_cast<size_t>(lines * kPoints), means, heights, squared_heights});
 }
 
 TEST(CurveDistanceTest, AsManyLinesFixNoPolynomialOfTheirDegree) {
-  for (const double noise : {0.0, 0.001, 0.01}) {
-    for (int lines = 1; lines <= 4; ++lines) EXPECT_EQ(DegreeOf(lines, noise), lines - 1) << lines << " " << noise;
-    EXPECT_EQ(DegreeOf(9, noise), 4);
+  for (const double noise : {0.0, 0.004, 0.04}) {
+    for (const int degree : {4, 6}) {
+      for (int lines = 1; lines <= degree; ++lines) {
+        EXPECT_EQ(DegreeOf(degree, lines, noise), lines - 1) << degree << " " << lines << " " << noise;
+      }
+      EXPECT_EQ(DegreeOf(degree, 15, noise), degree);
+    }
   }
 }
 

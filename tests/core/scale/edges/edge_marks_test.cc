@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <random>
 
 #include "tests/core/test_clouds.h"
@@ -11,8 +12,23 @@ namespace curvd::testing {
 namespace {
 
 // Normals as they are across an edge of 90 degrees.
-constexpr NormalTrend kEdge{0.25, 0.5, 0.5, 0.0, 0.0};
-constexpr NormalTrend kSmooth{0.01, 0.1, 0.01, 0.01, 0.01};
+constexpr NormalTrend kEdge{0.25, 0.5};
+constexpr NormalTrend kSmooth{0.01, 0.1};
+constexpr EdgeNoise kNoNoise{0.0, 0.0};
+
+// Marks rough points, whose normals are all taken to be of faces.
+void MarkRough(const SpatialIndex& index, EdgeMarks& marks) {
+  for (size_t group = 0; group < index.group_count(); ++group) {
+    uint64_t rough = 0;
+    for (size_t i = 0; i < SpatialIndex::kGroupPoints; ++i) {
+      const size_t place = group * SpatialIndex::kGroupPoints + i;
+      if (place >= index.leaf_count() * SpatialIndex::kLeafSize) break;
+      if (marks.IsRough(place, kNoNoise)) rough |= uint64_t{1} << i;
+    }
+    marks.MarkGroup(group, static_cast<size_t>(std::popcount(rough)), rough);
+  }
+  marks.Finish();
+}
 
 TEST(EdgeMarksTest, DistancesAreThoseOfTheNearestMark) {
   const SpatialIndex index = BuildIndex(RandomPoints(Layout::kUniform, 3000, 5).ToCloud());
@@ -27,8 +43,7 @@ TEST(EdgeMarksTest, DistancesAreThoseOfTheNearestMark) {
         edges.push_back({index.positions(leaf).x[i], index.positions(leaf).y[i], index.positions(leaf).z[i]});
     }
   }
-  for (size_t group = 0; group < index.group_count(); ++group) marks.MarkGroup(group, 0.0, 0.0);
-  marks.Finish();
+  MarkRough(index, marks);
   EXPECT_EQ(marks.edge_count(), edges.size());
   ASSERT_TRUE(marks.HasEdges());
   std::uniform_real_distribution<float> coordinate(-1.0f, 1.0f);
@@ -49,30 +64,24 @@ TEST(EdgeMarksTest, SinglePointsAreChance) {
   for (const size_t together : {1u, 3u, 4u, 12u}) {
     EdgeMarks marks(index);
     for (size_t place = 0; place < 1000; ++place) marks.SetTrend(place, place < together ? kEdge : kSmooth);
-    for (size_t group = 0; group < index.group_count(); ++group) marks.MarkGroup(group, 0.0, 0.0);
-    marks.Finish();
+    MarkRough(index, marks);
     EXPECT_EQ(marks.HasEdges(), together >= 4) << together;
     EXPECT_EQ(marks.edge_count(), together >= 4 ? together : 0u);
     EXPECT_EQ(marks.rough_count(), together);
   }
 }
 
-TEST(EdgeMarksTest, NoiseAndBendsAreNoEdges) {
+TEST(EdgeMarksTest, NoiseIsNotRough) {
   const SpatialIndex index = BuildIndex(RandomPoints(Layout::kUniform, 100, 5).ToCloud());
-  const auto count = [&](const NormalTrend& trend, double normal_noise, double position_noise) {
-    EdgeMarks marks(index);
-    for (size_t place = 0; place < 100; ++place) marks.SetTrend(place, trend);
-    for (size_t group = 0; group < index.group_count(); ++group) marks.MarkGroup(group, normal_noise, position_noise);
-    marks.Finish();
-    return marks.edge_count();
-  };
-  EXPECT_EQ(count(kEdge, 0.0, 0.0), 100u);
-  EXPECT_EQ(count(kEdge, 0.1, 0.0), 100u);
-  EXPECT_EQ(count(kEdge, 0.2, 0.0), 0u) << "as rough as noise";
-  EXPECT_EQ(count(kEdge, 0.0, 0.4), 0u) << "positions move along what turns";
-  EXPECT_EQ(count({0.25, 0.5, 0.5, 0.125, 0.06}, 0.0, 0.0), 0u) << "a bend: clusters leave a quarter, and a ninth";
-  EXPECT_EQ(count({0.25, 0.5, 0.6, 0.3, 0.0}, 0.0, 0.0), 100u) << "a corner of three faces";
-  EXPECT_EQ(count(kSmooth, 0.0, 0.0), 0u);
+  EdgeMarks marks(index);
+  marks.SetTrend(0, kEdge);
+  marks.SetTrend(1, kSmooth);
+  EXPECT_TRUE(marks.IsRough(0, kNoNoise));
+  EXPECT_TRUE(marks.IsRough(0, {0.1, 0.0}));
+  EXPECT_FALSE(marks.IsRough(0, {0.2, 0.0})) << "as rough as noise";
+  EXPECT_FALSE(marks.IsRough(0, {0.0, 0.4})) << "positions move along what turns";
+  EXPECT_FALSE(marks.IsRough(1, kNoNoise));
+  EXPECT_NEAR(marks.NoiseAt(0, {0.3, 0.8}), 0.5, 1e-6) << "what a slope of 0.5 makes of both";
 }
 
 }  // namespace

@@ -1,0 +1,50 @@
+// What each worker of an automatic estimate keeps.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/estimators/curvature_field.h"
+#include "core/estimators/group_points.h"
+#include "core/estimators/strategy.h"
+#include "core/scale/blend.h"
+#include "core/scale/local_weights.h"
+#include "core/scale/nearest_samples.h"
+#include "core/scale/pilot.h"
+
+namespace curvd {
+
+// Serves one group at a time. Arrays have a place for each of its points that get a result, from first_point on.
+struct AutomaticScratch final : WorkerScratch {
+  template <typename Value>
+  using OfPoints = std::array<Value, SpatialIndex::kGroupPoints>;
+
+  PilotScratch pilot;
+  std::vector<std::unique_ptr<WorkerScratch>> chosen;  // of the chosen estimates; empty until the first is asked for
+  std::optional<LocalWeights> weights;
+  std::optional<NearestSamples> samples;  // where somebody asks how points were chosen
+  GroupPoints points;
+  OfPoints<LocalWeights::PointWeights> point_weights;
+  OfPoints<LocalWeights::Weights> shares;  // in H, of the estimates that count
+  OfPoints<Blend> blends;
+  // The same without estimates that reach over an edge.
+  OfPoints<Blend> clear_blends;
+  OfPoints<float> edge_distances;  // in the caller's unit
+
+  size_t bytes() const override {
+    size_t bytes = sizeof(*this) - sizeof(pilot) + pilot.bytes();
+    for (const auto& scratch : chosen) bytes += scratch->bytes();
+    return bytes + (weights.has_value() ? weights->bytes() : 0) + (samples.has_value() ? samples->bytes() : 0);
+  }
+  uint64_t work() const override {
+    uint64_t work = pilot.work();
+    for (const auto& scratch : chosen) work += scratch->work();
+    return work;
+  }
+};
+
+}  // namespace curvd

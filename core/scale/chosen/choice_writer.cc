@@ -1,0 +1,77 @@
+#include "core/scale/chosen/choice_writer.h"
+
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "core/scale/automatic_options.h"
+#include "core/scale/chosen/chosen_estimates.h"
+#include "core/scale/error_samples.h"
+
+namespace curvd {
+namespace {
+
+// Standard errors are those of all chosen estimates: a point that has lost more of their weights has none.
+constexpr double kLeastShareWithErrors = 0.9;
+
+}  // namespace
+
+ChoiceWriter::ChoiceWriter(const EstimatorOptions& options, const SpatialIndex& index, const PilotTable& table,
+                           const ScaleChoice& choice, const PointCurvature* results, PointChoice* choices)
+    : options_(options), index_(index), table_(table), choice_(choice), results_(results), choices_(choices) {
+  std::vector<double> variance_factors;
+  for (const ScaleCandidate& candidate : choice.chosen) variance_factors.push_back(VarianceFactor(options, candidate));
+  if (!choice.scores.empty()) errors_ = ErrorModel(SampleErrors(table, choice, variance_factors));
+}
+
+void ChoiceWriter::Start(AutomaticScratch& s) const {
+  if (!s.samples.has_value()) s.samples.emplace(table_);
+  s.samples->Start(s.points.box, ErrorModel::kNearest);
+}
+
+void ChoiceWriter::WriteMended(size_t point, AutomaticScratch& s) const {
+  const LocalWeights::Weights& all = s.point_weights[point].mean;
+  const double total = std::accumulate(all.begin(), all.end(), 0.0);
+  Write(point, s.blends[point].weight() >= kLeastShareWithErrors * total, s);
+}
+
+void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) const {
+  const PointCurvature& result = results_[s.points.slot[point]];
+  PointChoice& choice = choices_[s.points.slot[point]];
+  choice = UndefinedChoice();
+  // Of one side of a neighborhood nothing was sampled.
+  if (result.status != PointStatus::kOk || ChosenEstimates::IsOneSided(s, point)) return;
+  SetWeights(s.shares[point], choice);
+  if (!has_errors) return;
+  float position[3];
+  s.points.query.Get(point, position);
+  const double half_difference = std::ldexp(0.5 * (double{result.k2} - result.k1), -index_.scale_exponent());
+  const StandardErrors errors = errors_.At(s.samples->At(position), half_difference);
+  choice.mean_error = ToCaller(errors.mean);
+  choice.k1_error = ToCaller(errors.k1);
+  choice.k2_error = ToCaller(errors.k2);
+}
+
+float ChoiceWriter::ToCaller(double curvature) const {
+  return static_cast<float>(std::ldexp(curvature, index_.scale_exponent()));
+}
+
+// `shares` are the weights of the estimates that the point has.
+void ChoiceWriter::SetWeights(const LocalWeights::Weights& shares, PointChoice& choice) const {
+  const double total = std::accumulate(shares.begin(), shares.end(), 0.0);
+  std::array<double, kMethodCount> of_method{};
+  double count = 0.0;
+  for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+    const ScaleCandidate& candidate = choice_.chosen[c];
+    of_method[candidate.method] += shares[c] / total;
+    count += shares[c] / total * FixedCount(options_).value_or(candidate.count());
+  }
+  choice.neighbor_count = static_cast<float>(count);
+  choice.avg_hexagram_weight = static_cast<float>(of_method[kHexagramMethod]);
+  choice.normal_regression_weight = static_cast<float>(of_method[kRegressionMethod]);
+  choice.jet_weight =
+      static_cast<float>(of_method[kQuarticMethod] + of_method[kQuadricMethod] + of_method[kSexticMethod]);
+}
+
+}  // namespace curvd

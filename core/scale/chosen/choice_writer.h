@@ -1,0 +1,46 @@
+// Tells of each point how its estimate was chosen, and how sure it is.
+#pragma once
+
+#include <cstddef>
+
+#include "core/estimators/options.h"
+#include "core/estimators/point_choice.h"
+#include "core/index/spatial_index.h"
+#include "core/scale/chosen/automatic_scratch.h"
+#include "core/scale/pilot_table.h"
+#include "core/scale/scale_choice.h"
+#include "core/scale/standard_errors.h"
+
+namespace curvd {
+
+// Writes the choices of points whose results are written. Thread-safe for distinct groups and scratch.
+class ChoiceWriter {
+ public:
+  // Everything outlives the object. Models the errors by what `choice` says now.
+  ChoiceWriter(const EstimatorOptions& options, const SpatialIndex& index, const PilotTable& table,
+               const ScaleChoice& choice, const PointCurvature* results, PointChoice* choices);
+
+  // Looks at the sampled points around those of a group, before any of them is written.
+  void Start(AutomaticScratch& s) const;
+  // Of a point of them, whose averages s holds.
+  void Write(size_t point, AutomaticScratch& s) const { Write(point, true, s); }
+  // The same of one at which some estimates are left out, because they reach across a seam.
+  void WriteMended(size_t point, AutomaticScratch& s) const;
+
+  size_t bytes() const { return errors_.bytes(); }
+
+ private:
+  void Write(size_t point, bool has_errors, AutomaticScratch& s) const;
+  void SetWeights(const LocalWeights::Weights& shares, PointChoice& choice) const;
+  float ToCaller(double curvature) const;
+
+  const EstimatorOptions& options_;
+  const SpatialIndex& index_;
+  const PilotTable& table_;
+  const ScaleChoice& choice_;
+  const PointCurvature* const results_;
+  PointChoice* const choices_;
+  ErrorModel errors_;
+};
+
+}  // namespace curvd

@@ -1,0 +1,184 @@
+#include "core/scale/chosen/chosen_estimates.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "core/estimators/group_points-inl.h"
+#include "core/estimators/group_scratch.h"
+#include "core/estimators/seams/find_seam-inl.h"
+#include "core/estimators/strategies.h"
+#include "core/scale/automatic_options.h"
+
+namespace curvd {
+namespace {
+
+// Most neighbors among which those on the side of a point are looked for.
+constexpr uint32_t kMostOneSideCount = 512;
+
+}  // namespace
+
+ChosenEstimates::ChosenEstimates(const EstimatorOptions& options, const SpatialIndex& index, const PilotTable& table,
+                                 const ScaleChoice& choice, EdgeRun* edges, PointCurvature* results)
+    : options_(options), index_(index), table_(table), choice_(choice), edges_(edges), results_(results) {
+  if (edges != nullptr) edges->LookAmong(OneSideSearchCount());
+  for (const ScaleCandidate& candidate : choice.chosen) {
+    const EstimatorOptions one = OptionsOf(options, candidate.method, candidate.count());
+    runs_.push_back(FindStrategy(one.estimator)->start(one, index, results));
+    phases_.push_back(std::move(runs_.back()->Phases().front()));
+  }
+  by_count_.resize(choice.chosen.size());
+  std::iota(by_count_.begin(), by_count_.end(), size_t{0});
+  std::stable_sort(by_count_.begin(), by_count_.end(),
+                   [&](size_t a, size_t b) { return choice.chosen[a].rung < choice.chosen[b].rung; });
+}
+
+bool ChosenEstimates::HaveSmallerOnes() const {
+  return choice_.chosen[by_count_.front()].rung < choice_.chosen[by_count_.back()].rung;
+}
+
+absl::Status ChosenEstimates::EstimateGroup(size_t group, AutomaticScratch& s) const {
+  Start(group, s);
+  bool looked_for_seams = s.seams == nullptr;
+  const auto make = [&](size_t estimate, const auto& counts_at) {
+    bool counts = false;
+    for (size_t i = 0; i < s.points.size; ++i) counts = counts || counts_at(i);
+    if (!counts) return absl::OkStatus();
+    const bool is_smallest = estimate == by_count_.front();
+    SeamMarks* const seams = is_smallest && !looked_for_seams ? s.seams : nullptr;
+    if (absl::Status status = Run(group, estimate, seams, s); !status.ok()) return status;
+    for (size_t i = 0; i < s.points.size; ++i) {
+      if (counts_at(i)) Add(results_[s.points.slot[i]], i, estimate, s);
+    }
+    if (looked_for_seams) return absl::OkStatus();
+    looked_for_seams = true;
+    // Whatever the smallest neighborhood of a point holds, all of them hold: it alone looks for seams.
+    return is_smallest || !HoldOpposed(estimate, s) ? absl::OkStatus() : Run(group, by_count_.front(), s.seams, s);
+  };
+  for (const size_t estimate : by_count_) {
+    const auto counts_at = [&](size_t i) { return Counts(i, estimate, s); };
+    if (absl::Status status = make(estimate, counts_at); !status.ok()) return status;
+  }
+  AutomaticScratch::OfPoints<bool> has_none{};
+  for (size_t i = 0; i < s.points.size; ++i) has_none[i] = !(s.blends[i].weight() > 0.0);
+  for (const size_t estimate : by_count_) {
+    const auto counts_at = [&](size_t i) { return has_none[i] && !Counts(i, estimate, s); };
+    if (absl::Status status = make(estimate, counts_at); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+bool ChosenEstimates::HoldOpposed(size_t estimate, const AutomaticScratch& s) {
+  const GroupNeighborhoods& found = static_cast<const GroupScratch&>(*s.chosen[estimate]).neighborhoods;
+  return std::any_of(found.agreement, found.agreement + s.points.size,
+                     [](float agreement) { return agreement < HWY_NAMESPACE::kNoneOpposed; });
+}
+
+void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
+  if (s.chosen.empty()) {
+    for (const auto& run : runs_) s.chosen.push_back(run->MakeScratch());
+    s.weights.emplace(table_, choice_);
+  }
+  s.blends.fill({});
+  s.clear_blends.fill({});
+  s.shares.fill({});
+  s.rest = 0;
+  HWY_NAMESPACE::LoadGroup(index_, group, s.points, s.first_point);
+  StartWeights(s);
+}
+
+absl::Status ChosenEstimates::Run(size_t group, size_t estimate, SeamMarks* seams, AutomaticScratch& s) const {
+  WorkerScratch& one = *s.chosen[estimate];
+  one.stopped = s.stopped;
+  one.seams = seams;
+  one.most_work = s.most_work / s.chosen.size();
+  one.first_point = s.first_point;
+  one.rest = 0;
+  if (absl::Status status = phases_[estimate].run(group, one); !status.ok()) return status;
+  if (one.rest > 0 && (s.rest == 0 || one.rest < s.rest)) {
+    s.rest = one.rest;
+    s.points.size = one.rest - s.first_point;
+  }
+  return absl::OkStatus();
+}
+
+bool ChosenEstimates::Counts(size_t point, size_t estimate, const AutomaticScratch& s) const {
+  const auto is_large = [estimate](const LocalWeights::Weights& weights) {
+    return weights[estimate] >= kLeastWeight * std::accumulate(weights.begin(), weights.end(), 0.0);
+  };
+  return is_large(s.point_weights[point].mean) || is_large(s.point_weights[point].gaussian);
+}
+
+void ChosenEstimates::StartWeights(AutomaticScratch& s) const {
+  if (s.points.size == 0) return;
+  s.weights->Start(s.points.box);
+  for (size_t i = 0; i < s.points.size; ++i) {
+    float position[3];
+    s.points.query.Get(i, position);
+    s.point_weights[i] = s.weights->At(position);
+    s.edge_distances[i] = std::numeric_limits<float>::infinity();
+    if (edges_ != nullptr && edges_->HasEdges()) {
+      s.edge_distances[i] = std::ldexp(edges_->DistanceToEdge(position), -index_.scale_exponent());
+    }
+  }
+}
+
+void ChosenEstimates::Add(PointCurvature found, size_t point, size_t estimate, AutomaticScratch& s) const {
+  const double most_radius = ScaleOf(options_).max_radius;
+  const bool is_too_large = found.status == PointStatus::kOk && found.radius > most_radius;
+  if (most_radius > 0.0 && is_too_large) found.status = PointStatus::kTooFewNeighbors;
+  const double mean_weight = s.point_weights[point].mean[estimate],
+               gaussian_weight = s.point_weights[point].gaussian[estimate];
+  s.blends[point].Add(found, mean_weight, gaussian_weight);
+  // Results without curvature count: if there are no others, they tell why.
+  const bool is_ok = found.status == PointStatus::kOk;
+  if (is_ok && !(found.radius < s.edge_distances[point])) return;
+  s.clear_blends[point].Add(found, mean_weight, gaussian_weight);
+  if (is_ok) s.shares[point][estimate] = mean_weight;
+}
+
+absl::Status ChosenEstimates::EstimateOneSided(size_t group, AutomaticScratch& s) const {
+  bool has_any = false;
+  for (size_t i = 0; i < s.points.size; ++i) has_any = has_any || IsOneSided(s, i);
+  if (!has_any) return absl::OkStatus();
+  s.pilot.stopped = s.stopped;
+  s.pilot.first_point = s.first_point;
+  const double most_radius = ScaleOf(options_).max_radius;
+  const float most_in_index = most_radius > 0.0 ? static_cast<float>(std::ldexp(most_radius, index_.scale_exponent()))
+                                                : std::numeric_limits<float>::max();
+  return edges_->Repair(
+      group, most_in_index, [&](size_t i) { return i < s.points.size && IsOneSided(s, i); },
+      [&](const float* position) { return ScaleAt(position, *s.weights); },
+      [&](size_t slot, const PointCurvature& point) { results_[slot] = point; }, s.pilot);
+}
+
+// Twice as many as the choice takes: on a straight edge, half of them are on the side of a point.
+uint32_t ChosenEstimates::OneSideSearchCount() const {
+  constexpr double kLeastShare = 0.1;
+  uint32_t count = ScaleOf(options_).least_count;
+  for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+    if (choice_.mean.cloud_weights[c] >= kLeastShare) count = std::max(count, choice_.chosen[c].count());
+  }
+  return std::min({2 * count, kMostOneSideCount, MostSampledCount(options_)});
+}
+
+// As many neighbors as the choice would take without the edge: the mean over its weights.
+OneSideScale ChosenEstimates::ScaleAt(const float* position, LocalWeights& weights) const {
+  const LocalWeights::Weights mean = weights.At(position).mean;
+  double logarithms = 0.0, total = 0.0;
+  for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+    logarithms += mean[c] * std::log(static_cast<double>(choice_.chosen[c].count()));
+    total += mean[c];
+  }
+  double error = std::numeric_limits<double>::infinity();
+  for (const ScaleScore& score : choice_.scores) {
+    if (score.share > 0.0) error = std::min(error, score.error);
+  }
+  return {std::min<size_t>(static_cast<size_t>(std::lround(std::exp(logarithms / total))), kMostOneSideCount / 2),
+          2.0 * error};
+}
+
+}  // namespace curvd

@@ -1,0 +1,100 @@
+#include "core/scale/chosen/chosen_estimates.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "core/scale/automatic_options.h"
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+// avg-hexagram with 64 and with 256 neighbors, in this order.
+ScaleChoice TwoScales(double small_weight, double large_weight) {
+  ScaleChoice choice;
+  choice.chosen = {{kHexagramMethod, RungNear(64)}, {kHexagramMethod, RungNear(256)}};
+  choice.mean.cloud_weights = choice.gaussian.cloud_weights = {small_weight, large_weight};
+  return choice;
+}
+
+EstimatorOptions Automatic(double max_radius = 0.0) {
+  return {.estimator = kAutomaticEstimator, .neighborhood = AutomaticScale{.max_radius = max_radius}};
+}
+
+// What every point of an index gets, by slot.
+std::vector<PointCurvature> Averages(const SpatialIndex& index, const EstimatorOptions& options,
+                                     const ScaleChoice& choice) {
+  std::vector<PointCurvature> points(index.point_count());
+  const PilotTable table;
+  const ChosenEstimates estimates(options, index, table, choice, nullptr, points.data());
+  AutomaticScratch scratch;
+  for (size_t group = 0; group < index.group_count(); ++group) {
+    EXPECT_TRUE(estimates.EstimateGroup(group, scratch).ok());
+    EXPECT_EQ(scratch.rest, 0u);
+    for (size_t i = 0; i < scratch.points.size; ++i) {
+      points[scratch.points.slot[i]] = ChosenEstimates::Blended(scratch, i);
+    }
+  }
+  return points;
+}
+
+std::vector<PointCurvature> Fixed(const TestPoints& cloud, uint32_t count) {
+  const EstimationResult result = MustEstimate(cloud.ToCloud(), {.neighborhood = NeighborCount{count}});
+  const auto points = result.field.points.span();
+  return {points.begin(), points.end()};
+}
+
+TEST(ChosenEstimatesTest, WhatHasLittleWeightDoesNotCount) {
+  const TestPoints sphere = Sphere(2000, 1.0);
+  const SpatialIndex index = BuildIndex(sphere.ToCloud());
+  const std::vector<PointCurvature> small = Fixed(sphere, 64), large = Fixed(sphere, 256);
+  const double least = ChosenEstimates::kLeastWeight;
+  const auto without = Averages(index, Automatic(), TwoScales(1.0 - 0.9 * least, 0.9 * least));
+  const auto with = Averages(index, Automatic(), TwoScales(1.0 - 1.1 * least, 1.1 * least));
+  for (size_t i = 0; i < small.size(); ++i) {
+    ASSERT_EQ(without[i].status, PointStatus::kOk);
+    EXPECT_FLOAT_EQ(without[i].mean, small[i].mean);
+    EXPECT_EQ(without[i].radius, small[i].radius);
+    EXPECT_FLOAT_EQ(with[i].mean,
+                    static_cast<float>((1.0 - 1.1 * least) * small[i].mean + 1.1 * least * large[i].mean));
+    EXPECT_EQ(with[i].radius, large[i].radius);
+  }
+}
+
+TEST(ChosenEstimatesTest, WhatHasLittleWeightCountsWhereNothingElseHasCurvature) {
+  const TestPoints sphere = Sphere(2000, 1.0);
+  const SpatialIndex index = BuildIndex(sphere.ToCloud());
+  const std::vector<PointCurvature> small = Fixed(sphere, 64);
+  // 64 of 2,000 points of a sphere lie within 0.36, 256 within 0.72.
+  const auto averages = Averages(index, Automatic(0.5), TwoScales(0.01, 0.99));
+  for (size_t i = 0; i < small.size(); ++i) {
+    ASSERT_EQ(averages[i].status, PointStatus::kOk);
+    EXPECT_FLOAT_EQ(averages[i].mean, small[i].mean);
+    EXPECT_EQ(averages[i].radius, small[i].radius);
+  }
+}
+
+TEST(ChosenEstimatesTest, OneRunEndsWithTheShortestOfItsEstimates) {
+  const SpatialIndex index = BuildIndex(Sphere(500, 1.0).ToCloud());
+  std::vector<PointCurvature> points(index.point_count());
+  const PilotTable table;
+  const ScaleChoice choice = TwoScales(0.5, 0.5);
+  const EstimatorOptions options = Automatic();
+  const ChosenEstimates estimates(options, index, table, choice, nullptr, points.data());
+  AutomaticScratch scratch;
+  scratch.most_work = 10'000;
+  size_t runs = 0, done = 0;
+  do {
+    scratch.first_point = scratch.rest;
+    ASSERT_TRUE(estimates.EstimateGroup(0, scratch).ok());
+    done += scratch.points.size;
+    EXPECT_EQ(scratch.rest, done == SpatialIndex::kGroupPoints ? 0 : done);
+    ++runs;
+  } while (scratch.rest > 0);
+  EXPECT_EQ(done, SpatialIndex::kGroupPoints);
+  EXPECT_GT(runs, 1u);
+}
+
+}  // namespace
+}  // namespace curvd::testing
