@@ -71,8 +71,12 @@ class ResultsInOrder {
         SpillFile::Create(plan_.directory, ranges, plan_.memory_bytes / 8);
     if (!spill.ok()) return spill.status();
     spill_ = *std::move(spill);
-    absl::Status status =
-        ForEachRow([this](uint64_t id, std::string_view row) { return spill_->Append(id / range_rows_, row); });
+    absl::Status status = ForEachRow([this](uint64_t id, std::string_view row) -> absl::Status {
+      char* record = nullptr;
+      absl::Status extended = spill_->Extend(id / range_rows_, row.size(), record);
+      if (extended.ok()) row.copy(record, row.size());
+      return extended;
+    });
     return status.ok() ? spill_->Finish() : status;
   }
 
