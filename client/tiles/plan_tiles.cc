@@ -198,7 +198,9 @@ class Planner {
     }
     const uint64_t tiles = std::max<uint64_t>((Usable() + request_.tile_points - 1) / request_.tile_points, 1);
     const uint64_t cells = std::min<uint64_t>(wanted_cells, sample.size() / kSampledInCell + 1);
-    plan_.tree = CellTree::Divide(std::move(sample), tiles, std::max<uint64_t>(cells / tiles, 1));
+    plan_.tree = CellTree::Divide(
+        std::move(sample),
+        {.tiles = tiles, .cells_per_tile = std::max<uint64_t>(cells / tiles, 1), .most_extent = MostExtent()});
     return absl::OkStatus();
   }
 
@@ -231,12 +233,14 @@ class Planner {
         return absl::InvalidArgumentError(absl::StrCat(input.path, " has changed while it was read"));
       }
     }
-    // Of the two times kMostSteps that a tile may be long, an eighth is for its halo.
-    const double most_extent =
-        plan_.is_double ? 1.75 * kMostSteps * plan_.spacing : std::numeric_limits<double>::infinity();
-    plan_.tree.MakeTiles(request_.tile_points + request_.tile_points / 10, most_extent);
+    plan_.tree.MakeTiles(request_.tile_points + request_.tile_points / 10, MostExtent());
     plan_.tiles = plan_.tree.TileNodes();
     return spill_->Finish();
+  }
+
+  // Of the two times kMostSteps that a tile may be long, an eighth is for its halo.
+  double MostExtent() const {
+    return plan_.is_double ? 1.75 * kMostSteps * plan_.spacing : std::numeric_limits<double>::infinity();
   }
 
   absl::Status SortBlock(const PointBlock& block, const CellFinder& finder) {

@@ -28,7 +28,7 @@ std::vector<Position> UnevenCloud(size_t count) {
 
 TEST(CellFinder, FindsTheCellsOfTheTreeForAnyNumberOfPoints) {
   const std::vector<Position> positions = UnevenCloud(1003);
-  const CellTree tree = CellTree::Divide(positions, 7, 11);
+  const CellTree tree = CellTree::Divide(positions, {.tiles = 7, .cells_per_tile = 11});
   const CellFinder finder(tree);
   const std::vector<TilePoint> points = PointsOf(positions);
   for (const size_t count : {size_t{0}, size_t{1}, size_t{7}, size_t{8}, size_t{9}, points.size()}) {
@@ -39,7 +39,7 @@ TEST(CellFinder, FindsTheCellsOfTheTreeForAnyNumberOfPoints) {
 }
 
 TEST(CellFinder, PutsPointsOnCutsAndOutsideWhereTheTreeDoes) {
-  const CellTree tree = CellTree::Divide(UnevenCloud(500), 5, 5);
+  const CellTree tree = CellTree::Divide(UnevenCloud(500), {.tiles = 5, .cells_per_tile = 5});
   std::vector<Position> positions = {{-1e300, -1e300, -1e300}, {1e300, 1e300, 1e300}};
   for (const CellNode& node : tree.nodes()) {
     if (node.is_cell()) continue;
@@ -55,7 +55,7 @@ TEST(CellFinder, PutsPointsOnCutsAndOutsideWhereTheTreeDoes) {
 
 TEST(CellFinder, GivesAllPointsTheOneCellOfATreeWithoutCuts) {
   const std::vector<Position> positions = UnevenCloud(20);
-  const CellTree tree = CellTree::Divide(positions, 1, 1);
+  const CellTree tree = CellTree::Divide(positions, {});
   std::vector<int32_t> cells(positions.size(), -1);
   CellFinder(tree).Find(PointsOf(positions), cells);
   EXPECT_EQ(cells, std::vector<int32_t>(positions.size(), 0));
