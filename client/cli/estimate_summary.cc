@@ -86,15 +86,6 @@ void AppendRanges(const PointTable& result, const std::string& suffix, std::stri
   }
 }
 
-using StatusCounts = std::array<uint64_t, kStatusWords.size()>;
-
-void AppendStatuses(const StatusCounts& counts, std::string& text) {
-  for (size_t status = 1; status < kStatusWords.size(); ++status) {
-    if (status > 1 && counts[status] == 0) continue;
-    absl::StrAppendFormat(&text, "  %-22s %14s\n", std::string(kStatusWords[status]), WithCommas(counts[status]));
-  }
-}
-
 // At one of several scales.
 StatusCounts CountStatuses(const PointTable& result, const std::string& suffix) {
   StatusCounts counts{};
@@ -106,20 +97,14 @@ StatusCounts CountStatuses(const PointTable& result, const std::string& suffix) 
 
 void AppendResults(const EstimateReport& report, const PointTable& result, std::string& text) {
   if (report.options.neighbor_counts.empty()) {
-    AppendStatuses(report.summary.status_counts, text);
+    absl::StrAppend(&text, StatusText(report.summary.status_counts));
     return AppendRanges(result, "", text);
   }
   for (const uint32_t count : report.options.neighbor_counts) {
     absl::StrAppend(&text, "  K = ", count, "\n");
-    AppendStatuses(CountStatuses(result, ScaleSuffix(count)), text);
+    absl::StrAppend(&text, StatusText(CountStatuses(result, ScaleSuffix(count))));
     AppendRanges(result, ScaleSuffix(count), text);
   }
-}
-
-nlohmann::ordered_json StatusJson(const StatusCounts& counts) {
-  nlohmann::ordered_json json;
-  for (size_t status = 1; status < kStatusWords.size(); ++status) json[kStatusWords[status]] = counts[status];
-  return json;
 }
 
 nlohmann::ordered_json RangesJson(const PointTable& result, const std::string& suffix) {
@@ -145,6 +130,21 @@ nlohmann::ordered_json ScalesJson(const EstimateReport& report, const PointTable
 }
 
 }  // namespace
+
+std::string StatusText(const StatusCounts& counts) {
+  std::string text;
+  for (size_t status = 1; status < kStatusWords.size(); ++status) {
+    if (status > 1 && counts[status] == 0) continue;
+    absl::StrAppendFormat(&text, "  %-22s %14s\n", std::string(kStatusWords[status]), WithCommas(counts[status]));
+  }
+  return text;
+}
+
+nlohmann::ordered_json StatusJson(const StatusCounts& counts) {
+  nlohmann::ordered_json json;
+  for (size_t status = 1; status < kStatusWords.size(); ++status) json[kStatusWords[status]] = counts[status];
+  return json;
+}
 
 std::string SummaryText(const EstimateReport& report, const PointTable& result) {
   std::string text = absl::StrFormat(

@@ -1,10 +1,12 @@
 // Writes the summary that `curv estimate` prints when it is done.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "client/curvature_client.h"
 #include "client/io/point_table.h"
+#include "client/io/status_counts.h"
 
 namespace curv {
 
@@ -20,6 +22,11 @@ struct EstimateReport {
   double call_seconds = 0.0;
   double write_seconds = 0.0;
 };
+
+// Returns a line for each status that points have, and for `ok` in any case.
+std::string StatusText(const StatusCounts& counts);
+// Returns the counts of all statuses, by their words.
+nlohmann::ordered_json StatusJson(const StatusCounts& counts);
 
 // Returns several lines for people. `result` is what MakeResultTable returned.
 std::string SummaryText(const EstimateReport& report, const PointTable& result);

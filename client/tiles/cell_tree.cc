@@ -1,6 +1,7 @@
 #include "client/tiles/cell_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <iterator>
@@ -10,6 +11,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "client/tiles/cells/neighbor_edges.h"
 
 namespace curv {
 namespace {
@@ -17,6 +19,8 @@ namespace {
 static_assert(std::is_trivially_copyable_v<CellNode>);
 
 constexpr int kMostDepth = 200;
+// Enough that the neighbors which a cut through a tile parts are counted to an eighth or so.
+constexpr uint64_t kEdgePointsInTile = 512;
 
 Box BoxAround(std::span<const Position> points) {
   Box box;
@@ -50,35 +54,123 @@ uint64_t ShareOf(uint64_t parts, size_t part, size_t whole) {
 
 }  // namespace
 
-CellTree CellTree::Divide(std::vector<Position> sample, uint64_t tiles, uint64_t cells_per_tile) {
-  CellTree tree;
-  tree.DivideRange(sample, tiles, cells_per_tile, 0);
-  return tree;
-}
+// Makes the nodes of a tree.
+class CellTree::Divider {
+ public:
+  Divider(const Parts& parts, std::vector<CellNode>& nodes) : parts_(parts), nodes_(nodes) {}
 
-int32_t CellTree::DivideRange(std::span<Position> sample, uint64_t tiles, uint64_t cells_per_tile, int depth) {
-  const auto node = static_cast<int32_t>(nodes_.size());
-  nodes_.emplace_back();
-  const uint64_t parts = tiles > 1 ? tiles : cells_per_tile;
-  const Box box = BoxAround(sample);
-  const size_t axis = box.LongestAxis();
-  if (parts <= 1 || sample.size() < 2 || !(box.Extent(axis) > 0.0) || depth == kMostDepth) return node;
-  const double cut = CutAt(sample, axis, sample.size() * (parts / 2) / parts);
-  const auto lower = static_cast<size_t>(
-      std::partition_point(sample.begin(), sample.end(), [&](const Position& p) { return p[axis] < cut; }) -
-      sample.begin());
-  const uint64_t below = ShareOf(parts, lower, sample.size());
-  const auto divide = [&](std::span<Position> side, uint64_t side_parts) {
-    return tiles > 1 ? DivideRange(side, side_parts, cells_per_tile, depth + 1)
-                     : DivideRange(side, 1, side_parts, depth + 1);
+  void Divide(std::span<Position> sample) {
+    sample_ = sample.size();
+    const uint64_t edge_points = std::min<uint64_t>(sample.size(), kEdgePointsInTile * parts_.tiles);
+    std::vector<NeighborEdge> edges;
+    if (parts_.tiles > 1 || IsTooLong(BoxAround(sample))) edges = EdgesOfNeighbors(sample.first(edge_points));
+    DivideTiles(sample, edges, parts_.tiles, 0);
+  }
+
+ private:
+  struct Cut {
+    size_t axis = 0;
+    double at = 0.0;
+    size_t below = 0;  // points of the sample
   };
-  const int32_t low = divide(sample.first(lower), below);
-  const int32_t high = divide(sample.subspan(lower), parts - below);
-  CellNode& made = nodes_[static_cast<size_t>(node)];
-  made.children = {low, high};
-  made.axis = static_cast<int32_t>(axis);
-  made.cut = cut;
-  return node;
+
+  bool IsTooLong(const Box& box) const { return box.Extent(box.LongestAxis()) > parts_.most_extent; }
+
+  // How many parts of a box are short enough on an axis. A box of a few points is shorter than that of all.
+  uint64_t PartsOf(const Box& box, size_t axis) const {
+    return static_cast<uint64_t>(std::ceil(box.Extent(axis) / parts_.most_extent * (1.0 + 1.0 / 64.0)));
+  }
+
+  static size_t CountBelow(std::span<const Position> sample, size_t axis, double at) {
+    return static_cast<size_t>(
+        std::count_if(sample.begin(), sample.end(), [&](const Position& p) { return p[axis] < at; }));
+  }
+
+  // Cuts what is of several tiles, or too long.
+  int32_t DivideTiles(std::span<Position> sample, std::span<NeighborEdge> edges, uint64_t tiles, int depth) {
+    const Box box = BoxAround(sample);
+    const bool is_divided = tiles > 1 || IsTooLong(box);
+    if (!is_divided || sample.size() < 2 || !(box.Extent(box.LongestAxis()) > 0.0) || depth == kMostDepth) {
+      return DivideCells(sample, CellsOf(sample.size()), depth);
+    }
+    const Cut cut = BestCut(sample, edges, box, tiles);
+    const auto node = static_cast<int32_t>(nodes_.size());
+    nodes_.emplace_back();
+    std::partition(sample.begin(), sample.end(), [&](const Position& p) { return p[cut.axis] < cut.at; });
+    const auto whole = std::partition(edges.begin(), edges.end(),
+                                      [&](const NeighborEdge& edge) { return !edge.IsCut(cut.axis, cut.at); });
+    const auto above =
+        std::partition(edges.begin(), whole, [&](const NeighborEdge& edge) { return edge.a[cut.axis] < cut.at; });
+    const uint64_t tiles_below = tiles > 1 ? ShareOf(tiles, cut.below, sample.size()) : 1;
+    const int32_t low = DivideTiles(sample.first(cut.below), {edges.begin(), above}, tiles_below, depth + 1);
+    const int32_t high =
+        DivideTiles(sample.subspan(cut.below), {above, whole}, tiles > 1 ? tiles - tiles_below : 1, depth + 1);
+    SetCut(node, cut, low, high);
+    return node;
+  }
+
+  // The cut that parts the fewest neighbors: between so many tiles, or in the middle of what is too long.
+  Cut BestCut(std::span<Position> sample, std::span<const NeighborEdge> edges, const Box& box, uint64_t tiles) const {
+    Cut best;
+    uint64_t fewest = 0;
+    std::array<size_t, 3> axes = {0, 1, 2};  // the longest first, which is taken where others are not better
+    std::sort(axes.begin(), axes.end(), [&](size_t a, size_t b) { return box.Extent(a) > box.Extent(b); });
+    for (const size_t axis : axes) {
+      if (!(box.Extent(axis) > 0.0) || (tiles == 1 && box.Extent(axis) <= parts_.most_extent)) continue;
+      Cut cut{.axis = axis};
+      if (tiles > 1) {
+        cut.at = CutAt(sample, axis, sample.size() * (tiles / 2) / tiles);
+      } else {
+        const uint64_t parts = std::max<uint64_t>(PartsOf(box, axis), 2);
+        cut.at = box.low[axis] + box.Extent(axis) * static_cast<double>(parts / 2) / static_cast<double>(parts);
+      }
+      cut.below = CountBelow(sample, axis, cut.at);
+      const auto parted = static_cast<uint64_t>(std::count_if(
+          edges.begin(), edges.end(), [&](const NeighborEdge& edge) { return edge.IsCut(axis, cut.at); }));
+      if (best.below == 0 || parted < fewest) {
+        best = cut;
+        fewest = parted;
+      }
+    }
+    return best;
+  }
+
+  // The cells of a tile with so many points of the sample.
+  uint64_t CellsOf(size_t points) const {
+    return std::max<uint64_t>(points * parts_.tiles * parts_.cells_per_tile / sample_, 1);
+  }
+
+  int32_t DivideCells(std::span<Position> sample, uint64_t cells, int depth) {
+    const auto node = static_cast<int32_t>(nodes_.size());
+    nodes_.emplace_back();
+    const Box box = BoxAround(sample);
+    Cut cut{.axis = box.LongestAxis()};
+    if (cells <= 1 || sample.size() < 2 || !(box.Extent(cut.axis) > 0.0) || depth == kMostDepth) return node;
+    cut.at = CutAt(sample, cut.axis, sample.size() * (cells / 2) / cells);
+    cut.below = CountBelow(sample, cut.axis, cut.at);
+    const uint64_t cells_below = ShareOf(cells, cut.below, sample.size());
+    const int32_t low = DivideCells(sample.first(cut.below), cells_below, depth + 1);
+    const int32_t high = DivideCells(sample.subspan(cut.below), cells - cells_below, depth + 1);
+    SetCut(node, cut, low, high);
+    return node;
+  }
+
+  void SetCut(int32_t node, const Cut& cut, int32_t low, int32_t high) {
+    CellNode& made = nodes_[static_cast<size_t>(node)];
+    made.children = {low, high};
+    made.axis = static_cast<int32_t>(cut.axis);
+    made.cut = cut.at;
+  }
+
+  const Parts& parts_;
+  std::vector<CellNode>& nodes_;
+  size_t sample_ = 0;  // points
+};
+
+CellTree CellTree::Divide(std::vector<Position> sample, const Parts& parts) {
+  CellTree tree;
+  Divider(parts, tree.nodes_).Divide(sample);
+  return tree;
 }
 
 int32_t CellTree::MakeTiles(uint64_t most_points, double most_extent) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -32,10 +33,19 @@ class CellTree {
  public:
   CellTree() = default;
 
+  // How to divide.
+  struct Parts {
+    uint64_t tiles = 1;                                            // 1 or more
+    uint64_t cells_per_tile = 1;                                   // 1 or more
+    double most_extent = std::numeric_limits<double>::infinity();  // of a tile, on any axis; above 0
+  };
+
   // Divides space so that each of `tiles` parts, and within them each of `cells_per_tile` cells, hold about as many
-  // points of the sample: across the longest extent, where it is. Points at one place stay together, so there may be
-  // fewer cells. Takes O(n log n). REQUIRES: the sample is not empty, and finite; both counts are 1 or more.
-  static CellTree Divide(std::vector<Position> sample, uint64_t tiles, uint64_t cells_per_tile);
+  // points of the sample. Tiles are cut where few neighbors are parted (NeighborEdges), and what is longer than
+  // `most_extent` then, in the middle, into parts of fewer points. Cells are cut across the longest extent. Points at
+  // one place stay together, so there may be fewer cells. Takes O(n log n). REQUIRES: the sample is not empty, finite,
+  // and in random order.
+  static CellTree Divide(std::vector<Position> sample, const Parts& parts);
 
   // Reads what Bytes returned. INVALID_ARGUMENT if the bytes are of no tree, with counts, boxes and tiles that fit.
   static absl::StatusOr<CellTree> Parse(std::string_view bytes);
@@ -80,7 +90,7 @@ class CellTree {
   double RadiusOf(const Position& p, uint64_t count) const;
 
  private:
-  int32_t DivideRange(std::span<Position> sample, uint64_t tiles, uint64_t cells_per_tile, int depth);
+  class Divider;
   void SumUp(int32_t node, uint64_t& first);
   void MakeTilesBelow(int32_t node, uint64_t most_points, double most_extent, int32_t& tiles);
 

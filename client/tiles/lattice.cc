@@ -30,7 +30,8 @@ double LatticeSpacing(std::span<const Position> sample, uint64_t points) {
   }
   if (largest == 0.0) return 1.0;
   const double finest = PowerOfTwoBelow(largest) / kDoubleSteps;
-  CellTree tree = CellTree::Divide({sample.begin(), sample.end()}, 1, sample.size() / kPointsInCell + 1);
+  CellTree tree =
+      CellTree::Divide({sample.begin(), sample.end()}, {.cells_per_tile = sample.size() / kPointsInCell + 1});
   for (const Position& p : sample) tree.Count(tree.CellOf(p), p);
   const double points_each = static_cast<double>(points) / static_cast<double>(sample.size());
   std::vector<double> distances;

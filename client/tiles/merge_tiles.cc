@@ -71,8 +71,12 @@ class ResultsInOrder {
         SpillFile::Create(plan_.directory, ranges, plan_.memory_bytes / 8);
     if (!spill.ok()) return spill.status();
     spill_ = *std::move(spill);
-    absl::Status status =
-        ForEachRow([this](uint64_t id, std::string_view row) { return spill_->Append(id / range_rows_, row); });
+    absl::Status status = ForEachRow([this](uint64_t id, std::string_view row) -> absl::Status {
+      char* record = nullptr;
+      absl::Status extended = spill_->Extend(id / range_rows_, row.size(), record);
+      if (extended.ok()) row.copy(record, row.size());
+      return extended;
+    });
     return status.ok() ? spill_->Finish() : status;
   }
 
@@ -225,14 +229,24 @@ std::vector<Column> ToColumns(const Columns& columns, std::string_view rows, uin
   return made;
 }
 
+// Adds to the counts what a block of results says. A value that this client does not know counts as unspecified.
+void CountStatuses(const std::vector<Column>& columns, StatusCounts& counts) {
+  for (const Column& column : columns) {
+    const auto* values = std::get_if<std::vector<uint8_t>>(&column.values);
+    if (column.name != "status" || values == nullptr) continue;
+    for (const uint8_t value : *values) ++counts[value < counts.size() ? value : 0];
+  }
+}
+
 }  // namespace
 
-absl::Status MergeTiles(const TilePlan& plan, const std::string& output, const SaveOptions& save,
-                        const ResultJoin& join, const std::stop_token& stop,
-                        const std::function<void(uint64_t points)>& progress) {
+absl::StatusOr<StatusCounts> MergeTiles(const TilePlan& plan, const std::string& output, const SaveOptions& save,
+                                        const ResultJoin& join, const std::stop_token& stop,
+                                        const std::function<void(uint64_t points)>& progress) {
   ResultsInOrder results(plan);
   if (absl::Status status = results.Prepare(); !status.ok()) return status;
   Output out(plan, output, save);
+  StatusCounts counts{};
   std::string rows;
   absl::Status status =
       ForEachPlannedBlock(plan, ReadingBounds::For(plan.memory_bytes), [&](const PointBlock& block) -> absl::Status {
@@ -247,11 +261,14 @@ absl::Status MergeTiles(const TilePlan& plan, const std::string& output, const S
                                                             " columns have other types than in the first one"));
         }
         std::vector<Column> columns = ToColumns(results.columns(), rows, count, results.row_bytes());
+        CountStatuses(columns, counts);
         if (absl::Status status = out.Append(join(std::move(kept), std::move(columns))); !status.ok()) return status;
         if (progress) progress(block.first_id + count);
         return absl::OkStatus();
       });
-  return status.ok() ? out.Commit() : status;
+  if (status.ok()) status = out.Commit();
+  if (!status.ok()) return status;
+  return counts;
 }
 
 }  // namespace curv

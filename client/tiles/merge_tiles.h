@@ -6,8 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "client/io/point_table.h"
+#include "client/io/status_counts.h"
 #include "client/io/table_file.h"
 #include "client/tiles/tile_plan.h"
 
@@ -19,13 +20,14 @@ using ResultJoin = std::function<PointTable(PointTable input, std::vector<Column
 // Writes the points of all inputs, in their order, with their results, as one file. Reads and writes large parts one
 // after the other, whatever the order of the inputs, in the plan's memory. Where results are larger than memory, they
 // are sorted on disk before, in the plan's directory. Formats that are written as a whole (TableStream) take only what
-// fits into memory. `progress` is called with the points that are written. Errors:
+// fits into memory. Returns how many points have each status. `progress` is called with the points that are written.
+// Errors:
 // - FAILED_PRECONDITION: tiles are not done; an input has changed; a file of results is damaged
 // - RESOURCE_EXHAUSTED: the format is written as a whole, and the result is too large for that
 // - DATA_LOSS: the output, or the sorted results, cannot be written
 // - CANCELLED: `stop` was requested
-absl::Status MergeTiles(const TilePlan& plan, const std::string& output, const SaveOptions& save,
-                        const ResultJoin& join, const std::stop_token& stop,
-                        const std::function<void(uint64_t points)>& progress);
+absl::StatusOr<StatusCounts> MergeTiles(const TilePlan& plan, const std::string& output, const SaveOptions& save,
+                                        const ResultJoin& join, const std::stop_token& stop,
+                                        const std::function<void(uint64_t points)>& progress);
 
 }  // namespace curv

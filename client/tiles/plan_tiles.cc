@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/io/atomic_file.h"
+#include "client/tiles/cells/cell_finder.h"
 #include "client/tiles/input_points.h"
 #include "client/tiles/lattice.h"
 #include "client/tiles/sample.h"
@@ -197,7 +198,9 @@ class Planner {
     }
     const uint64_t tiles = std::max<uint64_t>((Usable() + request_.tile_points - 1) / request_.tile_points, 1);
     const uint64_t cells = std::min<uint64_t>(wanted_cells, sample.size() / kSampledInCell + 1);
-    plan_.tree = CellTree::Divide(std::move(sample), tiles, std::max<uint64_t>(cells / tiles, 1));
+    plan_.tree = CellTree::Divide(
+        std::move(sample),
+        {.tiles = tiles, .cells_per_tile = std::max<uint64_t>(cells / tiles, 1), .most_extent = MostExtent()});
     return absl::OkStatus();
   }
 
@@ -217,9 +220,10 @@ class Planner {
         SpillFile::Create(plan_.directory, buckets, request_.memory_bytes / 8);
     if (!spill.ok()) return spill.status();
     spill_ = *std::move(spill);
-    absl::Status status = ForEachBlock(plan_.inputs, Bounds(), [this](const PointBlock& block) {
+    const CellFinder finder(plan_.tree);
+    absl::Status status = ForEachBlock(plan_.inputs, Bounds(), [&](const PointBlock& block) {
       if (absl::Status step = Step("sorting", block.first_id, plan_.points); !step.ok()) return step;
-      return SortBlock(block);
+      return SortBlock(block, finder);
     });
     if (!status.ok()) return status;
     for (const TileInput& input : plan_.inputs) {
@@ -229,28 +233,34 @@ class Planner {
         return absl::InvalidArgumentError(absl::StrCat(input.path, " has changed while it was read"));
       }
     }
-    // Of the two times kMostSteps that a tile may be long, an eighth is for its halo.
-    const double most_extent =
-        plan_.is_double ? 1.75 * kMostSteps * plan_.spacing : std::numeric_limits<double>::infinity();
-    plan_.tree.MakeTiles(request_.tile_points + request_.tile_points / 10, most_extent);
+    plan_.tree.MakeTiles(request_.tile_points + request_.tile_points / 10, MostExtent());
     plan_.tiles = plan_.tree.TileNodes();
     return spill_->Finish();
   }
 
-  absl::Status SortBlock(const PointBlock& block) {
+  // Of the two times kMostSteps that a tile may be long, an eighth is for its halo.
+  double MostExtent() const {
+    return plan_.is_double ? 1.75 * kMostSteps * plan_.spacing : std::numeric_limits<double>::infinity();
+  }
+
+  absl::Status SortBlock(const PointBlock& block, const CellFinder& finder) {
     bool is_double = false;
     if (absl::Status status = ExtractPoints(block, points_, is_double); !status.ok()) return status;
-    std::string record(sizeof(int32_t) + StoredBytes(plan_.is_double), '\0');
-    for (TilePoint& point : points_) {
-      if (!IsUsable(point)) continue;
-      if (plan_.is_double) point.position = OnLattice(point.position, plan_.spacing);
-      const int32_t cell = plan_.tree.CellOf(point.position);
-      plan_.tree.Count(cell, point.position);
-      std::memcpy(record.data(), &cell, sizeof(cell));
-      PackPoint(point, plan_.is_double, record.data() + sizeof(cell));
-      if (absl::Status status = spill_->Append(bucket_of_[static_cast<size_t>(cell)], record); !status.ok()) {
-        return status;
-      }
+    std::erase_if(points_, [](const TilePoint& point) { return !IsUsable(point); });
+    if (plan_.is_double) {
+      for (TilePoint& point : points_) point.position = OnLattice(point.position, plan_.spacing);
+    }
+    cells_.resize(points_.size());
+    finder.Find(points_, cells_);
+    const size_t record_bytes = sizeof(int32_t) + StoredBytes(plan_.is_double);
+    for (size_t i = 0; i < points_.size(); ++i) {
+      const int32_t cell = cells_[i];
+      plan_.tree.Count(cell, points_[i].position);
+      char* record = nullptr;
+      absl::Status status = spill_->Extend(bucket_of_[static_cast<size_t>(cell)], record_bytes, record);
+      if (!status.ok()) return status;
+      std::memcpy(record, &cell, sizeof(cell));
+      PackPoint(points_[i], plan_.is_double, record + sizeof(cell));
     }
     return absl::OkStatus();
   }
@@ -273,6 +283,7 @@ class Planner {
       if (points == 0) break;
       if (absl::Status step = Step("writing", nodes[begin].first, Usable()); !step.ok()) return step;
       if (absl::Status status = WriteCells(begin, end, points, *store); !status.ok()) return status;
+      if (end == nodes.size() || bucket_of_[end] != bucket_of_[begin]) spill_->Drop(bucket_of_[begin]);
       begin = end;
     }
     spill_.reset();
@@ -324,6 +335,7 @@ class Planner {
   TilePlan plan_;
   std::vector<std::string> notes_;
   std::vector<TilePoint> points_;    // of the block at hand
+  std::vector<int32_t> cells_;       // of these
   std::vector<uint32_t> bucket_of_;  // of each node that is a cell
   std::unique_ptr<SpillFile> spill_;
 };

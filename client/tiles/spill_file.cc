@@ -38,19 +38,14 @@ absl::Status SpillFile::Error(const char* action, int error_number) const {
       absl::StrCat("cannot ", action, " a temporary file in ", directory_, ": ", std::strerror(error_number)));
 }
 
-absl::Status SpillFile::Append(size_t bucket, std::string_view record) {
-  Bucket& to = buckets_[bucket];
-  if (to.bytes == 0) to.buffer.reserve(piece_bytes_);
-  if (to.buffer.size() + record.size() > piece_bytes_) {
-    if (absl::Status status = Flush(to); !status.ok()) return status;
-  }
-  to.buffer.append(record);
-  to.bytes += record.size();
+absl::Status SpillFile::MakeRoom(Bucket& bucket) {
+  if (absl::Status status = Flush(bucket); !status.ok()) return status;
+  bucket.buffer.resize(piece_bytes_);
   return absl::OkStatus();
 }
 
 absl::Status SpillFile::Flush(Bucket& bucket) {
-  std::string_view bytes = bucket.buffer;
+  std::string_view bytes(bucket.buffer.data(), bucket.buffered);
   if (bytes.empty()) return absl::OkStatus();
   bucket.pieces.push_back({end_, bytes.size()});
   while (!bytes.empty()) {
@@ -60,7 +55,7 @@ absl::Status SpillFile::Flush(Bucket& bucket) {
     bytes.remove_prefix(static_cast<size_t>(written));
     end_ += static_cast<uint64_t>(written);
   }
-  bucket.buffer.clear();
+  bucket.buffered = 0;
   return absl::OkStatus();
 }
 
@@ -70,6 +65,14 @@ absl::Status SpillFile::Finish() {
     bucket.buffer = std::string();
   }
   return absl::OkStatus();
+}
+
+void SpillFile::Drop(size_t bucket) {
+  for (const Piece& piece : buckets_[bucket].pieces) {
+    fallocate(descriptor_, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, static_cast<off_t>(piece.at),
+              static_cast<off_t>(piece.bytes));
+  }
+  buckets_[bucket].pieces.clear();
 }
 
 absl::Status SpillFile::Read(size_t bucket, const std::function<absl::Status(std::string_view records)>& take) const {

@@ -25,13 +25,22 @@ class SpillFile {
   SpillFile& operator=(const SpillFile&) = delete;
   ~SpillFile();
 
-  // Appends a record to a bucket. DATA_LOSS saying why it cannot be written.
-  absl::Status Append(size_t bucket, std::string_view record);
-  // Writes what is left in memory, and gives the memory back. Called once, after the last Append.
+  // Appends a record of `bytes` bytes to a bucket, and sets `record` to where the caller writes it before the next
+  // call. DATA_LOSS saying why something cannot be written. REQUIRES: 1 <= bytes <= 16384.
+  absl::Status Extend(size_t bucket, size_t bytes, char*& record) {
+    Bucket& to = buckets_[bucket];
+    if (to.buffered + bytes > to.buffer.size()) {
+      if (absl::Status status = MakeRoom(to); !status.ok()) return status;
+    }
+    record = to.buffer.data() + to.buffered;
+    to.buffered += bytes;
+    return absl::OkStatus();
+  }
+  // Writes what is left in memory, and gives the memory back. Called once, after the last Extend.
   absl::Status Finish();
 
-  // How many bytes a bucket has.
-  uint64_t BytesOf(size_t bucket) const { return buckets_[bucket].bytes; }
+  // Gives a bucket's place on disk back, where the file system can. REQUIRES: the bucket is not read again.
+  void Drop(size_t bucket);
   // Hands out a bucket's bytes in the order in which they came, whole records at a time. Errors are those of `take`, or
   // DATA_LOSS. REQUIRES: Finish was called.
   absl::Status Read(size_t bucket, const std::function<absl::Status(std::string_view records)>& take) const;
@@ -42,14 +51,15 @@ class SpillFile {
     uint64_t bytes;
   };
   struct Bucket {
-    std::string buffer;
+    std::string buffer;  // as long as a piece, once there is a record
+    size_t buffered = 0;
     std::vector<Piece> pieces;
-    uint64_t bytes = 0;
   };
 
   SpillFile(std::string directory, int descriptor, size_t buckets, size_t piece_bytes)
       : directory_(std::move(directory)), descriptor_(descriptor), piece_bytes_(piece_bytes), buckets_(buckets) {}
   absl::Status Error(const char* action, int error_number) const;
+  absl::Status MakeRoom(Bucket& bucket);
   absl::Status Flush(Bucket& bucket);
 
   const std::string directory_;

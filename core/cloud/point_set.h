@@ -38,6 +38,15 @@ class PointSet {
   // The place of the point in the order of the input.
   size_t place_of(int32_t rank) const { return static_cast<size_t>(is_reordered_ ? places_[rank] : rank); }
 
+  // Fetches what is_query and slot_of read, for soon: neighbors lie anywhere in the order of ids.
+  void Prefetch(int32_t rank) const {
+    if (has_roles_) {
+      __builtin_prefetch(&slots_[rank]);
+    } else if (is_reordered_) {
+      __builtin_prefetch(&places_[rank]);
+    }
+  }
+
   // Points added, and those of them that get a result.
   size_t size() const { return size_; }
   size_t query_count() const { return query_count_; }

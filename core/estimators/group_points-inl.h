@@ -29,6 +29,10 @@ HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& 
   out.box = {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
   for (size_t leaf = first; leaf < last; ++leaf) {
     const SpatialIndex::LeafPositions& points = index.positions(leaf);
+    for (int i = 0; i < index.LeafPoints(leaf); ++i) set.Prefetch(points.id[i]);
+  }
+  for (size_t leaf = first; leaf < last; ++leaf) {
+    const SpatialIndex::LeafPositions& points = index.positions(leaf);
     const SpatialIndex::LeafNormals& normals = index.normals(leaf);
     const int count = index.LeafPoints(leaf);
     for (int i = 0; i < count; ++i) {
@@ -47,7 +51,6 @@ HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& 
       out.query.Set(out.size, position);
       out.normal.Set(out.size, normal);
       out.rank[out.size] = points.id[i];
-      out.seed[out.size] = set.seed_of(points.id[i]);
       out.slot[out.size] = is_query ? set.slot_of(points.id[i]) : GroupPoints::kNoSlot;
       out.place[out.size++] = static_cast<int32_t>(leaf * SpatialIndex::kLeafSize) + i;
     }

@@ -39,7 +39,6 @@ struct GroupPoints {
   GroupVectors query;                         // position, in the index's unit
   GroupVectors normal;                        // the point's own, of unit length
   int32_t rank[SpatialIndex::kGroupPoints];   // decides between equal distances
-  uint64_t seed[SpatialIndex::kGroupPoints];  // what the random strategies draw by
   size_t slot[SpatialIndex::kGroupPoints];    // where the result goes; kNoSlot where there will be none
   int32_t place[SpatialIndex::kGroupPoints];  // in the tree order
   // Set once a point's neighborhood is known (PreparePoints), and lowered by what finds that it has no curvature.

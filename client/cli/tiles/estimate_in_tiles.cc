@@ -12,6 +12,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
 #include "client/cli/connection.h"
+#include "client/cli/estimate_summary.h"
 #include "client/cli/files/batch.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
@@ -52,15 +53,16 @@ class TiledEstimate {
     if (const ExitCode code = FindOrMakePlan(server->max_points); code != ExitCode::kOk) return code;
     const absl::StatusOr<RunOutcome> outcome =
         RunWithProgress(plan_, RunRequest(), **connection, options_, interrupt_.token());
-    absl::Status status = outcome.status();
-    if (status.ok()) status = MergeWithProgress(plan_, flags_.output, flags_.save, interrupt_.token());
-    if (!status.ok()) {
-      const ExitCode code = FailTiles(status);
+    const absl::StatusOr<StatusCounts> counts =
+        outcome.ok() ? MergeWithProgress(plan_, flags_.output, flags_.save, interrupt_.token())
+                     : absl::StatusOr<StatusCounts>(outcome.status());
+    if (!counts.ok()) {
+      const ExitCode code = FailTiles(counts.status());
       PrintNote(absl::StrCat("the tiles that are done are in ", directory_, ": the same command goes on with them"));
       return code;
     }
     if (const absl::Status removed = RemovePlan(plan_); !removed.ok()) PrintWarning(std::string(removed.message()));
-    PrintSummary(*outcome, absl::ToDoubleSeconds(absl::Now() - start));
+    PrintSummary(*outcome, *counts, absl::ToDoubleSeconds(absl::Now() - start));
     return ExitCode::kOk;
   }
 
@@ -121,13 +123,14 @@ class TiledEstimate {
     return absl::OkStatus();
   }
 
-  void PrintSummary(const RunOutcome& outcome, double seconds) const {
+  void PrintSummary(const RunOutcome& outcome, const StatusCounts& counts, double seconds) const {
     if (flags_.summary == "json") {
       std::fputs(ToJsonLine({{"input", flags_.inputs.front()},
                              {"output", flags_.output},
                              {"server", flags_.connection.server.empty() ? "embedded" : flags_.connection.server},
                              {"points", plan_.points},
                              {"unusable_points", plan_.unusable},
+                             {"status", StatusJson(counts)},
                              {"tiles", plan_.tiles.size()},
                              {"tiles_done_before", plan_.tiles.size() - outcome.tiles},
                              {"halo_points", outcome.halo_points},
@@ -139,9 +142,9 @@ class TiledEstimate {
                  stdout);
       return;
     }
-    std::printf("%s: %s in %s, %s\n  wrote %s\n", Visible(flags_.inputs.front()).c_str(),
+    std::printf("%s: %s in %s, %s\n%s  wrote %s\n", Visible(flags_.inputs.front()).c_str(),
                 CountOf(plan_.points, "point").c_str(), CountOf(plan_.tiles.size(), "tile").c_str(),
-                Clock(seconds).c_str(), Visible(flags_.output).c_str());
+                Clock(seconds).c_str(), StatusText(counts).c_str(), ShownOutput(flags_.output).c_str());
   }
 
   const EstimateFlags& flags_;

@@ -3,8 +3,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "client/cli/estimate_summary.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/json.h"
 #include "client/cli/numbers.h"
 #include "client/cli/tiles/tile_commands.h"
 #include "client/cli/tiles/tile_steps.h"
@@ -17,7 +19,21 @@ struct MergeFlags {
   std::string directory;
   std::string output;
   SaveOptions save;
+  std::string summary = "text";
 };
+
+void PrintSummary(const MergeFlags& flags, const TilePlan& plan, const StatusCounts& counts) {
+  if (flags.summary == "json") {
+    const auto json = ToJsonLine({{"directory", flags.directory},
+                                  {"output", flags.output},
+                                  {"points", plan.points},
+                                  {"status", StatusJson(counts)}});
+    std::fputs(json.c_str(), SummaryStream(flags.output));
+    return;
+  }
+  std::fprintf(SummaryStream(flags.output), "%s: %s\n%s", ShownOutput(flags.output).c_str(),
+               CountOf(plan.points, "point").c_str(), StatusText(counts).c_str());
+}
 
 ExitCode Run(const MergeFlags& flags) {
   const absl::Status writable = CheckWritable(flags.output, flags.save);
@@ -25,10 +41,9 @@ ExitCode Run(const MergeFlags& flags) {
   const absl::StatusOr<TilePlan> plan = LoadPlan(flags.directory);
   if (!plan.ok()) return FailTiles(plan.status());
   const InterruptWatch interrupt;
-  const absl::Status status = MergeWithProgress(*plan, flags.output, flags.save, interrupt.token());
-  if (!status.ok()) return FailTiles(status);
-  std::fprintf(SummaryStream(flags.output), "%s: %s\n", ShownOutput(flags.output).c_str(),
-               CountOf(plan->points, "point").c_str());
+  const absl::StatusOr<StatusCounts> counts = MergeWithProgress(*plan, flags.output, flags.save, interrupt.token());
+  if (!counts.ok()) return FailTiles(counts.status());
+  PrintSummary(flags, *plan, *counts);
   return ExitCode::kOk;
 }
 
@@ -45,6 +60,9 @@ void AddTilesMerge(CLI::App& tiles, Action& action) {
       ->required()
       ->option_text("OUT");
   AddFormatFlags(*command, flags->save);
+  command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
+      ->check(CLI::IsMember({"text", "json"}).description(""))
+      ->option_text("FORMAT");
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }
 

@@ -27,6 +27,22 @@ TileAnswer AnswerOf(CurvatureResult result, bool keep_radius) {
   return answer;
 }
 
+// Whether an estimate draws random numbers by the points' ids. Else these decide between equal distances alone, for
+// which it is enough that the points come in the order of their ids.
+bool DrawsByIds(Estimator estimator) {
+  switch (estimator) {
+    case Estimator::kAvgHexagram:
+    case Estimator::kHexagram:
+    case Estimator::kJetFitting:
+    case Estimator::kAlgebraicShapeOperator:
+    case Estimator::kNormalRegression:
+    case Estimator::kDelaunay:
+      return false;
+    default:
+      return true;
+  }
+}
+
 }  // namespace
 
 TileEstimator EstimatorOn(const Connection& connection, const EstimateOptions& options, double reach_factor,
@@ -40,7 +56,8 @@ TileEstimator EstimatorOn(const Connection& connection, const EstimateOptions& o
              const FloatArrays& cloud, const std::vector<uint32_t>& queries) -> absl::StatusOr<TileAnswer> {
     std::vector<PointRole> roles(cloud.ids.size(), PointRole::kHalo);
     for (const uint32_t query : queries) roles[query] = PointRole::kQuery;
-    const CloudView view = CloudView(cloud.positions, cloud.normals).WithIds(cloud.ids).WithRoles(roles);
+    CloudView view = CloudView(cloud.positions, cloud.normals).WithRoles(roles);
+    if (DrawsByIds(asked.estimator)) view = view.WithIds(cloud.ids);
     EstimateOptions options = asked;
     // So that also what lies between positions, as the targets of hexagrams do, is the same from whichever origin.
     if (cloud.spacing > 0.0) options.lattice = PositionLattice{.spacing = cloud.spacing, .origin = {}};

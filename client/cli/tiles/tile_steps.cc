@@ -54,8 +54,8 @@ absl::StatusOr<RunOutcome> RunWithProgress(const TilePlan& plan, const RunReques
   return outcome;
 }
 
-absl::Status MergeWithProgress(const TilePlan& plan, const std::string& output, const SaveOptions& save,
-                               const std::stop_token& stop) {
+absl::StatusOr<StatusCounts> MergeWithProgress(const TilePlan& plan, const std::string& output, const SaveOptions& save,
+                                               const std::stop_token& stop) {
   TilesBar bar;
   return MergeTiles(plan, output, save, JoinResults, stop,
                     [&](uint64_t points) { bar.Show("merging", points, plan.points); });

@@ -7,6 +7,7 @@
 #include "absl/status/statusor.h"
 #include "client/cli/connection.h"
 #include "client/curvature_client.h"
+#include "client/io/status_counts.h"
 #include "client/io/table_file.h"
 #include "client/tiles/plan_tiles.h"
 #include "client/tiles/run_tiles.h"
@@ -21,7 +22,7 @@ absl::StatusOr<RunOutcome> RunWithProgress(const TilePlan& plan, const RunReques
                                            const Connection& connection, const EstimateOptions& options,
                                            const std::stop_token& stop);
 // MergeTiles.
-absl::Status MergeWithProgress(const TilePlan& plan, const std::string& output, const SaveOptions& save,
-                               const std::stop_token& stop);
+absl::StatusOr<StatusCounts> MergeWithProgress(const TilePlan& plan, const std::string& output, const SaveOptions& save,
+                                               const std::stop_token& stop);
 
 }  // namespace curv

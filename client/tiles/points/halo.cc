@@ -50,6 +50,41 @@ double MeasureRadius(std::span<const TilePoint> points, uint64_t neighbors) {
   return std::sqrt(squares[1]);
 }
 
+// Finds boxes around a few near points each, which together hold all points that are nearer than `width` to one of the
+// other boxes.
+class PieceFinder {
+ public:
+  PieceFinder(std::span<const Box> others, double width) : others_(others), width_(width) {}
+
+  // Changes the order of the points.
+  std::vector<Box> Find(std::span<Position> points) {
+    FindAmong(points);
+    return std::move(pieces_);
+  }
+
+ private:
+  static constexpr size_t kPointsInPiece = 16;  // about as long as a halo is wide, so that it is hardly wider for them
+
+  void FindAmong(std::span<Position> points) {
+    Box box;
+    for (const Position& p : points) box.Add(p);
+    if (std::none_of(others_.begin(), others_.end(), [&](const Box& o) { return o.DistanceTo(box) < width_; })) return;
+    if (points.size() <= kPointsInPiece) {
+      pieces_.push_back(box);
+      return;
+    }
+    const size_t axis = box.LongestAxis(), half = points.size() / 2;
+    std::nth_element(points.begin(), points.begin() + static_cast<ptrdiff_t>(half), points.end(),
+                     [axis](const Position& a, const Position& b) { return a[axis] < b[axis]; });
+    FindAmong(points.first(half));
+    FindAmong(points.subspan(half));
+  }
+
+  const std::span<const Box> others_;
+  const double width_;
+  std::vector<Box> pieces_;
+};
+
 // Finds out which points go along with a tile.
 class HaloReader {
  public:
@@ -76,6 +111,11 @@ class HaloReader {
 
   const CellNode& OwnAt(uint32_t own) const { return NodeAt(plan_, result_.own[own].cell); }
 
+  // REQUIRES: it is one of the tile's cells.
+  std::span<const TilePoint> PointsOf(const CellNode& cell) const {
+    return std::span(points_).subspan(cell.first - own_.first, cell.count);
+  }
+
   void FindOwnCells() {
     for (int32_t node = root_; static_cast<size_t>(node) < plan_.tree.nodes().size(); ++node) {
       const CellNode& at = NodeAt(plan_, node);
@@ -90,12 +130,12 @@ class HaloReader {
     const uint64_t neighbors = plan_.reach.neighbor_count;
     if (neighbors == 0) return expected * std::min(factor_, 1.0 + 1e-9);
     if (at.count < 2 * neighbors) return expected * factor_;
-    const std::span<const TilePoint> points = std::span(points_).subspan(at.first - own_.first, at.count);
-    return plan_.reach.Around(MeasureRadius(points, neighbors)) * factor_;
+    return plan_.reach.Around(MeasureRadius(PointsOf(at), neighbors)) * factor_;
   }
 
   void FindPairs() {
     const double limit = WidestHalo(plan_, own_.box);
+    pieces_.resize(result_.own.size());
     for (uint32_t own = 0; own < result_.own.size(); ++own) {
       const int32_t cell = result_.own[own].cell;
       // Twice as far as the box of a cell makes one expect, no halo goes. Most cells have no other tile so near.
@@ -110,6 +150,7 @@ class HaloReader {
       for (const auto& [distance, other] : others) {
         if (distance < width) pairs_.push_back({other, own});
       }
+      if (!pairs_.empty() && pairs_.back().own == own) FindPieces(own, others);
     }
     std::sort(pairs_.begin(), pairs_.end(),
               [](const Pair& a, const Pair& b) { return std::pair(a.other, a.own) < std::pair(b.other, b.own); });
@@ -153,9 +194,9 @@ class HaloReader {
       if (!status.ok()) return status;
       ReadCell& read = result_.read.emplace_back();
       read.cell = cell;
-      const std::span<const Pair> pairs = std::span(pairs_).subspan(begin, end - begin);
+      const std::vector<Piece> pieces = PiecesNear(std::span(pairs_).subspan(begin, end - begin));
       for (const TilePoint& point : others) {
-        if (GoesAlong(point.position, pairs)) {
+        if (IsNear(point.position, pieces)) {
           points_.push_back(point);
         } else {
           read.left_out.push_back(point.position);
@@ -165,10 +206,40 @@ class HaloReader {
     return absl::OkStatus();
   }
 
-  bool GoesAlong(const Position& p, std::span<const Pair> pairs) const {
-    return std::any_of(pairs.begin(), pairs.end(), [&](const Pair& pair) {
-      return OwnAt(pair.own).box.DistanceTo(p) < result_.own[pair.own].width;
-    });
+  // A piece of one of the tile's cells, and its cell's halo.
+  struct Piece {
+    Box box;
+    double width;
+  };
+
+  // Finds the pieces of a cell of the tile whose halo reaches other cells.
+  void FindPieces(uint32_t own, std::span<const std::pair<double, int32_t>> others) {
+    std::vector<Box> boxes;
+    for (const auto& [distance, other] : others) {
+      if (distance < result_.own[own].width) boxes.push_back(NodeAt(plan_, other).box);
+    }
+    std::vector<Position> positions;
+    positions.reserve(OwnAt(own).count);
+    for (const TilePoint& point : PointsOf(OwnAt(own))) positions.push_back(point.position);
+    pieces_[own] = PieceFinder(boxes, result_.own[own].width).Find(positions);
+  }
+
+  // The pieces whose halo the other cell of these pairs is in. A cell's own box would hold places that its points are
+  // not near to, where a surface is not parallel to the axes.
+  std::vector<Piece> PiecesNear(std::span<const Pair> pairs) const {
+    std::vector<Piece> near;
+    for (const Pair& pair : pairs) {
+      const double width = result_.own[pair.own].width;
+      for (const Box& box : pieces_[pair.own]) {
+        if (box.DistanceTo(NodeAt(plan_, pair.other).box) < width) near.push_back({box, width});
+      }
+    }
+    return near;
+  }
+
+  static bool IsNear(const Position& p, std::span<const Piece> pieces) {
+    return std::any_of(pieces.begin(), pieces.end(),
+                       [&](const Piece& piece) { return piece.box.DistanceTo(p) < piece.width; });
   }
 
   // Puts all points in the order of their ids.
@@ -200,8 +271,9 @@ class HaloReader {
   const int32_t root_;
   const CellNode& own_;
   const double factor_;
-  std::vector<TilePoint> points_;  // those of the tile in the order of the store, and then the halo's
-  std::vector<Pair> pairs_;        // ascending by the other cell
+  std::vector<TilePoint> points_;         // those of the tile in the order of the store, and then the halo's
+  std::vector<Pair> pairs_;               // ascending by the other cell
+  std::vector<std::vector<Box>> pieces_;  // of each of the tile's cells that is in a pair
   TileWithHalo result_;
 };
 
@@ -212,7 +284,7 @@ absl::StatusOr<TileWithHalo> ReadTile(const PointStore& store, size_t tile, doub
 }
 
 bool HasAllWithin(const TilePlan& plan, const TileWithHalo& tile, size_t query, double distance) {
-  // The point lies in the box of its cell, from which all that was left out is at least so far.
+  // All that was left out is at least so far from each point of the cell.
   if (distance < tile.own[tile.cells[query]].width) return true;
   const Position& p = tile.cloud.points[tile.cloud.queries[query]].position;
   bool has_all = true;

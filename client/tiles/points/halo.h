@@ -15,7 +15,7 @@ namespace curv {
 // A cell of the tile, with the halo around it.
 struct OwnCell {
   int32_t cell = 0;
-  double width = 0.0;  // no point of another tile that was left out is nearer to the cell's box
+  double width = 0.0;  // no point of another tile that was left out is nearer to one of the cell's points
 };
 
 // A cell of another tile that was read.
@@ -31,10 +31,10 @@ struct TileWithHalo {
   std::vector<ReadCell> read;   // ascending by cell; of other tiles' cells that are not here nothing went along
 };
 
-// Reads a tile with a halo. A point of another tile goes along if it is nearer to the box of one of the tile's cells
-// than `factor` times the radius that neighborhoods have there times their reach, as a few points of the cell show.
-// Neighborhoods with a given radius look no farther than that, and neither do their halos. With factor 0 there is no
-// halo. Errors are those of the store.
+// Reads a tile with a halo. A point of another tile goes along if it is nearer to a point of one of the tile's cells,
+// or to a box around a few of them, than `factor` times the radius that neighborhoods have there times their reach, as
+// a few points of the cell show. Neighborhoods with a given radius look no farther than that, and neither do their
+// halos. With factor 0 there is no halo. Errors are those of the store.
 absl::StatusOr<TileWithHalo> ReadTile(const PointStore& store, size_t tile, double factor);
 
 // Returns whether no point that was left out is nearer to the point of a query than `distance`, or as near. Then

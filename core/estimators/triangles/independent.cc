@@ -45,7 +45,7 @@ HWY_NOINLINE inline void MeasureIndependent(const SpatialIndex& index, const Tri
   const size_t count = ListRanked(index, leaves, s);
   const size_t triangles = std::min<size_t>(plan.triangle_count, count / 3);
   uint32_t* const order = s.order.data();
-  RandomWords random(RandomStream(plan.seed, s.points.seed[i]));
+  RandomWords random(RandomStream(plan.seed, index.point_set().seed_of(s.points.rank[i])));
   DrawToFront(random, count, triangles, order);
   std::fill_n(order + count, TriangleScratch::kOrderPad, 0u);
   const float* const rows = s.rows.row(0);

@@ -48,7 +48,7 @@ HWY_NOINLINE inline void MeasureUniform(const SpatialIndex& index, const Triangl
   const size_t count = ListRanked(index, leaves, s);
   const uint32_t* const order = s.order.data();
   const float* const rows = s.rows.row(0);
-  RandomWords random(RandomStream(plan.seed, s.points.seed[i]));
+  RandomWords random(RandomStream(plan.seed, index.point_set().seed_of(s.points.rank[i])));
   CornerNumbers numbers;
   const auto draw = [&](size_t) HWY_ATTR {
     DrawDistinct(random, count, numbers);

@@ -25,7 +25,7 @@ std::vector<Position> HardCloud() {
 }
 
 CellTree TreeOf(const std::vector<Position>& points, uint64_t tiles, uint64_t most_points) {
-  CellTree tree = CellTree::Divide(points, tiles, 16);
+  CellTree tree = CellTree::Divide(points, {.tiles = tiles, .cells_per_tile = 16});
   for (const Position& p : points) tree.Count(tree.CellOf(p), p);
   tree.MakeTiles(most_points, 1e300);
   return tree;

@@ -114,17 +114,24 @@ TEST_F(HaloTest, IsCertainWhereNoPointThatWasLeftOutIsNearAndNowhereElse) {
   }
 }
 
-TEST_F(HaloTest, HoldsThePointsThatAreNearerToACellThanItIsWideThere) {
+TEST_F(HaloTest, HoldsThePointsThatAreNearerToPointsOfACellThanItIsWideThere) {
   Plan({.neighbor_count = kNeighbors, .radius = 0.0, .factor = 1.5});
   for (const double factor : {0.0, 0.5, 1.25}) {
     for (size_t tile = 0; tile < plan_.tiles.size(); ++tile) {
       const TileWithHalo read = Read(tile, factor);
       ASSERT_EQ(read.cloud.queries.size(), plan_.tile(tile).count);
       ASSERT_TRUE(std::is_sorted(read.cloud.points.begin(), read.cloud.points.end(), HasLowerId));
-      const auto is_within = [&](const TilePoint& point) {
+      const auto is_near_cell = [&](const TilePoint& point) {
         return std::any_of(read.own.begin(), read.own.end(), [&](const OwnCell& own) {
           return NodeAt(own.cell).box.DistanceTo(point.position) < own.width;
         });
+      };
+      const auto is_near_point = [&](const TilePoint& point) {
+        for (size_t query = 0; query < read.cells.size(); ++query) {
+          const Position& p = read.cloud.points[read.cloud.queries[query]].position;
+          if (DistanceBetween(p, point.position) < read.own[read.cells[query]].width) return true;
+        }
+        return false;
       };
       std::set<uint32_t> queries;
       for (size_t query = 0; query < read.cells.size(); ++query) {
@@ -133,9 +140,9 @@ TEST_F(HaloTest, HoldsThePointsThatAreNearerToACellThanItIsWideThere) {
         EXPECT_EQ(plan_.tree.CellOf(read.cloud.points[place].position), read.own[read.cells[query]].cell);
       }
       for (uint32_t i = 0; i < read.cloud.points.size(); ++i) {
-        EXPECT_TRUE(queries.contains(i) || is_within(read.cloud.points[i])) << "tile " << tile;
+        EXPECT_TRUE(queries.contains(i) || is_near_cell(read.cloud.points[i])) << "tile " << tile;
       }
-      for (const TilePoint& point : LeftOut(read.cloud)) EXPECT_FALSE(is_within(point)) << "tile " << tile;
+      for (const TilePoint& point : LeftOut(read.cloud)) EXPECT_FALSE(is_near_point(point)) << "tile " << tile;
       EXPECT_EQ(read.cloud.points.size() > queries.size(), factor > 0.0);
     }
   }

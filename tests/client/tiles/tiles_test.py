@@ -5,12 +5,14 @@
 """
 
 import json
+import math
 import os
 import pathlib
 import re
 import resource
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -95,6 +97,30 @@ class Tiles(unittest.TestCase):
                         self.assertGreater(outcome["uncertain_points"], 1000)
                     if halo == "1.25":
                         self.assertLess(outcome["uncertain_points"], 2000)
+
+    def test_the_statuses_are_those_of_the_whole_cloud(self):
+        cloud = str(self.folder / "flawed.ply")
+        header, end, points = pathlib.Path(self.cloud).read_bytes().partition(b"end_header\n")
+        self.assertIn(b"format binary_little_endian 1.0\n", header)
+        self.assertRegex(header, rb"vertex [0-9]+\nproperty float x\n")
+        pathlib.Path(cloud).write_bytes(header + end + struct.pack("<f", math.nan) + points[4:])
+        flags = ("--radius=0.35", "--on-invalid=skip")
+        wanted = curv("estimate", cloud, "-o", str(self.folder / "whole.ply"), *flags)
+        counts = json.loads(curv("estimate", cloud, "-o", str(self.folder / "whole.ply"), *flags, "--summary=json"))["status"]
+        self.assertEqual(counts["invalid_input"], 1)
+        self.assertGreater(counts["too_few_neighbors"], 100)
+        self.assertGreater(min(counts["ok"], counts["degenerate_area"]), 100)
+        self.plan(*flags, cloud=cloud)
+        curv("tiles", "run", self.work)
+        out = str(self.folder / "tiled.ply")
+        text = curv("tiles", "merge", self.work, "-o", out)
+        self.assertIn(f"{POINTS:,} points\n  ok ", text)
+        self.assertEqual(text.splitlines()[1:5], wanted.splitlines()[1:5])
+        merged = json.loads(curv("tiles", "merge", self.work, "-o", out, "--summary=json"))
+        self.assertEqual((merged["points"], merged["status"]), (POINTS, counts))
+        tiled = ("estimate", cloud, "-o", out, "--tiles", *flags)
+        self.assertEqual(curv(*tiled).splitlines()[1:5], wanted.splitlines()[1:5])
+        self.assertEqual(json.loads(curv(*tiled, "--summary=json"))["status"], counts)
 
     def test_every_column_and_all_inputs_come_back_in_their_order(self):
         second = str(self.folder / "second.csv")
