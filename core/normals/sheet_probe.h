@@ -34,7 +34,7 @@ struct SheetFinding {
   // The square of Geary's ratio in neighborhoods that are large enough to show the shape of the noise: the largest of
   // the medians. 0 where there are none.
   double evenness = 0.0;
-  // Whether the residuals are more even than that of noise, and too large for rounding or bends to explain.
+  // Whether the residuals are more even than those of noise, and too large for rounding or bends to explain.
   bool unlike_noise = false;
   bool two_sheets = false;
   // The most neighbors that come from one sheet, among the counts that were tried, or few where all reach both.
