@@ -19,8 +19,8 @@
 #include "core/normals/orientation.h"
 #include "core/normals/scale_pilot.h"
 #include "core/normals/sheet_probe.h"
-#include "core/normals/side_check.h"
-#include "core/normals/side_probe.h"
+#include "core/normals/trust/side_check.h"
+#include "core/normals/trust/side_probe.h"
 
 namespace curvd {
 
@@ -42,9 +42,9 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
 // they orient to closed surfaces whose certificate is as good as that of clean ones. Else the same is tried with rims
 // (NormalFit::two_sheets), and the better of both is compared with another scale. Unless that comes to closed surfaces
 // comes the scale that the pilot chose. Where its neighborhoods turn out to hold both sides of the surface
-// (core/normals/side_probe.h), the thin scales are tried, or are taken after all. Where positions are noisy, its sides
-// are compared with those of another scale. If they cannot be trusted, few neighbors are tried, which stay if that is
-// much better; else the pilot's normals are made again.
+// (core/normals/trust/side_probe.h), the thin scales are tried, or are taken after all. Where positions are noisy, its
+// sides are compared with those of another scale. If they cannot be trusted, few neighbors are tried, which stay if
+// that is much better; else the pilot's normals are made again.
 class NormalPhases {
  public:
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and

@@ -1,10 +1,10 @@
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "core/normals/side_probe.cc"
+#define HWY_TARGET_INCLUDE "core/normals/trust/side_probe.cc"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
 #include "core/estimators/group_estimate-inl.h"
 #include "core/normals/normal_links-inl.h"
-#include "core/normals/side_probe.h"
+#include "core/normals/trust/side_probe.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

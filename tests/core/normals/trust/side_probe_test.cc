@@ -1,4 +1,4 @@
-#include "core/normals/side_probe.h"
+#include "core/normals/trust/side_probe.h"
 
 #include <gtest/gtest.h>
 
