@@ -241,7 +241,7 @@ absl::Status NormalPhases::Decide() {
   const double certificate = is_closed ? *found.certificate : kNoCertificate;
   switch (attempt_) {
     case Attempt::kOneSheet:
-      if (certificate <= MaxTrustedCertificate(0.0)) return then_();
+      if (certificate <= MaxTrustedCertificate(0.0) && !IsRepairedRim(found)) return then_();
       NoteThin(found, certificate);
       return thin_certificate_ < kNoCertificate && !scale_.fit.two_sheets ? TryRims() : ChooseThin();
     case Attempt::kThin:
@@ -256,9 +256,10 @@ absl::Status NormalPhases::Decide() {
       if (WantsCheck(found)) return Check(Attempt::kOther);
       return WantsFew(found) ? TryFew() : then_();
     case Attempt::kKept:
-      return certificate <= MaxTrustedCertificate(0.0) && chosen_certificate_ == kNoCertificate
-                 ? then_()
-                 : Check(Attempt::kOtherThin);
+      if (chosen_certificate_ < kNoCertificate || certificate > MaxTrustedCertificate(0.0) || IsRepairedRim(found)) {
+        return Check(Attempt::kOtherThin);
+      }
+      return then_();
     case Attempt::kOther: {
       TakeCheck();
       NormalReport chosen = report();
@@ -283,6 +284,10 @@ absl::Status NormalPhases::Decide() {
       break;
   }
   return then_();
+}
+
+bool NormalPhases::IsRepairedRim(const NormalReport& found) const {
+  return scale_.fit.two_sheets && found.repaired_count > 0;
 }
 
 void NormalPhases::NoteThin(const NormalReport& found, double certificate) {

@@ -97,6 +97,8 @@ class NormalPhases {
   absl::Status TryFew();
   absl::Status TryRims();
   absl::Status MakeLast(const ChosenScale& scale);
+  // Whether a repair chose sides of both sheets, which a low certificate alone does not vouch for.
+  bool IsRepairedRim(const NormalReport& found) const;
   // Remembers the scale of now, if it is the best one so far for a thin closed part.
   void NoteThin(const NormalReport& found, double certificate);
   // Goes on with the best one.
