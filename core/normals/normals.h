@@ -91,9 +91,9 @@ struct NormalReport {
   // Where positions are noisy, or a part is thin: the share of the points whose normals point to the other side if they
   // are made of another number of neighbors (core/normals/trust/side_check.h).
   std::optional<double> turned_share;
-  // Of estimated normals with consistent sides (core/normals/trust/side_probe.h): the share of a normal's neighbors that
-  // point to the other side, in the mean, where the fit takes them for one sheet; and whether that is so much that the
-  // normals are those of two sheets at once, and those of the narrow sides between them say nothing.
+  // Of estimated normals with consistent sides (core/normals/trust/side_probe.h): the share of a normal's neighbors
+  // that point to the other side, in the mean, where the fit takes them for one sheet; and whether that is so much that
+  // the normals are those of two sheets at once, and those of the narrow sides between them say nothing.
   std::optional<double> opposed_share;
   bool mixes_sides = false;
   // The same: the share of the pairs of neighbors along one sheet whose normals point to different sides of it.
