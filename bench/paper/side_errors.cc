@@ -267,6 +267,112 @@ Patch PotPatch(size_t points, double thickness, double share) {
           }};
 }
 
+// A body whose surface is made of parts; each has an area, and maps the unit square to itself evenly.
+struct Part {
+  double area;
+  std::function<void(double u, double v, Vec3& position, Vec3& normal)> at;
+};
+
+Patch BodyOf(const std::string& name, std::vector<Part> parts) {
+  double area = 0.0;
+  for (const Part& part : parts) area += part.area;
+  return {name, false, area, area, [parts = std::move(parts), area](double u, double v, Vec3& p, Vec3& n) {
+            double at = u * area;
+            size_t i = 0;
+            while (i + 1 < parts.size() && at >= parts[i].area) at -= parts[i++].area;
+            parts[i].at(std::min(at / parts[i].area, 1.0), v, p, n);
+            return area;
+          }};
+}
+
+// A flat part with the corner `at` and two edges, whose cross product points outward.
+Part FaceOf(const Vec3& at, const Vec3& a, const Vec3& b, bool is_triangle = false) {
+  const Vec3 cross = curv::Cross(a, b);
+  const double area = std::sqrt(curv::Dot(cross, cross)) * (is_triangle ? 0.5 : 1.0);
+  const Vec3 normal = (1.0 / std::sqrt(curv::Dot(cross, cross))) * cross;
+  return {area, [=](double u, double v, Vec3& p, Vec3& n) {
+            if (is_triangle && u + v > 1.0) u = 1.0 - u, v = 1.0 - v;
+            p = at + u * a + v * b;
+            n = normal;
+          }};
+}
+
+// The ring between two radii around the z axis, at a height; `up` is 1 or -1.
+Part RingOf(double inner, double outer, double height, double up) {
+  return {kPi * (outer * outer - inner * inner), [=](double u, double v, Vec3& p, Vec3& n) {
+            const double r = std::sqrt(inner * inner + u * (outer * outer - inner * inner)), t = 2 * kPi * v;
+            p = {r * std::cos(t), r * std::sin(t), height};
+            n = {0, 0, up};
+          }};
+}
+
+// The wall around the z axis from one height to the other; `out` is 1, or -1 where the body is outside.
+Part WallOf(double radius, double low, double high, double out) {
+  return {2 * kPi * radius * (high - low), [=](double u, double v, Vec3& p, Vec3& n) {
+            const double t = 2 * kPi * v;
+            p = {radius * std::cos(t), radius * std::sin(t), low + u * (high - low)};
+            n = {out * std::cos(t), out * std::sin(t), 0};
+          }};
+}
+
+// A part of a sphere around a point of the z axis, between two cosines.
+Part CapOf(double radius, double height, double low, double high) {
+  return {2 * kPi * radius * radius * (high - low), [=](double u, double v, Vec3& p, Vec3& n) {
+            const double z = low + u * (high - low), r = std::sqrt(std::max(1 - z * z, 0.0)), t = 2 * kPi * v;
+            n = {r * std::cos(t), r * std::sin(t), z};
+            p = radius * n + Vec3{0, 0, height};
+          }};
+}
+
+// Bodies that are `thickness` spacings thin somewhere if they have so many points.
+std::vector<Patch> Bodies(size_t points, double thickness) {
+  const double count = static_cast<double>(points);
+  std::vector<Patch> bodies;
+  {
+    const double r = 0.5 * thickness, half = std::max((count - 4 * kPi * r * r) / (4 * kPi * r), 0.0);
+    bodies.push_back(BodyOf(absl::StrFormat("rod, %g thick", thickness),
+                            {WallOf(r, -half, half, 1), CapOf(r, half, 0, 1), CapOf(r, -half, -1, 0)}));
+  }
+  {
+    const double a = std::sqrt(count / 4.0), t = thickness;  // 2 a by a by t
+    const Vec3 x{2 * a, 0, 0}, y{0, a, 0}, z{0, 0, t}, o{0, 0, 0};
+    bodies.push_back(
+        BodyOf(absl::StrFormat("board, %g thick", thickness),
+               {FaceOf(o, y, x), FaceOf(z, x, y), FaceOf(o, x, z), FaceOf(y, z, x), FaceOf(o, z, y), FaceOf(x, y, z)}));
+  }
+  {
+    const double a = std::sqrt(count / 2.0), t = thickness;  // the back is t thick
+    const Vec3 x{a, 0, 0}, y{0, a, 0}, z{0, 0, t}, o{0, 0, 0};
+    bodies.push_back(BodyOf(absl::StrFormat("wedge, %g thick", thickness),
+                            {FaceOf(o, y, x), FaceOf(z, x + Vec3{0, 0, -t}, y), FaceOf(o, z, y), FaceOf(o, x, z, true),
+                             FaceOf(y, z, x, true)}));
+  }
+  {
+    const double t = thickness, r = std::sqrt(count / (8.0 * kPi)) + 0.5 * t, h = r;  // height 2 r
+    bodies.push_back(
+        BodyOf(absl::StrFormat("pipe, %g thick", thickness),
+               {WallOf(r, -h, h, 1), WallOf(r - t, -h, h, -1), RingOf(r - t, r, h, 1), RingOf(r - t, r, -h, -1)}));
+  }
+  {
+    const double r = std::sqrt(count / (8.0 * kPi)), gap = 0.5 * thickness;
+    bodies.push_back(BodyOf(absl::StrFormat("two balls, %g apart", thickness),
+                            {CapOf(r, r + gap, -1, 1), CapOf(r, -r - gap, -1, 1)}));
+  }
+  {
+    const double t = thickness, r = std::sqrt(count / (4.0 * kPi)), z = 0.5 * t;
+    bodies.push_back(BodyOf(absl::StrFormat("washer, %g thick", thickness),
+                            {RingOf(0.5 * r, 1.3 * r, z, 1), RingOf(0.5 * r, 1.3 * r, -z, -1),
+                             WallOf(1.3 * r, -z, z, 1), WallOf(0.5 * r, -z, z, -1)}));
+  }
+  {
+    const double t = thickness, r = std::sqrt(count / (4.0 * kPi)), z = 0.5 * t;  // half a ball, beside a plate
+    bodies.push_back(
+        BodyOf(absl::StrFormat("hat, %g thick", thickness), {CapOf(0.7 * r, z, 0, 1), RingOf(0.7 * r, 1.4 * r, z, 1),
+                                                             RingOf(0, 1.4 * r, -z, -1), WallOf(1.4 * r, -z, z, 1)}));
+  }
+  return bodies;
+}
+
 // Cubes of edge 1 with the points in them, by a hash that may mix cubes up.
 class Neighbors {
  public:
@@ -422,11 +528,12 @@ void Report(const Shape& shape, uint64_t seed, double noise, WorkerPool& pool, c
   totals.right += found.flipped <= 0.005;
   totals.false_alarms += found.flipped <= 0.005 && is_doubtful;
   absl::PrintF(
-      "%-40s %7d %3d %5.2f  %6.2f %% %6.3f of %5.3f %-8s %5s %4d  %d/%d closed %.2f repaired %d turned %.4f %s\n",
+      "%-40s %7d %3d %5.2f  %6.2f %% %6.3f of %5.3f %-8s %5s %4d  %d/%d closed %.2f repaired %d turned %.4f opposed "
+      "%.3f torn %.4f %s\n",
       shape.name, shape.samples.positions.size(), seed, noise, 100.0 * found.flipped, r.certificate.value_or(-1.0),
       r.max_trusted_certificate, is_doubtful ? "doubtful" : "", std::string(NormalMethodName(*r.method)),
       r.neighbor_count, r.closed_piece_count, r.piece_count, r.closed_area_share, r.repaired_count,
-      r.turned_share.value_or(-1.0),
+      r.turned_share.value_or(-1.0), r.opposed_share.value_or(-1.0), r.torn_share.value_or(-1.0),
       is_wrong && !is_doubtful                ? "MISSED"
       : found.flipped <= 0.005 && is_doubtful ? "FALSE"
                                               : "");
@@ -436,12 +543,15 @@ void Report(const Shape& shape, uint64_t seed, double noise, WorkerPool& pool, c
 int Main(int argc, char** argv) {
   CLI::App app("Sides of normals made of positions: how many are wrong, and whether the certificate tells");
   std::string only, dump;
-  bool is_check = false, plates = false, shells = false, noisy = false, is_apart = false;
+  double added_noise = 0.0;
+  bool is_check = false, bodies = false, plates = false, shells = false, noisy = false, is_apart = false;
   std::vector<size_t> sizes;
   std::vector<double> levels;
   std::vector<uint64_t> seeds = {1};
   app.add_flag("--plates", plates, "Thin closed plates");
   app.add_flag("--shells", shells, "Thin bodies that are round: lenses, hollow balls, pots");
+  app.add_flag("--bodies", bodies, "Thin bodies of other kinds");
+  app.add_option("--noise", added_noise, "Noise of plates, shells and bodies, in spacings");
   app.add_flag("--noisy", noisy, "Small noisy clouds");
   app.add_flag("--apart", is_apart, "Shells and noisy clouds of points that keep apart, before noise");
   app.add_flag("--check", is_check, "Clouds by which nothing was chosen");
@@ -453,7 +563,11 @@ int Main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   WorkerPool pool(2);
   Totals totals;
-  const auto try_it = [&](const Shape& shape, uint64_t seed, double noise) {
+  const auto try_it = [&](Shape shape, uint64_t seed, double noise) {
+    if (noise == 0.0 && added_noise > 0.0) {
+      noise = added_noise;
+      curv::AddPositionNoise(noise, seed, shape.samples.positions);
+    }
     if (shape.name.find(only) == std::string::npos) return;
     Report(shape, seed, noise, pool, dump.empty() ? nullptr : dump.c_str(), totals);
   };
@@ -486,6 +600,19 @@ int Main(int argc, char** argv) {
             Shape shell = SampleOf(body, points, seed, is_apart);
             Tilt(0.3 + static_cast<double>(seed), shell.samples);
             try_it(shell, seed, 0.0);
+          }
+        }
+      }
+    }
+  }
+  if (bodies) {
+    for (const size_t points : sizes.empty() ? std::vector<size_t>{900, 5000} : sizes) {
+      for (const double thickness : levels.empty() ? std::vector<double>{0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0} : levels) {
+        for (const Patch& body : Bodies(points, thickness)) {
+          for (const uint64_t seed : seeds) {
+            Shape shape = SampleOf(body, points, seed, is_apart);
+            Tilt(0.3 + static_cast<double>(seed), shape.samples);
+            try_it(std::move(shape), seed, 0.0);
           }
         }
       }

@@ -37,13 +37,17 @@ constexpr double kMostlyClosed = 0.9, kMostOfThin = 0.08;
 // certificate that is lower by this factor.
 constexpr uint32_t kFewNeighbors = 17;
 constexpr double kMuchBetter = 0.5;
+// So many of both sheets, where fits are made for those (NormalFit::two_sheets).
+constexpr uint32_t kRimNeighbors = 24, kMostRimNeighbors = 48;
+// The most neighbors that may point to the other side, in the mean. Measured, with an automatic scale: up to 0.25 where
+// noise of a spacing and more called for so many neighbors that they reach around the surface, and all sides were
+// right; 0.41 to 0.50 where sides of thin parts were wrong. A fixed scale of few neighbors makes 0.39 of plates that
+// are one spacing thick, whose sides are right.
+constexpr double kMostMixed = 0.25, kMostMixedByWish = 0.4;
 // Noise from which on another scale is tried, in units of the spacing. Larger clouds than that are tried only where the
 // certificate is in doubt: noise that matters there is seen through.
 constexpr double kLeastNoise = 0.2;
 constexpr size_t kSmallCloud = 32'768;
-// Residuals that are no more even than that are noise, not sheets: the square of Geary's ratio is 0.64 of normal noise
-// (core/normals/sheet_probe.h).
-constexpr double kMostEven = 0.7;
 // The other scale: half of the neighbors, or so many, or twice as many.
 constexpr uint32_t kLeastOfOther = 12;
 uint32_t OtherCount(uint32_t count) { return count > kLeastOfOther ? std::max(count / 2, kLeastOfOther) : 2 * count; }
@@ -209,42 +213,129 @@ void NormalPhases::Orient() {
 }
 
 absl::Status NormalPhases::EndOrientation() {
+  fit_report_.opposed_share.reset();
+  fit_report_.torn_share.reset();
+  fit_report_.mixes_sides = false;
+  const auto* count = std::get_if<NeighborCount>(&scale_.fit.neighborhood);
+  const bool is_fitted = options_.source == NormalSource::kEstimate && index_.point_count() > 0 &&
+                         (count == nullptr || count->count <= index_.point_count());
+  if (!is_fitted || !std::holds_alternative<ConsistentSides>(options_.sides)) return Decide();
+  side_probe_.emplace(index_, scale_.fit, thread_count_);
+  add_phase_(MakeSideProbePhase(*side_probe_, kOrientationPhase));
+  add_phase_(std::make_unique<FunctionPhase>(kOrientationPhase, 0, nullptr, [this] {
+    fit_report_.torn_share = side_probe_->TornShare();
+    if (!scale_.fit.two_sheets) {
+      const double share = side_probe_->OpposedShare();
+      fit_report_.opposed_share = share;
+      fit_report_.mixes_sides = share > (IsAutomatic(options_) ? kMostMixed : kMostMixedByWish);
+    }
+    side_probe_.reset();
+    return Decide();
+  }));
+  return absl::OkStatus();
+}
+
+absl::Status NormalPhases::Decide() {
   const NormalReport found = report();
   const bool is_closed = found.closed_area_share >= kMostlyClosed && found.certificate.has_value();
-  const double certificate = is_closed ? *found.certificate : std::numeric_limits<double>::infinity();
+  const double certificate = is_closed ? *found.certificate : kNoCertificate;
   switch (attempt_) {
     case Attempt::kOneSheet:
-      if (certificate <= kMostOfThin) return then_();
-      attempt_ = Attempt::kChosen;
-      return AddFit(chosen_);
+      if (certificate <= MaxTrustedCertificate(0.0) && !IsRepairedRim(found)) return then_();
+      NoteThin(found, certificate);
+      return thin_certificate_ < kNoCertificate && !scale_.fit.two_sheets ? TryRims() : ChooseThin();
+    case Attempt::kThin:
+      NoteThin(found, certificate);
+      return TryRims();
+    case Attempt::kRims:
+      NoteThin(found, certificate);
+      return ChooseThin();
     case Attempt::kChosen:
       chosen_certificate_ = found.certificate.value_or(0.0);
-      if (WantsCheck(found)) {
-        attempt_ = Attempt::kOther;
-        side_check_.emplace(index_);
-        return AddFit(ScaleOf(OtherCount(found.neighbor_count)));
+      if (found.mixes_sides) return AvoidMixing();
+      if (WantsCheck(found)) return Check(Attempt::kOther);
+      return WantsFew(found) ? TryFew() : then_();
+    case Attempt::kKept:
+      if (chosen_certificate_ < kNoCertificate || certificate > MaxTrustedCertificate(0.0) || IsRepairedRim(found)) {
+        return Check(Attempt::kOtherThin);
       }
-      if (!WantsFew(found)) return then_();
-      attempt_ = Attempt::kFew;
-      return AddFit(ScaleOf(kFewNeighbors));
+      return then_();
     case Attempt::kOther: {
-      fit_report_.turned_share = side_check_->TurnedShare();
-      fit_report_.turned_share_decides = sheets_.evenness > 0.0 && sheets_.evenness <= kMostEven;
-      side_check_.reset();
+      TakeCheck();
       NormalReport chosen = report();
       chosen.certificate = chosen_certificate_;
       chosen.neighbor_count = std::get<NeighborCount>(chosen_.fit.neighborhood).count;
-      attempt_ = WantsFew(chosen) ? Attempt::kFew : Attempt::kLast;
-      return AddFit(attempt_ == Attempt::kFew ? ScaleOf(kFewNeighbors) : chosen_);
+      return WantsFew(chosen) ? TryFew() : MakeLast(chosen_);
     }
+    case Attempt::kOtherThin:
+      TakeCheck();
+      fit_report_.turned_share_decides = true;
+      fit_report_.most_turned_share = kMostTurnedShareOfThin;
+      if (!scale_.fit.two_sheets || certificate >= thin_certificate_) return MakeLast(thin_);
+      // The better ones of both stay, and may be right where the others were not.
+      if (*fit_report_.turned_share <= kMostTurnedShareOfThin || found.neighbor_count > kMostRimNeighbors)
+        return then_();
+      thin_ = scale_;
+      thin_certificate_ = certificate;
+      return Check(Attempt::kOtherThin);
     case Attempt::kFew:
-      if (certificate <= kMuchBetter * chosen_certificate_) return then_();
-      attempt_ = Attempt::kLast;
-      return AddFit(chosen_);
+      return certificate <= kMuchBetter * chosen_certificate_ ? then_() : MakeLast(chosen_);
     case Attempt::kLast:
       break;
   }
   return then_();
+}
+
+bool NormalPhases::IsRepairedRim(const NormalReport& found) const {
+  return scale_.fit.two_sheets && found.repaired_count > 0;
+}
+
+void NormalPhases::NoteThin(const NormalReport& found, double certificate) {
+  if (certificate > kMaxTrustedCertificate || certificate >= thin_certificate_ || found.mixes_sides) return;
+  thin_ = scale_;
+  thin_certificate_ = certificate;
+}
+
+absl::Status NormalPhases::ChooseThin() {
+  const bool has_chosen = chosen_certificate_ < kNoCertificate;
+  if (!has_chosen && thin_certificate_ > kMostOfThin) return Try(Attempt::kChosen, chosen_);
+  return thin_certificate_ < kNoCertificate ? Try(Attempt::kKept, thin_) : MakeLast(chosen_);
+}
+
+absl::Status NormalPhases::AvoidMixing() {
+  if (thin_certificate_ < kNoCertificate) return Try(Attempt::kKept, thin_);
+  return sheets_.two_sheets ? then_() : Try(Attempt::kThin, ScaleOf(kFewNeighbors));
+}
+
+absl::Status NormalPhases::TryRims() {
+  ChosenScale rims = ScaleOf(kRimNeighbors);
+  rims.fit.two_sheets = true;
+  return Try(Attempt::kRims, rims);
+}
+
+absl::Status NormalPhases::TryFew() { return Try(Attempt::kFew, ScaleOf(kFewNeighbors)); }
+absl::Status NormalPhases::MakeLast(const ChosenScale& scale) { return Try(Attempt::kLast, scale); }
+
+absl::Status NormalPhases::Try(Attempt attempt, const ChosenScale& scale) {
+  attempt_ = attempt;
+  return AddFit(scale);
+}
+
+absl::Status NormalPhases::Check(Attempt other) {
+  side_check_.emplace(index_);
+  const uint32_t count = std::get<NeighborCount>(scale_.fit.neighborhood).count;
+  const bool two_sheets = scale_.fit.two_sheets;
+  // Fewer neighbors may be too few to tell a rim, but too many would be no neighborhood.
+  const bool takes_more = two_sheets && 2 * count <= index_.point_count() / 3;
+  ChosenScale scale = ScaleOf(takes_more ? 2 * count : OtherCount(count));
+  scale.fit.two_sheets = two_sheets;
+  return Try(other, scale);
+}
+
+void NormalPhases::TakeCheck() {
+  fit_report_.turned_share = side_check_->TurnedShare();
+  fit_report_.turned_share_decides = sheets_.evenness > 0.0 && sheets_.evenness <= kMostEvenNoise;
+  side_check_.reset();
 }
 
 bool NormalPhases::WantsCheck(const NormalReport& found) const {
@@ -265,6 +356,9 @@ NormalReport NormalPhases::report() const {
   NormalReport report = fit_report_;
   if (quality_.status.size() == 0) report.status_counts[static_cast<size_t>(PointStatus::kOk)] = collected_;
   if (!orientations_.empty()) orientations_.back()->Report(report);
+  const bool is_consistent = std::holds_alternative<ConsistentSides>(options_.sides);
+  report.may_be_closed = is_consistent && options_.source == NormalSource::kEstimate && sheets_.unlike_noise &&
+                         report.closed_area_share < kMostlyClosed;
   if (sheets_.spacing > 0.0) report.max_trusted_certificate = MaxTrustedCertificate(sheets_.noise / sheets_.spacing);
   return report;
 }
@@ -316,6 +410,7 @@ void NormalPhases::Collect(size_t first, size_t last, NormalField& field) {
 size_t NormalPhases::bytes() const {
   return quality_.bytes() + (pilot_.has_value() ? pilot_->bytes() : 0) +
          (sheet_probe_.has_value() ? sheet_probe_->bytes() : 0) + (side_check_.has_value() ? side_check_->bytes() : 0) +
+         (side_probe_.has_value() ? side_probe_->bytes() : 0) +
          (orientations_.empty() ? 0 : orientations_.back()->bytes());
 }
 

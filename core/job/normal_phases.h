@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -18,7 +19,8 @@
 #include "core/normals/orientation.h"
 #include "core/normals/scale_pilot.h"
 #include "core/normals/sheet_probe.h"
-#include "core/normals/side_check.h"
+#include "core/normals/trust/side_check.h"
+#include "core/normals/trust/side_probe.h"
 
 namespace curvd {
 
@@ -37,9 +39,12 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
 //
 // Where the scale is automatic, it may take several attempts. If neighborhoods hold two sheets
 // (core/normals/sheet_probe.h), normals are first made of so few neighbors that most come from one sheet; those stay if
-// they orient to closed surfaces that can be trusted. Then comes the scale that the pilot chose. Where positions are
-// noisy, its sides are compared with those of another scale. If they cannot be trusted, few neighbors are tried, which
-// stay if that is much better; else the pilot's normals are made again.
+// they orient to closed surfaces whose certificate is as good as that of clean ones. Else the same is tried with rims
+// (NormalFit::two_sheets), and the better of both is compared with another scale. Unless that comes to closed surfaces
+// comes the scale that the pilot chose. Where its neighborhoods turn out to hold both sides of the surface
+// (core/normals/trust/side_probe.h), the thin scales are tried, or are taken after all. Where positions are noisy, its
+// sides are compared with those of another scale. If they cannot be trusted, few neighbors are tried, which stay if
+// that is much better; else the pilot's normals are made again.
 class NormalPhases {
  public:
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and
@@ -61,6 +66,20 @@ class NormalPhases {
   size_t bytes() const;
 
  private:
+  // At which scale the normals of now are made; all but kLast may be followed by another attempt.
+  enum class Attempt : uint8_t {
+    kOneSheet,   // that of the probe, if there are two sheets
+    kThin,       // few neighbors
+    kRims,       // few neighbors of both sheets
+    kChosen,     // that of the pilot
+    kKept,       // the best for a thin part, again
+    kOther,      // another than kChosen
+    kOtherThin,  // another than kKept
+    kFew,        // few neighbors, since the sides of kChosen do not fit
+    kLast,
+  };
+  static constexpr double kNoCertificate = std::numeric_limits<double>::infinity();
+
   // Adds the phases that look at a sample of the cloud, and call Fit at their end.
   void AddLooks();
   // Makes normals and orients them, by the first attempt.
@@ -69,8 +88,26 @@ class NormalPhases {
   void FillTooFew();
   absl::Status EndFit();
   void Orient();
-  // Makes the next attempt, or is done.
+  // Looks at how much the neighborhoods of the fit are of one side, where there was a fit.
   absl::Status EndOrientation();
+  // Makes the next attempt, or is done.
+  absl::Status Decide();
+  // Makes normals by the scale, as this attempt.
+  absl::Status Try(Attempt attempt, const ChosenScale& scale);
+  absl::Status TryFew();
+  absl::Status TryRims();
+  absl::Status MakeLast(const ChosenScale& scale);
+  // Whether a repair chose sides of both sheets, which a low certificate alone does not vouch for.
+  bool IsRepairedRim(const NormalReport& found) const;
+  // Remembers the scale of now, if it is the best one so far for a thin closed part.
+  void NoteThin(const NormalReport& found, double certificate);
+  // Goes on with the best one.
+  absl::Status ChooseThin();
+  // Goes on once the neighborhoods of the pilot's scale were found to hold both sides.
+  absl::Status AvoidMixing();
+  // Compares the sides of now with those of another scale, in the attempt `other`.
+  absl::Status Check(Attempt other);
+  void TakeCheck();
   // Whether the sides of the pilot's scale are to be compared with those of another one.
   bool WantsCheck(const NormalReport& found) const;
   // Whether few neighbors are to be tried instead.
@@ -87,12 +124,12 @@ class NormalPhases {
   std::optional<ScalePilot> pilot_;
   std::optional<SheetProbe> sheet_probe_;
   SheetFinding sheets_;
+  std::optional<SideProbe> side_probe_;
   std::optional<SideCheck> side_check_;  // of kChosen, while kOther is made
-  // At which scale the normals of now are made; all but kLast may be followed by another attempt.
-  enum class Attempt : uint8_t { kOneSheet, kChosen, kOther, kFew, kLast };
   Attempt attempt_ = Attempt::kLast;
-  ChosenScale chosen_, scale_;       // by the pilot or the caller; and of the attempt of now
-  double chosen_certificate_ = 0.0;  // of kChosen
+  ChosenScale chosen_, scale_,
+      thin_;  // by the pilot or the caller; of the attempt of now; and the best for a thin part
+  double chosen_certificate_ = kNoCertificate, thin_certificate_ = kNoCertificate;  // of these
   std::unique_ptr<StrategyRun> fit_;
   std::optional<ScratchSet> scratch_;
   NormalReport fit_report_;

@@ -52,6 +52,13 @@ inline double MaxTrustedCertificate(double noise_in_spacings) {
 // The most points that another number of neighbors may turn. Measured with noise of 0.3 to 1.5 spacings: 1.4 % and more
 // where more than 2 % have the wrong side.
 inline constexpr double kMostTurnedShare = 0.01;
+// The same of thin parts, whose sides twice as many neighbors mostly tell: the share is then nearly that of the wrong
+// sides. Measured: up to 0.4 % where at most 0.5 % were wrong, 0.9 % where 2.2 % were.
+inline constexpr double kMostTurnedShareOfThin = 0.005;
+
+// The most pairs along one sheet that may have opposed sides. Measured where at most 0.5 % of the points had the wrong
+// side: 0.0012 and less; 0.033 where the repair had turned a part of a ball.
+inline constexpr double kMostTornShare = 0.005;
 
 // What was found out about a cloud while its normals were made.
 struct NormalReport {
@@ -81,15 +88,27 @@ struct NormalReport {
   // most that can be trusted, 1 says that sides cancel, and 2 that the normals point inward.
   std::optional<double> certificate;
   double max_trusted_certificate = kMaxTrustedCertificate;
-  // Where positions are noisy: the share of the points whose normals point to the other side if they are made of
-  // another number of neighbors (core/normals/side_check.h).
+  // Where positions are noisy, or a part is thin: the share of the points whose normals point to the other side if they
+  // are made of another number of neighbors (core/normals/trust/side_check.h).
   std::optional<double> turned_share;
+  // Of estimated normals with consistent sides (core/normals/trust/side_probe.h): the share of a normal's neighbors
+  // that point to the other side, in the mean, where the fit takes them for one sheet; and whether that is so much that
+  // the normals are those of two sheets at once, and those of the narrow sides between them say nothing.
+  std::optional<double> opposed_share;
+  bool mixes_sides = false;
+  // The same: the share of the pairs of neighbors along one sheet whose normals point to different sides of it.
+  std::optional<double> torn_share;
+  // Whether the surface came out open, and may be two sheets that lie nearer to each other than points can show: what
+  // the fits leave is much, and not distributed like noise (core/normals/sheet_probe.h).
+  bool may_be_closed = false;
+  double most_turned_share = kMostTurnedShare;
   // Whether sides that stay are right, whatever the certificate: it varies from noise alone.
   bool turned_share_decides = false;
-  // Whether the orientation cannot be trusted, as far as pieces, the share and the certificate tell.
+  // Whether the orientation cannot be trusted, as far as all of that tells.
   bool is_doubtful() const {
-    if (ambiguous_piece_count > 0) return true;
-    if (turned_share.has_value() && *turned_share > kMostTurnedShare) return true;
+    if (ambiguous_piece_count > 0 || mixes_sides || may_be_closed) return true;
+    if (torn_share.has_value() && *torn_share > kMostTornShare) return true;
+    if (turned_share.has_value() && *turned_share > most_turned_share) return true;
     if (turned_share.has_value() && turned_share_decides) return false;
     return certificate.has_value() && !(*certificate <= max_trusted_certificate);
   }

@@ -183,6 +183,7 @@ SheetFinding SheetProbe::Find() const {
       if (rung.count >= 24 && rung.radius >= kLeastRadius * rung.deviation) break;
     }
   }
+  finding.unlike_noise = finding.two_sheets || (finding.evenness > kMostEvenNoise && finding.noise >= least);
   return finding;
 }
 

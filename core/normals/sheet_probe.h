@@ -22,6 +22,9 @@
 
 namespace curvd {
 
+// Residuals that are no more even than that are noise, not sheets.
+inline constexpr double kMostEvenNoise = 0.7;
+
 // Lengths are in the index's unit.
 struct SheetFinding {
   // Of the points of one sheet, in the median; 0 where the cloud is too small to tell.
@@ -31,6 +34,8 @@ struct SheetFinding {
   // The square of Geary's ratio in neighborhoods that are large enough to show the shape of the noise: the largest of
   // the medians. 0 where there are none.
   double evenness = 0.0;
+  // Whether the residuals are more even than those of noise, and too large for rounding or bends to explain.
+  bool unlike_noise = false;
   bool two_sheets = false;
   // The most neighbors that come from one sheet, among the counts that were tried, or few where all reach both.
   uint32_t neighbor_count = 0;

@@ -45,13 +45,32 @@ std::string DoubtfulOrientationText(const NormalReport& report) {
         "sign of curvature is as doubtful. Send such pieces in calls of their own, or say where they were seen from",
         report.ambiguous_piece_count);
   }
-  if (report.turned_share.value_or(0.0) > kMostTurnedShare) {
+  if (report.mixes_sides) {
+    return absl::StrFormat(
+        "some of the oriented normals may point to the wrong side: %.2g %% of the neighbors of which they were made "
+        "point to the other side, and the sign of curvature is as doubtful. That happens where parts are thinner than "
+        "neighborhoods are wide. Send more points, ask for fewer neighbors, or say where they were seen from",
+        100.0 * report.opposed_share.value_or(0.0));
+  }
+  if (report.torn_share.value_or(0.0) > kMostTornShare) {
+    return absl::StrFormat(
+        "some of the oriented normals point to the wrong side: those of %.2g %% of the neighbors on one sheet are "
+        "opposed, and the sign of curvature is as doubtful. That happens where the points are too few for how the "
+        "surface bends. Send more points, or say where they were seen from",
+        100.0 * *report.torn_share);
+  }
+  if (report.may_be_closed) {
+    return "the oriented normals may point to the wrong side: the points lie on both sides of an open sheet, and not "
+           "as "
+           "noise would have them, so that they may be the two sides of a thin body; the sign of curvature is as "
+           "doubtful. Send more points, or say where they were seen from";
+  }
+  if (report.turned_share.value_or(0.0) > report.most_turned_share) {
     return absl::StrFormat(
         "some of the oriented normals point to the wrong side: made of another number of neighbors, %.2g %% of them "
-        "point "
-        "to the other side, and the sign of curvature is as doubtful. That happens where positions are too noisy for "
-        "the "
-        "shape. Send more points or less noisy ones, or say where they were seen from",
+        "point to the other side, and the sign of curvature is as doubtful. That happens where positions are too noisy "
+        "for the shape, or too few for how thin it is. Send more points or less noisy ones, or say where they were "
+        "seen from",
         100.0 * *report.turned_share);
   }
   return absl::StrFormat(

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 
 #include "tests/core/normals/normal_clouds.h"
@@ -68,6 +69,28 @@ TEST(SheetProbeTest, NoiseIsNotTakenForTwoSheets) {
     EXPECT_TRUE(sigma == 0.0 || result.report.neighbor_count >= 48) << sigma;
     EXPECT_LT(FlippedShare(result.normals, torus), 0.001) << sigma;
     EXPECT_FALSE(result.report.is_doubtful()) << sigma << " " << *result.report.certificate;
+  }
+}
+
+SheetFinding FindingOf(const TestPoints& points) {
+  const SpatialIndex index = BuildIndex(points.ToCloud());
+  SheetProbe probe(index, 10'000, 1);
+  const std::atomic<bool> stopped = false;
+  for (size_t block = 0; block < probe.block_count(); ++block) {
+    EXPECT_TRUE(probe.RunBlock(block, 0, stopped).ok());
+  }
+  return probe.Find();
+}
+
+// Noise is normal, two sheets are not, and bends of one sheet are small.
+TEST(SheetProbeTest, WhatIsUnlikeNoiseMayBeTwoSheets) {
+  constexpr size_t kPoints = 5000;
+  EXPECT_TRUE(FindingOf(ClosedPlate(kPoints, 0.7 * std::sqrt(8.0 / kPoints), 1)).unlike_noise);
+  EXPECT_TRUE(FindingOf(ClosedPlate(kPoints, 1.5 * std::sqrt(8.0 / kPoints), 1)).unlike_noise);
+  for (const double sigma : {0.0, 0.1, 0.3}) {
+    TestPoints torus = Torus(kPoints, 1);
+    AddNoise(sigma, 2, torus);
+    EXPECT_FALSE(FindingOf(torus).unlike_noise) << sigma;
   }
 }
 

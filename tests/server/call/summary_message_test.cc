@@ -123,5 +123,30 @@ TEST(FillSummaryTest, WarnsOfSidesThatCannotBeTrusted) {
   EXPECT_THAT(nested.warnings(0).message(), HasSubstr("3 closed pieces lie within others"));
 }
 
+TEST(FillSummaryTest, SaysWhySidesCannotBeTrustedWithoutACertificate) {
+  const auto message_of = [](auto set) {
+    CallRecord record;
+    set(record.normal_report.emplace());
+    curvature::v1::Summary summary;
+    FillSummary(record, &summary);
+    EXPECT_TRUE(summary.normals().doubtful());
+    return summary.warnings_size() == 1 ? summary.warnings(0).message() : "";
+  };
+  EXPECT_THAT(message_of([](NormalReport& report) {
+                report.mixes_sides = true;
+                report.opposed_share = 0.46;
+              }),
+              HasSubstr("46 % of the neighbors of which they were made"));
+  EXPECT_THAT(message_of([](NormalReport& report) { report.torn_share = 0.031; }),
+              HasSubstr("those of 3.1 % of the neighbors on one sheet are opposed"));
+  EXPECT_THAT(message_of([](NormalReport& report) { report.may_be_closed = true; }),
+              HasSubstr("may be the two sides of a thin body"));
+  EXPECT_THAT(message_of([](NormalReport& report) {
+                report.turned_share = 0.007;
+                report.most_turned_share = kMostTurnedShareOfThin;
+              }),
+              HasSubstr("0.7 % of them point to the other side"));
+}
+
 }  // namespace
 }  // namespace curvd

@@ -1,4 +1,4 @@
-#include "core/normals/side_check.h"
+#include "core/normals/trust/side_check.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,173 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/normals/trust/side_probe.cc"
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+// Must come after foreach_target.h.
+#include "core/estimators/group_estimate-inl.h"
+#include "core/normals/normal_links-inl.h"
+#include "core/normals/trust/side_probe.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// A comparison that costs at most so much is of two points along one sheet. Pairs across a plate as thin as its points
+// are apart cost 0.8 and more, those on a ball of 450 points 0.2 (CompareNormals).
+inline constexpr float kMostPairCost = 0.5f;
+
+// Counts the neighbors of `query` by the side of their normals: same, or opposed. Those without a normal (NaN) are
+// neither.
+class SideCounter {
+ public:
+  struct Counts {
+    size_t same = 0, opposed = 0;
+  };
+  // `query` is that of the moment, whenever the search shows neighbors.
+  SideCounter(const SpatialIndex& index, const QueryPoint& query, Counts& counts)
+      : index_(&index), query_(&query), counts_(&counts) {}
+
+  HWY_INLINE void Start(size_t) {
+    *counts_ = {};
+    comparer_.Start(*query_);
+  }
+  HWY_INLINE void operator()(const NearPoints& near, FloatMask inside) {
+    const FloatTag d;
+    const SpatialIndex::LeafNormals& normals = index_->normals(near.leaf);
+    const FloatVec agreement = comparer_.Agreement(
+        hn::Load(d, normals.x + near.place), hn::Load(d, normals.y + near.place), hn::Load(d, normals.z + near.place));
+    const FloatVec zero = hn::Zero(d);
+    counts_->same += hn::CountTrue(d, hn::And(inside, hn::Ge(agreement, zero)));
+    counts_->opposed += hn::CountTrue(d, hn::And(inside, hn::Lt(agreement, zero)));
+  }
+  HWY_INLINE void Finish() {}
+
+ private:
+  const SpatialIndex* index_;
+  const QueryPoint* query_;
+  Counts* counts_;
+  NormalComparer comparer_;
+};
+
+// Leaves the first point of each leaf, with its normal.
+inline void KeepFirstOfLeaves(GroupPoints& points) {
+  size_t kept = 0;
+  for (size_t i = 0; i < points.size; ++i) {
+    if (points.place[i] % SpatialIndex::kLeafSize != 0) continue;
+    float vector[3];
+    points.query.Get(i, vector);
+    points.query.Set(kept, vector);
+    points.normal.Get(i, vector);
+    points.normal.Set(kept, vector);
+    points.rank[kept] = points.rank[i];
+    points.place[kept++] = points.place[i];
+  }
+  points.size = kept;
+}
+
+// Adds what the points of a group say.
+inline absl::Status ProbeSidesKernel(const SpatialIndex& index, const NeighborhoodPlan& fit,
+                                     const NeighborhoodPlan& links, size_t group, bool takes_all, GroupScratch& s,
+                                     SideCounts& out) {
+  LoadGroup<true>(index, group, s.points);
+  if (!takes_all) KeepFirstOfLeaves(s.points);
+  QueryPoint query;
+  SideCounter::Counts counts;
+  const auto add_share = [&](size_t, const LeafList&) {
+    const size_t both = counts.same + counts.opposed;
+    if (both == 0) return;
+    out.opposed_shares += static_cast<double>(counts.opposed) / static_cast<double>(both);
+    ++out.points;
+  };
+  const absl::Status status =
+      ForEachNeighborhood(index, fit, query, kNoNormals, SideCounter(index, query, counts), s, add_share);
+  if (!status.ok()) return status;
+  LinkNeighbors neighbors;
+  const auto add_pairs = [&](size_t i, const LeafList&) HWY_ATTR {
+    CompareNormals(s.points.normal.x[i], s.points.normal.y[i], s.points.normal.z[i], neighbors);
+    for (size_t j = 0; j < neighbors.count; ++j) {
+      // NaN where one of both has no normal. Each point is a neighbor of itself.
+      if (neighbors.place[j] == s.points.place[i] || !(neighbors.cost[j] <= kMostPairCost)) continue;
+      ++out.pairs;
+      out.torn_pairs += neighbors.agreement[j] < 0.0f ? 1 : 0;
+    }
+  };
+  return ForEachNeighborhood(index, links, query, kNoNormals, LinkCollector(index, query, neighbors), s, add_pairs);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+#include <limits>
+
+namespace curvd {
+namespace {
+
+HWY_EXPORT(ProbeSidesKernel);
+
+constexpr size_t kMostGroups = 128;
+// Of smaller clouds all points are looked at; of larger ones, the first of each leaf of those groups.
+constexpr size_t kSmallCloud = kMostGroups * SpatialIndex::kGroupPoints;
+
+class SideProbePhase final : public Phase {
+ public:
+  SideProbePhase(SideProbe& probe, std::string_view name) : probe_(probe), name_(name) {}
+  std::string_view name() const override { return name_; }
+  absl::StatusOr<size_t> Begin() override { return probe_.block_count(); }
+  absl::Status RunBlock(const BlockContext& context) override {
+    return probe_.RunBlock(context.block, context.worker, context.stopped);
+  }
+
+ private:
+  SideProbe& probe_;
+  const std::string_view name_;
+};
+
+}  // namespace
+
+SideProbe::SideProbe(const SpatialIndex& index, const NormalFit& fit, int thread_count)
+    : index_(index),
+      fit_(NeighborhoodPlan::Make(fit.ToEstimatorOptions(), index)),
+      links_(LinkSearch(index)),
+      groups_(SampleGroups(index, kMostGroups)),
+      counts_(groups_.size()),
+      scratch_(static_cast<size_t>(thread_count)) {}
+
+absl::Status SideProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
+  std::unique_ptr<Scratch>& scratch = scratch_[static_cast<size_t>(worker)];
+  if (scratch == nullptr) {
+    scratch = std::make_unique<Scratch>();
+    scratch->most_work = std::numeric_limits<uint64_t>::max();  // four points are few, and so are small clouds
+  }
+  scratch->stopped = &stopped;
+  return HWY_DYNAMIC_DISPATCH(ProbeSidesKernel)(index_, fit_, links_, groups_[block],
+                                                index_.point_count() <= kSmallCloud, *scratch, counts_[block]);
+}
+
+double SideProbe::OpposedShare() const {
+  double shares = 0.0, points = 0.0;
+  for (const SideCounts& counts : counts_) {
+    shares += counts.opposed_shares;
+    points += static_cast<double>(counts.points);
+  }
+  return points > 0.0 ? shares / points : 0.0;
+}
+
+double SideProbe::TornShare() const {
+  double torn = 0.0, pairs = 0.0;
+  for (const SideCounts& counts : counts_) {
+    torn += static_cast<double>(counts.torn_pairs);
+    pairs += static_cast<double>(counts.pairs);
+  }
+  return pairs > 0.0 ? torn / pairs : 0.0;
+}
+
+std::unique_ptr<Phase> MakeSideProbePhase(SideProbe& probe, std::string_view name) {
+  return std::make_unique<SideProbePhase>(probe, name);
+}
+
+}  // namespace curvd
+
+#endif  // HWY_ONCE
