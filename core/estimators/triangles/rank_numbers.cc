@@ -44,10 +44,10 @@ size_t RankNumbers::Start(const SpatialIndex& index, const LeafList& leaves) {
     for (size_t i = 0; i < points; ++i) {
       sorted_[size_++] = uint64_t{static_cast<uint32_t>(ids[i])} << kRankShift | (position * kLeaf + i);
     }
-    std::fill_n(numbers_.data() + position * kLeaf + points, kLeaf - points, 0u);
+    std::fill_n(numbers_.data() + position * kLeaf + points, kLeaf - points, 0);
   }
   const uint64_t* const sorted = SortByRank(sorted_.data(), sorted_.data() + size_, size_);
-  for (size_t i = 0; i < size_; ++i) numbers_[static_cast<uint32_t>(sorted[i])] = static_cast<uint32_t>(i);
+  for (size_t i = 0; i < size_; ++i) numbers_[static_cast<uint32_t>(sorted[i])] = static_cast<int32_t>(i);
   return size_;
 }
 

@@ -25,7 +25,7 @@ class RankNumbers {
   size_t size() const { return size_; }
   // The numbers of the points of the leaf at a position of the list, by their place in it: SpatialIndex::kLeafSize, of
   // which those without a point are any. Aligned for any vector.
-  const uint32_t* of(size_t position) const { return numbers_.data() + position * SpatialIndex::kLeafSize; }
+  const int32_t* of(size_t position) const { return numbers_.data() + position * SpatialIndex::kLeafSize; }
 
   // A slot for each number, padded with empty ones to a multiple of SpatialIndex::kLeafSize. Whoever puts something
   // into them makes them kEmpty again.
@@ -35,14 +35,15 @@ class RankNumbers {
   size_t bytes() const { return numbers_.bytes() + slots_.bytes() + sorted_.bytes(); }
   static constexpr size_t MostBytes(size_t leaves) {
     const size_t places = leaves * SpatialIndex::kLeafSize;
-    return 2 * ScratchArray<uint32_t>::MostBytes(places) + ScratchArray<uint64_t>::MostBytes(2 * places);
+    return ScratchArray<int32_t>::MostBytes(places) + ScratchArray<uint32_t>::MostBytes(places) +
+           ScratchArray<uint64_t>::MostBytes(2 * places);
   }
 
  private:
   const LeafList* source_ = nullptr;
   uint64_t generation_ = 0;
   size_t size_ = 0;
-  ScratchArray<uint32_t> numbers_;
+  ScratchArray<int32_t> numbers_;
   ScratchArray<uint32_t> slots_;
   ScratchArray<uint64_t> sorted_;  // ranks above places in the list, and as many while they are sorted
 };

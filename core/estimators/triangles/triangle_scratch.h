@@ -24,17 +24,18 @@ struct TrianglePlan {
 };
 
 struct TriangleScratch : MeasuringScratch {
-  // Elements that follow the last of the order.
+  // Elements that follow the last key, and the last of the order.
+  static constexpr size_t kKeyPad = 4 * SpatialIndex::kLeafSize;
   static constexpr size_t kOrderPad = 3 * SpatialIndex::kLeafSize;
 
-  PointRows rows;                        // of leaves of the list that was searched last
-  RankNumbers numbers;                   // of the points of that list
-  ScratchArray<uint32_t> found_numbers;  // of the neighbors of the point of the moment
-  ScratchArray<uint32_t> listed;         // where their rows begin
-  ScratchArray<uint32_t> order;          // the same in the order of their ranks
+  PointRows rows;                 // of leaves of the list that was searched last
+  RankNumbers numbers;            // of the points of that list, once a neighborhood asks for them
+  ScratchArray<int32_t> keys;     // of the neighbors of the point of the moment: their ranks, or their numbers
+  ScratchArray<uint32_t> listed;  // where their rows begin
+  ScratchArray<uint32_t> order;   // the same in the order of their ranks
 
   size_t bytes() const override {
-    return sizeof(*this) + search.bytes() + rows.bytes() + numbers.bytes() + found_numbers.bytes() + listed.bytes() +
+    return sizeof(*this) + search.bytes() + rows.bytes() + numbers.bytes() + keys.bytes() + listed.bytes() +
            order.bytes();
   }
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count) {
@@ -42,7 +43,7 @@ struct TriangleScratch : MeasuringScratch {
     const size_t leaves = MostFoundLeaves(SearchSizes(options), point_count);
     return sizeof(TriangleScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
            PointRows::MostBytes(leaves) + RankNumbers::MostBytes(leaves) +
-           2 * ScratchArray<uint32_t>::MostBytes(neighbors + SpatialIndex::kLeafSize) +
+           2 * ScratchArray<uint32_t>::MostBytes(neighbors + kKeyPad) +
            ScratchArray<uint32_t>::MostBytes(neighbors + kOrderPad);
   }
 };

@@ -33,7 +33,7 @@ void ExpectNumbersInOrder(const SpatialIndex& index, const std::vector<uint32_t>
   for (size_t position = 0; position < listed.size(); ++position) {
     const int32_t* ids = index.positions(listed[position]).id;
     for (int i = 0; i < index.LeafPoints(listed[position]); ++i) {
-      const auto place = static_cast<uint32_t>(std::ranges::lower_bound(ranks, ids[i]) - ranks.begin());
+      const auto place = static_cast<int32_t>(std::ranges::lower_bound(ranks, ids[i]) - ranks.begin());
       EXPECT_EQ(numbers.of(position)[i], place) << "leaf " << position << " point " << i;
     }
   }
