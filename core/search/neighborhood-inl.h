@@ -142,13 +142,22 @@ HWY_INLINE size_t MeasureDistances(const SpatialIndex& index, const float* query
   return inner - inner_distances.data();
 }
 
-// Number of values <= limit. REQUIRES: padded with infinity to a whole vector.
-HWY_INLINE size_t CountAtMost(const float* values, size_t size, float limit) {
+// Numbers of values <= each of three limits, which are given by their bits. REQUIRES: padded with infinity to a whole
+// vector.
+HWY_INLINE void CountAtMost(const float* values, size_t size, const int32_t (&limit_bits)[3], size_t (&counts)[3]) {
   const FloatTag d;
-  const FloatVec bound = hn::Set(d, limit);
-  size_t count = 0;
-  for (size_t i = 0; i < size; i += hn::Lanes(d)) count += hn::CountTrue(d, hn::Le(hn::Load(d, values + i), bound));
-  return count;
+  const auto limit = [&limit_bits, d](int m) HWY_ATTR { return hn::Set(d, std::bit_cast<float>(limit_bits[m])); };
+  const FloatVec first = limit(0), second = limit(1), third = limit(2);
+  size_t at_first = 0, at_second = 0, at_third = 0;
+  for (size_t i = 0; i < size; i += hn::Lanes(d)) {
+    const FloatVec v = hn::Load(d, values + i);
+    at_first += hn::CountTrue(d, hn::Le(v, first));
+    at_second += hn::CountTrue(d, hn::Le(v, second));
+    at_third += hn::CountTrue(d, hn::Le(v, third));
+  }
+  counts[0] = at_first;
+  counts[1] = at_second;
+  counts[2] = at_third;
 }
 
 // A limit at which at least k of some values lie: exactly k, or the lowest where ties leave no such limit.
@@ -158,9 +167,10 @@ struct CountedLimit {
   size_t below;  // values < limit, if count > k
 };
 
-// Bisects the limit on the count: nothing is sorted and no branch depends on one value. The first steps interpolate
-// (points of a surface are even in squared distance), later ones halve the float's bits, so that ties end it.
-// REQUIRES: k >= 1, at least k values are <= high; none is negative.
+// Narrows the limit by counts: nothing is sorted and no branch depends on one value. The first steps interpolate
+// (points of a surface are even in squared distance), and count at three limits, a value apart, since each step waits
+// for the one before it; later ones halve the float's bits, so that ties end it. REQUIRES: k >= 1, at least k values
+// are <= high; none is negative.
 HWY_INLINE CountedLimit LimitByCounting(const float* values, size_t size, size_t k, float high) {
   constexpr int kInterpolations = 8;
   int32_t low_bits = -1;  // below the bits of every value
@@ -170,16 +180,28 @@ HWY_INLINE CountedLimit LimitByCounting(const float* values, size_t size, size_t
   for (int step = 0; high_count != k; ++step) {
     const float low_value = low_bits < 0 ? 0.0f : std::bit_cast<float>(low_bits);
     const float high_value = std::bit_cast<float>(high_bits);
-    const float fraction =
-        (static_cast<float>(k - low_count) + 0.5f) / (static_cast<float>(high_count - low_count) + 1);
-    int32_t middle = std::bit_cast<int32_t>(low_value + (high_value - low_value) * fraction);
-    if (step >= kInterpolations || middle <= low_bits || middle >= high_bits) {
-      middle = low_bits + (high_bits - low_bits) / 2;
-      if (middle == low_bits) break;  // all values between the counts are equal
+    const float gap = (high_value - low_value) / (static_cast<float>(high_count - low_count) + 1.0f);
+    const auto missing = static_cast<float>(k - low_count);
+    int32_t middle[3];
+    for (int m = 0; m < 3; ++m) {
+      middle[m] = std::bit_cast<int32_t>(low_value + gap * (missing + (static_cast<float>(m) - 0.5f)));
     }
-    const size_t count = CountAtMost(values, size, std::bit_cast<float>(middle));
-    (count < k ? low_bits : high_bits) = middle;
-    (count < k ? low_count : high_count) = count;
+    if (step >= kInterpolations || middle[0] <= low_bits || middle[2] >= high_bits) {
+      middle[0] = middle[1] = middle[2] = low_bits + (high_bits - low_bits) / 2;
+      if (middle[0] == low_bits) break;  // all values between the counts are equal
+    }
+    size_t count[3];
+    CountAtMost(values, size, middle, count);
+    for (int m = 0; m < 3; ++m) {
+      const bool is_low = count[m] < k;
+      low_bits = is_low ? middle[m] : low_bits;
+      low_count = is_low ? count[m] : low_count;
+    }
+    for (int m = 2; m >= 0; --m) {
+      const bool is_high = count[m] >= k;
+      high_bits = is_high ? middle[m] : high_bits;
+      high_count = is_high ? count[m] : high_count;
+    }
   }
   return {std::bit_cast<float>(high_bits), high_count, low_count};
 }
@@ -200,7 +222,7 @@ HWY_NOINLINE inline NeighborRank SplitTies(const SpatialIndex& index, const Coun
 }
 
 // Adds what the last search of a list took to the work: a step for each leaf of the list, and one for each point of the
-// leaves that meet the ball, though those are read several times: measured once, counted against at most 40 limits
+// leaves that meet the ball, though those are read several times: measured once, counted at most 40 times
 // (LimitByCounting), and shown to visitors.
 HWY_INLINE void CountWork(const LeafList& leaves, SearchScratch& s) {
   s.work += leaves.size() + s.found.leaf_count * SpatialIndex::kLeafSize;

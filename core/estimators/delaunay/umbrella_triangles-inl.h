@@ -17,6 +17,7 @@
 #include "core/estimators/delaunay/umbrella_triangles.h"
 #include "core/estimators/fits/double_sums-inl.h"
 #include "core/estimators/measures-inl.h"
+#include "core/estimators/rows/quads-inl.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
 
@@ -27,45 +28,37 @@ namespace HWY_NAMESPACE {
 // All of a triangle's measures, a vector or parts of it.
 using MeasuresTag = hn::CappedTag<double, sizeof(TriangleMeasures) / sizeof(double)>;
 
-// A vector of triangles, component by component.
-struct TriangleBatch {
-  alignas(64) float corner[3][6][SpatialIndex::kLeafSize];  // position, normal
-  alignas(64) float weight[SpatialIndex::kLeafSize];
-  alignas(64) float measure[8][SpatialIndex::kLeafSize];  // in the order of TriangleMeasures
-  alignas(64) double odd[8][SpatialIndex::kLeafSize];     // the same for sums
-
-  Triple Position(int c) const { return LoadAt(c, 0); }
-  Triple Normal(int c) const { return LoadAt(c, 3); }
-
- private:
-  Triple LoadAt(int c, int first) const {
-    const FloatTag d;
-    return {hn::Load(d, corner[c][first]), hn::Load(d, corner[c][first + 1]), hn::Load(d, corner[c][first + 2])};
-  }
+// A corner of each of a vector of triangles.
+struct CornerBatch {
+  Triple position, normal;
+  hn::Vec<IntTag> rank, place;
 };
 
 // Makes measures, floats of any size, numbers whose sums do not depend on the order: as Odd
 // (core/estimators/fits/double_sums-inl.h), but for 0, which stays.
-HWY_INLINE void MakeOdd(const float* from, double* to) {
-  const DoubleTag d;
-  const hn::Rebind<float, DoubleTag> floats;
-  for (size_t i = 0; i < SpatialIndex::kLeafSize; i += hn::Lanes(d)) {
-    const DoubleVec v = hn::PromoteTo(d, hn::Load(floats, from + i));
-    hn::Store(hn::IfThenElseZero(hn::Ne(v, hn::Zero(d)), WithLastBit(v)), d, to + i);
+HWY_INLINE void MakeOdd(const float (&from)[8], double (&to)[8]) {
+  // A row comes in halves, which are best read as they were written.
+  const hn::CappedTag<double, 4> d;
+  const hn::Rebind<float, decltype(d)> floats;
+  const hn::RebindToUnsigned<decltype(d)> bits;
+  for (size_t i = 0; i < 8; i += hn::Lanes(d)) {
+    const auto v = hn::PromoteTo(d, hn::Load(floats, from + i));
+    const auto odd = hn::BitCast(d, hn::Or(hn::BitCast(bits, v), hn::Set(bits, 1)));
+    hn::Store(hn::IfThenElseZero(hn::Ne(v, hn::Zero(d)), odd), d, to + i);
   }
 }
 
-// Measures a vector of triangles. As in measures-inl.h, with the whole tensor: half the symmetric part of
-// (e2 x w) (x) n1 - (e1 x w) (x) n2.
-HWY_INLINE void MeasureBatch(TriangleBatch& batch) {
+// Measures a vector of triangles that count `weights`; a row of `measures`, in the order of TriangleMeasures, each. As
+// in measures-inl.h, with the whole tensor: half the symmetric part of (e2 x w) (x) n1 - (e1 x w) (x) n2.
+HWY_INLINE void MeasureBatch(const CornerBatch* corners, FloatVec weights, float (*measures)[8]) {
   const FloatTag d;
-  const Triple u0 = batch.Normal(0), u1 = batch.Normal(1), u2 = batch.Normal(2);
-  const Triple e1 = Sub(batch.Position(1), batch.Position(0)), e2 = Sub(batch.Position(2), batch.Position(0));
+  const Triple &u0 = corners[0].normal, &u1 = corners[1].normal, &u2 = corners[2].normal;
+  const Triple e1 = Sub(corners[1].position, corners[0].position), e2 = Sub(corners[2].position, corners[0].position);
   const Triple n1 = Sub(u1, u0), n2 = Sub(u2, u0);
   const Triple w = Scale(Add(Add(u0, u1), u2), hn::Set(d, 1.0f / 3.0f));
   const Triple e1_w = Cross(e1, w), e2_w = Cross(e2, w);
   const FloatVec twice_area = Dot(e1, e2_w);
-  const FloatVec half = hn::CopySign(hn::Mul(hn::Load(d, batch.weight), hn::Set(d, 0.5f)), twice_area);
+  const FloatVec half = hn::CopySign(hn::Mul(weights, hn::Set(d, 0.5f)), twice_area);
   const FloatVec quarter = hn::Mul(half, hn::Set(d, 0.5f));
   const auto diagonal = [&](FloatVec p, FloatVec q, FloatVec m1, FloatVec m2)
                             HWY_ATTR { return hn::Mul(half, hn::NegMulAdd(q, m2, hn::Mul(p, m1))); };
@@ -76,71 +69,81 @@ HWY_INLINE void MeasureBatch(TriangleBatch& batch) {
     return hn::Mul(quarter, hn::Add(ab, ba));
   };
   const Triple &p = e2_w, &q = e1_w;
-  hn::Store(diagonal(p.x, q.x, n1.x, n2.x), d, batch.measure[0]);
-  hn::Store(diagonal(p.y, q.y, n1.y, n2.y), d, batch.measure[1]);
-  hn::Store(diagonal(p.z, q.z, n1.z, n2.z), d, batch.measure[2]);
-  hn::Store(mixed(p.x, p.y, q.x, q.y, n1.x, n1.y, n2.x, n2.y), d, batch.measure[3]);
-  hn::Store(mixed(p.y, p.z, q.y, q.z, n1.y, n1.z, n2.y, n2.z), d, batch.measure[4]);
-  hn::Store(mixed(p.z, p.x, q.z, q.x, n1.z, n1.x, n2.z, n2.x), d, batch.measure[5]);
-  hn::Store(hn::Mul(half, twice_area), d, batch.measure[6]);
-  hn::Store(hn::Mul(half, Dot(u0, Cross(n1, n2))), d, batch.measure[7]);
+  const Quads<FloatTag> first{diagonal(p.x, q.x, n1.x, n2.x), diagonal(p.y, q.y, n1.y, n2.y),
+                              diagonal(p.z, q.z, n1.z, n2.z), mixed(p.x, p.y, q.x, q.y, n1.x, n1.y, n2.x, n2.y)};
+  const Quads<FloatTag> last{mixed(p.y, p.z, q.y, q.z, n1.y, n1.z, n2.y, n2.z),
+                             mixed(p.z, p.x, q.z, q.x, n1.z, n1.x, n2.z, n2.x), hn::Mul(half, twice_area),
+                             hn::Mul(half, Dot(u0, Cross(n1, n2)))};
+  StoreQuads(first, d, [measures](size_t lane) HWY_ATTR { return measures[lane]; });
+  StoreQuads(last, d, [measures](size_t lane) HWY_ATTR { return measures[lane] + 4; });
 }
 
-// Puts the corners of a triangle in the order of their ranks, so that what is computed of it does not depend on whose
-// umbrella it was taken from.
-HWY_INLINE void OrderCorners(const TriangleCorner* corners, UmbrellaTriangles::Triangle& triangle) {
-  uint64_t keys[3];
-  for (int c = 0; c < 3; ++c) {
-    const uint32_t place = triangle.place[c];
-    keys[c] = uint64_t{static_cast<uint32_t>(corners[place].rank)} << 32 | place;
-  }
-  // Without a branch: nobody can predict it.
-  const auto sort = [&keys](int a, int b) {
-    const uint64_t low = std::min(keys[a], keys[b]), high = std::max(keys[a], keys[b]);
-    keys[a] = low;
-    keys[b] = high;
+// Exchanges two corners of the triangles that have them in the other order than that of their ranks.
+HWY_INLINE void OrderTwoCorners(CornerBatch& a, CornerBatch& b) {
+  const FloatTag d;
+  const auto late = hn::Lt(b.rank, a.rank);
+  const auto late_floats = hn::RebindMask(d, late);
+  const auto exchange = [](auto mask, auto& first, auto& second) HWY_ATTR {
+    const auto lower = hn::IfThenElse(mask, second, first);
+    second = hn::IfThenElse(mask, first, second);
+    first = lower;
   };
-  sort(0, 1);
-  sort(1, 2);
-  sort(0, 1);
-  for (int c = 0; c < 3; ++c) triangle.place[c] = static_cast<uint32_t>(keys[c]);
+  exchange(late, a.rank, b.rank);
+  exchange(late, a.place, b.place);
+  for (FloatVec Triple::*component : {&Triple::x, &Triple::y, &Triple::z}) {
+    exchange(late_floats, a.position.*component, b.position.*component);
+    exchange(late_floats, a.normal.*component, b.normal.*component);
+  }
 }
 
-// Measures all gathered triangles. Corners are copied one by one: from the first-level cache that is faster than vector
-// gathers.
+// Measures all gathered triangles, with their corners in the order of their ranks, so that what is computed of a
+// triangle does not depend on whose umbrella it was taken from. Leaves the corners in that order.
 HWY_INLINE void MeasureGathered(UmbrellaTriangles& triangles) {
   const FloatTag d;
+  const IntTag di;
   const size_t size = triangles.size();
-  TriangleBatch batch{};
+  alignas(64) float measures[SpatialIndex::kLeafSize][8];
   for (size_t t = 0; t < size; t += hn::Lanes(d)) {
+    UmbrellaTriangles::Triangle* const batch = triangles.mutable_triangles() + t;
+    const auto row = [batch](size_t lane) HWY_ATTR { return reinterpret_cast<int32_t*>(&batch[lane]); };
+    const Quads<IntTag> rows = LoadQuads(di, row);
+    CornerBatch corners[3];
+    for (int c = 0; c < 3; ++c) {
+      const auto at = [&](size_t lane) HWY_ATTR { return triangles.corners()[batch[lane].place[c]].position; };
+      const auto normal_at = [&](size_t lane) HWY_ATTR { return triangles.corners()[batch[lane].place[c]].normal; };
+      const Quads<FloatTag> position = LoadQuads(d, at), normal = LoadQuads(d, normal_at);
+      corners[c] = {{position.x, position.y, position.z},
+                    {normal.x, normal.y, normal.z},
+                    hn::BitCast(di, position.w),
+                    c == 0   ? rows.x
+                    : c == 1 ? rows.y
+                             : rows.z};
+    }
+    OrderTwoCorners(corners[0], corners[1]);
+    OrderTwoCorners(corners[1], corners[2]);
+    OrderTwoCorners(corners[0], corners[1]);
+    StoreQuads({corners[0].place, corners[1].place, corners[2].place, rows.w}, di, row);
+    MeasureBatch(corners, hn::Mul(hn::ConvertTo(d, rows.w), hn::Set(d, 1.0f / 3.0f)), measures);
     const size_t lanes = std::min(hn::Lanes(d), size - t);
-    for (size_t lane = 0; lane < lanes; ++lane) {
-      UmbrellaTriangles::Triangle& triangle = triangles.mutable_triangle(t + lane);
-      OrderCorners(triangles.corners(), triangle);
-      batch.weight[lane] = triangle.occurrences * (1.0f / 3.0f);
-      for (int c = 0; c < 3; ++c) {
-        const float* values = triangles.corners()[triangle.place[c]].values;
-        for (int component = 0; component < 6; ++component) batch.corner[c][component][lane] = values[component];
-      }
-    }
-    MeasureBatch(batch);
-    for (int m = 0; m < 8; ++m) MakeOdd(batch.measure[m], batch.odd[m]);
-    for (size_t lane = 0; lane < lanes; ++lane) {
-      double* out = triangles.measures()[t + lane].values;
-      for (int m = 0; m < 8; ++m) out[m] = batch.odd[m][lane];
-    }
+    for (size_t lane = 0; lane < lanes; ++lane) MakeOdd(measures[lane], triangles.measures()[t + lane].values);
   }
 }
 
 HWY_INLINE void LoadCorners(const SpatialIndex& index, const LeafList& leaves, UmbrellaTriangles& triangles) {
+  const FloatTag d;
+  const IntTag di;
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
-  for (size_t i = 0; i < leaves.size(); ++i) {
-    const SpatialIndex::LeafPositions& points = index.positions(leaves.leaf(i));
-    const SpatialIndex::LeafNormals& normals = index.normals(leaves.leaf(i));
-    for (size_t lane = 0; lane < kLeaf; ++lane) {
-      triangles.corners()[i * kLeaf + lane] = {
-          {points.x[lane], points.y[lane], points.z[lane], normals.x[lane], normals.y[lane], normals.z[lane]},
-          points.id[lane]};
+  for (size_t j = 0; j < leaves.size(); ++j) {
+    const SpatialIndex::LeafPositions& points = index.positions(leaves.leaf(j));
+    const SpatialIndex::LeafNormals& normals = index.normals(leaves.leaf(j));
+    for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
+      TriangleCorner* const corners = triangles.corners() + j * kLeaf + i;
+      const Quads<FloatTag> position{hn::Load(d, points.x + i), hn::Load(d, points.y + i), hn::Load(d, points.z + i),
+                                     hn::BitCast(d, hn::Load(di, points.id + i))};
+      const Quads<FloatTag> normal{hn::Load(d, normals.x + i), hn::Load(d, normals.y + i), hn::Load(d, normals.z + i),
+                                   hn::Zero(d)};
+      StoreQuads(position, d, [corners](size_t lane) HWY_ATTR { return corners[lane].position; });
+      StoreQuads(normal, d, [corners](size_t lane) HWY_ATTR { return corners[lane].normal; });
     }
   }
 }
@@ -191,35 +194,38 @@ HWY_INLINE TriangleMeasures SumNeighborTriangles(const UmbrellaTriangles& triang
   constexpr size_t kParts = sizeof(TriangleMeasures) / sizeof(double) / hn::MaxLanes(MeasuresTag());
   const float* weights = triangles.weights();
   const TriangleMeasures anchors = MeasureAnchors(neighbor_count * Umbrella::kMaxTriangles, rho);
-  hn::Vec<MeasuresTag> anchor[kParts], total[kParts];
+  hn::Vec<MeasuresTag> anchor[kParts], even[kParts], odd[kParts];
   for (size_t part = 0; part < kParts; ++part) {
-    anchor[part] = hn::Load(d, anchors.values + part * hn::MaxLanes(d));
-    total[part] = hn::Zero(d);
+    anchor[part] = even[part] = odd[part] = hn::Load(d, anchors.values + part * hn::MaxLanes(d));
   }
+  const auto add = [&](uint32_t t, hn::Vec<MeasuresTag>* sum) HWY_ATTR {
+    const uint32_t* place = triangles.triangle(t).place;
+    // The mean of the corners' weights over the triangle; nothing where one is no neighbor.
+    const float mean = weights[place[0]] + weights[place[1]] + weights[place[2]];
+    // In vectors: compilers make a branch of a scalar's maximum, which nobody can predict.
+    const auto weight = hn::Max(hn::Set(d, static_cast<double>(mean)), hn::Zero(d));
+    const double* measures = triangles.measures()[t].values;
+    for (size_t part = 0; part < kParts; ++part) {
+      sum[part] = AddProduct(hn::Load(d, measures + part * hn::MaxLanes(d)), weight, sum[part], anchor[part]);
+    }
+  };
   size_t looked_at = 0;
   for (size_t j = 0; j < count; ++j) {
-    // Of each leaf apart, since an addition waits for the one before it.
-    hn::Vec<MeasuresTag> sum[kParts];
-    for (size_t part = 0; part < kParts; ++part) sum[part] = anchor[part];
-    const uint32_t first = triangles.first(positions[j]), last = triangles.first(positions[j] + 1);
-    looked_at += last - first;
-    for (uint32_t t = first; t < last; ++t) {
-      const uint32_t* place = triangles.triangle(t).place;
-      // The mean of the corners' weights over the triangle; nothing where one is no neighbor.
-      const float mean = weights[place[0]] + weights[place[1]] + weights[place[2]];
-      // In vectors: compilers make a branch of a scalar's maximum, which nobody can predict.
-      const auto weight = hn::Max(hn::Set(d, static_cast<double>(mean)), hn::Zero(d));
-      const double* measures = triangles.measures()[t].values;
-      for (size_t part = 0; part < kParts; ++part) {
-        sum[part] = AddProduct(hn::Load(d, measures + part * hn::MaxLanes(d)), weight, sum[part], anchor[part]);
-      }
+    uint32_t t = triangles.first(positions[j]);
+    const uint32_t last = triangles.first(positions[j] + 1);
+    looked_at += last - t;
+    // Two sums, since an addition waits for the one before it.
+    for (; t + 1 < last; t += 2) {
+      add(t, even);
+      add(t + 1, odd);
     }
-    for (size_t part = 0; part < kParts; ++part) total[part] = hn::Add(total[part], hn::Sub(sum[part], anchor[part]));
+    if (t < last) add(t, even);
   }
   work += looked_at;
   TriangleMeasures measures;
   for (size_t part = 0; part < kParts; ++part) {
-    hn::Store(total[part], d, measures.values + part * hn::MaxLanes(d));
+    const auto total = hn::Add(hn::Sub(even[part], anchor[part]), hn::Sub(odd[part], anchor[part]));
+    hn::Store(total, d, measures.values + part * hn::MaxLanes(d));
   }
   return measures;
 }

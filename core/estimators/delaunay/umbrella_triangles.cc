@@ -28,6 +28,8 @@ bool UmbrellaTriangles::Gather(const SpatialIndex& index, const Umbrella* umbrel
     }
   }
   first_[leaf_count_] = static_cast<uint32_t>(size_);
+  triangles_.Reserve(size_ + kPad);
+  std::fill_n(triangles_.data() + size_, kPad, Triangle{});
   measures_.Reserve(size_);
   return true;
 }
@@ -40,7 +42,7 @@ size_t UmbrellaTriangles::bytes() const {
 size_t UmbrellaTriangles::MostBytes(size_t leaves) {
   const size_t places = leaves * SpatialIndex::kLeafSize, triangles = places * Umbrella::kMaxTriangles;
   return ScratchArray<Position>::MostBytes(std::bit_ceil(2 * leaves + 1)) +
-         ScratchArray<uint32_t>::MostBytes(leaves + 1) + ScratchArray<Triangle>::MostBytes(triangles) +
+         ScratchArray<uint32_t>::MostBytes(leaves + 1) + ScratchArray<Triangle>::MostBytes(triangles + kPad) +
          ScratchArray<TriangleMeasures>::MostBytes(triangles) + ScratchArray<TriangleCorner>::MostBytes(places) +
          ScratchArray<float>::MostBytes(places);
 }
@@ -93,7 +95,7 @@ void UmbrellaTriangles::Add(const Umbrella& umbrella, uint32_t place) {
     lookups_ += 2;
     const uint32_t a = PlaceOf(umbrella.rim[triangle]), b = PlaceOf(umbrella.rim[triangle + 1]);
     if (a == kNowhere || b == kNowhere) continue;
-    triangles_[size_++] = {{place, a, b}, static_cast<float>(umbrella.Occurrences(triangle))};
+    triangles_[size_++] = {{place, a, b}, static_cast<uint32_t>(umbrella.Occurrences(triangle))};
   }
 }
 

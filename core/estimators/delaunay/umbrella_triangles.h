@@ -29,10 +29,10 @@ struct alignas(64) TriangleMeasures {
   float gaussian() const { return static_cast<float>(values[7]); }
 };
 
-// Position and normal, and the point's rank.
+// A point as a corner.
 struct alignas(32) TriangleCorner {
-  float values[6];
-  int32_t rank;
+  float position[4];  // and the bits of the point's rank
+  float normal[4];    // and 0
 };
 
 // All distinct triangles whose corners lie in the leaves of a list. Points go by their place: position of the leaf in
@@ -45,10 +45,12 @@ struct alignas(32) TriangleCorner {
 // of them at most kMostProbes + log2(n) + 1 steps, whichever leaves are listed.
 class UmbrellaTriangles {
  public:
-  struct Triangle {
+  struct alignas(16) Triangle {
     uint32_t place[3];
-    float occurrences;
+    uint32_t occurrences;
   };
+  // Triangles that follow the last, for who reads several at a time: they occur in no umbrella.
+  static constexpr size_t kPad = SpatialIndex::kLeafSize;
 
   // Makes the triangles of a list, unless they are there already: returns whether it did. All weights are then those of
   // no neighbor. REQUIRES: `umbrellas`, by place in the tree order, have their occurrences counted; the list is in tree
@@ -64,8 +66,8 @@ class UmbrellaTriangles {
   // The triangles whose umbrella's point lies in leaf i of the list: [first(i), first(i + 1)).
   uint32_t first(size_t i) const { return first_[i]; }
   const Triangle& triangle(size_t t) const { return triangles_[t]; }
-  // For the kernel that measures, which puts their corners in an order of its own.
-  Triangle& mutable_triangle(size_t t) { return triangles_[t]; }
+  // For the kernel that measures, which puts their corners in an order of its own. Aligned for any vector, with kPad.
+  Triangle* mutable_triangles() { return triangles_.data(); }
 
   // Of each triangle, by its number below size().
   TriangleMeasures* measures() { return measures_.data(); }

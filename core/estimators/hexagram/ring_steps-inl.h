@@ -41,15 +41,17 @@ HWY_NOINLINE inline void SumRing(const AvgHexagramPlan& plan, const RingNeighbor
   const NeighborArrays& n = ring.neighbors;
   const Triple u = Broadcast(s.frames.u, i), v = Broadcast(s.frames.v, i);
   s.steps.Reserve(n.count + SpatialIndex::kLeafSize);
-  for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
-    const Triple offset{hn::Load(d, n.dx.data() + j), hn::Load(d, n.dy.data() + j), hn::Load(d, n.dz.data() + j)};
-    const IntVec step = FindSteps(plan, Dot(offset, u), Dot(offset, v));
-    const IntVec row = hn::Load(di, ring.number.data() + j);
-    hn::StoreU(hn::Or(hn::ShiftLeft<kStepBits>(row), step), di, s.steps.data() + j);
-  }
   float own[PointRows::kRow] = {};
-  s.points.normal.Get(i, own + 4);
-  SumListed(plan, rows.row(0), n.count, own, i, s);
+  s.points.normal.Get(i, own + PointRows::kNormal);
+  WithRotations(plan, [&](auto rotations) CURVD_INLINED {
+    for (size_t j = 0; j < n.count; j += hn::Lanes(d)) {
+      const Triple offset{hn::Load(d, n.dx.data() + j), hn::Load(d, n.dy.data() + j), hn::Load(d, n.dz.data() + j)};
+      const IntVec step = FindSteps<rotations.value>(plan, Dot(offset, u), Dot(offset, v));
+      const IntVec row = hn::Load(di, ring.number.data() + j);
+      hn::StoreU(hn::Or(hn::ShiftLeft<kStepBits>(row), step), di, s.steps.data() + j);
+    }
+    SumListed<rotations.value>(rows.row(0), n.count, own, i, s);
+  });
 }
 
 }  // namespace HWY_NAMESPACE

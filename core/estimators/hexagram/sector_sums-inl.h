@@ -13,6 +13,7 @@
 #endif
 
 #include <algorithm>
+#include <type_traits>
 
 #include "core/estimators/fixed_point-inl.h"
 #include "core/estimators/hexagram/avg_hexagram.h"
@@ -44,13 +45,14 @@ HWY_INLINE IntVec FindSectors(FloatVec along_u, FloatVec along_v) {
 
 // Which step each of a vector of offsets lies in, counted from the first bound of sector 0 of the first hexagram. Those
 // without a tangential part (the point itself, its doubles) lie in none: they get the step after the last.
+template <int kRotations>
 HWY_INLINE IntVec FindSteps(const AvgHexagramPlan& plan, FloatVec along_u, FloatVec along_v) {
   const FloatTag d;
   const IntTag di;
   const IntVec sector = FindSectors(along_u, along_v);
   IntVec step = hn::Zero(di);
-  for (int r = 0; r < plan.rotations; ++r) step = hn::Add(step, sector);
-  for (int r = 1; r < plan.rotations; ++r) {
+  for (int r = 0; r < kRotations; ++r) step = hn::Add(step, sector);
+  for (int r = 1; r < kRotations; ++r) {
     const FloatVec cosine = hn::Set(d, plan.cosine[r]), sine = hn::Set(d, plan.sine[r]);
     const IntVec turned = FindSectors(hn::MulAdd(cosine, along_u, hn::Mul(sine, along_v)),
                                       hn::NegMulAdd(sine, along_u, hn::Mul(cosine, along_v)));
@@ -59,7 +61,7 @@ HWY_INLINE IntVec FindSteps(const AvgHexagramPlan& plan, FloatVec along_u, Float
   }
   const FloatVec zero = hn::Zero(d);
   const FloatMask nowhere = hn::And(hn::Eq(along_u, zero), hn::Eq(along_v, zero));
-  return hn::IfThenElse(hn::RebindMask(di, nowhere), hn::Set(di, 6 * plan.rotations), step);
+  return hn::IfThenElse(hn::RebindMask(di, nowhere), hn::Set(di, 6 * kRotations), step);
 }
 
 // A neighbor as an integer: its row, and the step that it lies in. Only leaves with neighbors have rows: 27 bits hold
@@ -68,6 +70,7 @@ inline constexpr int kStepBits = 5;
 static_assert(6 * kMaxRotations < 1 << kStepBits);
 
 // Lists the neighbors of point i as `s.steps`; returns their number.
+template <int kRotations>
 HWY_INLINE size_t ListSteps(const SpatialIndex& index, const AvgHexagramPlan& plan, size_t i, AvgHexagramScratch& s) {
   const IntTag di;
   const Neighborhood& found = s.search.found;
@@ -83,7 +86,7 @@ HWY_INLINE size_t ListSteps(const SpatialIndex& index, const AvgHexagramPlan& pl
     const size_t lane = near.place;
     const Triple position{hn::Load(d, points.x + lane), hn::Load(d, points.y + lane), hn::Load(d, points.z + lane)};
     const Triple offset = Sub(position, query);
-    const IntVec step = FindSteps(plan, Dot(offset, u), Dot(offset, v));
+    const IntVec step = FindSteps<kRotations>(plan, Dot(offset, u), Dot(offset, v));
     const uint32_t first = FirstRow(index, near.leaf, found.positions[near.near], s.rows);
     const IntVec row = IntsFrom(static_cast<int32_t>(first + lane));
     hn::StoreU(hn::Compress(hn::Or(hn::ShiftLeft<kStepBits>(row), step), inside), di, out);
@@ -107,7 +110,7 @@ struct StepSums {
 // How many quanta the numbers of a row have: a power of two for position and normal, 1 for the count.
 struct RowScale {
   alignas(32) float per_quantum[PointRows::kRow];
-  float position_quantum, normal_quantum;
+  alignas(32) float quantum[PointRows::kRow];
 
   // For as many neighbors within a squared radius, whose normals have a cosine with the point's own of at least
   // `agreement`.
@@ -117,12 +120,11 @@ struct RowScale {
     const int bits = FixedPointBits(count);
     const int position = bits - RootExponent(squared_radius);
     const int normal = bits - RootExponent(2.0f * std::max(1.0f - agreement, 0.0f) + kRounding);
-    const float per_position = PowerOfTwo(position), per_normal = PowerOfTwo(normal);
-    std::fill_n(per_quantum, 3, per_position);
-    per_quantum[3] = 1.0f;
-    std::fill_n(per_quantum + 4, 4, per_normal);
-    position_quantum = PowerOfTwo(-position);
-    normal_quantum = PowerOfTwo(-normal);
+    std::fill_n(per_quantum, 3, PowerOfTwo(position));
+    std::fill_n(quantum, 3, PowerOfTwo(-position));
+    per_quantum[3] = quantum[3] = 1.0f;
+    std::fill_n(per_quantum + 4, 4, PowerOfTwo(normal));
+    std::fill_n(quantum + 4, 4, PowerOfTwo(-normal));
   }
 };
 
@@ -154,21 +156,34 @@ HWY_INLINE void AddSteps(const float* rows, const int32_t* steps, size_t count, 
   if (j < count) add(steps[j], sums.row[0]);
 }
 
-// Makes the sums of both halves one, less the bits of kFixedPoint that came with each neighbor.
+// Makes the sums of both halves one, less the bits of kFixedPoint that came with each neighbor: those that the last
+// numbers, which are 0, add up to.
 template <int kSteps>
 HWY_INLINE void JoinHalves(StepSums& sums) {
   const IntRowTag d;
-  // The count is below 2^22, and the bits of kFixedPoint are a multiple of that.
-  static_assert(kFixedPointBits % (1 << 22) == 0);
-  constexpr uint32_t kCountMask = (1 << 22) - 1;
+  constexpr size_t kLast = PointRows::kRow - 1;
   for (int step = 0; step < kSteps; ++step) {
     int32_t *first = sums.row[0][step], *second = sums.row[1][step];
-    const uint32_t count = (static_cast<uint32_t>(first[3]) + static_cast<uint32_t>(second[3])) & kCountMask;
-    const auto bits = hn::Set(d, static_cast<int32_t>(count * kFixedPointBits));
+    const uint32_t bits = static_cast<uint32_t>(first[kLast]) + static_cast<uint32_t>(second[kLast]);
     for (size_t part = 0; part < kRowParts; ++part, first += hn::Lanes(d), second += hn::Lanes(d)) {
-      hn::Store(hn::Sub(hn::Add(hn::Load(d, first), hn::Load(d, second)), bits), d, first);
+      const auto sum = hn::Add(hn::Load(d, first), hn::Load(d, second));
+      hn::Store(hn::Sub(sum, hn::Set(d, static_cast<int32_t>(bits))), d, first);
     }
   }
+}
+
+// Stores a part of a row of sums, from number c on.
+HWY_INLINE void StoreSums(hn::Vec<RowTag> sums, [[maybe_unused]] size_t c, float* offset, float* normal) {
+  const RowTag d;
+#if HWY_TARGET != HWY_SCALAR
+  if constexpr (kRowParts == 1) {
+    const hn::Half<RowTag> half;
+    hn::Store(hn::LowerHalf(half, sums), half, offset);
+    hn::Store(hn::UpperHalf(half, sums), half, normal);
+    return;
+  }
+#endif
+  hn::Store(sums, d, c < PointRows::kNormal ? offset + c : normal + (c - PointRows::kNormal));
 }
 
 // Sets the hexagrams of point i to the sums of their sectors.
@@ -176,24 +191,17 @@ template <int kRotations>
 HWY_INLINE void FoldSteps(const RowScale& scale, StepSums& sums, size_t i, Hexagram* hexagrams) {
   constexpr int kSteps = 6 * kRotations;
   JoinHalves<kSteps>(sums);
-  const hn::CappedTag<int32_t, 4> half;
-  const hn::RebindToFloat<decltype(half)> half_floats;
-  alignas(16)
-      const float position_quantum[4] = {scale.position_quantum, scale.position_quantum, scale.position_quantum, 1.0f};
-  const auto normal_quantum = hn::Set(half_floats, scale.normal_quantum);
-  for (int r = 0; r < kRotations; ++r) {
-    for (int s = 0; s < 6; ++s) {
-      for (size_t c = 0; c < 4; c += hn::Lanes(half)) {
-        auto offset = hn::Zero(half), normal = hn::Zero(half);
+  const RowTag d;
+  const IntRowTag di;
+  for (size_t c = 0; c < PointRows::kRow; c += hn::Lanes(d)) {
+    const auto quantum = hn::Load(d, scale.quantum + c);
+    for (int r = 0; r < kRotations; ++r) {
+      for (int s = 0; s < 6; ++s) {
+        auto sum = hn::Zero(di);
         for (int step = kRotations * s + r; step < kRotations * (s + 1) + r; ++step) {
-          const int32_t* row = sums.row[0][step % kSteps] + c;
-          offset = hn::Add(offset, hn::Load(half, row));
-          normal = hn::Add(normal, hn::Load(half, row + 4));
+          sum = hn::Add(sum, hn::Load(di, sums.row[0][step % kSteps] + c));
         }
-        const auto offsets = hn::Mul(hn::ConvertTo(half_floats, offset), hn::Load(half_floats, position_quantum + c));
-        hn::Store(offsets, half_floats, hexagrams[r].offset[s][i] + c);
-        hn::Store(hn::Mul(hn::ConvertTo(half_floats, normal), normal_quantum), half_floats,
-                  hexagrams[r].normal[s][i] + c);
+        StoreSums(hn::Mul(hn::ConvertTo(d, sum), quantum), c, hexagrams[r].offset[s][i], hexagrams[r].normal[s][i]);
       }
     }
   }
@@ -201,26 +209,33 @@ HWY_INLINE void FoldSteps(const RowScale& scale, StepSums& sums, size_t i, Hexag
 
 // Adds up listed neighbors, `count` in all, and sets all hexagrams of point i to their sums. `own` is what `rows` are
 // relative to the point by.
-HWY_INLINE void SumListed(const AvgHexagramPlan& plan, const float* rows, size_t count, const float* own, size_t i,
-                          AvgHexagramScratch& s) {
+template <int kRotations>
+HWY_INLINE void SumListed(const float* rows, size_t count, const float* own, size_t i, AvgHexagramScratch& s) {
   const IntRowTag d;
   const RowScale scale(count, s.neighborhoods.squared_radius[i], s.neighborhoods.agreement[i]);
   StepSums sums;
   for (auto& half : sums.row) {
-    for (int step = 0; step <= 6 * plan.rotations; ++step) {
+    for (int step = 0; step <= 6 * kRotations; ++step) {
       for (size_t c = 0; c < PointRows::kRow; c += hn::Lanes(d)) hn::Store(hn::Zero(d), d, half[step] + c);
     }
   }
   AddSteps(rows, s.steps.data(), count, own, scale, sums);
+  FoldSteps<kRotations>(scale, sums, i, s.hexagrams);
+}
+
+// Calls `sum` with a constant, the number of rotations.
+template <typename Sum>
+HWY_INLINE void WithRotations(const AvgHexagramPlan& plan, Sum sum) {
+  static_assert(kMaxRotations == 4);
   switch (plan.rotations) {
     case 1:
-      return FoldSteps<1>(scale, sums, i, s.hexagrams);
+      return sum(std::integral_constant<int, 1>());
     case 2:
-      return FoldSteps<2>(scale, sums, i, s.hexagrams);
+      return sum(std::integral_constant<int, 2>());
     case 3:
-      return FoldSteps<3>(scale, sums, i, s.hexagrams);
+      return sum(std::integral_constant<int, 3>());
     default:
-      return FoldSteps<kMaxRotations>(scale, sums, i, s.hexagrams);
+      return sum(std::integral_constant<int, 4>());
   }
 }
 
@@ -230,11 +245,13 @@ HWY_INLINE void SumListed(const AvgHexagramPlan& plan, const float* rows, size_t
 HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const AvgHexagramPlan& plan, const LeafList& leaves,
                                       size_t i, AvgHexagramScratch& s) {
   s.rows.Start(leaves);
-  const size_t count = ListSteps(index, plan, i, s);
   float own[PointRows::kRow] = {};
   s.points.query.Get(i, own);
-  s.points.normal.Get(i, own + 4);
-  SumListed(plan, s.rows.row(0), count, own, i, s);
+  s.points.normal.Get(i, own + PointRows::kNormal);
+  WithRotations(plan, [&](auto rotations) CURVD_INLINED {
+    const size_t count = ListSteps<rotations.value>(index, plan, i, s);
+    SumListed<rotations.value>(s.rows.row(0), count, own, i, s);
+  });
 }
 
 }  // namespace HWY_NAMESPACE

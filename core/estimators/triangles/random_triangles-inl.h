@@ -13,6 +13,7 @@
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/measures-inl.h"
 #include "core/estimators/rows/point_rows.h"
+#include "core/estimators/rows/quads-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -22,47 +23,12 @@ namespace HWY_NAMESPACE {
 // Mean area of triangles with random corners in a disc, in units of rho^2: 35 / (48 pi).
 inline constexpr float kUsualTriangleArea = 0.232f;
 
-#if HWY_TARGET == HWY_SCALAR
-
+// The first three numbers of rows of four, as LoadQuads loads them.
 template <typename At>
 HWY_INLINE Triple LoadTriples(At at) {
-  const FloatTag d;
-  const float* from = at(0);
-  return {hn::Set(d, from[0]), hn::Set(d, from[1]), hn::Set(d, from[2])};
+  const Quads<FloatTag> rows = LoadQuads(FloatTag(), at);
+  return {rows.x, rows.y, rows.z};
 }
-
-#else
-
-// Four numbers from where `at(lane)` points to, for lane, lane + 4, ...: a block of the vector each.
-template <class D, typename At>
-HWY_INLINE hn::Vec<D> LoadBlocks(D d, At at, size_t lane) {
-  if constexpr (hn::MaxLanes(D()) == 4) {
-    return hn::Load(d, at(lane));
-  } else {
-    const hn::Half<D> half;
-    const auto low = LoadBlocks(half, at, lane), high = LoadBlocks(half, at, lane + hn::MaxLanes(half));
-    return hn::Combine(d, high, low);
-  }
-}
-
-// A vector of triples: that of each lane lies, with a fourth number, where `at(lane)` points to, aligned to 16 bytes.
-// From the caches that is far faster than gathers, which load number by number.
-template <typename At>
-HWY_INLINE Triple LoadTriples(At at) {
-  const FloatTag d;
-  const hn::RepartitionToWide<FloatTag> wide;
-  const FloatVec row0 = LoadBlocks(d, at, 0), row1 = LoadBlocks(d, at, 1);
-  const FloatVec row2 = LoadBlocks(d, at, 2), row3 = LoadBlocks(d, at, 3);
-  const auto xy_01 = hn::BitCast(wide, hn::InterleaveLower(d, row0, row1));
-  const auto xy_23 = hn::BitCast(wide, hn::InterleaveLower(d, row2, row3));
-  const auto zw_01 = hn::BitCast(wide, hn::InterleaveUpper(d, row0, row1));
-  const auto zw_23 = hn::BitCast(wide, hn::InterleaveUpper(d, row2, row3));
-  return {hn::BitCast(d, hn::InterleaveLower(wide, xy_01, xy_23)),
-          hn::BitCast(d, hn::InterleaveUpper(wide, xy_01, xy_23)),
-          hn::BitCast(d, hn::InterleaveLower(wide, zw_01, zw_23))};
-}
-
-#endif
 
 // Adds the measures of the `used` of a vector of triangles over neighbors of point i. `row(c, lane)` is the row of
 // corner c of each (core/estimators/rows/point_rows.h).

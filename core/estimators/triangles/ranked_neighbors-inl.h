@@ -12,9 +12,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <utility>
 
 #include "core/estimators/rows/point_rows-inl.h"
+#include "core/estimators/triangles/rank_numbers.h"
 #include "core/estimators/triangles/triangle_scratch.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
@@ -23,8 +23,8 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Sets order[i] to what belongs to the i-th lowest of `count` distinct numbers, after which kRankPad larger ones
-// follow. How many are lower is counted for four vectors at a time, a number after the other.
+// Sets order[i] to what belongs to the i-th lowest of `count` distinct numbers, after which kKeyPad larger ones follow.
+// How many are lower is counted for four vectors at a time, a number after the other.
 HWY_INLINE void OrderByCounting(const int32_t* numbers, const uint32_t* belongs, size_t count, uint32_t* order) {
   const IntTag d;
   const size_t lanes = hn::Lanes(d);
@@ -50,37 +50,36 @@ HWY_INLINE void OrderByCounting(const int32_t* numbers, const uint32_t* belongs,
   }
 }
 
-// The same by the numbers' digits, the lowest first. REQUIRES: they are not negative. `spare` has room for 2 count.
-inline void OrderByDigits(const int32_t* numbers, const uint32_t* belongs, size_t count, uint64_t* spare,
-                          uint32_t* order) {
-  constexpr size_t kDigits = 256;
-  uint64_t *from = spare, *to = spare + count;
-  uint64_t used = 0;
-  for (size_t i = 0; i < count; ++i) {
-    from[i] = uint64_t{static_cast<uint32_t>(numbers[i])} << 32 | belongs[i];
-    used |= from[i];
+// Appends what the slots of a list hold to `order`, which has room for a vector more, and makes them empty. Returns how
+// many held something.
+HWY_INLINE size_t EmptySlots(RankNumbers& numbers, uint32_t* order) {
+  const IntTag d;
+  const auto empty = hn::Set(d, static_cast<int32_t>(RankNumbers::kEmpty));
+  auto* const slots = reinterpret_cast<int32_t*>(numbers.slots());
+  auto* const out = reinterpret_cast<int32_t*>(order);
+  size_t count = 0;
+  for (size_t i = 0; i < numbers.size(); i += hn::Lanes(d)) {
+    const auto slot = hn::Load(d, slots + i);
+    const auto full = hn::Ne(slot, empty);
+    hn::StoreU(hn::Compress(slot, full), d, out + count);
+    hn::Store(empty, d, slots + i);
+    count += hn::CountTrue(d, full);
   }
-  for (int shift = 32; shift < 64 && used >> shift != 0; shift += 8) {
-    uint32_t ends[kDigits] = {};
-    for (size_t i = 0; i < count; ++i) ++ends[from[i] >> shift & (kDigits - 1)];
-    uint32_t end = 0;
-    for (uint32_t& digit : ends) end += std::exchange(digit, end);
-    for (size_t i = 0; i < count; ++i) to[ends[from[i] >> shift & (kDigits - 1)]++] = from[i];
-    std::swap(from, to);
-  }
-  for (size_t i = 0; i < count; ++i) order[i] = static_cast<uint32_t>(from[i]);
+  return count;
 }
 
 // Lists the neighbors of a point, which were just found in `leaves`, in the order of their ranks: s.order gets where
 // their rows begin. Returns their number.
 HWY_NOINLINE inline size_t ListRanked(const SpatialIndex& index, const LeafList& leaves, TriangleScratch& s) {
-  constexpr size_t kFew = 128;  // digits are faster above
+  constexpr size_t kFew = 64;  // above, numbers that all queries of a list share are faster
   const Neighborhood& found = s.search.found;
+  const bool is_few = found.count <= kFew;
   s.rows.Start(leaves);
-  s.ranks.Reserve(found.count + TriangleScratch::kRankPad);
-  s.listed.Reserve(found.count + TriangleScratch::kRankPad);
+  if (!is_few) s.search.work += s.numbers.Start(index, leaves) + leaves.size();
+  s.keys.Reserve(found.count + TriangleScratch::kKeyPad);
+  s.listed.Reserve(found.count + TriangleScratch::kKeyPad);
   s.order.Reserve(found.count + TriangleScratch::kOrderPad);
-  int32_t* const ranks = s.ranks.data();
+  int32_t* const keys = s.keys.data();
   uint32_t* const listed = s.listed.data();
   size_t count = 0;
   const auto list = [&](const NearPoints& near, FloatMask inside_floats) CURVD_INLINED {
@@ -88,23 +87,25 @@ HWY_NOINLINE inline size_t ListRanked(const SpatialIndex& index, const LeafList&
     const auto inside = hn::RebindMask(d, inside_floats);
     const size_t kept = hn::CountTrue(d, inside);
     if (kept == 0) return;
-    const uint32_t first = FirstRow(index, near.leaf, found.positions[near.near], s.rows);
+    const uint32_t position = found.positions[near.near];
+    const uint32_t first = FirstRow(index, near.leaf, position, s.rows);
     const auto row = IntsFrom(static_cast<int32_t>(first + near.place));
-    hn::StoreU(hn::Compress(hn::Load(d, index.positions(near.leaf).id + near.place), inside), d, ranks + count);
+    const int32_t* key = is_few ? index.positions(near.leaf).id : s.numbers.of(position);
+    hn::StoreU(hn::Compress(hn::Load(d, key + near.place), inside), d, keys + count);
     hn::StoreU(hn::Compress(hn::ShiftLeft<PointRows::kRowBits>(row), inside), d,
                reinterpret_cast<int32_t*>(listed) + count);
     count += kept;
   };
   ForEachInside(index, found, list);
-  if (count > kFew) {
-    s.digits.Reserve(2 * count);
-    OrderByDigits(ranks, listed, count, s.digits.data(), s.order.data());
-  } else {
-    std::fill_n(ranks + count, TriangleScratch::kRankPad, std::numeric_limits<int32_t>::max());
-    OrderByCounting(ranks, listed, count, s.order.data());
-  }
   s.search.work += count;
-  return count;
+  if (is_few) {
+    std::fill_n(keys + count, TriangleScratch::kKeyPad, std::numeric_limits<int32_t>::max());
+    OrderByCounting(keys, listed, count, s.order.data());
+    return count;
+  }
+  uint32_t* const slots = s.numbers.slots();
+  for (size_t i = 0; i < count; ++i) slots[keys[i]] = listed[i];
+  return EmptySlots(s.numbers, s.order.data());
 }
 
 }  // namespace HWY_NAMESPACE

@@ -8,6 +8,7 @@
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
 #include "core/estimators/rows/point_rows.h"
+#include "core/estimators/triangles/rank_numbers.h"
 
 namespace curvd {
 
@@ -23,27 +24,27 @@ struct TrianglePlan {
 };
 
 struct TriangleScratch : MeasuringScratch {
-  // Elements that follow the last rank, and the last of the order.
-  static constexpr size_t kRankPad = 4 * SpatialIndex::kLeafSize;
+  // Elements that follow the last key, and the last of the order.
+  static constexpr size_t kKeyPad = 4 * SpatialIndex::kLeafSize;
   static constexpr size_t kOrderPad = 3 * SpatialIndex::kLeafSize;
 
   PointRows rows;                 // of leaves of the list that was searched last
-  ScratchArray<int32_t> ranks;    // of the neighbors of the point of the moment
+  RankNumbers numbers;            // of the points of that list, once a neighborhood asks for them
+  ScratchArray<int32_t> keys;     // of the neighbors of the point of the moment: their ranks, or their numbers
   ScratchArray<uint32_t> listed;  // where their rows begin
   ScratchArray<uint32_t> order;   // the same in the order of their ranks
-  ScratchArray<uint64_t> digits;  // while they are ordered
 
   size_t bytes() const override {
-    return sizeof(*this) + search.bytes() + rows.bytes() + ranks.bytes() + listed.bytes() + order.bytes() +
-           digits.bytes();
+    return sizeof(*this) + search.bytes() + rows.bytes() + numbers.bytes() + keys.bytes() + listed.bytes() +
+           order.bytes();
   }
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count) {
     const size_t neighbors = MostNeighbors(options, point_count);
+    const size_t leaves = MostFoundLeaves(SearchSizes(options), point_count);
     return sizeof(TriangleScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
-           PointRows::MostBytes(MostFoundLeaves(SearchSizes(options), point_count)) +
-           ScratchArray<int32_t>::MostBytes(neighbors + kRankPad) +
-           ScratchArray<uint32_t>::MostBytes(neighbors + kRankPad) +
-           ScratchArray<uint32_t>::MostBytes(neighbors + kOrderPad) + ScratchArray<uint64_t>::MostBytes(2 * neighbors);
+           PointRows::MostBytes(leaves) + RankNumbers::MostBytes(leaves) +
+           2 * ScratchArray<uint32_t>::MostBytes(neighbors + kKeyPad) +
+           ScratchArray<uint32_t>::MostBytes(neighbors + kOrderPad);
   }
 };
 
