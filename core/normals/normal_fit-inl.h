@@ -149,25 +149,8 @@ inline void TakeJets(int degree, NormalScratch& s) {
   }
 }
 
-// Leaves the first point of each leaf.
-inline void ThinGroup(GroupPoints& points) {
-  size_t kept = 0;
-  for (size_t i = 0; i < points.size; ++i) {
-    if (points.place[i] % SpatialIndex::kLeafSize != 0) continue;
-    float position[3];
-    points.query.Get(i, position);
-    points.query.Set(kept, position);
-    points.rank[kept] = points.rank[i];
-    points.slot[kept] = points.slot[i];
-    points.place[kept++] = points.place[i];
-  }
-  points.size = kept;
-}
-
-inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
-                                   NormalScratch& s) {
-  LoadGroup<true>(index, group, s.points, s.first_point);
-  if (sample == GroupSample::kOneOfEachLeaf) ThinGroup(s.points);
+// Fits each of s.points, which are loaded.
+HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const NormalPlan& plan, NormalScratch& s) {
   const auto fill = [](size_t) {};
   const auto size = static_cast<size_t>(JetSize(plan.degree));
   const auto fit = [&](size_t i, const LeafList&) {
