@@ -15,18 +15,13 @@
 #include "core/estimators/fits/quadric_sums-inl.h"
 #include "core/estimators/fits/repeated_search-inl.h"
 #include "core/estimators/group_estimate-inl.h"
+#include "core/normals/lane_fits-inl.h"
 #include "core/normals/normal_fit.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
-
-// Neighbors that spread less than this in their middle direction, compared with the widest and squared, lie on a line.
-inline constexpr double kMinLineSpread = 1e-6;
-// A point whose neighbors' mean is farther away than this many times their spread, squared, lies by itself. In the tip
-// of a wedge, however narrow, it is 8 times.
-inline constexpr double kMaxSeclusion = 12.0;
 
 // Collects the offsets of the neighbors of a query. Normals are not read: other threads may write them.
 class OffsetCollector {
@@ -149,13 +144,26 @@ inline void TakeJets(int degree, NormalScratch& s) {
   }
 }
 
+// The number of neighbors that points of the plan have where several are fitted at once; 0 where each is by itself.
+inline size_t CountInLanes(const NormalPlan& plan, const NormalScratch& s) {
+  const SearchPlan& search = plan.neighborhood.search;
+  const bool in_lanes = !search.by_radius && search.searched_count <= LaneNeighbors::kMostNeighbors;
+  return in_lanes && search.searched_count > 1 && !plan.two_sheets && !s.inspect ? search.searched_count : 0;
+}
+
 // Fits each of s.points, which are loaded.
 HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const NormalPlan& plan, NormalScratch& s) {
   const auto fill = [](size_t) {};
   const auto size = static_cast<size_t>(JetSize(plan.degree));
+  const size_t count = CountInLanes(plan, s), lanes = hn::Lanes(DoubleTag());
   const auto fit = [&](size_t i, const LeafList&) {
     PointStatus& status = s.points.status[i];
     PreparePoints<false>(OnePoint(), plan.neighborhood, s.neighborhoods, i, s.points, s.frames, fill);
+    if (count > 0) {
+      if (status == PointStatus::kOk) TakeLane(s.neighbors, i, s.lanes);
+      if (i % lanes == lanes - 1) FitLanes(plan.degree, count, i - i % lanes, s);
+      return;
+    }
     if (status != PointStatus::kOk) return;
     const double unit = 1.0 / s.frames.rho[i];
     const NeighborSpread spread = MeasureSpread(s.neighbors, unit);
@@ -173,7 +181,12 @@ HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const Norm
   QueryPoint query;
   const OffsetCollector collector(index, query, s.neighbors);
   const absl::Status status = ForEachNeighborhood(index, plan.neighborhood, query, kNoNormals, collector, s, fit);
-  if (!status.ok() || plan.degree == 0) return status;
+  if (!status.ok()) return status;
+  if (count > 0 && s.points.size % lanes != 0) {
+    for (size_t i = s.points.size; i % lanes != 0; ++i) s.frames.Fill(i);
+    FitLanes(plan.degree, count, s.points.size - s.points.size % lanes, s);
+  }
+  if (plan.degree == 0) return status;
   const auto collect = [&](GroupSearch& search, size_t i) HWY_ATTR {
     s.points.query.Get(i, query.position);
     search.Find(query.position, collector);

@@ -57,6 +57,15 @@ struct FittedPoint {
   double mean_square;  // as NormalScratch has it
 };
 
+// The neighbors of as many points as vectors have lanes, as offsets: the j-th of the point in lane l at j times the
+// number of lanes, plus l.
+struct alignas(64) LaneNeighbors {
+  static constexpr size_t kMostNeighbors = 64;
+  static constexpr size_t kRoom = kMostNeighbors * SpatialIndex::kLeafSize / 2;
+  float x[kRoom], y[kRoom], z[kRoom];
+  double in_frame[3][kRoom];  // the same in the frames of the points, in units of rho
+};
+
 // What points that share polynomials get.
 struct SharedFits {
   GroupPoints members;
@@ -77,6 +86,7 @@ struct NormalScratch : JetScratch {
   std::function<void(size_t i)> inspect{};
   // If not empty, called for each point whose status is kOk once its polynomial is solved.
   std::function<void(const FittedPoint& fitted)> take{};
+  LaneNeighbors lanes{};
   SharedFits shared{};  // of the group of the moment, where points share fits
 
   size_t bytes() const override { return JetScratch::bytes() - sizeof(JetScratch) + sizeof(*this); }

@@ -1,10 +1,9 @@
 // Polynomials that the points of a leaf share, on each instruction set that this machine has.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
-#include <vector>
 
 #include "core/normals/normal_fit.h"
 #include "tests/core/instruction_sets.h"
@@ -17,44 +16,16 @@ using SharedFitTest = InstructionSetTest;
 
 INSTANTIATE_TEST_SUITE_P(EachInstructionSet, SharedFitTest, InstructionSets(), InstructionSetName);
 
-struct Made {
-  std::vector<std::array<float, 3>> normals;  // by place in the tree order
-  std::vector<PointStatus> statuses;
-};
-
-// Makes the normals of all groups, each of them in runs of so much work.
-Made Make(SpatialIndex& index, NormalMethod method, uint32_t count, bool shares,
-          uint64_t most_work = WorkerScratch::kMostRunWork) {
+NormalFit FitBy(NormalMethod method, uint32_t count, bool shares) {
   NormalFit fit;
   fit.method = method;
   fit.neighborhood = NeighborCount{count};
   fit.shares = shares;
-  NormalQuality quality;
-  EXPECT_TRUE(quality.Create(index.leaf_count() * SpatialIndex::kLeafSize, true).ok());
-  const std::unique_ptr<StrategyRun> run = StartNormalFit(fit, index, quality);
-  const std::unique_ptr<WorkerScratch> scratch = run->MakeScratch();
-  scratch->most_work = most_work;
-  const GroupPhase phase = run->Phases().front();
-  for (size_t group = 0; group < index.group_count(); ++group) {
-    scratch->first_point = 0;
-    do {
-      scratch->rest = 0;
-      EXPECT_TRUE(phase.run(group, *scratch).ok());
-      scratch->first_point = scratch->rest;
-    } while (scratch->rest > 0);
-  }
-  Made made;
-  for (size_t place = 0; place < index.point_count(); ++place) {
-    const SpatialIndex::LeafNormals& n = index.normals(place / SpatialIndex::kLeafSize);
-    const size_t lane = place % SpatialIndex::kLeafSize;
-    made.normals.push_back({n.x[lane], n.y[lane], n.z[lane]});
-    made.statuses.push_back(quality.status[place]);
-  }
-  return made;
+  return fit;
 }
 
 // Of a sphere around the origin: the root mean square of the angles of the normals, in degrees.
-double SphereError(const SpatialIndex& index, const Made& made) {
+double SphereError(const SpatialIndex& index, const PlacedNormals& made) {
   double squares = 0.0, count = 0.0;
   for (size_t place = 0; place < index.point_count(); ++place) {
     if (made.statuses[place] != PointStatus::kOk) continue;
@@ -82,8 +53,8 @@ SpatialIndex NoisySphere(double sigma) {
 // leaves nothing to bends.
 TEST_P(SharedFitTest, NoiseMattersLittleMore) {
   SpatialIndex index = NoisySphere(0.02);
-  const double own = SphereError(index, Make(index, NormalMethod::kJet2, 544, false));
-  const double shared = SphereError(index, Make(index, NormalMethod::kJet2, 544, true));
+  const double own = SphereError(index, MakeByPlace(index, FitBy(NormalMethod::kJet2, 544, false)));
+  const double shared = SphereError(index, MakeByPlace(index, FitBy(NormalMethod::kJet2, 544, true)));
   EXPECT_GT(shared, own);  // else nothing was shared
   EXPECT_LT(shared, 1.15 * own);
 }
@@ -92,8 +63,8 @@ TEST_P(SharedFitTest, NoiseMattersLittleMore) {
 TEST_P(SharedFitTest, BendsAreFollowed) {
   SpatialIndex index = BuildIndex(Sphere(20'000, 1.0).ToCloud());
   for (const NormalMethod method : {NormalMethod::kJet2, NormalMethod::kJet4}) {
-    const double own = SphereError(index, Make(index, method, 272, false));
-    const double shared = SphereError(index, Make(index, method, 272, true));
+    const double own = SphereError(index, MakeByPlace(index, FitBy(method, 272, false)));
+    const double shared = SphereError(index, MakeByPlace(index, FitBy(method, 272, true)));
     // By degree 2, the third derivatives of a sphere vanish in the middle alone: at the distance r they turn the slope
     // by r^3 / 2 less what the fit follows, 0.06 degrees for the radius 0.12 of these neighborhoods.
     EXPECT_LT(shared, own + (method == NormalMethod::kJet2 ? 0.06 : 0.001)) << NormalMethodName(method);
@@ -106,7 +77,8 @@ TEST_P(SharedFitTest, PointsFarFromTheMeanAreFittedAlone) {
   for (int i = 0; i < 200; ++i) sheet.Add(0.5, 0.5, 9.0 + 1e-4 * i, 0, 0, 1);  // a line far away
   sheet.Add(0.5, 0.5, -9.0, 0, 0, 1);                                          // a point by itself
   SpatialIndex index = BuildIndex(sheet.ToCloud());
-  const Made own = Make(index, NormalMethod::kJet2, 64, false), shared = Make(index, NormalMethod::kJet2, 64, true);
+  const PlacedNormals own = MakeByPlace(index, FitBy(NormalMethod::kJet2, 64, false)),
+                      shared = MakeByPlace(index, FitBy(NormalMethod::kJet2, 64, true));
   EXPECT_EQ(own.statuses, shared.statuses);
   size_t lines = 0, secluded = 0;
   for (const PointStatus status : shared.statuses) {
@@ -121,8 +93,8 @@ TEST_P(SharedFitTest, PointsFarFromTheMeanAreFittedAlone) {
 TEST_P(SharedFitTest, RunsThatEndEarlyGoOn) {
   TestPoints scattered = RandomPoints(Layout::kAnisotropic, 3000, 3);
   SpatialIndex index = BuildIndex(scattered.ToCloud());
-  const Made whole = Make(index, NormalMethod::kJet2, 40, true);
-  const Made parts = Make(index, NormalMethod::kJet2, 40, true, 1);
+  const PlacedNormals whole = MakeByPlace(index, FitBy(NormalMethod::kJet2, 40, true));
+  const PlacedNormals parts = MakeByPlace(index, FitBy(NormalMethod::kJet2, 40, true), 1);
   EXPECT_EQ(whole.statuses, parts.statuses);
   for (size_t place = 0; place < index.point_count(); ++place) {
     if (whole.statuses[place] != PointStatus::kOk) continue;
