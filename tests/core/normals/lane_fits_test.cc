@@ -64,14 +64,14 @@ TEST_P(LaneFitsTest, RefusesTheSamePoints) {
     // On a lattice several axes may be the least, of which rounding takes one, and few neighbors decide a jet over one
     // of them and none over another.
     const size_t most = layout == Layout::kLattice ? 10 : 0;
-    SpatialIndex index = BuildIndex(RandomPoints(layout, 2000, 6).ToCloud());
+    SpatialIndex index = BuildIndex(RandomPoints(layout, 1000, 6).ToCloud());
     for (const NormalMethod method : kMethods) {
       for (const uint32_t count : {8u, 24u, 64u}) {
         if (count < LeastNeighborCount(method)) continue;
         const PlacedNormals alone = Fit(index, method, count, true);
         const PlacedNormals together = Fit(index, method, count, false);
         size_t different = 0;
-        for (size_t i = 0; i < 2000; ++i) different += alone.statuses[i] != together.statuses[i] ? 1 : 0;
+        for (size_t i = 0; i < 1000; ++i) different += alone.statuses[i] != together.statuses[i] ? 1 : 0;
         EXPECT_LE(different, most) << LayoutName(layout) << " " << NormalMethodName(method) << " " << count;
       }
     }
