@@ -175,39 +175,20 @@ HWY_INLINE void SolveNormalEquations(int degree, size_t i, JetSystems& jets) {
   for (int k = 0; k <= degree; ++k) {
     for (int b = 0; b <= k; ++b) powers[JetIndex(k - b, b)] = {k - b, b};
   }
-  const auto entry = [&](int r, int c) HWY_ATTR {
-    return hn::Load(d, i + (r == size ? jets.heights[c]
-                                      : jets.moments[JetIndex(powers[r].a + powers[c].a, powers[r].b + powers[c].b)]));
-  };
   for (int c = 0; c < size; ++c) {
-    DoubleVec pivot = entry(c, c);
-    for (int k = 0; k < c; ++k) {
-      const DoubleVec left = hn::Load(d, rows[c][k]);
-      pivot = hn::NegMulAdd(left, left, pivot);
-    }
-    least_pivot = hn::Min(least_pivot, pivot);
-    const DoubleVec inverse = hn::Div(hn::Set(d, 1.0), hn::Sqrt(hn::Max(pivot, least)));
-    hn::Store(inverse, d, rows[c][c]);
-    int r = c + 1;
-    // Four rows at a time share the loads of row c, and do not wait for each other.
-    for (; r + 3 <= size; r += 4) {
-      DoubleVec rest0 = entry(r, c), rest1 = entry(r + 1, c), rest2 = entry(r + 2, c), rest3 = entry(r + 3, c);
-      for (int k = 0; k < c; ++k) {
-        const DoubleVec left = hn::Load(d, rows[c][k]);
-        rest0 = hn::NegMulAdd(hn::Load(d, rows[r][k]), left, rest0);
-        rest1 = hn::NegMulAdd(hn::Load(d, rows[r + 1][k]), left, rest1);
-        rest2 = hn::NegMulAdd(hn::Load(d, rows[r + 2][k]), left, rest2);
-        rest3 = hn::NegMulAdd(hn::Load(d, rows[r + 3][k]), left, rest3);
-      }
-      hn::Store(hn::Mul(rest0, inverse), d, rows[r][c]);
-      hn::Store(hn::Mul(rest1, inverse), d, rows[r + 1][c]);
-      hn::Store(hn::Mul(rest2, inverse), d, rows[r + 2][c]);
-      hn::Store(hn::Mul(rest3, inverse), d, rows[r + 3][c]);
-    }
-    for (; r <= size; ++r) {
-      DoubleVec rest = entry(r, c);
+    DoubleVec inverse = hn::Zero(d);
+    for (int r = c; r <= size; ++r) {
+      const double* entry =
+          r == size ? jets.heights[c] : jets.moments[JetIndex(powers[r].a + powers[c].a, powers[r].b + powers[c].b)];
+      DoubleVec rest = hn::Load(d, entry + i);
       for (int k = 0; k < c; ++k) rest = hn::NegMulAdd(hn::Load(d, rows[r][k]), hn::Load(d, rows[c][k]), rest);
-      hn::Store(hn::Mul(rest, inverse), d, rows[r][c]);
+      if (r == c) {
+        least_pivot = hn::Min(least_pivot, rest);
+        inverse = hn::Div(hn::Set(d, 1.0), hn::Sqrt(hn::Max(rest, least)));
+        hn::Store(inverse, d, rows[c][c]);
+      } else {
+        hn::Store(hn::Mul(rest, inverse), d, rows[r][c]);
+      }
     }
   }
   for (int c = size - 1; c >= 0; --c) {

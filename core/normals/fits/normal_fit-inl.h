@@ -1,10 +1,10 @@
 // Fits the points of one group.
 
-#if defined(CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
-#undef CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
+#if defined(CURVD_CORE_NORMALS_FITS_NORMAL_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_NORMALS_FITS_NORMAL_FIT_INL_H_
+#undef CURVD_CORE_NORMALS_FITS_NORMAL_FIT_INL_H_
 #else
-#define CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
+#define CURVD_CORE_NORMALS_FITS_NORMAL_FIT_INL_H_
 #endif
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 #include "core/estimators/fits/quadric_sums-inl.h"
 #include "core/estimators/fits/repeated_search-inl.h"
 #include "core/estimators/group_estimate-inl.h"
-#include "core/normals/lane_fits-inl.h"
+#include "core/normals/fits/lane_fits-inl.h"
 #include "core/normals/normal_fit.h"
 #include "hwy/highway.h"
 
@@ -202,4 +202,4 @@ HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const Norm
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
 
-#endif  // CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
+#endif  // CURVD_CORE_NORMALS_FITS_NORMAL_FIT_INL_H_

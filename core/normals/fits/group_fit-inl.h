@@ -1,10 +1,10 @@
 // Fits the points of one group: each for itself, or those of a leaf together.
 
-#if defined(CURVD_CORE_NORMALS_GROUP_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef CURVD_CORE_NORMALS_GROUP_FIT_INL_H_
-#undef CURVD_CORE_NORMALS_GROUP_FIT_INL_H_
+#if defined(CURVD_CORE_NORMALS_FITS_GROUP_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_NORMALS_FITS_GROUP_FIT_INL_H_
+#undef CURVD_CORE_NORMALS_FITS_GROUP_FIT_INL_H_
 #else
-#define CURVD_CORE_NORMALS_GROUP_FIT_INL_H_
+#define CURVD_CORE_NORMALS_FITS_GROUP_FIT_INL_H_
 #endif
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/normals/normal_fit-inl.h"
+#include "core/normals/fits/normal_fit-inl.h"
 #include "core/normals/normal_fit.h"
 #include "hwy/highway.h"
 
@@ -202,4 +202,4 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
 
-#endif  // CURVD_CORE_NORMALS_GROUP_FIT_INL_H_
+#endif  // CURVD_CORE_NORMALS_FITS_GROUP_FIT_INL_H_

@@ -1,11 +1,11 @@
 // Fits to few neighbors, of as many points at once as a vector of doubles has lanes: sums over the neighbors of one
 // point would spend more on adding up lanes than on neighbors.
 
-#if defined(CURVD_CORE_NORMALS_LANE_FITS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef CURVD_CORE_NORMALS_LANE_FITS_INL_H_
-#undef CURVD_CORE_NORMALS_LANE_FITS_INL_H_
+#if defined(CURVD_CORE_NORMALS_FITS_LANE_FITS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_NORMALS_FITS_LANE_FITS_INL_H_
+#undef CURVD_CORE_NORMALS_FITS_LANE_FITS_INL_H_
 #else
-#define CURVD_CORE_NORMALS_LANE_FITS_INL_H_
+#define CURVD_CORE_NORMALS_FITS_LANE_FITS_INL_H_
 #endif
 
 #include <algorithm>
@@ -253,4 +253,4 @@ HWY_NOINLINE inline void FitLanes(int degree, size_t count, size_t i, NormalScra
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
 
-#endif  // CURVD_CORE_NORMALS_LANE_FITS_INL_H_
+#endif  // CURVD_CORE_NORMALS_FITS_LANE_FITS_INL_H_
