@@ -16,9 +16,11 @@ namespace {
 constexpr uint32_t kLadder[] = {12, 17, 24, 34, 48, 68, 96, 136, 192, 272, 384, 544, 768, 1086};
 constexpr uint32_t kLeastForJet4 = 24;
 // All points together take this many neighbors at most, so that large clouds are not kept waiting: beyond, the points
-// of a leaf share a fit. Planes cannot be shared; they take more neighbors as long as those are few for each point.
+// of a leaf share a fit. Planes cannot be shared; they take more neighbors as long as those are few for each point. Nor
+// do jets of degree 4 take more than a few: what chance shows of bends in jets of degree 2 of few neighbors would speak
+// for them, though noise moves those of degree 4 twice as far at the same count.
 constexpr size_t kMostOfAllPoints = 400'000'000;
-constexpr uint32_t kFewForPlanes = 544;
+constexpr uint32_t kFewForPlanes = 544, kFewForJet4 = 384;
 // A neighborhood of more than this share of the cloud is no neighborhood.
 constexpr size_t kLargestShare = 3;
 
@@ -102,6 +104,7 @@ void ScalePilot::AddCandidates(NormalMethod method, size_t most) {
     if (count * index_.point_count() > kMostOfAllPoints) {
       fit.shares = JetDegree(method) >= 2 && count >= kLeastShared;
       if (JetDegree(method) < 2 && count > kFewForPlanes) continue;
+      if (is_jet4 && count > kFewForJet4) continue;
     }
     candidates_.push_back({fit, NormalPlan(fit, index_)});
   }
