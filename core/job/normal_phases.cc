@@ -66,6 +66,14 @@ NormalFit WantedFit(const NormalOptions& options) {
   return fit;
 }
 
+// Options of an estimate that takes about as long for a point.
+EstimatorOptions OptionsForOnePoint(const NormalFit& fit) {
+  EstimatorOptions options = fit.ToEstimatorOptions();
+  auto* const neighbors = std::get_if<NeighborCount>(&options.neighborhood);
+  if (fit.shares && neighbors != nullptr) neighbors->count /= SpatialIndex::kLeafSize;
+  return options;
+}
+
 PointNormal Undefined(PointStatus status) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   return {{kNan, kNan, kNan}, kNan, kNan, status};
@@ -158,7 +166,9 @@ absl::Status NormalPhases::Fit() {
 ChosenScale NormalPhases::ScaleOf(uint32_t neighbor_count) const {
   ChosenScale scale = chosen_;
   scale.fit.method = options_.method.value_or(NormalMethod::kJet2);
-  scale.fit.neighborhood = NeighborCount{std::max(neighbor_count, LeastNeighborCount(scale.fit.method))};
+  const uint32_t count = std::max(neighbor_count, LeastNeighborCount(scale.fit.method));
+  scale.fit.neighborhood = NeighborCount{count};
+  scale.fit.shares = chosen_.fit.shares && JetDegree(scale.fit.method) >= 2 && count >= ScalePilot::kLeastShared;
   if (sheets_.two_sheets) scale.sigma = std::ldexp(sheets_.noise, -index_.scale_exponent());
   return scale;
 }
@@ -178,7 +188,7 @@ absl::Status NormalPhases::AddFit(const ChosenScale& scale) {
   scratch_.emplace(*fit_, thread_count_);
   GroupPhase groups = std::move(fit_->Phases().front());
   add_phase_(
-      MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(scale_.fit.ToEstimatorOptions()), *scratch_, nullptr));
+      MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(OptionsForOnePoint(scale_.fit)), *scratch_, nullptr));
   add_phase_(std::make_unique<FunctionPhase>(kNormalsPhase, 0, nullptr, [this] { return EndFit(); }));
   return absl::OkStatus();
 }

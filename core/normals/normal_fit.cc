@@ -2,7 +2,7 @@
 #define HWY_TARGET_INCLUDE "core/normals/normal_fit.cc"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
-#include "core/normals/normal_fit-inl.h"
+#include "core/normals/fits/group_fit-inl.h"
 #include "hwy/highway.h"
 
 #if HWY_ONCE

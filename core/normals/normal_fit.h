@@ -1,6 +1,7 @@
 // Normals of unoriented points: fits to the positions of each point's neighbors.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -24,6 +25,10 @@ struct NormalFit {
   // Whether neighborhoods hold both sheets of a thin part. At its rim, no fit to both tells where the rim looks:
   // normals there turn from one sheet's to the other's.
   bool two_sheets = false;
+  // Whether the points of a leaf of the index share one polynomial, fitted to the neighbors of their mean and read
+  // where each of them lies. Points that are far from the mean, and those of leaves without a fit, have their own.
+  // REQUIRES: by count; the degree is 2 or more; not two_sheets.
+  bool shares = false;
 
   // The options of an estimate that has the same neighborhoods, and needs the same scratch.
   EstimatorOptions ToEstimatorOptions() const;
@@ -34,11 +39,39 @@ struct NormalPlan {
   NormalPlan(const NormalFit& fit, const SpatialIndex& index)
       : neighborhood(NeighborhoodPlan::Make(fit.ToEstimatorOptions(), index)),
         degree(JetDegree(fit.method)),
-        two_sheets(fit.two_sheets) {}
+        two_sheets(fit.two_sheets),
+        shares(fit.shares) {}
 
   NeighborhoodPlan neighborhood;
   int degree;  // of the polynomial; 0: no polynomial
   bool two_sheets;
+  bool shares;
+};
+
+// The fit of one point of a group, as long as what it was solved from is known.
+struct FittedPoint {
+  size_t point;   // of the group, or of its sample
+  size_t system;  // which of NormalScratch::system, with its radius in NormalScratch::frames
+  double u, v;    // where in that system's frame the polynomial is read, in units of rho
+  std::array<double, 3> normal;
+  double mean_square;  // as NormalScratch has it
+};
+
+// The neighbors of as many points as vectors have lanes, as offsets: the j-th of the point in lane l at j times the
+// number of lanes, plus l.
+struct alignas(64) LaneNeighbors {
+  static constexpr size_t kMostNeighbors = 64;
+  static constexpr size_t kRoom = kMostNeighbors * SpatialIndex::kLeafSize / 2;
+  float x[kRoom], y[kRoom], z[kRoom];
+  double in_frame[3][kRoom];  // the same in the frames of the points, in units of rho
+};
+
+// What points that share polynomials get.
+struct SharedFits {
+  GroupPoints members;
+  size_t leaf_of[SpatialIndex::kGroupPoints];  // of each member: which of the group's leaves with members
+  GroupDoubleVectors normal;
+  GroupDoubles mean_square, variance_ratio;
 };
 
 // What one thread fits normals with: a group of points at a time.
@@ -51,6 +84,10 @@ struct NormalScratch : JetScratch {
   GroupDoubles mean_square_height{};        // of the neighbors along the axis of least spread, in units of rho
   // If not empty, called once the neighbors of point i of a sample and its frame are known.
   std::function<void(size_t i)> inspect{};
+  // If not empty, called for each point whose status is kOk once its polynomial is solved.
+  std::function<void(const FittedPoint& fitted)> take{};
+  LaneNeighbors lanes{};
+  SharedFits shared{};  // of the group of the moment, where points share fits
 
   size_t bytes() const override { return JetScratch::bytes() - sizeof(JetScratch) + sizeof(*this); }
   static size_t MostBytes(const NormalFit& fit, size_t point_count) {

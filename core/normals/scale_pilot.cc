@@ -15,32 +15,36 @@ namespace {
 // than the last could still smooth, whoever uses the normals can, at less cost.
 constexpr uint32_t kLadder[] = {12, 17, 24, 34, 48, 68, 96, 136, 192, 272, 384, 544, 768, 1086};
 constexpr uint32_t kLeastForJet4 = 24;
-// All points together take this many neighbors at most, so that large clouds are not kept waiting, unless they are
-// fewer than kFewForJet2 or kFewForJet4 for each.
+// All points together take this many neighbors at most, so that large clouds are not kept waiting: beyond, the points
+// of a leaf share a fit. Planes cannot be shared; they take more neighbors as long as those are few for each point. Nor
+// do jets of degree 4 take more than a few: what chance shows of bends in jets of degree 2 of few neighbors would speak
+// for them, though noise moves those of degree 4 twice as far at the same count.
 constexpr size_t kMostOfAllPoints = 400'000'000;
-constexpr uint32_t kFewForJet2 = 544, kFewForJet4 = 384;
+constexpr uint32_t kFewForPlanes = 544, kFewForJet4 = 384;
 // A neighborhood of more than this share of the cloud is no neighborhood.
 constexpr size_t kLargestShare = 3;
 
-// Returns the trace of the covariance of the two slopes of the fit of point i, for noise of unit variance and lengths
-// in units of rho.
-double SlopeVariance(const JetSystems& jets, int degree, size_t i) {
+// Returns the trace of the covariance of the two slopes of a fit where the point reads it, for noise of unit variance
+// and lengths in units of rho.
+double SlopeVariance(const JetSystems& jets, int degree, const FittedPoint& fitted) {
   const int size = JetSize(degree);
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJetSize, kMaxJetSize> moments(size, size);
+  Eigen::Matrix<double, Eigen::Dynamic, 2, 0, kMaxJetSize, 2> slopes(size, 2);
+  const auto power = [](double x, int p) { return p < 0 ? 0.0 : std::pow(x, p); };
   for (int p = 0, row = 0; p <= degree; ++p) {
     for (int b = 0; b <= p; ++b, ++row) {
+      const int a = p - b;
+      slopes(row, 0) = a * power(fitted.u, a - 1) * power(fitted.v, b);
+      slopes(row, 1) = b * power(fitted.u, a) * power(fitted.v, b - 1);
       for (int q = 0, column = 0; q <= degree; ++q) {
         for (int d = 0; d <= q; ++d, ++column) {
-          moments(row, column) = jets.moments[JetIndex(p - b + q - d, b + d)][i];
+          moments(row, column) = jets.moments[JetIndex(a + q - d, b + d)][fitted.system];
         }
       }
     }
   }
-  Eigen::Matrix<double, Eigen::Dynamic, 2, 0, kMaxJetSize, 2> slopes(size, 2);
-  slopes.setZero();
-  slopes(JetIndex(1, 0), 0) = slopes(JetIndex(0, 1), 1) = 1.0;
   const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, kMaxJetSize, 2> solution = moments.ldlt().solve(slopes);
-  return solution(JetIndex(1, 0), 0) + solution(JetIndex(0, 1), 1);
+  return solution.cwiseProduct(slopes).sum();
 }
 
 // The same for a plane, over an even disc.
@@ -94,10 +98,14 @@ void ScalePilot::AddCandidates(NormalMethod method, size_t most) {
     if (count > most) continue;
     const bool is_jet4 = method == NormalMethod::kJet4;
     if (is_jet4 && count < kLeastForJet4) continue;
-    if (count > (is_jet4 ? kFewForJet4 : kFewForJet2) && count * index_.point_count() > kMostOfAllPoints) continue;
     NormalFit fit;
     fit.method = method;
     fit.neighborhood = NeighborCount{count};
+    if (count * index_.point_count() > kMostOfAllPoints) {
+      fit.shares = JetDegree(method) >= 2 && count >= kLeastShared;
+      if (JetDegree(method) < 2 && count > kFewForPlanes) continue;
+      if (is_jet4 && count > kFewForJet4) continue;
+    }
     candidates_.push_back({fit, NormalPlan(fit, index_)});
   }
 }
@@ -110,24 +118,21 @@ absl::Status ScalePilot::RunBlock(size_t block, int worker, const std::atomic<bo
   }
   scratch->stopped = &stopped;
   const size_t c = block / groups_.size(), group = block % groups_.size();
-  const absl::Status status =
-      FitGroup(index_, candidates_[c].plan, groups_[group], GroupSample::kOneOfEachLeaf, *scratch);
-  for (size_t i = 0; status.ok() && i < kPointsPerGroup; ++i) {
-    outcome(c, group * kPointsPerGroup + i) = OutcomeOf(candidates_[c], *scratch, i);
-  }
-  return status;
+  scratch->take = [this, c, group, &fits = *scratch](const FittedPoint& fitted) {
+    outcome(c, group * kPointsPerGroup + fitted.point) = OutcomeOf(candidates_[c], fits, fitted);
+  };
+  return FitGroup(index_, candidates_[c].plan, groups_[group], GroupSample::kOneOfEachLeaf, *scratch);
 }
 
-ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, const NormalScratch& fits, size_t i) {
+ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, const NormalScratch& fits,
+                                          const FittedPoint& fitted) {
   Outcome out{};
-  out.ok = i < fits.points.size && fits.points.status[i] == PointStatus::kOk;
-  if (!out.ok) return out;
-  out.normal = {static_cast<float>(fits.normal.x[i]), static_cast<float>(fits.normal.y[i]),
-                static_cast<float>(fits.normal.z[i])};
-  out.radius = fits.frames.rho[i];
+  out.ok = true;
+  for (size_t axis = 0; axis < 3; ++axis) out.normal[axis] = static_cast<float>(fitted.normal[axis]);
+  out.radius = fits.frames.rho[fitted.system];
   const int degree = candidate.plan.degree;
-  const double variance = degree == 0 ? PlaneVariance(candidate.count()) : SlopeVariance(fits.system, degree, i);
-  out.mean_square = static_cast<float>(fits.mean_square[i]) * out.radius * out.radius;
+  const double variance = degree == 0 ? PlaneVariance(candidate.count()) : SlopeVariance(fits.system, degree, fitted);
+  out.mean_square = static_cast<float>(fitted.mean_square) * out.radius * out.radius;
   out.noise = static_cast<float>(variance) / (out.radius * out.radius);
   return out;
 }

@@ -40,6 +40,9 @@ class ScalePilot {
   // At most so many points are sampled.
   static constexpr size_t kMostGroups = 128;
   static constexpr size_t kPointsPerGroup = SpatialIndex::kGroupLeaves;
+  // Fewer neighbors are not shared (NormalFit::shares): the points of a leaf would be too far from its mean beside
+  // their radius.
+  static constexpr uint32_t kLeastShared = size_t{16} * SpatialIndex::kLeafSize;
 
   // `method`: the one to find a scale for; none: the better of kJet2 and kJet4. No neighborhood is larger than
   // max_neighbor_count. REQUIRES: `index` has normals, of any values, and outlives the pilot.
@@ -62,8 +65,11 @@ class ScalePilot {
     NormalFit fit;
     NormalPlan plan;
     uint32_t count() const { return std::get<NeighborCount>(fit.neighborhood).count; }
-    // Of a fit, in any unit: a search, and the products of monomials over the neighbors.
-    size_t cost() const { return count() * static_cast<size_t>(8 + JetSize(2 * plan.degree)); }
+    // Of a point, in any unit: a search, and the products of monomials over the neighbors.
+    size_t cost() const {
+      const size_t fit = count() * static_cast<size_t>(8 + JetSize(2 * plan.degree));
+      return plan.shares ? fit / SpatialIndex::kLeafSize : fit;
+    }
   };
   // Of one candidate at one sampled point. Lengths are in the index's unit.
   struct Outcome {
@@ -74,7 +80,7 @@ class ScalePilot {
     bool ok;
   };
 
-  static Outcome OutcomeOf(const Candidate& candidate, const NormalScratch& fits, size_t i);
+  static Outcome OutcomeOf(const Candidate& candidate, const NormalScratch& fits, const FittedPoint& fitted);
   Outcome& outcome(size_t candidate, size_t sample) { return outcomes_[candidate * sample_count() + sample]; }
   const Outcome& outcome(size_t candidate, size_t sample) const {
     return outcomes_[candidate * sample_count() + sample];

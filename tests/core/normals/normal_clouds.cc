@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <numbers>
 #include <utility>
 
@@ -105,6 +106,33 @@ NormalOptions EstimateBy(NormalMethod method, uint32_t count) {
   options.method = method;
   options.neighborhood = NeighborCount{count};
   return options;
+}
+
+PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t most_work) {
+  NormalQuality quality;
+  EXPECT_TRUE(quality.Create(index.leaf_count() * SpatialIndex::kLeafSize, true).ok());
+  const std::unique_ptr<StrategyRun> run = StartNormalFit(fit, index, quality);
+  const std::unique_ptr<WorkerScratch> scratch = run->MakeScratch();
+  scratch->most_work = most_work;
+  const GroupPhase phase = run->Phases().front();
+  for (size_t group = 0; group < index.group_count(); ++group) {
+    scratch->first_point = 0;
+    do {
+      scratch->rest = 0;
+      EXPECT_TRUE(phase.run(group, *scratch).ok());
+      scratch->first_point = scratch->rest;
+    } while (scratch->rest > 0);
+  }
+  PlacedNormals made;
+  for (size_t place = 0; place < index.point_count(); ++place) {
+    const SpatialIndex::LeafNormals& n = index.normals(place / SpatialIndex::kLeafSize);
+    const size_t lane = place % SpatialIndex::kLeafSize;
+    made.normals.push_back({n.x[lane], n.y[lane], n.z[lane]});
+    made.statuses.push_back(quality.status[place]);
+    made.residuals.push_back(quality.residual[place]);
+    made.variance_ratios.push_back(quality.variance_ratio[place]);
+  }
+  return made;
 }
 
 double MeanAngle(const NormalField& normals, const TestPoints& points) {

@@ -1,9 +1,12 @@
 // Clouds whose normals are known, and what became of them.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <vector>
 
 #include "core/job/normals_job.h"
+#include "core/normals/normal_fit.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
 #include "tests/core/seam_clouds.h"
@@ -29,6 +32,17 @@ NormalResult MustMakeNormals(Cloud cloud, const NormalOptions& options, int thre
 
 // Estimates by `method` of `count` neighbors.
 NormalOptions EstimateBy(NormalMethod method, uint32_t count);
+
+// What a fit makes of an index, by place in the tree order.
+struct PlacedNormals {
+  std::vector<std::array<float, 3>> normals;
+  std::vector<PointStatus> statuses;
+  std::vector<float> residuals;
+  std::vector<float> variance_ratios;
+};
+// Fits all points of the index, and writes their normals there. Runs end where they have taken `most_work` steps, and
+// others go on. Fails the test on error.
+PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t most_work = WorkerScratch::kMostRunWork);
 
 // Mean angle in degrees between the lines of the normals made and those of `points`, over the points that have one.
 double MeanAngle(const NormalField& normals, const TestPoints& points);

@@ -69,6 +69,16 @@ TEST(ScalePilotTest, NormalsAloneAreAtLeastAsExactAsThoseOfTheBestPlanes) {
   }
 }
 
+// 400,000 points of 1,086 neighbors each are more than all points together may take: leaves share the fits.
+TEST(ScalePilotTest, LargeNoisyCloudsShareFitsOfManyNeighbors) {
+  TestPoints torus = Torus(400'000, 3);
+  AddNoise(0.05, 4, torus);
+  const NormalResult chosen = MustMakeNormals(BareCloud(torus), Automatic());
+  EXPECT_EQ(chosen.report.neighbor_count, 1086u);
+  const NormalResult own = MustMakeNormals(BareCloud(torus), EstimateBy(*chosen.report.method, 272));
+  EXPECT_LT(MeanAngle(chosen.normals, torus), 0.75 * MeanAngle(own.normals, torus));
+}
+
 TEST(ScalePilotTest, CurvatureIsMadeOfNormalsThatAreSmoothedLess) {
   TestPoints torus = Torus(25'000, 3);
   AddNoise(0.15, 4, torus);

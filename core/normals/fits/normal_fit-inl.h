@@ -1,10 +1,10 @@
 // Fits the points of one group.
 
-#if defined(CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
-#undef CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
+#if defined(CURVD_CORE_NORMALS_FITS_NORMAL_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_NORMALS_FITS_NORMAL_FIT_INL_H_
+#undef CURVD_CORE_NORMALS_FITS_NORMAL_FIT_INL_H_
 #else
-#define CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
+#define CURVD_CORE_NORMALS_FITS_NORMAL_FIT_INL_H_
 #endif
 
 #include <algorithm>
@@ -15,18 +15,13 @@
 #include "core/estimators/fits/quadric_sums-inl.h"
 #include "core/estimators/fits/repeated_search-inl.h"
 #include "core/estimators/group_estimate-inl.h"
+#include "core/normals/fits/lane_fits-inl.h"
 #include "core/normals/normal_fit.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
-
-// Neighbors that spread less than this in their middle direction, compared with the widest and squared, lie on a line.
-inline constexpr double kMinLineSpread = 1e-6;
-// A point whose neighbors' mean is farther away than this many times their spread, squared, lies by itself. In the tip
-// of a wedge, however narrow, it is 8 times.
-inline constexpr double kMaxSeclusion = 12.0;
 
 // Collects the offsets of the neighbors of a query. Normals are not read: other threads may write them.
 class OffsetCollector {
@@ -149,30 +144,26 @@ inline void TakeJets(int degree, NormalScratch& s) {
   }
 }
 
-// Leaves the first point of each leaf.
-inline void ThinGroup(GroupPoints& points) {
-  size_t kept = 0;
-  for (size_t i = 0; i < points.size; ++i) {
-    if (points.place[i] % SpatialIndex::kLeafSize != 0) continue;
-    float position[3];
-    points.query.Get(i, position);
-    points.query.Set(kept, position);
-    points.rank[kept] = points.rank[i];
-    points.slot[kept] = points.slot[i];
-    points.place[kept++] = points.place[i];
-  }
-  points.size = kept;
+// The number of neighbors that points of the plan have where several are fitted at once; 0 where each is by itself.
+inline size_t CountInLanes(const NormalPlan& plan, const NormalScratch& s) {
+  const SearchPlan& search = plan.neighborhood.search;
+  const bool in_lanes = !search.by_radius && search.searched_count <= LaneNeighbors::kMostNeighbors;
+  return in_lanes && search.searched_count > 1 && !plan.two_sheets && !s.inspect ? search.searched_count : 0;
 }
 
-inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
-                                   NormalScratch& s) {
-  LoadGroup<true>(index, group, s.points, s.first_point);
-  if (sample == GroupSample::kOneOfEachLeaf) ThinGroup(s.points);
+// Fits each of s.points, which are loaded.
+HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const NormalPlan& plan, NormalScratch& s) {
   const auto fill = [](size_t) {};
   const auto size = static_cast<size_t>(JetSize(plan.degree));
+  const size_t count = CountInLanes(plan, s), lanes = hn::Lanes(DoubleTag());
   const auto fit = [&](size_t i, const LeafList&) {
     PointStatus& status = s.points.status[i];
     PreparePoints<false>(OnePoint(), plan.neighborhood, s.neighborhoods, i, s.points, s.frames, fill);
+    if (count > 0) {
+      if (status == PointStatus::kOk) TakeLane(s.neighbors, i, s.lanes);
+      if (i % lanes == lanes - 1) FitLanes(plan.degree, count, i - i % lanes, s);
+      return;
+    }
     if (status != PointStatus::kOk) return;
     const double unit = 1.0 / s.frames.rho[i];
     const NeighborSpread spread = MeasureSpread(s.neighbors, unit);
@@ -190,7 +181,12 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
   QueryPoint query;
   const OffsetCollector collector(index, query, s.neighbors);
   const absl::Status status = ForEachNeighborhood(index, plan.neighborhood, query, kNoNormals, collector, s, fit);
-  if (!status.ok() || plan.degree == 0) return status;
+  if (!status.ok()) return status;
+  if (count > 0 && s.points.size % lanes != 0) {
+    for (size_t i = s.points.size; i % lanes != 0; ++i) s.frames.Fill(i);
+    FitLanes(plan.degree, count, s.points.size - s.points.size % lanes, s);
+  }
+  if (plan.degree == 0) return status;
   const auto collect = [&](GroupSearch& search, size_t i) HWY_ATTR {
     s.points.query.Get(i, query.position);
     search.Find(query.position, collector);
@@ -206,4 +202,4 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
 
-#endif  // CURVD_CORE_NORMALS_NORMAL_FIT_INL_H_
+#endif  // CURVD_CORE_NORMALS_FITS_NORMAL_FIT_INL_H_
