@@ -34,7 +34,6 @@ inline void CopyPoint(const GroupPoints& points, size_t from, size_t to, GroupPo
   points.normal.Get(from, vector);
   out.normal.Set(to, vector);
   out.rank[to] = points.rank[from];
-  out.seed[to] = points.seed[from];
   out.slot[to] = points.slot[from];
   out.place[to] = points.place[from];
 }
