@@ -121,8 +121,8 @@ class CellTree::Divider {
       if (tiles > 1) {
         cut.at = CutAt(sample, axis, sample.size() * (tiles / 2) / tiles);
       } else {
-        const uint64_t parts = std::max<uint64_t>(PartsOf(box, axis), 2);
-        cut.at = box.low[axis] + box.Extent(axis) * static_cast<double>(parts / 2) / static_cast<double>(parts);
+        const uint64_t parts = std::max<uint64_t>(PartsOf(box, axis), 2), below = parts / 2;
+        cut.at = box.low[axis] + box.Extent(axis) * static_cast<double>(below) / static_cast<double>(parts);
       }
       cut.below = CountBelow(sample, axis, cut.at);
       const auto parted = static_cast<uint64_t>(std::count_if(

@@ -336,8 +336,9 @@ absl::Status NormalPhases::Check(Attempt other) {
   const uint32_t count = std::get<NeighborCount>(scale_.fit.neighborhood).count;
   const bool two_sheets = scale_.fit.two_sheets;
   // Fewer neighbors may be too few to tell a rim, but too many would be no neighborhood.
-  const bool takes_more = two_sheets && 2 * count <= index_.point_count() / 3;
-  ChosenScale scale = ScaleOf(takes_more ? 2 * count : OtherCount(count));
+  const uint32_t more = 2 * count;
+  const bool takes_more = two_sheets && more <= index_.point_count() / 3;
+  ChosenScale scale = ScaleOf(takes_more ? more : OtherCount(count));
   scale.fit.two_sheets = two_sheets;
   return Try(other, scale);
 }
