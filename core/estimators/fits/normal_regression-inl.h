@@ -152,7 +152,7 @@ HWY_NOINLINE inline void SumLowMoments(const PlaneBlock& block, size_t size, Dou
     CURVD_UNROLL(4)
     for (int b = 0; b < 4; ++b) {
       if (b > 0) wy = OddProduct(wy, y);
-      DoubleVec* const of_b = &s.sum[4 * b];
+      DoubleVec* const of_b = &s.sum[4 * static_cast<size_t>(b)];
       of_b[0] = hn::Add(of_b[0], wy);
       of_b[1] = AddProduct(wy, x, of_b[1], anchor);
       of_b[2] = AddProduct(wy, x2, of_b[2], anchor);
@@ -212,7 +212,7 @@ HWY_NOINLINE inline void SumNormalProducts(const PlaneBlock& block, const Neighb
     WeightedMonomials<kHalf>(hn::Load(d, block.x + j), hn::Load(d, block.y + j), hn::Load(d, block.w + j), monomials);
     CURVD_UNROLL(5)
     for (int m = 0; m < 5; ++m) {
-      DoubleVec* const of_m = &s.sum[3 * m];
+      DoubleVec* const of_m = &s.sum[3 * static_cast<size_t>(m)];
       of_m[0] = AddProduct(monomials[m], nx, of_m[0], anchor);
       of_m[1] = AddProduct(monomials[m], ny, of_m[1], anchor);
       of_m[2] = AddProduct(monomials[m], nz, of_m[2], anchor);
