@@ -61,7 +61,8 @@ class CellTree::Divider {
 
   void Divide(std::span<Position> sample) {
     sample_ = sample.size();
-    const uint64_t edge_points = std::min<uint64_t>(sample.size(), kEdgePointsInTile * parts_.tiles);
+    const uint64_t edge_points =
+        std::min<uint64_t>({sample.size(), kEdgePointsInTile * parts_.tiles, parts_.most_edge_points});
     std::vector<NeighborEdge> edges;
     if (parts_.tiles > 1 || IsTooLong(BoxAround(sample))) edges = EdgesOfNeighbors(sample.first(edge_points));
     DivideTiles(sample, edges, parts_.tiles, 0);
@@ -78,7 +79,9 @@ class CellTree::Divider {
 
   // How many parts of a box are short enough on an axis. A box of a few points is shorter than that of all.
   uint64_t PartsOf(const Box& box, size_t axis) const {
-    return static_cast<uint64_t>(std::ceil(box.Extent(axis) / parts_.most_extent * (1.0 + 1.0 / 64.0)));
+    constexpr double kMostParts = 0x1p40;  // a far outlier may make them more than a number holds
+    return static_cast<uint64_t>(
+        std::ceil(std::min(box.Extent(axis) / parts_.most_extent * (1.0 + 1.0 / 64.0), kMostParts)));
   }
 
   static size_t CountBelow(std::span<const Position> sample, size_t axis, double at) {

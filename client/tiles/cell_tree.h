@@ -33,11 +33,15 @@ class CellTree {
  public:
   CellTree() = default;
 
+  static constexpr size_t kEdgeBytes = 400;
+
   // How to divide.
   struct Parts {
     uint64_t tiles = 1;                                            // 1 or more
     uint64_t cells_per_tile = 1;                                   // 1 or more
     double most_extent = std::numeric_limits<double>::infinity();  // of a tile, on any axis; above 0
+    // Points of the sample whose neighbors are looked at, with about kEdgeBytes each: 2 or more.
+    uint64_t most_edge_points = uint64_t{1} << 18;
   };
 
   // Divides space so that each of `tiles` parts, and within them each of `cells_per_tile` cells, hold about as many

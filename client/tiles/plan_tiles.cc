@@ -29,14 +29,27 @@ constexpr size_t kMostBuckets = 1024;
 // What a point takes while a bucket is sorted: itself as it was read, with its cell, and as it is written.
 constexpr uint64_t kSortedBytes = 128;
 
+// The server's limit for distances (core/cloud/cloud.h).
+constexpr double kMostCoordinate = 3e38;
+
 bool IsFinite(const Position& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
+
+bool IsWithinLimit(const Position& p) {
+  return std::all_of(p.begin(), p.end(), [](double c) { return std::abs(c) <= kMostCoordinate; });
+}
+
+// What is wrong with a point that is not usable.
+const char* FaultOf(const Position& p) {
+  if (!IsFinite(p)) return " has a position that is not finite";
+  return IsWithinLimit(p) ? " has a normal without a direction" : " has a coordinate beyond 3e38";
+}
 
 // What the server would not give the status of invalid input.
 bool IsUsable(const TilePoint& point) {
   const std::array<float, 3>& n = point.normal;
   const bool has_direction =
       std::isfinite(n[0]) && std::isfinite(n[1]) && std::isfinite(n[2]) && (n[0] != 0 || n[1] != 0 || n[2] != 0);
-  return IsFinite(point.position) && has_direction;
+  return IsWithinLimit(point.position) && has_direction;
 }
 
 std::string NewPlanId() {
@@ -69,7 +82,7 @@ class Planner {
 
  private:
   uint64_t PointsInCell() const { return std::max(request_.tile_points / kCellsInTile, kLeastInCell); }
-  // The cells take an eighth of the memory at most, and so does the sample.
+  // The cells take an eighth of the memory at most, and so do the sample, and the neighbors in it.
   uint64_t MostCells() const { return std::max<uint64_t>(request_.memory_bytes / 8 / (2 * sizeof(CellNode)), 16); }
   size_t SampleSize() const {
     const uint64_t most = request_.memory_bytes / 8 / (2 * (sizeof(Position) + sizeof(uint64_t)));
@@ -146,10 +159,9 @@ class Planner {
       } else if (request_.skip_invalid) {
         ++plan_.unusable;
       } else {
-        return absl::InvalidArgumentError(absl::StrCat(
-            input.path, ": point ", input.points + point.id - block.first_id,
-            IsFinite(point.position) ? " has a normal without a direction" : " has a position that is not finite",
-            ". With --on-invalid=skip such points get a status"));
+        return absl::InvalidArgumentError(absl::StrCat(input.path, ": point ", input.points + point.id - block.first_id,
+                                                       FaultOf(point.position),
+                                                       ". With --on-invalid=skip such points get a status"));
       }
     }
     input.points += points_.size();
@@ -198,9 +210,11 @@ class Planner {
     }
     const uint64_t tiles = std::max<uint64_t>((Usable() + request_.tile_points - 1) / request_.tile_points, 1);
     const uint64_t cells = std::min<uint64_t>(wanted_cells, sample.size() / kSampledInCell + 1);
-    plan_.tree = CellTree::Divide(
-        std::move(sample),
-        {.tiles = tiles, .cells_per_tile = std::max<uint64_t>(cells / tiles, 1), .most_extent = MostExtent()});
+    plan_.tree = CellTree::Divide(std::move(sample), {.tiles = tiles,
+                                                      .cells_per_tile = std::max<uint64_t>(cells / tiles, 1),
+                                                      .most_extent = MostExtent(),
+                                                      .most_edge_points = std::max<uint64_t>(
+                                                          request_.memory_bytes / 8 / CellTree::kEdgeBytes, 1024)});
     return absl::OkStatus();
   }
 

@@ -282,6 +282,12 @@ class Tiles(unittest.TestCase):
         words = [line.rsplit(",", 1)[1] for line in pathlib.Path(out).read_text(encoding="ascii").splitlines()[1:]]
         self.assertEqual([i for i, word in enumerate(words) if word == "invalid_input"], [5, 777])
 
+    def test_coordinates_beyond_what_a_server_takes_are_refused(self):
+        cloud = str(self.folder / "beyond.csv")
+        lines = [f"{i % 50},{i // 50},{'1e300' if i == 777 else 0},0,0,1" for i in range(2500)]
+        pathlib.Path(cloud).write_text("x,y,z,nx,ny,nz\n" + "\n".join(lines), encoding="ascii")
+        self.assertIn("point 777 has a coordinate beyond 3e38", self.plan(cloud=cloud, code=INPUT))
+
     def test_doubles_have_the_same_bytes_for_other_tiles(self):
         far = str(self.folder / "far.csv")
         table = str(self.folder / "near.csv")
