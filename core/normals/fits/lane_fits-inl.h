@@ -60,13 +60,17 @@ HWY_INLINE DoubleTriple LeastAxes(const SymmetricLanes& m) {
   const DoubleVec determinant = Dot({xx, m.xy, m.xz}, CrossOf({m.xy, yy, m.yz}, {m.xz, m.yz, zz}));
   const DoubleVec spread = hn::Sqrt(squared), negligible = hn::Mul(spread, hn::Set(d, kEnough));
   DoubleVec root = hn::Mul(spread, hn::Set(d, -2.0));
+  // A lane stops where it has come near enough, whatever the others do: a point's normal does not depend on them.
+  DoubleMask moves = hn::Gt(spread, zero);
   for (int step = 0; step < kMostSteps; ++step) {
     const DoubleVec from_squared = hn::MulSub(root, root, squared);  // root^2 - s^2
     const DoubleVec value = hn::MulSub(root, hn::Sub(from_squared, hn::Add(squared, squared)), determinant);
     const DoubleVec slope = hn::Mul(three, from_squared);
-    const DoubleVec change = hn::IfThenElseZero(hn::Gt(slope, zero), hn::Div(value, slope));
+    moves = hn::And(moves, hn::Gt(slope, zero));
+    const DoubleVec change = hn::IfThenElseZero(moves, hn::Div(value, slope));
     root = hn::Sub(root, change);
-    if (hn::AllFalse(d, hn::Gt(hn::Abs(change), negligible))) break;
+    moves = hn::And(moves, hn::Gt(hn::Abs(change), negligible));
+    if (hn::AllFalse(d, moves)) break;
   }
   // The axis is normal to all rows of the matrix less the eigenvalue; the longest product of two is the most exact.
   const DoubleTriple x{hn::Sub(xx, root), m.xy, m.xz}, y{m.xy, hn::Sub(yy, root), m.yz},

@@ -78,5 +78,32 @@ TEST_P(LaneFitsTest, RefusesTheSamePoints) {
   }
 }
 
+// A group may be fitted in parts, which bring other points together in a vector.
+TEST_P(LaneFitsTest, APointHasTheSameFitWhicheverOthersAreFittedWithIt) {
+  TestPoints torus = Torus(2000, 6);
+  AddNoise(0.05, 7, torus);
+  SpatialIndex index = BuildIndex(torus.ToCloud());
+  for (const NormalMethod method : kMethods) {
+    NormalFit fit;
+    fit.method = method;
+    fit.neighborhood = NeighborCount{24};
+    const NormalPlan plan(fit, index);
+    const auto whole = std::make_unique<NormalScratch>(), rest = std::make_unique<NormalScratch>();
+    rest->first_point = 3;
+    for (size_t group = 0; group < index.group_count(); ++group) {
+      ASSERT_TRUE(FitGroup(index, plan, group, GroupSample::kAll, *whole).ok());
+      ASSERT_TRUE(FitGroup(index, plan, group, GroupSample::kAll, *rest).ok());
+      for (size_t i = 0; i < rest->points.size; ++i) {
+        ASSERT_EQ(rest->points.place[i], whole->points.place[i + 3]);
+        ASSERT_EQ(rest->normal.x[i], whole->normal.x[i + 3]) << NormalMethodName(method) << " " << group << " " << i;
+        ASSERT_EQ(rest->normal.y[i], whole->normal.y[i + 3]);
+        ASSERT_EQ(rest->normal.z[i], whole->normal.z[i + 3]);
+        ASSERT_EQ(rest->mean_square[i], whole->mean_square[i + 3]);
+        ASSERT_EQ(rest->variance_ratio[i], whole->variance_ratio[i + 3]);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace curvd::testing
