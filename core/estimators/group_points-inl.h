@@ -57,6 +57,34 @@ HWY_INLINE void LoadGroup(const SpatialIndex& index, size_t group, GroupPoints& 
   }
 }
 
+// Copies what LoadGroup has set of point `from` to place `to` of another group, or of the same.
+inline void CopyPoint(const GroupPoints& points, size_t from, size_t to, GroupPoints& out) {
+  float vector[3];
+  points.query.Get(from, vector);
+  out.query.Set(to, vector);
+  points.normal.Get(from, vector);
+  out.normal.Set(to, vector);
+  out.rank[to] = points.rank[from];
+  out.slot[to] = points.slot[from];
+  out.place[to] = points.place[from];
+}
+
+// Leaves the points for whose index `keep` returns true; it is called once for each, in ascending order, before the
+// point is moved.
+template <typename Keep>
+void KeepPoints(Keep keep, GroupPoints& points) {
+  size_t kept = 0;
+  for (size_t i = 0; i < points.size; ++i) {
+    if (keep(i)) CopyPoint(points, i, kept++, points);
+  }
+  points.size = kept;
+}
+
+// Leaves the first point of each leaf.
+inline void KeepFirstOfLeaves(GroupPoints& points) {
+  KeepPoints([&points](size_t i) { return points.place[i] % SpatialIndex::kLeafSize == 0; }, points);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();

@@ -40,8 +40,8 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
 // Where the scale is automatic, it may take several attempts. If neighborhoods hold two sheets
 // (core/normals/sheet_probe.h), normals are first made of so few neighbors that most come from one sheet; those stay if
 // they orient to closed surfaces whose certificate is as good as that of clean ones. Else the same is tried with rims
-// (NormalFit::two_sheets), and the better of both is compared with another scale. Unless that comes to closed surfaces
-// comes the scale that the pilot chose. Where its neighborhoods turn out to hold both sides of the surface
+// (NormalFit::two_sheets), and the better of both is compared with another scale. Unless that comes to closed surfaces,
+// the scale that the pilot chose follows. Where its neighborhoods turn out to hold both sides of the surface
 // (core/normals/trust/side_probe.h), the thin scales are tried, or are taken after all. Where positions are noisy, its
 // sides are compared with those of another scale. If they cannot be trusted, few neighbors are tried, which stay if
 // that is much better; else the pilot's normals are made again.
@@ -127,9 +127,10 @@ class NormalPhases {
   std::optional<SideProbe> side_probe_;
   std::optional<SideCheck> side_check_;  // of kChosen, while kOther is made
   Attempt attempt_ = Attempt::kLast;
-  ChosenScale chosen_, scale_,
-      thin_;  // by the pilot or the caller; of the attempt of now; and the best for a thin part
-  double chosen_certificate_ = kNoCertificate, thin_certificate_ = kNoCertificate;  // of these
+  ChosenScale chosen_;  // by the pilot or the caller
+  ChosenScale scale_;   // of the attempt of now
+  ChosenScale thin_;    // the best so far for a thin part
+  double chosen_certificate_ = kNoCertificate, thin_certificate_ = kNoCertificate;
   std::unique_ptr<StrategyRun> fit_;
   std::optional<ScratchSet> scratch_;
   NormalReport fit_report_;

@@ -10,22 +10,6 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-inline void KeepPoints(absl::FunctionRef<bool(size_t)> keep, GroupPoints& points) {
-  size_t kept = 0;
-  for (size_t i = 0; i < points.size; ++i) {
-    if (!keep(i)) continue;
-    float vector[3];
-    points.query.Get(i, vector);
-    points.query.Set(kept, vector);
-    points.normal.Get(i, vector);
-    points.normal.Set(kept, vector);
-    points.rank[kept] = points.rank[i];
-    points.slot[kept] = points.slot[i];
-    points.place[kept++] = points.place[i];
-  }
-  points.size = kept;
-}
-
 absl::Status CollectEachKernel(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
                                CollectedPoints which, PilotScratch& s, absl::FunctionRef<bool(size_t)> keep,
                                absl::FunctionRef<void(size_t)> visit) {

@@ -44,21 +44,14 @@ class NumberedCollector {
 
 // Leaves the first point of each leaf that is sampled.
 inline void KeepSampled(const Pilot& pilot, GroupPoints& points) {
-  size_t kept = 0;
   int32_t last_leaf = -1;
-  for (size_t i = 0; i < points.size; ++i) {
+  const auto is_first_sampled = [&](size_t i) {
     const int32_t leaf = points.place[i] / SpatialIndex::kLeafSize;
-    if (leaf == last_leaf || !pilot.IsSampled(static_cast<size_t>(leaf))) continue;
+    if (leaf == last_leaf || !pilot.IsSampled(static_cast<size_t>(leaf))) return false;
     last_leaf = leaf;
-    float vector[3];
-    points.query.Get(i, vector);
-    points.query.Set(kept, vector);
-    points.normal.Get(i, vector);
-    points.normal.Set(kept, vector);
-    points.rank[kept] = points.rank[i];
-    points.place[kept++] = points.place[i];
-  }
-  points.size = kept;
+    return true;
+  };
+  KeepPoints(is_first_sampled, points);
 }
 
 inline absl::Status CollectKernel(const Pilot& pilot, size_t group, PilotScratch& s, PilotTable& table) {

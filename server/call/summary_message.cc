@@ -61,8 +61,7 @@ std::string DoubtfulOrientationText(const NormalReport& report) {
   }
   if (report.may_be_closed) {
     return "the oriented normals may point to the wrong side: the points lie on both sides of an open sheet, and not "
-           "as "
-           "noise would have them, so that they may be the two sides of a thin body; the sign of curvature is as "
+           "as noise would have them, so that they may be the two sides of a thin body; the sign of curvature is as "
            "doubtful. Send more points, or say where they were seen from";
   }
   if (report.turned_share.value_or(0.0) > report.most_turned_share) {

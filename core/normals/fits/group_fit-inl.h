@@ -26,27 +26,6 @@ namespace HWY_NAMESPACE {
 // 2, over an even disc, the squared error here is 2.5 times that in the middle (docs/numerics.md).
 inline constexpr double kMostSquaredOffset = 0.125;
 
-// Copies point `from` to place `to` of another array.
-inline void CopyPoint(const GroupPoints& points, size_t from, size_t to, GroupPoints& out) {
-  float vector[3];
-  points.query.Get(from, vector);
-  out.query.Set(to, vector);
-  points.normal.Get(from, vector);
-  out.normal.Set(to, vector);
-  out.rank[to] = points.rank[from];
-  out.slot[to] = points.slot[from];
-  out.place[to] = points.place[from];
-}
-
-// Leaves the first point of each leaf.
-inline void ThinGroup(GroupPoints& points) {
-  size_t kept = 0;
-  for (size_t i = 0; i < points.size; ++i) {
-    if (points.place[i] % SpatialIndex::kLeafSize == 0) CopyPoint(points, i, kept++, points);
-  }
-  points.size = kept;
-}
-
 // The mean of the points of a leaf, whichever of them a run fits.
 inline void MeanOfLeaf(const SpatialIndex& index, size_t leaf, float* mean) {
   const SpatialIndex::LeafPositions& points = index.positions(leaf);
@@ -190,7 +169,7 @@ inline void TellFits(NormalScratch& s) {
 inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
                                    NormalScratch& s) {
   LoadGroup<true>(index, group, s.points, s.first_point);
-  if (sample == GroupSample::kOneOfEachLeaf) ThinGroup(s.points);
+  if (sample == GroupSample::kOneOfEachLeaf) KeepFirstOfLeaves(s.points);
   if (plan.shares) return FitShared(index, plan, s);
   const absl::Status status = FitPoints(index, plan, s);
   if (status.ok() && s.take) TellFits(s);

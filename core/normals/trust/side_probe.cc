@@ -48,22 +48,6 @@ class SideCounter {
   NormalComparer comparer_;
 };
 
-// Leaves the first point of each leaf, with its normal.
-inline void KeepFirstOfLeaves(GroupPoints& points) {
-  size_t kept = 0;
-  for (size_t i = 0; i < points.size; ++i) {
-    if (points.place[i] % SpatialIndex::kLeafSize != 0) continue;
-    float vector[3];
-    points.query.Get(i, vector);
-    points.query.Set(kept, vector);
-    points.normal.Get(i, vector);
-    points.normal.Set(kept, vector);
-    points.rank[kept] = points.rank[i];
-    points.place[kept++] = points.place[i];
-  }
-  points.size = kept;
-}
-
 // Adds what the points of a group say.
 inline absl::Status ProbeSidesKernel(const SpatialIndex& index, const NeighborhoodPlan& fit,
                                      const NeighborhoodPlan& links, size_t group, bool takes_all, GroupScratch& s,

@@ -5,9 +5,8 @@
 //   hold both of its sheets, and the narrow sides between these as well: normals there come out like those of the
 //   sheets, so that nothing tells on which side they are. The normals look calm, as does their winding number. But then
 //   much of a point's neighborhood has opposed normals.
-// - Where a patch of a ball is turned, the winding number falls at all points, those of the patch included, by nearly
-// as
-//   much: it varies no more than before. But then the normals of neighbors along one sheet are opposed around the
+// - Where a patch of a ball is turned, the winding number falls at all points by nearly as much, those of the patch
+//   included: it varies no more than before. But then the normals of neighbors along one sheet are opposed around the
 //   patch.
 #pragma once
 
