@@ -109,6 +109,9 @@ void EstimatePart(const PilotSums& sums, double radius, double unit, size_t rung
     StoreSlopes(regression->slope, unit * unit, point.slope[rung][part]);
     if (part == PilotPoint::kAll) point.normal_residual[rung] = static_cast<float>(regression->residual);
   }
+  if (const auto shape = sums.QuadraticRegressionEstimate(radius)) {
+    Store(*shape, unit, kQuadraticRegressionMethod, rung, part, point);
+  }
   if (const auto jet = sums.JetEstimate(radius)) {
     Store(jet->shape, unit, kQuarticMethod, rung, part, point);
     if (part == PilotPoint::kAll) point.residual[rung] = static_cast<float>(jet->residual / unit);

@@ -96,6 +96,15 @@ TangentShape ShapeOf(const Vector3d& tangent_x, const Vector3d& tangent_y, const
                  0.5 * (tangent_x.dot(normal_y) + tangent_y.dot(normal_x)), tangent_y.dot(normal_y));
 }
 
+// The same of a fit to the normals, whose value at the point has unit length.
+template <typename Fit>
+TangentShape ShapeOfNormals(const Fit& fit) {
+  const Vector3d unit = fit.row(IndexOf(0, 0)), dx = fit.row(IndexOf(1, 0)), dy = fit.row(IndexOf(0, 1));
+  const Vector3d tangent_x(1.0, 0.0, -unit.x() / unit.z()), tangent_y(0.0, 1.0, -unit.y() / unit.z());
+  const auto along_sphere = [&](const Vector3d& d) -> Vector3d { return d - d.dot(unit) * unit; };
+  return ShapeOf(tangent_x, tangent_y, along_sphere(dx), along_sphere(dy));
+}
+
 // A shape in units of `unit`.
 TangentShape InUnits(const TangentShape& shape, double unit) {
   return {shape.mean / unit, shape.difference / unit, shape.twist / unit};
@@ -228,8 +237,9 @@ std::optional<PilotSums::Hexagrams> PilotSums::HexagramEstimate() const {
                    std::abs(mean) + std::sqrt(std::max(mean * mean - gaussian, 0.0))};
 }
 
-std::optional<PilotSums::Regression> PilotSums::RegressionEstimate(double radius) const {
-  constexpr int kDegree = 3, kSize = IndexOf(0, kDegree) + 1;
+template <int kDegree>
+std::optional<PilotSums::NormalFit<kDegree>> PilotSums::FitNormals(double radius) const {
+  constexpr int kSize = IndexOf(0, kDegree) + 1;
   if (count() < kSize + kLeastFreedom) return std::nullopt;
   double moments[MonomialCount(kMomentDegree)], weighted[MonomialCount(2 * kDegree)];
   Normalize(&values_[kMoments], 2 * kDegree + 2, radius, count(), moments);
@@ -237,30 +247,41 @@ std::optional<PilotSums::Regression> PilotSums::RegressionEstimate(double radius
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
   Eigen::LLT<Matrix> factors;
   if (!Factor<Matrix>(NormalMatrix<kDegree>(weighted), factors)) return std::nullopt;
-  Eigen::Matrix<double, kSize, 3> right, fit;
+  NormalFit<kDegree> out;
+  double explained = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     double sums[MonomialCount(kNormalDegree)];
-    Normalize(&values_[kNormals + static_cast<size_t>(axis) * MonomialCount(kNormalDegree)], kNormalDegree, radius,
+    Normalize(&values_[kNormals + static_cast<size_t>(axis) * MonomialCount(kNormalDegree)], kDegree + 2, radius,
               count(), sums);
-    Eigen::Matrix<double, kSize, 1> column;
-    Weigh(sums, kDegree, column.data());
-    right.col(axis) = column;
+    Eigen::Matrix<double, kSize, 1> right;
+    Weigh(sums, kDegree, right.data());
     // One column after the other: Eigen sets up for large matrices where there are several.
-    fit.col(axis) = factors.solve(column);
+    out.coefficients.col(axis) = factors.solve(right);
+    explained += out.coefficients.col(axis).dot(right);
   }
-  const Vector3d at_point = fit.row(IndexOf(0, 0)), dx = fit.row(IndexOf(1, 0)), dy = fit.row(IndexOf(0, 1));
+  const Vector3d at_point = out.coefficients.row(IndexOf(0, 0));
   // The normals of a neighborhood that is no piece of a surface cancel out, or contradict the frame.
   constexpr double kLeastLength = 0.1, kLeastHeight = 0.2;
   const double length = at_point.norm();
   if (!(length > kLeastLength) || !(at_point.z() > kLeastHeight * length)) return std::nullopt;
-  const Vector3d unit = at_point / length;
-  const auto along_sphere = [&](const Vector3d& d) -> Vector3d { return (d - d.dot(unit) * unit) / length; };
-  const Vector3d tangent_x(1.0, 0.0, -unit.x() / unit.z()), tangent_y(0.0, 1.0, -unit.y() / unit.z());
+  out.coefficients /= length;
   // The normals have unit length, so that the sum of their squares is that of the weights.
-  const double squares = weighted[0] - fit.cwiseProduct(right).sum();
   const double freedom = 2.0 * (weighted[0] - kMeanWeightInFit * kSize / count());
-  return Regression{InUnits(ShapeOf(tangent_x, tangent_y, along_sphere(dx), along_sphere(dy)), radius),
-                    SlopesOf(fit / length, radius * radius), std::sqrt(std::max(squares, 0.0) / freedom)};
+  out.residual = std::sqrt(std::max(weighted[0] - explained, 0.0) / freedom);
+  return out;
+}
+
+std::optional<PilotSums::Regression> PilotSums::RegressionEstimate(double radius) const {
+  const auto fit = FitNormals<3>(radius);
+  if (!fit.has_value()) return std::nullopt;
+  return Regression{InUnits(ShapeOfNormals(fit->coefficients), radius), SlopesOf(fit->coefficients, radius * radius),
+                    fit->residual};
+}
+
+std::optional<TangentShape> PilotSums::QuadraticRegressionEstimate(double radius) const {
+  const auto fit = FitNormals<2>(radius);
+  if (!fit.has_value()) return std::nullopt;
+  return InUnits(ShapeOfNormals(fit->coefficients), radius);
 }
 
 template <int kDegree>

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <optional>
 
+#include "Eigen/Core"
+
 namespace curvd {
 
 // A neighbor in the frame of the tangent plane at the sampled point, which is the origin; z along the normal.
@@ -52,6 +54,8 @@ class PilotSums {
   };
   // What the weighted cubic regression of the normals estimates.
   std::optional<Regression> RegressionEstimate(double radius) const;
+  // The same of degree 2.
+  std::optional<TangentShape> QuadraticRegressionEstimate(double radius) const;
   struct Jet {
     TangentShape shape;
     double residual;  // standard deviation of the positions about the surface
@@ -79,6 +83,15 @@ class PilotSums {
   template <int kDegree>
   void AddUpTo(const PilotNeighbor& neighbor);
 
+  // Polynomials over the tangent plane, whose unit of length is the radius: a column of coefficients for each component
+  // of the normal, which has unit length at the point.
+  template <int kDegree>
+  struct NormalFit {
+    Eigen::Matrix<double, static_cast<int>(MonomialCount(kDegree)), 3> coefficients;
+    double residual;  // as Regression::residual
+  };
+  template <int kDegree>
+  std::optional<NormalFit<kDegree>> FitNormals(double radius) const;
   template <int kDegree>
   std::optional<Jet> FitJet(double radius) const;
 
