@@ -25,6 +25,8 @@ constexpr double kDifferenceQuantile = 0.99;
 constexpr double kRounding = 1e-6;
 // The rung from which the residual of a jet of degree 4 tells the noise.
 constexpr size_t kResidualRung = 2;
+// What differs from the reference is the candidate's bias if its square is so many times that of the reference's error.
+constexpr double kLeastSquareOverReference = 1.5;
 // Noise is told from the surface in neighborhoods that are so many times larger.
 constexpr double kLeastRadiusOverNoise = 4.0;
 
@@ -277,9 +279,11 @@ double ScaleJudge::SquaredBiasBesideSmaller(const ScaleCandidate& candidate) con
 double ScaleJudge::SquaredBiasBeside(const std::optional<ScaleScore>& reference,
                                      const ScaleCandidate& candidate) const {
   if (!reference.has_value() || !kScaleMethods[candidate.method].is_second_order()) return 0.0;
-  const std::optional<double> common = SquaredBias(candidate, reference->candidate);
+  const double found = SquaredBias(candidate, reference->candidate).value_or(0.0);
+  // At the scale that is best for it, the reference has about as much bias as noise, which hides it.
+  if (found < kLeastSquareOverReference * reference->error * reference->error) return 0.0;
   const double of_noise = NoiseBias(reference->candidate.method);
-  return common.value_or(0.0) - reference->bias * reference->bias - of_noise * of_noise;
+  return found - reference->bias * reference->bias - of_noise * of_noise;
 }
 
 std::optional<ScaleScore> ScaleJudge::ScoreOf(const ScaleCandidate& candidate) const {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <numeric>
 #include <random>
 
@@ -49,7 +50,13 @@ PilotTable MakeTable(const std::array<Behavior, kMethodCount>& behaviors, double
   return table;
 }
 
-constexpr Behavior kUseless{100.0, 100.0};
+// What the first methods do; all others are useless.
+std::array<Behavior, kMethodCount> Behaving(std::initializer_list<Behavior> first) {
+  std::array<Behavior, kMethodCount> behaviors;
+  behaviors.fill({100.0, 100.0});
+  std::copy(first.begin(), first.end(), behaviors.begin());
+  return behaviors;
+}
 
 uint32_t MeanCount(const ScaleChoice& choice) {
   double logs = 0.0;
@@ -59,12 +66,7 @@ uint32_t MeanCount(const ScaleChoice& choice) {
 }
 
 TEST(ScaleChoiceTest, MoreNoiseAsksForMoreNeighborsAndMoreDetailForFewer) {
-  const auto choose = [](double noise, double bias) {
-    std::array<Behavior, kMethodCount> behaviors;
-    behaviors.fill(kUseless);
-    behaviors[kHexagramMethod] = {noise, bias};
-    return ChooseScales(MakeTable(behaviors), {});
-  };
+  const auto choose = [](double noise, double bias) { return ChooseScales(MakeTable(Behaving({{noise, bias}})), {}); };
   const uint32_t calm = MeanCount(choose(0.1, 1.0)), noisy = MeanCount(choose(1.0, 1.0));
   const uint32_t detailed = MeanCount(choose(0.1, 10.0));
   EXPECT_GT(noisy, 2 * calm);
@@ -86,7 +88,7 @@ TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
 }
 
 TEST(ScaleChoiceTest, KeepsToItsBounds) {
-  const PilotTable table = MakeTable({Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, Behavior{1.0, 1.0}, kUseless, kUseless});
+  const PilotTable table = MakeTable(Behaving({{1.0, 1.0}, {1.0, 1.0}, {1.0, 1.0}}));
   ScaleBounds bounds;
   bounds.methods = {false, true, false, false, false};
   bounds.least_count = 40;
@@ -101,7 +103,7 @@ TEST(ScaleChoiceTest, KeepsToItsBounds) {
 }
 
 TEST(ScaleChoiceTest, WeightsFollowTheNoiseFromPlaceToPlace) {
-  const PilotTable table = MakeTable({Behavior{0.03, 2.0}, kUseless, kUseless, kUseless, kUseless}, 30.0);
+  const PilotTable table = MakeTable(Behaving({{0.03, 2.0}}), 30.0);
   const ScaleChoice choice = ChooseScales(table, {});
   ASSERT_EQ(choice.mean.local_differences.size(), table.size());
   const auto mean_count = [&](size_t first, size_t last) {
@@ -124,8 +126,7 @@ TEST(ScaleChoiceTest, SharesOfTheChosenSumToOne) {
   for (const bool per_cloud : {false, true}) {
     ScaleBounds bounds;
     bounds.per_cloud = per_cloud;
-    const ScaleChoice choice =
-        ChooseScales(MakeTable({Behavior{1.0, 1.0}, kUseless, kUseless, kUseless, kUseless}), bounds);
+    const ScaleChoice choice = ChooseScales(MakeTable(Behaving({{1.0, 1.0}})), bounds);
     EXPECT_EQ(choice.chosen.size(), ScaleChoice::kMostChosen);
     EXPECT_NEAR(std::accumulate(choice.mean.cloud_weights.begin(), choice.mean.cloud_weights.end(), 0.0), 1.0, 1e-12);
     EXPECT_TRUE(std::is_sorted(choice.mean.cloud_weights.rbegin(), choice.mean.cloud_weights.rend()));
@@ -153,7 +154,7 @@ TEST(ScaleChoiceTest, ChoosesNothingWhereNothingWasEstimated) {
 }
 
 TEST(ScaleChoiceTest, LeavesOutWhatFailsAtManyPoints) {
-  PilotTable table = MakeTable({Behavior{1.0, 1.0}, Behavior{0.01, 0.01}, kUseless});
+  PilotTable table = MakeTable(Behaving({{1.0, 1.0}, {0.01, 0.01}}));
   for (size_t i = 0; i < table.size(); i += 20) {
     for (auto& parts : table[i].mean[kRegressionMethod]) parts.fill(PilotPoint::kNone);
   }
