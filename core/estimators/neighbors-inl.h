@@ -95,8 +95,7 @@ class NeighborCollector {
   }
   HWY_INLINE void operator()(const NearPoints& near, FloatMask inside) {
     const FloatTag d;
-    const size_t kept = hn::CountTrue(d, inside);
-    if (kept == 0) return;
+    // Without a branch: whether there are any is what no branch predictor knows.
     const SpatialIndex::LeafPositions& points = index_->positions(near.leaf);
     const SpatialIndex::LeafNormals& normals = index_->normals(near.leaf);
     const QueryVectors q(query_->position);
@@ -107,7 +106,7 @@ class NeighborCollector {
     hn::StoreU(hn::Compress(hn::Load(d, normals.x + i), inside), d, nx_ + count_);
     hn::StoreU(hn::Compress(hn::Load(d, normals.y + i), inside), d, ny_ + count_);
     hn::StoreU(hn::Compress(hn::Load(d, normals.z + i), inside), d, nz_ + count_);
-    count_ += kept;
+    count_ += hn::CountTrue(d, inside);
   }
   HWY_INLINE void Finish() {
     const FloatTag d;

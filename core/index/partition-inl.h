@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "core/index/select_nth.h"
+#include "core/index/vectors-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -56,7 +57,7 @@ class RecordPartition {
 
   // Both ends' first batches wait in registers, so that there is always a batch's room on the side that was read. A
   // batch is several vectors: which side is read next is a branch that nothing predicts.
-  PointRecord* Run() {
+  HWY_INLINE PointRecord* Run() {
     const Tag d;
     const ptrdiff_t step = static_cast<ptrdiff_t>(hn::Lanes(d) / 4);
     const ptrdiff_t batch = kBatch * step;
@@ -87,18 +88,18 @@ class RecordPartition {
  private:
   static constexpr int kBatch = 4;
 
-  static void LoadBatch(const PointRecord* records, ptrdiff_t step, Vec* batch) {
+  static HWY_INLINE void LoadBatch(const PointRecord* records, ptrdiff_t step, Vec* batch) {
     HWY_UNROLL(kBatch)
     for (int i = 0; i < kBatch; ++i) batch[i] = hn::LoadU(Tag(), (records + i * step)->position);
   }
 
-  void StoreBatch(const Vec* batch, ptrdiff_t step) {
+  HWY_INLINE void StoreBatch(const Vec* batch, ptrdiff_t step) {
     HWY_UNROLL(kBatch)
     for (int i = 0; i < kBatch; ++i) Store(batch[i], step);
   }
 
   // The lanes of records less than the pivot.
-  hn::Mask<Tag> Less(Vec records) const {
+  HWY_INLINE hn::Mask<Tag> Less(Vec records) const {
     const Tag d;
     const IntTag di;
     const Vec key = axis_ == 0   ? hn::Broadcast<0>(records)
@@ -111,9 +112,10 @@ class RecordPartition {
   }
 
   // Appends records less than the pivot to the left part, the others to the right part.
-  void Store(Vec records, ptrdiff_t step) {
+  HWY_INLINE void Store(Vec records, ptrdiff_t step) {
     const Tag d;
     const hn::Mask<Tag> less = Less(records);
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
     const auto count = static_cast<ptrdiff_t>(hn::CountTrue(d, less) / 4);
     const ptrdiff_t others = step - count;
     hn::BlendedStore(hn::Compress(records, less), hn::FirstN(d, static_cast<size_t>(4 * count)), d, left_->position);
@@ -121,9 +123,31 @@ class RecordPartition {
     right_ -= others;
     hn::BlendedStore(hn::Compress(records, hn::Not(less)), hn::FirstN(d, static_cast<size_t>(4 * others)), d,
                      right_->position);
+#else
+    // One or two records. Stores of some lanes of a vector take longer there, up to ten times.
+    static_cast<void>(step);
+    StoreBlocks(d, records, BitsFromMask(less));
+#endif
   }
 
-  void StoreOne(const PointRecord& record) { *(IsLess(record, pivot_, axis_) ? left_++ : --right_) = record; }
+  // The same for the records of a vector; of each four bits, the lowest tells whether it is less.
+  template <class D>
+  HWY_INLINE void StoreBlocks([[maybe_unused]] D d, hn::Vec<D> records, uint64_t less) {
+    if constexpr (hn::MaxLanes(D()) == 4) {
+      const auto is_less = static_cast<ptrdiff_t>(less & 1);
+      right_ -= 1 - is_less;
+      hn::StoreU(records, d, (is_less != 0 ? left_ : right_)->position);
+      left_ += is_less;
+    } else {
+      const hn::Half<D> half;
+      StoreBlocks(half, hn::LowerHalf(half, records), less);
+      StoreBlocks(half, hn::UpperHalf(half, records), less >> hn::MaxLanes(half));
+    }
+  }
+
+  HWY_INLINE void StoreOne(const PointRecord& record) {
+    *(IsLess(record, pivot_, axis_) ? left_++ : --right_) = record;
+  }
 
   PointRecord* left_;   // end of the left part
   PointRecord* right_;  // begin of the right part

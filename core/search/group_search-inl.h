@@ -8,6 +8,7 @@
 #endif
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/search/neighborhood-inl.h"
 #include "core/search/search_plan.h"
@@ -33,7 +34,11 @@ class GroupSearch {
 
   // `box` holds all queries.
   GroupSearch(const SpatialIndex& index, const SearchPlan& plan, const Box& box, SearchScratch& scratch)
-      : index_(index), plan_(plan), box_(box), scratch_(scratch) {
+      : index_(index),
+        plan_(plan),
+        box_(box),
+        scratch_(scratch),
+        growth_(1.0f + kGuessGrowth / std::sqrt(static_cast<float>(std::max<size_t>(plan.searched_count, 1)))) {
     plan.by_radius ? static_cast<void>(List(plan.squared_radius)) : StartReach();
   }
 
@@ -73,7 +78,8 @@ class GroupSearch {
   HWY_INLINE void LocateNearest(const float* query) {
     const size_t k = plan_.searched_count;
     while (listed_) {
-      const float guess = last_ > 0.0f ? last_ * kGuessGrowth : squared_reach_;
+      const DistanceRange guess = last_ > 0.0f ? DistanceRange{last_ / growth_, last_ * growth_}
+                                               : DistanceRange{DistanceRange::kNoLow, squared_reach_};
       if (NearestInReach(index_, scratch_.group_leaves, query, k, guess, squared_reach_, scratch_)) return;
       if (squared_reach_ <= 0.0f || squared_reach_ > kWholeIndex)
         listed_ = false;
@@ -98,7 +104,9 @@ class GroupSearch {
     Neighborhood& found = scratch_.found;
     if (listed_) {
       CullLeaves(scratch_.group_leaves, query, squared_reach_, found);
-      found.count = MeasureDistances(index_, query, squared_reach_, found, scratch_.inner_distances);
+      found.count =
+          MeasureDistances(index_, query, {DistanceRange::kNoLow, squared_reach_}, found, scratch_.inner_distances)
+              .inside;
       found.last = {squared_reach_, SpatialIndex::kPaddingId};
     } else {
       FindByDescent(index_, query, {squared_reach_, SpatialIndex::kPaddingId}, plan_.max_neighbor_count, scratch_);
@@ -117,14 +125,16 @@ class GroupSearch {
     return farthest;
   }
 
-  // The squared radius of the last neighborhood grown by this holds the next one 9 times out of 10.
-  static constexpr float kGuessGrowth = 1.16f;
+  // The squared radii of neighborhoods side by side differ by a share that falls with the root of their size. Within
+  // this share over that root lie all but one in 4 of those of 15 neighbors, in 8 of 50, in 50 of 300.
+  static constexpr float kGuessGrowth = 1.4f;
   static constexpr float kWholeIndex = 0x1p126f;  // no two points are farther apart: SpatialIndex::kFarthest
 
   const SpatialIndex& index_;
   const SearchPlan& plan_;
   const Box& box_;
   SearchScratch& scratch_;
+  const float growth_;          // of the squared radius, from one neighborhood to the next
   float squared_reach_ = 0.0f;  // all points within it of a query lie in listed leaves
   float last_ = 0.0f;
   float largest_ = 0.0f;

@@ -59,24 +59,31 @@ HWY_INLINE FloatMask Inside(FloatVec squared, const int32_t* ids, const Neighbor
 
 // A vector of points of a leaf that may hold neighbors.
 struct NearPoints {
-  uint32_t leaf;     // of the index
-  size_t near;       // which of Neighborhood::leaves it is
-  size_t place;      // of the first of the points in the leaf
-  FloatVec squared;  // distances from the query
+  uint32_t leaf;      // of the index
+  uint32_t position;  // of the leaf in the list that was searched
+  size_t near;        // which of Neighborhood::leaves it is
+  size_t place;       // of the first of the points in the leaf
+  FloatVec squared;   // distances from the query
 };
 
 template <bool kSplitsTies, typename Visit>
 HWY_INLINE float ForEachInside(const SpatialIndex& index, const Neighborhood& found, Visit& visit) {
   const FloatTag d;
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
+  // Copies, since what visits store might lie anywhere, for all that the compiler knows.
+  const size_t leaf_count = found.leaf_count;
+  const NeighborRank last = found.last;
+  const uint32_t* const leaves = found.leaves.data();
+  const uint32_t* const positions = found.positions.data();
+  const float* const squared_distances = found.squared_distances.data();
   FloatVec farthest = hn::Zero(d);
-  for (size_t j = 0; j < found.leaf_count; ++j) {
-    const uint32_t leaf = found.leaves[j];
+  for (size_t j = 0; j < leaf_count; ++j) {
+    const uint32_t leaf = leaves[j];
     for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
-      const FloatVec squared = hn::Load(d, found.squared_distances.data() + j * kLeaf + i);
-      const FloatMask inside = Inside<kSplitsTies>(squared, index.positions(leaf).id + i, found.last);
+      const FloatVec squared = hn::Load(d, squared_distances + j * kLeaf + i);
+      const FloatMask inside = Inside<kSplitsTies>(squared, index.positions(leaf).id + i, last);
       farthest = hn::Max(farthest, hn::IfThenElseZero(inside, squared));
-      visit(NearPoints{leaf, j, i, squared}, inside);
+      visit(NearPoints{leaf, positions[j], j, i, squared}, inside);
     }
   }
   return hn::GetLane(hn::MaxOfLanes(d, farthest));
@@ -116,30 +123,44 @@ HWY_INLINE void CullLeaves(const LeafList& leaves, const float* query, float squ
   found.leaf_count = count;
 }
 
-// Measures the distances from `query` to the points of the culled leaves. Those within the ball also go to
-// `inner_distances`, padded with infinity to a whole vector; returns their number.
-HWY_INLINE size_t MeasureDistances(const SpatialIndex& index, const float* query, float squared_radius,
-                                   Neighborhood& found, ScratchArray<float>& inner_distances) {
+// What squared distances lie in: (low, high]. A low of kNoLow leaves out none.
+struct DistanceRange {
+  static constexpr float kNoLow = -1.0f;
+  float low, high;
+};
+
+// How many points lie nearer than a range of distances, and within it.
+struct DistanceCounts {
+  size_t below, inside;
+};
+
+// Measures the distances from `query` to the points of the culled leaves. Those in the range also go to
+// `inner_distances`, padded with infinity to a whole vector.
+HWY_INLINE DistanceCounts MeasureDistances(const SpatialIndex& index, const float* query, const DistanceRange& range,
+                                           Neighborhood& found, ScratchArray<float>& inner_distances) {
   const FloatTag d;
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
   found.squared_distances.Reserve(found.leaf_count * kLeaf);
   inner_distances.Reserve(found.leaf_count * kLeaf + 2 * kLeaf);
   const QueryVectors q(query);
-  const FloatVec limit = hn::Set(d, squared_radius);
+  const FloatVec low = hn::Set(d, range.low), high = hn::Set(d, range.high);
   float* inner = inner_distances.data();
+  size_t below = 0;
   for (size_t j = 0; j < found.leaf_count; ++j) {
     const SpatialIndex::LeafPositions& points = index.positions(found.leaves[j]);
     float* out = found.squared_distances.data() + j * kLeaf;
     for (size_t i = 0; i < kLeaf; i += hn::Lanes(d)) {
       const FloatVec squared = SquaredDistances(q, points, i);
       hn::Store(squared, d, out + i);
-      const FloatMask inside = hn::Le(squared, limit);
+      const FloatMask is_below = hn::Le(squared, low);
+      const FloatMask inside = hn::AndNot(is_below, hn::Le(squared, high));
+      below += hn::CountTrue(d, is_below);
       hn::StoreU(hn::Compress(squared, inside), d, inner);
       inner += hn::CountTrue(d, inside);
     }
   }
   hn::StoreU(hn::Set(d, std::numeric_limits<float>::infinity()), d, inner);
-  return inner - inner_distances.data();
+  return {below, static_cast<size_t>(inner - inner_distances.data())};
 }
 
 // Numbers of values <= each of three limits, which are given by their bits. REQUIRES: padded with infinity to a whole
@@ -169,14 +190,15 @@ struct CountedLimit {
 
 // Narrows the limit by counts: nothing is sorted and no branch depends on one value. The first steps interpolate
 // (points of a surface are even in squared distance), and count at three limits, a value apart, since each step waits
-// for the one before it; later ones halve the float's bits, so that ties end it. REQUIRES: k >= 1, at least k values
-// are <= high; none is negative.
-HWY_INLINE CountedLimit LimitByCounting(const float* values, size_t size, size_t k, float high) {
+// for the one before it; later ones halve the float's bits, so that ties end it. `below` further values are at most
+// range.low. REQUIRES: below < k <= below + size; the values lie in the range; none is negative.
+HWY_INLINE CountedLimit LimitByCounting(const float* values, size_t size, size_t below, size_t k,
+                                        const DistanceRange& range) {
   constexpr int kInterpolations = 8;
-  int32_t low_bits = -1;  // below the bits of every value
-  int32_t high_bits = std::bit_cast<int32_t>(high);
-  size_t low_count = 0;
-  size_t high_count = size;
+  int32_t low_bits = range.low < 0.0f ? -1 : std::bit_cast<int32_t>(range.low);  // below the bits of every value
+  int32_t high_bits = std::bit_cast<int32_t>(range.high);
+  size_t low_count = below;
+  size_t high_count = below + size;
   for (int step = 0; high_count != k; ++step) {
     const float low_value = low_bits < 0 ? 0.0f : std::bit_cast<float>(low_bits);
     const float high_value = std::bit_cast<float>(high_bits);
@@ -192,6 +214,7 @@ HWY_INLINE CountedLimit LimitByCounting(const float* values, size_t size, size_t
     }
     size_t count[3];
     CountAtMost(values, size, middle, count);
+    for (size_t& of_limit : count) of_limit += below;
     for (int m = 0; m < 3; ++m) {
       const bool is_low = count[m] < k;
       low_bits = is_low ? middle[m] : low_bits;
@@ -204,6 +227,10 @@ HWY_INLINE CountedLimit LimitByCounting(const float* values, size_t size, size_t
     }
   }
   return {std::bit_cast<float>(high_bits), high_count, low_count};
+}
+
+HWY_INLINE CountedLimit LimitByCounting(const float* values, size_t size, size_t k, float high) {
+  return LimitByCounting(values, size, 0, k, {DistanceRange::kNoLow, high});
 }
 
 // Of more than k points at most at a limit, the rank of the k-th: ties go to the lowest ids.
@@ -229,28 +256,30 @@ HWY_INLINE void CountWork(const LeafList& leaves, SearchScratch& s) {
 }
 
 // Finds the K nearest points in the listed leaves, which hold every point within `squared_reach`. Returns false if
-// fewer than K points are that near. `squared_guess` only seeds. Counts the work of all passes over the list but that
-// of the one that finds them, which is left to the caller.
+// fewer than K points are that near. `guess` only seeds: where the K-th distance lies in it, all is read once. Counts
+// the work of all passes over the list but that of the one that finds them, which is left to the caller.
 HWY_INLINE bool NearestInReach(const SpatialIndex& index, const LeafList& leaves, const float* query, size_t k,
-                               float squared_guess, float squared_reach, SearchScratch& s) {
-  float squared_radius = std::min(squared_guess, squared_reach);
-  CullLeaves(leaves, query, squared_radius, s.found);
-  size_t inner = MeasureDistances(index, query, squared_radius, s.found, s.inner_distances);
-  if (inner < k && squared_radius < squared_reach) {
+                               const DistanceRange& guess, float squared_reach, SearchScratch& s) {
+  DistanceRange range{std::min(guess.low, squared_reach), std::min(guess.high, squared_reach)};
+  while (true) {
+    CullLeaves(leaves, query, range.high, s.found);
+    const DistanceCounts counts = MeasureDistances(index, query, range, s.found, s.inner_distances);
+    if (HWY_UNLIKELY(counts.below >= k)) {
+      range = {DistanceRange::kNoLow, range.low};
+    } else if (counts.below + counts.inside < k) {
+      if (range.high == squared_reach) break;
+      range = {range.high, squared_reach};
+    } else {
+      const CountedLimit counted = LimitByCounting(s.inner_distances.data(), counts.inside, counts.below, k, range);
+      s.found.count = k;
+      s.found.last = {counted.limit, SpatialIndex::kPaddingId};
+      if (counted.count != k) s.found.last = SplitTies(index, counted, k, s.found, s.tied_ids);
+      return true;
+    }
     CountWork(leaves, s);
-    squared_radius = squared_reach;
-    CullLeaves(leaves, query, squared_radius, s.found);
-    inner = MeasureDistances(index, query, squared_radius, s.found, s.inner_distances);
   }
-  if (inner < k) {
-    CountWork(leaves, s);
-    return false;
-  }
-  const CountedLimit counted = LimitByCounting(s.inner_distances.data(), inner, k, squared_radius);
-  s.found.count = k;
-  s.found.last = {counted.limit, SpatialIndex::kPaddingId};
-  if (counted.count != k) s.found.last = SplitTies(index, counted, k, s.found, s.tied_ids);
-  return true;
+  CountWork(leaves, s);
+  return false;
 }
 
 // Measures the distances to the points of a leaf, and keeps the leaf if one of them has at most the rank `found.last`.

@@ -164,7 +164,7 @@ HWY_INLINE size_t WeighNeighbors(const SpatialIndex& index, const Neighborhood& 
   const auto weigh = [&](const NearPoints& near, FloatMask inside) CURVD_INLINED {
     const FloatTag tag;
     if (hn::AllFalse(tag, inside)) return;
-    const uint32_t position = found.positions[near.near];
+    const uint32_t position = near.position;
     const FloatVec weight = hn::NegMulAdd(hn::Div(near.squared, rim), loss, third);
     hn::Store(hn::IfThenElse(inside, weight, none), tag, weights + position * kLeaf + near.place);
     if (count == 0 || listed[count - 1] != position) listed[count++] = position;

@@ -91,15 +91,15 @@ inline constexpr int kMonomialPlaces[kRegressionSize] = {JetIndex(0, 0), JetInde
 // an anchor.
 struct RegressionSums {
   static constexpr size_t kLanes = hn::MaxLanes(DoubleTag());
-  static constexpr int kLow = 16, kHigh = 12, kNormals = 15, kAll = kLow + kHigh + 2 * kNormals;
+  static constexpr int kLow = 16, kHigh = 12, kNormals = 3 * kRegressionSize, kAll = kLow + kHigh + kNormals;
   alignas(64) double lanes[kAll * kLanes];
 
   explicit RegressionSums(DoubleVec anchor) {
     for (int k = 0; k < kAll; ++k) hn::Store(anchor, DoubleTag(), lanes + static_cast<size_t>(k) * kLanes);
   }
-  double* low() { return lanes; }
-  double* high() { return lanes + kLow * kLanes; }
-  double* normals(int half) { return lanes + static_cast<size_t>(kLow + kHigh + half * kNormals) * kLanes; }
+  double* low(int power_of_y) { return lanes + static_cast<size_t>(4 * power_of_y) * kLanes; }
+  double* high(int half) { return lanes + static_cast<size_t>(kLow + half * kHigh / 2) * kLanes; }
+  double* normals(int monomial) { return lanes + static_cast<size_t>(kLow + kHigh + 3 * monomial) * kLanes; }
 
   // Adds up all lanes, and copies the sums to point i.
   void Store(DoubleVec anchor, size_t i, RegressionSystems& out) const {
@@ -123,6 +123,14 @@ struct RegressionSums {
   }
 };
 
+// Whether there are 32 vector registers, or 16. A sum that waits in memory is late to be loaded: each pass over a block
+// has as many as leave some registers to what it multiplies.
+#if (HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86) || HWY_ARCH_ARM_A64
+inline constexpr bool kManyRegisters = true;
+#else
+inline constexpr bool kManyRegisters = false;
+#endif
+
 // As many sums as registers hold: loops over them are unrolled. Loaded from and stored to a part of RegressionSums.
 template <int kCount>
 struct SumsInRegisters {
@@ -141,18 +149,20 @@ struct SumsInRegisters {
 
 // What a block adds to the sums of a point.
 
-// Adds w x^a y^b for a, b <= 3 to sums[4 b + a].
+// Adds w x^a y^b for a <= 3 and b from kFirst up to kEnd - 1 to sums[4 (b - kFirst) + a].
+template <int kFirst, int kEnd>
 HWY_NOINLINE inline void SumLowMoments(const PlaneBlock& block, size_t size, DoubleVec anchor, double* sums) {
   const DoubleTag d;
-  SumsInRegisters<RegressionSums::kLow> s(sums);
+  SumsInRegisters<4 * (kEnd - kFirst)> s(sums);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const DoubleVec x = hn::Load(d, block.x + j), x2 = hn::Mul(x, x), x3 = hn::Mul(x2, x);
     const DoubleVec y = hn::Load(d, block.y + j);
     DoubleVec wy = hn::Load(d, block.w + j);
     CURVD_UNROLL(4)
-    for (int b = 0; b < 4; ++b) {
+    for (int b = 0; b < kEnd; ++b) {
       if (b > 0) wy = OddProduct(wy, y);
-      DoubleVec* const of_b = &s.sum[4 * static_cast<size_t>(b)];
+      if (b < kFirst) continue;
+      DoubleVec* const of_b = &s.sum[4 * static_cast<size_t>(b - kFirst)];
       of_b[0] = hn::Add(of_b[0], wy);
       of_b[1] = AddProduct(wy, x, of_b[1], anchor);
       of_b[2] = AddProduct(wy, x2, of_b[2], anchor);
@@ -162,63 +172,75 @@ HWY_NOINLINE inline void SumLowMoments(const PlaneBlock& block, size_t size, Dou
   s.Store(sums);
 }
 
-// Adds w times x^4, x^5, x^6, x^4 y, x^5 y, x^4 y^2, and the same with x and y in each other's place, to sums[0..11].
-HWY_NOINLINE inline void SumHighMoments(const PlaneBlock& block, size_t size, DoubleVec anchor, double* sums) {
+// Adds w times x^4, x^5, x^6, x^4 y, x^5 y, x^4 y^2 to sums[0..5]; with two halves, the same with x and y in each
+// other's place to sums[6..11].
+template <int kHalves>
+HWY_NOINLINE inline void SumHighMoments(const double* xs, const double* ys, const double* weights, size_t size,
+                                        DoubleVec anchor, double* sums) {
   const DoubleTag d;
-  SumsInRegisters<RegressionSums::kHigh> s(sums);
+  SumsInRegisters<6 * kHalves> s(sums);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
-    const DoubleVec x = hn::Load(d, block.x + j), y = hn::Load(d, block.y + j), w = hn::Load(d, block.w + j);
+    const DoubleVec x = hn::Load(d, xs + j), y = hn::Load(d, ys + j), w = hn::Load(d, weights + j);
     const DoubleVec x2 = hn::Mul(x, x), xy = hn::Mul(x, y), y2 = hn::Mul(y, y);
-    const DoubleVec wx4 = OddProduct(hn::Mul(w, x2), x2), wy4 = OddProduct(hn::Mul(w, y2), y2);
-    const auto add = [&](int k, DoubleVec a, DoubleVec b) HWY_ATTR { s.sum[k] = AddProduct(a, b, s.sum[k], anchor); };
-    s.sum[0] = hn::Add(s.sum[0], wx4);
-    add(1, wx4, x);
-    add(2, wx4, x2);
-    add(3, wx4, y);
-    add(4, wx4, xy);
-    add(5, wx4, y2);
-    s.sum[6] = hn::Add(s.sum[6], wy4);
-    add(7, wy4, y);
-    add(8, wy4, y2);
-    add(9, wy4, x);
-    add(10, wy4, xy);
-    add(11, wy4, x2);
+    const auto add_half = [&](DoubleVec* half, DoubleVec a, DoubleVec a2, DoubleVec b, DoubleVec b2) HWY_ATTR {
+      const DoubleVec wa4 = OddProduct(hn::Mul(w, a2), a2);
+      half[0] = hn::Add(half[0], wa4);
+      half[1] = AddProduct(wa4, a, half[1], anchor);
+      half[2] = AddProduct(wa4, a2, half[2], anchor);
+      half[3] = AddProduct(wa4, b, half[3], anchor);
+      half[4] = AddProduct(wa4, xy, half[4], anchor);
+      half[5] = AddProduct(wa4, b2, half[5], anchor);
+    };
+    add_half(s.sum, x, x2, y, y2);
+    if constexpr (kHalves == 2) add_half(s.sum + 6, y, y2, x, x2);
   }
   s.Store(sums);
 }
 
-// Five of the ten weighted monomials, Odd, and their places by JetIndex: those without y and x^2 y, and the others.
-template <int kHalf>
+// The weighted monomials, Odd, in the order of kMonomialPlaces.
 HWY_INLINE void WeightedMonomials(DoubleVec x, DoubleVec y, DoubleVec w, DoubleVec* out) {
-  if constexpr (kHalf == 0) {
-    out[0] = w, out[1] = OddProduct(w, x), out[2] = OddProduct(out[1], x), out[3] = OddProduct(out[2], x);
-    out[4] = OddProduct(out[2], y);
-  } else {
-    out[0] = OddProduct(w, y), out[1] = OddProduct(out[0], x), out[2] = OddProduct(out[0], y);
-    out[3] = OddProduct(out[2], x), out[4] = OddProduct(out[2], y);
-  }
+  out[0] = w, out[1] = OddProduct(w, x), out[2] = OddProduct(out[1], x), out[3] = OddProduct(out[2], x);
+  out[4] = OddProduct(out[2], y);
+  out[5] = OddProduct(w, y), out[6] = OddProduct(out[5], x), out[7] = OddProduct(out[5], y);
+  out[8] = OddProduct(out[7], x), out[9] = OddProduct(out[7], y);
 }
 
-// Adds the normals' components times five weighted monomials to sums[3 m + component].
-template <int kHalf>
+// Adds the normals' components times weighted monomials kFirst up to kEnd - 1 to sums[3 (m - kFirst) + component].
+template <int kFirst, int kEnd>
 HWY_NOINLINE inline void SumNormalProducts(const PlaneBlock& block, const NeighborArrays& n, size_t first, size_t size,
                                            DoubleVec anchor, double* sums) {
   const DoubleTag d;
-  SumsInRegisters<RegressionSums::kNormals> s(sums);
+  SumsInRegisters<3 * (kEnd - kFirst)> s(sums);
   for (size_t j = 0; j < size; j += hn::Lanes(d)) {
     const size_t k = first + j;
     const DoubleVec nx = Widen(n.nx.data() + k), ny = Widen(n.ny.data() + k), nz = Widen(n.nz.data() + k);
-    DoubleVec monomials[5];
-    WeightedMonomials<kHalf>(hn::Load(d, block.x + j), hn::Load(d, block.y + j), hn::Load(d, block.w + j), monomials);
+    DoubleVec monomials[kRegressionSize];
+    WeightedMonomials(hn::Load(d, block.x + j), hn::Load(d, block.y + j), hn::Load(d, block.w + j), monomials);
     CURVD_UNROLL(5)
-    for (int m = 0; m < 5; ++m) {
-      DoubleVec* const of_m = &s.sum[3 * static_cast<size_t>(m)];
+    for (int m = kFirst; m < kEnd; ++m) {
+      DoubleVec* const of_m = &s.sum[3 * static_cast<size_t>(m - kFirst)];
       of_m[0] = AddProduct(monomials[m], nx, of_m[0], anchor);
       of_m[1] = AddProduct(monomials[m], ny, of_m[1], anchor);
       of_m[2] = AddProduct(monomials[m], nz, of_m[2], anchor);
     }
   }
   s.Store(sums);
+}
+
+// Adds neighbors from `first` on, which are in the block, to the sums of a point.
+HWY_INLINE void AddBlock(const PlaneBlock& block, const NeighborArrays& n, size_t first, size_t size, DoubleVec anchor,
+                         RegressionSums& sums) {
+  if constexpr (kManyRegisters) {
+    SumLowMoments<0, 4>(block, size, anchor, sums.low(0));
+    SumHighMoments<2>(block.x, block.y, block.w, size, anchor, sums.high(0));
+  } else {
+    SumLowMoments<0, 2>(block, size, anchor, sums.low(0));
+    SumLowMoments<2, 4>(block, size, anchor, sums.low(2));
+    SumHighMoments<1>(block.x, block.y, block.w, size, anchor, sums.high(0));
+    SumHighMoments<1>(block.y, block.x, block.w, size, anchor, sums.high(1));
+  }
+  SumNormalProducts<0, 5>(block, n, first, size, anchor, sums.normals(0));
+  SumNormalProducts<5, 10>(block, n, first, size, anchor, sums.normals(5));
 }
 
 // Sets up the problem of point i, whose tangent frame is set, from its neighbors, in polynomials of that degree.
@@ -231,10 +253,7 @@ HWY_NOINLINE inline void SumRegression(const NeighborArrays& n, const GroupFrame
   for (size_t first = 0; first < n.count; first += PlaneBlock::kSize) {
     const size_t size = std::min(PlaneBlock::kSize, n.count - first);
     FillBlock(n, first, size, axes, block);
-    SumLowMoments(block, size, anchor, sums.low());
-    SumHighMoments(block, size, anchor, sums.high());
-    SumNormalProducts<0>(block, n, first, size, anchor, sums.normals(0));
-    SumNormalProducts<1>(block, n, first, size, anchor, sums.normals(1));
+    AddBlock(block, n, first, size, anchor, sums);
   }
   sums.Store(anchor, i, systems);
   systems.most_degree[i] = degree;

@@ -28,30 +28,38 @@ namespace HWY_NAMESPACE {
 
 using IntVec = hn::Vec<IntTag>;
 
-// Which sector of the tangent plane, 60 degrees wide around each target, each of a vector of offsets lies in.
+// v + 1 where the mask is set, v elsewhere.
+HWY_INLINE IntVec AddOneWhere(FloatMask mask, IntVec v) {
+  const IntTag di;
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+  return hn::IfThenElse(hn::RebindMask(di, mask), hn::Add(v, hn::Set(di, 1)), v);  // one masked instruction
+#else
+  return hn::Sub(v, hn::VecFromMask(di, hn::RebindMask(di, mask)));
+#endif
+}
+
+// Which sector of the tangent plane, 60 degrees wide around each target, each of a vector of offsets lies in, counted
+// from the one before sector 0. Those without a tangential part get the last one.
 HWY_INLINE IntVec FindSectors(FloatVec along_u, FloatVec along_v) {
   const FloatTag d;
   const IntTag di;
-  const auto sector = [di](int s) HWY_ATTR { return hn::Set(di, s); };
-  // The bounding lines lie at 30, 90 and 150 degrees.
+  // The bounding lines lie at 30, 90 and 150 degrees. On the right, each that is passed leads to the next sector; on
+  // the left they come in the other order.
   const FloatVec steep = hn::Mul(along_v, hn::Set(d, kSqrt3));
+  const IntVec passed = AddOneWhere(hn::Gt(steep, hn::Neg(along_u)), AddOneWhere(hn::Gt(steep, along_u), hn::Zero(di)));
   const auto right = hn::RebindMask(di, hn::Gt(along_u, hn::Zero(d)));
-  const auto above_30 = hn::RebindMask(di, hn::Gt(steep, along_u));
-  const auto above_150 = hn::RebindMask(di, hn::Gt(steep, hn::Neg(along_u)));
-  const IntVec on_right = hn::IfThenElse(above_30, sector(1), hn::IfThenElse(above_150, sector(0), sector(5)));
-  const IntVec on_left = hn::IfThenElse(above_150, sector(2), hn::IfThenElse(above_30, sector(3), sector(4)));
-  return hn::IfThenElse(right, on_right, on_left);
+  return hn::IfThenElse(right, passed, hn::Sub(hn::Set(di, 5), passed));
 }
 
-// Which step each of a vector of offsets lies in, counted from the first bound of sector 0 of the first hexagram. Those
+// Which step each of a vector of offsets lies in, counted from the bound before sector 0 of the first hexagram. Those
 // without a tangential part (the point itself, its doubles) lie in none: they get the step after the last.
 template <int kRotations>
 HWY_INLINE IntVec FindSteps(const AvgHexagramPlan& plan, FloatVec along_u, FloatVec along_v) {
   const FloatTag d;
   const IntTag di;
   const IntVec sector = FindSectors(along_u, along_v);
-  IntVec step = hn::Zero(di);
-  for (int r = 0; r < kRotations; ++r) step = hn::Add(step, sector);
+  IntVec step = sector;
+  for (int r = 1; r < kRotations; ++r) step = hn::Add(step, sector);
   for (int r = 1; r < kRotations; ++r) {
     const FloatVec cosine = hn::Set(d, plan.cosine[r]), sine = hn::Set(d, plan.sine[r]);
     const IntVec turned = FindSectors(hn::MulAdd(cosine, along_u, hn::Mul(sine, along_v)),
@@ -59,13 +67,13 @@ HWY_INLINE IntVec FindSteps(const AvgHexagramPlan& plan, FloatVec along_u, Float
     // Past the bound of the turned sector, which lies within the other.
     step = hn::Sub(step, hn::VecFromMask(di, hn::Eq(turned, sector)));
   }
-  const FloatVec zero = hn::Zero(d);
-  const FloatMask nowhere = hn::And(hn::Eq(along_u, zero), hn::Eq(along_v, zero));
-  return hn::IfThenElse(hn::RebindMask(di, nowhere), hn::Set(di, 6 * kRotations), step);
+  // Without a tangential part, all bits but the signs are 0.
+  return AddOneWhere(hn::Eq(hn::Or(along_u, along_v), hn::Zero(d)), step);
 }
 
-// A neighbor as an integer: its row, and the step that it lies in. Only leaves with neighbors have rows: 27 bits hold
-// those of 8 million neighbors, however they lie.
+// A neighbor as an integer: its row, and the step that it lies in. 27 bits hold the rows of 8 million leaves, and so
+// those of any list for 8 million neighbors: a query's own leaves hold one each, and a group lists half as many
+// (SearchPlan::max_listed_leaves).
 inline constexpr int kStepBits = 5;
 static_assert(6 * kMaxRotations < 1 << kStepBits);
 
@@ -77,20 +85,19 @@ HWY_INLINE size_t ListSteps(const SpatialIndex& index, const AvgHexagramPlan& pl
   const Triple query = Broadcast(s.points.query, i), u = Broadcast(s.frames.u, i), v = Broadcast(s.frames.v, i);
   s.steps.Reserve(found.leaf_count * SpatialIndex::kLeafSize + SpatialIndex::kLeafSize);
   int32_t* out = s.steps.data();
+  // Leaves without neighbors get rows as well: whether there are any is what no branch predictor knows.
   const auto list = [&](const NearPoints& near, FloatMask inside_floats) CURVD_INLINED {
     const FloatTag d;
     const auto inside = hn::RebindMask(di, inside_floats);
-    const size_t kept = hn::CountTrue(di, inside);
-    if (kept == 0) return;
     const SpatialIndex::LeafPositions& points = index.positions(near.leaf);
     const size_t lane = near.place;
     const Triple position{hn::Load(d, points.x + lane), hn::Load(d, points.y + lane), hn::Load(d, points.z + lane)};
     const Triple offset = Sub(position, query);
     const IntVec step = FindSteps<kRotations>(plan, Dot(offset, u), Dot(offset, v));
-    const uint32_t first = FirstRow(index, near.leaf, found.positions[near.near], s.rows);
+    const uint32_t first = FirstRow(index, near.leaf, near.position, s.rows);
     const IntVec row = IntsFrom(static_cast<int32_t>(first + lane));
     hn::StoreU(hn::Compress(hn::Or(hn::ShiftLeft<kStepBits>(row), step), inside), di, out);
-    out += kept;
+    out += hn::CountTrue(di, inside);
   };
   ForEachInside(index, found, list);
   return out - s.steps.data();
@@ -100,12 +107,17 @@ using RowTag = hn::CappedTag<float, PointRows::kRow>;
 using IntRowTag = hn::RebindToSigned<RowTag>;
 inline constexpr size_t kRowParts = PointRows::kRow / hn::MaxLanes(RowTag());
 
-// Sums over steps, twice: neighbors in turn go to either, since a sum that was just stored is late to be loaded. In
-// fixed point: with each neighbor, the bits of kFixedPoint are added as well.
+// Sums over steps, several times: neighbors in turn go to each of them, since a sum that was just stored is late to be
+// loaded, and neighbors in tree order lie in the same step more often than not. In fixed point: with each neighbor, the
+// bits of kFixedPoint are added as well.
 struct StepSums {
   static constexpr size_t kSteps = 6 * kMaxRotations + 1;
-  alignas(64) int32_t row[2][kSteps][PointRows::kRow];
+  static constexpr size_t kMostCopies = 4;
+  alignas(64) int32_t row[kMostCopies][kSteps][PointRows::kRow];
 };
+
+// With fewer neighbors, clearing and joining copies takes longer than waiting for sums.
+inline constexpr size_t kLeastForCopies = 100;
 
 // How many quanta the numbers of a row have: a power of two for position and normal, 1 for the count.
 struct RowScale {
@@ -129,6 +141,7 @@ struct RowScale {
 };
 
 // Adds listed neighbors, less `own`, to the sums of their steps. `rows` holds theirs, by the numbers in the list.
+template <size_t kCopies>
 HWY_INLINE void AddSteps(const float* rows, const int32_t* steps, size_t count, const float* own, const RowScale& scale,
                          StepSums& sums) {
   const RowTag d;
@@ -139,9 +152,14 @@ HWY_INLINE void AddSteps(const float* rows, const int32_t* steps, size_t count, 
     per_quantum[part] = hn::Load(d, scale.per_quantum + part * hn::Lanes(d));
     own_quanta[part] = hn::Mul(hn::LoadU(d, own + part * hn::Lanes(d)), per_quantum[part]);
   }
+  const auto* const bytes = reinterpret_cast<const uint8_t*>(rows);
   const auto add = [&](int32_t listed, int32_t(*sum)[PointRows::kRow]) HWY_ATTR {
-    const float* row = rows + size_t{static_cast<uint32_t>(listed) >> kStepBits} * PointRows::kRow;
-    int32_t* to = sum[listed & ((1 << kStepBits) - 1)];
+    constexpr uint32_t kStepMask = (1u << kStepBits) - 1;
+    const auto bits = static_cast<uint32_t>(listed);
+    // The number of the row times its bytes.
+    static_assert(sizeof(float) * PointRows::kRow == 1 << kStepBits);
+    const auto* row = reinterpret_cast<const float*>(bytes + (bits & ~kStepMask));
+    int32_t* to = sum[bits & kStepMask];
     for (size_t part = 0; part < kRowParts; ++part, row += hn::Lanes(d), to += hn::Lanes(d)) {
       // The difference as floats round it, since the quanta are powers of two.
       const auto quanta = hn::MulSub(hn::Load(d, row), per_quantum[part], own_quanta[part]);
@@ -149,25 +167,25 @@ HWY_INLINE void AddSteps(const float* rows, const int32_t* steps, size_t count, 
     }
   };
   size_t j = 0;
-  for (; j + 2 <= count; j += 2) {
-    add(steps[j], sums.row[0]);
-    add(steps[j + 1], sums.row[1]);
+  for (; j + kCopies <= count; j += kCopies) {
+    for (size_t copy = 0; copy < kCopies; ++copy) add(steps[j + copy], sums.row[copy]);
   }
-  if (j < count) add(steps[j], sums.row[0]);
+  for (size_t copy = 0; j + copy < count; ++copy) add(steps[j + copy], sums.row[copy]);
 }
 
-// Makes the sums of both halves one, less the bits of kFixedPoint that came with each neighbor: those that the last
+// Makes the sums of all copies one, less the bits of kFixedPoint that came with each neighbor: those that the last
 // numbers, which are 0, add up to.
-template <int kSteps>
-HWY_INLINE void JoinHalves(StepSums& sums) {
+template <int kSteps, size_t kCopies>
+HWY_INLINE void JoinCopies(StepSums& sums) {
   const IntRowTag d;
   constexpr size_t kLast = PointRows::kRow - 1;
   for (int step = 0; step < kSteps; ++step) {
-    int32_t *first = sums.row[0][step], *second = sums.row[1][step];
-    const uint32_t bits = static_cast<uint32_t>(first[kLast]) + static_cast<uint32_t>(second[kLast]);
-    for (size_t part = 0; part < kRowParts; ++part, first += hn::Lanes(d), second += hn::Lanes(d)) {
-      const auto sum = hn::Add(hn::Load(d, first), hn::Load(d, second));
-      hn::Store(hn::Sub(sum, hn::Set(d, static_cast<int32_t>(bits))), d, first);
+    uint32_t bits = 0;
+    for (size_t copy = 0; copy < kCopies; ++copy) bits += static_cast<uint32_t>(sums.row[copy][step][kLast]);
+    for (size_t c = 0; c < PointRows::kRow; c += hn::Lanes(d)) {
+      auto sum = hn::Load(d, sums.row[0][step] + c);
+      for (size_t copy = 1; copy < kCopies; ++copy) sum = hn::Add(sum, hn::Load(d, sums.row[copy][step] + c));
+      hn::Store(hn::Sub(sum, hn::Set(d, static_cast<int32_t>(bits))), d, sums.row[0][step] + c);
     }
   }
 }
@@ -186,11 +204,10 @@ HWY_INLINE void StoreSums(hn::Vec<RowTag> sums, [[maybe_unused]] size_t c, float
   hn::Store(sums, d, c < PointRows::kNormal ? offset + c : normal + (c - PointRows::kNormal));
 }
 
-// Sets the hexagrams of point i to the sums of their sectors.
+// Sets the hexagrams of point i to the sums of their sectors. The first copy of the sums has all.
 template <int kRotations>
-HWY_INLINE void FoldSteps(const RowScale& scale, StepSums& sums, size_t i, Hexagram* hexagrams) {
+HWY_INLINE void FoldSteps(const RowScale& scale, const StepSums& sums, size_t i, Hexagram* hexagrams) {
   constexpr int kSteps = 6 * kRotations;
-  JoinHalves<kSteps>(sums);
   const RowTag d;
   const IntRowTag di;
   for (size_t c = 0; c < PointRows::kRow; c += hn::Lanes(d)) {
@@ -198,7 +215,7 @@ HWY_INLINE void FoldSteps(const RowScale& scale, StepSums& sums, size_t i, Hexag
     for (int r = 0; r < kRotations; ++r) {
       for (int s = 0; s < 6; ++s) {
         auto sum = hn::Zero(di);
-        for (int step = kRotations * s + r; step < kRotations * (s + 1) + r; ++step) {
+        for (int step = kRotations * (s + 1) + r; step < kRotations * (s + 2) + r; ++step) {
           sum = hn::Add(sum, hn::Load(di, sums.row[0][step % kSteps] + c));
         }
         StoreSums(hn::Mul(hn::ConvertTo(d, sum), quantum), c, hexagrams[r].offset[s][i], hexagrams[r].normal[s][i]);
@@ -207,20 +224,29 @@ HWY_INLINE void FoldSteps(const RowScale& scale, StepSums& sums, size_t i, Hexag
   }
 }
 
-// Adds up listed neighbors, `count` in all, and sets all hexagrams of point i to their sums. `own` is what `rows` are
-// relative to the point by.
-template <int kRotations>
-HWY_INLINE void SumListed(const float* rows, size_t count, const float* own, size_t i, AvgHexagramScratch& s) {
+// Adds up listed neighbors, `count` in all, in so many copies, and sets all hexagrams of point i to their sums.
+template <int kRotations, size_t kCopies>
+HWY_INLINE void SumInCopies(const float* rows, size_t count, const float* own, const RowScale& scale, size_t i,
+                            AvgHexagramScratch& s) {
   const IntRowTag d;
-  const RowScale scale(count, s.neighborhoods.squared_radius[i], s.neighborhoods.agreement[i]);
+  constexpr int kSteps = 6 * kRotations;
   StepSums sums;
-  for (auto& half : sums.row) {
-    for (int step = 0; step <= 6 * kRotations; ++step) {
-      for (size_t c = 0; c < PointRows::kRow; c += hn::Lanes(d)) hn::Store(hn::Zero(d), d, half[step] + c);
+  for (size_t copy = 0; copy < kCopies; ++copy) {
+    for (int step = 0; step <= kSteps; ++step) {
+      for (size_t c = 0; c < PointRows::kRow; c += hn::Lanes(d)) hn::Store(hn::Zero(d), d, sums.row[copy][step] + c);
     }
   }
-  AddSteps(rows, s.steps.data(), count, own, scale, sums);
+  AddSteps<kCopies>(rows, s.steps.data(), count, own, scale, sums);
+  JoinCopies<kSteps, kCopies>(sums);
   FoldSteps<kRotations>(scale, sums, i, s.hexagrams);
+}
+
+// The same in as many copies as pay. `own` is what `rows` are relative to the point by.
+template <int kRotations>
+HWY_INLINE void SumListed(const float* rows, size_t count, const float* own, size_t i, AvgHexagramScratch& s) {
+  const RowScale scale(count, s.neighborhoods.squared_radius[i], s.neighborhoods.agreement[i]);
+  count < kLeastForCopies ? SumInCopies<kRotations, 2>(rows, count, own, scale, i, s)
+                          : SumInCopies<kRotations, StepSums::kMostCopies>(rows, count, own, scale, i, s);
 }
 
 // Calls `sum` with a constant, the number of rotations.

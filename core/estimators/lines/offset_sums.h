@@ -3,7 +3,7 @@
 #pragma once
 
 #include <array>
-#include <cmath>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -13,11 +13,16 @@ namespace curvd {
 template <size_t kCount>
 class OffsetSums {
  public:
-  void Add(size_t sum, double addend) { quanta_[sum] += std::llrint(addend * kPerQuantum); }
+  void Add(size_t sum, double addend) {
+    // Leaves the nearest whole number in the low bits: no call, where llrint is one.
+    quanta_[sum] +=
+        std::bit_cast<int64_t>(addend * kPerQuantum + kWholeNumbers) - std::bit_cast<int64_t>(kWholeNumbers);
+  }
   double operator[](size_t sum) const { return static_cast<double>(quanta_[sum]) / kPerQuantum; }
 
  private:
   static constexpr double kPerQuantum = 0x1p35;
+  static constexpr double kWholeNumbers = 0x1.8p52;  // doubles near it are whole numbers
 
   std::array<int64_t, kCount> quanta_{};
 };

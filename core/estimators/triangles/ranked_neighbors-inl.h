@@ -87,10 +87,9 @@ HWY_NOINLINE inline size_t ListRanked(const SpatialIndex& index, const LeafList&
     const auto inside = hn::RebindMask(d, inside_floats);
     const size_t kept = hn::CountTrue(d, inside);
     if (kept == 0) return;
-    const uint32_t position = found.positions[near.near];
-    const uint32_t first = FirstRow(index, near.leaf, position, s.rows);
+    const uint32_t first = FirstRow(index, near.leaf, near.position, s.rows);
     const auto row = IntsFrom(static_cast<int32_t>(first + near.place));
-    const int32_t* key = is_few ? index.positions(near.leaf).id : s.numbers.of(position);
+    const int32_t* key = is_few ? index.positions(near.leaf).id : s.numbers.of(near.position);
     hn::StoreU(hn::Compress(hn::Load(d, key + near.place), inside), d, keys + count);
     hn::StoreU(hn::Compress(hn::ShiftLeft<PointRows::kRowBits>(row), inside), d,
                reinterpret_cast<int32_t*>(listed) + count);
