@@ -26,7 +26,7 @@ constexpr double kRounding = 1e-6;
 // The rung from which the residual of a jet of degree 4 tells the noise.
 constexpr size_t kResidualRung = 2;
 // What differs from the reference is the candidate's bias if its square is so many times that of the reference's error.
-constexpr double kLeastSquareOverReference = 1.5;
+constexpr double kLeastSquareOverReference = 2.0;
 // Noise is told from the surface in neighborhoods that are so many times larger.
 constexpr double kLeastRadiusOverNoise = 4.0;
 
