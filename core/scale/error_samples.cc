@@ -17,8 +17,9 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // A bias that grows as its method's order says is taken to be so many times larger than it is: others grow less.
 constexpr double kBiasMargin = 1.35;
-// Sampled points that the errors of one are told by together, and the fewest that tell anything.
-constexpr size_t kNearest = 24, kLeastNearest = 8;
+// So many sampled points around one, and at least so many of them, tell together how large errors are beside changes:
+// fewer than the squares are averaged over, since it depends on whether rounding or bias is what errs there.
+constexpr size_t kNearest = 12, kLeastNearest = 6;
 // Squares at single sampled points beyond this quantile are cut down to it.
 constexpr double kSquareQuantile = 0.99;
 // Rounding of normals to float32 moves curvature by up to this many times 1 / radius, four times its own 2^-24, in the
