@@ -121,7 +121,9 @@ class ErrorSampler {
 
   ErrorSample At(size_t i) {
     const PilotPoint& point = table_[i];
-    local_weights_.Start({point.position, point.position});
+    const Box at_point{point.position, point.position};
+    local_weights_.Start(at_point);
+    samples_.Start(at_point, kNearest);
     weights_ = local_weights_.At(point.position.data()).mean;
     ErrorSample sample;
     ShapeSum all;
@@ -193,9 +195,8 @@ class ErrorSampler {
     sample.is_known = true;
   }
 
-  // How many times larger than its change to the next scale a candidate's error is around a point.
+  // How many times larger than its change to the next scale a candidate's error is around the point of the moment.
   double ErrorPerChange(const PilotPoint& point, const ScaleCandidate& candidate) {
-    samples_.Start({point.position, point.position}, kNearest);
     ScaleChanges changes(candidate.method);
     size_t known = 0;
     for (const uint32_t i : samples_.At(point.position.data())) {
