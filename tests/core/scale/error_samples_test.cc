@@ -117,11 +117,14 @@ TEST(ErrorSamplesTest, JetsOfDegreeSixLoseLessThanTheirNextScale) {
       1e-6);
 }
 
+// The 95 % quantile of Student's distribution with 12 degrees of freedom over that of the Gaussian one.
+constexpr double kStudent = 1.782 / 1.645;
+
 TEST(ErrorSamplesTest, WithoutHalvesTheChangesTellTheNoise) {
   // In this table the noise of one rung is independent of that of the next, which is half as large.
   const ErrorSample mean = MeanOf(SampleErrors(MakeTable(0.1, 0.0, kRung + 1), Choosing(kRung), kOne));
   EXPECT_EQ(mean.noise[kMeanPart], 0.0);
-  EXPECT_NEAR(mean.detail[kMeanPart], 0.01, 0.003);
+  EXPECT_NEAR(mean.detail[kMeanPart] / (kStudent * kStudent), 0.01, 0.003);
 }
 
 TEST(ErrorSamplesTest, WithoutHalvesTheChangesTellTheBias) {
@@ -137,7 +140,7 @@ TEST(ErrorSamplesTest, WithoutHalvesTheChangesTellTheBias) {
   choice.chosen.front().method = kHexagramMethod;
   const ErrorSample mean = MeanOf(SampleErrors(table, choice, kOne));
   // The root of 2 times the count of a rung is rounded to whole numbers.
-  EXPECT_NEAR(std::sqrt(mean.detail[kMeanPart]) / kLost, 1.0, 0.01);
+  EXPECT_NEAR(std::sqrt(mean.detail[kMeanPart]) / kLost, kStudent, 0.01);
 }
 
 // Where one half of a cloud has noise and the other a bias, each is told by its own changes.
