@@ -28,6 +28,7 @@ struct Flags {
   std::vector<double> position_noise = {0.0, 0.1, 0.2};
   std::vector<double> normal_noise = {0.0, 0.1, 0.2};
   uint64_t seed = 1;
+  std::string sampling = "even";
   std::string estimator = "auto";
   uint32_t neighbor_count = 0;
   bool per_cloud = false;
@@ -36,12 +37,15 @@ struct Flags {
 Flags ParseFlags(int argc, char** argv) {
   Flags flags;
   CLI::App app("How often the intervals of standard errors hold the truth");
-  app.add_option("--surfaces", flags.surfaces, "Names of surfaces, as curv generate has them")->delimiter(',');
+  app.add_option("--surfaces", flags.surfaces, "Names of surfaces, as curv generate or held_out_surfaces.h has them")
+      ->delimiter(',');
   app.add_option("--points", flags.points, "Sizes of clouds")->delimiter(',');
   app.add_option("--position-noise", flags.position_noise, "In the paper's unit: 1/20 of the surface's largest extent")
       ->delimiter(',');
   app.add_option("--normal-noise", flags.normal_noise, "Standard deviations")->delimiter(',');
   app.add_option("--seed", flags.seed, "Of samples and noise");
+  app.add_option("--sampling", flags.sampling, "How points lie: even, thinned or random")
+      ->check(CLI::IsMember({"even", "thinned", "random"}));
   app.add_option("--estimator", flags.estimator, "auto, or one that the choice knows");
   app.add_option("--k", flags.neighbor_count, "A fixed number of neighbors; 0: automatic");
   app.add_flag("--per-cloud", flags.per_cloud, "One choice for all points");
@@ -104,6 +108,12 @@ Row Measure(const Samples& samples, const EstimatorOptions& options, WorkerPool&
   return row;
 }
 
+Samples SamplesOf(const Flags& flags, const std::string& surface, size_t points) {
+  if (flags.sampling == "thinned") return SampleThinned(surface, points, flags.seed);
+  if (flags.sampling == "random") return SampleAtRandom(surface, points, flags.seed);
+  return SampleEvenly(surface, points, flags.seed);
+}
+
 EstimatorOptions OptionsOf(const Flags& flags) {
   EstimatorOptions options;
   options.estimator = flags.estimator;
@@ -139,14 +149,15 @@ int Main(const Flags& flags) {
   for (const std::string& surface : flags.surfaces) {
     const double unit = NoiseUnit(surface);
     for (const size_t points : flags.points) {
-      const Samples samples = SampleEvenly(surface, points, flags.seed);
+      const Samples samples = SamplesOf(flags, surface, points);
       for (const double position : flags.position_noise) {
         for (const double normal : flags.normal_noise) {
           const Row row = Measure(Perturbed(samples, position * unit, normal, flags.seed), OptionsOf(flags), pool);
           const auto& c = row.coverage;
           absl::PrintF("%-10s %6d %5g %5g | %5.1f %5.1f %5.1f | %5.2f %5.2f %5.2f | %9.3g %7.4f | %d\n", surface,
-                       points, position, normal, c[0].percent, c[1].percent, c[2].percent, c[0].width, c[1].width,
-                       c[2].width, row.report.sigma / unit, row.report.normal_sigma.value_or(-1.0), row.without);
+                       samples.size(), position, normal, c[0].percent, c[1].percent, c[2].percent, c[0].width,
+                       c[1].width, c[2].width, row.report.sigma / unit, row.report.normal_sigma.value_or(-1.0),
+                       row.without);
           std::fflush(stdout);
           if (row.with_errors == 0) continue;
           auto& percents = position > 0.0 || normal > 0.0 ? noisy : exact;

@@ -99,10 +99,83 @@ TEST(ErrorSamplesTest, WhatSmoothingTakesIsSeenThroughTheNoise) {
   EXPECT_NEAR(mean.lean, -difference, 0.01) << "the estimate is too small";
 }
 
-TEST(ErrorSamplesTest, WithoutHalvesTheDifferenceHoldsTheNoise) {
+TEST(ErrorSamplesTest, JetsOfDegreeSixLoseLessThanTheirNextScale) {
+  constexpr double kLost = 0.2;
+  const PilotTable table = MakeTable(0.0, kLost);
+  PilotTable sextic = table;
+  for (size_t i = 0; i < table.size(); ++i) {
+    for (const auto estimates : {&PilotPoint::mean, &PilotPoint::difference, &PilotPoint::twist}) {
+      (sextic[i].*estimates)[kSexticMethod] = (table[i].*estimates)[kRegressionMethod];
+    }
+  }
+  ScaleChoice choice = Choosing(kRung);
+  const double regression = MeanOf(SampleErrors(table, choice, kOne)).detail[kMeanPart];
+  choice.chosen.front().method = kSexticMethod;
+  const double growth = std::sqrt(8.0);
+  EXPECT_NEAR(
+      MeanOf(SampleErrors(sextic, choice, kOne)).detail[kMeanPart] * (growth - 1.0) * (growth - 1.0) / regression, 1.0,
+      1e-6);
+}
+
+// The 95 % quantile of Student's distribution with 12 degrees of freedom over that of the Gaussian one.
+constexpr double kStudent = 1.782 / 1.645;
+
+TEST(ErrorSamplesTest, WithoutHalvesTheChangesTellTheNoise) {
+  // In this table the noise of one rung is independent of that of the next, which is half as large.
   const ErrorSample mean = MeanOf(SampleErrors(MakeTable(0.1, 0.0, kRung + 1), Choosing(kRung), kOne));
   EXPECT_EQ(mean.noise[kMeanPart], 0.0);
-  EXPECT_GT(mean.detail[kMeanPart], 0.01);
+  EXPECT_NEAR(mean.detail[kMeanPart] / (kStudent * kStudent), 0.01, 0.003);
+}
+
+TEST(ErrorSamplesTest, WithoutHalvesTheChangesTellTheBias) {
+  // What is lost doubles from one scale of hexagrams to the next, as theory has it.
+  constexpr double kLost = 0.2;
+  PilotTable table = MakeTable(0.0, kLost, kRung + 1);
+  for (PilotPoint& point : table) {
+    for (const auto estimates : {&PilotPoint::mean, &PilotPoint::difference, &PilotPoint::twist}) {
+      (point.*estimates)[kHexagramMethod] = (point.*estimates)[kRegressionMethod];
+    }
+  }
+  ScaleChoice choice = Choosing(kRung);
+  choice.chosen.front().method = kHexagramMethod;
+  const ErrorSample mean = MeanOf(SampleErrors(table, choice, kOne));
+  // The root of 2 times the count of a rung is rounded to whole numbers.
+  EXPECT_NEAR(std::sqrt(mean.detail[kMeanPart]) / kLost, kStudent, 0.01);
+}
+
+// Where one half of a cloud has noise and the other a bias, each is told by its own changes.
+TEST(ErrorSamplesTest, WithoutHalvesEachPlaceHasItsOwnErrors) {
+  const PilotTable noisy = MakeTable(0.1, 0.0, kRung + 1), smooth = MakeTable(0.0, 1e-3, kRung + 1);
+  PilotTable table(noisy.begin(), noisy.begin() + 200);
+  table.insert(table.end(), smooth.begin() + 200, smooth.end());
+  const std::vector<ErrorSample> mixed = SampleErrors(table, Choosing(kRung), kOne);
+  const std::vector<ErrorSample> alone = SampleErrors(smooth, Choosing(kRung), kOne);
+  EXPECT_DOUBLE_EQ(mixed[300].detail[kMeanPart], alone[300].detail[kMeanPart]);
+}
+
+TEST(ErrorSamplesTest, WithoutHalvesErrorsOfCandidatesAddWithOneSign) {
+  PilotTable table = MakeTable(0.0, 0.2, kRungCount);
+  for (PilotPoint& point : table) {
+    for (size_t rung = 0; rung < kRungCount; ++rung) {
+      // The same change, the other way.
+      point.mean[kQuarticMethod][rung][PilotPoint::kAll] = -point.mean[kRegressionMethod][rung][PilotPoint::kAll];
+      for (const auto estimates : {&PilotPoint::difference, &PilotPoint::twist}) {
+        (point.*estimates)[kQuarticMethod][rung] = (point.*estimates)[kRegressionMethod][rung];
+      }
+    }
+  }
+  ScaleChoice choice = Choosing(kRung);
+  const double alone = MeanOf(SampleErrors(table, choice, kOne)).detail[kMeanPart];
+  choice.chosen.push_back({kQuarticMethod, kRung});
+  choice.mean.cloud_weights = choice.gaussian.cloud_weights = {0.5, 0.5};
+  const double factors[] = {1.0, 1.0};
+  const double both = MeanOf(SampleErrors(table, choice, factors)).detail[kMeanPart];
+  EXPECT_NEAR(both / alone, 1.0, 0.2) << "signed, they would cancel out";
+}
+
+TEST(ErrorSamplesTest, RoundingIsBelowABiasOfExactPositions) {
+  // Radii of 0.1: four units in the last place of a normal, over them.
+  EXPECT_NEAR(SampleErrors(MakeTable(0.0, 0.0), Choosing(kRung), kOne)[0].floor / 0x1p-22, 10.0, 0.01);
 }
 
 TEST(ErrorSamplesTest, TheLastRungGoesOnAsTheOneBefore) {
