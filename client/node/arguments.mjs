@@ -53,6 +53,7 @@ const CURVATURE = {
   seed,
   rotationCount: count,
   jetDegree: count,
+  regressionDegree: count,
   evenWeights: boolean,
   averageNormalWeight: number,
   normalMethod: readElsewhere,

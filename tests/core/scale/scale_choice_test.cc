@@ -60,7 +60,10 @@ uint32_t MeanCount(const ScaleChoice& choice) {
 
 TEST(ScaleChoiceTest, MoreNoiseAsksForMoreNeighborsAndMoreDetailForFewer) {
   const auto choose = [](double noise, double bias) {
-    return ChooseScales(MakeTable({Behavior{noise, bias}, kUseless, kUseless, kUseless, kUseless}), {});
+    std::array<Behavior, kMethodCount> behaviors;
+    behaviors.fill(kUseless);
+    behaviors[kHexagramMethod] = {noise, bias};
+    return ChooseScales(MakeTable(behaviors), {});
   };
   const uint32_t calm = MeanCount(choose(0.1, 1.0)), noisy = MeanCount(choose(1.0, 1.0));
   const uint32_t detailed = MeanCount(choose(0.1, 10.0));
