@@ -91,7 +91,6 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
   estimator.set_triangle_count(options.triangle_count);
   estimator.set_rotation_count(options.rotation_count);
   if (options.jet_degree) estimator.set_jet_degree(*options.jet_degree);
-  estimator.set_regression_degree(options.regression_degree);
   estimator.set_even_weights(options.even_weights);
   estimator.set_seed(options.seed);
   if (options.average_normal_weight) estimator.set_average_normal_weight(*options.average_normal_weight);

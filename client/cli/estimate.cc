@@ -83,11 +83,6 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
                   "degree of jet's polynomial, 2 to 4; 4: exact positions [2; with --k=auto: 4]")
       ->check(Whole(2, 4))
       ->option_text("DEGREE");
-  command
-      .add_option("--regression-degree", flags.options.regression_degree,
-                  "degree of normal-regression's polynomials, 2 or 3; 2: more noise")
-      ->check(Whole(2, 3))
-      ->option_text("DEGREE [3]");
   command.add_flag("--even-weights", flags.options.even_weights,
                    "count all triangles of delaunay alike, as the paper does");
   command.add_option("--seed", flags.options.seed, "of the random estimators")

@@ -186,7 +186,6 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
   json["seed"] = report.options.seed;
   json["rotation_count"] = report.options.rotation_count;
   json["jet_degree"] = JetDegree(report.options);
-  json["regression_degree"] = report.options.regression_degree;
   json["even_weights"] = report.options.even_weights;
   json["points"] = report.summary.points;
   json["status"] = StatusJson(report.summary.status_counts);

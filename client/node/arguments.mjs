@@ -53,7 +53,6 @@ const CURVATURE = {
   seed,
   rotationCount: count,
   jetDegree: count,
-  regressionDegree: count,
   evenWeights: boolean,
   averageNormalWeight: number,
   normalMethod: readElsewhere,

@@ -105,7 +105,6 @@ export function curvatureHeader(options) {
       triangleCount: options.triangleCount ?? 0,
       rotationCount: options.rotationCount ?? 0,
       jetDegree: options.jetDegree ?? 0,
-      regressionDegree: options.regressionDegree ?? 0,
       evenWeights: options.evenWeights ?? false,
       seed: options.seed ?? 0,
       ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),

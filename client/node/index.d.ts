@@ -81,7 +81,6 @@ export interface CurvatureOptions extends CloudOptions {
   seed?: number | undefined;
   rotationCount?: number | undefined;
   jetDegree?: number | undefined;
-  regressionDegree?: number | undefined;
   evenWeights?: boolean | undefined;
   averageNormalWeight?: number | undefined;
   normalMethod?: NormalMethod | undefined;

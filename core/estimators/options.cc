@@ -43,10 +43,10 @@ absl::Status ValidateAutomatic(const EstimatorOptions& options) {
   }
   for (const ScaleMethod& method : kScaleMethods) {
     if (options.estimator != method.estimator) continue;
-    if (!method.is_jet() || options.jet_degree == method.degree) return absl::OkStatus();
+    if (method.jet_degree == 0 || options.jet_degree == method.jet_degree) return absl::OkStatus();
     return MakeCoreError(ErrorKind::kInvalid,
                          absl::StrFormat("jet_degree is %u; with an automatic scale or standard errors it must be %u",
-                                         options.jet_degree, method.degree));
+                                         options.jet_degree, method.jet_degree));
   }
   std::string known;
   for (const ScaleMethod& method : kScaleMethods) {

@@ -50,8 +50,6 @@ inline constexpr uint32_t kMaxTriangleCount = 10'000;
 inline constexpr uint32_t kMaxRotations = 4;
 inline constexpr uint32_t kMinJetDegree = 2;
 inline constexpr uint32_t kMaxJetDegree = 4;
-inline constexpr uint32_t kMinRegressionDegree = 2;
-inline constexpr uint32_t kMaxRegressionDegree = 3;
 
 // How many numbers of neighbors one estimate takes at most.
 inline constexpr size_t kMaxScales = 16;
@@ -74,10 +72,7 @@ struct EstimatorOptions {
   uint32_t rotation_count = 2;  // DEFAULT: 2; in [1, kMaxRotations]
   // Of the polynomial that jet fitting fits; a fit needs (degree + 1) (degree + 2) / 2 neighbors. 4 is the more
   // accurate where positions are exact, 2 where they are noisy.
-  uint32_t jet_degree = 2;  // DEFAULT: 2; in [kMinJetDegree, kMaxJetDegree]
-  // Of the polynomials that normal-regression fits to the normals. 3 follows the surface farther, 2 takes more of the
-  // noise away in a neighborhood of one size.
-  uint32_t regression_degree = 3;      // DEFAULT: 3; in [kMinRegressionDegree, kMaxRegressionDegree]
+  uint32_t jet_degree = 2;             // DEFAULT: 2; in [kMinJetDegree, kMaxJetDegree]
   double average_normal_weight = 0.5;  // DEFAULT: 0.5; in [0, 1]
   // Delaunay only: all triangles count alike, as in the paper, instead of less the farther they lie from the point.
   bool even_weights = false;  // DEFAULT: false

@@ -16,31 +16,24 @@ inline constexpr size_t kRungCount = kScaleRungs.size();
 // An estimator that the choice knows, and what of it the choice depends on.
 struct ScaleMethod {
   std::string_view estimator;
-  uint32_t degree;  // of the polynomials of "jet" and "normal-regression"; 0: of others
+  uint32_t jet_degree;  // of "jet" alone, whose first row is the degree that it has where it is the only one
   // Rungs to the next estimate that this one is compared with: neighborhoods that share too much show no difference.
   size_t compared_rungs;
   // Noise of standard deviation sigma in the positions moves a point along the surface, and what is estimated at it by
   // about this many times sigma^2 |H| k^2, whatever the scale.
   double noise_factor;
-
-  // Whether the error of a smooth surface falls as the square of the radius only: the farther estimates look, the more
-  // they all err to one side.
-  constexpr bool is_second_order() const { return compared_rungs == 2; }
-  constexpr bool is_jet() const { return estimator == "jet"; }
-  constexpr bool is_regression() const { return estimator == "normal-regression"; }
 };
 
-inline constexpr std::array<ScaleMethod, 6> kScaleMethods = {{
+inline constexpr std::array<ScaleMethod, 5> kScaleMethods = {{
     {"avg-hexagram", 0, 2, 0.3},
-    {"normal-regression", 3, 1, 8.0},
+    {"normal-regression", 0, 1, 8.0},
     {"jet", 4, 1, 96.0},
     {"jet", 2, 2, 3.0},
     {"jet", 6, 1, 300.0},
-    {"normal-regression", 2, 2, 3.0},
 }};
 inline constexpr size_t kMethodCount = kScaleMethods.size();
 inline constexpr size_t kHexagramMethod = 0, kRegressionMethod = 1, kQuarticMethod = 2, kQuadricMethod = 3,
-                        kSexticMethod = 4, kQuadraticRegressionMethod = 5;
+                        kSexticMethod = 4;
 
 // Jets of degree 6 take no more neighbors. They are for exact positions, where they need few, and cost the most by far.
 inline constexpr uint32_t kMostSexticCount = 256;

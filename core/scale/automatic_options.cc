@@ -26,17 +26,13 @@ size_t RungNear(uint32_t count) {
 bool IsCandidate(const EstimatorOptions& options, size_t method) {
   if (options.estimator == kAutomaticEstimator) return true;
   const ScaleMethod& one = kScaleMethods[method];
-  if (options.estimator != one.estimator) return false;
-  if (one.is_jet()) return one.degree == options.jet_degree;
-  return !one.is_regression() || one.degree == options.regression_degree;
+  return options.estimator == one.estimator && (one.jet_degree == 0 || one.jet_degree == options.jet_degree);
 }
 
 EstimatorOptions OptionsOf(const EstimatorOptions& options, size_t method, uint32_t count) {
   EstimatorOptions one = options;
-  const ScaleMethod& chosen = kScaleMethods[method];
-  one.estimator = chosen.estimator;
-  if (chosen.is_jet()) one.jet_degree = chosen.degree;
-  if (chosen.is_regression()) one.regression_degree = chosen.degree;
+  one.estimator = kScaleMethods[method].estimator;
+  if (kScaleMethods[method].jet_degree != 0) one.jet_degree = kScaleMethods[method].jet_degree;
   one.neighborhood = NeighborCount{FixedCount(options).value_or(count)};
   return one;
 }
@@ -75,7 +71,7 @@ bool MindsEdges(const EstimatorOptions& options) {
 // take second ones of as count^-3.
 double VarianceFactor(const EstimatorOptions& options, const ScaleCandidate& candidate) {
   const double ratio = static_cast<double>(candidate.count()) / FixedCount(options).value_or(candidate.count());
-  return kScaleMethods[candidate.method].is_jet() ? ratio * ratio * ratio : ratio * ratio;
+  return kScaleMethods[candidate.method].jet_degree != 0 ? ratio * ratio * ratio : ratio * ratio;
 }
 
 }  // namespace curvd

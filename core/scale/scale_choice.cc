@@ -172,7 +172,7 @@ ScaleChoice ChooseScales(const PilotTable& table, const ScaleBounds& bounds) {
   if (choice.scores.empty()) return choice;
   const Neighbors nearest = NearestOfEach(table);
   const Judged mean = JudgeAt(of_mean, choice.scores, nearest, bounds.per_cloud);
-  const Judged gaussian = JudgeAt(of_gaussian, of_gaussian.ScoresOf(choice.scores, of_mean), nearest, bounds.per_cloud);
+  const Judged gaussian = JudgeAt(of_gaussian, of_gaussian.ScoresOf(choice.scores), nearest, bounds.per_cloud);
 
   std::vector<size_t> order(choice.scores.size());
   std::iota(order.begin(), order.end(), size_t{0});

@@ -36,14 +36,6 @@ double Quantile(std::vector<double> values, double share) {
 
 double Median(std::vector<double> values) { return Quantile(std::move(values), 0.5); }
 
-// The mean of values of which those beyond the quantile are cut down to it.
-double CutMean(const std::vector<double>& values) {
-  const double most = Quantile(values, kDifferenceQuantile);
-  double sum = 0.0;
-  for (const double value : values) sum += std::min(value, most);
-  return sum / static_cast<double>(values.size());
-}
-
 }  // namespace
 
 ScaleJudge::ScaleJudge(const PilotTable& table, const ScaleBounds& bounds, Quantity quantity)
@@ -54,7 +46,6 @@ ScaleJudge::ScaleJudge(const PilotTable& table, const ScaleBounds& bounds, Quant
     AddLastDifferences(m);
   }
   FindNoise();
-  if (quantity == Quantity::kMean) reference_ = FindReference();
 }
 
 std::vector<ScaleScore> ScaleJudge::Scores() const {
@@ -70,22 +61,15 @@ std::vector<ScaleScore> ScaleJudge::Scores() const {
   return scores;
 }
 
-std::vector<ScaleScore> ScaleJudge::ScoresOf(const std::vector<ScaleScore>& of_mean,
-                                             const ScaleJudge& judge_of_mean) const {
-  std::optional<ScaleScore> reference = judge_of_mean.reference_;
-  if (reference.has_value()) reference = ScoreAs(*reference);
+std::vector<ScaleScore> ScaleJudge::ScoresOf(const std::vector<ScaleScore>& of_mean) const {
   std::vector<ScaleScore> scores;
   for (const ScaleScore& mean : of_mean) {
-    const double bias = ScoreAs(mean).bias;
-    scores.push_back(ScoreOf(mean.candidate, std::max(bias * bias, SquaredBiasBeside(reference, mean.candidate))));
+    const ScaleCandidate& candidate = mean.candidate;
+    const double difference = *differences_[candidate.method][candidate.rung];
+    const double bias = mean.difference > 0.0 ? mean.bias * difference / mean.difference : 0.0;
+    scores.push_back(ScoreOf(candidate, bias * bias));
   }
   return scores;
-}
-
-ScaleScore ScaleJudge::ScoreAs(const ScaleScore& of_mean) const {
-  const double difference = *differences_[of_mean.candidate.method][of_mean.candidate.rung];
-  const double bias = of_mean.difference > 0.0 ? of_mean.bias * difference / of_mean.difference : 0.0;
-  return ScoreOf(of_mean.candidate, bias * bias);
 }
 
 std::vector<double> ScaleJudge::DifferencesAtPoints(const ScaleScore& score, PilotPoint::Part part) const {
@@ -168,7 +152,7 @@ std::optional<double> ScaleJudge::MedianDifference(const ScaleCandidate& candida
     if (std::isfinite(difference)) values.push_back(std::abs(difference));
   }
   if (!IsEnough(values.size(), kLeastShare, next)) return std::nullopt;
-  return std::max(CutMean(values), kErrorPerDifference * Median(values));
+  return kErrorPerDifference * Median(std::move(values));
 }
 
 void ScaleJudge::AddLastDifferences(size_t method) {
@@ -230,27 +214,14 @@ double ScaleJudge::Variance(const ScaleCandidate& candidate) const {
   return 0.25 * kVariancePerSquaredMedian * median * median;
 }
 
-std::optional<ScaleScore> ScaleJudge::FindReference() const {
-  std::optional<ScaleScore> least;
-  for (size_t rung = 0; rung < kRungCount; ++rung) {
-    const ScaleCandidate candidate = {kRegressionMethod, rung};
-    if (!HasHalves(candidate)) continue;
-    const std::optional<ScaleScore> score = ScoreOf(candidate);
-    if (score.has_value() && (!least.has_value() || score->error < least->error)) least = score;
-  }
-  return least;
-}
-
-std::optional<double> ScaleJudge::SquaredBias(const ScaleCandidate& candidate, const ScaleCandidate& other) const {
+std::optional<double> ScaleJudge::SquaredBias(const ScaleCandidate& large, size_t small_rung) const {
   std::vector<double> products;
   for (const PilotPoint& point : table_) {
-    const auto beyond = [&](PilotPoint::Part part) {
-      return ValueAt(point, candidate, part) - ValueAt(point, other, part);
-    };
-    const double product = beyond(PilotPoint::kEven) * beyond(PilotPoint::kOdd);
+    const double product = Difference(point, large.method, large.rung, small_rung, PilotPoint::kEven) *
+                           Difference(point, large.method, large.rung, small_rung, PilotPoint::kOdd);
     if (std::isfinite(product)) products.push_back(product);
   }
-  if (!IsEnough(products.size(), kLeastShareOfHalves, std::max(candidate.rung, other.rung))) return std::nullopt;
+  if (!IsEnough(products.size(), kLeastShareOfHalves, large.rung)) return std::nullopt;
   const double low = Quantile(products, 1.0 - kProductQuantile), high = Quantile(products, kProductQuantile);
   double sum = 0.0, squares = 0.0;
   for (const double product : products) {
@@ -264,33 +235,21 @@ std::optional<double> ScaleJudge::SquaredBias(const ScaleCandidate& candidate, c
   return mean - 2.0 * standard_error;
 }
 
-double ScaleJudge::SquaredBiasBesideSmaller(const ScaleCandidate& candidate) const {
-  double most = 0.0;
-  for (size_t rung = candidate.rung; rung-- > 0;) {
-    const std::optional<double> common = SquaredBias(candidate, {candidate.method, rung});
-    if (!common.has_value()) break;
-    most = std::max(most, *common);
-  }
-  return most;
-}
-
-double ScaleJudge::SquaredBiasBeside(const std::optional<ScaleScore>& reference,
-                                     const ScaleCandidate& candidate) const {
-  if (!reference.has_value() || !kScaleMethods[candidate.method].is_second_order()) return 0.0;
-  const std::optional<double> common = SquaredBias(candidate, reference->candidate);
-  const double of_noise = NoiseBias(reference->candidate.method);
-  return common.value_or(0.0) - reference->bias * reference->bias - of_noise * of_noise;
-}
-
 std::optional<ScaleScore> ScaleJudge::ScoreOf(const ScaleCandidate& candidate) const {
   if (!differences_[candidate.method][candidate.rung].has_value()) return std::nullopt;
-  return ScoreOf(candidate, std::max(SquaredBiasBesideSmaller(candidate), SquaredBiasBeside(reference_, candidate)));
+  double squared_bias = 0.0;
+  for (size_t rung = candidate.rung; rung-- > 0;) {
+    const std::optional<double> common = SquaredBias(candidate, rung);
+    if (!common.has_value()) break;
+    squared_bias = std::max(squared_bias, *common);
+  }
+  return ScoreOf(candidate, squared_bias);
 }
 
 ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_bias) const {
   const std::optional<double>& difference = differences_[candidate.method][candidate.rung];
   const double variance = Variance(candidate);
-  const double from_noise = NoiseBias(candidate.method);
+  const double from_noise = kScaleMethods[candidate.method].noise_factor * noise_bias_;
   const double error =
       std::sqrt(std::max(*difference * *difference, variance + squared_bias) + from_noise * from_noise);
   return ScaleScore{candidate, error, *difference, std::sqrt(variance), std::sqrt(squared_bias)};

@@ -23,10 +23,9 @@ class ScaleJudge {
 
   // Of all candidates that can be judged and are within the bounds, by method, then by rung.
   std::vector<ScaleScore> Scores() const;
-  // The scores of candidates that another judge has judged by the mean curvature. Their biases are as large beside the
-  // differences as there, at the least: noise in a small neighborhood moves the Gaussian curvature of both halves to
-  // one side, as detail would.
-  std::vector<ScaleScore> ScoresOf(const std::vector<ScaleScore>& of_mean, const ScaleJudge& judge_of_mean) const;
+  // The scores of candidates that were judged by the mean curvature. Their biases are as large beside the differences
+  // as there: noise in a small neighborhood moves the Gaussian curvature of both halves to one side, as detail would.
+  std::vector<ScaleScore> ScoresOf(const std::vector<ScaleScore>& of_mean) const;
 
   // By how much the candidate's estimate, and that of the next larger scale, differ at each sampled point.
   std::vector<double> DifferencesAtPoints(const ScaleScore& score, PilotPoint::Part part = PilotPoint::kAll) const;
@@ -44,9 +43,6 @@ class ScaleJudge {
 
  private:
   double ValueAt(const PilotPoint& point, size_t method, size_t rung, PilotPoint::Part part = PilotPoint::kAll) const;
-  double ValueAt(const PilotPoint& point, const ScaleCandidate& candidate, PilotPoint::Part part) const {
-    return ValueAt(point, candidate.method, candidate.rung, part);
-  }
   double Difference(const PilotPoint& point, size_t method, size_t rung, size_t other,
                     PilotPoint::Part part = PilotPoint::kAll) const {
     return ValueAt(point, method, rung, part) - ValueAt(point, method, other, part);
@@ -76,20 +72,9 @@ class ScaleJudge {
 
   // The variance of the candidate's estimates that noise makes.
   double Variance(const ScaleCandidate& candidate) const;
-  // What is reference_ of the mean curvature.
-  std::optional<ScaleScore> FindReference() const;
-  // The score in this judge's quantity of a candidate with that score in the mean curvature, whose bias is as large
-  // beside the difference.
-  ScaleScore ScoreAs(const ScaleScore& of_mean) const;
-  // The mean of the products of what each half of a neighborhood shows beyond that of another candidate, less what
-  // chance makes of it: detail that one of them smooths away is common to both halves, noise is not. None without
-  // halves.
-  std::optional<double> SquaredBias(const ScaleCandidate& candidate, const ScaleCandidate& other) const;
-  // The largest of them beside smaller neighborhoods.
-  double SquaredBiasBesideSmaller(const ScaleCandidate& candidate) const;
-  // That of a method of the second order beside a reference, of which this is the score; 0 of other methods.
-  double SquaredBiasBeside(const std::optional<ScaleScore>& reference, const ScaleCandidate& candidate) const;
-  double NoiseBias(size_t method) const { return kScaleMethods[method].noise_factor * noise_bias_; }
+  // The mean of the products of what each half of a neighborhood shows beyond the smaller one, less what chance makes
+  // of it: detail that the larger one smooths away is common to both halves, noise is not. None without halves.
+  std::optional<double> SquaredBias(const ScaleCandidate& large, size_t small_rung) const;
   std::optional<ScaleScore> ScoreOf(const ScaleCandidate& candidate) const;
   ScaleScore ScoreOf(const ScaleCandidate& candidate, double squared_bias) const;
   // A difference tells the larger one of two errors. Where they rise from the first rung on, so that noise does not
@@ -102,9 +87,6 @@ class ScaleJudge {
   std::optional<double> differences_[kMethodCount][kRungCount];
   size_t last_compared_[kMethodCount] = {};  // the last rung that has a next one
   double sigma_ = 0.0, noise_bias_ = 0.0;
-  // The cubic regression of the normals that is expected to err the least in the mean curvature: methods of the second
-  // order are compared with it. Only where the quantity is that.
-  std::optional<ScaleScore> reference_;
 };
 
 }  // namespace curvd

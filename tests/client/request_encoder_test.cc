@@ -96,13 +96,6 @@ TEST(PackHeaderTest, LeavesTheDegreeOfJetsToTheServerUnlessItIsGiven) {
   EXPECT_EQ(EstimatorFor(options).jet_degree(), 2u);
 }
 
-TEST(PackHeaderTest, CarriesTheDegreeOfRegressions) {
-  EstimateOptions options;
-  EXPECT_EQ(EstimatorFor(options).regression_degree(), 3u);
-  options.regression_degree = 2;
-  EXPECT_EQ(EstimatorFor(options).regression_degree(), 2u);
-}
-
 TEST(PackChunkTest, LeavesOutWhatTheCloudDoesNotHave) {
   const std::vector<float> positions = {1, 2, 3, 4, 5, 6}, viewpoints = {7, 8, 9, 10, 11, 12};
   v1::EstimateCurvatureRequest request;

@@ -131,8 +131,8 @@ void EstimateByFit(const TestPoints& points, size_t i, const std::vector<int>& i
   } else if (options.estimator == "aso") {
     shape = AlgebraicShapeOperator(neighborhood, result.radius);
   } else {
-    shape = NormalRegressionOperator(neighborhood, result.radius, BlendedNormal(points, i, ids, options),
-                                     static_cast<int>(options.regression_degree));
+    constexpr int kCubic = 3;
+    shape = NormalRegressionOperator(neighborhood, result.radius, BlendedNormal(points, i, ids, options), kCubic);
   }
   if (!shape.has_value()) return;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(*shape, Eigen::EigenvaluesOnly);

@@ -66,7 +66,6 @@ class CurvatureOptions(typing.TypedDict, total=False):
     triangle_count: int
     rotation_count: int
     jet_degree: int
-    regression_degree: int
     even_weights: bool
     seed: int
     average_normal_weight: float | None
@@ -97,7 +96,6 @@ def curvature_header(
     triangle_count: int = 0,
     rotation_count: int = 0,
     jet_degree: int = 0,
-    regression_degree: int = 0,
     even_weights: bool = False,
     seed: int = 0,
     average_normal_weight: float | None = None,
@@ -138,7 +136,6 @@ def curvature_header(
         triangle_count=triangle_count,
         rotation_count=rotation_count,
         jet_degree=jet_degree,
-        regression_degree=regression_degree,
         even_weights=even_weights,
         seed=seed,
         average_normal_weight=average_normal_weight,
@@ -290,7 +287,7 @@ def _estimator_options(
         raise ValueError("neighbor_count and radius exclude each other")
     if isinstance(neighbor_count, str) and neighbor_count != "auto":
         raise ValueError(f"neighbor_count is {neighbor_count!r}; it must be a number or 'auto'")
-    for name in ("triangle_count", "rotation_count", "jet_degree", "regression_degree"):
+    for name in ("triangle_count", "rotation_count", "jet_degree"):
         others[name] = whole_number(name, others[name])
     others["seed"] = seed_number("seed", others["seed"])
     if others["average_normal_weight"] is not None:

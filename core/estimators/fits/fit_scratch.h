@@ -53,12 +53,4 @@ struct JetPlan {
   int degree;
 };
 
-struct RegressionPlan {
-  RegressionPlan(const EstimatorOptions& options, const SpatialIndex& index)
-      : neighborhood(NeighborhoodPlan::Make(options, index)), degree(static_cast<int>(options.regression_degree)) {}
-
-  NeighborhoodPlan neighborhood;
-  int degree;
-};
-
 }  // namespace curvd

@@ -221,8 +221,8 @@ HWY_NOINLINE inline void SumNormalProducts(const PlaneBlock& block, const Neighb
   s.Store(sums);
 }
 
-// Sets up the problem of point i, whose tangent frame is set, from its neighbors, in polynomials of that degree.
-HWY_NOINLINE inline void SumRegression(const NeighborArrays& n, const GroupFrames& frames, size_t i, int degree,
+// Sets up the problem of point i, whose tangent frame is set, from its neighbors.
+HWY_NOINLINE inline void SumRegression(const NeighborArrays& n, const GroupFrames& frames, size_t i,
                                        RegressionSystems& systems) {
   const PlaneAxes axes(frames, i);
   const DoubleVec anchor = hn::Set(DoubleTag(), AnchorOf(n.count));
@@ -237,7 +237,7 @@ HWY_NOINLINE inline void SumRegression(const NeighborArrays& n, const GroupFrame
     SumNormalProducts<1>(block, n, first, size, anchor, sums.normals(1));
   }
   sums.Store(anchor, i, systems);
-  systems.most_degree[i] = degree;
+  systems.most_degree[i] = kRegressionDegree;
 }
 
 // Value and derivatives by x and y, at the point, of the polynomials that fit the normals' components.
@@ -286,11 +286,10 @@ HWY_INLINE void FactorRegression(const RegressionSystems& systems, size_t i, Reg
     CURVD_UNROLL(10)
     for (int k = 0; k < c; ++k) pivot = hn::NegMulAdd(f.rows[c][k], f.rows[c][k], pivot);
     determined = hn::And(determined, hn::Gt(pivot, bound));
-    const int degree = kMonomials.a[c] + kMonomials.b[c];
-    const DoubleMask wanted = hn::Ge(most_degree, hn::Set(d, degree));
-    determined = hn::And(determined, wanted);
-    const DoubleMask small = hn::Lt(pivot, hn::Mul(hn::Set(d, kDoubtfulRegressionPivot[degree]), weight));
-    f.doubtful = hn::Or(f.doubtful, hn::And(wanted, small));
+    determined = hn::And(determined, hn::Ge(most_degree, hn::Set(d, kMonomials.a[c] + kMonomials.b[c])));
+    f.doubtful =
+        hn::Or(f.doubtful,
+               hn::Lt(pivot, hn::Mul(hn::Set(d, kDoubtfulRegressionPivot[kMonomials.a[c] + kMonomials.b[c]]), weight)));
     if (c == JetIndex(1, 0)) x_spread = pivot;
     if (c == JetIndex(0, 1)) {
       // Pivots of x, and of y beside x: their product is the determinant of the covariance.

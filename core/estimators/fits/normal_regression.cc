@@ -12,14 +12,13 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-absl::Status RegressNormals(const SpatialIndex& index, const RegressionPlan& regression, size_t group,
-                            RegressionScratch& s, PointCurvature* results) {
-  const NeighborhoodPlan& plan = regression.neighborhood;
+absl::Status RegressNormals(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group, RegressionScratch& s,
+                            PointCurvature* results) {
   const auto fill = [](size_t) {};
   StartGroup(index, group, s, results, fill);
   const auto sum = [&](size_t i, const LeafList&) {
     PreparePoints(OnePoint(), plan, s.neighborhoods, i, s.points, s.frames, fill);
-    if (s.points.status[i] == PointStatus::kOk) SumRegression(s.neighbors, s.frames, i, regression.degree, s.system);
+    if (s.points.status[i] == PointStatus::kOk) SumRegression(s.neighbors, s.frames, i, s.system);
   };
   const absl::Status status = ForEachCollected(index, plan, s.neighbors, s, sum);
   if (!status.ok()) return status;
@@ -29,20 +28,20 @@ absl::Status RegressNormals(const SpatialIndex& index, const RegressionPlan& reg
   return status;
 }
 
-absl::Status RegressNormalScales(const SpatialIndex& index, std::span<const RegressionPlan> plans, size_t group,
+absl::Status RegressNormalScales(const SpatialIndex& index, std::span<const NeighborhoodPlan> plans, size_t group,
                                  ScalesScratch<RegressionScratch>& s, std::span<PointCurvature* const> results) {
   const absl::Status status = SumScales(
-      index, group, s, results, [&](size_t scale) -> const NeighborhoodPlan& { return plans[scale].neighborhood; },
+      index, group, s, results, [&](size_t scale) -> const NeighborhoodPlan& { return plans[scale]; },
       [](RegressionScratch&, size_t) {}, [](size_t) {},
       [&](size_t scale, size_t i) {
-        SumRegression(s.ring.neighbors, s.scales[scale]->frames, i, plans[scale].degree, s.scales[scale]->system);
+        SumRegression(s.ring.neighbors, s.scales[scale]->frames, i, s.scales[scale]->system);
       });
   if (!status.ok()) return status;
   for (size_t scale = 0; scale < plans.size(); ++scale) {
     RegressionScratch& scratch = *s.scales[scale];
-    SolveRegressions(index, plans[scale].neighborhood, *s.scales[0], scratch);
+    SolveRegressions(index, plans[scale], *s.scales[0], scratch);
     if (s.scales[0]->IsStopped()) return Stopped();
-    WriteShapes(plans[scale].neighborhood, scratch.shapes, scratch, results[scale]);
+    WriteShapes(plans[scale], scratch.shapes, scratch, results[scale]);
   }
   s.EndRun();
   return status;
@@ -53,8 +52,6 @@ absl::Status RegressNormalScales(const SpatialIndex& index, std::span<const Regr
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-
-#include <array>
 
 #include "core/estimators/fits/fit_scratch.h"
 #include "core/estimators/scales/scales_run.h"
@@ -67,12 +64,12 @@ namespace {
 HWY_EXPORT(RegressNormals);
 HWY_EXPORT(RegressNormalScales);
 
-absl::Status EstimateGroup(const SpatialIndex& index, const RegressionPlan& plan, size_t group, RegressionScratch& s,
+absl::Status EstimateGroup(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group, RegressionScratch& s,
                            PointCurvature* results) {
   return HWY_DYNAMIC_DISPATCH(RegressNormals)(index, plan, group, s, results);
 }
 
-absl::Status EstimateScales(const SpatialIndex& index, std::span<const RegressionPlan> plans, size_t group,
+absl::Status EstimateScales(const SpatialIndex& index, std::span<const NeighborhoodPlan> plans, size_t group,
                             ScalesScratch<RegressionScratch>& s, std::span<PointCurvature* const> results) {
   return HWY_DYNAMIC_DISPATCH(RegressNormalScales)(index, plans, group, s, results);
 }
@@ -86,28 +83,26 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,
                                    PointCurvature* results) {
-  return std::make_unique<SinglePhaseRun<RegressionPlan, RegressionScratch>>(index, RegressionPlan(options, index),
-                                                                             results, EstimateGroup);
+  return std::make_unique<SinglePhaseRun<NeighborhoodPlan, RegressionScratch>>(
+      index, NeighborhoodPlan::Make(options, index), results, EstimateGroup);
 }
 
 std::unique_ptr<StrategyRun> StartScales(const EstimatorOptions& options, const SpatialIndex& index,
                                          std::span<PointCurvature* const> results) {
   const auto make_plan = [](const EstimatorOptions& scale, const SpatialIndex& of) {
-    return RegressionPlan(scale, of);
+    return NeighborhoodPlan::Make(scale, of);
   };
-  return std::make_unique<ScalesRun<RegressionPlan, RegressionScratch>>(options, index, results, make_plan,
-                                                                        EstimateScales);
+  return std::make_unique<ScalesRun<NeighborhoodPlan, RegressionScratch>>(options, index, results, make_plan,
+                                                                          EstimateScales);
 }
-
-constexpr std::array<OptionName, 1> kOptions = {"regression_degree"};
 
 }  // namespace
 
 extern const Strategy kNormalRegression = {
     .name = "normal-regression",
     .wire_name = {},
-    .summary = "polynomials of degree regression_degree fitted to the neighbors' normals, and their derivative",
-    .options = kOptions,
+    .summary = "a cubic polynomial fitted to the neighbors' normals over the tangent plane, and its derivative",
+    .options = {},
     .needs_normals = true,
     .bytes_per_point = 0,
     .scratch_bytes = MostScratchBytes,

@@ -31,7 +31,7 @@ void ChoiceWriter::Start(AutomaticScratch& s) const {
 }
 
 void ChoiceWriter::WriteMended(size_t point, AutomaticScratch& s) const {
-  const LocalWeights::Weights& all = s.point_weights[point].mean;
+  const LocalWeights::Weights& all = s.WeightsAt(point).all.mean;
   const double total = std::accumulate(all.begin(), all.end(), 0.0);
   Write(point, s.blends[point].weight() >= kLeastShareWithErrors * total, s);
 }
@@ -69,8 +69,7 @@ void ChoiceWriter::SetWeights(const LocalWeights::Weights& shares, PointChoice& 
   }
   choice.neighbor_count = static_cast<float>(count);
   choice.avg_hexagram_weight = static_cast<float>(of_method[kHexagramMethod]);
-  choice.normal_regression_weight =
-      static_cast<float>(of_method[kRegressionMethod] + of_method[kQuadraticRegressionMethod]);
+  choice.normal_regression_weight = static_cast<float>(of_method[kRegressionMethod]);
   choice.jet_weight =
       static_cast<float>(of_method[kQuarticMethod] + of_method[kQuadricMethod] + of_method[kSexticMethod]);
 }

@@ -70,7 +70,7 @@ absl::Status ReadScale(const v1::AutomaticScale& proto, const CallLimits& limits
   if (absl::Status status = CheckCounts(scale, limits); !status.ok()) return status;
   options.neighborhood = scale;
   const ScaleMethod* method = MethodOf(options.estimator);
-  if (method != nullptr && method->is_jet()) options.jet_degree = method->degree;
+  if (method != nullptr && method->jet_degree != 0) options.jet_degree = method->jet_degree;
   return absl::OkStatus();
 }
 
@@ -89,9 +89,9 @@ absl::Status CheckMethod(const EstimatorOptions& options, std::string_view where
     return InvalidOption("header.options.estimator", std::string(options.estimator),
                          absl::StrCat(KnownEstimators(), " ", std::string(where)));
   }
-  if (method->is_jet() && options.jet_degree != method->degree) {
+  if (method->jet_degree != 0 && options.jet_degree != method->jet_degree) {
     return InvalidOption("header.options.jet_degree", absl::StrCat(options.jet_degree),
-                         absl::StrCat(method->degree, " ", std::string(where)));
+                         absl::StrCat(method->jet_degree, " ", std::string(where)));
   }
   return absl::OkStatus();
 }

@@ -31,7 +31,6 @@ TEST(PilotSumsTest, EveryMethodFindsTheCurvatureOfAGraph) {
     EXPECT_NEAR(sums.HexagramEstimate()->shape.mean, mean, 0.02);
     EXPECT_NEAR(sums.HexagramEstimate()->steepest, std::max(std::abs(a), std::abs(b)), 0.03);
     EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.mean, mean, 1e-4);
-    EXPECT_NEAR(sums.QuadraticRegressionEstimate(0.5)->mean, mean, 0.01) << "half of the graph's bend is of degree 3";
     EXPECT_NEAR(sums.JetEstimate(0.5)->shape.mean, mean, 1e-10) << "the graph is a polynomial of degree 2";
     EXPECT_LT(sums.JetEstimate(0.5)->residual, 1e-7);
     EXPECT_NEAR(sums.QuadricEstimate(0.5)->shape.mean, mean, 1e-10);
@@ -47,26 +46,9 @@ TEST(PilotSumsTest, EveryMethodFindsTheShapeOperatorOfAGraph) {
     EXPECT_NEAR(shape.twist, 0.0, 0.02);
   }
   EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.difference, 0.2, 1e-3);
-  EXPECT_NEAR(sums.QuadraticRegressionEstimate(0.5)->difference, 0.2, 0.01);
   EXPECT_NEAR(sums.JetEstimate(0.5)->shape.difference, 0.2, 1e-10);
   EXPECT_NEAR(sums.QuadricEstimate(0.5)->shape.difference, 0.2, 1e-10);
   EXPECT_NEAR(sums.SexticEstimate(0.5)->shape.difference, 0.2, 1e-10);
-}
-
-// Normals that are a polynomial of degree 2 over the tangent plane, but for their length.
-TEST(PilotSumsTest, QuadraticRegressionsFollowNormalsOfDegreeTwo) {
-  std::mt19937_64 random(8);
-  std::uniform_real_distribution<double> coordinate(-0.01, 0.01);
-  PilotSums sums;
-  for (int i = 0; i < 60; ++i) {
-    const double x = coordinate(random), y = coordinate(random);
-    const double nx = 0.4 * x + 2.0 * x * y, ny = 0.2 * y + x * x, length = std::sqrt(1.0 + nx * nx + ny * ny);
-    sums.Add({{x, y, 0.0}, {nx / length, ny / length, 1.0 / length}});
-  }
-  const TangentShape shape = *sums.QuadraticRegressionEstimate(0.015);
-  EXPECT_NEAR(shape.mean, 0.3, 1e-5);
-  EXPECT_NEAR(shape.difference, 0.1, 1e-5);
-  EXPECT_NEAR(shape.twist, 0.0, 1e-5);
 }
 
 TEST(PilotSumsTest, JetsOfDegreeSixFollowWhatThoseOfDegreeFourCannot) {

@@ -60,10 +60,7 @@ uint32_t MeanCount(const ScaleChoice& choice) {
 
 TEST(ScaleChoiceTest, MoreNoiseAsksForMoreNeighborsAndMoreDetailForFewer) {
   const auto choose = [](double noise, double bias) {
-    std::array<Behavior, kMethodCount> behaviors;
-    behaviors.fill(kUseless);
-    behaviors[kHexagramMethod] = {noise, bias};
-    return ChooseScales(MakeTable(behaviors), {});
+    return ChooseScales(MakeTable({Behavior{noise, bias}, kUseless, kUseless, kUseless, kUseless}), {});
   };
   const uint32_t calm = MeanCount(choose(0.1, 1.0)), noisy = MeanCount(choose(1.0, 1.0));
   const uint32_t detailed = MeanCount(choose(0.1, 10.0));

@@ -2,11 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <limits>
-#include <random>
-#include <vector>
-
 namespace curvd::testing {
 namespace {
 
@@ -56,72 +51,6 @@ TEST(ScaleJudgeTest, NoiseIsNotToldFromNeighborhoodsLessThanFourTimesAsLarge) {
   EXPECT_FLOAT_EQ(SigmaOf(table), 0.21f);
   for (PilotPoint& point : table) point.radius[8] = 0.8f;  // 3.8 times: no rung is left
   EXPECT_EQ(SigmaOf(table), 0.0);
-}
-
-// Points at which hexagrams of 64 and more neighbors err by `bias`, in one direction or the other, with little noise,
-// and the cubic regression by noise alone. Nothing else has an estimate.
-PilotTable BiasedHexagrams(double bias) {
-  std::mt19937_64 random(3);
-  std::normal_distribution<double> normal;
-  PilotTable table;
-  for (int i = 0; i < 400; ++i) {
-    PilotPoint point({static_cast<float>(i), 0.0f, 0.0f});
-    point.radius.fill(1.0f);
-    point.residual.fill(0.0f);
-    point.steepest.fill(1.0f);
-    const double lost = bias * normal(random);
-    const auto fill = [&](size_t method, size_t rung, double shift, double noise) {
-      for (const auto part : {PilotPoint::kEven, PilotPoint::kOdd, PilotPoint::kAll}) {
-        point.mean[method][rung][part] = static_cast<float>(1.0 + shift + noise * normal(random));
-        point.difference[method][rung][part] = point.twist[method][rung][part] = 0.0f;
-      }
-    };
-    for (size_t rung = 4; rung < kRungCount; ++rung) {
-      fill(kHexagramMethod, rung, lost, 0.001);
-      fill(kRegressionMethod, rung, 0.0, 0.01);
-    }
-    table.push_back(point);
-  }
-  return table;
-}
-
-double LeastErrorOf(size_t method, const std::vector<ScaleScore>& scores) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const ScaleScore& score : scores) {
-    if (score.candidate.method == method) least = std::min(least, score.error);
-  }
-  return least;
-}
-
-TEST(ScaleJudgeTest, WhatAllScalesOfAMethodSmoothAwayShowsBesideTheCubicRegression) {
-  for (const double bias : {0.05, 0.2}) {
-    const PilotTable table = BiasedHexagrams(bias);
-    const ScaleJudge judge(table, ScaleBounds{}, ScaleJudge::Quantity::kMean);
-    const std::vector<ScaleScore> scores = judge.Scores();
-    EXPECT_NEAR(LeastErrorOf(kHexagramMethod, scores), bias, 0.25 * bias) << "all scales agree with each other";
-    EXPECT_NEAR(LeastErrorOf(kRegressionMethod, scores), 0.01, 0.005);
-
-    // Of the Gaussian curvature, which is the square here, the bias is twice as large.
-    const ScaleJudge of_gaussian(table, ScaleBounds{}, ScaleJudge::Quantity::kGaussian);
-    EXPECT_NEAR(LeastErrorOf(kHexagramMethod, of_gaussian.ScoresOf(scores, judge)), 2.0 * bias, 0.5 * bias);
-  }
-}
-
-TEST(ScaleJudgeTest, AFewPointsThatAreFarOffCountInTheError) {
-  PilotTable table = BiasedHexagrams(0.0);
-  const auto least_error = [&] {
-    const ScaleJudge judge(table, ScaleBounds{}, ScaleJudge::Quantity::kMean);
-    return LeastErrorOf(kRegressionMethod, judge.Scores());
-  };
-  const double before = least_error();
-  // At one point in 25 the scales disagree by 1: that alone comes to a mean difference of 0.04.
-  for (size_t i = 0; i < table.size(); i += 25) {
-    for (size_t rung = 4; rung < kRungCount; ++rung) {
-      for (float& part : table[i].mean[kRegressionMethod][rung]) part += rung % 2 == 0 ? 1.0f : 0.0f;
-    }
-  }
-  EXPECT_LT(before, 0.015);
-  EXPECT_GT(least_error(), 0.03);
 }
 
 }  // namespace

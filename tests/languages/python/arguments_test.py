@@ -53,7 +53,6 @@ class ArgumentTest(unittest.TestCase):
             ("neighbor_count", 50.5, "whole number"),
             ("neighbor_count", True, "whole number"),
             ("jet_degree", 2**32, "from 0 to 4294967295"),
-            ("regression_degree", 2.5, "whole number"),
             ("seed", 2**64, "from 0 to 18446744073709551615"),
             ("radius", "1", "a number"),
             ("average_normal_weight", [1], "a number"),

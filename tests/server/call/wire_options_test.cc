@@ -52,7 +52,6 @@ TEST(WireOptionsTest, WhatIsWrittenIsReadAgain) {
   written.average_normal_weight = 0.25;
   written.rotation_count = 3;
   written.jet_degree = 4;
-  written.regression_degree = 2;
   written.even_weights = true;
   v1::EstimatorOptions proto;
   WriteOptions(written, proto);
@@ -63,7 +62,6 @@ TEST(WireOptionsTest, WhatIsWrittenIsReadAgain) {
   EXPECT_EQ(read.average_normal_weight, 0.25);
   EXPECT_EQ(read.rotation_count, 3u);
   EXPECT_EQ(read.jet_degree, 4u);
-  EXPECT_EQ(read.regression_degree, 2u);
   EXPECT_TRUE(read.even_weights);
 }
 
@@ -77,10 +75,6 @@ TEST(WireOptionsTest, RefusalsNameFieldValueAndRange) {
   proto.set_jet_degree(1);
   EXPECT_TRUE(IsError(ReadOptions(proto, options), kInvalidArgument, kReasonInvalidOption,
                       {"header.options.jet_degree", "1", "from 2 to 4"}));
-  proto.Clear();
-  proto.set_regression_degree(4);
-  EXPECT_TRUE(IsError(ReadOptions(proto, options), kInvalidArgument, kReasonInvalidOption,
-                      {"header.options.regression_degree", "4", "from 2 to 3"}));
   for (const double weight : {-0.5, 1.5, std::numeric_limits<double>::infinity(), std::nan("")}) {
     proto.Clear();
     proto.set_average_normal_weight(weight);

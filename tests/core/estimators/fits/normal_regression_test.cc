@@ -14,10 +14,9 @@ using NormalRegressionTest = InstructionSetTest;
 
 INSTANTIATE_TEST_SUITE_P(EachInstructionSet, NormalRegressionTest, InstructionSets(), InstructionSetName);
 
-EstimatorOptions Options(uint32_t k, uint32_t degree = 3) {
+EstimatorOptions Options(uint32_t k) {
   EstimatorOptions options;
   options.estimator = "normal-regression";
-  options.regression_degree = degree;
   options.neighborhood = NeighborCount{k};
   return options;
 }
@@ -34,6 +33,12 @@ TEST_P(NormalRegressionTest, LargeNeighborhoodsMatchTheDoubleOracle) {
   ExpectNearReference(Waves(6000, 0.01, 1), Options(2048), 401);
 }
 
+TEST_P(NormalRegressionTest, RadiusNeighborhoodsMatchTheDoubleOracle) {
+  EstimatorOptions options = Options(50);
+  options.neighborhood = NeighborRadius{0.61};
+  ExpectNearReference(Sphere(2000, 3.0), options, 11);
+}
+
 // A band around a part of a cylinder of radius 1, much longer than wide, askew to the axes.
 TestPoints Band(size_t points, double half_width) {
   TestPoints band;
@@ -45,36 +50,6 @@ TestPoints Band(size_t points, double half_width) {
     band.Add(x, root * (y + along), root * (y - along), x, root * y, root * y);
   }
   return band;
-}
-
-TEST_P(NormalRegressionTest, QuadraticFitsMatchTheDoubleOracle) {
-  for (uint32_t k : {25u, 50u, 300u}) {
-    ExpectNearReference(Sphere(2000, 3.0), Options(k, 2), 11);
-    ExpectNearReference(Waves(2000, 0.01, k), Options(k, 2), 11);
-  }
-  ExpectNearReference(Band(3000, 0.02), Options(300, 2), 7);
-}
-
-TEST_P(NormalRegressionTest, QuadraticFitsTakeMoreOfTheNoiseAway) {
-  TestPoints sphere = Sphere(2000, 3.0);
-  std::mt19937_64 engine(5);
-  std::normal_distribution<float> noise(0.0f, 0.1f);
-  for (auto& normal : sphere.normals) {
-    for (float& component : normal) component += noise(engine);
-  }
-  const auto mean_error = [&](uint32_t degree) {
-    const EstimationResult result = MustEstimate(sphere.ToCloud(), Options(200, degree));
-    double sum = 0.0;
-    for (const PointCurvature& point : result.field.points.span()) sum += std::abs(point.mean - 1.0 / 3.0);
-    return sum / static_cast<double>(result.field.points.size());
-  };
-  EXPECT_LT(mean_error(2), 0.6 * mean_error(3));
-}
-
-TEST_P(NormalRegressionTest, RadiusNeighborhoodsMatchTheDoubleOracle) {
-  EstimatorOptions options = Options(50);
-  options.neighborhood = NeighborRadius{0.61};
-  ExpectNearReference(Sphere(2000, 3.0), options, 11);
 }
 
 TEST_P(NormalRegressionTest, NarrowBandsMatchTheDoubleOracle) {
