@@ -24,7 +24,7 @@ struct ScaleScore {
 
 // Which candidates may be chosen.
 struct ScaleBounds {
-  std::array<bool, kMethodCount> methods{true, true, true, true, true, true};
+  std::array<bool, kMethodCount> methods{true, true, true, true, true};
   uint32_t least_count = kScaleRungs.front();
   uint32_t most_count = kScaleRungs.back();
   float most_radius = std::numeric_limits<float>::infinity();  // of the median neighborhood
@@ -46,7 +46,7 @@ struct LocalTrend {
 // How much the estimates of one quantity by the chosen candidates count. All lists are in the order of
 // ScaleChoice::chosen.
 struct ScaleWeights {
-  static constexpr size_t kMostChosen = 5;
+  static constexpr size_t kMostChosen = 4;
 
   std::vector<double> cloud_weights;  // over the whole cloud; their sum is 1
   std::vector<LocalTrend> trends;     // empty: cloud_weights hold everywhere
