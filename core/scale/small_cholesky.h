@@ -8,7 +8,7 @@
 namespace curvd {
 
 // The Cholesky factors of a symmetric matrix, in plain loops: Eigen's, of a size that is known as well, call functions
-// for matrices of any size, and take twice as long.
+// for matrices of any size.
 template <int kSize>
 class SmallCholesky {
  public:
