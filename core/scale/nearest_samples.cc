@@ -14,14 +14,16 @@ float SquaredDistance(const std::array<float, 3>& a, const float* b) {
 
 }  // namespace
 
-NearestSamples::NearestSamples(const PilotTable& table) : table_(table) {
+NearestSamples::NearestSamples(const PilotTable& table) {
+  positions_.reserve(table.size());
+  for (const PilotPoint& point : table) positions_.push_back(point.position);
   near_.reserve(table.size());
   nearest_.reserve(table.size());
   places_.reserve(table.size());
 }
 
 void NearestSamples::Start(const Box& box, size_t count) {
-  count_ = std::min(count, table_.size());
+  count_ = std::min(count, positions_.size());
   near_.clear();
   float center[3];
   float squared_radius = 0.0f;
@@ -30,7 +32,7 @@ void NearestSamples::Start(const Box& box, size_t count) {
     const float half = box.hi[axis] - center[axis];
     squared_radius += half * half;
   }
-  for (uint32_t i = 0; i < table_.size(); ++i) near_.push_back({SquaredDistance(table_[i].position, center), i});
+  for (uint32_t i = 0; i < positions_.size(); ++i) near_.push_back({SquaredDistance(positions_[i], center), i});
   if (count_ == 0 || near_.size() <= count_) return;
   // Whatever is among the nearest of a point in the box lies at most two radii farther from the center than the last of
   // the center's own nearest.
@@ -43,8 +45,7 @@ void NearestSamples::Start(const Box& box, size_t count) {
 
 std::span<const uint32_t> NearestSamples::At(const float* position) {
   nearest_.clear();
-  for (const Near& near : near_)
-    nearest_.push_back({SquaredDistance(table_[near.place].position, position), near.place});
+  for (const Near& near : near_) nearest_.push_back({SquaredDistance(positions_[near.place], position), near.place});
   if (count_ < nearest_.size()) {
     std::nth_element(nearest_.begin(), nearest_.begin() + static_cast<std::ptrdiff_t>(count_), nearest_.end());
     nearest_.resize(count_);

@@ -1,6 +1,7 @@
 // The sampled points that lie nearest to a point.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -14,7 +15,6 @@ namespace curvd {
 // Finds them for the points of one box at a time. The order of boxes does not matter. Not thread-safe.
 class NearestSamples {
  public:
-  // `table` outlives the object.
   explicit NearestSamples(const PilotTable& table);
 
   // Looks at the sampled points around a box, so that At finds the nearest ones of any position in it.
@@ -24,10 +24,14 @@ class NearestSamples {
   // Valid until the next call. REQUIRES: Start was called with a box that holds the position.
   std::span<const uint32_t> At(const float* position);
 
-  size_t bytes() const { return (near_.capacity() + nearest_.capacity()) * sizeof(Near) + places_.capacity() * 4; }
-  static size_t MostBytes(size_t samples) { return 2 * samples * sizeof(Near) + samples * sizeof(uint32_t); }
+  size_t bytes() const {
+    return positions_.capacity() * sizeof(Position) + (near_.capacity() + nearest_.capacity()) * sizeof(Near) +
+           places_.capacity() * sizeof(uint32_t);
+  }
+  static size_t MostBytes(size_t samples) { return samples * (sizeof(Position) + 2 * sizeof(Near) + sizeof(uint32_t)); }
 
  private:
+  using Position = std::array<float, 3>;
   struct Near {
     float squared;  // distance
     uint32_t place;
@@ -36,7 +40,7 @@ class NearestSamples {
     }
   };
 
-  const PilotTable& table_;
+  std::vector<Position> positions_;  // of the samples: those of the table lie kilobytes apart
   size_t count_ = 0;
   std::vector<Near> near_;        // those among which the nearest of any point in the box are
   std::vector<Near> nearest_;     // of the point of the moment

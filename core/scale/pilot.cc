@@ -8,6 +8,8 @@
 #if HWY_ONCE
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -30,31 +32,42 @@ constexpr size_t kLargestShare = 3;
 // Neighbors whose normals make the frame.
 constexpr size_t kFrameCount = 32;
 
-// Sets s.order so that the first kScaleRungs[r] of the neighbors are those of rung r, for each rung; equal distances go
-// to the lower id.
-void OrderByRungs(size_t rung_count, PilotScratch& s) {
+// Sorts by the upper half, which is that of a float that is not negative: digit by digit, each of which keeps the order
+// that the ones before have made.
+void SortByFloats(std::vector<uint64_t>& keys, std::vector<uint64_t>& other) {
+  constexpr int kDigitBits = 11, kFirstBit = 32, kDigits = 3;
+  constexpr uint64_t kDigitMask = (uint64_t{1} << kDigitBits) - 1;
+  other.resize(keys.size());
+  for (int digit = 0; digit < kDigits; ++digit) {
+    const int shift = kFirstBit + digit * kDigitBits;
+    const auto digit_of = [shift](uint64_t key) { return static_cast<size_t>(key >> shift & kDigitMask); };
+    std::array<uint32_t, kDigitMask + 1> places{};
+    for (const uint64_t key : keys) ++places[digit_of(key)];
+    std::exclusive_scan(places.begin(), places.end(), places.begin(), 0U);
+    for (const uint64_t key : keys) other[places[digit_of(key)]++] = key;
+    keys.swap(other);
+  }
+}
+
+// Sets s.order to the neighbors by distance; equal distances go to the lower id. Sums must not depend on the order of
+// the tree.
+void OrderByDistance(PilotScratch& s) {
   const NeighborArrays& n = s.neighbors;
   s.squared.resize(n.count);
+  s.keys.resize(n.count);
   for (size_t j = 0; j < n.count; ++j) {
     s.squared[j] = n.dx[j] * n.dx[j] + n.dy[j] * n.dy[j] + n.dz[j] * n.dz[j];
+    s.keys[j] = uint64_t{std::bit_cast<uint32_t>(s.squared[j])} << 32 | j;
   }
+  SortByFloats(s.keys, s.other_keys);
   s.order.resize(n.count);
-  std::iota(s.order.begin(), s.order.end(), 0U);
-  const auto is_nearer = [&](uint32_t a, uint32_t b) {
-    return s.squared[a] != s.squared[b] ? s.squared[a] < s.squared[b] : s.ids[a] < s.ids[b];
-  };
-  auto end = s.order.end();
-  for (size_t rung = rung_count; rung-- > 0;) {
-    const auto last = s.order.begin() + kScaleRungs[rung];
-    if (last < end) std::nth_element(s.order.begin(), last, end, is_nearer);
-    end = last;
-  }
-  // Sums must not depend on the order of the tree.
-  auto begin = s.order.begin();
-  for (size_t rung = 0; rung < rung_count; ++rung) {
-    const auto last = s.order.begin() + kScaleRungs[rung];
-    std::sort(begin, last, is_nearer);
-    begin = last;
+  std::transform(s.keys.begin(), s.keys.end(), s.order.begin(),
+                 [](uint64_t key) { return static_cast<uint32_t>(key); });
+  for (auto first = s.order.begin(); first != s.order.end();) {
+    const auto is_farther = [&](uint32_t j) { return s.squared[j] != s.squared[*first]; };
+    const auto last = std::find_if(first + 1, s.order.end(), is_farther);
+    if (last - first > 1) std::sort(first, last, [&](uint32_t a, uint32_t b) { return s.ids[a] < s.ids[b]; });
+    first = last;
   }
 }
 
@@ -79,6 +92,25 @@ PilotNeighbor NeighborInFrame(const NeighborArrays& n, uint32_t j, const Eigen::
   const Vector3d normal = frame * Vector3d(n.nx[j], n.ny[j], n.nz[j]);
   return {{offset.x(), offset.y(), offset.z()}, {normal.x(), normal.y(), normal.z()}};
 }
+
+// One half of the neighbors. Finish adds those to the sums that were not yet added.
+struct PilotHalf {
+  PilotSums sums;
+  PilotBatch batch;
+
+  void Add(const PilotNeighbor& neighbor, bool with_sextic) {
+    if (batch.is_full()) Finish(with_sextic);
+    batch.Add(neighbor);
+  }
+  void Finish(bool with_sextic) {
+    if (with_sextic) {
+      sums.Add(batch);
+    } else {
+      sums.AddWithoutSextic(batch);
+    }
+    batch.count = 0;
+  }
+};
 
 // Where an estimate goes, of curvature in units of `unit`.
 void Store(const TangentShape& shape, double unit, size_t method, size_t rung, PilotPoint::Part part,
@@ -126,14 +158,15 @@ void EstimatePart(const PilotSums& sums, double radius, double unit, size_t rung
 
 size_t PilotScratch::bytes() const {
   return sizeof(*this) + search.bytes() + neighbors.bytes() + ids.bytes() + order.capacity() * sizeof(uint32_t) +
-         squared.capacity() * sizeof(float) + side.capacity() * sizeof(SideNeighbor);
+         (keys.capacity() + other_keys.capacity()) * sizeof(uint64_t) + squared.capacity() * sizeof(float) +
+         side.capacity() * sizeof(SideNeighbor);
 }
 
 size_t PilotScratch::MostBytes(const EstimatorOptions& options, size_t point_count) {
   const size_t most = MostNeighbors(options, point_count);
   return sizeof(PilotScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
          NeighborArrays::MostBytes(most) + ScratchArray<int32_t>::MostBytes(most + NeighborArrays::kPad) +
-         most * (sizeof(uint32_t) + sizeof(float) + 2 * sizeof(SideNeighbor));
+         most * (sizeof(uint32_t) + sizeof(float) + 2 * sizeof(uint64_t) + 2 * sizeof(SideNeighbor));
 }
 
 Pilot::Pilot(const SpatialIndex& index, uint32_t most_count) : index_(index) {
@@ -156,33 +189,29 @@ absl::Status Pilot::SampleGroup(size_t group, PilotScratch& scratch, PilotTable&
 }
 
 void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
-  OrderByRungs(rung_count, s);
+  OrderByDistance(s);
   const Eigen::Matrix3d frame = FrameOf(s);
   const double farthest = s.squared[s.order[kScaleRungs[rung_count - 1] - 1]];
   if (frame.isZero() || !(farthest > 0.0)) return;
   const double unit = 1.0 / std::sqrt(farthest);
-  PilotSums even, odd;
+  std::array<PilotHalf, 2> halves;
   size_t next = 0;
   for (size_t rung = 0; rung < rung_count; ++rung) {
+    const bool with_sextic = kScaleRungs[rung] <= kMostSexticCount;
     for (; next < kScaleRungs[rung]; ++next) {
       const uint32_t j = s.order[next];
-      const PilotNeighbor neighbor = NeighborInFrame(s.neighbors, j, frame, unit);
-      PilotSums& half = IsInEvenHalf(s.ids[j]) ? even : odd;
-      if (next < kMostSexticCount) {
-        half.Add(neighbor);
-      } else {
-        half.AddWithoutSextic(neighbor);
-      }
+      halves[IsInEvenHalf(s.ids[j]) ? 0 : 1].Add(NeighborInFrame(s.neighbors, j, frame, unit), with_sextic);
     }
+    for (PilotHalf& half : halves) half.Finish(with_sextic);
     const double radius = unit * std::sqrt(double{s.squared[s.order[next - 1]]});
     point.radius[rung] = static_cast<float>(radius / unit);
     if (!(radius > 0.0)) continue;
-    PilotSums all = even;
-    all += odd;
+    PilotSums all = halves[0].sums;
+    all += halves[1].sums;
     if (all.LieAlongLine()) continue;
     EstimatePart(all, radius, unit, rung, PilotPoint::kAll, point);
-    EstimatePart(even, radius, unit, rung, PilotPoint::kEven, point);
-    EstimatePart(odd, radius, unit, rung, PilotPoint::kOdd, point);
+    EstimatePart(halves[0].sums, radius, unit, rung, PilotPoint::kEven, point);
+    EstimatePart(halves[1].sums, radius, unit, rung, PilotPoint::kOdd, point);
   }
 }
 

@@ -20,9 +20,10 @@ namespace curvd {
 // What one thread samples with. The neighbors are those of the point of the moment.
 struct PilotScratch : GroupScratch {
   NeighborArrays neighbors;
-  ScratchArray<int32_t> ids;    // of the neighbors
-  std::vector<uint32_t> order;  // of the neighbors, by distance up to the rungs
-  std::vector<float> squared;   // distances of the neighbors
+  ScratchArray<int32_t> ids;               // of the neighbors
+  std::vector<uint32_t> order;             // of the neighbors, by distance
+  std::vector<float> squared;              // distances of the neighbors
+  std::vector<uint64_t> keys, other_keys;  // what they are sorted by
   std::vector<SideNeighbor> side;
 
   size_t bytes() const override;

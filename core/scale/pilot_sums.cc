@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "Eigen/Cholesky"
 #include "Eigen/Geometry"
+#include "core/scale/small_cholesky.h"
 
 namespace curvd {
 namespace {
@@ -29,13 +29,15 @@ constexpr double kLineWidth = 0.1, kLineWidthPerThickness = 2.0;
 // What rounding of offsets to floats makes of a width of 0, squared, with room.
 constexpr double kLineRounding = 1e-12;
 
-// Which twelfth of the circle (x, y) lies in.
+constexpr size_t kSectorsOfHalf = 6;  // of the twelve sectors
+
+// Which twelfth of the circle (x, y) lies in. Without branches, which would be taken by chance.
 size_t SectorOf(double x, double y) {
   constexpr double kTan30 = 0.57735026918962576;
   const double a = std::abs(x), b = std::abs(y);
-  const size_t within = b < a * kTan30 ? 0 : b * kTan30 < a ? 1 : 2;
-  if (y >= 0.0) return x >= 0.0 ? within : 5 - within;
-  return x < 0.0 ? 6 + within : 11 - within;
+  const size_t within = (b < a * kTan30 ? 0 : 1) + (b * kTan30 < a ? 0 : 1);
+  const bool is_above = y >= 0.0, is_right = x >= 0.0;
+  return (is_above ? 0 : kSectorsOfHalf) + (is_above == is_right ? within : kSectorsOfHalf - 1 - within);
 }
 
 // Moments of a polynomial's degree, divided by those of unit length and by the weight of all neighbors.
@@ -71,14 +73,6 @@ void Weigh(const double* sums, int degree, double* out) {
       out[IndexOf(i, j)] = sums[IndexOf(i, j)] - sums[IndexOf(i + 2, j)] - sums[IndexOf(i, j + 2)];
     }
   }
-}
-
-template <typename Matrix>
-bool Factor(const Matrix& matrix, Eigen::LLT<Matrix>& factors) {
-  factors.compute(matrix);
-  if (factors.info() != Eigen::Success) return false;
-  const double least = factors.matrixLLT().diagonal().minCoeff();
-  return least * least > kLeastPivot;
 }
 
 // The shape operator, over x and y, of a surface with the first fundamental form (e, f, g) and the second one (xx, xy,
@@ -150,37 +144,25 @@ void AddTriangle(const Vector3d* position, const Vector3d* normal, Measures& sum
 
 }  // namespace
 
-template <int kDegree>
-void PilotSums::AddUpTo(const PilotNeighbor& neighbor) {
-  const auto [x, y, z] = neighbor.offset;
-  values_[kCount] += 1.0;
-  if (kDegree == kSexticDegree) values_[kSexticCount] += 1.0;
-  values_[kHeightSquares] += z * z;
-  std::array<double, MonomialCount(2 * kDegree)> monomials;
-  monomials[0] = 1.0;
-  for (int n = 1; n <= 2 * kDegree; ++n) {
-    double* const row = &monomials[static_cast<size_t>(IndexOf(n, 0))];
-    const double* const before = &monomials[static_cast<size_t>(IndexOf(n - 1, 0))];
-    for (int j = 0; j < n; ++j) row[j] = x * before[j];
-    row[n] = y * before[n - 1];
-  }
-  for (size_t i = 0; i < monomials.size(); ++i) values_[kMoments + i] += monomials[i];
-  for (size_t i = 0; i < MonomialCount(kDegree); ++i) values_[kHeights + i] += z * monomials[i];
-  for (size_t axis = 0; axis < 3; ++axis) {
-    double* const sums = &values_[kNormals + axis * MonomialCount(kNormalDegree)];
-    for (size_t i = 0; i < MonomialCount(kNormalDegree); ++i) sums[i] += neighbor.normal[axis] * monomials[i];
-  }
-  if (x == 0.0 && y == 0.0) return;
-  double* const sector = &values_[kSectorSums + SectorOf(x, y) * kSectorValues];
-  sector[0] += 1.0;
-  for (size_t axis = 0; axis < 3; ++axis) {
-    sector[1 + axis] += neighbor.offset[axis];
-    sector[4 + axis] += neighbor.normal[axis];
+void PilotSums::AddUpTo(int degree, PilotBatch& batch) {
+  values_[kCount] += static_cast<double>(batch.count);
+  if (degree == kSexticDegree) values_[kSexticCount] += static_cast<double>(batch.count);
+  double* const normals = &values_[kNormals];
+  constexpr size_t kPerAxis = MonomialCount(kNormalDegree);
+  AddMoments(batch,
+             {degree, &values_[kMoments], &values_[kHeights], {normals, normals + kPerAxis, normals + 2 * kPerAxis}});
+  const auto& [x, y, z] = batch.offset;
+  for (size_t i = 0; i < batch.count; ++i) {
+    values_[kHeightSquares] += z[i] * z[i];
+    if (x[i] == 0.0 && y[i] == 0.0) continue;
+    double* const sector = &values_[kSectorSums + SectorOf(x[i], y[i]) * kSectorValues];
+    sector[0] += 1.0;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      sector[1 + axis] += batch.offset[axis][i];
+      sector[4 + axis] += batch.normal[axis][i];
+    }
   }
 }
-
-template void PilotSums::AddUpTo<PilotSums::kQuarticDegree>(const PilotNeighbor& neighbor);
-template void PilotSums::AddUpTo<PilotSums::kSexticDegree>(const PilotNeighbor& neighbor);
 
 PilotSums& PilotSums::operator+=(const PilotSums& other) {
   for (size_t i = 0; i < kValues; ++i) values_[i] += other.values_[i];
@@ -244,9 +226,8 @@ std::optional<PilotSums::NormalFit<kDegree>> PilotSums::FitNormals(double radius
   double moments[MonomialCount(kMomentDegree)], weighted[MonomialCount(2 * kDegree)];
   Normalize(&values_[kMoments], 2 * kDegree + 2, radius, count(), moments);
   Weigh(moments, 2 * kDegree, weighted);
-  using Matrix = Eigen::Matrix<double, kSize, kSize>;
-  Eigen::LLT<Matrix> factors;
-  if (!Factor<Matrix>(NormalMatrix<kDegree>(weighted), factors)) return std::nullopt;
+  SmallCholesky<kSize> factors;
+  if (!factors.Compute(NormalMatrix<kDegree>(weighted), kLeastPivot)) return std::nullopt;
   NormalFit<kDegree> out;
   double explained = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -255,8 +236,7 @@ std::optional<PilotSums::NormalFit<kDegree>> PilotSums::FitNormals(double radius
               count(), sums);
     Eigen::Matrix<double, kSize, 1> right;
     Weigh(sums, kDegree, right.data());
-    // One column after the other: Eigen sets up for large matrices where there are several.
-    out.coefficients.col(axis) = factors.solve(right);
+    out.coefficients.col(axis) = factors.Solve(right);
     explained += out.coefficients.col(axis).dot(right);
   }
   const Vector3d at_point = out.coefficients.row(IndexOf(0, 0));
@@ -290,12 +270,11 @@ std::optional<PilotSums::Jet> PilotSums::FitJet(double radius) const {
   if (count() < kSize + 1) return std::nullopt;
   double moments[MonomialCount(2 * kDegree)];
   Normalize(&values_[kMoments], 2 * kDegree, radius, count(), moments);
-  using Matrix = Eigen::Matrix<double, kSize, kSize>;
-  Eigen::LLT<Matrix> factors;
-  if (!Factor<Matrix>(NormalMatrix<kDegree>(moments), factors)) return std::nullopt;
+  SmallCholesky<kSize> factors;
+  if (!factors.Compute(NormalMatrix<kDegree>(moments), kLeastPivot)) return std::nullopt;
   Eigen::Matrix<double, kSize, 1> heights;
   Normalize(&values_[kHeights], kDegree, radius, count() * radius, heights.data());
-  const Eigen::Matrix<double, kSize, 1> fit = factors.solve(heights);
+  const Eigen::Matrix<double, kSize, 1> fit = factors.Solve(heights);
   const double squares = values_[kHeightSquares] / (count() * radius * radius) - fit.dot(heights);
   const double p = fit[IndexOf(1, 0)], q = fit[IndexOf(0, 1)], w = std::sqrt(1.0 + p * p + q * q);
   const double xx = -2.0 * fit[IndexOf(2, 0)] / w, xy = -fit[IndexOf(1, 1)] / w, yy = -2.0 * fit[IndexOf(0, 2)] / w;

@@ -1,5 +1,5 @@
-// Estimates at one sampled point from sums over its neighbors, which grow from scale to scale. In doubles and without
-// vectors: what is chosen by them must be the same on every machine.
+// Estimates at one sampled point from sums over its neighbors, which grow from scale to scale. In doubles, and made in
+// the same way on every machine: so must be what is chosen by them.
 #pragma once
 
 #include <array>
@@ -7,14 +7,9 @@
 #include <optional>
 
 #include "Eigen/Core"
+#include "core/scale/pilot_batch.h"
 
 namespace curvd {
-
-// A neighbor in the frame of the tangent plane at the sampled point, which is the origin; z along the normal.
-struct PilotNeighbor {
-  std::array<double, 3> offset;  // in units in which the largest neighborhood has radius 1
-  std::array<double, 3> normal;  // of unit length
-};
 
 // The shape operator over the frame's x and y, [[mean + difference, twist], [twist, mean - difference]].
 struct TangentShape {
@@ -23,15 +18,18 @@ struct TangentShape {
   double twist;
 };
 
-// Monomials x^i y^j up to a degree.
-constexpr size_t MonomialCount(int degree) { return static_cast<size_t>((degree + 1) * (degree + 2) / 2); }
-
-// Sums over neighbors. Usage: Add each, or add up the sums of parts; then ask for estimates.
+// Sums over neighbors. Usage: Add them, or add up the sums of parts; then ask for estimates.
 class PilotSums {
  public:
-  void Add(const PilotNeighbor& neighbor) { AddUpTo<kSexticDegree>(neighbor); }
+  // The sums depend on which neighbors a batch holds, and in what order. What follows them in it is overwritten.
+  void Add(PilotBatch& batch) { AddUpTo(kSexticDegree, batch); }
   // The same in less time, without a SexticEstimate from there on.
-  void AddWithoutSextic(const PilotNeighbor& neighbor) { AddUpTo<kQuarticDegree>(neighbor); }
+  void AddWithoutSextic(PilotBatch& batch) { AddUpTo(kQuarticDegree, batch); }
+  void Add(const PilotNeighbor& neighbor) {
+    PilotBatch batch;
+    batch.Add(neighbor);
+    Add(batch);
+  }
   PilotSums& operator+=(const PilotSums& other);
 
   double count() const { return values_[kCount]; }
@@ -70,7 +68,8 @@ class PilotSums {
  private:
   static constexpr int kQuarticDegree = 4, kSexticDegree = 6;
   // Sums of x^i y^j, of z x^i y^j, and of each component of the normal times x^i y^j, up to these degrees.
-  static constexpr int kMomentDegree = 2 * kSexticDegree, kHeightDegree = kSexticDegree, kNormalDegree = 5;
+  static constexpr int kMomentDegree = 2 * kSexticDegree, kHeightDegree = kSexticDegree,
+                       kNormalDegree = PilotMoments::kNormalDegree;
   static constexpr size_t kSectors = 12, kSectorValues = 7;
   // Places in values_.
   static constexpr size_t kCount = 0, kSexticCount = 1, kHeightSquares = 2, kMoments = 3,
@@ -80,8 +79,7 @@ class PilotSums {
                           kValues = kSectorSums + kSectors * kSectorValues;
 
   // Adds to the sums that a jet of that degree is made of, and to all that jets need none of.
-  template <int kDegree>
-  void AddUpTo(const PilotNeighbor& neighbor);
+  void AddUpTo(int degree, PilotBatch& batch);
 
   // Polynomials over the tangent plane, whose unit of length is the radius: a column of coefficients for each component
   // of the normal, which has unit length at the point.

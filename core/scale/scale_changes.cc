@@ -30,14 +30,14 @@ double ScaleChanges::SquareByBiasAndNoise() const {
 // double: two rungs where they grow as the square of the radius, one where they grow as its fourth power.
 double BiasGrowth(size_t method) {
   const ScaleMethod& one = kScaleMethods[method];
-  return std::max(2.0, std::exp2(0.25 * static_cast<double>(one.jet_degree * one.compared_rungs)));
+  return std::max(2.0, std::exp2(0.25 * static_cast<double>(one.degree * one.compared_rungs)));
 }
 
 // The variance of first derivatives of normals goes with the count as count^-2, that of second ones of positions as
 // count^-3.
 double VarianceLeft(size_t method) {
   const ScaleMethod& one = kScaleMethods[method];
-  return std::exp2((one.jet_degree != 0 ? -1.5 : -1.0) * static_cast<double>(one.compared_rungs));
+  return std::exp2((one.is_jet() ? -1.5 : -1.0) * static_cast<double>(one.compared_rungs));
 }
 
 }  // namespace curvd

@@ -46,7 +46,7 @@ struct LocalTrend {
 // How much the estimates of one quantity by the chosen candidates count. All lists are in the order of
 // ScaleChoice::chosen.
 struct ScaleWeights {
-  static constexpr size_t kMostChosen = 5;
+  static constexpr size_t kMostChosen = 4;
 
   std::vector<double> cloud_weights;  // over the whole cloud; their sum is 1
   std::vector<LocalTrend> trends;     // empty: cloud_weights hold everywhere

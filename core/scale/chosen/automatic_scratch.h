@@ -18,6 +18,12 @@
 
 namespace curvd {
 
+// How much the chosen estimates count at the points of one leaf.
+struct LeafWeights {
+  LocalWeights::PointWeights all;
+  std::array<bool, ScaleChoice::kMostChosen> count;  // whether each is large enough to count
+};
+
 // Serves one group at a time. Arrays have a place for each of its points that get a result, from first_point on.
 struct AutomaticScratch final : WorkerScratch {
   template <typename Value>
@@ -28,12 +34,18 @@ struct AutomaticScratch final : WorkerScratch {
   std::optional<LocalWeights> weights;
   std::optional<NearestSamples> samples;  // where somebody asks how points were chosen
   GroupPoints points;
-  OfPoints<LocalWeights::PointWeights> point_weights;
+  std::array<LeafWeights, SpatialIndex::kGroupLeaves> leaf_weights;
   OfPoints<LocalWeights::Weights> shares;  // in H, of the estimates that count
   OfPoints<Blend> blends;
   // The same without estimates that reach over an edge.
   OfPoints<Blend> clear_blends;
   OfPoints<float> edge_distances;  // in the caller's unit
+
+  // Of each chosen estimate at a point of the group.
+  const LeafWeights& WeightsAt(size_t point) const {
+    const size_t leaf = static_cast<size_t>(points.place[point]) / SpatialIndex::kLeafSize;
+    return leaf_weights[leaf % SpatialIndex::kGroupLeaves];
+  }
 
   size_t bytes() const override {
     size_t bytes = sizeof(*this) - sizeof(pilot) + pilot.bytes();

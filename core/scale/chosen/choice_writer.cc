@@ -31,7 +31,7 @@ void ChoiceWriter::Start(AutomaticScratch& s) const {
 }
 
 void ChoiceWriter::WriteMended(size_t point, AutomaticScratch& s) const {
-  const LocalWeights::Weights& all = s.point_weights[point].mean;
+  const LocalWeights::Weights& all = s.WeightsAt(point).all.mean;
   const double total = std::accumulate(all.begin(), all.end(), 0.0);
   Write(point, s.blends[point].weight() >= kLeastShareWithErrors * total, s);
 }

@@ -19,6 +19,32 @@ namespace {
 // Most neighbors among which those on the side of a point are looked for.
 constexpr uint32_t kMostOneSideCount = 512;
 
+// REQUIRES: first < last.
+Box BoxOfLeaves(const SpatialIndex& index, size_t first, size_t last) {
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<size_t>(axis);
+    box.lo[at] = *std::min_element(index.leaf_lo(axis) + first, index.leaf_lo(axis) + last);
+    box.hi[at] = *std::max_element(index.leaf_hi(axis) + first, index.leaf_hi(axis) + last);
+  }
+  return box;
+}
+
+std::array<float, 3> MiddleOf(const Box& box) {
+  std::array<float, 3> middle;
+  for (size_t axis = 0; axis < 3; ++axis) middle[axis] = 0.5f * box.lo[axis] + 0.5f * box.hi[axis];
+  return middle;
+}
+
+LeafWeights MakeLeafWeights(const LocalWeights::PointWeights& all) {
+  LeafWeights weights{all, {}};
+  for (const LocalWeights::Weights& of : {all.mean, all.gaussian}) {
+    const double least = ChosenEstimates::kLeastWeight * std::accumulate(of.begin(), of.end(), 0.0);
+    for (size_t c = 0; c < of.size(); ++c) weights.count[c] = weights.count[c] || of[c] >= least;
+  }
+  return weights;
+}
+
 }  // namespace
 
 ChosenEstimates::ChosenEstimates(const EstimatorOptions& options, const SpatialIndex& index, const PilotTable& table,
@@ -87,7 +113,7 @@ void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
   s.shares.fill({});
   s.rest = 0;
   HWY_NAMESPACE::LoadGroup(index_, group, s.points, s.first_point);
-  StartWeights(s);
+  StartWeights(group, s);
 }
 
 absl::Status ChosenEstimates::Run(size_t group, size_t estimate, SeamMarks* seams, AutomaticScratch& s) const {
@@ -105,24 +131,28 @@ absl::Status ChosenEstimates::Run(size_t group, size_t estimate, SeamMarks* seam
   return absl::OkStatus();
 }
 
-bool ChosenEstimates::Counts(size_t point, size_t estimate, const AutomaticScratch& s) const {
-  const auto is_large = [estimate](const LocalWeights::Weights& weights) {
-    return weights[estimate] >= kLeastWeight * std::accumulate(weights.begin(), weights.end(), 0.0);
-  };
-  return is_large(s.point_weights[point].mean) || is_large(s.point_weights[point].gaussian);
+bool ChosenEstimates::Counts(size_t point, size_t estimate, const AutomaticScratch& s) {
+  return s.WeightsAt(point).count[estimate];
 }
 
-void ChosenEstimates::StartWeights(AutomaticScratch& s) const {
+// The points of a leaf share the weights of its middle: a leaf is small beside the sampled points that they come from.
+// They do not depend on which points of the leaf are in the run.
+void ChosenEstimates::StartWeights(size_t group, AutomaticScratch& s) const {
   if (s.points.size == 0) return;
-  s.weights->Start(s.points.box);
+  const size_t first = group * SpatialIndex::kGroupLeaves;
+  const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index_.leaf_count());
+  s.weights->Start(BoxOfLeaves(index_, first, last));
+  for (size_t leaf = first; leaf < last; ++leaf) {
+    s.leaf_weights[leaf - first] = MakeLeafWeights(s.weights->At(MiddleOf(BoxOfLeaves(index_, leaf, leaf + 1)).data()));
+  }
+  if (edges_ == nullptr || !edges_->HasEdges()) {
+    s.edge_distances.fill(std::numeric_limits<float>::infinity());
+    return;
+  }
   for (size_t i = 0; i < s.points.size; ++i) {
     float position[3];
     s.points.query.Get(i, position);
-    s.point_weights[i] = s.weights->At(position);
-    s.edge_distances[i] = std::numeric_limits<float>::infinity();
-    if (edges_ != nullptr && edges_->HasEdges()) {
-      s.edge_distances[i] = std::ldexp(edges_->DistanceToEdge(position), -index_.scale_exponent());
-    }
+    s.edge_distances[i] = std::ldexp(edges_->DistanceToEdge(position), -index_.scale_exponent());
   }
 }
 
@@ -130,8 +160,8 @@ void ChosenEstimates::Add(PointCurvature found, size_t point, size_t estimate, A
   const double most_radius = ScaleOf(options_).max_radius;
   const bool is_too_large = found.status == PointStatus::kOk && found.radius > most_radius;
   if (most_radius > 0.0 && is_too_large) found.status = PointStatus::kTooFewNeighbors;
-  const double mean_weight = s.point_weights[point].mean[estimate],
-               gaussian_weight = s.point_weights[point].gaussian[estimate];
+  const LocalWeights::PointWeights& weights = s.WeightsAt(point).all;
+  const double mean_weight = weights.mean[estimate], gaussian_weight = weights.gaussian[estimate];
   s.blends[point].Add(found, mean_weight, gaussian_weight);
   // Results without curvature count: if there are no others, they tell why.
   const bool is_ok = found.status == PointStatus::kOk;

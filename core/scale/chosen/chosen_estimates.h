@@ -39,7 +39,7 @@ class ChosenEstimates {
   // their own: s.points ends there. An estimate counts at a point if its weight, in one of the quantities, is at least
   // kLeastWeight of all, and at points where none of those finds a curvature, all do. One that counts at no point is
   // not made. Points beside seams are marked in s.seams. Errors as those of GroupPhase::run.
-  static constexpr double kLeastWeight = 0.05;
+  static constexpr double kLeastWeight = 0.1;
   absl::Status EstimateGroup(size_t group, AutomaticScratch& s) const;
 
   // Loads the points of a group, from s.first_point on, with their weights, and forgets the group before.
@@ -64,10 +64,10 @@ class ChosenEstimates {
   // Of the weights at a point, so many must belong to estimates that reach over no edge.
   static constexpr double kLeastClearShare = 0.1;
 
-  bool Counts(size_t point, size_t estimate, const AutomaticScratch& s) const;
+  static bool Counts(size_t point, size_t estimate, const AutomaticScratch& s);
   // Whether a neighborhood of the group, as that estimate has found them, holds a normal opposed to the point's own.
   static bool HoldOpposed(size_t estimate, const AutomaticScratch& s);
-  void StartWeights(AutomaticScratch& s) const;
+  void StartWeights(size_t group, AutomaticScratch& s) const;
   uint32_t OneSideSearchCount() const;
   OneSideScale ScaleAt(const float* position, LocalWeights& weights) const;
 

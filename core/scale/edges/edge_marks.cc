@@ -14,6 +14,10 @@ constexpr double kMostNoise = 1.5;
 // within the neighborhood.
 constexpr double kLeastRoughness = 0.06;
 
+// A point may be rough, or have rough ones around it, above this share of what makes it so: 1.3 times what is usual,
+// which chance makes of one point in 300.
+constexpr double kMayBeShare = 0.87;
+
 // An edge that crosses a group has a row of points to either side. Fewer than this are there by chance, and would take
 // every neighborhood away that reaches them.
 constexpr size_t kLeastInGroup = 4;
@@ -29,8 +33,16 @@ double EdgeMarks::NoiseAt(size_t place, const EdgeNoise& noise) const {
   return std::hypot(noise.of_normals, noise.of_positions * trends_[place].slope);
 }
 
+double EdgeMarks::MostSmooth(size_t place, const EdgeNoise& noise) const {
+  return std::hypot(kMostNoise * NoiseAt(place, noise), kLeastRoughness);
+}
+
 bool EdgeMarks::IsRough(size_t place, const EdgeNoise& noise) const {
-  return trends_[place].roughness > std::hypot(kMostNoise * NoiseAt(place, noise), kLeastRoughness);
+  return trends_[place].roughness > MostSmooth(place, noise);
+}
+
+bool EdgeMarks::MayBeRough(size_t place, const EdgeNoise& noise) const {
+  return trends_[place].roughness > kMayBeShare * MostSmooth(place, noise);
 }
 
 void EdgeMarks::MarkGroup(size_t group, size_t rough_count, uint64_t has_faces) {

@@ -17,8 +17,8 @@ struct EdgeNoise {
   double of_normals, of_positions;
 };
 
-// Usage: SetTrend of every point; MarkGroup of every group; Finish; then ask. The first two are thread-safe for
-// distinct groups, and const methods are.
+// Usage: SetTrend of points, of which all others are smooth; MarkGroup of every group; Finish; then ask. The first two
+// are thread-safe for distinct groups, and const methods are.
 class EdgeMarks {
  private:
   struct Trend {
@@ -38,6 +38,8 @@ class EdgeMarks {
   double NoiseAt(size_t place, const EdgeNoise& noise) const;
   // Whether the normals around it are rougher than noise can make them.
   bool IsRough(size_t place, const EdgeNoise& noise) const;
+  // Whether it is nearly that, so that others around it may be.
+  bool MayBeRough(size_t place, const EdgeNoise& noise) const;
 
   // Marks the points of a group whose bits in `has_faces`, that of the first one the lowest, are set: those of its
   // rough points, which are so many, whose normals are of two or three faces. One to three such points of a group are
@@ -57,6 +59,7 @@ class EdgeMarks {
   static constexpr size_t kBytesPerPoint = sizeof(Trend) + 2;
 
  private:
+  double MostSmooth(size_t place, const EdgeNoise& noise) const;
   bool MarkNode(size_t node, size_t first_leaf, size_t leaves);
   void Descend(size_t node, size_t first_leaf, size_t leaves, const float* position, float& nearest) const;
 

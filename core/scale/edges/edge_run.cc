@@ -24,6 +24,10 @@ constexpr size_t kClearRung = 4;
 // it is to be kept, and edges cannot be told from it.
 constexpr double kLeastEdgeShare = 0.5;
 
+// Whether a point is measured in any case: a quarter of each leaf's. The others are where one of these in their group
+// may be rough: an edge has several points to either side.
+bool IsMeasuredFirst(size_t place) { return place % 4 == 0; }
+
 NeighborhoodPlan PlanFor(uint32_t count, const SpatialIndex& index) {
   EstimatorOptions options;
   options.neighborhood = NeighborCount{count};
@@ -70,14 +74,24 @@ void EdgeRun::LookAmong(uint32_t count) {
   if (is_large_enough_) repaired_ = PlanFor(most, index_);
 }
 
-absl::Status EdgeRun::Measure(size_t group, PilotScratch& s) {
-  if (!is_large_enough_) return absl::OkStatus();
-  const auto all = [](size_t) { return true; };
-  return CollectNeighbors(index_, measured_, group, CollectedPoints::kAll, s, all, [&](size_t i) {
+absl::Status EdgeRun::MeasureTrends(size_t group, absl::FunctionRef<bool(size_t place)> keep, PilotScratch& s) {
+  const auto place_of = [&s](size_t i) { return static_cast<size_t>(s.points.place[i]); };
+  const auto keep_at = [&](size_t i) { return keep(place_of(i)); };
+  return CollectNeighbors(index_, measured_, group, CollectedPoints::kAll, s, keep_at, [&](size_t i) {
     s.search.work += 16 * s.neighbors.count;
     CopyNeighbors(s, s.side);
-    marks_.SetTrend(static_cast<size_t>(s.points.place[i]), TrendOf(s.side));
+    marks_.SetTrend(place_of(i), TrendOf(s.side));
   });
+}
+
+absl::Status EdgeRun::Measure(size_t group, PilotScratch& s) {
+  if (!is_large_enough_) return absl::OkStatus();
+  s.rest = 0;
+  const absl::Status status = MeasureTrends(group, IsMeasuredFirst, s);
+  // A run that has ended early is done with the points that it has left out as well.
+  if (s.rest > 0)
+    s.rest = static_cast<size_t>(s.points.place[s.points.size - 1]) + 1 - group * SpatialIndex::kGroupPoints;
+  return status;
 }
 
 void EdgeRun::Sample(double position_noise) {
@@ -113,15 +127,26 @@ double EdgeRun::NoiseAround(size_t group) const {
 // Whose normals are of faces is looked at here, and not while trends are measured: few points are rougher than noise.
 absl::Status EdgeRun::Mark(size_t group, PilotScratch& s) {
   if (!is_large_enough_) return absl::OkStatus();
-  const EdgeNoise noise{NoiseAround(group), position_noise_};
   const size_t first = group * SpatialIndex::kGroupPoints;
   const size_t last = std::min(first + SpatialIndex::kGroupPoints, index_.leaf_count() * SpatialIndex::kLeafSize);
+  const auto any_may_be_rough = [&](const EdgeNoise& noise) {
+    for (size_t place = first; place < last; ++place) {
+      if (marks_.MayBeRough(place, noise)) return true;
+    }
+    return false;
+  };
+  // Exact normals need not be compared with what is usual.
+  if (!any_may_be_rough({0.0, 0.0})) return absl::OkStatus();
+  const EdgeNoise noise{NoiseAround(group), position_noise_};
+  if (!any_may_be_rough(noise)) return absl::OkStatus();
+  s.first_point = 0;
+  s.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
+  const auto is_left = [](size_t place) { return !IsMeasuredFirst(place); };
+  if (absl::Status status = MeasureTrends(group, is_left, s); !status.ok()) return status;
   size_t rough = 0;
   for (size_t place = first; place < last; ++place) rough += marks_.IsRough(place, noise) ? 1 : 0;
   if (rough == 0) return absl::OkStatus();
   uint64_t has_faces = 0;
-  s.first_point = 0;
-  s.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
   const auto place_of = [&s](size_t i) { return static_cast<size_t>(s.points.place[i]); };
   const auto is_rough = [&](size_t i) { return marks_.IsRough(place_of(i), noise); };
   const absl::Status status =

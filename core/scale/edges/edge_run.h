@@ -30,12 +30,13 @@ class EdgeRun {
   // REQUIRES: `index` has normals, and outlives the object. May throw std::bad_alloc.
   explicit EdgeRun(const SpatialIndex& index);
 
-  // How rough normals are around each point. Errors as those of GroupPhase::run.
+  // How rough normals are around a quarter of the points. Errors as those of GroupPhase::run.
   absl::Status Measure(size_t group, PilotScratch& scratch);
   // Looks at the roughness of some points: what is usual in a place is noise. That of the positions has this standard
   // deviation, in the index's unit.
   void Sample(double position_noise);
-  // Errors as those of GroupPhase::run.
+  // Finds out whether points lie beside an edge: of groups that may have such points, by the others too. Errors as
+  // those of GroupPhase::run, but that no part of the group is left to another run.
   absl::Status Mark(size_t group, PilotScratch& scratch);
   // Tells `table` which scales reach over an edge at its points. If that are nearly all, there are no edges.
   void Finish(PilotTable& table);
@@ -57,6 +58,9 @@ class EdgeRun {
   size_t bytes() const { return marks_.bytes() + samples_.capacity() * sizeof(Sampled); }
 
  private:
+  // Measures those of the group's points, from scratch.first_point on, for which `keep` is true.
+  absl::Status MeasureTrends(size_t group, absl::FunctionRef<bool(size_t place)> keep, PilotScratch& scratch);
+
   struct Sampled {
     std::array<float, 3> position;
     float roughness;

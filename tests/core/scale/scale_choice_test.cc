@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <numeric>
 #include <random>
+#include <vector>
 
 namespace curvd::testing {
 namespace {
@@ -51,7 +51,7 @@ PilotTable MakeTable(const std::array<Behavior, kMethodCount>& behaviors, double
 }
 
 // What the first methods do; all others are useless.
-std::array<Behavior, kMethodCount> Behaving(std::initializer_list<Behavior> first) {
+std::array<Behavior, kMethodCount> Behaving(const std::vector<Behavior>& first) {
   std::array<Behavior, kMethodCount> behaviors;
   behaviors.fill({100.0, 100.0});
   std::copy(first.begin(), first.end(), behaviors.begin());

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <vector>
 
 #include "core/scale/automatic_options.h"
@@ -72,6 +73,40 @@ TEST(ChosenEstimatesTest, WhatHasLittleWeightCountsWhereNothingElseHasCurvature)
     ASSERT_EQ(averages[i].status, PointStatus::kOk);
     EXPECT_FLOAT_EQ(averages[i].mean, small[i].mean);
     EXPECT_EQ(averages[i].radius, small[i].radius);
+  }
+}
+
+// Whatever part of a group is run: from any point of a leaf on, its points have the weights of the leaf's middle.
+TEST(ChosenEstimatesTest, PointsOfALeafShareTheirWeights) {
+  const TestPoints sphere = Sphere(2000, 1.0);
+  const SpatialIndex index = BuildIndex(sphere.ToCloud());
+  ScaleChoice choice = TwoScales(0.5, 0.5);
+  PilotTable table;
+  for (size_t i = 0; i < sphere.size(); i += 20) {
+    table.emplace_back(sphere.positions[i]);
+    for (ScaleWeights* const weights : {&choice.mean, &choice.gaussian}) {
+      weights->trends = {{1.0, 1.0, 1.0}, {2.0, 1.0, 0.5}};
+      weights->local_differences.push_back({static_cast<float>(i + 1), static_cast<float>(sphere.size() - i)});
+    }
+  }
+  std::vector<PointCurvature> points(index.point_count());
+  const EstimatorOptions options = Automatic();
+  const ChosenEstimates estimates(options, index, table, choice, nullptr, points.data());
+  LocalWeights expected(table, choice);
+  for (const size_t first : {0u, 5u}) {
+    AutomaticScratch scratch;
+    scratch.first_point = first;
+    estimates.Start(3, scratch);
+    for (size_t i = 0; i < scratch.points.size; ++i) {
+      const size_t leaf = static_cast<size_t>(scratch.points.place[i]) / SpatialIndex::kLeafSize;
+      std::array<float, 3> middle;
+      for (int axis = 0; axis < 3; ++axis) {
+        middle[static_cast<size_t>(axis)] = 0.5f * index.leaf_lo(axis)[leaf] + 0.5f * index.leaf_hi(axis)[leaf];
+      }
+      expected.Start({middle, middle});
+      EXPECT_EQ(scratch.WeightsAt(i).all.mean, expected.At(middle.data()).mean);
+      EXPECT_EQ(scratch.WeightsAt(i).all.gaussian, expected.At(middle.data()).gaussian);
+    }
   }
 }
 

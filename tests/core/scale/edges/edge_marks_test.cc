@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <random>
 
 #include "tests/core/test_clouds.h"
@@ -69,6 +70,20 @@ TEST(EdgeMarksTest, SinglePointsAreChance) {
     EXPECT_EQ(marks.edge_count(), together >= 4 ? together : 0u);
     EXPECT_EQ(marks.rough_count(), together);
   }
+}
+
+TEST(EdgeMarksTest, WhatIsNearlyRoughMayBe) {
+  const SpatialIndex index = BuildIndex(RandomPoints(Layout::kUniform, 100, 5).ToCloud());
+  EdgeMarks marks(index);
+  constexpr EdgeNoise kNoise{0.1, 0.0};
+  const double rough = std::hypot(1.5 * 0.1, 0.06);
+  marks.SetTrend(0, {1.01 * rough, 0.0});
+  marks.SetTrend(1, {0.9 * rough, 0.0});
+  marks.SetTrend(2, {0.8 * rough, 0.0});
+  EXPECT_TRUE(marks.IsRough(0, kNoise) && marks.MayBeRough(0, kNoise));
+  EXPECT_TRUE(!marks.IsRough(1, kNoise) && marks.MayBeRough(1, kNoise));
+  EXPECT_FALSE(marks.MayBeRough(2, kNoise));
+  EXPECT_FALSE(marks.MayBeRough(3, kNoise)) << "was not measured";
 }
 
 TEST(EdgeMarksTest, NoiseIsNotRough) {
