@@ -7,7 +7,7 @@
 
 #include "core/scale/automatic_options.h"
 #include "core/scale/chosen/chosen_estimates.h"
-#include "core/scale/error_samples.h"
+#include "core/scale/errors/error_samples.h"
 
 namespace curvd {
 namespace {

@@ -9,7 +9,7 @@
 #include "core/scale/chosen/automatic_scratch.h"
 #include "core/scale/pilot_table.h"
 #include "core/scale/scale_choice.h"
-#include "core/scale/standard_errors.h"
+#include "core/scale/errors/standard_errors.h"
 
 namespace curvd {
 

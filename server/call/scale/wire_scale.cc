@@ -37,22 +37,23 @@ absl::Status CheckCounts(const AutomaticScale& scale, const CallLimits& limits) 
                     {}});
 }
 
-// "auto, avg-hexagram or jet": the estimators that the choice knows, as far as there are any of the name.
-std::string KnownEstimators() {
-  std::string last(kAutomaticEstimator), words;
-  for (const ScaleMethod& method : kScaleMethods) {
-    if (FindStrategy(method.estimator) == nullptr || method.estimator == last) continue;
-    absl::StrAppend(&words, words.empty() ? "" : ", ", last);
-    last = std::string(method.estimator);
-  }
-  return absl::StrCat(words, " or ", last);
-}
-
+// The first row of an estimator.
 const ScaleMethod* MethodOf(std::string_view estimator) {
   for (const ScaleMethod& method : kScaleMethods) {
     if (method.estimator == estimator && FindStrategy(estimator) != nullptr) return &method;
   }
   return nullptr;
+}
+
+// "auto, avg-hexagram or jet": the estimators that the choice knows, as far as there are any of the name.
+std::string KnownEstimators() {
+  std::string last(kAutomaticEstimator), words;
+  for (const ScaleMethod& method : kScaleMethods) {
+    if (MethodOf(method.estimator) != &method) continue;
+    absl::StrAppend(&words, words.empty() ? "" : ", ", last);
+    last = std::string(method.estimator);
+  }
+  return absl::StrCat(words, " or ", last);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "core/scale/error_samples.h"
+#include "core/scale/errors/error_samples.h"
 
 #include <gtest/gtest.h>
 

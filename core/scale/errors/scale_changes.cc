@@ -1,4 +1,4 @@
-#include "core/scale/scale_changes.h"
+#include "core/scale/errors/scale_changes.h"
 
 #include <algorithm>
 #include <cmath>

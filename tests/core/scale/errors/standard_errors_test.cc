@@ -1,4 +1,4 @@
-#include "core/scale/standard_errors.h"
+#include "core/scale/errors/standard_errors.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/scale/error_samples.h"
+#include "core/scale/errors/error_samples.h"
 #include "core/scale/pilot_table.h"
 
 namespace curvd {

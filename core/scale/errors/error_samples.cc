@@ -1,4 +1,4 @@
-#include "core/scale/error_samples.h"
+#include "core/scale/errors/error_samples.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 #include <optional>
 
 #include "core/base/median.h"
+#include "core/scale/errors/scale_changes.h"
 #include "core/scale/local_weights.h"
 #include "core/scale/nearest_samples.h"
 #include "core/scale/pilot_sums.h"
-#include "core/scale/scale_changes.h"
 
 namespace curvd {
 namespace {
