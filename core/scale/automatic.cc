@@ -18,10 +18,10 @@
 #include "core/scale/chosen/seam_mending.h"
 #include "core/scale/edges/edge_run.h"
 #include "core/scale/errors/error_samples.h"
+#include "core/scale/errors/standard_errors.h"
 #include "core/scale/pilot.h"
 #include "core/scale/scale_choice.h"
 #include "core/scale/scale_report.h"
-#include "core/scale/errors/standard_errors.h"
 
 namespace curvd {
 namespace {

@@ -1,6 +1,6 @@
-// Local polynomial regression of the normals (docs/numerics.md): each component of the neighbors' normals is fitted by a
-// polynomial of degree 2 or 3 over the tangent plane (x, y), by least squares with weights w = 1 - (x^2 + y^2) / rho^2. The
-// derivative of the fitted field over the surface's tangent plane at the point is its shape operator.
+// Local polynomial regression of the normals (docs/numerics.md): each component of the neighbors' normals is fitted by
+// a polynomial of degree 2 or 3 over the tangent plane (x, y), by least squares with weights w = 1 - (x^2 + y^2) /
+// rho^2. The derivative of the fitted field over the surface's tangent plane at the point is its shape operator.
 
 #if defined(CURVD_CORE_ESTIMATORS_FITS_NORMAL_REGRESSION_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef CURVD_CORE_ESTIMATORS_FITS_NORMAL_REGRESSION_INL_H_

@@ -7,9 +7,9 @@
 #include "core/estimators/point_choice.h"
 #include "core/index/spatial_index.h"
 #include "core/scale/chosen/automatic_scratch.h"
+#include "core/scale/errors/standard_errors.h"
 #include "core/scale/pilot_table.h"
 #include "core/scale/scale_choice.h"
-#include "core/scale/errors/standard_errors.h"
 
 namespace curvd {
 
