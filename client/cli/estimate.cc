@@ -85,7 +85,7 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
       ->option_text("DEGREE");
   command
       .add_option("--regression-degree", flags.options.regression_degree,
-                  "degree of normal-regression's polynomials, 2 or 3; 2: more noise")
+                  "degree of normal-regression's polynomials, 2 or 3; 2 takes more noise away")
       ->check(Whole(2, 3))
       ->option_text("DEGREE [3]");
   command.add_flag("--even-weights", flags.options.even_weights,

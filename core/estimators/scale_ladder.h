@@ -16,7 +16,9 @@ inline constexpr size_t kRungCount = kScaleRungs.size();
 // An estimator that the choice knows, and what of it the choice depends on.
 struct ScaleMethod {
   std::string_view estimator;
-  uint32_t degree;  // of the polynomials of "jet" and "normal-regression"; 0: of others
+  // Of the polynomials of "jet" and "normal-regression"; 0: of others. The first row of "jet" has the only degree that
+  // is taken where that estimator is fixed and its scale is not; of "normal-regression" any row's is.
+  uint32_t degree;
   // Rungs to the next estimate that this one is compared with: neighborhoods that share too much show no difference.
   size_t compared_rungs;
   // Noise of standard deviation sigma in the positions moves a point along the surface, and what is estimated at it by
