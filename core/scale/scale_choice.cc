@@ -75,6 +75,7 @@ struct Judged {
   std::vector<ScaleScore> scores;
   std::vector<std::vector<double>> differences;  // of each candidate, at each sampled point
   std::vector<LocalTrend> trends;                // of each candidate
+  std::vector<std::vector<double>> weights;      // of each candidate, at each sampled point; 1 in all at a point
   std::vector<double> shares;                    // of each candidate: its mean weight over the sampled points
 };
 
@@ -110,16 +111,57 @@ Judged JudgeAt(const ScaleJudge& judge, std::vector<ScaleScore> scores, const Ne
     judged.differences.push_back(std::move(differences));
   }
   judged.shares.resize(scores.size());
+  judged.weights.assign(scores.size(), std::vector<double>(nearest.size()));
   std::vector<double> weights(scores.size());
   for (size_t i = 0; i < nearest.size(); ++i) {
     for (size_t s = 0; s < scores.size(); ++s) weights[s] = ScaleWeight(judged.trends[s].ErrorAt(means[s][i]));
     const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
     for (size_t s = 0; s < scores.size(); ++s) {
-      judged.shares[s] += weights[s] / total / static_cast<double>(nearest.size());
+      judged.weights[s][i] = weights[s] / total;
+      judged.shares[s] += judged.weights[s][i] / static_cast<double>(nearest.size());
     }
   }
   judged.scores = std::move(scores);
   return judged;
+}
+
+// How many times the error of all candidates' average the average of some errs, who have this part of the weight at a
+// point.
+double ErrorBesideAll(double weight) {
+  constexpr double kLeast = 1e-12;
+  return 1.0 / std::sqrt(std::sqrt(std::max(weight, kLeast)));
+}
+
+// At most kMostChosen candidates, one by one: each is the one that adds the most to those before it, over all sampled
+// points and both curvatures. Where a cloud is not the same everywhere, the ones with the largest shares may all suit
+// the same points.
+std::vector<size_t> ChooseTogether(const Judged& mean, const Judged& gaussian) {
+  std::vector<size_t> chosen;
+  std::vector<double> sums[2];
+  for (auto& of_points : sums) of_points.assign(mean.weights.front().size(), 0.0);
+  while (chosen.size() < std::min(ScaleChoice::kMostChosen, mean.scores.size())) {
+    double least = std::numeric_limits<double>::infinity();
+    size_t best = 0;
+    for (size_t s = 0; s < mean.scores.size(); ++s) {
+      if (std::find(chosen.begin(), chosen.end(), s) != chosen.end()) continue;
+      double error = 0.0;
+      for (size_t i = 0; i < sums[0].size(); ++i) {
+        error += ErrorBesideAll(sums[0][i] + mean.weights[s][i]) + ErrorBesideAll(sums[1][i] + gaussian.weights[s][i]);
+      }
+      if (error < least) {
+        least = error;
+        best = s;
+      }
+    }
+    for (size_t i = 0; i < sums[0].size(); ++i) {
+      sums[0][i] += mean.weights[best][i];
+      sums[1][i] += gaussian.weights[best][i];
+    }
+    chosen.push_back(best);
+  }
+  const auto share = [&](size_t s) { return mean.shares[s] + gaussian.shares[s]; };
+  std::stable_sort(chosen.begin(), chosen.end(), [&](size_t a, size_t b) { return share(a) > share(b); });
+  return chosen;
 }
 
 // Of the chosen candidates alone, in their order.
@@ -174,11 +216,7 @@ ScaleChoice ChooseScales(const PilotTable& table, const ScaleBounds& bounds) {
   const Judged mean = JudgeAt(of_mean, choice.scores, nearest, bounds.per_cloud);
   const Judged gaussian = JudgeAt(of_gaussian, of_gaussian.ScoresOf(choice.scores, of_mean), nearest, bounds.per_cloud);
 
-  std::vector<size_t> order(choice.scores.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  const auto share = [&](size_t s) { return mean.shares[s] + gaussian.shares[s]; };
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return share(a) > share(b); });
-  order.resize(std::min(order.size(), ScaleChoice::kMostChosen));
+  const std::vector<size_t> order = ChooseTogether(mean, gaussian);
   choice.mean = WeightsOf(mean, order, bounds.per_cloud);
   choice.gaussian = WeightsOf(gaussian, order, bounds.per_cloud);
   choice.scores = mean.scores;

@@ -17,14 +17,15 @@ struct Behavior {
   double bias;   // at the last one; grows with the count
 };
 
-// A table of points in a row whose estimates behave so, for each method; the second half of the row may be noisier.
-PilotTable MakeTable(const std::array<Behavior, kMethodCount>& behaviors, double noise_factor_of_second_half = 1.0) {
+// A table of points in a row whose estimates behave so, for each method; those from `first_noisy` on may be noisier.
+PilotTable MakeTable(const std::array<Behavior, kMethodCount>& behaviors, double noise_factor_of_noisy = 1.0,
+                     int first_noisy = 200) {
   std::mt19937_64 random(11);
   std::normal_distribution<double> normal;
   PilotTable table;
   for (int i = 0; i < 400; ++i) {
     PilotPoint point({static_cast<float>(i), 0.0f, 0.0f});
-    const double factor = i < 200 ? 1.0 : noise_factor_of_second_half;
+    const double factor = i < first_noisy ? 1.0 : noise_factor_of_noisy;
     const double detail = normal(random);
     for (size_t rung = 0; rung < kRungCount; ++rung) {
       const double growth = kScaleRungs[rung] / static_cast<double>(kScaleRungs[0]);
@@ -120,6 +121,17 @@ TEST(ScaleChoiceTest, WeightsFollowTheNoiseFromPlaceToPlace) {
     return std::exp2(logs / weights);
   };
   EXPECT_GT(mean_count(200, 400), 1.5 * mean_count(0, 200));
+}
+
+// Many candidates suit the calm part, each about as well: all of those with the largest weights may do so.
+TEST(ScaleChoiceTest, EachPartOfACloudHasACandidateThatSuitsIt) {
+  constexpr double kNoiseFactor = 30.0;
+  const auto behaviors = Behaving({{0.1, 2.0}, {0.1, 2.0}, {0.1, 2.0}});
+  const uint32_t noisy = MeanCount(ChooseScales(MakeTable(behaviors, kNoiseFactor, 0), {}));
+  const ScaleChoice choice = ChooseScales(MakeTable(behaviors, kNoiseFactor, 320), {});
+  uint32_t most = 0;
+  for (const ScaleCandidate& candidate : choice.chosen) most = std::max(most, candidate.count());
+  EXPECT_GT(1.5 * most, noisy);
 }
 
 TEST(ScaleChoiceTest, SharesOfTheChosenSumToOne) {
