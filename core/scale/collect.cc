@@ -2,16 +2,43 @@
 #define HWY_TARGET_INCLUDE "core/scale/collect.cc"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
+#include "core/estimators/group_estimate-inl.h"
 #include "core/scale/collect.h"
-#include "core/scale/pilot_collect-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
+// Collects the neighbors of a query as NeighborCollector does, and their ids.
+class NumberedCollector {
+ public:
+  NumberedCollector(const SpatialIndex& index, const QueryPoint& query, CollectScratch& s, NormalSums& sums)
+      : index_(&index), scratch_(&s), neighbors_(index, query, s.neighbors, sums) {}
+
+  HWY_INLINE void Start(size_t count) {
+    neighbors_.Start(count);
+    scratch_->ids.Reserve(count + NeighborArrays::kPad);
+    count_ = 0;
+  }
+  HWY_INLINE void operator()(const NearPoints& near, FloatMask inside) {
+    const IntTag d;
+    neighbors_(near, inside);
+    const auto ids = hn::Load(d, index_->positions(near.leaf).id + near.place);
+    hn::StoreU(hn::Compress(ids, hn::RebindMask(d, inside)), d, scratch_->ids.data() + count_);
+    count_ += hn::CountTrue(FloatTag(), inside);
+  }
+  HWY_INLINE void Finish() { neighbors_.Finish(); }
+
+ private:
+  const SpatialIndex* index_;
+  CollectScratch* scratch_;
+  NeighborCollector neighbors_;
+  size_t count_ = 0;
+};
+
 absl::Status CollectEachKernel(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
-                               CollectedPoints which, PilotScratch& s, absl::FunctionRef<bool(size_t)> keep,
+                               CollectedPoints which, CollectScratch& s, absl::FunctionRef<bool(size_t)> keep,
                                absl::FunctionRef<void(size_t)> visit) {
   if (which == CollectedPoints::kAll) {
     LoadGroup<true>(index, group, s.points, s.first_point);
@@ -36,7 +63,7 @@ namespace curvd {
 HWY_EXPORT(CollectEachKernel);
 
 absl::Status CollectNeighbors(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
-                              CollectedPoints which, PilotScratch& scratch, absl::FunctionRef<bool(size_t i)> keep,
+                              CollectedPoints which, CollectScratch& scratch, absl::FunctionRef<bool(size_t i)> keep,
                               absl::FunctionRef<void(size_t i)> visit) {
   return HWY_DYNAMIC_DISPATCH(CollectEachKernel)(index, plan, group, which, scratch, keep, visit);
 }

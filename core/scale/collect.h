@@ -1,15 +1,26 @@
 // Collects the neighbors of every point of a group, one point at a time.
+//
+// No Eigen here: after its headers, gcc 12 forgets -fmerge-all-constants, and kernels that come later in
+// a unit copy Highway's tables of Compress to the stack at each use.
 #pragma once
 
 #include <cstddef>
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "core/base/scratch_array.h"
+#include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
+#include "core/estimators/neighbors.h"
 #include "core/index/spatial_index.h"
-#include "core/scale/pilot.h"
 
 namespace curvd {
+
+// The neighbors are those of the point of the moment.
+struct CollectScratch : GroupScratch {
+  NeighborArrays neighbors;
+  ScratchArray<int32_t> ids;  // of the neighbors
+};
 
 // Which points of a group are looked at.
 enum class CollectedPoints : uint8_t {
@@ -21,7 +32,7 @@ enum class CollectedPoints : uint8_t {
 // true, and calls visit(i) for each once scratch.neighbors and scratch.ids hold its neighbors; i is then its place in
 // scratch.points. Errors as those of GroupPhase::run. REQUIRES: `plan` is by count; `index` has normals.
 absl::Status CollectNeighbors(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
-                              CollectedPoints which, PilotScratch& scratch, absl::FunctionRef<bool(size_t i)> keep,
+                              CollectedPoints which, CollectScratch& scratch, absl::FunctionRef<bool(size_t i)> keep,
                               absl::FunctionRef<void(size_t i)> visit);
 
 }  // namespace curvd

@@ -1,11 +1,4 @@
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "core/scale/pilot.cc"
-#include "hwy/foreach_target.h"  // IWYU pragma: keep
-// Must come after foreach_target.h.
-#include "core/scale/pilot_collect-inl.h"
-#include "hwy/highway.h"
-
-#if HWY_ONCE
+#include "core/scale/pilot.h"
 
 #include <algorithm>
 #include <array>
@@ -13,16 +6,14 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <span>
 
 #include "Eigen/Geometry"
-#include "core/scale/pilot.h"
+#include "core/scale/pilot_fits.h"
 #include "core/scale/pilot_sums.h"
 
 namespace curvd {
-
-HWY_EXPORT(CollectKernel);
-
 namespace {
 
 using Eigen::Vector3d;
@@ -129,30 +120,59 @@ void StoreSlopes(const std::array<TangentShape, 2>& slopes, double squared_unit,
   }
 }
 
-// What all methods estimate of these sums.
-void EstimatePart(const PilotSums& sums, double radius, double unit, size_t rung, PilotPoint::Part part,
-                  PilotPoint& point) {
-  if (const auto hexagrams = sums.HexagramEstimate()) {
-    Store(hexagrams->shape, unit, kHexagramMethod, rung, part, point);
-    if (part == PilotPoint::kAll) point.steepest[rung] = static_cast<float>(hexagrams->steepest * unit);
+// Neighborhoods of one point, whole ones and halves, which are fitted several at a time.
+class RungEstimates {
+ public:
+  // Curvature is in units of `unit`.
+  RungEstimates(double unit, PilotPoint& point) : unit_(unit), point_(point) {}
+
+  void Add(const PilotSums& sums, double radius, size_t rung, PilotPoint::Part part) {
+    if (const auto hexagrams = sums.HexagramEstimate()) {
+      Store(hexagrams->shape, unit_, kHexagramMethod, rung, part, point_);
+      if (part == PilotPoint::kAll) point_.steepest[rung] = static_cast<float>(hexagrams->steepest * unit_);
+    }
+    places_[fitter_.size()] = {rung, part};
+    fitter_.Add(sums, radius);
+    if (fitter_.size() == PilotFitter::kMost) Finish();
   }
-  if (const auto regression = sums.RegressionEstimate(radius)) {
-    Store(regression->shape, unit, kRegressionMethod, rung, part, point);
-    StoreSlopes(regression->slope, unit * unit, point.slope[rung][part]);
-    if (part == PilotPoint::kAll) point.normal_residual[rung] = static_cast<float>(regression->residual);
+
+  // Fits those that are left.
+  void Finish() {
+    const size_t size = fitter_.size();
+    if (size == 0) return;
+    const auto fits = fitter_.Fit();
+    for (size_t i = 0; i < size; ++i) Take(fits[i], places_[i].rung, places_[i].part);
   }
-  if (const auto shape = sums.QuadraticRegressionEstimate(radius)) {
-    Store(*shape, unit, kQuadraticRegressionMethod, rung, part, point);
+
+ private:
+  struct Place {
+    size_t rung;
+    PilotPoint::Part part;
+  };
+
+  void Take(const PilotFits& fits, size_t rung, PilotPoint::Part part) {
+    const auto store = [&](const TangentShape& shape, size_t method) {
+      Store(shape, unit_, method, rung, part, point_);
+    };
+    if (fits.regression.has_value()) {
+      store(fits.regression->shape, kRegressionMethod);
+      StoreSlopes(fits.regression->slope, unit_ * unit_, point_.slope[rung][part]);
+      if (part == PilotPoint::kAll) point_.normal_residual[rung] = static_cast<float>(fits.regression->residual);
+    }
+    if (fits.quadratic_regression.has_value()) store(*fits.quadratic_regression, kQuadraticRegressionMethod);
+    if (fits.quartic.has_value()) {
+      store(fits.quartic->shape, kQuarticMethod);
+      if (part == PilotPoint::kAll) point_.residual[rung] = static_cast<float>(fits.quartic->residual / unit_);
+    }
+    if (fits.quadric.has_value()) store(fits.quadric->shape, kQuadricMethod);
+    if (fits.sextic.has_value()) store(fits.sextic->shape, kSexticMethod);
   }
-  if (const auto jet = sums.JetEstimate(radius)) {
-    Store(jet->shape, unit, kQuarticMethod, rung, part, point);
-    if (part == PilotPoint::kAll) point.residual[rung] = static_cast<float>(jet->residual / unit);
-  }
-  if (const auto quadric = sums.QuadricEstimate(radius)) {
-    Store(quadric->shape, unit, kQuadricMethod, rung, part, point);
-  }
-  if (const auto sextic = sums.SexticEstimate(radius)) Store(sextic->shape, unit, kSexticMethod, rung, part, point);
-}
+
+  const double unit_;
+  PilotPoint& point_;
+  PilotFitter fitter_;
+  std::array<Place, PilotFitter::kMost> places_;
+};
 
 }  // namespace
 
@@ -185,7 +205,23 @@ absl::Status Pilot::SampleGroup(size_t group, PilotScratch& scratch, PilotTable&
   for (size_t leaf = first; leaf < last; ++leaf) is_sampled = is_sampled || IsSampled(leaf);
   if (!is_sampled) return absl::OkStatus();
   scratch.most_work = std::numeric_limits<uint64_t>::max();  // four points are few
-  return HWY_DYNAMIC_DISPATCH(CollectKernel)(*this, group, scratch, table);
+  scratch.first_point = 0;
+  const auto leaf_of = [&](size_t i) { return static_cast<size_t>(scratch.points.place[i]) / SpatialIndex::kLeafSize; };
+  // The first point of each leaf that is sampled.
+  std::optional<size_t> last_leaf;
+  const auto is_first_sampled = [&](size_t i) {
+    const size_t leaf = leaf_of(i);
+    if (leaf == last_leaf || !IsSampled(leaf)) return false;
+    last_leaf = leaf;
+    return true;
+  };
+  return CollectNeighbors(index_, plan_, group, CollectedPoints::kQueries, scratch, is_first_sampled, [&](size_t i) {
+    float position[3];
+    scratch.points.query.Get(i, position);
+    PilotPoint& point = table[SampleFrom(leaf_of(i))];
+    point = PilotPoint({position[0], position[1], position[2]});
+    EstimateRungs(rung_count_, scratch, point);
+  });
 }
 
 void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
@@ -195,6 +231,7 @@ void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
   if (frame.isZero() || !(farthest > 0.0)) return;
   const double unit = 1.0 / std::sqrt(farthest);
   std::array<PilotHalf, 2> halves;
+  RungEstimates estimates(unit, point);
   size_t next = 0;
   for (size_t rung = 0; rung < rung_count; ++rung) {
     const bool with_sextic = kScaleRungs[rung] <= kMostSexticCount;
@@ -209,12 +246,11 @@ void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
     PilotSums all = halves[0].sums;
     all += halves[1].sums;
     if (all.LieAlongLine()) continue;
-    EstimatePart(all, radius, unit, rung, PilotPoint::kAll, point);
-    EstimatePart(halves[0].sums, radius, unit, rung, PilotPoint::kEven, point);
-    EstimatePart(halves[1].sums, radius, unit, rung, PilotPoint::kOdd, point);
+    estimates.Add(all, radius, rung, PilotPoint::kAll);
+    estimates.Add(halves[0].sums, radius, rung, PilotPoint::kEven);
+    estimates.Add(halves[1].sums, radius, rung, PilotPoint::kOdd);
   }
+  estimates.Finish();
 }
 
 }  // namespace curvd
-
-#endif  // HWY_ONCE

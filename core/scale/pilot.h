@@ -7,20 +7,16 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/base/scratch_array.h"
-#include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
-#include "core/estimators/neighbors.h"
 #include "core/index/spatial_index.h"
+#include "core/scale/collect.h"
 #include "core/scale/edges/one_side.h"
 #include "core/scale/pilot_table.h"
 
 namespace curvd {
 
-// What one thread samples with. The neighbors are those of the point of the moment.
-struct PilotScratch : GroupScratch {
-  NeighborArrays neighbors;
-  ScratchArray<int32_t> ids;               // of the neighbors
+// What one thread samples with.
+struct PilotScratch : CollectScratch {
   std::vector<uint32_t> order;             // of the neighbors, by distance
   std::vector<float> squared;              // distances of the neighbors
   std::vector<uint64_t> keys, other_keys;  // what they are sorted by

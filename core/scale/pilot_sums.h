@@ -1,4 +1,4 @@
-// Estimates at one sampled point from sums over its neighbors, which grow from scale to scale. In doubles, and made in
+// Sums over the neighbors of one sampled point, which grow from scale to scale. In doubles, and made in
 // the same way on every machine: so must be what is chosen by them.
 #pragma once
 
@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <optional>
 
-#include "Eigen/Core"
 #include "core/scale/pilot_batch.h"
 
 namespace curvd {
@@ -23,7 +22,7 @@ class PilotSums {
  public:
   // The sums depend on which neighbors a batch holds, and in what order. What follows them in it is overwritten.
   void Add(PilotBatch& batch) { AddUpTo(kSexticDegree, batch); }
-  // The same in less time, without a SexticEstimate from there on.
+  // The same in less time, without what jets of degree 6 need from there on.
   void AddWithoutSextic(PilotBatch& batch) { AddUpTo(kQuarticDegree, batch); }
   void Add(const PilotNeighbor& neighbor) {
     PilotBatch batch;
@@ -45,53 +44,28 @@ class PilotSums {
   };
   // What avg-hexagram with two rotations estimates.
   std::optional<Hexagrams> HexagramEstimate() const;
-  struct Regression {
-    TangentShape shape;
-    std::array<TangentShape, 2> slope;  // how the shape changes along x, and along y
-    double residual;                    // standard deviation of the normals about the fit, along each tangent
-  };
-  // What the weighted cubic regression of the normals estimates.
-  std::optional<Regression> RegressionEstimate(double radius) const;
-  // The same of degree 2.
-  std::optional<TangentShape> QuadraticRegressionEstimate(double radius) const;
-  struct Jet {
-    TangentShape shape;
-    double residual;  // standard deviation of the positions about the surface
-  };
-  // What jet fitting of degree 4 estimates.
-  std::optional<Jet> JetEstimate(double radius) const { return FitJet<4>(radius); }
-  // What jet fitting of degree 2 estimates.
-  std::optional<Jet> QuadricEstimate(double radius) const { return FitJet<2>(radius); }
-  // What jet fitting of degree 6 estimates, where there are half as many neighbors more than it has coefficients.
-  std::optional<Jet> SexticEstimate(double radius) const;
+
+  // Sums of x^i y^j, of z x^i y^j, and of each component of the normal times x^i y^j, as graded monomials.
+  static constexpr int kQuarticDegree = 4, kSexticDegree = 6;
+  static constexpr size_t kMomentCount = MonomialCount(2 * kSexticDegree), kHeightCount = MonomialCount(kSexticDegree),
+                          kNormalCount = MonomialCount(PilotMoments::kNormalDegree);
+  const double* moments() const { return &values_[kMoments]; }
+  const double* heights() const { return &values_[kHeights]; }
+  const double* normals(size_t axis) const { return &values_[kNormals + axis * kNormalCount]; }
+  // Of z squared.
+  double height_squares() const { return values_[kHeightSquares]; }
+  // Whether sums beyond what a jet of degree 4 is made of are there: of all neighbors.
+  bool has_sextic() const { return values_[kSexticCount] == count(); }
 
  private:
-  static constexpr int kQuarticDegree = 4, kSexticDegree = 6;
-  // Sums of x^i y^j, of z x^i y^j, and of each component of the normal times x^i y^j, up to these degrees.
-  static constexpr int kMomentDegree = 2 * kSexticDegree, kHeightDegree = kSexticDegree,
-                       kNormalDegree = PilotMoments::kNormalDegree;
   static constexpr size_t kSectors = 12, kSectorValues = 7;
   // Places in values_.
   static constexpr size_t kCount = 0, kSexticCount = 1, kHeightSquares = 2, kMoments = 3,
-                          kHeights = kMoments + MonomialCount(kMomentDegree),
-                          kNormals = kHeights + MonomialCount(kHeightDegree),
-                          kSectorSums = kNormals + 3 * MonomialCount(kNormalDegree),
-                          kValues = kSectorSums + kSectors * kSectorValues;
+                          kHeights = kMoments + kMomentCount, kNormals = kHeights + kHeightCount,
+                          kSectorSums = kNormals + 3 * kNormalCount, kValues = kSectorSums + kSectors * kSectorValues;
 
   // Adds to the sums that a jet of that degree is made of, and to all that jets need none of.
   void AddUpTo(int degree, PilotBatch& batch);
-
-  // Polynomials over the tangent plane, whose unit of length is the radius: a column of coefficients for each component
-  // of the normal, which has unit length at the point.
-  template <int kDegree>
-  struct NormalFit {
-    Eigen::Matrix<double, static_cast<int>(MonomialCount(kDegree)), 3> coefficients;
-    double residual;  // as Regression::residual
-  };
-  template <int kDegree>
-  std::optional<NormalFit<kDegree>> FitNormals(double radius) const;
-  template <int kDegree>
-  std::optional<Jet> FitJet(double radius) const;
 
   struct Corner {
     std::array<double, 3> position;

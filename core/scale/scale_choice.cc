@@ -195,7 +195,7 @@ void DropUnlessWorthwhile(std::vector<ScaleScore>& scores) {
 
 }  // namespace
 
-double PositionNoise(const PilotTable& table) { return ScaleJudge(table, {}, ScaleJudge::Quantity::kMean).sigma(); }
+double PositionNoise(const PilotTable& table) { return ScaleJudge::PositionNoise(table); }
 
 double ScaleWeight(double error) { return 1.0 / (error * error * error * error); }
 

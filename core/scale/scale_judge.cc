@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 
 namespace curvd {
@@ -46,10 +47,36 @@ double CutMean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
+// Of the values that are finite; infinity if there are none.
+template <typename Value>
+double MedianOf(const PilotTable& table, const Value& value) {
+  std::vector<double> values;
+  values.reserve(table.size());
+  for (const PilotPoint& point : table) {
+    if (const double v = value(point); std::isfinite(v)) values.push_back(v);
+  }
+  return values.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(values));
+}
+
+double MedianRadius(const PilotTable& table, size_t rung) {
+  return MedianOf(table, [rung](const auto& p) { return p.radius[rung]; });
+}
+
+// How far values lie apart, where they do.
+std::vector<double> DistancesOf(std::span<const double> one, std::span<const double> other) {
+  std::vector<double> distances;
+  distances.reserve(one.size());
+  for (size_t i = 0; i < one.size(); ++i) {
+    if (const double distance = std::abs(one[i] - other[i]); std::isfinite(distance)) distances.push_back(distance);
+  }
+  return distances;
+}
+
 }  // namespace
 
 ScaleJudge::ScaleJudge(const PilotTable& table, const ScaleBounds& bounds, Quantity quantity)
     : table_(table), bounds_(bounds), quantity_(quantity) {
+  CopyValues();
   for (size_t m = 0; m < kMethodCount; ++m) {
     const size_t step = kScaleMethods[m].compared_rungs;
     for (size_t rung = 0; rung < kRungCount; ++rung) differences_[m][rung] = MedianDifference({m, rung}, step);
@@ -93,12 +120,14 @@ ScaleScore ScaleJudge::ScoreAs(const ScaleScore& of_mean) const {
 std::vector<double> ScaleJudge::DifferencesAtPoints(const ScaleScore& score, PilotPoint::Part part) const {
   const size_t step = kScaleMethods[score.candidate.method].compared_rungs;
   const size_t rung = ComparedRung(score.candidate);
-  std::vector<double> errors(table_.size()), known;
-  for (size_t i = 0; i < table_.size(); ++i) {
-    errors[i] = rung + step < kRungCount
-                    ? std::abs(Difference(table_[i], score.candidate.method, rung, rung + step, part))
-                    : std::numeric_limits<double>::quiet_NaN();
-    if (std::isfinite(errors[i])) known.push_back(errors[i]);
+  std::vector<double> errors(table_.size(), std::numeric_limits<double>::quiet_NaN()), known;
+  if (rung + step < kRungCount) {
+    const Values one = ValuesOf({score.candidate.method, rung}, part);
+    const Values next = ValuesOf({score.candidate.method, rung + step}, part);
+    for (size_t i = 0; i < table_.size(); ++i) {
+      errors[i] = std::abs(one[i] - next[i]);
+      if (std::isfinite(errors[i])) known.push_back(errors[i]);
+    }
   }
   if (known.empty()) return std::vector<double>(table_.size(), 1.0);
   const double most = Quantile(known, kDifferenceQuantile);
@@ -111,64 +140,61 @@ std::vector<double> ScaleJudge::DifferencesAtPoints(const ScaleScore& score, Pil
 }
 
 bool ScaleJudge::HasHalves(const ScaleCandidate& candidate) const {
-  const auto known = std::count_if(table_.begin(), table_.end(), [&](const PilotPoint& point) {
-    return std::isfinite(ValueAt(point, candidate.method, candidate.rung, PilotPoint::kEven) +
-                         ValueAt(point, candidate.method, candidate.rung, PilotPoint::kOdd));
-  });
-  return IsEnough(static_cast<size_t>(known), kLeastShareOfHalves, candidate.rung);
+  const Values even = ValuesOf(candidate, PilotPoint::kEven), odd = ValuesOf(candidate, PilotPoint::kOdd);
+  size_t known = 0;
+  for (size_t i = 0; i < table_.size(); ++i) known += std::isfinite(even[i] + odd[i]) ? 1 : 0;
+  return IsEnough(known, kLeastShareOfHalves, candidate.rung);
 }
 
 double ScaleJudge::Floor(size_t rung) const {
-  const double of_mean = kRounding / MedianRadius(rung);
+  const double of_mean = kRounding / MedianRadius(table_, rung);
   if (quantity_ == Quantity::kMean) return of_mean;
-  const double steepest = MedianOf([rung](const auto& p) { return p.steepest[rung]; });
+  const double steepest = MedianOf(table_, [rung](const auto& p) { return p.steepest[rung]; });
   return of_mean * std::max(2.0 * (std::isfinite(steepest) ? steepest : 0.0), of_mean);
 }
 
-double ScaleJudge::MedianRadius(size_t rung) const {
-  return MedianOf([rung](const auto& p) { return p.radius[rung]; });
+// Sums and medians go over one candidate at a time, whose values lie kilobytes apart in the table.
+void ScaleJudge::CopyValues() {
+  values_.resize(kMethodCount * kRungCount * PilotPoint::kParts * table_.size());
+  for (size_t i = 0; i < table_.size(); ++i) {
+    const PilotPoint& point = table_[i];
+    for (size_t rung = 0; rung < point.clear_rungs; ++rung) ++clear_counts_[rung];
+    double* out = values_.data() + i;
+    for (size_t m = 0; m < kMethodCount; ++m) {
+      for (size_t rung = 0; rung < kRungCount; ++rung) {
+        for (size_t part = 0; part < PilotPoint::kParts; ++part, out += table_.size()) {
+          const double mean = point.mean[m][rung][part], difference = point.difference[m][rung][part],
+                       twist = point.twist[m][rung][part];
+          *out = quantity_ == Quantity::kMean ? mean : mean * mean - difference * difference - twist * twist;
+        }
+      }
+    }
+  }
 }
 
-double ScaleJudge::ValueAt(const PilotPoint& point, size_t method, size_t rung, PilotPoint::Part part) const {
-  const double mean = point.mean[method][rung][part];
-  if (quantity_ == Quantity::kMean) return mean;
-  const double difference = point.difference[method][rung][part], twist = point.twist[method][rung][part];
-  return mean * mean - difference * difference - twist * twist;
+ScaleJudge::Values ScaleJudge::ValuesOf(const ScaleCandidate& candidate, PilotPoint::Part part) const {
+  const size_t column = (candidate.method * kRungCount + candidate.rung) * PilotPoint::kParts + part;
+  return Values(values_).subspan(column * table_.size(), table_.size());
 }
 
 size_t ScaleJudge::ComparedRung(const ScaleCandidate& candidate) const {
   return std::min(candidate.rung, last_compared_[candidate.method]);
 }
 
-template <typename Value>
-double ScaleJudge::MedianOf(const Value& value) const {
-  std::vector<double> values;
-  for (const PilotPoint& point : table_) {
-    if (const double v = value(point); std::isfinite(v)) values.push_back(v);
-  }
-  return values.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(values));
-}
-
 bool ScaleJudge::IsEnough(size_t count, double share, size_t rung) const {
-  const auto clear =
-      std::count_if(table_.begin(), table_.end(), [rung](const PilotPoint& point) { return point.clear_rungs > rung; });
   return count >= std::min(table_.size(), kLeastPoints) &&
-         static_cast<double>(count) >= share * static_cast<double>(clear);
+         static_cast<double>(count) >= share * static_cast<double>(clear_counts_[rung]);
 }
 
 bool ScaleJudge::IsAllowed(const ScaleCandidate& candidate) const {
   return bounds_.methods[candidate.method] && candidate.count() >= bounds_.least_count &&
-         candidate.count() <= bounds_.most_count && MedianRadius(candidate.rung) <= bounds_.most_radius;
+         candidate.count() <= bounds_.most_count && MedianRadius(table_, candidate.rung) <= bounds_.most_radius;
 }
 
 std::optional<double> ScaleJudge::MedianDifference(const ScaleCandidate& candidate, size_t step) const {
   const size_t next = candidate.rung + step;
   if (next >= kRungCount) return std::nullopt;
-  std::vector<double> values;
-  for (const PilotPoint& point : table_) {
-    const double difference = Difference(point, candidate.method, candidate.rung, next);
-    if (std::isfinite(difference)) values.push_back(std::abs(difference));
-  }
+  const std::vector<double> values = DistancesOf(ValuesOf(candidate), ValuesOf({candidate.method, next}));
   if (!IsEnough(values.size(), kLeastShare, next)) return std::nullopt;
   return std::max(CutMean(values), kErrorPerDifference * Median(values));
 }
@@ -192,41 +218,40 @@ void ScaleJudge::AddLastDifferences(size_t method) {
 }
 
 void ScaleJudge::FindNoise() {
+  sigma_ = PositionNoise(table_);
   size_t best = kResidualRung;
-  double least = std::numeric_limits<double>::infinity(), residual = least;
+  double least = std::numeric_limits<double>::infinity();
   for (size_t rung = 0; rung < kRungCount; ++rung) {
     const std::optional<double>& difference = differences_[kHexagramMethod][rung];
     if (difference.has_value() && *difference < least) {
       least = *difference;
       best = rung;
     }
-    // Detail only adds to the noise.
-    if (const auto at_rung = ResidualAt(rung)) residual = std::min(residual, *at_rung);
   }
-  if (!std::isfinite(residual)) return;
-  sigma_ = residual;
   // What changes curvatures by a part changes their product by twice that.
   const double factor = quantity_ == Quantity::kMean ? 1.0 : 2.0;
-  const double bend = MedianOf([&](const PilotPoint& p) {
-    return factor * std::abs(ValueAt(p, kHexagramMethod, best)) * p.steepest[best] * p.steepest[best];
+  const Values values = ValuesOf({kHexagramMethod, best});
+  const double bend = MedianOf(table_, [&](const PilotPoint& p) {
+    return factor * std::abs(values[static_cast<size_t>(&p - table_.data())]) * p.steepest[best] * p.steepest[best];
   });
   if (std::isfinite(bend)) noise_bias_ = sigma_ * sigma_ * bend;
 }
 
-std::optional<double> ScaleJudge::ResidualAt(size_t rung) const {
-  if (rung < kResidualRung) return std::nullopt;
-  const double residual = MedianOf([&](const auto& p) { return p.residual[rung]; });
-  if (!std::isfinite(residual) || kLeastRadiusOverNoise * residual > MedianRadius(rung)) return std::nullopt;
-  return residual;
+double ScaleJudge::PositionNoise(const PilotTable& table) {
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t rung = kResidualRung; rung < kRungCount; ++rung) {
+    const double residual = MedianOf(table, [&](const auto& p) { return p.residual[rung]; });
+    // Neighborhoods hardly larger than the noise leave its outer parts out; detail only adds to it.
+    if (std::isfinite(residual) && kLeastRadiusOverNoise * residual <= MedianRadius(table, rung)) {
+      least = std::min(least, residual);
+    }
+  }
+  return std::isfinite(least) ? least : 0.0;
 }
 
 double ScaleJudge::Variance(const ScaleCandidate& candidate) const {
-  std::vector<double> values;
-  for (const PilotPoint& point : table_) {
-    const double difference = ValueAt(point, candidate.method, candidate.rung, PilotPoint::kEven) -
-                              ValueAt(point, candidate.method, candidate.rung, PilotPoint::kOdd);
-    if (std::isfinite(difference)) values.push_back(std::abs(difference));
-  }
+  std::vector<double> values =
+      DistancesOf(ValuesOf(candidate, PilotPoint::kEven), ValuesOf(candidate, PilotPoint::kOdd));
   if (!IsEnough(values.size(), kLeastShareOfHalves, candidate.rung)) return 0.0;
   const double median = Median(std::move(values));
   return 0.25 * kVariancePerSquaredMedian * median * median;
@@ -245,11 +270,10 @@ std::optional<ScaleScore> ScaleJudge::FindReference() const {
 
 std::optional<double> ScaleJudge::SquaredBias(const ScaleCandidate& candidate, const ScaleCandidate& other) const {
   std::vector<double> products;
-  for (const PilotPoint& point : table_) {
-    const auto beyond = [&](PilotPoint::Part part) {
-      return ValueAt(point, candidate, part) - ValueAt(point, other, part);
-    };
-    const double product = beyond(PilotPoint::kEven) * beyond(PilotPoint::kOdd);
+  const Values even = ValuesOf(candidate, PilotPoint::kEven), other_even = ValuesOf(other, PilotPoint::kEven);
+  const Values odd = ValuesOf(candidate, PilotPoint::kOdd), other_odd = ValuesOf(other, PilotPoint::kOdd);
+  for (size_t i = 0; i < table_.size(); ++i) {
+    const double product = (even[i] - other_even[i]) * (odd[i] - other_odd[i]);
     if (std::isfinite(product)) products.push_back(product);
   }
   if (!IsEnough(products.size(), kLeastShareOfHalves, std::max(candidate.rung, other.rung))) return std::nullopt;
@@ -311,9 +335,8 @@ void ScaleJudge::MendFirstRung(size_t first, std::vector<ScaleScore>& scores) {
 }
 
 bool ScaleJudge::HasEstimates(const ScaleCandidate& candidate) const {
-  const auto known = std::count_if(table_.begin(), table_.end(), [&](const PilotPoint& point) {
-    return std::isfinite(ValueAt(point, candidate.method, candidate.rung));
-  });
+  const Values values = ValuesOf(candidate);
+  const auto known = std::count_if(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
   return IsEnough(static_cast<size_t>(known), kLeastShare, candidate.rung);
 }
 

@@ -1,10 +1,12 @@
 // Judges by a table of estimates how far each way to estimate a cloud is off (docs/numerics.md).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/estimators/scale_ladder.h"
@@ -37,27 +39,19 @@ class ScaleJudge {
   // Whether the halves of neighborhoods, too, have estimates at nearly all points.
   bool HasHalves(const ScaleCandidate& candidate) const;
 
-  // Standard deviation of the noise of positions.
+  // Standard deviation of the noise of positions; 0 if nothing tells it.
+  static double PositionNoise(const PilotTable& table);
   double sigma() const { return sigma_; }
   // The least error that can be told at that scale.
   double Floor(size_t rung) const;
 
  private:
-  double ValueAt(const PilotPoint& point, size_t method, size_t rung, PilotPoint::Part part = PilotPoint::kAll) const;
-  double ValueAt(const PilotPoint& point, const ScaleCandidate& candidate, PilotPoint::Part part) const {
-    return ValueAt(point, candidate.method, candidate.rung, part);
-  }
-  double Difference(const PilotPoint& point, size_t method, size_t rung, size_t other,
-                    PilotPoint::Part part = PilotPoint::kAll) const {
-    return ValueAt(point, method, rung, part) - ValueAt(point, method, other, part);
-  }
+  using Values = std::span<const double>;
+  void CopyValues();
+  // Of a candidate at every sampled point.
+  Values ValuesOf(const ScaleCandidate& candidate, PilotPoint::Part part = PilotPoint::kAll) const;
   // The rung itself, unless it has no next one to be compared with.
   size_t ComparedRung(const ScaleCandidate& candidate) const;
-
-  // Of the values that are finite; infinity if there are none.
-  template <typename Value>
-  double MedianOf(const Value& value) const;
-  double MedianRadius(size_t rung) const;
 
   // Of the points whose neighborhoods at that rung reach over no edge.
   bool IsEnough(size_t count, double share, size_t rung) const;
@@ -70,10 +64,6 @@ class ScaleJudge {
   void AddLastDifferences(size_t method);
   // Noise in the positions: how large, and what it does to an estimate of noise factor 1.
   void FindNoise();
-  // The noise of positions as neighborhoods of that size show it; detail only adds to it. None where they are hardly
-  // larger than the noise, whose outer parts they then leave out.
-  std::optional<double> ResidualAt(size_t rung) const;
-
   // The variance of the candidate's estimates that noise makes.
   double Variance(const ScaleCandidate& candidate) const;
   // What is reference_ of the mean curvature.
@@ -99,6 +89,8 @@ class ScaleJudge {
   const PilotTable& table_;
   const ScaleBounds bounds_;
   const Quantity quantity_;
+  std::vector<double> values_;                     // by method, rung, part and point
+  std::array<size_t, kRungCount> clear_counts_{};  // of points whose neighborhoods reach over no edge
   std::optional<double> differences_[kMethodCount][kRungCount];
   size_t last_compared_[kMethodCount] = {};  // the last rung that has a next one
   double sigma_ = 0.0, noise_bias_ = 0.0;

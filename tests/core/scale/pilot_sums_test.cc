@@ -5,8 +5,17 @@
 #include <cmath>
 #include <random>
 
+#include "core/scale/pilot_fits.h"
+
 namespace curvd::testing {
 namespace {
+
+// The fits of a neighborhood of that radius.
+PilotFits FitsOf(const PilotSums& sums, double radius) {
+  PilotFitter fitter;
+  fitter.Add(sums, radius);
+  return fitter.Fit().front();
+}
 
 // Neighbors on z = -(a x^2 + b y^2) / 2, seen from the origin, where the principal curvatures are a and b: a bulge
 // along the normal where they are positive. Evenly spread over a disc.
@@ -30,27 +39,27 @@ TEST(PilotSumsTest, EveryMethodFindsTheCurvatureOfAGraph) {
     ASSERT_TRUE(sums.HexagramEstimate().has_value());
     EXPECT_NEAR(sums.HexagramEstimate()->shape.mean, mean, 0.02);
     EXPECT_NEAR(sums.HexagramEstimate()->steepest, std::max(std::abs(a), std::abs(b)), 0.03);
-    EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.mean, mean, 1e-4);
-    EXPECT_NEAR(sums.QuadraticRegressionEstimate(0.5)->mean, mean, 0.01) << "half of the graph's bend is of degree 3";
-    EXPECT_NEAR(sums.JetEstimate(0.5)->shape.mean, mean, 1e-10) << "the graph is a polynomial of degree 2";
-    EXPECT_LT(sums.JetEstimate(0.5)->residual, 1e-7);
-    EXPECT_NEAR(sums.QuadricEstimate(0.5)->shape.mean, mean, 1e-10);
-    EXPECT_NEAR(sums.SexticEstimate(0.5)->shape.mean, mean, 1e-10);
+    EXPECT_NEAR(FitsOf(sums, 0.5).regression->shape.mean, mean, 1e-4);
+    EXPECT_NEAR(FitsOf(sums, 0.5).quadratic_regression->mean, mean, 0.01) << "half of the graph's bend is of degree 3";
+    EXPECT_NEAR(FitsOf(sums, 0.5).quartic->shape.mean, mean, 1e-10) << "the graph is a polynomial of degree 2";
+    EXPECT_LT(FitsOf(sums, 0.5).quartic->residual, 1e-7);
+    EXPECT_NEAR(FitsOf(sums, 0.5).quadric->shape.mean, mean, 1e-10);
+    EXPECT_NEAR(FitsOf(sums, 0.5).sextic->shape.mean, mean, 1e-10);
   }
 }
 
 TEST(PilotSumsTest, EveryMethodFindsTheShapeOperatorOfAGraph) {
   const PilotSums sums = Bowl(0.3, -0.1, 400, 0.5);
   for (const TangentShape& shape :
-       {sums.HexagramEstimate()->shape, sums.RegressionEstimate(0.5)->shape, sums.JetEstimate(0.5)->shape}) {
+       {sums.HexagramEstimate()->shape, FitsOf(sums, 0.5).regression->shape, FitsOf(sums, 0.5).quartic->shape}) {
     EXPECT_NEAR(shape.difference, 0.2, 0.02) << "hexagrams of 400 random points are off by as much";
     EXPECT_NEAR(shape.twist, 0.0, 0.02);
   }
-  EXPECT_NEAR(sums.RegressionEstimate(0.5)->shape.difference, 0.2, 1e-3);
-  EXPECT_NEAR(sums.QuadraticRegressionEstimate(0.5)->difference, 0.2, 0.01);
-  EXPECT_NEAR(sums.JetEstimate(0.5)->shape.difference, 0.2, 1e-10);
-  EXPECT_NEAR(sums.QuadricEstimate(0.5)->shape.difference, 0.2, 1e-10);
-  EXPECT_NEAR(sums.SexticEstimate(0.5)->shape.difference, 0.2, 1e-10);
+  EXPECT_NEAR(FitsOf(sums, 0.5).regression->shape.difference, 0.2, 1e-3);
+  EXPECT_NEAR(FitsOf(sums, 0.5).quadratic_regression->difference, 0.2, 0.01);
+  EXPECT_NEAR(FitsOf(sums, 0.5).quartic->shape.difference, 0.2, 1e-10);
+  EXPECT_NEAR(FitsOf(sums, 0.5).quadric->shape.difference, 0.2, 1e-10);
+  EXPECT_NEAR(FitsOf(sums, 0.5).sextic->shape.difference, 0.2, 1e-10);
 }
 
 // Normals that are a polynomial of degree 2 over the tangent plane, but for their length.
@@ -63,7 +72,7 @@ TEST(PilotSumsTest, QuadraticRegressionsFollowNormalsOfDegreeTwo) {
     const double nx = 0.4 * x + 2.0 * x * y, ny = 0.2 * y + x * x, length = std::sqrt(1.0 + nx * nx + ny * ny);
     sums.Add({{x, y, 0.0}, {nx / length, ny / length, 1.0 / length}});
   }
-  const TangentShape shape = *sums.QuadraticRegressionEstimate(0.015);
+  const TangentShape shape = *FitsOf(sums, 0.015).quadratic_regression;
   EXPECT_NEAR(shape.mean, 0.3, 1e-5);
   EXPECT_NEAR(shape.difference, 0.1, 1e-5);
   EXPECT_NEAR(shape.twist, 0.0, 1e-5);
@@ -77,13 +86,13 @@ TEST(PilotSumsTest, JetsOfDegreeSixFollowWhatThoseOfDegreeFourCannot) {
     const double x = coordinate(random), y = coordinate(random);
     sums.Add({{x, y, -0.2 * x * x - 0.1 * y * y + x * x * y * y * y * y - y * y * y * y * y * y}, {0, 0, 1}});
   }
-  EXPECT_NEAR(sums.SexticEstimate(0.7)->shape.mean, 0.3, 1e-9);
-  EXPECT_GT(std::abs(sums.JetEstimate(0.7)->shape.mean - 0.3), 1e-3);
+  EXPECT_NEAR(FitsOf(sums, 0.7).sextic->shape.mean, 0.3, 1e-9);
+  EXPECT_GT(std::abs(FitsOf(sums, 0.7).quartic->shape.mean - 0.3), 1e-3);
 }
 
 TEST(PilotSumsTest, JetsOfDegreeSixWantHalfAsManyNeighborsMoreThanCoefficients) {
-  EXPECT_FALSE(Bowl(0.2, 0.1, 41, 1.0).SexticEstimate(1.0).has_value());
-  EXPECT_TRUE(Bowl(0.2, 0.1, 42, 1.0).SexticEstimate(1.0).has_value());
+  EXPECT_FALSE(FitsOf(Bowl(0.2, 0.1, 41, 1.0), 1.0).sextic.has_value());
+  EXPECT_TRUE(FitsOf(Bowl(0.2, 0.1, 42, 1.0), 1.0).sextic.has_value());
 }
 
 // Normals whose derivative is [[x, y / 2], [y / 2, 3 y]] over the tangent plane.
@@ -97,7 +106,7 @@ TEST(PilotSumsTest, TheRegressionTellsHowTheShapeChanges) {
                  length = std::sqrt(1 + nx * nx + ny * ny);
     sums.Add({{x, y, 0.0}, {nx / length, ny / length, 1.0 / length}});
   }
-  const auto slope = sums.RegressionEstimate(0.15)->slope;
+  const auto slope = FitsOf(sums, 0.15).regression->slope;
   EXPECT_NEAR(slope[0].mean, 0.75, 1e-3);
   EXPECT_NEAR(slope[0].difference, 0.25, 1e-3);
   EXPECT_NEAR(slope[0].twist, 0.0, 1e-3);
@@ -119,7 +128,7 @@ TEST(PilotSumsTest, TheResidualOfTheNormalsIsTheirNoise) {
         const double nx = noise(random), ny = noise(random), length = std::sqrt(1 + nx * nx + ny * ny);
         sums.Add({{coordinate(random), coordinate(random), 0}, {nx / length, ny / length, 1 / length}});
       }
-      const double residual = sums.RegressionEstimate(1.0)->residual;
+      const double residual = FitsOf(sums, 1.0).regression->residual;
       squares += residual * residual / kTrials;
     }
     EXPECT_NEAR(std::sqrt(squares), 0.05, 0.003) << count;
@@ -130,7 +139,7 @@ TEST(PilotSumsTest, SumsOfPartsAreThoseOfTheWhole) {
   PilotSums parts = Bowl(0.2, 0.1, 60, 1.0);
   parts += Bowl(0.2, 0.1, 40, 1.0);
   EXPECT_EQ(parts.count(), 100.0);
-  EXPECT_NEAR(parts.JetEstimate(1.0)->shape.mean, 0.15, 1e-9);
+  EXPECT_NEAR(FitsOf(parts, 1.0).quartic->shape.mean, 0.15, 1e-9);
 }
 
 TEST(PilotSumsTest, TheResidualIsTheNoiseOfThePositions) {
@@ -139,7 +148,7 @@ TEST(PilotSumsTest, TheResidualIsTheNoiseOfThePositions) {
   std::normal_distribution<double> noise(0.0, 0.01);
   PilotSums sums;
   for (int i = 0; i < 2000; ++i) sums.Add({{coordinate(random), coordinate(random), noise(random)}, {0, 0, 1}});
-  EXPECT_NEAR(sums.JetEstimate(1.0)->residual, 0.01, 0.0005);
+  EXPECT_NEAR(FitsOf(sums, 1.0).quartic->residual, 0.01, 0.0005);
 }
 
 // A spread of points of a normal distribution, along two axes of the tangent plane, turned, and along the normal.
@@ -165,9 +174,9 @@ TEST(PilotSumsTest, TellsALineFromANarrowStripAndFromNoise) {
 
 TEST(PilotSumsTest, NothingIsSaidWhereTheNeighborsFixNoSurface) {
   EXPECT_FALSE(PilotSums().HexagramEstimate().has_value());
-  EXPECT_FALSE(PilotSums().RegressionEstimate(1.0).has_value());
-  EXPECT_FALSE(PilotSums().JetEstimate(1.0).has_value());
-  EXPECT_FALSE(PilotSums().QuadricEstimate(1.0).has_value());
+  EXPECT_FALSE(FitsOf(PilotSums(), 1.0).regression.has_value());
+  EXPECT_FALSE(FitsOf(PilotSums(), 1.0).quartic.has_value());
+  EXPECT_FALSE(FitsOf(PilotSums(), 1.0).quadric.has_value());
   PilotSums line, spot, opposed;
   for (int i = 0; i < 100; ++i) {
     line.Add({{0.01 * i, 0.0, 0.0}, {0, 0, 1}});
@@ -176,11 +185,11 @@ TEST(PilotSumsTest, NothingIsSaidWhereTheNeighborsFixNoSurface) {
   }
   for (const PilotSums* sums : {&line, &spot}) {
     EXPECT_FALSE(sums->HexagramEstimate().has_value());
-    EXPECT_FALSE(sums->RegressionEstimate(1.0).has_value());
-    EXPECT_FALSE(sums->JetEstimate(1.0).has_value());
-    EXPECT_FALSE(sums->SexticEstimate(1.0).has_value());
+    EXPECT_FALSE(FitsOf(*sums, 1.0).regression.has_value());
+    EXPECT_FALSE(FitsOf(*sums, 1.0).quartic.has_value());
+    EXPECT_FALSE(FitsOf(*sums, 1.0).sextic.has_value());
   }
-  EXPECT_FALSE(opposed.RegressionEstimate(1.0).has_value()) << "normals cancel out";
+  EXPECT_FALSE(FitsOf(opposed, 1.0).regression.has_value()) << "normals cancel out";
 }
 
 }  // namespace
