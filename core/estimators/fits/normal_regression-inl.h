@@ -78,8 +78,9 @@ HWY_INLINE void FillBlock(const NeighborArrays& n, size_t first, size_t size, co
     const DoubleVec w = hn::Max(hn::NegMulAdd(y, y, hn::NegMulAdd(x, x, one)), zero);
     hn::Store(x, d, block.x + j);
     hn::Store(y, d, block.y + j);
-    hn::Store(Odd(hn::IfThenElseZero(hn::FirstN(d, size - j), w)), d, block.w + j);
+    hn::Store(Odd(w), d, block.w + j);
   }
+  for (size_t j = size; j % hn::Lanes(d) != 0; ++j) block.w[j] = hn::GetLane(Odd(zero));
 }
 
 // Where the monomials that the normals are multiplied by are among all, by JetIndex, in the order of their sums.
@@ -227,9 +228,10 @@ HWY_NOINLINE inline void SumNormalProducts(const PlaneBlock& block, const Neighb
   s.Store(sums);
 }
 
-// Adds neighbors from `first` on, which are in the block, to the sums of a point.
-HWY_INLINE void AddBlock(const PlaneBlock& block, const NeighborArrays& n, size_t first, size_t size, DoubleVec anchor,
-                         RegressionSums& sums) {
+// Adds neighbors from `first` on, which are in the block, to the sums of a point. Those of normals that only a higher
+// degree needs are left out; moments are not, since pivots are made of all of them.
+HWY_INLINE void AddBlock(const PlaneBlock& block, const NeighborArrays& n, size_t first, size_t size, int degree,
+                         DoubleVec anchor, RegressionSums& sums) {
   if constexpr (kManyRegisters) {
     SumLowMoments<0, 4>(block, size, anchor, sums.low(0));
     SumHighMoments<2>(block.x, block.y, block.w, size, anchor, sums.high(0));
@@ -239,8 +241,13 @@ HWY_INLINE void AddBlock(const PlaneBlock& block, const NeighborArrays& n, size_
     SumHighMoments<1>(block.x, block.y, block.w, size, anchor, sums.high(0));
     SumHighMoments<1>(block.y, block.x, block.w, size, anchor, sums.high(1));
   }
-  SumNormalProducts<0, 5>(block, n, first, size, anchor, sums.normals(0));
-  SumNormalProducts<5, 10>(block, n, first, size, anchor, sums.normals(5));
+  if (degree == kRegressionDegree) {
+    SumNormalProducts<0, 5>(block, n, first, size, anchor, sums.normals(0));
+    SumNormalProducts<5, 10>(block, n, first, size, anchor, sums.normals(5));
+  } else {
+    SumNormalProducts<0, 3>(block, n, first, size, anchor, sums.normals(0));
+    SumNormalProducts<5, 8>(block, n, first, size, anchor, sums.normals(5));
+  }
 }
 
 // Sets up the problem of point i, whose tangent frame is set, from its neighbors, in polynomials of that degree.
@@ -253,7 +260,7 @@ HWY_NOINLINE inline void SumRegression(const NeighborArrays& n, const GroupFrame
   for (size_t first = 0; first < n.count; first += PlaneBlock::kSize) {
     const size_t size = std::min(PlaneBlock::kSize, n.count - first);
     FillBlock(n, first, size, axes, block);
-    AddBlock(block, n, first, size, anchor, sums);
+    AddBlock(block, n, first, size, degree, anchor, sums);
   }
   sums.Store(anchor, i, systems);
   systems.most_degree[i] = degree;
