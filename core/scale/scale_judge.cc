@@ -331,7 +331,9 @@ void ScaleJudge::MendFirstRung(size_t first, std::vector<ScaleScore>& scores) {
   if (later.candidate.rung != score.candidate.rung + 3) return;
   if (!(score.error < next.error && next.error < scores[first + 2].error && scores[first + 2].error < later.error))
     return;
-  score.error = std::min(score.error, next.error * std::sqrt(next.error / later.error));
+  // Noise that no halves show may hide in the first difference: errors fall no faster than differences do there.
+  const double least = score.error * (score.error / next.error);
+  score.error = std::min(score.error, std::max(next.error * std::sqrt(next.error / later.error), least));
 }
 
 bool ScaleJudge::HasEstimates(const ScaleCandidate& candidate) const {

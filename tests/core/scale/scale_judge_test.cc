@@ -124,5 +124,31 @@ TEST(ScaleJudgeTest, AFewPointsThatAreFarOffCountInTheError) {
   EXPECT_GT(least_error(), 0.03);
 }
 
+// What the smallest cubic regression is expected to err by, where from scale to scale it changes by these values at
+// every point, and no halves tell of noise.
+double ErrorOfFirstRung(const std::vector<float>& changes) {
+  PilotTable table = Residuals();
+  for (PilotPoint& point : table) {
+    point.steepest.fill(1.0f);
+    point.residual.fill(0.0f);
+    float value = 1.0f;
+    for (size_t rung = 0; rung <= changes.size(); ++rung) {
+      point.mean[kRegressionMethod][rung][PilotPoint::kAll] = value;
+      point.difference[kRegressionMethod][rung][PilotPoint::kAll] = 0.0f;
+      point.twist[kRegressionMethod][rung][PilotPoint::kAll] = 0.0f;
+      if (rung < changes.size()) value += changes[rung];
+    }
+  }
+  const ScaleJudge judge(table, ScaleBounds{}, ScaleJudge::Quantity::kMean);
+  return judge.Scores().front().error;
+}
+
+// A change tells the error of the larger scale where errors grow; where the first two are alike, noise may be what
+// changes.
+TEST(ScaleJudgeTest, TheFirstErrorIsLessThanItsChangeOnlyAsFarAsChangesGrowThere) {
+  EXPECT_LT(ErrorOfFirstRung({0.004f, 0.01f, 0.1f, 1.0f}), 0.003);
+  EXPECT_GT(ErrorOfFirstRung({0.0100f, 0.0101f, 0.05f, 1.0f}), 0.0095);
+}
+
 }  // namespace
 }  // namespace curvd::testing
