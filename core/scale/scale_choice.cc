@@ -132,36 +132,38 @@ double ErrorBesideAll(double weight) {
   return 1.0 / std::sqrt(std::sqrt(std::max(weight, kLeast)));
 }
 
-// At most kMostChosen candidates, one by one: each is the one that adds the most to those before it, over all sampled
-// points and both curvatures. Where a cloud is not the same everywhere, the ones with the largest shares may all suit
-// the same points.
-std::vector<size_t> ChooseTogether(const Judged& mean, const Judged& gaussian) {
-  std::vector<size_t> chosen;
-  std::vector<double> sums[2];
-  for (auto& of_points : sums) of_points.assign(mean.weights.front().size(), 0.0);
-  while (chosen.size() < std::min(ScaleChoice::kMostChosen, mean.scores.size())) {
-    double least = std::numeric_limits<double>::infinity();
-    size_t best = 0;
-    for (size_t s = 0; s < mean.scores.size(); ++s) {
-      if (std::find(chosen.begin(), chosen.end(), s) != chosen.end()) continue;
-      double error = 0.0;
-      for (size_t i = 0; i < sums[0].size(); ++i) {
-        error += ErrorBesideAll(sums[0][i] + mean.weights[s][i]) + ErrorBesideAll(sums[1][i] + gaussian.weights[s][i]);
-      }
-      if (error < least) {
-        least = error;
-        best = s;
-      }
-    }
-    for (size_t i = 0; i < sums[0].size(); ++i) {
-      sums[0][i] += mean.weights[best][i];
-      sums[1][i] += gaussian.weights[best][i];
-    }
-    chosen.push_back(best);
+// Of the candidates from `first` on, the place of that which adds the most to the mean curvature's estimate by those
+// before it, over all sampled points.
+size_t BestAddition(const Judged& mean, const std::vector<size_t>& candidates, size_t first) {
+  std::vector<double> sums(mean.weights.front().size());
+  for (size_t c = 0; c < first; ++c) {
+    for (size_t i = 0; i < sums.size(); ++i) sums[i] += mean.weights[candidates[c]][i];
   }
+  double least = std::numeric_limits<double>::infinity();
+  size_t best = first;
+  for (size_t c = first; c < candidates.size(); ++c) {
+    double error = 0.0;
+    for (size_t i = 0; i < sums.size(); ++i) error += ErrorBesideAll(sums[i] + mean.weights[candidates[c]][i]);
+    if (error < least) {
+      least = error;
+      best = c;
+    }
+  }
+  return best;
+}
+
+// At most kMostChosen candidates, those with the largest shares first. The last one is that which adds the most to the
+// others: where a part of the cloud is noisier, or sparser, these may all suit the rest of it.
+std::vector<size_t> ChooseTogether(const Judged& mean, const Judged& gaussian) {
+  std::vector<size_t> order(mean.scores.size());
+  std::iota(order.begin(), order.end(), size_t{0});
   const auto share = [&](size_t s) { return mean.shares[s] + gaussian.shares[s]; };
-  std::stable_sort(chosen.begin(), chosen.end(), [&](size_t a, size_t b) { return share(a) > share(b); });
-  return chosen;
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return share(a) > share(b); });
+  if (order.size() <= ScaleChoice::kMostChosen) return order;
+  constexpr size_t kLast = ScaleChoice::kMostChosen - 1;
+  order[kLast] = order[BestAddition(mean, order, kLast)];
+  order.resize(ScaleChoice::kMostChosen);
+  return order;
 }
 
 // Of the chosen candidates alone, in their order.
