@@ -112,12 +112,14 @@ Judged JudgeAt(const ScaleJudge& judge, std::vector<ScaleScore> scores, const Ne
   }
   judged.shares.resize(scores.size());
   judged.weights.assign(scores.size(), std::vector<double>(nearest.size()));
-  std::vector<double> weights(scores.size());
   for (size_t i = 0; i < nearest.size(); ++i) {
-    for (size_t s = 0; s < scores.size(); ++s) weights[s] = ScaleWeight(judged.trends[s].ErrorAt(means[s][i]));
-    const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+    double total = 0.0;
     for (size_t s = 0; s < scores.size(); ++s) {
-      judged.weights[s][i] = weights[s] / total;
+      judged.weights[s][i] = ScaleWeight(judged.trends[s].ErrorAt(means[s][i]));
+      total += judged.weights[s][i];
+    }
+    for (size_t s = 0; s < scores.size(); ++s) {
+      judged.weights[s][i] /= total;
       judged.shares[s] += judged.weights[s][i] / static_cast<double>(nearest.size());
     }
   }
