@@ -86,7 +86,7 @@ npm-package: ## Build the Node.js client's package: dist/curvd-client-VERSION.tg
 demo: release ## Stream a noisy cloud through a fresh curvd, evaluate and render it; results in demo/
 	@deploy/demo.sh build/release/bin demo
 
-# ON compiles units that include gRPC several at a time: sooner from nothing, later after a change.
+# ON compiles several sources at a time: sooner from nothing, later after a change.
 UNITY ?= OFF
 .PHONY: test
 test: deps proto-check ## Build with warnings as errors and run every test
@@ -163,7 +163,7 @@ format: ## Format the C++ sources
 format-check: ## Fail where `make format` would change something
 	@clang-format --dry-run -Werror $(SOURCES)
 
-# Sources that include gRPC are read eight at a time, as CURVD_UNITY_BUILD compiles them.
+# Sources are read eight at a time, as CURVD_UNITY_BUILD compiles them.
 .PHONY: lint
 lint: deps ## Run clang-tidy on the sources of what ships
 	@cmake --preset lint >/dev/null
