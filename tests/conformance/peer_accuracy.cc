@@ -1,7 +1,9 @@
 // Compares our mean errors with those measured for peers on the paper's clouds: the paper authors' code, CGAL's jets
 // and Ponca's algebraic shape operator. Prints a table.
 //
-//   peer_accuracy MEASURED_CSV CLOUD_DIR
+//   peer_accuracy MEASURED_CSV CLOUD_DIR [EVERY]
+//
+// EVERY (1): of all rows that can be compared, each EVERYth is.
 //
 // MEASURED_CSV holds the peers' errors (columns cloud, N, sig_eps, sig_xi, K, method, H_mae, ..., G_mae, ...);
 // CLOUD_DIR holds the clouds as CLOUD_NNNNNN.pts. Exit code 1 if any of our mean errors exceeds its bound: 1.03 times
@@ -12,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -67,8 +70,9 @@ struct Measured {
   MeanErrors errors;
 };
 
-// Rows of the CSV by cloud; methods that have no counterpart are left out.
-std::map<CloudKey, std::vector<Measured>> LoadMeasured(const char* path) {
+// Each `every`th of the rows of the CSV whose methods have a counterpart, by cloud.
+std::map<CloudKey, std::vector<Measured>> LoadMeasured(const char* path, int every) {
+  int count = 0;
   std::map<CloudKey, std::vector<Measured>> measured;
   std::ifstream file(path);
   std::string line;
@@ -80,7 +84,7 @@ std::map<CloudKey, std::vector<Measured>> LoadMeasured(const char* path) {
     if (cells.size() < 10) continue;
     const auto method =
         std::find_if(std::begin(kMethods), std::end(kMethods), [&](const Method& m) { return cells[5] == m.peer; });
-    if (method == std::end(kMethods)) continue;
+    if (method == std::end(kMethods) || count++ % every != 0) continue;
     measured[{cells[0], std::stoi(cells[1]), std::stod(cells[2]), std::stod(cells[3])}].push_back(
         {static_cast<uint32_t>(std::stoi(cells[4])), method, {std::stod(cells[6]), std::stod(cells[9])}});
   }
@@ -271,14 +275,15 @@ class AccuracyTable {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: peer_accuracy MEASURED_CSV CLOUD_DIR\n");
+  const int every = argc == 4 ? std::atoi(argv[3]) : 1;
+  if (argc < 3 || argc > 4 || every < 1) {
+    std::fprintf(stderr, "usage: peer_accuracy MEASURED_CSV CLOUD_DIR [EVERY], EVERY being 1 or more\n");
     return 2;
   }
   std::printf("%-8s %6s %4s %4s %4s %-14s %10s %10s %6s %10s %10s %6s\n", "cloud", "N", "pos", "nrm", "K", "estimator",
               "H ours", "H theirs", "ratio", "G ours", "G theirs", "ratio");
   AccuracyTable table;
-  for (const auto& [key, rows] : LoadMeasured(argv[1])) {
+  for (const auto& [key, rows] : LoadMeasured(argv[1], every)) {
     const std::optional<Samples> samples = LoadSamples(argv[2], key);
     if (!samples.has_value()) {
       std::fprintf(stderr, "no cloud %s with %d points in %s\n", key.surface.c_str(), key.points, argv[2]);
