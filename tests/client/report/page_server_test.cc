@@ -46,8 +46,9 @@ class PageServerTest : public ::testing::Test {
   }
 
   // Sends the pieces, and returns all that comes back until the server hangs up.
-  std::string Ask(const std::vector<std::string>& pieces) const {
-    const int descriptor = Connect();
+  std::string Ask(const std::vector<std::string>& pieces) const { return AskOver(Connect(), pieces); }
+
+  static std::string AskOver(int descriptor, const std::vector<std::string>& pieces) {
     // The server may hang up before it has read all.
     for (const std::string& piece : pieces) (void)send(descriptor, piece.data(), piece.size(), MSG_NOSIGNAL);
     std::string answer;
@@ -99,7 +100,10 @@ TEST_F(PageServerTest, GivesTheReportOfTheShelf) {
 TEST_F(PageServerTest, EndsWhilePointsAreWaitedFor) {
   shelf_->Put({.generation = 1, .report = "{}", .points = std::make_shared<GrowingBytes>(6)});
   std::string answer;
-  std::thread asking([&] { answer = Request("GET", path_ + "/points/1", host_); });
+  // Connected before the stop, after which there is nobody to connect to, however late this thread starts.
+  std::thread asking([&, descriptor = Connect()] {
+    answer = AskOver(descriptor, {absl::StrCat("GET ", path_, "/points/1 HTTP/1.1\r\nHost: ", host_, "\r\n\r\n")});
+  });
   // Once this is answered, or even before, the stop finds somebody who waits.
   Request("GET", path_ + "/generation", host_);
   thread_.request_stop();
