@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <span>
 
 #include "Eigen/Geometry"
@@ -204,21 +203,24 @@ absl::Status Pilot::SampleGroup(size_t group, PilotScratch& scratch, PilotTable&
   bool is_sampled = false;
   for (size_t leaf = first; leaf < last; ++leaf) is_sampled = is_sampled || IsSampled(leaf);
   if (!is_sampled) return absl::OkStatus();
-  scratch.most_work = std::numeric_limits<uint64_t>::max();  // four points are few
+  scratch.most_work = std::numeric_limits<uint64_t>::max();  // the points are few
   scratch.first_point = 0;
   const auto leaf_of = [&](size_t i) { return static_cast<size_t>(scratch.points.place[i]) / SpatialIndex::kLeafSize; };
-  // The first point of each leaf that is sampled.
-  std::optional<size_t> last_leaf;
-  const auto is_first_sampled = [&](size_t i) {
+  // Where the points that are kept go in the table.
+  std::array<size_t, SpatialIndex::kGroupPoints> places;
+  std::array<size_t, SpatialIndex::kGroupLeaves> kept_of_leaf{};
+  size_t kept = 0;
+  const auto is_sampled_point = [&](size_t i) {
     const size_t leaf = leaf_of(i);
-    if (leaf == last_leaf || !IsSampled(leaf)) return false;
-    last_leaf = leaf;
+    size_t& rank = kept_of_leaf[leaf - first];
+    if (rank == samples_of_leaf() || !IsSampled(leaf)) return false;
+    places[kept++] = SampledFrom(leaf) * samples_of_leaf() + rank++;
     return true;
   };
-  return CollectNeighbors(index_, plan_, group, CollectedPoints::kQueries, scratch, is_first_sampled, [&](size_t i) {
+  return CollectNeighbors(index_, plan_, group, CollectedPoints::kQueries, scratch, is_sampled_point, [&](size_t i) {
     float position[3];
     scratch.points.query.Get(i, position);
-    PilotPoint& point = table[SampleFrom(leaf_of(i))];
+    PilotPoint& point = table[places[i]];
     point = PilotPoint({position[0], position[1], position[2]});
     EstimateRungs(rung_count_, scratch, point);
   });

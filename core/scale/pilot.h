@@ -26,12 +26,14 @@ struct PilotScratch : CollectScratch {
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count);
 };
 
-// Samples points of an index: the first point that gets a result of leaves that lie evenly in the tree order. What is
-// estimated depends on the index alone, not on threads or instruction sets. Thread-safe.
+// Samples points of an index: the first points that get a result of leaves that lie evenly in the tree order, one of
+// each leaf where there are enough. What is estimated depends on the index alone, not on threads or instruction sets.
+// Thread-safe.
 class Pilot {
  public:
-  // At most so many points are sampled.
-  static constexpr size_t kMostPoints = 512;
+  // At most so many points are sampled; of small clouds so many at the least, unless that takes more than kMostOfLeaf
+  // of a leaf, whose neighborhoods are nearly the same.
+  static constexpr size_t kMostPoints = 512, kLeastPoints = 128, kMostOfLeaf = 4;
 
   // No neighborhood has more than `most_count` points, or a third of the cloud, and that of the first rung if that is
   // more. REQUIRES: `index` has normals, and outlives the pilot.
@@ -46,16 +48,23 @@ class Pilot {
   // ErrorKind::kCancelled once the scratch is stopped. May throw std::bad_alloc. REQUIRES: rung_count() > 0.
   absl::Status SampleGroup(size_t group, PilotScratch& scratch, PilotTable& table) const;
 
-  size_t sample_count() const { return std::min(kMostPoints, index_.leaf_count()); }
-  // The first sample whose leaf is not before this one.
-  size_t SampleFrom(size_t leaf) const {
-    const size_t leaves = index_.leaf_count();
-    return (leaf * sample_count() + leaves - 1) / leaves;
+  // Leaves that points are sampled of, from each equally many.
+  size_t sampled_leaf_count() const { return std::min(kMostPoints, index_.leaf_count()); }
+  size_t samples_of_leaf() const {
+    const size_t leaves = sampled_leaf_count();
+    return std::clamp<size_t>((kLeastPoints + leaves - 1) / leaves, 1, kMostOfLeaf);
   }
-  // The leaf of a sample. Each has one of its own.
-  size_t LeafOf(size_t sample) const { return sample * index_.leaf_count() / sample_count(); }
-  // Whether a point of the leaf is sampled.
-  bool IsSampled(size_t leaf) const { return SampleFrom(leaf) < sample_count() && LeafOf(SampleFrom(leaf)) == leaf; }
+  size_t sample_count() const { return sampled_leaf_count() * samples_of_leaf(); }
+  // The place among the sampled leaves of the first that is not before this leaf.
+  size_t SampledFrom(size_t leaf) const {
+    const size_t leaves = index_.leaf_count();
+    return (leaf * sampled_leaf_count() + leaves - 1) / leaves;
+  }
+  // The leaf that has this place among the sampled ones.
+  size_t SampledLeaf(size_t place) const { return place * index_.leaf_count() / sampled_leaf_count(); }
+  bool IsSampled(size_t leaf) const {
+    return SampledFrom(leaf) < sampled_leaf_count() && SampledLeaf(SampledFrom(leaf)) == leaf;
+  }
   const SpatialIndex& index() const { return index_; }
   const NeighborhoodPlan& plan() const { return plan_; }
 

@@ -7,7 +7,9 @@
 #include <cstring>
 #include <map>
 #include <random>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/scale/pilot.h"
@@ -514,6 +516,25 @@ TEST_P(PilotTest, EstimatesTheSameOnEveryInstructionSet) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, PilotTest, InstructionSets(), InstructionSetName);
+
+TEST(PilotSamplesTest, SmallCloudsHaveSeveralPointsOfALeaf) {
+  for (const auto& [points, samples] : {std::pair<size_t, size_t>{100, 28}, {500, 128}, {1000, 189}, {3000, 188}}) {
+    const SpatialIndex index = BuildIndex(NoisySphere(points, 0.02).ToCloud());
+    const Pilot pilot(index, 64);
+    PilotTable table(pilot.sample_count(), PilotPoint::None());
+    PilotScratch scratch;
+    for (size_t group = 0; group < index.group_count(); ++group) {
+      ASSERT_TRUE(pilot.SampleGroup(group, scratch, table).ok());
+    }
+    EXPECT_EQ(table.size(), samples) << points;
+    std::set<std::array<float, 3>> positions;
+    for (const PilotPoint& sample : table) {
+      EXPECT_TRUE(sample.is_sampled()) << points;
+      positions.insert(sample.position);
+    }
+    EXPECT_EQ(positions.size(), table.size()) << "a point is sampled once, of " << points;
+  }
+}
 
 }  // namespace
 }  // namespace curvd::testing
