@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -46,16 +47,19 @@ class AutomaticRun final : public StrategyRun {
 
   std::vector<GroupPhase> Phases() override {
     std::vector<GroupPhase> phases;
-    phases.push_back({"scale", nullptr, [this](size_t group, WorkerScratch& scratch) {
-                        return Sample(group, static_cast<AutomaticScratch&>(scratch));
-                      }});
+    const auto sample = [this](Pilot::Samples which) {
+      return [this, which](size_t group, WorkerScratch& scratch) {
+        return Sample(group, which, static_cast<AutomaticScratch&>(scratch));
+      };
+    };
+    phases.push_back({"scale", nullptr, sample(Pilot::Samples::kScouts)});
     if (edges_.has_value()) {
       phases.push_back({"roughness", nullptr, [this](size_t group, WorkerScratch& scratch) {
                           return MeasureEdges(group, static_cast<AutomaticScratch&>(scratch));
                         }});
       phases.push_back({"edges",
                         [this] {
-                          edges_->Sample(PositionNoise(SampledPoints()));
+                          edges_->Sample(PositionNoise(table_));
                           return absl::OkStatus();
                         },
                         [this](size_t group, WorkerScratch& scratch) {
@@ -64,6 +68,13 @@ class AutomaticRun final : public StrategyRun {
                           return edges_->Mark(group, s);
                         }});
     }
+    phases.push_back({"scale",
+                      [this] {
+                        if (edges_.has_value()) edges_->Finish();
+                        LimitScale();
+                        return absl::OkStatus();
+                      },
+                      sample(Pilot::Samples::kOthers)});
     phases.push_back({"curvature",
                       [this] {
                         Choose();
@@ -96,16 +107,27 @@ class AutomaticRun final : public StrategyRun {
   void WriteChoicesTo(PointChoice* choices) override { choices_ = choices; }
 
  private:
-  absl::Status Sample(size_t group, AutomaticScratch& s) {
+  absl::Status Sample(size_t group, Pilot::Samples which, AutomaticScratch& s) {
     if (table_.empty()) return absl::OkStatus();
     s.pilot.stopped = s.stopped;
-    return pilot_.SampleGroup(group, s.pilot, table_);
+    return pilot_.SampleGroup(group, which, s.pilot, table_);
   }
 
-  // The table, without places for points that were not sampled.
-  PilotTable& SampledPoints() {
-    std::erase_if(table_, [](const PilotPoint& point) { return !point.is_sampled(); });
-    return table_;
+  // The sampled points are spared the rungs far beyond those that count at the scouts, and jets of degree 6 where they
+  // do not. Where there are edges, few
+  // scouts may be clear of them at the rungs that others need.
+  void LimitScale() {
+    if (!options_.is_automatic()) return;
+    PilotTable scouts;
+    std::copy_if(table_.begin(), table_.end(), std::back_inserter(scouts),
+                 [](const PilotPoint& point) { return point.is_sampled(); });
+    if (edges_.has_value()) edges_->KeepClear(scouts);
+    if (edges_.has_value() && edges_->HasEdges()) return;
+    const auto counting = CandidatesThatCount(scouts, BoundsOf(options_, index_), kLeastScoutWeight);
+    if (!counting.has_value()) return;
+    if (!counting->has_sextic) pilot_.DropSextic();
+    pilot_.KeepRungs(counting->largest_rung + 1 + kRungsBeyond);
+    for (PilotPoint& point : table_) point.KeepRungs(pilot_.rung_count());
   }
 
   absl::Status MeasureEdges(size_t group, AutomaticScratch& s) {
@@ -119,8 +141,8 @@ class AutomaticRun final : public StrategyRun {
   }
 
   void Choose() {
-    SampledPoints();
-    if (edges_.has_value()) edges_->Finish(table_);
+    std::erase_if(table_, [](const PilotPoint& point) { return !point.is_sampled(); });
+    if (edges_.has_value()) edges_->KeepClear(table_);
     choice_ = ChooseScales(table_, BoundsOf(options_, index_));
     if (choices_ != nullptr) choice_writer_.emplace(options_, index_, table_, choice_, results_, choices_);
     Report();
@@ -183,10 +205,15 @@ class AutomaticRun final : public StrategyRun {
                      results_);
   }
 
+  // A rung counts at a scout with this weight: its error is less than some 3 times the least. So many rungs beyond are
+  // sampled: that a scale is too large is seen by those that are larger.
+  static constexpr double kLeastScoutWeight = 1e-2;
+  static constexpr size_t kRungsBeyond = 3;
+
   const EstimatorOptions options_;
   const SpatialIndex& index_;
   PointCurvature* const results_;
-  const Pilot pilot_;
+  Pilot pilot_;
   std::optional<EdgeRun> edges_;  // unless the estimator or the scale is fixed
   PilotTable table_;
   ScaleChoice choice_;

@@ -192,16 +192,20 @@ Pilot::Pilot(const SpatialIndex& index, uint32_t most_count) : index_(index) {
   const size_t points = index.point_count();
   const size_t most = std::min<size_t>(most_count, std::max<size_t>(points / kLargestShare, kScaleRungs[0]));
   while (rung_count_ < kRungCount && kScaleRungs[rung_count_] <= std::min(most, points)) ++rung_count_;
-  if (rung_count_ == 0) return;
-  options_.neighborhood = NeighborCount{kScaleRungs[rung_count_ - 1]};
-  plan_ = NeighborhoodPlan::Make(options_, index);
+  if (rung_count_ > 0) KeepRungs(rung_count_);
 }
 
-absl::Status Pilot::SampleGroup(size_t group, PilotScratch& scratch, PilotTable& table) const {
+void Pilot::KeepRungs(size_t count) {
+  rung_count_ = std::min(rung_count_, count);
+  options_.neighborhood = NeighborCount{kScaleRungs[rung_count_ - 1]};
+  plan_ = NeighborhoodPlan::Make(options_, index_);
+}
+
+absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scratch, PilotTable& table) const {
   const size_t first = group * SpatialIndex::kGroupLeaves;
   const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index_.leaf_count());
   bool is_sampled = false;
-  for (size_t leaf = first; leaf < last; ++leaf) is_sampled = is_sampled || IsSampled(leaf);
+  for (size_t leaf = first; leaf < last; ++leaf) is_sampled = is_sampled || IsSampledNow(leaf, which);
   if (!is_sampled) return absl::OkStatus();
   scratch.most_work = std::numeric_limits<uint64_t>::max();  // the points are few
   scratch.first_point = 0;
@@ -213,7 +217,7 @@ absl::Status Pilot::SampleGroup(size_t group, PilotScratch& scratch, PilotTable&
   const auto is_sampled_point = [&](size_t i) {
     const size_t leaf = leaf_of(i);
     size_t& rank = kept_of_leaf[leaf - first];
-    if (rank == samples_of_leaf() || !IsSampled(leaf)) return false;
+    if (rank == samples_of_leaf() || !IsSampledNow(leaf, which)) return false;
     places[kept++] = SampledFrom(leaf) * samples_of_leaf() + rank++;
     return true;
   };
@@ -222,11 +226,11 @@ absl::Status Pilot::SampleGroup(size_t group, PilotScratch& scratch, PilotTable&
     scratch.points.query.Get(i, position);
     PilotPoint& point = table[places[i]];
     point = PilotPoint({position[0], position[1], position[2]});
-    EstimateRungs(rung_count_, scratch, point);
+    EstimateRungs(rung_count_, most_sextic_count_, scratch, point);
   });
 }
 
-void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
+void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& s, PilotPoint& point) {
   OrderByDistance(s);
   const Eigen::Matrix3d frame = FrameOf(s);
   const double farthest = s.squared[s.order[kScaleRungs[rung_count - 1] - 1]];
@@ -236,7 +240,7 @@ void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
   RungEstimates estimates(unit, point);
   size_t next = 0;
   for (size_t rung = 0; rung < rung_count; ++rung) {
-    const bool with_sextic = kScaleRungs[rung] <= kMostSexticCount;
+    const bool with_sextic = kScaleRungs[rung] <= most_sextic_count;
     for (; next < kScaleRungs[rung]; ++next) {
       const uint32_t j = s.order[next];
       halves[IsInEvenHalf(s.ids[j]) ? 0 : 1].Add(NeighborInFrame(s.neighbors, j, frame, unit), with_sextic);

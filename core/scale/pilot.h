@@ -27,26 +27,35 @@ struct PilotScratch : CollectScratch {
 };
 
 // Samples points of an index: the first points that get a result of leaves that lie evenly in the tree order, one of
-// each leaf where there are enough. What is estimated depends on the index alone, not on threads or instruction sets.
-// Thread-safe.
+// each leaf where there are enough. A few of them, the scouts, may go first, and tell how far the others need to look.
+// What is estimated depends on the index and on what the pilot was told to leave out alone, not on threads or
+// instruction sets. Const methods are thread-safe.
 class Pilot {
  public:
+  enum class Samples : uint8_t { kScouts, kOthers };
   // At most so many points are sampled; of small clouds so many at the least, unless that takes more than kMostOfLeaf
   // of a leaf, whose neighborhoods are nearly the same.
   static constexpr size_t kMostPoints = 512, kLeastPoints = 128, kMostOfLeaf = 4;
+  // So many of them are scouts, or somewhat more; of clouds that are sampled more than once a leaf, all are.
+  static constexpr size_t kLeastScouts = 64;
 
   // No neighborhood has more than `most_count` points, or a third of the cloud, and that of the first rung if that is
   // more. REQUIRES: `index` has normals, and outlives the pilot.
   Pilot(const SpatialIndex& index, uint32_t most_count);
 
-  // Rungs whose neighborhoods are not too large; 0: the cloud is too small for any.
+  // Rungs that points are sampled at: those whose neighborhoods are not too large; 0: the cloud is too small for any.
   size_t rung_count() const { return rung_count_; }
+  // From now on, no more rungs than these. REQUIRES: count > 0.
+  void KeepRungs(size_t count);
+  // From now on, no jets of degree 6.
+  void DropSextic() { most_sextic_count_ = 0; }
   const EstimatorOptions& options() const { return options_; }
 
-  // Writes the sampled points of a group, which mostly has none, to their places in `table`, which has one for each
-  // sample. A point without a neighborhood has no estimates. Thread-safe for distinct groups and scratch. Errors:
-  // ErrorKind::kCancelled once the scratch is stopped. May throw std::bad_alloc. REQUIRES: rung_count() > 0.
-  absl::Status SampleGroup(size_t group, PilotScratch& scratch, PilotTable& table) const;
+  // Writes the sampled points of a group, which mostly has none, the scouts or the others, to their places in `table`,
+  // which has one for each sample. A point without a neighborhood has no estimates. Thread-safe for distinct groups and
+  // scratch. Errors: ErrorKind::kCancelled once the scratch is stopped. May throw std::bad_alloc. REQUIRES:
+  // rung_count() > 0.
+  absl::Status SampleGroup(size_t group, Samples which, PilotScratch& scratch, PilotTable& table) const;
 
   // Leaves that points are sampled of, from each equally many.
   size_t sampled_leaf_count() const { return std::min(kMostPoints, index_.leaf_count()); }
@@ -69,8 +78,17 @@ class Pilot {
   const NeighborhoodPlan& plan() const { return plan_; }
 
  private:
+  // Of the sampled leaves, every so many has scouts.
+  size_t ScoutStep() const {
+    return samples_of_leaf() > 1 ? 1 : std::max<size_t>(sampled_leaf_count() / kLeastScouts, 1);
+  }
+  bool IsSampledNow(size_t leaf, Samples which) const {
+    return IsSampled(leaf) && (SampledFrom(leaf) % ScoutStep() == 0) == (which == Samples::kScouts);
+  }
+
   const SpatialIndex& index_;
   size_t rung_count_ = 0;
+  uint32_t most_sextic_count_ = kMostSexticCount;
   EstimatorOptions options_;  // whose neighborhoods are the largest
   NeighborhoodPlan plan_{};
 };
@@ -84,7 +102,8 @@ inline bool IsInEvenHalf(int32_t id) {
   return ((hash ^ hash >> 16) & 1) == 0;
 }
 
-// Estimates the point of the moment from its neighbors. REQUIRES: they are as many as the largest rung of `rung_count`.
-void EstimateRungs(size_t rung_count, PilotScratch& scratch, PilotPoint& point);
+// Estimates the point of the moment from its neighbors; by jets of degree 6, from no more than so many. REQUIRES: they
+// are as many as the largest rung of `rung_count`.
+void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& scratch, PilotPoint& point);
 
 }  // namespace curvd

@@ -36,9 +36,14 @@ struct PilotPoint {
   // Rungs whose neighborhoods reach over no sharp edge; others have no estimates.
   size_t clear_rungs = kRungCount;
 
+  // Takes the estimates of the rungs from `count` on back, which reach over an edge.
+  void KeepClear(size_t count) {
+    clear_rungs = count;
+    KeepRungs(count);
+  }
+
   // Takes the estimates of the rungs from `count` on back.
   void KeepRungs(size_t count) {
-    clear_rungs = count;
     for (size_t rung = count; rung < kRungCount; ++rung) {
       for (Estimates* const estimates : {&mean, &difference, &twist}) {
         for (auto& rungs : *estimates) rungs[rung].fill(kNone);

@@ -185,16 +185,36 @@ ScaleWeights WeightsOf(const Judged& judged, const std::vector<size_t>& chosen, 
   return weights;
 }
 
-// Drops jets of degree 6 unless they are expected to err clearly less than all others, since they cost the most.
-void DropUnlessWorthwhile(std::vector<ScaleScore>& scores) {
-  constexpr double kWorthwhile = 0.7;
+// Jets of degree 6 cost the most: they are chosen if they are expected to err clearly less than all others, by this
+// factor.
+constexpr double kSexticWorthwhile = 0.7;
+
+// Drops them unless they err less than the others by this factor.
+void DropSexticUnless(double worthwhile, std::vector<ScaleScore>& scores) {
   double least = std::numeric_limits<double>::infinity(), least_of_sextic = least;
   for (const ScaleScore& score : scores) {
     double& of_kind = score.candidate.method == kSexticMethod ? least_of_sextic : least;
     of_kind = std::min(of_kind, score.error);
   }
-  if (least_of_sextic <= kWorthwhile * least) return;
+  if (least_of_sextic <= worthwhile * least) return;
   std::erase_if(scores, [](const ScaleScore& score) { return score.candidate.method == kSexticMethod; });
+}
+
+// What both quantities say; no scores: none can be judged.
+struct BothJudged {
+  Judged mean, gaussian;
+  double sigma;  // noise of the positions
+};
+
+BothJudged JudgeBoth(const PilotTable& table, const ScaleBounds& bounds, double sextic_worthwhile) {
+  const ScaleJudge of_mean(table, bounds, ScaleJudge::Quantity::kMean),
+      of_gaussian(table, bounds, ScaleJudge::Quantity::kGaussian);
+  std::vector<ScaleScore> scores = of_mean.Scores();
+  DropSexticUnless(sextic_worthwhile, scores);
+  if (scores.empty()) return {{}, {}, of_mean.sigma()};
+  const Neighbors nearest = NearestOfEach(table);
+  Judged gaussian = JudgeAt(of_gaussian, of_gaussian.ScoresOf(scores, of_mean), nearest, bounds.per_cloud);
+  return {JudgeAt(of_mean, std::move(scores), nearest, bounds.per_cloud), std::move(gaussian), of_mean.sigma()};
 }
 
 }  // namespace
@@ -207,23 +227,35 @@ double LocalTrend::ErrorAt(double difference) const {
   return cloud_error * std::pow(difference / cloud_difference, reliance);
 }
 
+std::optional<CountingCandidates> CandidatesThatCount(const PilotTable& table, const ScaleBounds& bounds,
+                                                      double least_weight) {
+  if (table.empty()) return std::nullopt;
+  std::optional<CountingCandidates> found;
+  // By few points nobody can tell how much less they err.
+  const BothJudged judged = JudgeBoth(table, bounds, 1.0);
+  for (const Judged* of : {&judged.mean, &judged.gaussian}) {
+    for (size_t c = 0; c < of->scores.size(); ++c) {
+      const std::vector<double>& weights = of->weights[c];
+      if (!(*std::max_element(weights.begin(), weights.end()) >= least_weight)) continue;
+      const ScaleCandidate& candidate = of->scores[c].candidate;
+      if (!found.has_value()) found.emplace();
+      found->largest_rung = std::max(found->largest_rung, candidate.rung);
+      found->has_sextic = found->has_sextic || candidate.method == kSexticMethod;
+    }
+  }
+  return found;
+}
+
 ScaleChoice ChooseScales(const PilotTable& table, const ScaleBounds& bounds) {
   ScaleChoice choice;
   if (table.empty()) return choice;
-  const ScaleJudge of_mean(table, bounds, ScaleJudge::Quantity::kMean),
-      of_gaussian(table, bounds, ScaleJudge::Quantity::kGaussian);
-  choice.scores = of_mean.Scores();
-  DropUnlessWorthwhile(choice.scores);
-  choice.sigma = of_mean.sigma();
+  const BothJudged judged = JudgeBoth(table, bounds, kSexticWorthwhile);
+  choice.sigma = judged.sigma;
+  choice.scores = judged.mean.scores;
   if (choice.scores.empty()) return choice;
-  const Neighbors nearest = NearestOfEach(table);
-  const Judged mean = JudgeAt(of_mean, choice.scores, nearest, bounds.per_cloud);
-  const Judged gaussian = JudgeAt(of_gaussian, of_gaussian.ScoresOf(choice.scores, of_mean), nearest, bounds.per_cloud);
-
-  const std::vector<size_t> order = ChooseTogether(mean, gaussian);
-  choice.mean = WeightsOf(mean, order, bounds.per_cloud);
-  choice.gaussian = WeightsOf(gaussian, order, bounds.per_cloud);
-  choice.scores = mean.scores;
+  const std::vector<size_t> order = ChooseTogether(judged.mean, judged.gaussian);
+  choice.mean = WeightsOf(judged.mean, order, bounds.per_cloud);
+  choice.gaussian = WeightsOf(judged.gaussian, order, bounds.per_cloud);
   for (size_t c = 0; c < order.size(); ++c) {
     choice.chosen.push_back(choice.scores[order[c]].candidate);
     choice.scores[order[c]].share = choice.mean.cloud_weights[c];

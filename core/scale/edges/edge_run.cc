@@ -160,9 +160,12 @@ absl::Status EdgeRun::Mark(size_t group, PilotScratch& s) {
   return status;
 }
 
-void EdgeRun::Finish(PilotTable& table) {
+void EdgeRun::Finish() {
+  if (is_large_enough_) marks_.Finish();
+}
+
+void EdgeRun::KeepClear(PilotTable& table) {
   if (!is_large_enough_) return;
-  marks_.Finish();
   has_edges_ = marks_.HasEdges() &&
                static_cast<double>(marks_.edge_count()) >= kLeastEdgeShare * static_cast<double>(marks_.rough_count());
   if (!has_edges_) return;
@@ -174,7 +177,7 @@ void EdgeRun::Finish(PilotTable& table) {
   const auto are_clear = std::count_if(clear.begin(), clear.end(), [](size_t rungs) { return rungs > kClearRung; });
   has_edges_ = static_cast<double>(are_clear) >= kLeastClearShare * static_cast<double>(table.size());
   if (!has_edges_) return;
-  for (size_t i = 0; i < table.size(); ++i) table[i].KeepRungs(clear[i]);
+  for (size_t i = 0; i < table.size(); ++i) table[i].KeepClear(clear[i]);
 }
 
 float EdgeRun::DistanceToEdge(const float* position) const {

@@ -23,8 +23,8 @@ struct OneSideScale {
   double allowed_error;  // of the mean curvature, in 1 / the index's length
 };
 
-// Usage: Measure every group; Sample; Mark every group; Finish; then ask; LookAmong; Repair points of any group.
-// Measure, Mark and Repair are thread-safe for distinct groups and scratch.
+// Usage: Measure every group; Sample; Mark every group; Finish; KeepClear; then ask; LookAmong; Repair points of any
+// group. Measure, Mark and Repair are thread-safe for distinct groups and scratch.
 class EdgeRun {
  public:
   // REQUIRES: `index` has normals, and outlives the object. May throw std::bad_alloc.
@@ -38,8 +38,10 @@ class EdgeRun {
   // Finds out whether points lie beside an edge: of groups that may have such points, by the others too. Errors as
   // those of GroupPhase::run, but that no part of the group is left to another run.
   absl::Status Mark(size_t group, PilotScratch& scratch);
-  // Tells `table` which scales reach over an edge at its points. If that are nearly all, there are no edges.
-  void Finish(PilotTable& table);
+  void Finish();
+  // Tells `table` which scales reach over an edge at its points. If that are nearly all, there are no edges: the last
+  // table says.
+  void KeepClear(PilotTable& table);
 
   bool HasEdges() const { return has_edges_; }
   // From a position to the nearest point beside an edge, in the index's unit.

@@ -12,9 +12,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/scale/pilot.h"
 #include "tests/core/hostile_clouds.h"
-#include "tests/core/instruction_sets.h"
 #include "tests/core/normals/normal_clouds.h"
 #include "tests/core/seam_clouds.h"
 #include "tests/core/test_clouds.h"
@@ -71,6 +69,20 @@ TEST(AutomaticTest, TellsWhatItChose) {
   }
   EXPECT_NEAR(sum, 1.0, 1e-9);
   EXPECT_TRUE(shares.contains("avg-hexagram") && shares.contains("jet"));
+}
+
+// Where small neighborhoods are best by far, larger ones are looked at by a few of the sampled points alone.
+TEST(AutomaticTest, ScalesFarBeyondTheBestAreNotJudged) {
+  const auto largest = [](const TestPoints& points) {
+    const EstimationResult result = MustEstimate(points.ToCloud(), Automatic());
+    uint32_t count = 0;
+    for (const ScaleOutcome& outcome : result.scale_report->outcomes) {
+      count = std::max(count, outcome.neighbor_count);
+    }
+    return count;
+  };
+  EXPECT_LE(largest(Waves(10'000, 0.0, 5)), 1024u);
+  EXPECT_EQ(largest(NoisySphere(10'000, 0.02)), 2048u);
 }
 
 // Exact positions are worth more than their normals, and a polynomial of a high degree makes the most of them.
@@ -491,50 +503,6 @@ TEST_P(AutomaticHostileTest, GivesNumbersOrAReason) {
 INSTANTIATE_TEST_SUITE_P(EachCloud, AutomaticHostileTest,
                          ::testing::ValuesIn(HostileClouds().begin(), HostileClouds().end()),
                          [](const auto& info) { return IdentifierOf(info.param); });
-
-class PilotTest : public InstructionSetTest {};
-
-TEST_P(PilotTest, EstimatesTheSameOnEveryInstructionSet) {
-  const SpatialIndex index = BuildIndex(NoisySphere(3000, 0.02).ToCloud());
-  const Pilot pilot(index, 512);
-  const auto sample = [&] {
-    PilotTable table(pilot.sample_count(), PilotPoint::None());
-    PilotScratch scratch;
-    for (size_t group = 0; group < index.group_count(); ++group) {
-      EXPECT_TRUE(pilot.SampleGroup(group, scratch, table).ok());
-    }
-    return table;
-  };
-  const PilotTable here = sample();
-  hwy::SetSupportedTargetsForTest(0);
-  const PilotTable anywhere = sample();
-  ASSERT_EQ(here.size(), std::min(Pilot::kMostPoints, index.leaf_count()));
-  for (size_t i = 0; i < here.size(); ++i) {
-    ASSERT_TRUE(here[i].is_sampled());
-    EXPECT_EQ(std::memcmp(&here[i].mean, &anywhere[i].mean, sizeof(here[i].mean)), 0) << i;
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(All, PilotTest, InstructionSets(), InstructionSetName);
-
-TEST(PilotSamplesTest, SmallCloudsHaveSeveralPointsOfALeaf) {
-  for (const auto& [points, samples] : {std::pair<size_t, size_t>{100, 28}, {500, 128}, {1000, 189}, {3000, 188}}) {
-    const SpatialIndex index = BuildIndex(NoisySphere(points, 0.02).ToCloud());
-    const Pilot pilot(index, 64);
-    PilotTable table(pilot.sample_count(), PilotPoint::None());
-    PilotScratch scratch;
-    for (size_t group = 0; group < index.group_count(); ++group) {
-      ASSERT_TRUE(pilot.SampleGroup(group, scratch, table).ok());
-    }
-    EXPECT_EQ(table.size(), samples) << points;
-    std::set<std::array<float, 3>> positions;
-    for (const PilotPoint& sample : table) {
-      EXPECT_TRUE(sample.is_sampled()) << points;
-      positions.insert(sample.position);
-    }
-    EXPECT_EQ(positions.size(), table.size()) << "a point is sampled once, of " << points;
-  }
-}
 
 }  // namespace
 }  // namespace curvd::testing

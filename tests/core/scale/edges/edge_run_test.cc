@@ -60,7 +60,8 @@ TEST(EdgeRunTest, LooksAtAQuarterOfASmoothCloud) {
   PilotScratch scratch;
   Look(index, WorkerScratch::kMostRunWork, edges, scratch);
   PilotTable table;
-  edges.Finish(table);
+  edges.Finish();
+  edges.KeepClear(table);
   EXPECT_FALSE(edges.HasEdges());
   EXPECT_LT(scratch.work(), WorkOfAll(index) / 3);
 }
@@ -74,7 +75,8 @@ TEST(EdgeRunTest, FindsEveryPointBesideAnEdge) {
   Look(index, WorkerScratch::kMostRunWork, edges, scratch);
   PilotTable table{PilotPoint({-0.5f, 0.5f, 0.0f})};
   table.front().radius.fill(0.1f);
-  edges.Finish(table);
+  edges.Finish();
+  edges.KeepClear(table);
   ASSERT_TRUE(edges.HasEdges());
   const float unit = 1.0f / kSide;
   const auto scale = static_cast<float>(std::ldexp(1.0, index.scale_exponent()));
@@ -100,8 +102,10 @@ TEST(EdgeRunTest, FindsTheSameInShortRuns) {
   PilotTable table{PilotPoint({0.0f, 0.0f, 0.0f})}, same = table;
   table.front().radius.fill(0.0f);
   same.front().radius.fill(0.0f);
-  at_once.Finish(table);
-  in_parts.Finish(same);
+  at_once.Finish();
+  at_once.KeepClear(table);
+  in_parts.Finish();
+  in_parts.KeepClear(same);
   EXPECT_EQ(at_once.HasEdges(), in_parts.HasEdges());
   for (const auto& at : corner.positions) {
     EXPECT_EQ(at_once.DistanceToEdge(at.data()), in_parts.DistanceToEdge(at.data()));
