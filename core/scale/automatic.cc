@@ -20,6 +20,9 @@
 #include "core/scale/edges/edge_run.h"
 #include "core/scale/errors/error_samples.h"
 #include "core/scale/errors/standard_errors.h"
+#include "core/scale/parts/cloud_choice.h"
+#include "core/scale/parts/cloud_parts.h"
+#include "core/scale/parts/cloud_weights.h"
 #include "core/scale/pilot.h"
 #include "core/scale/scale_choice.h"
 #include "core/scale/scale_report.h"
@@ -98,7 +101,7 @@ class AutomaticRun final : public StrategyRun {
   }
 
   size_t bytes() const override {
-    return table_.capacity() * sizeof(PilotPoint) + choice_.mean.bytes() + choice_.gaussian.bytes() +
+    return table_.capacity() * sizeof(PilotPoint) + choice_.bytes() +
            (choice_writer_.has_value() ? choice_writer_->bytes() : 0) + (edges_.has_value() ? edges_->bytes() : 0);
   }
 
@@ -113,8 +116,7 @@ class AutomaticRun final : public StrategyRun {
     return pilot_.SampleGroup(group, which, s.pilot, table_);
   }
 
-  // The sampled points are spared the rungs far beyond those that count at the scouts, and jets of degree 6 where they
-  // do not. Where there are edges, few
+  // The sampled points are spared the rungs far beyond those that count at the scouts. Where there are edges, few
   // scouts may be clear of them at the rungs that others need.
   void LimitScale() {
     if (!options_.is_automatic()) return;
@@ -123,10 +125,11 @@ class AutomaticRun final : public StrategyRun {
                  [](const PilotPoint& point) { return point.is_sampled(); });
     if (edges_.has_value()) edges_->KeepClear(scouts);
     if (edges_.has_value() && edges_->HasEdges()) return;
-    const auto counting = CandidatesThatCount(scouts, BoundsOf(options_, index_), kLeastScoutWeight);
-    if (!counting.has_value()) return;
-    if (!counting->has_sextic) pilot_.DropSextic();
-    pilot_.KeepRungs(counting->largest_rung + 1 + kRungsBeyond);
+    // A small part of the cloud may need other rungs than the rest.
+    if (ShowNoiseInParts(scouts)) return;
+    const auto largest = LargestRungThatCounts(scouts, BoundsOf(options_, index_), kLeastScoutWeight);
+    if (!largest.has_value()) return;
+    pilot_.KeepRungs(*largest + 1 + kRungsBeyond);
     for (PilotPoint& point : table_) point.KeepRungs(pilot_.rung_count());
   }
 
@@ -143,14 +146,28 @@ class AutomaticRun final : public StrategyRun {
   void Choose() {
     std::erase_if(table_, [](const PilotPoint& point) { return !point.is_sampled(); });
     if (edges_.has_value()) edges_->KeepClear(table_);
-    choice_ = ChooseScales(table_, BoundsOf(options_, index_));
-    if (choices_ != nullptr) choice_writer_.emplace(options_, index_, table_, choice_, results_, choices_);
-    Report();
-    if (choice_.chosen.empty()) {
-      choice_.chosen = {Fallback()};
-      choice_.mean.cloud_weights = choice_.gaussian.cloud_weights = {1.0};
+    std::vector<PartChoice> parts;
+    for (const PilotPoints samples : PartsOf(table_)) {
+      parts.push_back({samples, ChooseScales(samples, BoundsOf(options_, index_))});
     }
-    estimates_.emplace(options_, index_, table_, choice_, edges_.has_value() ? &*edges_ : nullptr, results_);
+    Report(parts);
+    for (PartChoice& part : parts) {
+      if (!part.choice.chosen.empty()) continue;
+      part.choice.chosen = {Fallback()};
+      part.choice.mean.cloud_weights = part.choice.gaussian.cloud_weights = {1.0};
+    }
+    choice_ = CloudChoice(std::move(parts));
+    if (choices_ != nullptr) choice_writer_.emplace(options_, index_, choice_, results_, choices_);
+    estimates_.emplace(options_, index_, choice_, edges_.has_value() ? &*edges_ : nullptr, results_);
+  }
+
+  // Parts that differ much are judged each for itself, unless all points are to have the same weights.
+  std::vector<PilotPoints> PartsOf(PilotTable& table) const {
+    const bool may_differ = options_.is_automatic() && !ScaleOf(options_).per_cloud;
+    const size_t second = may_differ ? SplitIntoParts(table) : table.size();
+    const PilotPoints all = table;
+    if (second == table.size()) return {all};
+    return {all.first(second), all.subspan(second)};
   }
 
   // What is tried where nothing could be judged: what comes of it has a status.
@@ -162,16 +179,22 @@ class AutomaticRun final : public StrategyRun {
     return {method, rung};
   }
 
-  void Report() {
+  void Report(const std::vector<PartChoice>& parts) {
     report_.sampled_points = static_cast<uint32_t>(table_.size());
-    report_.sigma = std::ldexp(choice_.sigma, -index_.scale_exponent());
-    report_.normal_sigma = NormalNoise(table_, choice_.sigma);
     const auto to_caller = [&](double curvature) { return std::ldexp(curvature, index_.scale_exponent()); };
-    for (const ScaleScore& score : choice_.scores) {
-      report_.Add({kScaleMethods[score.candidate.method].estimator,
-                   FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),
-                   to_caller(score.noise), to_caller(score.bias), score.share});
+    double sigma = 0.0;
+    for (const auto& [samples, choice] : parts) {
+      sigma = std::max(sigma, choice.sigma);
+      const double share =
+          static_cast<double>(samples.size()) / static_cast<double>(std::max<size_t>(table_.size(), 1));
+      for (const ScaleScore& score : choice.scores) {
+        report_.Add({kScaleMethods[score.candidate.method].estimator,
+                     FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),
+                     to_caller(score.noise), to_caller(score.bias), share * score.share});
+      }
     }
+    report_.sigma = std::ldexp(sigma, -index_.scale_exponent());
+    report_.normal_sigma = NormalNoise(table_, sigma);
   }
 
   absl::Status Estimate(size_t group, AutomaticScratch& s) {
@@ -216,7 +239,7 @@ class AutomaticRun final : public StrategyRun {
   Pilot pilot_;
   std::optional<EdgeRun> edges_;  // unless the estimator or the scale is fixed
   PilotTable table_;
-  ScaleChoice choice_;
+  CloudChoice choice_;
   PointChoice* choices_ = nullptr;  // null: nobody asks
   ScaleReport report_;
   std::optional<ChoiceWriter> choice_writer_;
@@ -236,9 +259,11 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   const size_t samples = std::min(Pilot::kMostPoints, point_count);
   const size_t shared = samples * (sizeof(PilotPoint) + (options.returns_choice ? sizeof(ErrorSample) : 0));
   return shared + sizeof(AutomaticScratch) - sizeof(PilotScratch) +
-         PilotScratch::MostBytes(PilotOptions(options), point_count) + LocalWeights::MostBytes(Pilot::kMostPoints) +
-         (options.returns_choice ? NearestSamples::MostBytes(Pilot::kMostPoints) : 0) +
-         ScaleChoice::kMostChosen * (chosen + sizeof(void*));
+         PilotScratch::MostBytes(PilotOptions(options), point_count) + CloudWeights::MostBytes(Pilot::kMostPoints) +
+         (options.returns_choice
+              ? NearestSamples::MostBytes(Pilot::kMostPoints) + CloudChoice::kMostParts * sizeof(NearestSamples)
+              : 0) +
+         CloudChoice::kMostChosen * (chosen + sizeof(void*));
 }
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,

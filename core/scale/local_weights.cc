@@ -4,7 +4,7 @@
 
 namespace curvd {
 
-LocalWeights::LocalWeights(const PilotTable& table, const ScaleChoice& choice) : choice_(choice), samples_(table) {}
+LocalWeights::LocalWeights(PilotPoints table, const ScaleChoice& choice) : choice_(choice), samples_(table) {}
 
 void LocalWeights::Start(const Box& box) {
   if (!choice_.mean.trends.empty()) samples_.Start(box, ScaleChoice::kNearest);

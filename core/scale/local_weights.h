@@ -24,7 +24,7 @@ class LocalWeights {
   };
 
   // `table` and `choice` outlive the object. REQUIRES: choice.chosen is not empty.
-  LocalWeights(const PilotTable& table, const ScaleChoice& choice);
+  LocalWeights(PilotPoints table, const ScaleChoice& choice);
 
   // Looks at the sampled points around a box; then At(position) gives the weights at any position in it, in the order
   // of ScaleChoice::chosen. They have no particular sum.

@@ -14,7 +14,7 @@ float SquaredDistance(const std::array<float, 3>& a, const float* b) {
 
 }  // namespace
 
-NearestSamples::NearestSamples(const PilotTable& table) {
+NearestSamples::NearestSamples(PilotPoints table) {
   positions_.reserve(table.size());
   for (const PilotPoint& point : table) positions_.push_back(point.position);
   near_.reserve(table.size());

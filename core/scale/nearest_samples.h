@@ -15,7 +15,7 @@ namespace curvd {
 // Finds them for the points of one box at a time. The order of boxes does not matter. Not thread-safe.
 class NearestSamples {
  public:
-  explicit NearestSamples(const PilotTable& table);
+  explicit NearestSamples(PilotPoints table);
 
   // Looks at the sampled points around a box, so that At finds the nearest ones of any position in it.
   void Start(const Box& box, size_t count);

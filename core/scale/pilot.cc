@@ -226,11 +226,11 @@ absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scrat
     scratch.points.query.Get(i, position);
     PilotPoint& point = table[places[i]];
     point = PilotPoint({position[0], position[1], position[2]});
-    EstimateRungs(rung_count_, most_sextic_count_, scratch, point);
+    EstimateRungs(rung_count_, scratch, point);
   });
 }
 
-void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& s, PilotPoint& point) {
+void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
   OrderByDistance(s);
   const Eigen::Matrix3d frame = FrameOf(s);
   const double farthest = s.squared[s.order[kScaleRungs[rung_count - 1] - 1]];
@@ -240,7 +240,7 @@ void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& 
   RungEstimates estimates(unit, point);
   size_t next = 0;
   for (size_t rung = 0; rung < rung_count; ++rung) {
-    const bool with_sextic = kScaleRungs[rung] <= most_sextic_count;
+    const bool with_sextic = kScaleRungs[rung] <= kMostSexticCount;
     for (; next < kScaleRungs[rung]; ++next) {
       const uint32_t j = s.order[next];
       halves[IsInEvenHalf(s.ids[j]) ? 0 : 1].Add(NeighborInFrame(s.neighbors, j, frame, unit), with_sextic);

@@ -28,7 +28,7 @@ struct PilotScratch : CollectScratch {
 
 // Samples points of an index: the first points that get a result of leaves that lie evenly in the tree order, one of
 // each leaf where there are enough. A few of them, the scouts, may go first, and tell how far the others need to look.
-// What is estimated depends on the index and on what the pilot was told to leave out alone, not on threads or
+// What is estimated depends on the index and on what KeepRungs is told alone, not on threads or
 // instruction sets. Const methods are thread-safe.
 class Pilot {
  public:
@@ -47,8 +47,6 @@ class Pilot {
   size_t rung_count() const { return rung_count_; }
   // From now on, no more rungs than these. REQUIRES: count > 0.
   void KeepRungs(size_t count);
-  // From now on, no jets of degree 6.
-  void DropSextic() { most_sextic_count_ = 0; }
   const EstimatorOptions& options() const { return options_; }
 
   // Writes the sampled points of a group, which mostly has none, the scouts or the others, to their places in `table`,
@@ -88,7 +86,6 @@ class Pilot {
 
   const SpatialIndex& index_;
   size_t rung_count_ = 0;
-  uint32_t most_sextic_count_ = kMostSexticCount;
   EstimatorOptions options_;  // whose neighborhoods are the largest
   NeighborhoodPlan plan_{};
 };
@@ -102,8 +99,7 @@ inline bool IsInEvenHalf(int32_t id) {
   return ((hash ^ hash >> 16) & 1) == 0;
 }
 
-// Estimates the point of the moment from its neighbors; by jets of degree 6, from no more than so many. REQUIRES: they
-// are as many as the largest rung of `rung_count`.
-void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& scratch, PilotPoint& point);
+// Estimates the point of the moment from its neighbors. REQUIRES: they are as many as the largest rung of `rung_count`.
+void EstimateRungs(size_t rung_count, PilotScratch& scratch, PilotPoint& point);
 
 }  // namespace curvd

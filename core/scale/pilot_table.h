@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "core/estimators/scale_ladder.h"
@@ -72,5 +73,7 @@ struct PilotPoint {
 };
 
 using PilotTable = std::vector<PilotPoint>;
+// Some of a table.
+using PilotPoints = std::span<const PilotPoint>;
 
 }  // namespace curvd

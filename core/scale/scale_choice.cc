@@ -14,7 +14,7 @@ namespace {
 // Of each sampled point, the places of those that lie nearest to it.
 using Neighbors = std::vector<std::vector<size_t>>;
 
-Neighbors NearestOfEach(const PilotTable& table) {
+Neighbors NearestOfEach(PilotPoints table) {
   Neighbors nearest(table.size());
   std::vector<size_t> order(table.size());
   std::vector<float> squared(table.size());
@@ -185,18 +185,15 @@ ScaleWeights WeightsOf(const Judged& judged, const std::vector<size_t>& chosen, 
   return weights;
 }
 
-// Jets of degree 6 cost the most: they are chosen if they are expected to err clearly less than all others, by this
-// factor.
-constexpr double kSexticWorthwhile = 0.7;
-
-// Drops them unless they err less than the others by this factor.
-void DropSexticUnless(double worthwhile, std::vector<ScaleScore>& scores) {
+// Drops jets of degree 6 unless they are expected to err clearly less than all others, since they cost the most.
+void DropUnlessWorthwhile(std::vector<ScaleScore>& scores) {
+  constexpr double kWorthwhile = 0.7;
   double least = std::numeric_limits<double>::infinity(), least_of_sextic = least;
   for (const ScaleScore& score : scores) {
     double& of_kind = score.candidate.method == kSexticMethod ? least_of_sextic : least;
     of_kind = std::min(of_kind, score.error);
   }
-  if (least_of_sextic <= worthwhile * least) return;
+  if (least_of_sextic <= kWorthwhile * least) return;
   std::erase_if(scores, [](const ScaleScore& score) { return score.candidate.method == kSexticMethod; });
 }
 
@@ -206,11 +203,11 @@ struct BothJudged {
   double sigma;  // noise of the positions
 };
 
-BothJudged JudgeBoth(const PilotTable& table, const ScaleBounds& bounds, double sextic_worthwhile) {
+BothJudged JudgeBoth(PilotPoints table, const ScaleBounds& bounds) {
   const ScaleJudge of_mean(table, bounds, ScaleJudge::Quantity::kMean),
       of_gaussian(table, bounds, ScaleJudge::Quantity::kGaussian);
   std::vector<ScaleScore> scores = of_mean.Scores();
-  DropSexticUnless(sextic_worthwhile, scores);
+  DropUnlessWorthwhile(scores);
   if (scores.empty()) return {{}, {}, of_mean.sigma()};
   const Neighbors nearest = NearestOfEach(table);
   Judged gaussian = JudgeAt(of_gaussian, of_gaussian.ScoresOf(scores, of_mean), nearest, bounds.per_cloud);
@@ -219,7 +216,7 @@ BothJudged JudgeBoth(const PilotTable& table, const ScaleBounds& bounds, double 
 
 }  // namespace
 
-double PositionNoise(const PilotTable& table) { return ScaleJudge::PositionNoise(table); }
+double PositionNoise(PilotPoints table) { return ScaleJudge::PositionNoise(table); }
 
 double ScaleWeight(double error) { return 1.0 / (error * error * error * error); }
 
@@ -227,29 +224,24 @@ double LocalTrend::ErrorAt(double difference) const {
   return cloud_error * std::pow(difference / cloud_difference, reliance);
 }
 
-std::optional<CountingCandidates> CandidatesThatCount(const PilotTable& table, const ScaleBounds& bounds,
-                                                      double least_weight) {
+std::optional<size_t> LargestRungThatCounts(PilotPoints table, const ScaleBounds& bounds, double least_weight) {
   if (table.empty()) return std::nullopt;
-  std::optional<CountingCandidates> found;
-  // By few points nobody can tell how much less they err.
-  const BothJudged judged = JudgeBoth(table, bounds, 1.0);
+  const BothJudged judged = JudgeBoth(table, bounds);
+  std::optional<size_t> largest;
   for (const Judged* of : {&judged.mean, &judged.gaussian}) {
     for (size_t c = 0; c < of->scores.size(); ++c) {
       const std::vector<double>& weights = of->weights[c];
       if (!(*std::max_element(weights.begin(), weights.end()) >= least_weight)) continue;
-      const ScaleCandidate& candidate = of->scores[c].candidate;
-      if (!found.has_value()) found.emplace();
-      found->largest_rung = std::max(found->largest_rung, candidate.rung);
-      found->has_sextic = found->has_sextic || candidate.method == kSexticMethod;
+      largest = std::max(largest.value_or(0), of->scores[c].candidate.rung);
     }
   }
-  return found;
+  return largest;
 }
 
-ScaleChoice ChooseScales(const PilotTable& table, const ScaleBounds& bounds) {
+ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds) {
   ScaleChoice choice;
   if (table.empty()) return choice;
-  const BothJudged judged = JudgeBoth(table, bounds, kSexticWorthwhile);
+  const BothJudged judged = JudgeBoth(table, bounds);
   choice.sigma = judged.sigma;
   choice.scores = judged.mean.scores;
   if (choice.scores.empty()) return choice;

@@ -71,21 +71,14 @@ struct ScaleChoice {
 };
 
 // The standard deviation of the noise of positions, in the index's unit, as the residuals show it; 0: nothing does.
-double PositionNoise(const PilotTable& table);
+double PositionNoise(PilotPoints table);
 
-// Which candidates may count.
-struct CountingCandidates {
-  size_t largest_rung;
-  bool has_sextic;  // whether jets of degree 6 may
-};
-
-// Those that have, before some are chosen, at least this part of the weights in one of the quantities at one of the
-// points; nothing if none can be judged.
-std::optional<CountingCandidates> CandidatesThatCount(const PilotTable& table, const ScaleBounds& bounds,
-                                                      double least_weight);
+// The largest rung of which a candidate, before some are chosen, has at least this part of the weights in one of the
+// quantities at one of the points; nothing if none can be judged.
+std::optional<size_t> LargestRungThatCounts(PilotPoints table, const ScaleBounds& bounds, double least_weight);
 
 // Thread-safe. The same table gives the same choice on every machine.
-ScaleChoice ChooseScales(const PilotTable& table, const ScaleBounds& bounds);
+ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds);
 
 // The weight of an estimate with this expected error.
 double ScaleWeight(double error);

@@ -49,7 +49,7 @@ double CutMean(const std::vector<double>& values) {
 
 // Of the values that are finite; infinity if there are none.
 template <typename Value>
-double MedianOf(const PilotTable& table, const Value& value) {
+double MedianOf(PilotPoints table, const Value& value) {
   std::vector<double> values;
   values.reserve(table.size());
   for (const PilotPoint& point : table) {
@@ -58,7 +58,7 @@ double MedianOf(const PilotTable& table, const Value& value) {
   return values.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(values));
 }
 
-double MedianRadius(const PilotTable& table, size_t rung) {
+double MedianRadius(PilotPoints table, size_t rung) {
   return MedianOf(table, [rung](const auto& p) { return p.radius[rung]; });
 }
 
@@ -74,7 +74,7 @@ std::vector<double> DistancesOf(std::span<const double> one, std::span<const dou
 
 }  // namespace
 
-ScaleJudge::ScaleJudge(const PilotTable& table, const ScaleBounds& bounds, Quantity quantity)
+ScaleJudge::ScaleJudge(PilotPoints table, const ScaleBounds& bounds, Quantity quantity)
     : table_(table), bounds_(bounds), quantity_(quantity) {
   CopyValues();
   for (size_t m = 0; m < kMethodCount; ++m) {
@@ -237,7 +237,7 @@ void ScaleJudge::FindNoise() {
   if (std::isfinite(bend)) noise_bias_ = sigma_ * sigma_ * bend;
 }
 
-double ScaleJudge::PositionNoise(const PilotTable& table) {
+double ScaleJudge::PositionNoise(PilotPoints table) {
   double least = std::numeric_limits<double>::infinity();
   for (size_t rung = kResidualRung; rung < kRungCount; ++rung) {
     const double residual = MedianOf(table, [&](const auto& p) { return p.residual[rung]; });

@@ -21,7 +21,7 @@ class ScaleJudge {
   enum class Quantity : uint8_t { kMean, kGaussian };
 
   // `table` outlives the object.
-  ScaleJudge(const PilotTable& table, const ScaleBounds& bounds, Quantity quantity);
+  ScaleJudge(PilotPoints table, const ScaleBounds& bounds, Quantity quantity);
 
   // Of all candidates that can be judged and are within the bounds, by method, then by rung.
   std::vector<ScaleScore> Scores() const;
@@ -40,7 +40,7 @@ class ScaleJudge {
   bool HasHalves(const ScaleCandidate& candidate) const;
 
   // Standard deviation of the noise of positions; 0 if nothing tells it.
-  static double PositionNoise(const PilotTable& table);
+  static double PositionNoise(PilotPoints table);
   double sigma() const { return sigma_; }
   // The least error that can be told at that scale.
   double Floor(size_t rung) const;
@@ -86,7 +86,7 @@ class ScaleJudge {
   // matter, that of the first rung is the second one's, and its own is found as it would be at the other end.
   static void MendFirstRung(size_t first, std::vector<ScaleScore>& scores);
 
-  const PilotTable& table_;
+  const PilotPoints table_;
   const ScaleBounds bounds_;
   const Quantity quantity_;
   std::vector<double> values_;                     // by method, rung, part and point

@@ -12,16 +12,16 @@
 #include "core/estimators/group_points.h"
 #include "core/estimators/strategy.h"
 #include "core/scale/blend.h"
-#include "core/scale/local_weights.h"
 #include "core/scale/nearest_samples.h"
+#include "core/scale/parts/cloud_weights.h"
 #include "core/scale/pilot.h"
 
 namespace curvd {
 
-// How much the chosen estimates count at the points of one leaf.
+// How much the chosen estimates count at the points of one leaf that belong to one part of the cloud.
 struct LeafWeights {
-  LocalWeights::PointWeights all;
-  std::array<bool, ScaleChoice::kMostChosen> count;  // whether each is large enough to count
+  CloudWeights::PointWeights all;
+  std::array<bool, CloudChoice::kMostChosen> count;  // whether each is large enough to count
 };
 
 // Serves one group at a time. Arrays have a place for each of its points that get a result, from first_point on.
@@ -31,11 +31,12 @@ struct AutomaticScratch final : WorkerScratch {
 
   PilotScratch pilot;
   std::vector<std::unique_ptr<WorkerScratch>> chosen;  // of the chosen estimates; empty until the first is asked for
-  std::optional<LocalWeights> weights;
-  std::optional<NearestSamples> samples;  // where somebody asks how points were chosen
+  std::optional<CloudWeights> weights;
+  std::vector<NearestSamples> samples;  // of each part, where somebody asks how points were chosen
   GroupPoints points;
-  std::array<LeafWeights, SpatialIndex::kGroupLeaves> leaf_weights;
-  OfPoints<LocalWeights::Weights> shares;  // in H, of the estimates that count
+  std::array<std::array<LeafWeights, CloudChoice::kMostParts>, SpatialIndex::kGroupLeaves> leaf_weights;
+  OfPoints<size_t> part;                   // of the cloud, to which a point belongs
+  OfPoints<CloudWeights::Weights> shares;  // in H, of the estimates that count
   OfPoints<Blend> blends;
   // The same without estimates that reach over an edge.
   OfPoints<Blend> clear_blends;
@@ -44,13 +45,14 @@ struct AutomaticScratch final : WorkerScratch {
   // Of each chosen estimate at a point of the group.
   const LeafWeights& WeightsAt(size_t point) const {
     const size_t leaf = static_cast<size_t>(points.place[point]) / SpatialIndex::kLeafSize;
-    return leaf_weights[leaf % SpatialIndex::kGroupLeaves];
+    return leaf_weights[leaf % SpatialIndex::kGroupLeaves][part[point]];
   }
 
   size_t bytes() const override {
     size_t bytes = sizeof(*this) - sizeof(pilot) + pilot.bytes();
     for (const auto& scratch : chosen) bytes += scratch->bytes();
-    return bytes + (weights.has_value() ? weights->bytes() : 0) + (samples.has_value() ? samples->bytes() : 0);
+    for (const NearestSamples& of_part : samples) bytes += sizeof(of_part) + of_part.bytes();
+    return bytes + (weights.has_value() ? weights->bytes() : 0);
   }
   uint64_t work() const override {
     uint64_t work = pilot.work();

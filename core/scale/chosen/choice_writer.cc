@@ -17,23 +17,37 @@ constexpr double kLeastShareWithErrors = 0.9;
 
 }  // namespace
 
-ChoiceWriter::ChoiceWriter(const EstimatorOptions& options, const SpatialIndex& index, const PilotTable& table,
-                           const ScaleChoice& choice, const PointCurvature* results, PointChoice* choices)
-    : options_(options), index_(index), table_(table), choice_(choice), results_(results), choices_(choices) {
-  std::vector<double> variance_factors;
-  for (const ScaleCandidate& candidate : choice.chosen) variance_factors.push_back(VarianceFactor(options, candidate));
-  if (!choice.scores.empty()) errors_ = ErrorModel(SampleErrors(table, choice, variance_factors));
+ChoiceWriter::ChoiceWriter(const EstimatorOptions& options, const SpatialIndex& index, const CloudChoice& choice,
+                           const PointCurvature* results, PointChoice* choices)
+    : options_(options), index_(index), choice_(choice), results_(results), choices_(choices) {
+  for (const PartChoice& part : choice.parts()) {
+    std::vector<double> variance_factors;
+    for (const ScaleCandidate& candidate : part.choice.chosen) {
+      variance_factors.push_back(VarianceFactor(options, candidate));
+    }
+    errors_.push_back(part.choice.scores.empty()
+                          ? ErrorModel()
+                          : ErrorModel(SampleErrors(part.samples, part.choice, variance_factors)));
+  }
 }
 
 void ChoiceWriter::Start(AutomaticScratch& s) const {
-  if (!s.samples.has_value()) s.samples.emplace(table_);
-  s.samples->Start(s.points.box, ErrorModel::kNearest);
+  if (s.samples.empty()) {
+    for (const PartChoice& part : choice_.parts()) s.samples.emplace_back(part.samples);
+  }
+  for (NearestSamples& of_part : s.samples) of_part.Start(s.points.box, ErrorModel::kNearest);
 }
 
 void ChoiceWriter::WriteMended(size_t point, AutomaticScratch& s) const {
-  const LocalWeights::Weights& all = s.WeightsAt(point).all.mean;
+  const CloudWeights::Weights& all = s.WeightsAt(point).all.mean;
   const double total = std::accumulate(all.begin(), all.end(), 0.0);
   Write(point, s.blends[point].weight() >= kLeastShareWithErrors * total, s);
+}
+
+size_t ChoiceWriter::bytes() const {
+  size_t bytes = errors_.capacity() * sizeof(ErrorModel);
+  for (const ErrorModel& of_part : errors_) bytes += of_part.bytes();
+  return bytes;
 }
 
 void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) const {
@@ -47,7 +61,8 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
   float position[3];
   s.points.query.Get(point, position);
   const double half_difference = std::ldexp(0.5 * (double{result.k2} - result.k1), -index_.scale_exponent());
-  const StandardErrors errors = errors_.At(s.samples->At(position), half_difference);
+  const size_t part = s.part[point];
+  const StandardErrors errors = errors_[part].At(s.samples[part].At(position), half_difference);
   choice.mean_error = ToCaller(errors.mean);
   choice.k1_error = ToCaller(errors.k1);
   choice.k2_error = ToCaller(errors.k2);
@@ -58,12 +73,12 @@ float ChoiceWriter::ToCaller(double curvature) const {
 }
 
 // `shares` are the weights of the estimates that the point has.
-void ChoiceWriter::SetWeights(const LocalWeights::Weights& shares, PointChoice& choice) const {
+void ChoiceWriter::SetWeights(const CloudWeights::Weights& shares, PointChoice& choice) const {
   const double total = std::accumulate(shares.begin(), shares.end(), 0.0);
   std::array<double, kMethodCount> of_method{};
   double count = 0.0;
-  for (size_t c = 0; c < choice_.chosen.size(); ++c) {
-    const ScaleCandidate& candidate = choice_.chosen[c];
+  for (size_t c = 0; c < choice_.chosen().size(); ++c) {
+    const ScaleCandidate& candidate = choice_.chosen()[c];
     of_method[candidate.method] += shares[c] / total;
     count += shares[c] / total * FixedCount(options_).value_or(candidate.count());
   }

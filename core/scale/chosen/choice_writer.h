@@ -2,14 +2,15 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "core/estimators/options.h"
 #include "core/estimators/point_choice.h"
 #include "core/index/spatial_index.h"
 #include "core/scale/chosen/automatic_scratch.h"
 #include "core/scale/errors/standard_errors.h"
-#include "core/scale/pilot_table.h"
-#include "core/scale/scale_choice.h"
+#include "core/scale/parts/cloud_choice.h"
+#include "core/scale/parts/cloud_weights.h"
 
 namespace curvd {
 
@@ -17,8 +18,8 @@ namespace curvd {
 class ChoiceWriter {
  public:
   // Everything outlives the object. Models the errors by what `choice` says now.
-  ChoiceWriter(const EstimatorOptions& options, const SpatialIndex& index, const PilotTable& table,
-               const ScaleChoice& choice, const PointCurvature* results, PointChoice* choices);
+  ChoiceWriter(const EstimatorOptions& options, const SpatialIndex& index, const CloudChoice& choice,
+               const PointCurvature* results, PointChoice* choices);
 
   // Looks at the sampled points around those of a group, before any of them is written.
   void Start(AutomaticScratch& s) const;
@@ -27,20 +28,19 @@ class ChoiceWriter {
   // The same of one at which some estimates are left out, because they reach across a seam.
   void WriteMended(size_t point, AutomaticScratch& s) const;
 
-  size_t bytes() const { return errors_.bytes(); }
+  size_t bytes() const;
 
  private:
   void Write(size_t point, bool has_errors, AutomaticScratch& s) const;
-  void SetWeights(const LocalWeights::Weights& shares, PointChoice& choice) const;
+  void SetWeights(const CloudWeights::Weights& shares, PointChoice& choice) const;
   float ToCaller(double curvature) const;
 
   const EstimatorOptions& options_;
   const SpatialIndex& index_;
-  const PilotTable& table_;
-  const ScaleChoice& choice_;
+  const CloudChoice& choice_;
   const PointCurvature* const results_;
   PointChoice* const choices_;
-  ErrorModel errors_;
+  std::vector<ErrorModel> errors_;  // of each part
 };
 
 }  // namespace curvd

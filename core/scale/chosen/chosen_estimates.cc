@@ -36,34 +36,34 @@ std::array<float, 3> MiddleOf(const Box& box) {
   return middle;
 }
 
-LeafWeights MakeLeafWeights(const LocalWeights::PointWeights& all) {
+LeafWeights MakeLeafWeights(const CloudWeights::PointWeights& all) {
   LeafWeights weights{all, {}};
-  for (const LocalWeights::Weights& of : {all.mean, all.gaussian}) {
+  for (const CloudWeights::Weights& of : {all.mean, all.gaussian}) {
     const double least = ChosenEstimates::kLeastWeight * std::accumulate(of.begin(), of.end(), 0.0);
-    for (size_t c = 0; c < of.size(); ++c) weights.count[c] = weights.count[c] || of[c] >= least;
+    for (size_t c = 0; c < of.size(); ++c) weights.count[c] = weights.count[c] || (of[c] > 0.0 && of[c] >= least);
   }
   return weights;
 }
 
 }  // namespace
 
-ChosenEstimates::ChosenEstimates(const EstimatorOptions& options, const SpatialIndex& index, const PilotTable& table,
-                                 const ScaleChoice& choice, EdgeRun* edges, PointCurvature* results)
-    : options_(options), index_(index), table_(table), choice_(choice), edges_(edges), results_(results) {
+ChosenEstimates::ChosenEstimates(const EstimatorOptions& options, const SpatialIndex& index, const CloudChoice& choice,
+                                 EdgeRun* edges, PointCurvature* results)
+    : options_(options), index_(index), choice_(choice), edges_(edges), results_(results) {
   if (edges != nullptr) edges->LookAmong(OneSideSearchCount());
-  for (const ScaleCandidate& candidate : choice.chosen) {
+  for (const ScaleCandidate& candidate : choice.chosen()) {
     const EstimatorOptions one = OptionsOf(options, candidate.method, candidate.count());
     runs_.push_back(FindStrategy(one.estimator)->start(one, index, results));
     phases_.push_back(std::move(runs_.back()->Phases().front()));
   }
-  by_count_.resize(choice.chosen.size());
+  by_count_.resize(choice.chosen().size());
   std::iota(by_count_.begin(), by_count_.end(), size_t{0});
   std::stable_sort(by_count_.begin(), by_count_.end(),
-                   [&](size_t a, size_t b) { return choice.chosen[a].rung < choice.chosen[b].rung; });
+                   [&](size_t a, size_t b) { return choice.chosen()[a].rung < choice.chosen()[b].rung; });
 }
 
 bool ChosenEstimates::HaveSmallerOnes() const {
-  return choice_.chosen[by_count_.front()].rung < choice_.chosen[by_count_.back()].rung;
+  return choice_.chosen()[by_count_.front()].rung < choice_.chosen()[by_count_.back()].rung;
 }
 
 absl::Status ChosenEstimates::EstimateGroup(size_t group, AutomaticScratch& s) const {
@@ -91,7 +91,7 @@ absl::Status ChosenEstimates::EstimateGroup(size_t group, AutomaticScratch& s) c
   AutomaticScratch::OfPoints<bool> has_none{};
   for (size_t i = 0; i < s.points.size; ++i) has_none[i] = !(s.blends[i].weight() > 0.0);
   for (const size_t estimate : by_count_) {
-    const auto counts_at = [&](size_t i) { return has_none[i] && !Counts(i, estimate, s); };
+    const auto counts_at = [&](size_t i) { return has_none[i] && IsOfPart(i, estimate, s) && !Counts(i, estimate, s); };
     if (absl::Status status = make(estimate, counts_at); !status.ok()) return status;
   }
   return absl::OkStatus();
@@ -106,7 +106,7 @@ bool ChosenEstimates::HoldOpposed(size_t estimate, const AutomaticScratch& s) {
 void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
   if (s.chosen.empty()) {
     for (const auto& run : runs_) s.chosen.push_back(run->MakeScratch());
-    s.weights.emplace(table_, choice_);
+    s.weights.emplace(choice_);
   }
   s.blends.fill({});
   s.clear_blends.fill({});
@@ -135,15 +135,28 @@ bool ChosenEstimates::Counts(size_t point, size_t estimate, const AutomaticScrat
   return s.WeightsAt(point).count[estimate];
 }
 
-// The points of a leaf share the weights of its middle: a leaf is small beside the sampled points that they come from.
-// They do not depend on which points of the leaf are in the run.
+bool ChosenEstimates::IsOfPart(size_t point, size_t estimate, const AutomaticScratch& s) const {
+  const size_t first = choice_.first_of(s.part[point]);
+  return estimate >= first && estimate < first + choice_.parts()[s.part[point]].choice.chosen.size();
+}
+
+// The points of a leaf, and of one part of the cloud, share the weights of its middle: a leaf is small beside the
+// sampled points that they come from. They do not depend on which points of the leaf are in the run.
 void ChosenEstimates::StartWeights(size_t group, AutomaticScratch& s) const {
   if (s.points.size == 0) return;
   const size_t first = group * SpatialIndex::kGroupLeaves;
   const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index_.leaf_count());
   s.weights->Start(BoxOfLeaves(index_, first, last));
   for (size_t leaf = first; leaf < last; ++leaf) {
-    s.leaf_weights[leaf - first] = MakeLeafWeights(s.weights->At(MiddleOf(BoxOfLeaves(index_, leaf, leaf + 1)).data()));
+    const std::array<float, 3> middle = MiddleOf(BoxOfLeaves(index_, leaf, leaf + 1));
+    for (size_t part = 0; part < choice_.parts().size(); ++part) {
+      s.leaf_weights[leaf - first][part] = MakeLeafWeights(s.weights->At(middle.data(), part));
+    }
+  }
+  for (size_t i = 0; i < s.points.size; ++i) {
+    float position[3];
+    s.points.query.Get(i, position);
+    s.part[i] = s.weights->PartAt(position);
   }
   if (edges_ == nullptr || !edges_->HasEdges()) {
     s.edge_distances.fill(std::numeric_limits<float>::infinity());
@@ -160,7 +173,7 @@ void ChosenEstimates::Add(PointCurvature found, size_t point, size_t estimate, A
   const double most_radius = ScaleOf(options_).max_radius;
   const bool is_too_large = found.status == PointStatus::kOk && found.radius > most_radius;
   if (most_radius > 0.0 && is_too_large) found.status = PointStatus::kTooFewNeighbors;
-  const LocalWeights::PointWeights& weights = s.WeightsAt(point).all;
+  const CloudWeights::PointWeights& weights = s.WeightsAt(point).all;
   const double mean_weight = weights.mean[estimate], gaussian_weight = weights.gaussian[estimate];
   s.blends[point].Add(found, mean_weight, gaussian_weight);
   // Results without curvature count: if there are no others, they tell why.
@@ -189,22 +202,25 @@ absl::Status ChosenEstimates::EstimateOneSided(size_t group, AutomaticScratch& s
 uint32_t ChosenEstimates::OneSideSearchCount() const {
   constexpr double kLeastShare = 0.1;
   uint32_t count = ScaleOf(options_).least_count;
-  for (size_t c = 0; c < choice_.chosen.size(); ++c) {
-    if (choice_.mean.cloud_weights[c] >= kLeastShare) count = std::max(count, choice_.chosen[c].count());
+  for (const PartChoice& part : choice_.parts()) {
+    for (size_t c = 0; c < part.choice.chosen.size(); ++c) {
+      if (part.choice.mean.cloud_weights[c] >= kLeastShare) count = std::max(count, part.choice.chosen[c].count());
+    }
   }
   return std::min({2 * count, kMostOneSideCount, MostSampledCount(options_)});
 }
 
 // As many neighbors as the choice would take without the edge: the mean over its weights.
-OneSideScale ChosenEstimates::ScaleAt(const float* position, LocalWeights& weights) const {
-  const LocalWeights::Weights mean = weights.At(position).mean;
+OneSideScale ChosenEstimates::ScaleAt(const float* position, CloudWeights& weights) const {
+  const size_t part = weights.PartAt(position);
+  const CloudWeights::PointWeights at = weights.At(position, part);
   double logarithms = 0.0, total = 0.0;
-  for (size_t c = 0; c < choice_.chosen.size(); ++c) {
-    logarithms += mean[c] * std::log(static_cast<double>(choice_.chosen[c].count()));
-    total += mean[c];
+  for (size_t c = 0; c < choice_.chosen().size(); ++c) {
+    logarithms += at.mean[c] * std::log(static_cast<double>(choice_.chosen()[c].count()));
+    total += at.mean[c];
   }
   double error = std::numeric_limits<double>::infinity();
-  for (const ScaleScore& score : choice_.scores) {
+  for (const ScaleScore& score : choice_.parts()[part].choice.scores) {
     if (score.share > 0.0) error = std::min(error, score.error);
   }
   return {std::min<size_t>(static_cast<size_t>(std::lround(std::exp(logarithms / total))), kMostOneSideCount / 2),

@@ -13,22 +13,21 @@
 #include "core/index/spatial_index.h"
 #include "core/scale/chosen/automatic_scratch.h"
 #include "core/scale/edges/edge_run.h"
-#include "core/scale/local_weights.h"
-#include "core/scale/pilot_table.h"
-#include "core/scale/scale_choice.h"
+#include "core/scale/parts/cloud_choice.h"
+#include "core/scale/parts/cloud_weights.h"
 
 namespace curvd {
 
-// The estimates of ScaleChoice::chosen, in that order. For the points of a group: Start; Run one estimate after the
+// The estimates of CloudChoice::chosen, in that order. For the points of a group: Start; Run one estimate after the
 // other, and Add what it has written to the results; then Blended says what a point gets, but for those that are
 // estimated from one side of an edge. EstimateGroup does that with all that count somewhere in the group. Const methods
 // are thread-safe for distinct groups and scratch.
 class ChosenEstimates {
  public:
   // Everything outlives the object. `edges`: null where nobody minds them; REQUIRES: it is finished, and LookAmong was
-  // not called. REQUIRES: choice.chosen is not empty.
-  ChosenEstimates(const EstimatorOptions& options, const SpatialIndex& index, const PilotTable& table,
-                  const ScaleChoice& choice, EdgeRun* edges, PointCurvature* results);
+  // not called. REQUIRES: each part has chosen candidates.
+  ChosenEstimates(const EstimatorOptions& options, const SpatialIndex& index, const CloudChoice& choice, EdgeRun* edges,
+                  PointCurvature* results);
 
   // The places of the estimates, the smallest neighborhood first.
   const std::vector<size_t>& by_count() const { return by_count_; }
@@ -37,8 +36,8 @@ class ChosenEstimates {
 
   // Averages what all that count find at the points of a group, from s.first_point on, as far as they come in a run of
   // their own: s.points ends there. An estimate counts at a point if its weight, in one of the quantities, is at least
-  // kLeastWeight of all, and at points where none of those finds a curvature, all do. One that counts at no point is
-  // not made. Points beside seams are marked in s.seams. Errors as those of GroupPhase::run.
+  // kLeastWeight of all, and at points where none of those finds a curvature, all of the part do. One that counts at no
+  // point is not made. Points beside seams are marked in s.seams. Errors as those of GroupPhase::run.
   static constexpr double kLeastWeight = 0.1;
   absl::Status EstimateGroup(size_t group, AutomaticScratch& s) const;
 
@@ -65,16 +64,17 @@ class ChosenEstimates {
   static constexpr double kLeastClearShare = 0.1;
 
   static bool Counts(size_t point, size_t estimate, const AutomaticScratch& s);
+  // Whether the estimate was chosen for the part of the cloud that the point belongs to.
+  bool IsOfPart(size_t point, size_t estimate, const AutomaticScratch& s) const;
   // Whether a neighborhood of the group, as that estimate has found them, holds a normal opposed to the point's own.
   static bool HoldOpposed(size_t estimate, const AutomaticScratch& s);
   void StartWeights(size_t group, AutomaticScratch& s) const;
   uint32_t OneSideSearchCount() const;
-  OneSideScale ScaleAt(const float* position, LocalWeights& weights) const;
+  OneSideScale ScaleAt(const float* position, CloudWeights& weights) const;
 
   const EstimatorOptions& options_;
   const SpatialIndex& index_;
-  const PilotTable& table_;
-  const ScaleChoice& choice_;
+  const CloudChoice& choice_;
   const EdgeRun* const edges_;
   PointCurvature* const results_;
   std::vector<std::unique_ptr<StrategyRun>> runs_;

@@ -90,7 +90,7 @@ TangentShape ChangeOf(const PilotPoint& point, const ScaleCandidate& one, PilotP
 // The smoothing of a candidate in terms of a scale that has a next one: the largest that has one at half of the points
 // and is no larger than the candidate.
 struct Comparison {
-  Comparison(const PilotTable& table, const ScaleCandidate& candidate) : from(candidate) {
+  Comparison(PilotPoints table, const ScaleCandidate& candidate) : from(candidate) {
     const auto is_known = [&](const PilotPoint& point) { return IsFinite(ChangeOf(point, from, PilotPoint::kAll)); };
     while (from.rung > 0 &&
            2 * static_cast<size_t>(std::count_if(table.begin(), table.end(), is_known)) < table.size()) {
@@ -106,7 +106,7 @@ struct Comparison {
 // Takes the samples of one sampled point after the other.
 class ErrorSampler {
  public:
-  ErrorSampler(const PilotTable& table, const ScaleChoice& choice, std::span<const double> variance_factors)
+  ErrorSampler(PilotPoints table, const ScaleChoice& choice, std::span<const double> variance_factors)
       : table_(table),
         choice_(choice),
         variance_factors_(variance_factors),
@@ -255,7 +255,7 @@ class ErrorSampler {
     sample.noise_bias = sum / weight;
   }
 
-  const PilotTable& table_;
+  const PilotPoints table_;
   const ScaleChoice& choice_;
   const std::span<const double> variance_factors_;
   std::vector<Comparison> comparisons_;  // of each chosen candidate
@@ -282,7 +282,7 @@ void CutOutliers(ShapeParts ErrorSample::*member, size_t part, std::vector<Error
 
 }  // namespace
 
-std::vector<ErrorSample> SampleErrors(const PilotTable& table, const ScaleChoice& choice,
+std::vector<ErrorSample> SampleErrors(PilotPoints table, const ScaleChoice& choice,
                                       std::span<const double> variance_factors) {
   ErrorSampler sampler(table, choice, variance_factors);
   std::vector<ErrorSample> samples;

@@ -35,7 +35,7 @@ struct ErrorSample {
 // One for each point of the table. `variance_factors` has one for each chosen candidate: the noise variance of the
 // estimates that are made is so many times that of the candidate's rung, which differs where the number of neighbors is
 // fixed and no rung. Thread-safe. REQUIRES: `choice` was made of `table`, and has scores.
-std::vector<ErrorSample> SampleErrors(const PilotTable& table, const ScaleChoice& choice,
+std::vector<ErrorSample> SampleErrors(PilotPoints table, const ScaleChoice& choice,
                                       std::span<const double> variance_factors);
 
 }  // namespace curvd

@@ -67,7 +67,7 @@ StandardErrors ErrorModel::At(std::span<const uint32_t> nearest, double half_dif
           root(squares[kSecondPart] + apart * apart + 2.0 * lean * apart)};
 }
 
-std::optional<double> NormalNoise(const PilotTable& table, double position_noise) {
+std::optional<double> NormalNoise(PilotPoints table, double position_noise) {
   std::vector<double> squares;
   for (const PilotPoint& point : table) {
     const double residual = point.normal_residual[kResidualRung];

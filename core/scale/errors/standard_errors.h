@@ -46,6 +46,6 @@ class ErrorModel {
 // Standard deviation of the noise of the normals along each tangent, in radians, as the residuals of fits show it
 // beyond what noise in the positions, of that standard deviation in the index's unit, makes of it. Nothing where no
 // sampled point has the neighbors for it.
-std::optional<double> NormalNoise(const PilotTable& table, double position_noise);
+std::optional<double> NormalNoise(PilotPoints table, double position_noise);
 
 }  // namespace curvd

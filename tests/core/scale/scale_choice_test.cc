@@ -77,24 +77,11 @@ TEST(ScaleChoiceTest, MoreNoiseAsksForMoreNeighborsAndMoreDetailForFewer) {
 TEST(ScaleChoiceTest, TheLargestRungThatCountsIsThatOfTheNoisiestPlace) {
   const auto largest = [](double noise_factor_of_noisy, double least_weight) {
     const PilotTable table = MakeTable(Behaving({{0.05, 10.0}}), noise_factor_of_noisy);
-    const auto counting = CandidatesThatCount(table, {}, least_weight);
-    EXPECT_TRUE(counting.has_value() && !counting->has_sextic);
-    return counting.has_value() ? counting->largest_rung : 0;
+    return LargestRungThatCounts(table, {}, least_weight).value_or(0);
   };
   EXPECT_GT(largest(50.0, 0.01), largest(1.0, 0.01) + 1);
   EXPECT_GT(largest(1.0, 1e-6), largest(1.0, 0.1));
-  EXPECT_FALSE(CandidatesThatCount({}, {}, 0.01).has_value());
-}
-
-TEST(ScaleChoiceTest, JetsOfDegreeSixMayCountThatAreHardlyBetter) {
-  for (const double noise : {0.8, 1.3}) {
-    std::array<Behavior, kMethodCount> behaviors;
-    behaviors.fill({1.0, 1.0});
-    behaviors[kSexticMethod] = {noise, noise};
-    const auto counting = CandidatesThatCount(MakeTable(behaviors), {}, 0.01);
-    ASSERT_TRUE(counting.has_value());
-    EXPECT_EQ(counting->has_sextic, noise < 1.0);
-  }
+  EXPECT_EQ(LargestRungThatCounts({}, {}, 0.01), std::nullopt);
 }
 
 TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {

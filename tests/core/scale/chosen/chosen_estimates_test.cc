@@ -27,8 +27,8 @@ EstimatorOptions Automatic(double max_radius = 0.0) {
 std::vector<PointCurvature> Averages(const SpatialIndex& index, const EstimatorOptions& options,
                                      const ScaleChoice& choice) {
   std::vector<PointCurvature> points(index.point_count());
-  const PilotTable table;
-  const ChosenEstimates estimates(options, index, table, choice, nullptr, points.data());
+  const CloudChoice of_cloud({{PilotPoints(), choice}});
+  const ChosenEstimates estimates(options, index, of_cloud, nullptr, points.data());
   AutomaticScratch scratch;
   for (size_t group = 0; group < index.group_count(); ++group) {
     EXPECT_TRUE(estimates.EstimateGroup(group, scratch).ok());
@@ -91,8 +91,9 @@ TEST(ChosenEstimatesTest, PointsOfALeafShareTheirWeights) {
   }
   std::vector<PointCurvature> points(index.point_count());
   const EstimatorOptions options = Automatic();
-  const ChosenEstimates estimates(options, index, table, choice, nullptr, points.data());
-  LocalWeights expected(table, choice);
+  const CloudChoice of_cloud({{table, choice}});
+  const ChosenEstimates estimates(options, index, of_cloud, nullptr, points.data());
+  CloudWeights expected(of_cloud);
   for (const size_t first : {0u, 5u}) {
     AutomaticScratch scratch;
     scratch.first_point = first;
@@ -113,10 +114,9 @@ TEST(ChosenEstimatesTest, PointsOfALeafShareTheirWeights) {
 TEST(ChosenEstimatesTest, OneRunEndsWithTheShortestOfItsEstimates) {
   const SpatialIndex index = BuildIndex(Sphere(500, 1.0).ToCloud());
   std::vector<PointCurvature> points(index.point_count());
-  const PilotTable table;
-  const ScaleChoice choice = TwoScales(0.5, 0.5);
+  const CloudChoice choice({{PilotPoints(), TwoScales(0.5, 0.5)}});
   const EstimatorOptions options = Automatic();
-  const ChosenEstimates estimates(options, index, table, choice, nullptr, points.data());
+  const ChosenEstimates estimates(options, index, choice, nullptr, points.data());
   AutomaticScratch scratch;
   scratch.most_work = 10'000;
   size_t runs = 0, done = 0;

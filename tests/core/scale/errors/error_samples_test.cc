@@ -202,7 +202,7 @@ TEST(ErrorSamplesTest, APointWithoutEstimatesIsNotKnown) {
   const std::vector<ErrorSample> samples = SampleErrors(table, Choosing(kRung), kOne);
   EXPECT_FALSE(samples[3].is_known);
   EXPECT_TRUE(samples[4].is_known);
-  EXPECT_FALSE(SampleErrors({PilotPoint({0.0f, 0.0f, 0.0f})}, Choosing(kRung), kOne)[0].is_known);
+  EXPECT_FALSE(SampleErrors(std::span(&table[3], 1), Choosing(kRung), kOne)[0].is_known);
 }
 
 }  // namespace

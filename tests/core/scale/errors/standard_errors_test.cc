@@ -87,15 +87,15 @@ TEST(ErrorModelTest, SaysNothingWhereTooFewSamplesAreKnown) {
 TEST(NormalNoiseTest, IsWhatThePositionsDoNotExplain) {
   constexpr size_t kRung = 4;
   PilotPoint point({0.0f, 0.0f, 0.0f});
-  EXPECT_FALSE(NormalNoise({point}, 0.0).has_value());
+  EXPECT_FALSE(NormalNoise(std::span(&point, 1), 0.0).has_value());
   point.normal_residual[kRung] = 0.5f;
   for (PilotPoint::Estimates* const estimates : {&point.mean, &point.difference, &point.twist}) {
     (*estimates)[kRegressionMethod][kRung][PilotPoint::kAll] = 0.0f;
   }
   point.mean[kRegressionMethod][kRung][PilotPoint::kAll] = 3.0f;
-  EXPECT_NEAR(*NormalNoise({point}, 0.0), 0.5, 1e-6);
-  EXPECT_NEAR(*NormalNoise({point}, 0.1), 0.4, 1e-6) << "0.5^2 - (3 * 0.1)^2";
-  EXPECT_EQ(*NormalNoise({point}, 0.2), 0.0);
+  EXPECT_NEAR(*NormalNoise(std::span(&point, 1), 0.0), 0.5, 1e-6);
+  EXPECT_NEAR(*NormalNoise(std::span(&point, 1), 0.1), 0.4, 1e-6) << "0.5^2 - (3 * 0.1)^2";
+  EXPECT_EQ(*NormalNoise(std::span(&point, 1), 0.2), 0.0);
 }
 
 }  // namespace

@@ -1,0 +1,57 @@
+// What was chosen for a cloud, for each of its parts by itself.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "core/scale/pilot_table.h"
+#include "core/scale/scale_choice.h"
+
+namespace curvd {
+
+struct PartChoice {
+  PilotPoints samples;
+  ScaleChoice choice;  // made of them
+};
+
+// One part, or the two of SplitIntoParts.
+class CloudChoice {
+ public:
+  static constexpr size_t kMostParts = 2, kMostChosen = kMostParts * ScaleChoice::kMostChosen;
+
+  CloudChoice() = default;
+  // The samples of the second part follow those of the first in one table, which outlives the object.
+  explicit CloudChoice(std::vector<PartChoice> parts) : parts_(std::move(parts)) {
+    for (const PartChoice& part : parts_) {
+      first_.push_back(chosen_.size());
+      chosen_.insert(chosen_.end(), part.choice.chosen.begin(), part.choice.chosen.end());
+    }
+  }
+
+  const std::vector<PartChoice>& parts() const { return parts_; }
+  // The candidates of the first part, then those of the second.
+  const std::vector<ScaleCandidate>& chosen() const { return chosen_; }
+  // The place in chosen() of a part's first.
+  size_t first_of(size_t part) const { return first_[part]; }
+
+  // All samples, and where those of the second part begin among them.
+  PilotPoints samples() const {
+    return {parts_.front().samples.data(),
+            parts_.front().samples.size() + parts_.back().samples.size() * (parts_.size() - 1)};
+  }
+  size_t second() const { return parts_.front().samples.size(); }
+
+  size_t bytes() const {
+    size_t bytes = 0;
+    for (const PartChoice& part : parts_) bytes += part.choice.mean.bytes() + part.choice.gaussian.bytes();
+    return bytes;
+  }
+
+ private:
+  std::vector<PartChoice> parts_;
+  std::vector<ScaleCandidate> chosen_;
+  std::vector<size_t> first_;
+};
+
+}  // namespace curvd

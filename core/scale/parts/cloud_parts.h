@@ -1,0 +1,45 @@
+// Parts of a cloud that differ in their noise or their density so much that each is judged for itself.
+#pragma once
+
+#include <cstddef>
+
+#include "core/index/spatial_index.h"
+#include "core/scale/nearest_samples.h"
+#include "core/scale/pilot_table.h"
+
+namespace curvd {
+
+// Finds two parts of a cloud, if it has such, of which the second has more noise, or fewer points to an area: residuals
+// of fits, or radii of neighborhoods, are at least twice as large at nearly all sampled points of it as at nearly all
+// of the first, and points of each lie among their like. Puts the samples of the second part after those of the first,
+// and returns where they begin; table.size(): there is one part alone.
+size_t SplitIntoParts(PilotTable& table);
+
+// Whether some of the samples show noise, and others none: that may be a part of the cloud, however few they are.
+bool ShowNoiseInParts(PilotPoints samples);
+
+// Which part of a cloud a place belongs to. For one box at a time, as NearestSamples. Not thread-safe.
+class PartFinder {
+ public:
+  // As SplitIntoParts left them.
+  PartFinder(PilotPoints samples, size_t second)
+      : nearest_(samples), second_(second), has_two_(second < samples.size()) {}
+
+  void Start(const Box& box) {
+    if (has_two_) nearest_.Start(box, kNearest);
+  }
+  // Where both are near, the second one: its estimates serve the first one as well, those of the first fail there.
+  size_t PartAt(const float* position) { return has_two_ && nearest_.At(position).back() >= second_ ? 1 : 0; }
+
+  size_t bytes() const { return nearest_.bytes(); }
+
+ private:
+  // A sample's part tells already whether its neighbors have those of the other part among them.
+  static constexpr size_t kNearest = 2;
+
+  NearestSamples nearest_;
+  size_t second_;
+  bool has_two_;
+};
+
+}  // namespace curvd
