@@ -18,12 +18,14 @@ constexpr double kLeastRatio = 2.0;
 constexpr double kBetween = 0.1;
 // Parts with fewer samples than these, or than this share of all, are not told apart.
 constexpr size_t kLeastSamples = 24;
-constexpr double kLeastShare = 0.1;
+constexpr double kLeastShare = 0.05;
 // So many samples may have no fit. They count to the second part.
 constexpr double kMostWithoutFit = 0.05;
 // Of the samples that lie nearest to one of a part, this share belongs to it in the mean.
 constexpr size_t kLike = 6;
-constexpr double kLeastLike = 0.8;
+constexpr double kLeastLike = 0.6;
+// Of the samples of a noisy part, so many show noise.
+constexpr double kLeastNoisy = 0.8;
 // Noise of less than this part of a neighborhood's radius is rounding.
 constexpr double kRounding = 0x1p-22;
 
@@ -36,6 +38,20 @@ double ValueOf(const PilotPoint& point, Trait trait) {
   if (trait == Trait::kPositionNoise) value = std::max<double>(point.residual[kRung], kRounding * radius);
   if (trait == Trait::kNormalNoise) value = std::max<double>(point.normal_residual[kRung], kRounding);
   return std::isfinite(value) ? std::log(value) : std::numeric_limits<double>::infinity();
+}
+
+// Whether what a fit leaves is noise. Detail grows much faster with the neighborhood; what is below this part of the
+// radius, or of a normal's length, is rounding.
+bool IsNoise(float small, float large, float length) {
+  constexpr float kMostGrowth = 4.0f, kLeast = 0x1p-12f;
+  return small > kLeast * length && small * kMostGrowth >= large;
+}
+
+bool ShowsNoise(const PilotPoint& point, Trait trait) {
+  constexpr size_t kLargeRung = kRung + 4;
+  return trait == Trait::kPositionNoise
+             ? IsNoise(point.residual[kRung], point.residual[kLargeRung], point.radius[kRung])
+             : IsNoise(point.normal_residual[kRung], point.normal_residual[kLargeRung], 1.0f);
 }
 
 struct Split {
@@ -66,6 +82,18 @@ std::optional<Split> SplitBy(Trait trait, PilotPoints samples) {
   return best;
 }
 
+// Whether the second part is one of noise, or of larger distances, and not of more detail.
+bool IsOfItsKind(PilotPoints samples, const Split& split) {
+  if (split.trait == Trait::kSpacing) return true;
+  size_t second = 0, noisy = 0;
+  for (const PilotPoint& point : samples) {
+    if (!split.IsSecond(point)) continue;
+    ++second;
+    noisy += ShowsNoise(point, split.trait) ? 1 : 0;
+  }
+  return static_cast<double>(noisy) >= kLeastNoisy * static_cast<double>(second);
+}
+
 // Whether the samples of each part lie among their like.
 bool LieTogether(PilotPoints samples, const Split& split) {
   std::vector<bool> is_second;
@@ -82,24 +110,15 @@ bool LieTogether(PilotPoints samples, const Split& split) {
   return like[0] >= kLeastLike * all[0] && like[1] >= kLeastLike * all[1];
 }
 
-// Whether what a fit leaves is noise. Detail grows much faster with the neighborhood; what is below this part of the
-// radius, or of a normal's length, is rounding.
-bool IsNoise(float small, float large, float length) {
-  constexpr float kMostGrowth = 4.0f, kLeast = 0x1p-12f;
-  return small > kLeast * length && small * kMostGrowth >= large;
-}
-
 }  // namespace
 
 bool ShowNoiseInParts(PilotPoints samples) {
-  constexpr size_t kLargeRung = kRung + 4;
-  size_t of_positions = 0, of_normals = 0;
-  for (const PilotPoint& p : samples) {
-    of_positions += IsNoise(p.residual[kRung], p.residual[kLargeRung], p.radius[kRung]) ? 1 : 0;
-    of_normals += IsNoise(p.normal_residual[kRung], p.normal_residual[kLargeRung], 1.0f) ? 1 : 0;
+  for (const Trait trait : {Trait::kPositionNoise, Trait::kNormalNoise}) {
+    const auto noisy = std::count_if(samples.begin(), samples.end(),
+                                     [trait](const PilotPoint& point) { return ShowsNoise(point, trait); });
+    if (noisy > 0 && static_cast<size_t>(noisy) < samples.size()) return true;
   }
-  const auto are_some = [&](size_t count) { return count > 0 && count < samples.size(); };
-  return are_some(of_positions) || are_some(of_normals);
+  return false;
 }
 
 size_t SplitIntoParts(PilotTable& table) {
@@ -107,9 +126,10 @@ size_t SplitIntoParts(PilotTable& table) {
   std::optional<Split> best;
   for (const Trait trait : {Trait::kPositionNoise, Trait::kNormalNoise, Trait::kSpacing}) {
     const std::optional<Split> split = SplitBy(trait, table);
-    if (split.has_value() && (!best.has_value() || split->ratio > best->ratio)) best = split;
+    if (!split.has_value() || (best.has_value() && split->ratio <= best->ratio)) continue;
+    if (IsOfItsKind(table, *split) && LieTogether(table, *split)) best = split;
   }
-  if (!best.has_value() || !LieTogether(table, *best)) return table.size();
+  if (!best.has_value()) return table.size();
   const auto second = std::stable_partition(table.begin(), table.end(),
                                             [&](const PilotPoint& point) { return !best->IsSecond(point); });
   return static_cast<size_t>(second - table.begin());
