@@ -171,7 +171,7 @@ format: ## Format the C++ sources
 format-check: ## Fail where `make format` would change something
 	@clang-format --dry-run -Werror $(SOURCES)
 
-# Sources are read eight at a time, as CURVD_UNITY_BUILD compiles them.
+# Sources are read sixteen at a time, so that headers are read the less often.
 .PHONY: lint
 lint: deps ## Run clang-tidy on the sources of what ships
 	@cmake --preset lint >/dev/null
