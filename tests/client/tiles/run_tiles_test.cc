@@ -38,6 +38,7 @@ class RunTilesTest : public ::testing::Test {
   ScratchDirectory scratch_;
   const TilePlan plan_ = PlanHills(scratch_, 3000, 200, {.neighbor_count = 20, .radius = 0.0, .factor = 1.0});
   std::atomic<size_t> calls_ = 0;
+  std::stop_source stop_;
 };
 
 TEST_F(RunTilesTest, SeveralThreadsDoEachTileOnce) {
@@ -88,10 +89,9 @@ TEST_F(RunTilesTest, AnErrorOfOneThreadEndsTheOthers) {
 }
 
 TEST_F(RunTilesTest, AStopKeepsWhatIsDone) {
-  std::stop_source stop;
   const auto outcome =
-      RunTiles(plan_, {.tile = {}, .jobs = 4}, Estimator(), stop.get_token(), [&](const RunProgress& progress) {
-        if (progress.tiles_done == 2) stop.request_stop();
+      RunTiles(plan_, {.tile = {}, .jobs = 4}, Estimator(), stop_.get_token(), [&](const RunProgress& progress) {
+        if (progress.tiles_done == 2) stop_.request_stop();
       });
   EXPECT_EQ(outcome.status().code(), absl::StatusCode::kCancelled);
   const TileStatus status = StatusOf(plan_);
