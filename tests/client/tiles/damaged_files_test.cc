@@ -78,7 +78,8 @@ PointTable Join(PointTable input, std::vector<Column> results) {
 class DamagedFilesTest : public ::testing::Test {
  protected:
   DamagedFilesTest() {
-    const TilePlan plan = PlanHills(scratch_, 3000, 800, {.neighbor_count = 20, .radius = 0.0, .factor = 1.0});
+    const TilePlan plan =
+        PlanHills(scratch_, 3000, 800, {.neighbor_count = 20, .radius = 0.0, .factor = 1.0}, JsonOf(EstimateOptions()));
     directory_ = plan.directory;
     EXPECT_TRUE(RunTiles(plan, {}, Zeros, {}, {}).ok());
     plan_ = ReadFile(plan.PathOf("plan.json"));

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <random>
 
-#include "client/cli/tiles/tile_options.h"
 #include "client/io/table_file.h"
 #include "client/tiles/plan_tiles.h"
 
@@ -24,7 +23,8 @@ ScratchDirectory::~ScratchDirectory() {
   std::filesystem::remove_all(path_, ignored);
 }
 
-TilePlan PlanHills(const ScratchDirectory& scratch, size_t points, uint64_t tile_points, const TileReach& reach) {
+TilePlan PlanHills(const ScratchDirectory& scratch, size_t points, uint64_t tile_points, const TileReach& reach,
+                   const nlohmann::ordered_json& options) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   std::vector<std::vector<float>> values(6);
@@ -46,7 +46,7 @@ TilePlan PlanHills(const ScratchDirectory& scratch, size_t points, uint64_t tile
   request.tile_points = tile_points;
   request.memory_bytes = 16 << 20;
   request.reach = reach;
-  request.options = JsonOf(EstimateOptions());
+  request.options = options;
   absl::StatusOr<PlanOutcome> outcome = PlanTiles(request, {}, {});
   EXPECT_TRUE(outcome.ok()) << outcome.status();
   return outcome.ok() ? std::move(outcome->plan) : TilePlan();

@@ -1,6 +1,7 @@
 // A small plan in a directory of its own.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,8 @@ class ScratchDirectory {
 };
 
 // Plans hills whose density falls with the distance from a corner, into tiles of about `tile_points`, in
-// scratch/plan. The cloud is scratch/cloud.ply.
-TilePlan PlanHills(const ScratchDirectory& scratch, size_t points, uint64_t tile_points, const TileReach& reach);
+// scratch/plan. The cloud is scratch/cloud.ply; `options` are those of the estimate.
+TilePlan PlanHills(const ScratchDirectory& scratch, size_t points, uint64_t tile_points, const TileReach& reach,
+                   const nlohmann::ordered_json& options = nlohmann::ordered_json::object());
 
 }  // namespace curv::testing
