@@ -28,7 +28,8 @@ struct Part {
   double position_noise, normal_noise;  // in the paper's unit
 
   Samples Sample(uint64_t seed) const {
-    return Perturbed(SampleAtRandom(surface, points, seed), position_noise, normal_noise, seed + 1);
+    const Samples exact = SampleAtRandom(surface, points, seed);
+    return Perturbed(exact, position_noise * NoiseUnit(surface), normal_noise, seed + 1);
   }
   std::string Name() const { return absl::StrFormat("%s %d, %g/%g", surface, points, position_noise, normal_noise); }
 };
