@@ -119,17 +119,19 @@ class AutomaticRun final : public StrategyRun {
   // The sampled points are spared the rungs far beyond those that count at the scouts. Where there are edges, few
   // scouts may be clear of them at the rungs that others need.
   void LimitScale() {
-    if (!options_.is_automatic()) return;
+    if (!options_.is_automatic() || !pilot_.HasOthers()) return;
     PilotTable scouts;
+    scouts.reserve(table_.size());
     std::copy_if(table_.begin(), table_.end(), std::back_inserter(scouts),
                  [](const PilotPoint& point) { return point.is_sampled(); });
+    if (scouts.size() < kFewestScouts) return;
     if (edges_.has_value()) edges_->KeepClear(scouts);
     if (edges_.has_value() && edges_->HasEdges()) return;
-    // A small part of the cloud may need other rungs than the rest.
-    if (ShowNoiseInParts(scouts)) return;
+    // A part of the cloud, even a small one, may need other rungs than the rest.
+    if (ShowNoiseInParts(scouts) || PartsOf(scouts).size() > 1) return;
     const auto largest = LargestRungThatCounts(scouts, BoundsOf(options_, index_), kLeastScoutWeight);
     if (!largest.has_value()) return;
-    pilot_.KeepRungs(*largest + 1 + kRungsBeyond);
+    pilot_.KeepRungs(std::max(*largest + 1 + kRungsBeyond, kRungsThatTellNoise));
     for (PilotPoint& point : table_) point.KeepRungs(pilot_.rung_count());
   }
 
@@ -163,8 +165,7 @@ class AutomaticRun final : public StrategyRun {
 
   // Parts that differ much are judged each for itself, unless all points are to have the same weights.
   std::vector<PilotPoints> PartsOf(PilotTable& table) const {
-    const bool may_differ = options_.is_automatic() && !ScaleOf(options_).per_cloud;
-    const size_t second = may_differ ? SplitIntoParts(table) : table.size();
+    const size_t second = MayHaveParts(options_) ? SplitIntoParts(table) : table.size();
     const PilotPoints all = table;
     if (second == table.size()) return {all};
     return {all.first(second), all.subspan(second)};
@@ -180,21 +181,21 @@ class AutomaticRun final : public StrategyRun {
   }
 
   void Report(const std::vector<PartChoice>& parts) {
-    report_.sampled_points = static_cast<uint32_t>(table_.size());
     const auto to_caller = [&](double curvature) { return std::ldexp(curvature, index_.scale_exponent()); };
-    double sigma = 0.0;
+    size_t judged = 0;
+    for (const auto& [samples, choice] : parts) judged += choice.scores.empty() ? 0 : samples.size();
     for (const auto& [samples, choice] : parts) {
-      sigma = std::max(sigma, choice.sigma);
-      const double share =
-          static_cast<double>(samples.size()) / static_cast<double>(std::max<size_t>(table_.size(), 1));
+      ScaleReport part;
+      part.sampled_points = static_cast<uint32_t>(samples.size());
+      part.sigma = std::ldexp(choice.sigma, -index_.scale_exponent());
+      part.normal_sigma = NormalNoise(samples, choice.sigma);
       for (const ScaleScore& score : choice.scores) {
-        report_.Add({kScaleMethods[score.candidate.method].estimator,
-                     FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),
-                     to_caller(score.noise), to_caller(score.bias), share * score.share});
+        part.Add({kScaleMethods[score.candidate.method].estimator,
+                  FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),
+                  to_caller(score.noise), to_caller(score.bias), score.share});
       }
+      report_.AddPart(part, static_cast<double>(samples.size()) / static_cast<double>(std::max<size_t>(judged, 1)));
     }
-    report_.sigma = std::ldexp(sigma, -index_.scale_exponent());
-    report_.normal_sigma = NormalNoise(table_, sigma);
   }
 
   absl::Status Estimate(size_t group, AutomaticScratch& s) {
@@ -232,6 +233,8 @@ class AutomaticRun final : public StrategyRun {
   // sampled: that a scale is too large is seen by those that are larger.
   static constexpr double kLeastScoutWeight = 1e-2;
   static constexpr size_t kRungsBeyond = 3;
+  // Where points without a result leave fewer scouts, they tell nothing.
+  static constexpr size_t kFewestScouts = 48;
 
   const EstimatorOptions options_;
   const SpatialIndex& index_;
@@ -255,15 +258,14 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
     const EstimatorOptions one = OptionsOf(options, m, MostCount(options));
     chosen = std::max(chosen, FindStrategy(one.estimator)->scratch_bytes(one, point_count));
   }
+  const size_t parts = MayHaveParts(options) ? CloudChoice::kMostParts : 1;
   // The table that all workers share counts with each: it is small.
   const size_t samples = std::min(Pilot::kMostPoints, point_count);
   const size_t shared = samples * (sizeof(PilotPoint) + (options.returns_choice ? sizeof(ErrorSample) : 0));
   return shared + sizeof(AutomaticScratch) - sizeof(PilotScratch) +
          PilotScratch::MostBytes(PilotOptions(options), point_count) + CloudWeights::MostBytes(Pilot::kMostPoints) +
-         (options.returns_choice
-              ? NearestSamples::MostBytes(Pilot::kMostPoints) + CloudChoice::kMostParts * sizeof(NearestSamples)
-              : 0) +
-         CloudChoice::kMostChosen * (chosen + sizeof(void*));
+         (options.returns_choice ? NearestSamples::MostBytes(Pilot::kMostPoints) + parts * sizeof(NearestSamples) : 0) +
+         parts * ScaleChoice::kMostChosen * (chosen + sizeof(void*));
 }
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,

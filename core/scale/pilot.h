@@ -28,15 +28,15 @@ struct PilotScratch : CollectScratch {
 
 // Samples points of an index: the first points that get a result of leaves that lie evenly in the tree order, one of
 // each leaf where there are enough. A few of them, the scouts, may go first, and tell how far the others need to look.
-// What is estimated depends on the index and on what KeepRungs is told alone, not on threads or
-// instruction sets. Const methods are thread-safe.
+// What is estimated depends on the index and on what KeepRungs is told, not on threads or instruction sets. Const
+// methods are thread-safe.
 class Pilot {
  public:
   enum class Samples : uint8_t { kScouts, kOthers };
   // At most so many points are sampled; of small clouds so many at the least, unless that takes more than kMostOfLeaf
   // of a leaf, whose neighborhoods are nearly the same.
   static constexpr size_t kMostPoints = 512, kLeastPoints = 128, kMostOfLeaf = 4;
-  // So many of them are scouts, or somewhat more; of clouds that are sampled more than once a leaf, all are.
+  // So many of them are scouts, or up to twice as many; of clouds that are sampled more than once a leaf, all are.
   static constexpr size_t kLeastScouts = 64;
 
   // No neighborhood has more than `most_count` points, or a third of the cloud, and that of the first rung if that is
@@ -45,6 +45,8 @@ class Pilot {
 
   // Rungs that points are sampled at: those whose neighborhoods are not too large; 0: the cloud is too small for any.
   size_t rung_count() const { return rung_count_; }
+  // Whether there are others than scouts.
+  bool HasOthers() const { return ScoutStep() > 1; }
   // From now on, no more rungs than these. REQUIRES: count > 0.
   void KeepRungs(size_t count);
   const EstimatorOptions& options() const { return options_; }

@@ -1,6 +1,7 @@
 // What an automatic estimate has chosen, and why.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -23,15 +24,16 @@ struct ScaleOutcome {
 };
 
 struct ScaleReport {
-  // By estimator, then by neighbor count; empty: the cloud is too small to judge. Of the two degrees of jets that there
-  // are at one count, that which is expected to be off less, with the share of both.
+  // By estimator, then by neighbor count; empty: the cloud is too small to judge. Of the degrees of a polynomial that
+  // there are at one count, that which is expected to be off less, with the share of all. Where two parts of the cloud
+  // were judged each for itself, that of the part in which it counts more, with the share in both.
   std::vector<ScaleOutcome> outcomes;
   uint32_t sampled_points = 0;
   // Standard deviation of the noise of positions, in the caller's length unit, as the residuals of fits show it; detail
-  // that is smaller than a neighborhood counts as noise.
+  // that is smaller than a neighborhood counts as noise. Of two parts of the cloud, that of the noisier one.
   double sigma = 0.0;
   // The same of the noise of normals along each tangent, in radians, beyond what noise of positions makes of it; none
-  // where no sampled point has enough neighbors.
+  // where no sampled point has enough neighbors. Of two parts of the cloud, the larger one.
   std::optional<double> normal_sigma = std::nullopt;
 
   void Add(const ScaleOutcome& outcome) {
@@ -43,6 +45,38 @@ struct ScaleReport {
       return;
     }
     outcomes.push_back(outcome);
+  }
+
+  // Adds what was found in a part of the cloud that has this share of the sampled points.
+  void AddPart(const ScaleReport& part, double samples_share) {
+    for (ScaleOutcome outcome : part.outcomes) {
+      outcome.share *= samples_share;
+      const auto same = std::find_if(outcomes.begin(), outcomes.end(), [&](const ScaleOutcome& other) {
+        return other.estimator == outcome.estimator && other.neighbor_count == outcome.neighbor_count;
+      });
+      if (same == outcomes.end()) {
+        outcomes.insert(PlaceOf(outcome), outcome);
+        continue;
+      }
+      const double share = same->share + outcome.share;
+      if (outcome.share > same->share) *same = outcome;
+      same->share = share;
+    }
+    sampled_points += part.sampled_points;
+    sigma = std::max(sigma, part.sigma);
+    normal_sigma = std::max(normal_sigma, part.normal_sigma);
+  }
+
+ private:
+  // After the last one of the same estimator with fewer neighbors.
+  std::vector<ScaleOutcome>::iterator PlaceOf(const ScaleOutcome& outcome) {
+    const auto is_before = [&](const ScaleOutcome& other) {
+      return other.estimator == outcome.estimator && other.neighbor_count < outcome.neighbor_count;
+    };
+    const auto last = std::find_if(outcomes.rbegin(), outcomes.rend(), is_before);
+    if (last != outcomes.rend()) return last.base();
+    const auto is_like = [&](const ScaleOutcome& other) { return other.estimator == outcome.estimator; };
+    return std::find_if(outcomes.begin(), outcomes.end(), is_like);
   }
 };
 

@@ -46,6 +46,8 @@ class ChosenEstimates {
   // Estimates the group by one of them; s.rest is then that of the shortest run since Start, and s.points ends with it.
   // Errors as those of GroupPhase::run.
   absl::Status Run(size_t group, size_t estimate, SeamMarks* seams, AutomaticScratch& s) const;
+  // Whether the estimate was chosen for the part of the cloud that the point of the group belongs to.
+  bool IsOfPart(size_t point, size_t estimate, const AutomaticScratch& s) const;
   // Adds what one of them finds at a point to its averages.
   void Add(PointCurvature found, size_t point, size_t estimate, AutomaticScratch& s) const;
   static PointCurvature Blended(const AutomaticScratch& s, size_t point) {
@@ -64,8 +66,6 @@ class ChosenEstimates {
   static constexpr double kLeastClearShare = 0.1;
 
   static bool Counts(size_t point, size_t estimate, const AutomaticScratch& s);
-  // Whether the estimate was chosen for the part of the cloud that the point belongs to.
-  bool IsOfPart(size_t point, size_t estimate, const AutomaticScratch& s) const;
   // Whether a neighborhood of the group, as that estimate has found them, holds a normal opposed to the point's own.
   static bool HoldOpposed(size_t estimate, const AutomaticScratch& s);
   void StartWeights(size_t group, AutomaticScratch& s) const;

@@ -31,6 +31,11 @@ absl::Status SeamMending::Mend(size_t group, AutomaticScratch& s) const {
   estimates_.Start(group, s);
   for (const size_t estimate : estimates_.by_count()) {
     if (at.AreClosed(s.points.size)) break;
+    bool is_asked = false;
+    for (size_t i = 0; i < s.points.size; ++i) {
+      is_asked = is_asked || (!at.is_closed[i] && estimates_.IsOfPart(i, estimate, s));
+    }
+    if (!is_asked) continue;
     if (absl::Status status = estimates_.Run(group, estimate, nullptr, s); !status.ok()) return status;
     for (size_t i = 0; i < s.points.size; ++i) AddShortOfSeams(i, estimate, at, s);
   }
@@ -39,7 +44,7 @@ absl::Status SeamMending::Mend(size_t group, AutomaticScratch& s) const {
 
 // Neighborhoods that are larger than one which reaches across a seam do so as well.
 void SeamMending::AddShortOfSeams(size_t i, size_t estimate, Points& at, AutomaticScratch& s) const {
-  if (at.is_closed[i]) return;
+  if (at.is_closed[i] || !estimates_.IsOfPart(i, estimate, s)) return;
   const PointCurvature& found = results_[s.points.slot[i]];
   if (found.status == PointStatus::kOk) {
     SeamReach::Query query;

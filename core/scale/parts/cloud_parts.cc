@@ -12,11 +12,14 @@ namespace {
 
 // The rung whose fits tell noise and density: the smallest with many more neighbors than coefficients.
 constexpr size_t kRung = 4;
+// That of four times as many neighbors, which tells noise from detail.
+constexpr size_t kLargeRung = kRungsThatTellNoise - 1;
+static_assert(kScaleRungs[kLargeRung] == 4 * kScaleRungs[kRung]);
 // So many times more noise, or larger neighborhoods, make another part.
 constexpr double kLeastRatio = 2.0;
 // Of the samples of a part, so many may lie between: at its border, neighborhoods have points of both.
 constexpr double kBetween = 0.1;
-// Parts with fewer samples than these, or than this share of all, are not told apart.
+// Parts with fewer samples than these, or than this share of all, but for those between, are not told apart.
 constexpr size_t kLeastSamples = 24;
 constexpr double kLeastShare = 0.05;
 // So many samples may have no fit. They count to the second part.
@@ -37,7 +40,7 @@ double ValueOf(const PilotPoint& point, Trait trait) {
   double value = radius;
   if (trait == Trait::kPositionNoise) value = std::max<double>(point.residual[kRung], kRounding * radius);
   if (trait == Trait::kNormalNoise) value = std::max<double>(point.normal_residual[kRung], kRounding);
-  return std::isfinite(value) ? std::log(value) : std::numeric_limits<double>::infinity();
+  return std::isfinite(value) && value > 0.0 ? std::log(value) : std::numeric_limits<double>::infinity();
 }
 
 // Whether what a fit leaves is noise. Detail grows much faster with the neighborhood; what is below this part of the
@@ -48,7 +51,6 @@ bool IsNoise(float small, float large, float length) {
 }
 
 bool ShowsNoise(const PilotPoint& point, Trait trait) {
-  constexpr size_t kLargeRung = kRung + 4;
   return trait == Trait::kPositionNoise
              ? IsNoise(point.residual[kRung], point.residual[kLargeRung], point.radius[kRung])
              : IsNoise(point.normal_residual[kRung], point.normal_residual[kLargeRung], 1.0f);
@@ -77,7 +79,7 @@ std::optional<Split> SplitBy(Trait trait, PilotPoints samples) {
     const double low = sorted[first - 1 - share_of(kBetween, first)];
     const double high = sorted[first + share_of(kBetween, size - first)];
     const double least_ratio = best.has_value() ? best->ratio : std::log(kLeastRatio);
-    if (high - low > least_ratio) best = Split{trait, high - low, 0.5 * (low + high)};
+    if (std::isfinite(high) && high - low > least_ratio) best = Split{trait, high - low, 0.5 * (low + high)};
   }
   return best;
 }

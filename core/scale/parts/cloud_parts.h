@@ -9,10 +9,14 @@
 
 namespace curvd {
 
+// The rungs that tell noise, and noise from detail.
+inline constexpr size_t kRungsThatTellNoise = 9;
+
 // Finds two parts of a cloud, if it has such, of which the second has more noise, or fewer points to an area: residuals
 // of fits, or radii of neighborhoods, are at least twice as large at nearly all sampled points of it as at nearly all
 // of the first, and points of each lie among their like. Puts the samples of the second part after those of the first,
-// and returns where they begin; table.size(): there is one part alone.
+// and returns where they begin; table.size(): there is one part alone. Neighborhoods of 256 points, which not every
+// table has, tell noise from detail: without them, parts are those of density.
 size_t SplitIntoParts(PilotTable& table);
 
 // Whether some of the samples show noise, and others none: that may be a part of the cloud, however few they are.
@@ -28,13 +32,14 @@ class PartFinder {
   void Start(const Box& box) {
     if (has_two_) nearest_.Start(box, kNearest);
   }
-  // Where both are near, the second one: its estimates serve the first one as well, those of the first fail there.
+  // Where both are near, the second one: estimates that average its noise serve exact points, too, and those that suit
+  // exact points fail among noisy ones.
   size_t PartAt(const float* position) { return has_two_ && nearest_.At(position).back() >= second_ ? 1 : 0; }
 
   size_t bytes() const { return nearest_.bytes(); }
 
  private:
-  // A sample's part tells already whether its neighbors have those of the other part among them.
+  // No more, since a sample beside the border, whose neighborhood has points of both parts, is of the second itself.
   static constexpr size_t kNearest = 2;
 
   NearestSamples nearest_;

@@ -24,6 +24,11 @@ EstimatorOptions Automatic(AutomaticScale scale = {}) {
   return {.estimator = kAutomaticEstimator, .neighborhood = scale};
 }
 
+EstimatorOptions WithChoice(EstimatorOptions options) {
+  options.returns_choice = true;
+  return options;
+}
+
 // Of the mean curvature, over the points that have one.
 double MeanError(const EstimationResult& result, double truth) {
   double sum = 0.0;
@@ -40,6 +45,18 @@ TestPoints NoisySphere(size_t points, double sigma) {
   TestPoints sphere = Sphere(points, 1.0);
   AddNoise(sigma, 3, sphere);
   return sphere;
+}
+
+// Exact where x is negative.
+TestPoints HalfNoisySphere(size_t points) {
+  TestPoints halves = NoisySphere(points, 0.0);
+  const TestPoints noisy = NoisySphere(points, 0.01);
+  for (size_t i = 0; i < points; ++i) {
+    if (halves.positions[i][0] < 0.0f) continue;
+    halves.positions[i] = noisy.positions[i];
+    halves.normals[i] = noisy.normals[i];
+  }
+  return halves;
 }
 
 TEST(AutomaticTest, IsNearTheBestOfAllFixedScales) {
@@ -69,6 +86,26 @@ TEST(AutomaticTest, TellsWhatItChose) {
   }
   EXPECT_NEAR(sum, 1.0, 1e-9);
   EXPECT_TRUE(shares.contains("avg-hexagram") && shares.contains("jet"));
+}
+
+TEST(AutomaticTest, TellsWhatItChoseForEachPart) {
+  const EstimationResult result = MustEstimate(HalfNoisySphere(10'000).ToCloud(), WithChoice(Automatic()));
+  double sum = 0.0, least = 1e300, most = 0.0;
+  for (const ScaleOutcome& outcome : result.scale_report->outcomes) {
+    sum += outcome.share;
+    if (outcome.share < 0.1) continue;
+    least = std::min(least, outcome.error);
+    most = std::max(most, outcome.error);
+  }
+  EXPECT_NEAR(sum, 1.0, 1e-9);
+  EXPECT_LT(least, 1e-2 * most) << "the exact half errs by far less";
+  EXPECT_NEAR(result.scale_report->sigma, 0.01, 0.002);
+  const TestPoints sphere = NoisySphere(10'000, 0.0);
+  double exact = 0.0, noisy = 0.0;
+  for (size_t i = 0; i < sphere.size(); ++i) {
+    (sphere.positions[i][0] < 0.0f ? exact : noisy) += result.choices.span()[i].mean_error;
+  }
+  EXPECT_LT(exact, 0.3 * noisy) << "so do the standard errors, but for the border";
 }
 
 // Where small neighborhoods are best by far, larger ones are looked at by a few of the sampled points alone.
@@ -234,13 +271,8 @@ TEST(AutomaticTest, FacesOfABoxAreFlatUpToTheEdges) {
 }
 
 TEST(AutomaticTest, NoiseInOneHalfDoesNotSpoilTheOther) {
-  const TestPoints clean = NoisySphere(10'000, 0.0), noisy = NoisySphere(10'000, 0.01);
-  TestPoints halves = clean;
-  for (size_t i = 0; i < clean.size(); ++i) {
-    if (clean.positions[i][0] < 0.0f) continue;
-    halves.positions[i] = noisy.positions[i];
-    halves.normals[i] = noisy.normals[i];
-  }
+  const TestPoints clean = NoisySphere(10'000, 0.0), noisy = NoisySphere(10'000, 0.01),
+                   halves = HalfNoisySphere(10'000);
   const EstimationResult both = MustEstimate(halves.ToCloud(), Automatic());
   // Of the points that lie so far on one side that neighborhoods are of one half.
   const auto error_on = [&](float side, const EstimationResult& result) {
@@ -273,11 +305,6 @@ TEST(AutomaticTest, NeitherThreadsNorUnitChangeAByte) {
   }
   const EstimationResult large = MustEstimate(sphere.ToCloud(), Automatic());
   for (size_t i = 0; i < 5000; ++i) EXPECT_EQ(large.field.points[i].k2 * 0x1p20f, one.field.points[i].k2);
-}
-
-EstimatorOptions WithChoice(EstimatorOptions options) {
-  options.returns_choice = true;
-  return options;
 }
 
 // Of the points whose standard error is known, how many have a true H within 1.645 of it.
@@ -433,31 +460,35 @@ TEST(AutomaticTest, OptionsOutOfRangeAreRefused) {
 }
 
 // As the job runs it, on one scratch.
-TEST(AutomaticTest, ScratchNeverHoldsMoreThanItsBound) {
-  for (const Layout layout : kLayouts) {
-    const SpatialIndex index = BuildIndex(RandomPoints(layout, 3000, 5).ToCloud());
-    for (const uint32_t most : {16u, 128u, 2048u}) {
-      const EstimatorOptions options = WithChoice(Automatic({.most_count = most}));
-      std::vector<PointCurvature> results(index.point_count());
-      std::vector<PointChoice> choices(index.point_count());
-      const Strategy& strategy = StrategyFor(options);
-      const auto run = strategy.start(options, index, results.data());
-      run->WriteChoicesTo(choices.data());
-      const auto scratch = run->MakeScratch();
-      for (const GroupPhase& phase : run->Phases()) {
-        ASSERT_TRUE(phase.begin == nullptr || phase.begin().ok());
-        for (size_t group = 0; group < index.group_count(); ++group) {
-          ASSERT_TRUE(phase.run(group, *scratch).ok());
-          EXPECT_LE(scratch->bytes(), strategy.scratch_bytes(options, index.point_count())) << LayoutName(layout);
-        }
-      }
+void ExpectScratchWithinItsBound(const SpatialIndex& index, uint32_t most_count, const std::string& what) {
+  const EstimatorOptions options = WithChoice(Automatic({.most_count = most_count}));
+  std::vector<PointCurvature> results(index.point_count());
+  std::vector<PointChoice> choices(index.point_count());
+  const Strategy& strategy = StrategyFor(options);
+  const auto run = strategy.start(options, index, results.data());
+  run->WriteChoicesTo(choices.data());
+  const auto scratch = run->MakeScratch();
+  for (const GroupPhase& phase : run->Phases()) {
+    ASSERT_TRUE(phase.begin == nullptr || phase.begin().ok());
+    for (size_t group = 0; group < index.group_count(); ++group) {
+      ASSERT_TRUE(phase.run(group, *scratch).ok());
+      EXPECT_LE(scratch->bytes(), strategy.scratch_bytes(options, index.point_count())) << what;
     }
+  }
+}
+
+TEST(AutomaticTest, ScratchNeverHoldsMoreThanItsBound) {
+  for (const uint32_t most : {16u, 128u, 2048u}) {
+    for (const Layout layout : kLayouts) {
+      ExpectScratchWithinItsBound(BuildIndex(RandomPoints(layout, 3000, 5).ToCloud()), most, LayoutName(layout));
+    }
+    ExpectScratchWithinItsBound(BuildIndex(HalfNoisySphere(3000).ToCloud()), most, "half noisy");
   }
 }
 
 // A run of a group may leave some of it to the next; that must not change what comes out.
 TEST(AutomaticTest, GroupsInPartsGiveTheSameBytes) {
-  const SpatialIndex index = BuildIndex(NoisySphere(3000, 0.01).ToCloud());
+  const SpatialIndex index = BuildIndex(HalfNoisySphere(3000).ToCloud());
   const auto estimate = [&](uint64_t most_work) {
     std::vector<PointCurvature> results(index.point_count());
     const auto run = StrategyFor(Automatic()).start(Automatic(), index, results.data());

@@ -63,7 +63,7 @@ TEST(CloudPartsTest, LittleDifferencesAreNone) {
 }
 
 TEST(CloudPartsTest, MoreDetailIsNoPart) {
-  PilotTable table = TableWith([](double, double) { return Traits{.position_noise = 1e-6}; });
+  PilotTable table = TableWith([](double, double) { return Traits{.position_noise = 1e-3}; });
   for (PilotPoint& point : table) {
     if (point.position[0] < 0.5f) continue;
     for (size_t rung = 0; rung < kRungCount; ++rung) {
@@ -71,6 +71,19 @@ TEST(CloudPartsTest, MoreDetailIsNoPart) {
     }
   }
   EXPECT_EQ(SplitIntoParts(table), kSamples);
+}
+
+TEST(CloudPartsTest, WhatHasNoRatioIsNoPart) {
+  PilotTable coincident = TableWith([](double, double) { return Traits(); });
+  PilotTable without_radius = coincident;
+  for (PilotPoint& point : coincident) {
+    if (point.position[0] > 0.9f) point.radius.fill(0.0f);
+  }
+  EXPECT_EQ(SplitIntoParts(coincident), kSamples);
+  for (PilotPoint& point : without_radius) {
+    if (point.position[0] > 0.9f) point.radius.fill(std::numeric_limits<float>::quiet_NaN());
+  }
+  EXPECT_EQ(SplitIntoParts(without_radius), kSamples);
 }
 
 TEST(CloudPartsTest, WhatChangesLittleByLittleHasNoParts) {
@@ -101,9 +114,12 @@ TEST(CloudPartsTest, FewWithoutAFitAreWithTheSecondPart) {
 }
 
 TEST(CloudPartsTest, SmallTablesHaveOnePart) {
-  PilotTable none, few(30, PilotPoint({0.0f, 0.0f, 0.0f}));
+  PilotTable none;
   EXPECT_EQ(SplitIntoParts(none), 0u);
-  EXPECT_EQ(SplitIntoParts(few), 30u);
+  const PilotTable halves = TableWith([](double x, double) { return Traits{.radius = x < 0.5 ? 0.03 : 0.1}; });
+  PilotTable few(halves.begin(), halves.begin() + 46), enough(halves.begin(), halves.begin() + 100);
+  EXPECT_EQ(SplitIntoParts(few), 46u);
+  EXPECT_EQ(SplitIntoParts(enough), 50u);
 }
 
 TEST(CloudPartsTest, NoiseInAFewPlacesIsSeen) {
