@@ -37,8 +37,9 @@ class CloudChoice {
 
   // All samples, and where those of the second part begin among them.
   PilotPoints samples() const {
-    return {parts_.front().samples.data(),
-            parts_.front().samples.size() + parts_.back().samples.size() * (parts_.size() - 1)};
+    size_t size = 0;
+    for (const PartChoice& part : parts_) size += part.samples.size();
+    return {parts_.front().samples.data(), size};
   }
   size_t second() const { return parts_.front().samples.size(); }
 
