@@ -104,6 +104,9 @@ struct Strategy {
   // Bytes that the scratch of one worker holds at most for a cloud of so many points.
   // REQUIRES: options.Validate() is OK.
   size_t (*scratch_bytes)(const EstimatorOptions& options, size_t point_count);
+  // Bytes that its phases allocate for all workers together at most, beyond those by the point. Null: none.
+  // REQUIRES: as above.
+  size_t (*shared_bytes)(const EstimatorOptions& options, size_t point_count) = nullptr;
   // How far from a point its estimate looks at most, in units of the radius that it reports; by a number of neighbors
   // that is at least `least_bounded_count`. By radius, and with fewer neighbors, no factor bounds it where that is not
   // 0.

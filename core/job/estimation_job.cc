@@ -421,8 +421,10 @@ size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_coun
                               const NormalOptions& normals) {
   const size_t block_points = GroupsPerBlock(options) * SpatialIndex::kGroupPoints;
   const size_t blocks = (point_count + block_points - 1) / block_points;
+  const Strategy& strategy = StrategyFor(options);
+  const size_t shared = strategy.shared_bytes != nullptr ? strategy.shared_bytes(options, point_count) : 0;
   // Normals are done, and their scratch is gone, before the strategy begins.
-  return std::max(std::min<size_t>(thread_count, blocks) * StrategyFor(options).scratch_bytes(options, point_count),
+  return std::max(shared + std::min<size_t>(thread_count, blocks) * strategy.scratch_bytes(options, point_count),
                   NormalScratchBytes(normals, point_count, thread_count));
 }
 

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -52,7 +53,7 @@ class AutomaticRun final : public StrategyRun {
     std::vector<GroupPhase> phases;
     const auto sample = [this](Pilot::Samples which) {
       return [this, which](size_t group, WorkerScratch& scratch) {
-        return Sample(group, which, static_cast<AutomaticScratch&>(scratch));
+        return Sample(group, which, table_, static_cast<AutomaticScratch&>(scratch));
       };
     };
     phases.push_back({"scale", nullptr, sample(Pilot::Samples::kScouts)});
@@ -78,6 +79,16 @@ class AutomaticRun final : public StrategyRun {
                         return absl::OkStatus();
                       },
                       sample(Pilot::Samples::kOthers)});
+    phases.push_back({"scale",
+                      [this] {
+                        MakeRoomBetween();
+                        return absl::OkStatus();
+                      },
+                      [this](size_t group, WorkerScratch& scratch) {
+                        const std::span<PilotPoint> between = std::span(table_).subspan(between_);
+                        return Sample(group, Pilot::Samples::kBetween, between,
+                                      static_cast<AutomaticScratch&>(scratch));
+                      }});
     phases.push_back({"curvature",
                       [this] {
                         Choose();
@@ -110,14 +121,14 @@ class AutomaticRun final : public StrategyRun {
   void WriteChoicesTo(PointChoice* choices) override { choices_ = choices; }
 
  private:
-  absl::Status Sample(size_t group, Pilot::Samples which, AutomaticScratch& s) {
-    if (table_.empty()) return absl::OkStatus();
+  absl::Status Sample(size_t group, Pilot::Samples which, std::span<PilotPoint> table, AutomaticScratch& s) {
+    if (table.empty()) return absl::OkStatus();
     s.pilot.stopped = s.stopped;
-    return pilot_.SampleGroup(group, which, s.pilot, table_);
+    return pilot_.SampleGroup(group, which, s.pilot, table);
   }
 
-  // The sampled points are spared the rungs far beyond those that count at the scouts. Where there are edges, few
-  // scouts may be clear of them at the rungs that others need.
+  // The sampled points are spared the rungs far beyond those that count at the scouts, and jets of degree 6 that do not
+  // count there. Where there are edges, few scouts may be clear of them at the rungs that others need.
   void LimitScale() {
     if (!options_.is_automatic() || !pilot_.HasOthers()) return;
     PilotTable scouts;
@@ -129,10 +140,25 @@ class AutomaticRun final : public StrategyRun {
     if (edges_.has_value() && edges_->HasEdges()) return;
     // A part of the cloud, even a small one, may need other rungs than the rest.
     if (ShowNoiseInParts(scouts) || PartsOf(scouts).size() > 1) return;
-    const auto largest = LargestRungThatCounts(scouts, BoundsOf(options_, index_), kLeastScoutWeight);
-    if (!largest.has_value()) return;
-    pilot_.KeepRungs(std::max(*largest + 1 + kRungsBeyond, kRungsThatTellNoise));
+    const auto count = FindCandidatesThatCount(scouts, BoundsOf(options_, index_), kLeastScoutWeight);
+    if (!count.has_value()) return;
+    pilot_.KeepRungs(std::max(count->largest_rung + 1 + kRungsBeyond, kRungsThatTellNoise));
     for (PilotPoint& point : table_) point.KeepRungs(pilot_.rung_count());
+    if (!count->has_sextic) pilot_.DropSextic();
+  }
+
+  // Keeps those samples that there are, clear of edges.
+  void KeepSamples() {
+    std::erase_if(table_, [](const PilotPoint& point) { return !point.is_sampled(); });
+    if (edges_.has_value()) edges_->KeepClear(table_);
+  }
+
+  // Each part of a cloud gets about as many samples as it would alone, and its border is better known.
+  void MakeRoomBetween() {
+    KeepSamples();
+    between_ = table_.size();
+    if (!pilot_.HasBetween() || PartsOf(table_).size() < 2) return;
+    table_.resize(between_ + pilot_.sample_count(), PilotPoint::None());
   }
 
   absl::Status MeasureEdges(size_t group, AutomaticScratch& s) {
@@ -146,8 +172,7 @@ class AutomaticRun final : public StrategyRun {
   }
 
   void Choose() {
-    std::erase_if(table_, [](const PilotPoint& point) { return !point.is_sampled(); });
-    if (edges_.has_value()) edges_->KeepClear(table_);
+    KeepSamples();
     std::vector<PartChoice> parts;
     for (const PilotPoints samples : PartsOf(table_)) {
       parts.push_back({samples, ChooseScales(samples, BoundsOf(options_, index_))});
@@ -242,6 +267,7 @@ class AutomaticRun final : public StrategyRun {
   Pilot pilot_;
   std::optional<EdgeRun> edges_;  // unless the estimator or the scale is fixed
   PilotTable table_;
+  size_t between_ = 0;  // where those between other samples begin in the table
   CloudChoice choice_;
   PointChoice* choices_ = nullptr;  // null: nobody asks
   ScaleReport report_;
@@ -251,6 +277,11 @@ class AutomaticRun final : public StrategyRun {
   std::optional<SeamMending> mending_;             // if those show a seam, and something can be mended there
 };
 
+// Samples of a cloud, and of those between.
+size_t MostSamples(const EstimatorOptions& options) {
+  return (MayHaveParts(options) ? CloudChoice::kMostParts : 1) * Pilot::kMostPoints;
+}
+
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   size_t chosen = 0;
   for (size_t m = 0; m < kMethodCount; ++m) {
@@ -258,14 +289,17 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
     const EstimatorOptions one = OptionsOf(options, m, MostCount(options));
     chosen = std::max(chosen, FindStrategy(one.estimator)->scratch_bytes(one, point_count));
   }
-  const size_t parts = MayHaveParts(options) ? CloudChoice::kMostParts : 1;
-  // The table that all workers share counts with each: it is small.
-  const size_t samples = std::min(Pilot::kMostPoints, point_count);
-  const size_t shared = samples * (sizeof(PilotPoint) + (options.returns_choice ? sizeof(ErrorSample) : 0));
-  return shared + sizeof(AutomaticScratch) - sizeof(PilotScratch) +
-         PilotScratch::MostBytes(PilotOptions(options), point_count) + CloudWeights::MostBytes(Pilot::kMostPoints) +
-         (options.returns_choice ? NearestSamples::MostBytes(Pilot::kMostPoints) + parts * sizeof(NearestSamples) : 0) +
+  const size_t parts = MayHaveParts(options) ? CloudChoice::kMostParts : 1, samples = MostSamples(options);
+  return sizeof(AutomaticScratch) - sizeof(PilotScratch) + PilotScratch::MostBytes(PilotOptions(options), point_count) +
+         CloudWeights::MostBytes(samples) +
+         (options.returns_choice ? NearestSamples::MostBytes(samples) + parts * sizeof(NearestSamples) : 0) +
          parts * ScaleChoice::kMostChosen * (chosen + sizeof(void*));
+}
+
+// The table, what it is split into parts with, which is as large, and what chooses.
+size_t MostSharedBytes(const EstimatorOptions& options, size_t point_count) {
+  return std::min(MostSamples(options), point_count) *
+         (2 * sizeof(PilotPoint) + ChoosingBytesPerSample() + (options.returns_choice ? sizeof(ErrorSample) : 0));
 }
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,
@@ -280,6 +314,7 @@ constexpr Strategy kAutomatic = {.name = kAutomaticEstimator,
                                  .needs_normals = true,
                                  .bytes_per_point = EdgeMarks::kBytesPerPoint,
                                  .scratch_bytes = MostScratchBytes,
+                                 .shared_bytes = MostSharedBytes,
                                  .start = Start};
 
 }  // namespace

@@ -201,7 +201,7 @@ void Pilot::KeepRungs(size_t count) {
   plan_ = NeighborhoodPlan::Make(options_, index_);
 }
 
-absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scratch, PilotTable& table) const {
+absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scratch, std::span<PilotPoint> table) const {
   const size_t first = group * SpatialIndex::kGroupLeaves;
   const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index_.leaf_count());
   bool is_sampled = false;
@@ -218,7 +218,7 @@ absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scrat
     const size_t leaf = leaf_of(i);
     size_t& rank = kept_of_leaf[leaf - first];
     if (rank == samples_of_leaf() || !IsSampledNow(leaf, which)) return false;
-    places[kept++] = SampledFrom(leaf) * samples_of_leaf() + rank++;
+    places[kept++] = PlaceOf(leaf, which) + rank++;
     return true;
   };
   return CollectNeighbors(index_, plan_, group, CollectedPoints::kQueries, scratch, is_sampled_point, [&](size_t i) {
@@ -226,11 +226,11 @@ absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scrat
     scratch.points.query.Get(i, position);
     PilotPoint& point = table[places[i]];
     point = PilotPoint({position[0], position[1], position[2]});
-    EstimateRungs(rung_count_, scratch, point);
+    EstimateRungs(rung_count_, most_sextic_count_, scratch, point);
   });
 }
 
-void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
+void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& s, PilotPoint& point) {
   OrderByDistance(s);
   const Eigen::Matrix3d frame = FrameOf(s);
   const double farthest = s.squared[s.order[kScaleRungs[rung_count - 1] - 1]];
@@ -240,7 +240,7 @@ void EstimateRungs(size_t rung_count, PilotScratch& s, PilotPoint& point) {
   RungEstimates estimates(unit, point);
   size_t next = 0;
   for (size_t rung = 0; rung < rung_count; ++rung) {
-    const bool with_sextic = kScaleRungs[rung] <= kMostSexticCount;
+    const bool with_sextic = kScaleRungs[rung] <= most_sextic_count;
     for (; next < kScaleRungs[rung]; ++next) {
       const uint32_t j = s.order[next];
       halves[IsInEvenHalf(s.ids[j]) ? 0 : 1].Add(NeighborInFrame(s.neighbors, j, frame, unit), with_sextic);

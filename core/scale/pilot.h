@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -27,12 +28,12 @@ struct PilotScratch : CollectScratch {
 };
 
 // Samples points of an index: the first points that get a result of leaves that lie evenly in the tree order, one of
-// each leaf where there are enough. A few of them, the scouts, may go first, and tell how far the others need to look.
-// What is estimated depends on the index and on what KeepRungs is told, not on threads or instruction sets. Const
-// methods are thread-safe.
+// each leaf where there are enough. A few of them, the scouts, may go first, and tell what the others can be spared. As
+// many again lie between them, for clouds that need more. What is estimated depends on the index and on what is spared,
+// not on threads or instruction sets. Const methods are thread-safe.
 class Pilot {
  public:
-  enum class Samples : uint8_t { kScouts, kOthers };
+  enum class Samples : uint8_t { kScouts, kOthers, kBetween };
   // At most so many points are sampled; of small clouds so many at the least, unless that takes more than kMostOfLeaf
   // of a leaf, whose neighborhoods are nearly the same.
   static constexpr size_t kMostPoints = 512, kLeastPoints = 128, kMostOfLeaf = 4;
@@ -45,17 +46,20 @@ class Pilot {
 
   // Rungs that points are sampled at: those whose neighborhoods are not too large; 0: the cloud is too small for any.
   size_t rung_count() const { return rung_count_; }
-  // Whether there are others than scouts.
+  // Whether there are others than scouts, and points between.
   bool HasOthers() const { return ScoutStep() > 1; }
+  bool HasBetween() const { return sampled_leaf_count() < index_.leaf_count(); }
   // From now on, no more rungs than these. REQUIRES: count > 0.
   void KeepRungs(size_t count);
+  // From now on, no jets of degree 6, which cost the most.
+  void DropSextic() { most_sextic_count_ = 0; }
   const EstimatorOptions& options() const { return options_; }
 
-  // Writes the sampled points of a group, which mostly has none, the scouts or the others, to their places in `table`,
-  // which has one for each sample. A point without a neighborhood has no estimates. Thread-safe for distinct groups and
-  // scratch. Errors: ErrorKind::kCancelled once the scratch is stopped. May throw std::bad_alloc. REQUIRES:
-  // rung_count() > 0.
-  absl::Status SampleGroup(size_t group, Samples which, PilotScratch& scratch, PilotTable& table) const;
+  // Writes the sampled points of a group, which mostly has none, to their places in `table`, which has sample_count():
+  // scouts and others share a table, those between have one of their own. A point without a neighborhood has no
+  // estimates. Thread-safe for distinct groups and scratch. Errors: ErrorKind::kCancelled once the scratch is stopped.
+  // May throw std::bad_alloc. REQUIRES: rung_count() > 0.
+  absl::Status SampleGroup(size_t group, Samples which, PilotScratch& scratch, std::span<PilotPoint> table) const;
 
   // Leaves that points are sampled of, from each equally many.
   size_t sampled_leaf_count() const { return std::min(kMostPoints, index_.leaf_count()); }
@@ -65,10 +69,7 @@ class Pilot {
   }
   size_t sample_count() const { return sampled_leaf_count() * samples_of_leaf(); }
   // The place among the sampled leaves of the first that is not before this leaf.
-  size_t SampledFrom(size_t leaf) const {
-    const size_t leaves = index_.leaf_count();
-    return (leaf * sampled_leaf_count() + leaves - 1) / leaves;
-  }
+  size_t SampledFrom(size_t leaf) const { return FirstPlace(leaf, sampled_leaf_count()); }
   // The leaf that has this place among the sampled ones.
   size_t SampledLeaf(size_t place) const { return place * index_.leaf_count() / sampled_leaf_count(); }
   bool IsSampled(size_t leaf) const {
@@ -82,12 +83,29 @@ class Pilot {
   size_t ScoutStep() const {
     return samples_of_leaf() > 1 ? 1 : std::max<size_t>(sampled_leaf_count() / kLeastScouts, 1);
   }
+  // Of `count` leaves that lie evenly in the tree order, the first that is not before this leaf.
+  size_t FirstPlace(size_t leaf, size_t count) const {
+    const size_t leaves = index_.leaf_count();
+    return (leaf * count + leaves - 1) / leaves;
+  }
+  // Whether the leaf lies halfway from a sampled one to the next.
+  bool IsBetween(size_t leaf) const {
+    const size_t count = 2 * sampled_leaf_count(), place = FirstPlace(leaf, count);
+    return place % 2 == 1 && place * index_.leaf_count() / count == leaf && !IsSampled(leaf);
+  }
   bool IsSampledNow(size_t leaf, Samples which) const {
+    if (which == Samples::kBetween) return IsBetween(leaf);
     return IsSampled(leaf) && (SampledFrom(leaf) % ScoutStep() == 0) == (which == Samples::kScouts);
+  }
+  // The place in its table of the first sample of a leaf that is sampled.
+  size_t PlaceOf(size_t leaf, Samples which) const {
+    const size_t between = which == Samples::kBetween ? 1 : 0;
+    return (SampledFrom(leaf) - between) * samples_of_leaf();
   }
 
   const SpatialIndex& index_;
   size_t rung_count_ = 0;
+  uint32_t most_sextic_count_ = kMostSexticCount;
   EstimatorOptions options_;  // whose neighborhoods are the largest
   NeighborhoodPlan plan_{};
 };
@@ -101,7 +119,8 @@ inline bool IsInEvenHalf(int32_t id) {
   return ((hash ^ hash >> 16) & 1) == 0;
 }
 
-// Estimates the point of the moment from its neighbors. REQUIRES: they are as many as the largest rung of `rung_count`.
-void EstimateRungs(size_t rung_count, PilotScratch& scratch, PilotPoint& point);
+// Estimates the point of the moment from its neighbors; by jets of degree 6 from no more of them than
+// `most_sextic_count`. REQUIRES: they are as many as the largest rung of `rung_count`.
+void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& scratch, PilotPoint& point);
 
 }  // namespace curvd

@@ -185,15 +185,17 @@ ScaleWeights WeightsOf(const Judged& judged, const std::vector<size_t>& chosen, 
   return weights;
 }
 
-// Drops jets of degree 6 unless they are expected to err clearly less than all others, since they cost the most.
-void DropUnlessWorthwhile(std::vector<ScaleScore>& scores) {
-  constexpr double kWorthwhile = 0.7;
+// Jets of degree 6 cost the most: they are chosen only if they are expected to err less than all others times this.
+// What a few points expect of them may be off by a factor of two.
+constexpr double kWorthwhile = 0.7, kWorthwhileToFew = 2.0;
+
+void DropUnlessWorthwhile(double worthwhile, std::vector<ScaleScore>& scores) {
   double least = std::numeric_limits<double>::infinity(), least_of_sextic = least;
   for (const ScaleScore& score : scores) {
     double& of_kind = score.candidate.method == kSexticMethod ? least_of_sextic : least;
     of_kind = std::min(of_kind, score.error);
   }
-  if (least_of_sextic <= kWorthwhile * least) return;
+  if (least_of_sextic <= worthwhile * least) return;
   std::erase_if(scores, [](const ScaleScore& score) { return score.candidate.method == kSexticMethod; });
 }
 
@@ -203,11 +205,11 @@ struct BothJudged {
   double sigma;  // noise of the positions
 };
 
-BothJudged JudgeBoth(PilotPoints table, const ScaleBounds& bounds) {
+BothJudged JudgeBoth(PilotPoints table, const ScaleBounds& bounds, double worthwhile) {
   const ScaleJudge of_mean(table, bounds, ScaleJudge::Quantity::kMean),
       of_gaussian(table, bounds, ScaleJudge::Quantity::kGaussian);
   std::vector<ScaleScore> scores = of_mean.Scores();
-  DropUnlessWorthwhile(scores);
+  DropUnlessWorthwhile(worthwhile, scores);
   if (scores.empty()) return {{}, {}, of_mean.sigma()};
   const Neighbors nearest = NearestOfEach(table);
   Judged gaussian = JudgeAt(of_gaussian, of_gaussian.ScoresOf(scores, of_mean), nearest, bounds.per_cloud);
@@ -224,24 +226,36 @@ double LocalTrend::ErrorAt(double difference) const {
   return cloud_error * std::pow(difference / cloud_difference, reliance);
 }
 
-std::optional<size_t> LargestRungThatCounts(PilotPoints table, const ScaleBounds& bounds, double least_weight) {
+std::optional<CandidatesThatCount> FindCandidatesThatCount(PilotPoints table, const ScaleBounds& bounds,
+                                                           double least_weight) {
   if (table.empty()) return std::nullopt;
-  const BothJudged judged = JudgeBoth(table, bounds);
-  std::optional<size_t> largest;
+  const BothJudged judged = JudgeBoth(table, bounds, kWorthwhileToFew);
+  std::optional<CandidatesThatCount> found;
   for (const Judged* of : {&judged.mean, &judged.gaussian}) {
     for (size_t c = 0; c < of->scores.size(); ++c) {
       const std::vector<double>& weights = of->weights[c];
       if (!(*std::max_element(weights.begin(), weights.end()) >= least_weight)) continue;
-      largest = std::max(largest.value_or(0), of->scores[c].candidate.rung);
+      if (!found.has_value()) found.emplace();
+      const ScaleCandidate& candidate = of->scores[c].candidate;
+      found->largest_rung = std::max(found->largest_rung, candidate.rung);
+      found->has_sextic = found->has_sextic || candidate.method == kSexticMethod;
     }
   }
-  return largest;
+  return found;
+}
+
+// For each quantity, what its judge holds, and of each candidate the difference, its mean around the point and a
+// weight; for both the nearest points.
+size_t ChoosingBytesPerSample() {
+  constexpr size_t kOfCandidate = 3 * sizeof(double);
+  return 2 * (ScaleJudge::kBytesPerSample + kMethodCount * kRungCount * kOfCandidate) +
+         ScaleChoice::kNearest * sizeof(size_t) + sizeof(Neighbors::value_type);
 }
 
 ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds) {
   ScaleChoice choice;
   if (table.empty()) return choice;
-  const BothJudged judged = JudgeBoth(table, bounds);
+  const BothJudged judged = JudgeBoth(table, bounds, kWorthwhile);
   choice.sigma = judged.sigma;
   choice.scores = judged.mean.scores;
   if (choice.scores.empty()) return choice;

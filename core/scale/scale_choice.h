@@ -73,9 +73,19 @@ struct ScaleChoice {
 // The standard deviation of the noise of positions, in the index's unit, as the residuals show it; 0: nothing does.
 double PositionNoise(PilotPoints table);
 
-// The largest rung of which a candidate, before some are chosen, has at least this part of the weights in one of the
-// quantities at one of the points; nothing if none can be judged.
-std::optional<size_t> LargestRungThatCounts(PilotPoints table, const ScaleBounds& bounds, double least_weight);
+// Which candidates, before some are chosen, have at least some part of the weights in one of the quantities at one of
+// the points.
+struct CandidatesThatCount {
+  size_t largest_rung = 0;
+  bool has_sextic = false;  // jets of degree 6 are among them
+};
+
+// Nothing if no candidate can be judged.
+std::optional<CandidatesThatCount> FindCandidatesThatCount(PilotPoints table, const ScaleBounds& bounds,
+                                                           double least_weight);
+
+// What ChooseScales holds of each point of the table while it runs, at most.
+size_t ChoosingBytesPerSample();
 
 // Thread-safe. The same table gives the same choice on every machine.
 ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds);

@@ -39,6 +39,9 @@ class ScaleJudge {
   // Whether the halves of neighborhoods, too, have estimates at nearly all points.
   bool HasHalves(const ScaleCandidate& candidate) const;
 
+  // What it holds of each sampled point.
+  static constexpr size_t kBytesPerSample = kMethodCount * kRungCount * PilotPoint::kParts * sizeof(double);
+
   // Standard deviation of the noise of positions; 0 if nothing tells it.
   static double PositionNoise(PilotPoints table);
   double sigma() const { return sigma_; }

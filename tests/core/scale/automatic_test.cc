@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/scale/pilot.h"
 #include "tests/core/hostile_clouds.h"
 #include "tests/core/normals/normal_clouds.h"
 #include "tests/core/seam_clouds.h"
@@ -90,6 +91,7 @@ TEST(AutomaticTest, TellsWhatItChose) {
 
 TEST(AutomaticTest, TellsWhatItChoseForEachPart) {
   const EstimationResult result = MustEstimate(HalfNoisySphere(10'000).ToCloud(), WithChoice(Automatic()));
+  EXPECT_GT(result.scale_report->sampled_points, Pilot::kMostPoints);
   double sum = 0.0, least = 1e300, most = 0.0;
   for (const ScaleOutcome& outcome : result.scale_report->outcomes) {
     sum += outcome.share;
@@ -460,7 +462,7 @@ TEST(AutomaticTest, OptionsOutOfRangeAreRefused) {
 }
 
 // As the job runs it, on one scratch.
-void ExpectScratchWithinItsBound(const SpatialIndex& index, uint32_t most_count, const std::string& what) {
+void ExpectMemoryWithinItsBounds(const SpatialIndex& index, uint32_t most_count, const std::string& what) {
   const EstimatorOptions options = WithChoice(Automatic({.most_count = most_count}));
   std::vector<PointCurvature> results(index.point_count());
   std::vector<PointChoice> choices(index.point_count());
@@ -468,8 +470,11 @@ void ExpectScratchWithinItsBound(const SpatialIndex& index, uint32_t most_count,
   const auto run = strategy.start(options, index, results.data());
   run->WriteChoicesTo(choices.data());
   const auto scratch = run->MakeScratch();
+  const size_t most_shared =
+      strategy.shared_bytes(options, index.point_count()) + strategy.bytes_per_point * index.point_count();
   for (const GroupPhase& phase : run->Phases()) {
     ASSERT_TRUE(phase.begin == nullptr || phase.begin().ok());
+    EXPECT_LE(run->bytes(), most_shared) << what;
     for (size_t group = 0; group < index.group_count(); ++group) {
       ASSERT_TRUE(phase.run(group, *scratch).ok());
       EXPECT_LE(scratch->bytes(), strategy.scratch_bytes(options, index.point_count())) << what;
@@ -480,10 +485,11 @@ void ExpectScratchWithinItsBound(const SpatialIndex& index, uint32_t most_count,
 TEST(AutomaticTest, ScratchNeverHoldsMoreThanItsBound) {
   for (const uint32_t most : {16u, 128u, 2048u}) {
     for (const Layout layout : kLayouts) {
-      ExpectScratchWithinItsBound(BuildIndex(RandomPoints(layout, 3000, 5).ToCloud()), most, LayoutName(layout));
+      ExpectMemoryWithinItsBounds(BuildIndex(RandomPoints(layout, 3000, 5).ToCloud()), most, LayoutName(layout));
     }
-    ExpectScratchWithinItsBound(BuildIndex(HalfNoisySphere(3000).ToCloud()), most, "half noisy");
+    ExpectMemoryWithinItsBounds(BuildIndex(HalfNoisySphere(3000).ToCloud()), most, "half noisy");
   }
+  ExpectMemoryWithinItsBounds(BuildIndex(HalfNoisySphere(20'000).ToCloud()), 128, "half noisy, with points between");
 }
 
 // A run of a group may leave some of it to the next; that must not change what comes out.

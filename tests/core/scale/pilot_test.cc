@@ -115,5 +115,48 @@ TEST(PilotSamplesTest, OthersHaveTheEstimatesOfTheRungsThatAreKept) {
   EXPECT_EQ(sampled, pilot.sample_count() - Pilot::kLeastScouts);
 }
 
+TEST(PilotSamplesTest, JetsOfDegreeSixAreDroppedAlone) {
+  const SpatialIndex index = IndexOfNoisySphere(3000);
+  Pilot pilot(index, 512);
+  const PilotTable all = SampleAll(pilot);
+  pilot.DropSextic();
+  const PilotTable table = SampleAll(pilot);
+  size_t dropped = 0;
+  for (size_t i = 0; i < table.size(); ++i) {
+    for (size_t m = 0; m < kMethodCount; ++m) {
+      for (size_t rung = 0; rung < kRungCount; ++rung) {
+        const float before = all[i].mean[m][rung][PilotPoint::kAll], mean = table[i].mean[m][rung][PilotPoint::kAll];
+        if (m != kSexticMethod) {
+          EXPECT_TRUE(mean == before || (std::isnan(mean) && std::isnan(before))) << i << " " << m << " " << rung;
+        } else {
+          EXPECT_TRUE(std::isnan(mean)) << i << " " << rung;
+          dropped += std::isfinite(before) ? 1 : 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(dropped, table.size());
+}
+
+TEST(PilotSamplesTest, PointsBetweenAreOthersThanTheSampledOnes) {
+  // Of 188, of 563 and of 1,250 leaves, of which up to 512 are sampled.
+  for (const auto& [points, between] : {std::pair<size_t, size_t>{3000, 0}, {9000, 51}, {20'000, 512}}) {
+    const SpatialIndex index = IndexOfNoisySphere(points);
+    const Pilot pilot(index, 32);
+    const PilotTable sampled = SampleAll(pilot);
+    PilotTable table = EmptyTable(pilot);
+    Sample(pilot, Pilot::Samples::kBetween, table);
+    EXPECT_EQ(pilot.HasBetween(), between > 0) << points;
+    EXPECT_EQ(SampledCount(table), between) << points;
+    std::set<std::array<float, 3>> positions;
+    for (const PilotTable& samples : {sampled, table}) {
+      for (const PilotPoint& point : samples) {
+        if (point.is_sampled()) positions.insert(point.position);
+      }
+    }
+    EXPECT_EQ(positions.size(), sampled.size() + between) << points;
+  }
+}
+
 }  // namespace
 }  // namespace curvd::testing

@@ -77,11 +77,23 @@ TEST(ScaleChoiceTest, MoreNoiseAsksForMoreNeighborsAndMoreDetailForFewer) {
 TEST(ScaleChoiceTest, TheLargestRungThatCountsIsThatOfTheNoisiestPlace) {
   const auto largest = [](double noise_factor_of_noisy, double least_weight) {
     const PilotTable table = MakeTable(Behaving({{0.05, 10.0}}), noise_factor_of_noisy);
-    return LargestRungThatCounts(table, {}, least_weight).value_or(0);
+    const auto found = FindCandidatesThatCount(table, {}, least_weight);
+    return found.has_value() ? found->largest_rung : 0;
   };
   EXPECT_GT(largest(50.0, 0.01), largest(1.0, 0.01) + 1);
   EXPECT_GT(largest(1.0, 1e-6), largest(1.0, 0.1));
-  EXPECT_EQ(LargestRungThatCounts({}, {}, 0.01), std::nullopt);
+  EXPECT_FALSE(FindCandidatesThatCount({}, {}, 0.01).has_value());
+}
+
+TEST(ScaleChoiceTest, JetsOfDegreeSixCountUnlessOthersAreMuchBetter) {
+  const auto has_sextic = [](double noise_of_sextic) {
+    std::array<Behavior, kMethodCount> behaviors = Behaving({{0.1, 1.0}});
+    behaviors[kSexticMethod] = {noise_of_sextic, 10.0 * noise_of_sextic};
+    return FindCandidatesThatCount(MakeTable(behaviors), {}, 0.01)->has_sextic;
+  };
+  EXPECT_TRUE(has_sextic(0.05));
+  EXPECT_TRUE(has_sextic(0.15));
+  EXPECT_FALSE(has_sextic(0.4));
 }
 
 TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
