@@ -71,7 +71,7 @@ TEST(EstimationJobTest, AnOutlierOfAnySizeChangesNothingButItsOwnResult) {
 
 TEST(EstimationJobTest, ThreadsDoNotChangeAByte) {
   for (std::string_view estimator : kEstimators) {
-    const TestPoints points = RandomPoints(Layout::kClustered, 50'000, 3);
+    const TestPoints points = RandomPoints(Layout::kClustered, kSanitized ? 12'500 : 50'000, 3);
     const EstimationResult one = MustEstimate(points.ToCloud(), WithEstimator(estimator), 1);
     for (int threads : {2, 8}) {
       EXPECT_TRUE(SameBytes(one.field, MustEstimate(points.ToCloud(), WithEstimator(estimator), threads).field));
@@ -289,7 +289,8 @@ NormalOptions Estimated() {
 TEST(EstimationJobTest, SpheresHaveTheirCurvatureWithoutNormalsToo) {
   WorkerPool pool(2);
   for (std::string_view estimator : kEstimators) {
-    const auto result = EstimateCurvature(BareCloud(Sphere(20'000, 2.0)), WithEstimator(estimator), Estimated(), pool);
+    const auto result = EstimateCurvature(BareCloud(Sphere(kSanitized ? 5'000 : 20'000, 2.0)), WithEstimator(estimator),
+                                          Estimated(), pool);
     ASSERT_TRUE(result.ok()) << result.status();
     for (size_t i = 0; i < result->field.points.size(); ++i) {
       ASSERT_EQ(result->field.points[i].status, PointStatus::kOk);
@@ -319,7 +320,7 @@ TEST(EstimationJobTest, TurnedNormalsAreOrientedOnRequest) {
 }
 
 TEST(EstimationJobTest, ThreadsDoNotChangeAByteOfWhatEstimatedNormalsGive) {
-  const TestPoints points = Waves(30'000, 0.002, 3);
+  const TestPoints points = Waves(kSanitized ? 10'000 : 30'000, 0.002, 3);
   WorkerPool one(1), four(4);
   const auto first = EstimateCurvature(BareCloud(points), EstimatorOptions(), Estimated(), one);
   const auto second = EstimateCurvature(BareCloud(points), EstimatorOptions(), Estimated(), four);

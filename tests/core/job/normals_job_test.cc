@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/job/normal_phases.h"
 #include "tests/core/normals/normal_clouds.h"
+#include "tests/core/sanitized.h"
 
 namespace curvd::testing {
 namespace {
@@ -19,7 +20,7 @@ NormalOptions Estimated() {
 }
 
 TEST(NormalsJobTest, ThreadsDoNotChangeAByte) {
-  TestPoints torus = Torus(60'000, 1);
+  TestPoints torus = Torus(kSanitized ? 20'000 : 60'000, 1);
   AddNoise(0.1, 2, torus);
   TestPoints turned = torus;
   FlipAtRandom(0.5, 3, turned);
