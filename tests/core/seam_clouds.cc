@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "core/estimators/triangles/random_stream.h"
 
@@ -152,12 +153,20 @@ Flips FlipWhere(const std::function<bool(const std::array<float, 3>&)>& where, T
 
 std::vector<size_t> OkAcrossSeams(const TestPoints& points, const Flips& flips, const CurvatureField& field,
                                   const std::vector<char>& sheets) {
+  // In the order of x, so that few have to be looked at for each point.
+  const auto x_of = [&](size_t i) { return double{points.positions[i][0]}; };
+  std::vector<size_t> by_x(points.size());
+  std::iota(by_x.begin(), by_x.end(), size_t{0});
+  std::sort(by_x.begin(), by_x.end(), [&](size_t i, size_t j) { return x_of(i) < x_of(j); });
   std::vector<size_t> wrong;
   for (size_t i = 0; i < points.size(); ++i) {
     if (field.points[i].status != PointStatus::kOk) continue;
     const double reach = field.points[i].radius;
+    const auto begin =
+        std::lower_bound(by_x.begin(), by_x.end(), x_of(i) - reach, [&](size_t j, double x) { return x_of(j) < x; });
     std::array<std::array<bool, 2>, 2> seen{};  // by sheet, by flip
-    for (size_t j = 0; j < points.size(); ++j) {
+    for (auto near = begin; near != by_x.end() && x_of(*near) <= x_of(i) + reach; ++near) {
+      const size_t j = *near;
       double squared = 0.0;
       for (int axis = 0; axis < 3; ++axis) {
         const double d = double{points.positions[j][axis]} - points.positions[i][axis];
