@@ -50,7 +50,7 @@ std::vector<EstimatorOptions> ByCountAndByRadius() {
 
 TEST(StrategiesTest, ScratchNeverHoldsMoreThanItsBound) {
   for (const Layout layout : kLayouts) {
-    const SpatialIndex index = BuildIndex(RandomPoints(layout, 3000, 5).ToCloud());
+    const SpatialIndex index = BuildIndex(RandomPoints(layout, 2000, 5).ToCloud());
     for (const Strategy* strategy : Strategies()) {
       for (EstimatorOptions& options : ByCountAndByRadius()) {
         SCOPED_TRACE(LayoutName(layout));
