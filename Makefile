@@ -40,8 +40,8 @@ install = @missing=$$(for p in $(1); do \
   $$as_root env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 install -qq --no-install-recommends \
     $$missing </dev/null >/dev/null
 
-# Runs the tests of preset $(1), one more at a time than there are processors, as many wait most of their time, but for those
-# that the thread sanitizer makes slow; the log is what .ci/run sums up.
+# Runs the tests of preset $(1), one more at a time than there are processors, since many of them wait; under the thread
+# sanitizer, where they are slow, no more than there are processors. The log is what .ci/run sums up.
 ctest = ctest --preset $(1) --parallel $$(($(JOBS) + $(if $(filter tsan,$(1)),0,1))) --timeout 300 --no-tests=error $(2) | tee build/$(1)/ctest.log
 BUF := build/tools/buf/node_modules/.bin/buf
 SOURCES = $(wildcard proto/*.cc proto/*.h) $(shell find about core server client tests bench -name '*.cc' -o -name '*.h')

@@ -153,10 +153,12 @@ class AutomaticRun final : public StrategyRun {
     if (edges_.has_value()) edges_->KeepClear(table_);
   }
 
-  // Each part of a cloud gets about as many samples as it would alone, and its border is better known.
+  // Each part of a cloud gets about as many samples as it would alone, and its border is better known. Where there are
+  // edges, the samples that there are have been kept clear of them, which is decided once.
   void MakeRoomBetween() {
     KeepSamples();
     between_ = table_.size();
+    if (edges_.has_value() && edges_->HasEdges()) return;
     if (!pilot_.HasBetween() || PartsOf(table_).size() < 2) return;
     table_.resize(between_ + pilot_.sample_count(), PilotPoint::None());
   }
@@ -254,7 +256,7 @@ class AutomaticRun final : public StrategyRun {
                      results_);
   }
 
-  // A rung counts at a scout with this weight: its error is less than some 3 times the least. So many rungs beyond are
+  // A rung counts at a scout with this weight: its error is less than 2 to 3 times the least. So many rungs beyond are
   // sampled: that a scale is too large is seen by those that are larger.
   static constexpr double kLeastScoutWeight = 1e-2;
   static constexpr size_t kRungsBeyond = 3;

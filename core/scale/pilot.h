@@ -28,9 +28,9 @@ struct PilotScratch : CollectScratch {
 };
 
 // Samples points of an index: the first points that get a result of leaves that lie evenly in the tree order, one of
-// each leaf where there are enough. A few of them, the scouts, may go first, and tell what the others can be spared. As
-// many again lie between them, for clouds that need more. What is estimated depends on the index and on what is spared,
-// not on threads or instruction sets. Const methods are thread-safe.
+// each leaf where there are enough. A few of them, the scouts, may go first, and tell what the others can be spared. Up
+// to as many again lie between them, for clouds that need more. What is estimated depends on the index and on what is
+// spared, not on threads or instruction sets. Const methods are thread-safe.
 class Pilot {
  public:
   enum class Samples : uint8_t { kScouts, kOthers, kBetween };

@@ -186,7 +186,7 @@ ScaleWeights WeightsOf(const Judged& judged, const std::vector<size_t>& chosen, 
 }
 
 // Jets of degree 6 cost the most: they are chosen only if they are expected to err less than all others times this.
-// What a few points expect of them may be off by a factor of two.
+// What a few points expect of them may be off by a factor of two to three.
 constexpr double kWorthwhile = 0.7, kWorthwhileToFew = 2.0;
 
 void DropUnlessWorthwhile(double worthwhile, std::vector<ScaleScore>& scores) {

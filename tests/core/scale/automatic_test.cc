@@ -461,8 +461,8 @@ TEST(AutomaticTest, OptionsOutOfRangeAreRefused) {
   EXPECT_TRUE(refused(jet, "jet_degree is 2"));
 }
 
-// As the job runs it, on one scratch.
-void ExpectMemoryWithinItsBounds(const SpatialIndex& index, uint32_t most_count, const std::string& what) {
+// As the job runs it, on one scratch. Returns how many points were sampled.
+uint32_t ExpectMemoryWithinItsBounds(const SpatialIndex& index, uint32_t most_count, const std::string& what) {
   const EstimatorOptions options = WithChoice(Automatic({.most_count = most_count}));
   std::vector<PointCurvature> results(index.point_count());
   std::vector<PointChoice> choices(index.point_count());
@@ -473,13 +473,14 @@ void ExpectMemoryWithinItsBounds(const SpatialIndex& index, uint32_t most_count,
   const size_t most_shared =
       strategy.shared_bytes(options, index.point_count()) + strategy.bytes_per_point * index.point_count();
   for (const GroupPhase& phase : run->Phases()) {
-    ASSERT_TRUE(phase.begin == nullptr || phase.begin().ok());
+    EXPECT_TRUE(phase.begin == nullptr || phase.begin().ok());
     EXPECT_LE(run->bytes(), most_shared) << what;
     for (size_t group = 0; group < index.group_count(); ++group) {
-      ASSERT_TRUE(phase.run(group, *scratch).ok());
+      EXPECT_TRUE(phase.run(group, *scratch).ok());
       EXPECT_LE(scratch->bytes(), strategy.scratch_bytes(options, index.point_count())) << what;
     }
   }
+  return run->scale_report()->sampled_points;
 }
 
 TEST(AutomaticTest, ScratchNeverHoldsMoreThanItsBound) {
@@ -489,7 +490,17 @@ TEST(AutomaticTest, ScratchNeverHoldsMoreThanItsBound) {
     }
     ExpectMemoryWithinItsBounds(BuildIndex(HalfNoisySphere(3000).ToCloud()), most, "half noisy");
   }
-  ExpectMemoryWithinItsBounds(BuildIndex(HalfNoisySphere(20'000).ToCloud()), 128, "half noisy, with points between");
+  const SpatialIndex large = BuildIndex(HalfNoisySphere(20'000).ToCloud());
+  EXPECT_GT(ExpectMemoryWithinItsBounds(large, 512, "half noisy, with points between"), Pilot::kMostPoints);
+}
+
+TEST(AutomaticTest, WhatWorkersShareIsReservedOnce) {
+  constexpr size_t kPoints = 1'000'000;
+  const auto reserved = [](int threads) { return EstimationScratchBytes(Automatic(), kPoints, threads); };
+  const Strategy& strategy = StrategyFor(Automatic());
+  const size_t of_worker = strategy.scratch_bytes(Automatic(), kPoints);
+  EXPECT_EQ(reserved(1), strategy.shared_bytes(Automatic(), kPoints) + of_worker);
+  EXPECT_EQ(reserved(8), reserved(1) + 7 * of_worker);
 }
 
 // A run of a group may leave some of it to the next; that must not change what comes out.

@@ -89,11 +89,11 @@ TEST(ScaleChoiceTest, JetsOfDegreeSixCountUnlessOthersAreMuchBetter) {
   const auto has_sextic = [](double noise_of_sextic) {
     std::array<Behavior, kMethodCount> behaviors = Behaving({{0.1, 1.0}});
     behaviors[kSexticMethod] = {noise_of_sextic, 10.0 * noise_of_sextic};
-    return FindCandidatesThatCount(MakeTable(behaviors), {}, 0.01)->has_sextic;
+    return FindCandidatesThatCount(MakeTable(behaviors), {}, 1e-6)->has_sextic;
   };
   EXPECT_TRUE(has_sextic(0.05));
   EXPECT_TRUE(has_sextic(0.15));
-  EXPECT_FALSE(has_sextic(0.4));
+  EXPECT_FALSE(has_sextic(0.3));
 }
 
 TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
