@@ -92,9 +92,9 @@ TEST(NormalsOutOfMemoryTest, AnyAllocationThatFailsIsOutOfMemoryAndNothingLeaks)
   NormalOptions normals;
   normals.source = NormalSource::kEstimate;
   normals.returns_normals = true;
-  FailEachAllocation(Sphere(400, 1.0), options, 1, FailingNew::Failing::kOne, normals);
+  FailEachAllocation(Sphere(200, 1.0), options, 1, FailingNew::Failing::kOne, normals);
   normals.neighborhood = NeighborCount{8};
-  FailEachAllocation(Sphere(2'000, 1.0), options, 2, FailingNew::Failing::kAllFromThere, normals);
+  FailEachAllocation(Sphere(500, 1.0), options, 2, FailingNew::Failing::kAllFromThere, normals);
 }
 
 class EmptyPhase final : public Phase {
