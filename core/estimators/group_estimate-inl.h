@@ -84,7 +84,7 @@ HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const Nei
 template <typename Visit>
 HWY_INLINE absl::Status ForEachNormalSum(const SpatialIndex& index, const NeighborhoodPlan& plan, GroupScratch& s,
                                          Visit visit) {
-  QueryPoint query;
+  QueryPoint query{};
   NormalSums normals;
   return ForEachNeighborhood(index, plan, query, normals, NormalSummer(index, query, normals), s, visit);
 }
@@ -93,7 +93,7 @@ HWY_INLINE absl::Status ForEachNormalSum(const SpatialIndex& index, const Neighb
 template <typename Visit>
 HWY_INLINE absl::Status ForEachCollected(const SpatialIndex& index, const NeighborhoodPlan& plan,
                                          NeighborArrays& neighbors, GroupScratch& s, Visit visit) {
-  QueryPoint query;
+  QueryPoint query{};
   NormalSums normals;
   const NeighborCollector collector(index, query, neighbors, normals);
   return ForEachNeighborhood(index, plan, query, normals, collector, s, visit);
