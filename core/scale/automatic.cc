@@ -279,10 +279,10 @@ class AutomaticRun final : public StrategyRun {
   std::optional<SeamMending> mending_;             // if those show a seam, and something can be mended there
 };
 
-// Samples of a cloud, and of those between.
-size_t MostSamples(const EstimatorOptions& options) {
-  return (MayHaveParts(options) ? CloudChoice::kMostParts : 1) * Pilot::kMostPoints;
-}
+size_t MostParts(const EstimatorOptions& options) { return MayHaveParts(options) ? CloudChoice::kMostParts : 1; }
+
+// Where there are parts, those between are as many as the others.
+size_t MostSamples(const EstimatorOptions& options) { return MostParts(options) * Pilot::kMostPoints; }
 
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   size_t chosen = 0;
@@ -291,7 +291,7 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
     const EstimatorOptions one = OptionsOf(options, m, MostCount(options));
     chosen = std::max(chosen, FindStrategy(one.estimator)->scratch_bytes(one, point_count));
   }
-  const size_t parts = MayHaveParts(options) ? CloudChoice::kMostParts : 1, samples = MostSamples(options);
+  const size_t parts = MostParts(options), samples = MostSamples(options);
   return sizeof(AutomaticScratch) - sizeof(PilotScratch) + PilotScratch::MostBytes(PilotOptions(options), point_count) +
          CloudWeights::MostBytes(samples) +
          (options.returns_choice ? NearestSamples::MostBytes(samples) + parts * sizeof(NearestSamples) : 0) +
