@@ -4,10 +4,87 @@
 #include <array>
 #include <cmath>
 
-#include "core/estimators/lines/offset_sums.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/estimators/lines/line_test.cc"
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+// Must come after foreach_target.h.
+#include "core/estimators/lines/offset_sums-inl.h"
+#include "hwy/highway.h"
+
+#ifndef CURVD_CORE_ESTIMATORS_LINES_LINE_TEST_CC_
+#define CURVD_CORE_ESTIMATORS_LINES_LINE_TEST_CC_
+namespace curvd {
+
+// The sums over offsets q with weights w.
+using SpreadSums = std::array<double, 10>;  // of w, w q and w q q
+// In the axes x along the line, y across it and z along the normal: of w x^p for p < 5; of w y x^p for p < 3 and
+// w y^2; of the same with z.
+using LineSums = std::array<double, 13>;
+
+struct LineAxes {
+  std::array<double, 3> along, across, normal;
+};
+
+}  // namespace curvd
+#endif  // CURVD_CORE_ESTIMATORS_LINES_LINE_TEST_CC_
+
+HWY_BEFORE_NAMESPACE();
+namespace curvd {
+namespace HWY_NAMESPACE {
+
+// Calls visit(q, w) for vectors of offsets in units of the radius, and their weights. Behind the last one, both are 0.
+template <typename Visit>
+HWY_INLINE void ForEachWeighted(const NeighborOffsets& neighbors, float radius, bool fades, Visit visit) {
+  const DoubleTag d;
+  const DoubleVec unit = hn::Set(d, 1.0 / double{radius}), one = hn::Set(d, 1.0);
+  for (size_t j = 0; j < neighbors.count; j += hn::Lanes(d)) {
+    const DoubleMask used = hn::FirstN(d, neighbors.count - j);
+    const auto load = [&](const ScratchArray<float>& axis)
+                          HWY_ATTR { return hn::IfThenElseZero(used, hn::Mul(Widen(axis.data() + j), unit)); };
+    const DoubleTriple q{load(neighbors.x), load(neighbors.y), load(neighbors.z)};
+    DoubleVec inner = one;
+    if (fades) inner = hn::Max(hn::Sub(one, RoundedDot(q, q)), hn::Zero(d));
+    visit(q, hn::IfThenElseZero(used, hn::Mul(inner, inner)));
+  }
+}
+
+SpreadSums SumSpread(const NeighborOffsets& neighbors, float radius, bool fades) {
+  VectorOffsetSums<10> sums;
+  ForEachWeighted(neighbors, radius, fades, [&](const DoubleTriple& q, DoubleVec w) HWY_ATTR {
+    const DoubleVec x = hn::Mul(w, q.x), y = hn::Mul(w, q.y), z = hn::Mul(w, q.z);
+    sums.Add({w, x, y, z, hn::Mul(x, q.x), hn::Mul(x, q.y), hn::Mul(x, q.z), hn::Mul(y, q.y), hn::Mul(y, q.z),
+              hn::Mul(z, q.z)});
+  });
+  return sums.Total();
+}
+
+LineSums SumLine(const NeighborOffsets& neighbors, const LineAxes& axes, float radius, bool fades) {
+  const DoubleTag d;
+  const auto axis = [d](const std::array<double, 3>& a) HWY_ATTR {
+    return DoubleTriple{hn::Set(d, a[0]), hn::Set(d, a[1]), hn::Set(d, a[2])};
+  };
+  const DoubleTriple along = axis(axes.along), across = axis(axes.across), normal = axis(axes.normal);
+  VectorOffsetSums<13> sums;
+  ForEachWeighted(neighbors, radius, fades, [&](const DoubleTriple& q, DoubleVec w) HWY_ATTR {
+    const DoubleVec x = RoundedDot(q, along), y = RoundedDot(q, across), z = RoundedDot(q, normal);
+    const DoubleVec wx = hn::Mul(w, x), wxx = hn::Mul(wx, x), wxxx = hn::Mul(wxx, x);
+    sums.Add({w, wx, wxx, wxxx, hn::Mul(wxxx, x), hn::Mul(y, w), hn::Mul(y, wx), hn::Mul(y, wxx),
+              hn::Mul(hn::Mul(w, y), y), hn::Mul(z, w), hn::Mul(z, wx), hn::Mul(z, wxx), hn::Mul(hn::Mul(w, z), z)});
+  });
+  return sums.Total();
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace curvd
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 
 namespace curvd {
 namespace {
+
+HWY_EXPORT(SumSpread);
+HWY_EXPORT(SumLine);
 
 // Neighbors lie along a line if their standard deviation across it is at most so much of that along it, and at most so
 // much of that along the normal: noise could be all of their width. Or if it is next to nothing, whatever the noise is.
@@ -23,37 +100,8 @@ Vector Cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// The offsets in units of the radius, with their weights.
-class WeightedOffsets {
- public:
-  WeightedOffsets(const NeighborOffsets& neighbors, float radius, bool fades)
-      : neighbors_(neighbors), unit_(1.0 / double{radius}), fades_(fades) {}
-
-  template <typename Visit>
-  void ForEach(Visit visit) const {
-    for (size_t j = 0; j < neighbors_.count; ++j) {
-      const Vector q = {neighbors_.x[j] * unit_, neighbors_.y[j] * unit_, neighbors_.z[j] * unit_};
-      const double inner = fades_ ? std::max(1.0 - Dot(q, q), 0.0) : 1.0;
-      visit(q, inner * inner);
-    }
-  }
-
- private:
-  const NeighborOffsets& neighbors_;
-  const double unit_;
-  const bool fades_;
-};
-
 // The direction in the plane normal to n in which the offsets spread most.
-Vector WidestDirection(const WeightedOffsets& offsets, const Vector& n) {
-  OffsetSums<10> sums;  // of weights, offsets and their products
-  offsets.ForEach([&](const Vector& q, double w) {
-    sums.Add(0, w);
-    for (size_t a = 0, entry = 4; a < 3; ++a) {
-      sums.Add(1 + a, w * q[a]);
-      for (size_t b = a; b < 3; ++b, ++entry) sums.Add(entry, w * q[a] * q[b]);
-    }
-  });
+Vector WidestDirection(const SpreadSums& sums, const Vector& n) {
   // Any two axes of the plane (Duff et al., "Building an orthonormal basis, revisited", 2017).
   const double sign = std::copysign(1.0, n[2]), a = -1.0 / (sign + n[2]), b = n[0] * n[1] * a;
   const Vector u = {1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]}, v = {b, sign + n[1] * n[1] * a, -n[1]};
@@ -79,22 +127,9 @@ bool LineSpread::IsLine() const {
 }
 
 LineSpread MeasureLine(const NeighborOffsets& neighbors, const float* normal, float radius, bool fades) {
-  const WeightedOffsets offsets(neighbors, radius, fades);
-  const Vector n = {normal[0], normal[1], normal[2]}, along = WidestDirection(offsets, n), across = Cross(n, along);
-  // Sums of powers of x, and of y and z times them; y and z are squared last.
-  OffsetSums<13> sums;
-  offsets.ForEach([&](const Vector& q, double w) {
-    const double x = Dot(q, along), y = Dot(q, across), z = Dot(q, n);
-    double power = w;
-    for (size_t p = 0; p < 5; ++p, power *= x) sums.Add(p, power);
-    power = w;
-    for (size_t p = 0; p < 3; ++p, power *= x) {
-      sums.Add(5 + p, y * power);
-      sums.Add(9 + p, z * power);
-    }
-    sums.Add(8, w * y * y);
-    sums.Add(12, w * z * z);
-  });
+  const Vector n = {normal[0], normal[1], normal[2]};
+  const Vector along = WidestDirection(HWY_DYNAMIC_DISPATCH(SumSpread)(neighbors, radius, fades), n);
+  const LineSums sums = HWY_DYNAMIC_DISPATCH(SumLine)(neighbors, {along, Cross(n, along), n}, radius, fades);
   const auto mean = [&](size_t sum) { return sums[sum] / sums[0]; };
   const double m1 = mean(1), variance = mean(2) - m1 * m1;
   // What x^2 adds to 1 and x.
@@ -113,3 +148,5 @@ LineSpread MeasureLine(const NeighborOffsets& neighbors, const float* normal, fl
 }
 
 }  // namespace curvd
+
+#endif  // HWY_ONCE

@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "core/estimators/lines/curve_distance.h"
+#include "tests/core/instruction_sets.h"
 
 namespace curvd {
 namespace {
@@ -57,6 +60,67 @@ TEST(LineTest, DependsOnNoOrder) {
   EXPECT_EQ(before.along, after.along);
   EXPECT_EQ(before.across, after.across);
   EXPECT_EQ(before.thickness, after.thickness);
+}
+
+// What a polynomial of the given degree over x leaves of values: the root of the mean square. All weighted.
+double Rest(const Eigen::VectorXd& x, const Eigen::VectorXd& values, const Eigen::VectorXd& weights, int degree) {
+  const Eigen::VectorXd roots = weights.cwiseSqrt();
+  Eigen::MatrixXd powers(x.size(), degree + 1);
+  for (int p = 0; p <= degree; ++p) powers.col(p) = x.array().pow(p) * roots.array();
+  const Eigen::VectorXd right = values.cwiseProduct(roots);
+  const Eigen::VectorXd solution = powers.colPivHouseholderQr().solve(right);
+  return (right - powers * solution).norm() / roots.norm();
+}
+
+class LineSpreadTest : public testing::InstructionSetTest {};
+
+INSTANTIATE_TEST_SUITE_P(EachInstructionSet, LineSpreadTest, testing::InstructionSets(), testing::InstructionSetName);
+
+TEST_P(LineSpreadTest, IsWhatLeastSquaresSay) {
+  for (const bool fades : {false, true}) {
+    for (const int size : {3, 8, 15, 16, 17, 33, 100}) {
+      // Along x, since y has no slope there.
+      Offsets offsets = Arc(static_cast<size_t>(size), 0.0, 0.1, 0.05);
+      Eigen::VectorXd x(size), y(size), z(size), weights(size);
+      for (int i = 0; i < size; ++i) {
+        const auto at = static_cast<size_t>(i);
+        x[i] = 0.6 * double{offsets.neighbors.x[at]};
+        y[i] = double{offsets.neighbors.y[at]};
+        z[i] = double{offsets.neighbors.z[at]};
+        // In a plane that is turned by a right angle, with half the radius.
+        offsets.neighbors.x[at] = static_cast<float>(y[i] / 2.0);
+        offsets.neighbors.y[at] = static_cast<float>(x[i] / 2.0);
+        offsets.neighbors.z[at] = static_cast<float>(z[i] / 2.0);
+        const double inner = fades ? std::max(1.0 - x[i] * x[i] - y[i] * y[i] - z[i] * z[i], 0.0) : 1.0;
+        weights[i] = inner * inner;
+      }
+      for (auto* array : {&offsets.neighbors.x, &offsets.neighbors.y, &offsets.neighbors.z}) {
+        std::fill_n(array->data() + size, NeighborOffsets::kPad, std::numeric_limits<float>::infinity());
+      }
+      const LineSpread spread = MeasureLine(offsets.neighbors, kUp, 0.5f, fades);
+
+      // The widest direction, as eigenvectors have it.
+      Eigen::Matrix2Xd plane(2, size);
+      plane << x.transpose(), y.transpose();
+      const Eigen::Vector2d mean = plane * weights / weights.sum();
+      const Eigen::Matrix2Xd centered = plane.colwise() - mean;
+      const Eigen::Matrix2d covariance = centered * weights.asDiagonal() * centered.transpose() / weights.sum();
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);
+      const Eigen::VectorXd along = plane.transpose() * axes.eigenvectors().col(1);
+      const Eigen::VectorXd across = plane.transpose() * axes.eigenvectors().col(0);
+      const int degree = size < 16 ? 0 : 2;
+      EXPECT_NEAR(spread.along, std::sqrt(axes.eigenvalues()[1]), 1e-6) << size;
+      EXPECT_NEAR(spread.across, Rest(along, across, weights, degree), 1e-6) << size;
+      EXPECT_NEAR(spread.thickness, Rest(along, z, weights, degree), 1e-6) << size;
+
+      hwy::SetSupportedTargetsForTest(0);
+      const LineSpread best = MeasureLine(offsets.neighbors, kUp, 0.5f, fades);
+      hwy::SetSupportedTargetsForTest(GetParam());
+      EXPECT_EQ(spread.along, best.along);
+      EXPECT_EQ(spread.across, best.across);
+      EXPECT_EQ(spread.thickness, best.thickness);
+    }
+  }
 }
 
 // The degree, at most the given one, that `lines` lines at distances of 1 / lines determine, with noise of so many of
