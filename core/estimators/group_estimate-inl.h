@@ -39,7 +39,7 @@ HWY_INLINE void StartGroup(const SpatialIndex& index, size_t group, GroupScratch
 // point if it may be beside one.
 HWY_NOINLINE inline void LookForSeam(const SpatialIndex& index, const QueryPoint& query, size_t place,
                                      SearchScratch& search, SeamMarks& seams) {
-  // A step for each point of the leaves, twice.
+  // A step for each point of the leaves, twice: more passes read vectors of them.
   search.work += 2 * search.found.leaf_count * SpatialIndex::kLeafSize;
   const SeamFinding finding = FindSeam(index, search.found, query);
   if (finding.may_be_beside_seam) seams.Mark(place, finding.is_beside_seam);
