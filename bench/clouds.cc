@@ -1,5 +1,6 @@
 #include "bench/clouds.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -13,6 +14,8 @@
 #include "client/io/oriented_cloud.h"
 #include "client/io/table_file.h"
 #include "client/surfaces/surface.h"
+#include "core/job/normals_job.h"
+#include "core/job/worker_pool.h"
 
 namespace curvd::bench {
 namespace {
@@ -68,6 +71,18 @@ void Save(const std::string& path, BenchCloud& cloud) {
   }
 }
 
+// Turns the normals to one side.
+void Orient(BenchCloud& cloud) {
+  NormalOptions options;
+  options.source = NormalSource::kOrient;
+  WorkerPool pool(1);
+  auto oriented = MakeNormals(ToCloud(cloud), options, pool);
+  DieUnless(oriented.status());
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    std::ranges::copy(oriented->normals.span()[i].normal, cloud.normals.begin() + static_cast<ptrdiff_t>(3 * i));
+  }
+}
+
 }  // namespace
 
 BenchCloud SurfaceCloud(const std::string& surface, size_t points, const std::string& folder) {
@@ -99,6 +114,7 @@ std::optional<BenchCloud> ArmadilloCloud() {
       cloud.normals.push_back(source.normals[3 * i + axis]);
     }
   }
+  Orient(cloud);
   return cloud;
 }
 

@@ -157,7 +157,7 @@ void Report(const Case& c, std::map<std::string, Figures>& medians, const Fields
     targets.AtLeast(absl::StrCat(what, " (default)"), wanted, total / ours_default, "x");
   };
   target(kCommon, c.k == 50 ? 12.0 : 30.0);
-  target(kStrongest, c.k == 50 ? 4.5 : 9.0);
+  target(kStrongest, c.k == 50 ? 4.5 : 20.0);
 }
 
 std::vector<BenchCloud> Clouds(const Flags& flags, size_t points) {
