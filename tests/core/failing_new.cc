@@ -22,10 +22,16 @@ bool Fails() {
 }
 
 void* Count(void* memory) {
-  if (memory == nullptr) throw std::bad_alloc();
-  ++live;
+  if (memory != nullptr) ++live;
   return memory;
 }
+
+void* ThrowIfNull(void* memory) {
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+void* Allocate(size_t bytes) { return Count(Fails() ? nullptr : std::malloc(bytes)); }
 
 void Free(void* memory) {
   if (memory == nullptr) return;
@@ -50,15 +56,19 @@ ptrdiff_t LiveAllocations() { return live; }
 
 }  // namespace curvd::testing
 
+using curvd::testing::Allocate;
 using curvd::testing::Count;
 using curvd::testing::Fails;
 using curvd::testing::Free;
+using curvd::testing::ThrowIfNull;
 
-// The other forms of new and delete call these.
-void* operator new(size_t bytes) { return Count(Fails() ? nullptr : std::malloc(bytes)); }
+// The other forms of new and delete call these. A form that throws nothing has its own, since a sanitizer's would not
+// call the one that throws.
+void* operator new(size_t bytes) { return ThrowIfNull(Allocate(bytes)); }
+void* operator new(size_t bytes, const std::nothrow_t&) noexcept { return Allocate(bytes); }
 void* operator new(size_t bytes, std::align_val_t alignment) {
   const auto step = static_cast<size_t>(alignment);
-  return Count(Fails() ? nullptr : std::aligned_alloc(step, (bytes + step - 1) / step * step));
+  return ThrowIfNull(Count(Fails() ? nullptr : std::aligned_alloc(step, (bytes + step - 1) / step * step)));
 }
 void operator delete(void* memory) noexcept { Free(memory); }
 void operator delete(void* memory, size_t) noexcept { Free(memory); }

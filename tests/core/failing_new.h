@@ -7,7 +7,8 @@
 namespace curvd::testing {
 
 // While one of these lives, allocations by operator new are counted on all threads, and one of them, or all from that
-// one on, throw std::bad_alloc. Not more than one at a time.
+// one on, find no memory: they throw std::bad_alloc, or return null in the form that throws nothing. Not more than one
+// at a time.
 class FailingNew {
  public:
   enum class Failing { kOne, kAllFromThere };

@@ -1,4 +1,4 @@
-// What becomes of a job when the n-th allocation finds no memory, for every n.
+// What becomes of a job when the n-th allocation finds no memory, for every n, or for some all over the job.
 #include <gtest/gtest.h>
 
 #include <latch>
@@ -10,6 +10,7 @@
 #include "core/job/estimation_job.h"
 #include "core/job/phased_job.h"
 #include "tests/core/failing_new.h"
+#include "tests/core/normals/normal_clouds.h"
 #include "tests/core/test_clouds.h"
 
 namespace curvd::testing {
@@ -95,6 +96,38 @@ TEST(NormalsOutOfMemoryTest, AnyAllocationThatFailsIsOutOfMemoryAndNothingLeaks)
   FailEachAllocation(Sphere(200, 1.0), options, 1, FailingNew::Failing::kOne, normals);
   normals.neighborhood = NeighborCount{8};
   FailEachAllocation(Sphere(500, 1.0), options, 2, FailingNew::Failing::kAllFromThere, normals);
+}
+
+// One half is noisy, so that parts are found and more points sampled. The job has too many allocations to let each
+// fail.
+TEST(AutomaticOutOfMemoryTest, AllocationsThatFailAnywhereAreOutOfMemoryAndNothingLeaks) {
+  TestPoints points = Sphere(9'000, 1.0), noisy = points;
+  AddNoise(0.01, 3, noisy);
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (points.positions[i][0] > 0.0f) points.positions[i] = noisy.positions[i];
+  }
+  EstimatorOptions options = {.estimator = "auto", .neighborhood = AutomaticScale{}};
+  options.returns_choice = true;
+  size_t refusals = 0, failures = 0;
+  const auto fail = [&](size_t first, FailingNew::Failing failing) {
+    const ptrdiff_t before = LiveAllocations();
+    const Outcome outcome = RunWithFailure(points, options, 2, first, failing, {});
+    EXPECT_EQ(outcome.calls, 1) << "allocation " << first;
+    EXPECT_EQ(LiveAllocations(), before) << "allocation " << first;
+    // Points are split in place where std::stable_partition finds no memory.
+    EXPECT_TRUE(outcome.status.ok() || KindOf(outcome.status) == ErrorKind::kOutOfMemory) << outcome.status;
+    failures += outcome.has_failed ? 1 : 0;
+    refusals += outcome.status.ok() ? 0 : 1;
+    EXPECT_TRUE(outcome.has_failed || outcome.status.ok());
+    return outcome.has_failed;
+  };
+  (void)RunWithFailure(points, options, 2, size_t{1} << 40, FailingNew::Failing::kOne, {});  // makes what lives on
+  size_t first = 0;
+  while (fail(first, FailingNew::Failing::kOne) && fail(first + 1, FailingNew::Failing::kAllFromThere)) {
+    first += 10 + first / 2;
+  }
+  EXPECT_GT(first, 10'000u);
+  EXPECT_GE(refusals + 2, failures);
 }
 
 class EmptyPhase final : public Phase {
