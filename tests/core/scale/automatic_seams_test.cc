@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/scale/automatic.h"
+#include "tests/core/scale/automatic_requests.h"
 #include "tests/core/seam_clouds.h"
 #include "tests/core/test_clouds.h"
 
@@ -53,8 +54,6 @@ Terrain GroundWithTrees(size_t points = kPoints) {
   }
   return terrain;
 }
-
-EstimatorOptions Automatic() { return {.estimator = kAutomaticEstimator, .neighborhood = AutomaticScale{}}; }
 
 struct CountRange {
   uint32_t least = ~0u, most = 0;
