@@ -45,6 +45,19 @@ HWY_NOINLINE inline void LookForSeam(const SpatialIndex& index, const QueryPoint
   if (finding.may_be_beside_seam) seams.Mark(place, finding.is_beside_seam);
 }
 
+// Records the neighborhood of point i, which the last search found, and looks for a seam in it unless `seams` is null.
+HWY_INLINE void RecordNeighborhood(const SpatialIndex& index, const QueryPoint& query, size_t i, float squared_radius,
+                                   const NormalSums& normals, SearchScratch& search, SeamMarks* seams,
+                                   GroupScratch& s) {
+  s.neighborhoods.squared_radius[i] = squared_radius;
+  s.neighborhoods.count[i] = static_cast<float>(search.found.count);
+  s.neighborhoods.normal_sum.Set(i, normals.sum);
+  s.neighborhoods.agreement[i] = normals.least_agreement;
+  if (HWY_UNLIKELY(normals.least_agreement < kNoneOpposed) && seams != nullptr) {
+    LookForSeam(index, query, static_cast<size_t>(s.points.place[i]), search, *seams);
+  }
+}
+
 // Finds the neighborhood of each point of the group, records its size, looks for seams, and calls `visit(i, leaves)`
 // with the leaves that were searched, to which s.search.found.positions refers. `visitor` sees each neighborhood first;
 // it must set `normals`. `query` is the point of the moment, for visitors that refer to it.
@@ -62,17 +75,10 @@ HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const Nei
   for (size_t i = 0; i < s.points.size; ++i) {
     s.points.query.Get(i, query.position);
     s.points.normal.Get(i, query.normal);
-    s.neighborhoods.squared_radius[i] = search.Find(query.position, visitor);
+    const float squared_radius = search.Find(query.position, visitor);
     if (s.IsStopped()) return Stopped();
-    if (s.neighborhoods.squared_radius[i] == GroupSearch::kTooLarge) {
-      return NeighborhoodTooLarge(plan, s.points.rank[i]);
-    }
-    s.neighborhoods.count[i] = static_cast<float>(s.search.found.count);
-    s.neighborhoods.normal_sum.Set(i, normals.sum);
-    s.neighborhoods.agreement[i] = normals.least_agreement;
-    if (HWY_UNLIKELY(normals.least_agreement < kNoneOpposed) && s.seams != nullptr) {
-      LookForSeam(index, query, static_cast<size_t>(s.points.place[i]), s.search, *s.seams);
-    }
+    if (squared_radius == GroupSearch::kTooLarge) return NeighborhoodTooLarge(plan, s.points.rank[i]);
+    RecordNeighborhood(index, query, i, squared_radius, normals, s.search, s.seams, s);
     visit(i, search.leaves());
     if (HWY_UNLIKELY(s.IsLongSince(began)) && i + 1 < s.points.size) s.LeaveRest(i + 1);
   }

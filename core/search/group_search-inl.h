@@ -19,14 +19,22 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Queries near each other share one list of leaves as long as that pays; one in uneven surroundings goes down the tree
-// by itself. What is found depends on the query alone.
-//
-// A visitor takes what it wants of the neighbors that a search has just found:
+// Shows the neighbors that were found to a copy of `visitor`, and returns the largest squared distance of one. A
+// visitor takes what it wants of the neighbors:
 //   void Start(size_t count);                                       their number, before any of them
 //   void operator()(const NearPoints& points, FloatMask inside);    a visit of ForEachInside
 //   void Finish();                                                  after all of them
 // It is copied for each query, so that its sums stay in registers: Finish stores them where the caller wants them.
+template <typename Visitor>
+HWY_INLINE float ShowNeighbors(const SpatialIndex& index, const Neighborhood& found, Visitor visitor) {
+  visitor.Start(found.count);
+  const float farthest = ForEachInside(index, found, visitor);
+  visitor.Finish();
+  return farthest;
+}
+
+// Queries near each other share one list of leaves as long as that pays; one in uneven surroundings goes down the tree
+// by itself. What is found depends on the query alone.
 class GroupSearch {
  public:
   // What Find returns in place of a distance for a neighborhood of more than plan.max_neighbor_count points.
@@ -42,8 +50,8 @@ class GroupSearch {
     plan.by_radius ? static_cast<void>(List(plan.squared_radius)) : StartReach();
   }
 
-  // Finds the neighborhood of the point query[0..2], shows it to a copy of `visitor`, and returns the largest squared
-  // distance of a neighbor. Returns kTooLarge, by radius, if it is too large: then the visitor sees nothing.
+  // Finds the neighborhood of the point query[0..2], and shows it to `visitor` as ShowNeighbors does. Returns the
+  // largest squared distance of a neighbor, or kTooLarge, by radius, if it is too large: then the visitor sees nothing.
   // scratch.found has the neighborhood until the next call; once the scratch is stopped, it may be part of it.
   template <typename Visitor>
   HWY_INLINE float Find(const float* query, const Visitor& visitor) {
@@ -117,12 +125,9 @@ class GroupSearch {
   }
 
   template <typename Visitor>
-  HWY_INLINE float Show(Visitor visitor) {
+  HWY_INLINE float Show(const Visitor& visitor) {
     CountWork(leaves(), scratch_);
-    visitor.Start(scratch_.found.count);
-    const float farthest = ForEachInside(index_, scratch_.found, visitor);
-    visitor.Finish();
-    return farthest;
+    return ShowNeighbors(index_, scratch_.found, visitor);
   }
 
   // The squared radii of neighborhoods side by side differ by a share that falls with the root of their size. Within

@@ -31,11 +31,14 @@ absl::Status RegressNormals(const SpatialIndex& index, const RegressionPlan& reg
 
 absl::Status RegressNormalScales(const SpatialIndex& index, std::span<const RegressionPlan> plans, size_t group,
                                  ScalesScratch<RegressionScratch>& s, std::span<PointCurvature* const> results) {
+  NeighborArrays& neighbors = s.scales[0]->neighbors;
+  QueryPoint query{};
+  NormalSums normals;
   const absl::Status status = SumScales(
       index, group, s, results, [&](size_t scale) -> const NeighborhoodPlan& { return plans[scale].neighborhood; },
-      [](RegressionScratch&, size_t) {}, [](size_t) {},
-      [&](size_t scale, size_t i) {
-        SumRegression(s.ring.neighbors, s.scales[scale]->frames, i, plans[scale].degree, s.scales[scale]->system);
+      [](RegressionScratch&, size_t) {}, query, normals, NeighborCollector(index, query, neighbors, normals),
+      [&](size_t scale, size_t i, const LeafList&) {
+        SumRegression(neighbors, s.scales[scale]->frames, i, plans[scale].degree, s.scales[scale]->system);
       });
   if (!status.ok()) return status;
   for (size_t scale = 0; scale < plans.size(); ++scale) {
@@ -80,8 +83,7 @@ absl::Status EstimateScales(const SpatialIndex& index, std::span<const Regressio
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   const size_t largest = RegressionScratch::MostBytes(options, point_count, 0);
   if (options.scale_count() == 1) return largest;
-  return ScalesScratch<RegressionScratch>::MostBytes(largest, sizeof(RegressionScratch), options.scale_count(),
-                                                     MostNeighbors(options, point_count));
+  return ScalesScratch<RegressionScratch>::MostBytes(largest, sizeof(RegressionScratch), options.scale_count());
 }
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,

@@ -4,7 +4,6 @@
 // Must come after foreach_target.h.
 #include "core/estimators/group_estimate-inl.h"
 #include "core/estimators/hexagram/hexagram-inl.h"
-#include "core/estimators/hexagram/ring_steps-inl.h"
 #include "core/estimators/hexagram/sector_sums-inl.h"
 #include "core/estimators/principal-inl.h"
 #include "core/estimators/scales/sum_scales-inl.h"
@@ -26,7 +25,7 @@ absl::Status EstimateAvgHexagrams(const SpatialIndex& index, const AvgHexagramPl
   StartGroup(index, group, s, results, fill);
   const auto sum = [&](size_t i, const LeafList& leaves) {
     PreparePoints(OnePoint(), plan.neighborhood, s.neighborhoods, i, s.points, s.frames, fill);
-    if (s.points.status[i] == PointStatus::kOk) SumHexagrams(index, plan, leaves, i, s);
+    if (s.points.status[i] == PointStatus::kOk) SumHexagrams(index, plan, leaves, i, s, s);
   };
   const absl::Status status = ForEachNormalSum(index, plan.neighborhood, s, sum);
   if (!status.ok()) return status;
@@ -37,17 +36,21 @@ absl::Status EstimateAvgHexagrams(const SpatialIndex& index, const AvgHexagramPl
 
 absl::Status EstimateHexagramScales(const SpatialIndex& index, std::span<const AvgHexagramPlan> plans, size_t group,
                                     ScalesScratch<AvgHexagramScratch>& s, std::span<PointCurvature* const> results) {
-  PointRows& rows = s.scales[0]->rows;
+  AvgHexagramScratch& largest = *s.scales[0];
+  QueryPoint query{};
+  NormalSums normals;
   const absl::Status status = SumScales(
       index, group, s, results, [&](size_t scale) -> const NeighborhoodPlan& { return plans[scale].neighborhood; },
-      [](AvgHexagramScratch& scratch, size_t i) { scratch.Fill(i); },
-      [&](size_t) { WriteRingRows(s.ring.neighbors, rows); },
-      [&](size_t scale, size_t i) { SumRing(plans[scale], s.ring, rows, i, *s.scales[scale]); });
+      [](AvgHexagramScratch& scratch, size_t i) { scratch.Fill(i); }, query, normals,
+      NormalSummer(index, query, normals),
+      [&](size_t scale, size_t i, const LeafList& leaves) {
+        SumHexagrams(index, plans[scale], leaves, i, largest, *s.scales[scale]);
+      });
   if (!status.ok()) return status;
   for (size_t scale = 0; scale < plans.size(); ++scale) {
     AvgHexagramScratch& scratch = *s.scales[scale];
     MeasureHexagrams(scratch.hexagrams, plans[scale].rotations, scratch);
-    WriteMeasured(index, plans[scale].neighborhood, UsualArea(plans[scale]), *s.scales[0], scratch, results[scale]);
+    WriteMeasured(index, plans[scale].neighborhood, UsualArea(plans[scale]), largest, scratch, results[scale]);
   }
   s.EndRun();
   return status;
@@ -105,11 +108,7 @@ constexpr std::array<OptionName, 1> kOptions = {"rotation_count"};
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   const size_t largest = AvgHexagramScratch::MostBytes(options, point_count);
   if (options.scale_count() == 1) return largest;
-  const size_t neighbors = MostNeighbors(options, point_count);
-  const size_t steps = ScratchArray<int32_t>::MostBytes(neighbors + SpatialIndex::kLeafSize);
-  const size_t rows = ScratchArray<float>::MostBytes((neighbors + NeighborArrays::kPad) * PointRows::kRow);
-  return ScalesScratch<AvgHexagramScratch>::MostBytes(largest + rows, sizeof(AvgHexagramScratch) + steps,
-                                                      options.scale_count(), neighbors);
+  return ScalesScratch<AvgHexagramScratch>::MostBytes(largest, sizeof(AvgHexagramScratch), options.scale_count());
 }
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,

@@ -77,14 +77,15 @@ HWY_INLINE IntVec FindSteps(const AvgHexagramPlan& plan, FloatVec along_u, Float
 inline constexpr int kStepBits = 5;
 static_assert(6 * kMaxRotations < 1 << kStepBits);
 
-// Lists the neighbors of point i as `s.steps`; returns their number.
+// Lists the neighbors of point i that `searching` has found as searching.steps; returns their number.
 template <int kRotations>
-HWY_INLINE size_t ListSteps(const SpatialIndex& index, const AvgHexagramPlan& plan, size_t i, AvgHexagramScratch& s) {
+HWY_INLINE size_t ListSteps(const SpatialIndex& index, const AvgHexagramPlan& plan, size_t i,
+                            AvgHexagramScratch& searching, const AvgHexagramScratch& s) {
   const IntTag di;
-  const Neighborhood& found = s.search.found;
+  const Neighborhood& found = searching.search.found;
   const Triple query = Broadcast(s.points.query, i), u = Broadcast(s.frames.u, i), v = Broadcast(s.frames.v, i);
-  s.steps.Reserve(found.leaf_count * SpatialIndex::kLeafSize + SpatialIndex::kLeafSize);
-  int32_t* out = s.steps.data();
+  searching.steps.Reserve(found.leaf_count * SpatialIndex::kLeafSize + SpatialIndex::kLeafSize);
+  int32_t* out = searching.steps.data();
   // Leaves without neighbors get rows as well: whether there are any is what no branch predictor knows.
   const auto list = [&](const NearPoints& near, FloatMask inside_floats) CURVD_INLINED {
     const FloatTag d;
@@ -94,13 +95,13 @@ HWY_INLINE size_t ListSteps(const SpatialIndex& index, const AvgHexagramPlan& pl
     const Triple position{hn::Load(d, points.x + lane), hn::Load(d, points.y + lane), hn::Load(d, points.z + lane)};
     const Triple offset = Sub(position, query);
     const IntVec step = FindSteps<kRotations>(plan, Dot(offset, u), Dot(offset, v));
-    const uint32_t first = FirstRow(index, near.leaf, near.position, s.rows);
+    const uint32_t first = FirstRow(index, near.leaf, near.position, searching.rows);
     const IntVec row = IntsFrom(static_cast<int32_t>(first + lane));
     hn::StoreU(hn::Compress(hn::Or(hn::ShiftLeft<kStepBits>(row), step), inside), di, out);
     out += hn::CountTrue(di, inside);
   };
   ForEachInside(index, found, list);
-  return out - s.steps.data();
+  return out - searching.steps.data();
 }
 
 using RowTag = hn::CappedTag<float, PointRows::kRow>;
@@ -226,8 +227,8 @@ HWY_INLINE void FoldSteps(const RowScale& scale, const StepSums& sums, size_t i,
 
 // Adds up listed neighbors, `count` in all, in so many copies, and sets all hexagrams of point i to their sums.
 template <int kRotations, size_t kCopies>
-HWY_INLINE void SumInCopies(const float* rows, size_t count, const float* own, const RowScale& scale, size_t i,
-                            AvgHexagramScratch& s) {
+HWY_INLINE void SumInCopies(const float* rows, const int32_t* steps, size_t count, const float* own,
+                            const RowScale& scale, size_t i, Hexagram* hexagrams) {
   const IntRowTag d;
   constexpr int kSteps = 6 * kRotations;
   StepSums sums;
@@ -236,17 +237,9 @@ HWY_INLINE void SumInCopies(const float* rows, size_t count, const float* own, c
       for (size_t c = 0; c < PointRows::kRow; c += hn::Lanes(d)) hn::Store(hn::Zero(d), d, sums.row[copy][step] + c);
     }
   }
-  AddSteps<kCopies>(rows, s.steps.data(), count, own, scale, sums);
+  AddSteps<kCopies>(rows, steps, count, own, scale, sums);
   JoinCopies<kSteps, kCopies>(sums);
-  FoldSteps<kRotations>(scale, sums, i, s.hexagrams);
-}
-
-// The same in as many copies as pay. `own` is what `rows` are relative to the point by.
-template <int kRotations>
-HWY_INLINE void SumListed(const float* rows, size_t count, const float* own, size_t i, AvgHexagramScratch& s) {
-  const RowScale scale(count, s.neighborhoods.squared_radius[i], s.neighborhoods.agreement[i]);
-  count < kLeastForCopies ? SumInCopies<kRotations, 2>(rows, count, own, scale, i, s)
-                          : SumInCopies<kRotations, StepSums::kMostCopies>(rows, count, own, scale, i, s);
+  FoldSteps<kRotations>(scale, sums, i, hexagrams);
 }
 
 // Calls `sum` with a constant, the number of rotations.
@@ -266,17 +259,24 @@ HWY_INLINE void WithRotations(const AvgHexagramPlan& plan, Sum sum) {
 }
 
 // Sets all hexagrams of point i, turned evenly between one sector and the next, to the sums of its neighbors, which
-// were just found in `leaves`. Normals are summed relative to the point's own: their differences are what the measures
-// need to full precision. REQUIRES: its squared radius is not 0.
+// `searching`, the scratch itself or that of the largest of several scales, has just found in `leaves`. Normals are
+// summed relative to the point's own: their differences are what the measures need to full precision. REQUIRES: its
+// squared radius is not 0.
 HWY_NOINLINE inline void SumHexagrams(const SpatialIndex& index, const AvgHexagramPlan& plan, const LeafList& leaves,
-                                      size_t i, AvgHexagramScratch& s) {
-  s.rows.Start(leaves);
+                                      size_t i, AvgHexagramScratch& searching, AvgHexagramScratch& s) {
+  searching.rows.Start(leaves);
   float own[PointRows::kRow] = {};
   s.points.query.Get(i, own);
   s.points.normal.Get(i, own + PointRows::kNormal);
   WithRotations(plan, [&](auto rotations) CURVD_INLINED {
-    const size_t count = ListSteps<rotations.value>(index, plan, i, s);
-    SumListed<rotations.value>(s.rows.row(0), count, own, i, s);
+    constexpr int kRotations = rotations.value;
+    const size_t count = ListSteps<kRotations>(index, plan, i, searching, s);
+    const RowScale scale(count, s.neighborhoods.squared_radius[i], s.neighborhoods.agreement[i]);
+    const float* const rows = searching.rows.row(0);
+    const int32_t* const steps = searching.steps.data();
+    count < kLeastForCopies
+        ? SumInCopies<kRotations, 2>(rows, steps, count, own, scale, i, s.hexagrams)
+        : SumInCopies<kRotations, StepSums::kMostCopies>(rows, steps, count, own, scale, i, s.hexagrams);
   });
 }
 

@@ -29,14 +29,6 @@ class PointRows {
     std::fill_n(first_.data(), leaves.size(), kNone);
   }
 
-  // Forgets all rows, and makes room for so many of points that are of no list. Returns the first.
-  float* Restart(size_t count) {
-    source_ = nullptr;
-    count_ = count;
-    rows_.Reserve(count * kRow);
-    return rows_.data();
-  }
-
   // The row of the first point of the leaf at a position of the list; kNone if Add was not called for it.
   uint32_t first(size_t position) const { return first_[position]; }
 

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/estimators/scales/ring_neighbors.h"
 #include "core/estimators/strategy.h"
 
 namespace curvd {
@@ -14,23 +13,25 @@ namespace curvd {
 // `Scratch` is what the strategy keeps for each worker at one scale, derived of GroupScratch. The first one searches.
 template <typename Scratch>
 struct ScalesScratch final : WorkerScratch {
-  explicit ScalesScratch(size_t scale_count) {
+  explicit ScalesScratch(size_t scale_count) : squared_radii(scale_count) {
     for (size_t scale = 0; scale < scale_count; ++scale) scales.push_back(std::make_unique<Scratch>());
   }
 
   std::vector<std::unique_ptr<Scratch>> scales;
-  RingNeighbors ring;  // of the point of the moment
+  std::vector<float> squared_radii;  // of the last point's neighborhoods; 0: unknown. Only seeds what narrows them
+
+  SeamMarks* SeamsOf(size_t scale) const { return seams == nullptr ? nullptr : seams + scale; }
 
   size_t bytes() const override {
-    size_t bytes = sizeof(*this) + ring.bytes() + scales.capacity() * sizeof(scales[0]);
+    size_t bytes = sizeof(*this) + scales.capacity() * sizeof(scales[0]) + squared_radii.capacity() * sizeof(float);
     for (const auto& scratch : scales) bytes += scratch->bytes();
     return bytes;
   }
   uint64_t work() const override { return scales[0]->work(); }
   // `largest` is what the first scratch holds at most, and `smaller` any other one.
-  static size_t MostBytes(size_t largest, size_t smaller, size_t scale_count, size_t most_neighbors) {
-    return sizeof(ScalesScratch) + RingNeighbors::MostBytes(most_neighbors) + largest + (scale_count - 1) * smaller +
-           2 * scale_count * sizeof(scales[0]);
+  static size_t MostBytes(size_t largest, size_t smaller, size_t scale_count) {
+    return sizeof(ScalesScratch) + largest + (scale_count - 1) * smaller +
+           scale_count * (2 * sizeof(scales[0]) + sizeof(float));
   }
 
   // Lends the first scratch what this one was told of the run, and takes back what it tells.

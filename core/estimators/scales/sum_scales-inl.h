@@ -32,61 +32,45 @@ HWY_INLINE void CopyPoints(ScalesScratch<Scratch>& s, std::span<PointCurvature* 
   }
 }
 
-// Keeps the neighbors of point i at the next smaller scale, whose scratch and number of neighbors those are, and looks
-// for a seam among them as ForEachNeighborhood does.
-template <typename Scratch>
-HWY_INLINE void NarrowTo(const SpatialIndex& index, size_t count, const QueryPoint& query, size_t i,
-                         SearchScratch& search, SeamMarks* seams, RingNeighbors& ring, float& squared_radius,
-                         Scratch& scratch) {
-  NormalSums normals;
-  search.work += ring.neighbors.count;
-  search.found.last = Narrow(count, query, ring, squared_radius, normals);
-  search.found.count = count;
-  scratch.neighborhoods.squared_radius[i] = squared_radius;
-  scratch.neighborhoods.count[i] = static_cast<float>(count);
-  scratch.neighborhoods.normal_sum.Set(i, normals.sum);
-  scratch.neighborhoods.agreement[i] = normals.least_agreement;
-  if (HWY_UNLIKELY(normals.least_agreement < kNoneOpposed) && seams != nullptr) {
-    LookForSeam(index, query, static_cast<size_t>(scratch.points.place[i]), search, *seams);
-  }
-}
-
-// Loads the points of a group, and prepares each at each scale, the largest first. For each point, `start(i)` is called
-// once its neighbors at the largest scale are in s.ring, then `sum(scale, i)` at each scale at which it has a frame,
-// when s.ring has those of that scale. `neighborhood(scale)` is the scale's NeighborhoodPlan; `fill(scratch, i)` as of
-// StartGroup. Errors as those of ForEachNeighborhood.
-template <typename Scratch, typename Neighborhood, typename Fill, typename Start, typename Sum>
+// Loads the points of a group, and prepares each at each scale, the largest first. For each point, `sum(scale, i,
+// leaves)` is called at each scale at which it has a frame, once `visitor` has seen its neighbors there, which are in
+// s.scales[0]->search.found, and `leaves` as of ForEachNeighborhood. `neighborhood(scale)` is the scale's
+// NeighborhoodPlan; `fill(scratch, i)` as of StartGroup; `query`, `normals`, `visitor` and errors as of
+// ForEachNeighborhood.
+template <typename Scratch, typename Neighborhood, typename Fill, typename Visitor, typename Sum>
 HWY_INLINE absl::Status SumScales(const SpatialIndex& index, size_t group, ScalesScratch<Scratch>& s,
                                   std::span<PointCurvature* const> results, const Neighborhood& neighborhood,
-                                  const Fill& fill, const Start& start, const Sum& sum) {
+                                  const Fill& fill, QueryPoint& query, const NormalSums& normals,
+                                  const Visitor& visitor, const Sum& sum) {
   Scratch& largest = *s.scales[0];
+  SearchScratch& search = largest.search;
   s.StartRun();
   StartGroup(index, group, largest, results[0], [&](size_t i) { fill(largest, i); });
   CopyPoints(s, results, fill);
-  QueryPoint query;
-  NormalSums normals;
-  const RingCollector collector(index, query, s.ring, normals);
-  const auto estimate = [&](size_t scale, size_t i) {
+  const size_t scale_count = s.scales.size();
+  const auto count_at = [&](size_t scale) { return neighborhood(scale).search.searched_count; };
+  const auto estimate = [&](size_t scale, size_t i, const LeafList& leaves) {
     Scratch& scratch = *s.scales[scale];
-    largest.search.work += s.ring.neighbors.count;
+    search.work += search.found.count;
     PreparePoints(OnePoint(), neighborhood(scale), scratch.neighborhoods, i, scratch.points, scratch.frames,
                   [&](size_t j) { fill(scratch, j); });
-    if (scratch.points.status[i] == PointStatus::kOk) sum(scale, i);
+    if (scratch.points.status[i] == PointStatus::kOk) sum(scale, i, leaves);
   };
-  const auto visit = [&](size_t i, const LeafList&) {
-    start(i);
-    estimate(0, i);
-    float squared_radius = largest.neighborhoods.squared_radius[i];
-    for (size_t scale = 1; scale < s.scales.size(); ++scale) {
-      SeamMarks* const seams = s.seams == nullptr ? nullptr : s.seams + scale;
-      NarrowTo(index, neighborhood(scale).search.searched_count, query, i, largest.search, seams, s.ring,
-               squared_radius, *s.scales[scale]);
-      estimate(scale, i);
+  const auto visit = [&](size_t i, const LeafList& leaves) {
+    estimate(0, i, leaves);
+    Narrower narrower(count_at(1), s.squared_radii[1], search);
+    for (size_t scale = 1; scale < scale_count; ++scale) {
+      const bool is_last = scale + 1 == scale_count;
+      narrower.To(index, count_at(scale), is_last ? 1 : count_at(scale + 1),
+                  is_last ? 0.0f : s.squared_radii[scale + 1]);
+      const float squared_radius = s.squared_radii[scale] = ShowNeighbors(index, search.found, visitor);
+      RecordNeighborhood(index, query, i, squared_radius, normals, search, s.SeamsOf(scale), *s.scales[scale]);
+      estimate(scale, i, leaves);
     }
   };
-  const absl::Status status = ForEachNeighborhood(index, neighborhood(0), query, normals, collector, largest, visit);
+  const absl::Status status = ForEachNeighborhood(index, neighborhood(0), query, normals, visitor, largest, visit);
   if (!status.ok() || largest.rest == 0) return status;
-  for (size_t scale = 1; scale < s.scales.size(); ++scale) s.scales[scale]->LeaveRest(largest.points.size);
+  for (size_t scale = 1; scale < scale_count; ++scale) s.scales[scale]->LeaveRest(largest.points.size);
   return status;
 }
 
