@@ -34,12 +34,22 @@ absl::Status ValidateRadius(double radius) {
                        absl::StrFormat("radius is %g; it must be finite and greater than 0", radius));
 }
 
+// A count whose estimates a sample of the cloud can judge.
+absl::Status ValidateJudgedCount(uint32_t count, std::string_view with) {
+  if (count >= kLeastAutomaticCount && count <= kMostAutomaticCount) return absl::OkStatus();
+  return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("neighbor_count is %u; with %s it must be from %u to %u",
+                                                            count, with, kLeastAutomaticCount, kMostAutomaticCount));
+}
+
 // The estimators that a choice knows, with what it takes of them.
 absl::Status ValidateAutomatic(const EstimatorOptions& options) {
   if (options.estimator == kAutomaticEstimator) {
-    if (!std::holds_alternative<NeighborRadius>(options.neighborhood)) return absl::OkStatus();
-    return MakeCoreError(ErrorKind::kInvalid,
-                         "neighborhood is a radius; with estimator auto it must be a neighbor_count or automatic");
+    if (std::holds_alternative<NeighborRadius>(options.neighborhood)) {
+      return MakeCoreError(ErrorKind::kInvalid,
+                           "neighborhood is a radius; with estimator auto it must be a neighbor_count or automatic");
+    }
+    const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
+    return count == nullptr ? absl::OkStatus() : ValidateJudgedCount(count->count, "estimator auto");
   }
   for (const ScaleMethod& method : kScaleMethods) {
     if (options.estimator != method.estimator) continue;
@@ -66,10 +76,7 @@ absl::Status ValidateChoice(const EstimatorOptions& options) {
     return MakeCoreError(ErrorKind::kInvalid,
                          "neighborhood is a radius; with standard errors it must be a neighbor_count or automatic");
   }
-  if (count->count >= kLeastAutomaticCount && count->count <= kMostAutomaticCount) return absl::OkStatus();
-  return MakeCoreError(ErrorKind::kInvalid,
-                       absl::StrFormat("neighbor_count is %u; with standard errors it must be from %u to %u",
-                                       count->count, kLeastAutomaticCount, kMostAutomaticCount));
+  return ValidateJudgedCount(count->count, "standard errors");
 }
 
 absl::Status ValidateScale(const AutomaticScale& scale, uint32_t max_neighbor_count) {

@@ -317,6 +317,11 @@ TEST(AutomaticTest, OptionsOutOfRangeAreRefused) {
   EXPECT_TRUE(refused(Automatic({.most_count = 2049}), "most_count is 2049"));
   EXPECT_TRUE(refused(Automatic({.max_radius = -1.0}), "max_radius is -1"));
   EXPECT_TRUE(refused(Automatic({.max_radius = std::nan("")}), "max_radius is nan"));
+  for (const uint32_t count : {15, 2049}) {
+    EstimatorOptions counted = Automatic();
+    counted.neighborhood = NeighborCount{count};
+    EXPECT_TRUE(refused(counted, "neighbor_count is " + std::to_string(count))) << "what is not judged";
+  }
   EstimatorOptions radius = Automatic();
   radius.neighborhood = NeighborRadius{1.0};
   EXPECT_TRUE(refused(radius, "radius"));
