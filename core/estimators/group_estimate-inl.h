@@ -45,7 +45,24 @@ HWY_NOINLINE inline void LookForSeam(const SpatialIndex& index, const QueryPoint
   if (finding.may_be_beside_seam) seams.Mark(place, finding.is_beside_seam);
 }
 
+// Whether one of the neighbors that the last search found has no normal (SpatialIndex::lacks_normals).
+HWY_NOINLINE inline bool HoldsPointWithoutNormal(const SpatialIndex& index, SearchScratch& search) {
+  const FloatTag d;
+  search.work += search.found.leaf_count * SpatialIndex::kLeafSize;
+  bool holds = false;
+  const auto look = [&](const NearPoints& near, FloatMask inside) CURVD_INLINED {
+    const SpatialIndex::LeafNormals& normals = index.normals(near.leaf);
+    const size_t i = near.place;
+    const FloatVec squared =
+        SquaredNorm(hn::Load(d, normals.x + i), hn::Load(d, normals.y + i), hn::Load(d, normals.z + i));
+    holds = holds || !hn::AllFalse(d, hn::And(inside, hn::Eq(squared, hn::Zero(d))));
+  };
+  ForEachInside(index, search.found, look);
+  return holds;
+}
+
 // Records the neighborhood of point i, which the last search found, and looks for a seam in it unless `seams` is null.
+// With a neighbor that has no normal, the sum of normals is 0, as if they canceled out.
 HWY_INLINE void RecordNeighborhood(const SpatialIndex& index, const QueryPoint& query, size_t i, float squared_radius,
                                    const NormalSums& normals, SearchScratch& search, SeamMarks* seams,
                                    GroupScratch& s) {
@@ -53,6 +70,12 @@ HWY_INLINE void RecordNeighborhood(const SpatialIndex& index, const QueryPoint& 
   s.neighborhoods.count[i] = static_cast<float>(search.found.count);
   s.neighborhoods.normal_sum.Set(i, normals.sum);
   s.neighborhoods.agreement[i] = normals.least_agreement;
+  // The cosine with a normal of length 0 is 0.
+  if (HWY_UNLIKELY(normals.least_agreement <= 0.0f && index.lacks_normals()) &&
+      HoldsPointWithoutNormal(index, search)) {
+    constexpr float kNothing[3] = {};
+    s.neighborhoods.normal_sum.Set(i, kNothing);
+  }
   if (HWY_UNLIKELY(normals.least_agreement < kNoneOpposed) && seams != nullptr) {
     LookForSeam(index, query, static_cast<size_t>(s.points.place[i]), search, *seams);
   }

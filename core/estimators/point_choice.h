@@ -15,7 +15,8 @@ namespace curvd {
 struct PointChoice {
   // Standard errors of H, k1 and k2, in 1 / the caller's length unit: nine in ten of the intervals H - 1.645 mean_error
   // to H + 1.645 mean_error hold the truth, and likewise for k1 and k2 (docs/numerics.md tells where fewer or more do).
-  // NaN where the sample of the cloud is too small to tell, and beside seams that took over a tenth of the weights.
+  // NaN where the sample of the cloud is too small to tell, beside seams that took over a tenth of the weights, and,
+  // where normals were made of the positions, for estimates that are not by jets alone.
   float mean_error;
   float k1_error;
   float k2_error;

@@ -94,6 +94,9 @@ class SpatialIndex {
     return absl::OkStatus();
   }
   LeafNormals& mutable_normals(size_t leaf) { return normals_[leaf]; }
+  // Whether there may be points without a normal: theirs is 0, and a sum of normals that holds it is worth nothing.
+  bool lacks_normals() const { return lacks_normals_; }
+  void set_lacks_normals() { lacks_normals_ = true; }
   bool has_normals() const { return normals_.size() > 0 || point_count_ == 0; }
   // Roles, ids and slots of the points, by their rank: the id beside their position.
   const PointSet& point_set() const { return point_set_; }
@@ -118,6 +121,7 @@ class SpatialIndex {
   size_t point_count_ = 0;
   int scale_exponent_ = 0;
   float lattice_spacing_ = 0.0f;
+  bool lacks_normals_ = false;
   PageArray<LeafPositions> positions_;
   PageArray<LeafNormals> normals_;  // empty for a cloud without normals
   PointSet point_set_;

@@ -174,12 +174,21 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     absl::Status RunBlock(const BlockContext& context) override {
       const size_t first = context.block * kBlockPoints;
       for (size_t i = first; i < std::min(first + kBlockPoints, job_.choices_.size()); ++i) {
-        if (job_.fields_.points(0)[i].status != PointStatus::kOk) job_.choices_[i] = UndefinedChoice();
+        PointChoice& choice = job_.choices_[i];
+        if (job_.fields_.points(0)[i].status != PointStatus::kOk) choice = UndefinedChoice();
+        if (SharesErrors(choice)) choice.mean_error = choice.k1_error = choice.k2_error = UndefinedChoice().mean_error;
       }
       return absl::OkStatus();
     }
 
    private:
+    // Whether neighbors share errors, those of normals that were made of positions, which the sample of the cloud takes
+    // for detail. Jets read positions alone.
+    bool SharesErrors(const PointChoice& choice) const {
+      constexpr float kRounding = 1e-5f;  // of the sum of weights
+      return job_.normal_options_.source == NormalSource::kEstimate && !(choice.jet_weight > 1.0f - kRounding);
+    }
+
     static constexpr size_t kBlockPoints = 100'000;
     CurvatureJob& job_;
   };
@@ -222,6 +231,17 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     if (!wants_curvature_) return absl::OkStatus();
     AddPhase(std::make_unique<FieldPhase>(*this));
     return absl::OkStatus();
+  }
+
+  // Tells the estimators which points have no normal.
+  void MarkWithoutNormal() {
+    for (size_t place = 0; place < index_.point_count(); ++place) {
+      if (normals_->status(place) == PointStatus::kOk) continue;
+      SpatialIndex::LeafNormals& normals = index_.mutable_normals(place / SpatialIndex::kLeafSize);
+      const size_t lane = place % SpatialIndex::kLeafSize;
+      normals.x[lane] = normals.y[lane] = normals.z[lane] = 0.0f;
+      index_.set_lacks_normals();
+    }
   }
 
   void RefuseWithoutNormal() {
@@ -267,6 +287,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       status_counts_[static_cast<size_t>(PointStatus::kTooFewNeighbors)] += query_count_ - invalid_count_;
     }
     if (first == fields_.count()) return AddChoices();
+    if (normals_.has_value()) MarkWithoutNormal();
     if (absl::Status status = fields_.MakeMarks(first, index_); !status.ok()) return status;
     const EstimatorOptions served = options_.FromScale(first);
     run_ = served.scale_count() == 1 ? strategy.start(served, index_, fields_.points(first).data())

@@ -262,12 +262,25 @@ HWY_NOINLINE inline bool IsDetermined(int degree, size_t i, const JetSystems& je
 
 // Solves the problems of all points of the group. `find(i)` collects the neighbors of point i as `neighbors` once more,
 // where that is needed; `qr_room` is scratch for those. Where it returns false, no point from there on has a jet.
+// Solves for a jet of the highest degree below `degree` that the neighbors of point i determine. Returns false if there
+// is none.
+HWY_NOINLINE inline bool SolveLowerJet(const NeighborArrays& neighbors, size_t i, double unit, int degree,
+                                       ScratchArray<double>& qr_room, JetSystems& jets) {
+  for (int lower = degree - 1; lower > 0; --lower) {
+    if (!SolveJetByQr(neighbors, i, unit, lower, qr_room, jets)) continue;
+    for (int c = JetSize(lower); c < JetSize(degree); ++c) jets.coefficients[c][i] = 0.0;
+    return true;
+  }
+  return false;
+}
+
 // Lowers the status of points without a jet; with kNeedsCurvature also that of points whose jets noise decides, for
-// which squared_heights must be set.
+// which squared_heights must be set. With `lowers_degree`, where only normals are wanted, points whose neighbors
+// determine no jet of the degree get one of a lower degree.
 template <bool kNeedsCurvature, typename FindNeighbors>
 HWY_NOINLINE void SolveJetSystems(int degree, const GroupScalars& rho, const NeighborArrays& neighbors,
                                   ScratchArray<double>& qr_room, GroupPoints& points, JetSystems& jets,
-                                  FindNeighbors find) {
+                                  FindNeighbors find, bool lowers_degree = false) {
   for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) SolveNormalEquations(degree, i, jets);
   for (size_t i = 0; i < points.size; ++i) {
     if (points.status[i] != PointStatus::kOk) continue;
@@ -278,7 +291,10 @@ HWY_NOINLINE void SolveJetSystems(int degree, const GroupScalars& rho, const Nei
     }
     if (pivot > kMinJetPivot) continue;
     if (!find(i)) break;
-    if (!SolveJetByQr(neighbors, i, 1.0 / rho[i], degree, qr_room, jets)) points.status[i] = PointStatus::kSingularFit;
+    const double unit = 1.0 / rho[i];
+    if (SolveJetByQr(neighbors, i, unit, degree, qr_room, jets)) continue;
+    if (lowers_degree && SolveLowerJet(neighbors, i, unit, degree, qr_room, jets)) continue;
+    points.status[i] = PointStatus::kSingularFit;
   }
 }
 

@@ -123,12 +123,12 @@ inline bool GiveShared(int degree, size_t m, NormalScratch& s) {
 
 // Fits those members of s.shared by themselves. Ends the group before the first one that is left for another run.
 inline absl::Status FitAlone(const SpatialIndex& index, const NormalPlan& plan, const size_t* alone, size_t count,
-                             NormalScratch& s) {
+                             bool lowers_degree, NormalScratch& s) {
   GroupPoints& members = s.shared.members;
   for (size_t i = 0; i < count; ++i) CopyPoint(members, alone[i], i, s.points);
   s.points.size = count;
   s.points.box = members.box;
-  if (absl::Status status = FitPoints(index, plan, s); !status.ok()) return status;
+  if (absl::Status status = FitPoints(index, plan, lowers_degree, s); !status.ok()) return status;
   for (size_t i = 0; i < s.points.size; ++i) Give(plan.degree, i, 0.0, 0.0, alone[i], s);
   if (s.points.size == count) return absl::OkStatus();
   members.size = alone[s.points.size];
@@ -137,20 +137,21 @@ inline absl::Status FitAlone(const SpatialIndex& index, const NormalPlan& plan, 
 }
 
 // Fits the points that are loaded by polynomials that those of a leaf share.
-HWY_NOINLINE inline absl::Status FitShared(const SpatialIndex& index, const NormalPlan& plan, NormalScratch& s) {
+HWY_NOINLINE inline absl::Status FitShared(const SpatialIndex& index, const NormalPlan& plan, bool lowers_degree,
+                                           NormalScratch& s) {
   SharedFits& shared = s.shared;
   shared.members = s.points;
   SetMeans(index, shared, s.points);
   // No run ends between the few means of a group.
   const uint64_t most_work = std::exchange(s.most_work, std::numeric_limits<uint64_t>::max());
-  absl::Status status = FitPoints(index, plan, s);
+  absl::Status status = FitPoints(index, plan, /*lowers_degree=*/false, s);
   s.most_work = most_work;
   if (!status.ok()) return status;
   size_t alone[SpatialIndex::kGroupPoints], alone_count = 0;
   for (size_t m = 0; m < shared.members.size; ++m) {
     if (!GiveShared(plan.degree, m, s)) alone[alone_count++] = m;
   }
-  if (alone_count > 0) status = FitAlone(index, plan, alone, alone_count, s);
+  if (alone_count > 0) status = FitAlone(index, plan, alone, alone_count, lowers_degree, s);
   s.points = shared.members;
   s.normal = shared.normal;
   std::copy_n(shared.mean_square, s.points.size, s.mean_square);
@@ -170,8 +171,10 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
                                    NormalScratch& s) {
   LoadGroup<true>(index, group, s.points, s.first_point);
   if (sample == GroupSample::kOneOfEachLeaf) KeepFirstOfLeaves(s.points);
-  if (plan.shares) return FitShared(index, plan, s);
-  const absl::Status status = FitPoints(index, plan, s);
+  // Samples tell how well a method does: by itself.
+  const bool lowers_degree = sample == GroupSample::kAll;
+  if (plan.shares) return FitShared(index, plan, lowers_degree, s);
+  const absl::Status status = FitPoints(index, plan, lowers_degree, s);
   if (status.ok() && s.take) TellFits(s);
   return status;
 }

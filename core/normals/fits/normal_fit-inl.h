@@ -151,8 +151,10 @@ inline size_t CountInLanes(const NormalPlan& plan, const NormalScratch& s) {
   return in_lanes && search.searched_count > 1 && !plan.two_sheets && !s.inspect ? search.searched_count : 0;
 }
 
-// Fits each of s.points, which are loaded.
-HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const NormalPlan& plan, NormalScratch& s) {
+// Fits each of s.points, which are loaded. With `lowers_degree`, points whose neighbors determine no polynomial of the
+// plan's degree get one of a lower degree.
+HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const NormalPlan& plan, bool lowers_degree,
+                                           NormalScratch& s) {
   const auto fill = [](size_t) {};
   const auto size = static_cast<size_t>(JetSize(plan.degree));
   const size_t count = CountInLanes(plan, s), lanes = hn::Lanes(DoubleTag());
@@ -192,7 +194,8 @@ HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const Norm
     search.Find(query.position, collector);
   };
   SolveJetSystems</*kNeedsCurvature=*/false>(plan.degree, s.frames.rho, s.neighbors, s.qr_room, s.points, s.system,
-                                             RepeatedSearch(index, plan.neighborhood.search, plan.degree, s, collect));
+                                             RepeatedSearch(index, plan.neighborhood.search, plan.degree, s, collect),
+                                             lowers_degree);
   if (s.IsStopped()) return Stopped();
   TakeJets(plan.degree, s);
   return status;

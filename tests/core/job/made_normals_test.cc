@@ -1,0 +1,130 @@
+// Estimates from normals that were made of the positions.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/job/estimation_job.h"
+#include "core/job/normals_job.h"
+#include "tests/core/normals/normal_clouds.h"
+#include "tests/core/scale/automatic_requests.h"
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+EstimationResult EstimateFromPositions(const TestPoints& points, const EstimatorOptions& options,
+                                       const NormalOptions& normals) {
+  WorkerPool pool(2);
+  absl::StatusOr<EstimationResult> result = EstimateCurvature(BareCloud(points), options, normals, pool);
+  if (!result.ok()) {
+    ADD_FAILURE() << result.status();
+    return {};
+  }
+  return *std::move(result);
+}
+
+// A bump over an exact grid, whose rows are lines and whose border has neighbors on few of them.
+TestPoints BumpOverGrid(int side) {
+  TestPoints grid;
+  for (int i = 0; i < side; ++i) {
+    for (int j = 0; j < side; ++j) {
+      const double x = 2.0 * i / side - 1.0, y = 2.0 * j / side - 1.0;
+      grid.Add(x, y, 0.2 * std::exp(-5.0 * (x * x + y * y)), 0.0, 0.0, 1.0);
+    }
+  }
+  return grid;
+}
+
+TEST(MadeNormalsTest, TheBorderOfAGridHasNormalsOfALowerDegree) {
+  const TestPoints grid = BumpOverGrid(40);
+  NormalOptions quartic = EstimateBy(NormalMethod::kJet4, 24);
+  quartic.sides = SidesAlongDirection{{0.0, 0.0, 1.0}};
+  NormalOptions quadric = EstimateBy(NormalMethod::kJet2, 24);
+  quadric.sides = quartic.sides;
+  const NormalResult high = MustMakeNormals(BareCloud(grid), quartic), low = MustMakeNormals(BareCloud(grid), quadric);
+  ASSERT_EQ(high.report.status_counts[static_cast<size_t>(PointStatus::kOk)], grid.size());
+  size_t higher = 0;
+  for (size_t i = 0; i < grid.size(); ++i) {
+    const double x = grid.positions[i][0], y = grid.positions[i][1], z = grid.positions[i][2];
+    const double slope[2] = {-10.0 * x * z, -10.0 * y * z};
+    const double length = std::sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1]);
+    const auto error = [&](const PointNormal& normal) {
+      return std::hypot(normal.normal[0] + slope[0] / length, normal.normal[1] + slope[1] / length);
+    };
+    EXPECT_LT(error(high.normals[i]), 0.05) << i;
+    EXPECT_TRUE(std::isfinite(high.normals[i].residual)) << i;
+    higher += error(high.normals[i]) < error(low.normals[i]) ? 1 : 0;
+  }
+  EXPECT_GT(higher, grid.size() / 2) << "the degree that was asked for where it can be had";
+}
+
+// A hundred copies of one point have no normals.
+TestPoints SphereWithCopies() {
+  TestPoints sphere = Sphere(4900, 1.0);
+  for (int copy = 1; copy < 100; ++copy) {
+    sphere.positions.push_back(sphere.positions[0]);
+    sphere.normals.push_back(sphere.normals[0]);
+  }
+  return sphere;
+}
+
+TEST(MadeNormalsTest, PointsWithoutANormalSpoilNoNeighbor) {
+  const TestPoints sphere = SphereWithCopies();
+  for (const char* const estimator :
+       {"avg-hexagram", "uniform", "independent", "hexagram", "delaunay", "aso", "normal-regression", "jet", "auto"}) {
+    EstimatorOptions options = {.estimator = estimator, .neighborhood = NeighborCount{50}};
+    const EstimationResult result = EstimateFromPositions(sphere, options, EstimateBy(NormalMethod::kJet2, 24));
+    size_t ok = 0;
+    for (const PointCurvature& point : result.field.points.span()) {
+      if (point.status != PointStatus::kOk) continue;
+      ++ok;
+      EXPECT_NEAR(point.mean, 1.0, 0.05) << estimator;
+    }
+    EXPECT_GT(ok, 4800u) << estimator;
+    EXPECT_LE(ok, 4900u) << estimator << ": copies have no normal";
+  }
+}
+
+TEST(MadeNormalsTest, PointsWithoutANormalSpoilNoNeighborAtAnyScale) {
+  EstimatorOptions options = {.neighborhood = NeighborCount{100}};
+  options.smaller_counts.counts[options.smaller_counts.size++] = 50;
+  const TestPoints sphere = SphereWithCopies();
+  const NormalOptions normals = EstimateBy(NormalMethod::kJet2, 24);
+  const EstimationResult both = EstimateFromPositions(sphere, options, normals);
+  const EstimationResult alone = EstimateFromPositions(sphere, {.neighborhood = NeighborCount{50}}, normals);
+  ASSERT_EQ(both.smaller.size(), 1u);
+  EXPECT_EQ(FirstDifference(both.smaller[0].span(), alone.field.points.span()), sphere.size());
+}
+
+TEST(MadeNormalsTest, OnlyWhatReadsPositionsKnowsHowSureItIs) {
+  const TestPoints sphere = NoisySphere(10'000, 0.005);
+  NormalOptions normals;
+  normals.source = NormalSource::kEstimate;
+  EstimatorOptions jets = WithChoice(Automatic());
+  jets.estimator = "jet";
+  jets.jet_degree = 4;
+  const EstimationResult by_jets = EstimateFromPositions(sphere, jets, normals);
+  size_t known = 0, within = 0;
+  for (size_t i = 0; i < by_jets.choices.size(); ++i) {
+    const double error = by_jets.choices[i].mean_error;
+    if (std::isnan(error)) continue;
+    ++known;
+    within += std::abs(by_jets.field.points[i].mean - 1.0) <= 1.645 * error ? 1 : 0;
+  }
+  EXPECT_GT(known, 9'000u);
+  EXPECT_GT(static_cast<double>(within) / static_cast<double>(known), 0.8);
+  for (const EstimatorOptions& options : {Automatic(), EstimatorOptions{.neighborhood = NeighborCount{100}}}) {
+    const EstimationResult result = EstimateFromPositions(sphere, WithChoice(options), normals);
+    for (const PointChoice& choice : result.choices.span()) {
+      const bool is_known = !std::isnan(choice.mean_error);
+      EXPECT_TRUE(!is_known || choice.jet_weight > 0.999f) << "errors that neighbors share";
+      EXPECT_EQ(is_known, !std::isnan(choice.k1_error));
+      EXPECT_EQ(is_known, !std::isnan(choice.k2_error));
+      EXPECT_FALSE(std::isnan(choice.neighbor_count)) << "what was chosen is known";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace curvd::testing
