@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <span>
+#include <tuple>
 
 #include "Eigen/Geometry"
 #include "core/scale/pilot_fits.h"
@@ -36,6 +37,20 @@ void SortByFloats(std::vector<uint64_t>& keys, std::vector<uint64_t>& other) {
     std::exclusive_scan(places.begin(), places.end(), places.begin(), 0U);
     for (const uint64_t key : keys) other[places[digit_of(key)]++] = key;
     keys.swap(other);
+  }
+}
+
+// Finds the copies among neighbors that are equally far away.
+void MarkTiedCopies(std::span<const uint32_t> tied, PilotScratch& s) {
+  const NeighborArrays& n = s.neighbors;
+  const auto position = [&n](uint32_t j) { return std::tuple(n.dx[j], n.dy[j], n.dz[j]); };
+  s.tied.assign(tied.begin(), tied.end());
+  std::sort(s.tied.begin(), s.tied.end(), [&](uint32_t a, uint32_t b) {
+    return std::tuple_cat(position(a), std::tuple(s.ids[a])) < std::tuple_cat(position(b), std::tuple(s.ids[b]));
+  });
+  for (size_t k = 1; k < s.tied.size(); ++k) {
+    const uint32_t before = s.tied[k - 1], j = s.tied[k];
+    if (position(before) == position(j)) s.ids[j] = ~FirstOfCopies(s.ids[before]);
   }
 }
 
@@ -87,6 +102,7 @@ PilotNeighbor NeighborInFrame(const NeighborArrays& n, uint32_t j, const Eigen::
 struct PilotHalf {
   PilotSums sums;
   PilotBatch batch;
+  size_t distinct = 0;  // neighbors that are no copies
 
   void Add(const PilotNeighbor& neighbor, bool with_sextic) {
     if (batch.is_full()) Finish(with_sextic);
@@ -125,13 +141,14 @@ class RungEstimates {
   // Curvature is in units of `unit`.
   RungEstimates(double unit, PilotPoint& point) : unit_(unit), point_(point) {}
 
-  void Add(const PilotSums& sums, double radius, size_t rung, PilotPoint::Part part) {
+  // `distinct` of the neighbors are no copies.
+  void Add(const PilotSums& sums, size_t distinct, double radius, size_t rung, PilotPoint::Part part) {
     if (const auto hexagrams = sums.HexagramEstimate()) {
       Store(hexagrams->shape, unit_, kHexagramMethod, rung, part, point_);
       if (part == PilotPoint::kAll) point_.steepest[rung] = static_cast<float>(hexagrams->steepest * unit_);
     }
     places_[fitter_.size()] = {rung, part};
-    fitter_.Add(sums, radius);
+    fitter_.Add(sums, static_cast<double>(distinct), radius);
     if (fitter_.size() == PilotFitter::kMost) Finish();
   }
 
@@ -175,17 +192,27 @@ class RungEstimates {
 
 }  // namespace
 
+void MarkCopies(PilotScratch& s) {
+  const std::span<const uint32_t> order = s.order;
+  for (size_t first = 0; first < order.size();) {
+    size_t last = first + 1;
+    while (last < order.size() && s.squared[order[last]] == s.squared[order[first]]) ++last;
+    if (last - first > 1) MarkTiedCopies(order.subspan(first, last - first), s);
+    first = last;
+  }
+}
+
 size_t PilotScratch::bytes() const {
   return sizeof(*this) + search.bytes() + neighbors.bytes() + ids.bytes() + order.capacity() * sizeof(uint32_t) +
          (keys.capacity() + other_keys.capacity()) * sizeof(uint64_t) + squared.capacity() * sizeof(float) +
-         side.capacity() * sizeof(SideNeighbor);
+         side.capacity() * sizeof(SideNeighbor) + tied.capacity() * sizeof(uint32_t);
 }
 
 size_t PilotScratch::MostBytes(const EstimatorOptions& options, size_t point_count) {
   const size_t most = MostNeighbors(options, point_count);
   return sizeof(PilotScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
          NeighborArrays::MostBytes(most) + ScratchArray<int32_t>::MostBytes(most + NeighborArrays::kPad) +
-         most * (sizeof(uint32_t) + sizeof(float) + 2 * sizeof(uint64_t) + 2 * sizeof(SideNeighbor));
+         most * (3 * sizeof(uint32_t) + sizeof(float) + 2 * sizeof(uint64_t) + 2 * sizeof(SideNeighbor));
 }
 
 Pilot::Pilot(const SpatialIndex& index, uint32_t most_count) : index_(index) {
@@ -232,6 +259,7 @@ absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scrat
 
 void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& s, PilotPoint& point) {
   OrderByDistance(s);
+  MarkCopies(s);
   const Eigen::Matrix3d frame = FrameOf(s);
   const double farthest = s.squared[s.order[kScaleRungs[rung_count - 1] - 1]];
   if (frame.isZero() || !(farthest > 0.0)) return;
@@ -243,7 +271,10 @@ void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& 
     const bool with_sextic = kScaleRungs[rung] <= most_sextic_count;
     for (; next < kScaleRungs[rung]; ++next) {
       const uint32_t j = s.order[next];
-      halves[IsInEvenHalf(s.ids[j]) ? 0 : 1].Add(NeighborInFrame(s.neighbors, j, frame, unit), with_sextic);
+      // Copies share their noise: they belong to one half.
+      PilotHalf& half = halves[IsInEvenHalf(FirstOfCopies(s.ids[j])) ? 0 : 1];
+      half.Add(NeighborInFrame(s.neighbors, j, frame, unit), with_sextic);
+      half.distinct += IsCopy(s.ids[j]) ? 0 : 1;
     }
     for (PilotHalf& half : halves) half.Finish(with_sextic);
     const double radius = unit * std::sqrt(double{s.squared[s.order[next - 1]]});
@@ -252,9 +283,9 @@ void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& 
     PilotSums all = halves[0].sums;
     all += halves[1].sums;
     if (all.LieAlongLine()) continue;
-    estimates.Add(all, radius, rung, PilotPoint::kAll);
-    estimates.Add(halves[0].sums, radius, rung, PilotPoint::kEven);
-    estimates.Add(halves[1].sums, radius, rung, PilotPoint::kOdd);
+    estimates.Add(all, halves[0].distinct + halves[1].distinct, radius, rung, PilotPoint::kAll);
+    estimates.Add(halves[0].sums, halves[0].distinct, radius, rung, PilotPoint::kEven);
+    estimates.Add(halves[1].sums, halves[1].distinct, radius, rung, PilotPoint::kOdd);
   }
   estimates.Finish();
 }

@@ -21,11 +21,19 @@ struct PilotScratch : CollectScratch {
   std::vector<uint32_t> order;             // of the neighbors, by distance
   std::vector<float> squared;              // distances of the neighbors
   std::vector<uint64_t> keys, other_keys;  // what they are sorted by
+  std::vector<uint32_t> tied;              // neighbors that are equally far away
   std::vector<SideNeighbor> side;
 
   size_t bytes() const override;
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count);
 };
+
+// A neighbor that has the position of another one with a lower id is a copy: it tells nothing new, since both share
+// their noise. Finds the copies among the neighbors that `order` lists by their `squared` distances: their ids become
+// the complement of the lowest.
+void MarkCopies(PilotScratch& s);
+inline bool IsCopy(int32_t id) { return id < 0; }
+inline int32_t FirstOfCopies(int32_t id) { return IsCopy(id) ? ~id : id; }
 
 // Samples points of an index: the first points that get a result of leaves that lie evenly in the tree order, one of
 // each leaf where there are enough. A few of them, the scouts, may go first, and tell what the others can be spared. Up

@@ -82,13 +82,14 @@ std::optional<NormalFit> NormalFitOf(const PilotSolutions& solutions, size_t lan
 
 }  // namespace
 
-void PilotFitter::Add(const PilotSums& sums, double radius) {
+void PilotFitter::Add(const PilotSums& sums, double distinct, double radius) {
   const size_t lane = size_++;
+  distinct_[lane] = distinct;
   count_[lane] = sums.count();
   radius_[lane] = radius;
   height_squares_[lane] = sums.height_squares();
   with_sextic_[lane] =
-      sums.has_sextic() && sums.count() >= kLeastPerSexticCoefficient * MonomialCount(PilotSums::kSexticDegree);
+      sums.has_sextic() && distinct >= kLeastPerSexticCoefficient * MonomialCount(PilotSums::kSexticDegree);
   const int degree = with_sextic_[lane] ? PilotSums::kSexticDegree : PilotSums::kQuarticDegree;
   for (size_t k = 0; k < MonomialCount(2 * degree); ++k) moments_[k][lane] = sums.moments()[k];
   for (size_t k = 0; k < MonomialCount(degree); ++k) heights_[k][lane] = sums.heights()[k];
@@ -118,7 +119,7 @@ void PilotFitter::SolveNormals(int degree, PilotSolutions& solutions) const {
                  {normals_[0].front().data(), normals_[1].front().data(), normals_[2].front().data()}},
                 solutions);
   for (size_t lane = 0; lane < size_; ++lane) {
-    if (count_[lane] < static_cast<double>(MonomialCount(degree)) + kLeastFreedom) solutions.are_fixed[lane] = false;
+    if (distinct_[lane] < static_cast<double>(MonomialCount(degree)) + kLeastFreedom) solutions.are_fixed[lane] = false;
   }
 }
 
@@ -131,7 +132,7 @@ void PilotFitter::FitCubicNormals(PilotSolutions& solutions, Fits& fits) const {
     if (!fit.has_value()) continue;
     // The normals have unit length, so that the sum of their squares is that of the weights.
     const double weight = solutions.weight[lane], radius = radius_[lane];
-    const double freedom = 2.0 * (weight - kMeanWeightInFit * MonomialCount(kDegree) / count_[lane]);
+    const double freedom = 2.0 * (weight - kMeanWeightInFit * MonomialCount(kDegree) / distinct_[lane]);
     fits[lane].regression = {InUnits(ShapeOfNormals(*fit), radius), SlopesOf(*fit, radius * radius),
                              std::sqrt(std::max(weight - solutions.explained[lane], 0.0) / freedom)};
   }
@@ -159,8 +160,8 @@ void PilotFitter::FitJets(int degree, std::optional<PilotFits::Jet> PilotFits::*
       solutions);
   const auto coefficients = static_cast<double>(MonomialCount(degree));
   for (size_t lane = 0; lane < size; ++lane) {
-    const double count = count_[lane], radius = radius_[lane];
-    if (!solutions.are_fixed[lane] || count < coefficients + 1.0 || (is_sextic && !with_sextic_[lane])) continue;
+    const double count = count_[lane], distinct = distinct_[lane], radius = radius_[lane];
+    if (!solutions.are_fixed[lane] || distinct < coefficients + 1.0 || (is_sextic && !with_sextic_[lane])) continue;
     // Heights are in the unit of the neighbors.
     const auto fit = [&](int i, int j) {
       return solutions.coefficients[0][static_cast<size_t>(IndexOf(i, j))][lane] / radius;
@@ -169,7 +170,7 @@ void PilotFitter::FitJets(int degree, std::optional<PilotFits::Jet> PilotFits::*
     const double p = fit(1, 0), q = fit(0, 1), w = std::sqrt(1.0 + p * p + q * q);
     const double xx = -2.0 * fit(2, 0) / w, xy = -fit(1, 1) / w, yy = -2.0 * fit(0, 2) / w;
     fits[lane].*jet = PilotFits::Jet{InUnits(ShapeOf(1.0 + p * p, p * q, 1.0 + q * q, xx, xy, yy), radius),
-                                     std::sqrt(std::max(squares, 0.0) * count / (count - coefficients)) * radius};
+                                     std::sqrt(std::max(squares, 0.0) * distinct / (distinct - coefficients)) * radius};
   }
 }
 

@@ -36,8 +36,10 @@ class PilotFitter {
  public:
   static constexpr size_t kMost = PilotSystems::kLanes;
 
-  // `radius` is that of the neighborhood. REQUIRES: it is positive, and size() < kMost.
-  void Add(const PilotSums& sums, double radius);
+  // `radius` is that of the neighborhood, in which `distinct` neighbors have positions of their own: fits and their
+  // residuals have as many as that. REQUIRES: the radius is positive, and size() < kMost.
+  void Add(const PilotSums& sums, double distinct, double radius);
+  void Add(const PilotSums& sums, double radius) { Add(sums, sums.count(), radius); }
   size_t size() const { return size_; }
 
   // Of each neighborhood in the order of Add; then there are none.
@@ -57,7 +59,7 @@ class PilotFitter {
   std::array<bool, kMost> with_sextic_{};
   // Where there is no neighborhood, they are those of one point.
   alignas(64) Lanes count_{1, 1, 1, 1, 1, 1, 1, 1}, radius_ = count_;
-  alignas(64) Lanes height_squares_{};
+  alignas(64) Lanes distinct_{}, height_squares_{};
   alignas(64) std::array<Lanes, PilotSums::kMomentCount> moments_{};
   alignas(64) std::array<Lanes, PilotSums::kHeightCount> heights_{};
   alignas(64) std::array<std::array<Lanes, PilotSums::kNormalCount>, 3> normals_{};

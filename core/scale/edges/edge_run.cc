@@ -34,6 +34,21 @@ NeighborhoodPlan PlanFor(uint32_t count, const SpatialIndex& index) {
   return NeighborhoodPlan::Make(options, index);
 }
 
+// Where fewer of the neighbors than this share have positions of their own, they are too few to tell faces from noise.
+constexpr double kLeastDistinctShare = 0.5;
+
+// Leaves one neighbor of those that have the same position: copies share their noise, and look like a face.
+void DropCopies(std::vector<SideNeighbor>& neighbors) {
+  size_t kept = 0;
+  for (const SideNeighbor& neighbor : neighbors) {
+    const auto is_same = [&](const SideNeighbor& other) { return other.offset == neighbor.offset; };
+    if (std::none_of(neighbors.begin(), neighbors.begin() + static_cast<std::ptrdiff_t>(kept), is_same)) {
+      neighbors[kept++] = neighbor;
+    }
+  }
+  neighbors.resize(kept);
+}
+
 // The neighbors that were collected, as they come.
 void CopyNeighbors(const PilotScratch& s, std::vector<SideNeighbor>& neighbors) {
   const NeighborArrays& n = s.neighbors;
@@ -43,10 +58,12 @@ void CopyNeighbors(const PilotScratch& s, std::vector<SideNeighbor>& neighbors) 
   }
 }
 
-// The same, sorted by distance, then by id; none beyond `most`.
-void CopySorted(const PilotScratch& s, float most, std::vector<uint32_t>& order, std::vector<float>& squared,
-                std::vector<SideNeighbor>& neighbors) {
+// The same, sorted by distance, then by id; none beyond `most`, and no copies.
+void CopySorted(float most, PilotScratch& s) {
   const NeighborArrays& n = s.neighbors;
+  std::vector<uint32_t>& order = s.order;
+  std::vector<float>& squared = s.squared;
+  std::vector<SideNeighbor>& neighbors = s.side;
   order.clear();
   squared.resize(n.count);
   for (uint32_t j = 0; j < n.count; ++j) {
@@ -57,7 +74,9 @@ void CopySorted(const PilotScratch& s, float most, std::vector<uint32_t>& order,
     return squared[a] != squared[b] ? squared[a] < squared[b] : s.ids[a] < s.ids[b];
   });
   neighbors.clear();
+  MarkCopies(s);
   for (const uint32_t j : order) {
+    if (IsCopy(s.ids[j])) continue;
     neighbors.push_back({Eigen::Vector3d(n.dx[j], n.dy[j], n.dz[j]), Eigen::Vector3d(n.nx[j], n.ny[j], n.nz[j])});
   }
 }
@@ -153,6 +172,8 @@ absl::Status EdgeRun::Mark(size_t group, PilotScratch& s) {
       CollectNeighbors(index_, measured_, group, CollectedPoints::kAll, s, is_rough, [&](size_t i) {
         s.search.work += 16 * s.neighbors.count;
         CopyNeighbors(s, s.side);
+        DropCopies(s.side);
+        if (static_cast<double>(s.side.size()) < kLeastDistinctShare * kMeasured) return;
         if (AreOfFaces(SpreadOf(s.side), marks_.NoiseAt(place_of(i), noise)))
           has_faces |= uint64_t{1} << (place_of(i) - first);
       });
@@ -195,7 +216,7 @@ absl::Status EdgeRun::Repair(size_t group, float most_radius, absl::FunctionRef<
     float position[3], normal[3];
     s.points.query.Get(i, position);
     s.points.normal.Get(i, normal);
-    CopySorted(s, most_radius, s.order, s.squared, s.side);
+    CopySorted(most_radius, s);
     const OneSideScale scale = scale_at(position);
     auto point = EstimateOneSide(s.side, Eigen::Vector3d(normal[0], normal[1], normal[2]),
                                  {scale.count, normal_noise, position_noise_, scale.allowed_error});

@@ -273,6 +273,26 @@ TEST(AutomaticTest, NoiseInOneHalfDoesNotSpoilTheOther) {
   EXPECT_LT(error_on(-1.0f, both), 1.3 * error_on(-1.0f, MustEstimate(clean.ToCloud(), Automatic())));
 }
 
+// Copies share their noise, with which halves of a neighborhood would agree, and look like faces of an edge.
+TEST(AutomaticTest, CopiesOfNoisyPointsAreNoNews) {
+  TestPoints sphere = Sphere(4000, 1.0);
+  AddNoise(0.01, 0.2, 3, sphere);
+  TestPoints copies = sphere;
+  for (int copy = 1; copy < 3; ++copy) {
+    copies.positions.insert(copies.positions.end(), sphere.positions.begin(), sphere.positions.end());
+    copies.normals.insert(copies.normals.end(), sphere.normals.begin(), sphere.normals.end());
+  }
+  const EstimationResult alone = MustEstimate(sphere.ToCloud(), WithChoice(Automatic()));
+  const EstimationResult result = MustEstimate(copies.ToCloud(), WithChoice(Automatic()));
+  EXPECT_LT(MeanError(result, 1.0), 1.3 * MeanError(alone, 1.0));
+  EXPECT_NEAR(result.scale_report->sigma, 0.01, 0.002);
+  for (size_t i = 0; i < copies.size(); ++i) {
+    ASSERT_EQ(result.field.points[i].status, PointStatus::kOk);
+    ASSERT_FALSE(std::isnan(result.choices[i].mean_error)) << "as beside an edge";
+    ASSERT_NEAR(result.field.points[i].mean, 1.0, 0.2);
+  }
+}
+
 TEST(AutomaticTest, AFarOutlierSpoilsNothing) {
   TestPoints sphere = Sphere(5000, 1.0);
   sphere.Add(1e30, 1e30, 1e30, 0.0, 0.0, 1.0);
