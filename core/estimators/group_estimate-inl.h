@@ -49,16 +49,13 @@ HWY_NOINLINE inline void LookForSeam(const SpatialIndex& index, const QueryPoint
 HWY_NOINLINE inline bool HoldsPointWithoutNormal(const SpatialIndex& index, SearchScratch& search) {
   const FloatTag d;
   search.work += search.found.leaf_count * SpatialIndex::kLeafSize;
-  bool holds = false;
+  size_t count = 0;
   const auto look = [&](const NearPoints& near, FloatMask inside) CURVD_INLINED {
-    const SpatialIndex::LeafNormals& normals = index.normals(near.leaf);
-    const size_t i = near.place;
-    const FloatVec squared =
-        SquaredNorm(hn::Load(d, normals.x + i), hn::Load(d, normals.y + i), hn::Load(d, normals.z + i));
-    holds = holds || !hn::AllFalse(d, hn::And(inside, hn::Eq(squared, hn::Zero(d))));
+    const FloatVec x = hn::Load(d, index.normals(near.leaf).x + near.place);
+    count += hn::CountTrue(d, hn::AndNot(hn::Eq(x, x), inside));
   };
   ForEachInside(index, search.found, look);
-  return holds;
+  return count > 0;
 }
 
 // Records the neighborhood of point i, which the last search found, and looks for a seam in it unless `seams` is null.
@@ -70,9 +67,7 @@ HWY_INLINE void RecordNeighborhood(const SpatialIndex& index, const QueryPoint& 
   s.neighborhoods.count[i] = static_cast<float>(search.found.count);
   s.neighborhoods.normal_sum.Set(i, normals.sum);
   s.neighborhoods.agreement[i] = normals.least_agreement;
-  // The cosine with a normal of length 0 is 0.
-  if (HWY_UNLIKELY(normals.least_agreement <= 0.0f && index.lacks_normals()) &&
-      HoldsPointWithoutNormal(index, search)) {
+  if (HWY_UNLIKELY(index.lacks_normals()) && HoldsPointWithoutNormal(index, search)) {
     constexpr float kNothing[3] = {};
     s.neighborhoods.normal_sum.Set(i, kNothing);
   }

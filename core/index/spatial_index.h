@@ -94,7 +94,7 @@ class SpatialIndex {
     return absl::OkStatus();
   }
   LeafNormals& mutable_normals(size_t leaf) { return normals_[leaf]; }
-  // Whether there may be points without a normal: theirs is 0, and a sum of normals that holds it is worth nothing.
+  // Whether there are points without a normal: theirs is NaN, and a sum of normals that holds it is worth nothing.
   bool lacks_normals() const { return lacks_normals_; }
   void set_lacks_normals() { lacks_normals_ = true; }
   bool has_normals() const { return normals_.size() > 0 || point_count_ == 0; }

@@ -233,15 +233,13 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     return absl::OkStatus();
   }
 
-  // Tells the estimators which points have no normal.
-  void MarkWithoutNormal() {
-    for (size_t place = 0; place < index_.point_count(); ++place) {
-      if (normals_->status(place) == PointStatus::kOk) continue;
-      SpatialIndex::LeafNormals& normals = index_.mutable_normals(place / SpatialIndex::kLeafSize);
-      const size_t lane = place % SpatialIndex::kLeafSize;
-      normals.x[lane] = normals.y[lane] = normals.z[lane] = 0.0f;
-      index_.set_lacks_normals();
+  // Tells the estimators whether points have no normal.
+  void LookForMissingNormals() {
+    bool lacks = false;
+    for (size_t place = 0; place < index_.point_count() && !lacks; ++place) {
+      lacks = normals_->status(place) != PointStatus::kOk;
     }
+    if (lacks) index_.set_lacks_normals();
   }
 
   void RefuseWithoutNormal() {
@@ -287,7 +285,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       status_counts_[static_cast<size_t>(PointStatus::kTooFewNeighbors)] += query_count_ - invalid_count_;
     }
     if (first == fields_.count()) return AddChoices();
-    if (normals_.has_value()) MarkWithoutNormal();
+    if (normals_.has_value()) LookForMissingNormals();
     if (absl::Status status = fields_.MakeMarks(first, index_); !status.ok()) return status;
     const EstimatorOptions served = options_.FromScale(first);
     run_ = served.scale_count() == 1 ? strategy.start(served, index_, fields_.points(first).data())

@@ -29,15 +29,15 @@ size_t MostFoundLeaves(const SearchPlan& plan, size_t point_count) {
 
 size_t SearchScratchBytes(const SearchPlan& plan, size_t point_count) {
   constexpr size_t kLeaf = SpatialIndex::kLeafSize;
-  const size_t listed = MostListed(plan, SpatialIndex::LeafCount(point_count));
   const size_t found = MostFoundLeaves(plan, point_count);
-  size_t bytes = LeafList::MostBytes(listed) + LeafList::MostBytes(MostOwn(plan, point_count));
+  size_t bytes = LeafList::MostBytes(MostListed(plan, SpatialIndex::LeafCount(point_count))) +
+                 LeafList::MostBytes(MostOwn(plan, point_count));
   bytes += 2 * ScratchArray<uint32_t>::MostBytes(found + 2 * LeafList::kPad);  // leaves, positions
   bytes += ScratchArray<float>::MostBytes((found + 1) * kLeaf);                // squared distances
-  bytes += ScratchArray<float>::MostBytes((listed + 2) * kLeaf);               // inner distances
+  bytes += ScratchArray<float>::MostBytes((found + 2) * kLeaf);                // inner distances
   bytes += NeighborOffsets::MostBytes(plan.MostNeighbors(point_count));
   if (!plan.by_radius) {
-    bytes += ScratchArray<int32_t>::MostBytes(listed * kLeaf);                        // tied ids
+    bytes += ScratchArray<int32_t>::MostBytes(found * kLeaf);                         // tied ids
     bytes += ScratchArray<NeighborRank>::MostBytes(plan.MostNeighbors(point_count));  // heap
   }
   return bytes;

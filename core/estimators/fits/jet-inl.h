@@ -260,8 +260,6 @@ HWY_NOINLINE inline bool IsDetermined(int degree, size_t i, const JetSystems& je
          degree;
 }
 
-// Solves the problems of all points of the group. `find(i)` collects the neighbors of point i as `neighbors` once more,
-// where that is needed; `qr_room` is scratch for those. Where it returns false, no point from there on has a jet.
 // Solves for a jet of the highest degree below `degree` that the neighbors of point i determine. Returns false if there
 // is none.
 HWY_NOINLINE inline bool SolveLowerJet(const NeighborArrays& neighbors, size_t i, double unit, int degree,
@@ -274,6 +272,8 @@ HWY_NOINLINE inline bool SolveLowerJet(const NeighborArrays& neighbors, size_t i
   return false;
 }
 
+// Solves the problems of all points of the group. `find(i)` collects the neighbors of point i as `neighbors` once more,
+// where that is needed; `qr_room` is scratch for those. Where it returns false, no point from there on has a jet.
 // Lowers the status of points without a jet; with kNeedsCurvature also that of points whose jets noise decides, for
 // which squared_heights must be set. With `lowers_degree`, where only normals are wanted, points whose neighbors
 // determine no jet of the degree get one of a lower degree.

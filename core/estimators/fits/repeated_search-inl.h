@@ -34,9 +34,10 @@ class RepeatedSearch {
     }
     if (!search_.has_value()) search_.emplace(index_, plan_, s_.points.box, s_.search);
     collect_(*search_, i);
-    // A step for every four multiplications and additions of the factorization.
+    // A step for every four multiplications and additions of the factorization, and of those of lower degrees that may
+    // follow.
     const auto size = static_cast<size_t>(JetSize(degree_));
-    s_.search.work += s_.neighbors.count * size * size / 2;
+    s_.search.work += s_.neighbors.count * size * size * 5 / 6;
     return true;
   }
 

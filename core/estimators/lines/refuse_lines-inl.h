@@ -64,7 +64,7 @@ class OffsetSearch {
     float query[3];
     points_.query.Get(i, query);
     const float squared = search_->Find(query, LineCollector(index_, query, scratch_.offsets));
-    // The sums over them, in scalar code.
+    // The sums over them, some in scalar code.
     scratch_.work += 8 * scratch_.offsets.count;
     return std::sqrt(squared);
   }

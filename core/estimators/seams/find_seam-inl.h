@@ -194,9 +194,11 @@ HWY_NOINLINE inline SeamFinding FindSeam(const SpatialIndex& index, const Neighb
   const double distance = distance_sum / static_cast<double>(opposed.count());
 
   // Beside a thin part floats will do to tell that the others lie on another sheet.
-  const RoughHeight rough = RoughAgreeingHeight(index, found, query, reach);
-  const double nearest = std::max(std::abs(opposed.Mean() - rough.mean) - rough.tolerance, 0.0);
-  if (!has_one_on_sheet && !MayLieOnOneSheet(nearest, distance)) return {};
+  if (!has_one_on_sheet) {
+    const RoughHeight rough = RoughAgreeingHeight(index, found, query, reach);
+    const double nearest = std::max(std::abs(opposed.Mean() - rough.mean) - rough.tolerance, 0.0);
+    if (!MayLieOnOneSheet(nearest, distance)) return {};
+  }
   size_t judged = 0;
   const auto to_reach = [&](FloatVec, FloatVec squared) CURVD_INLINED { return is_judged(squared); };
   ForEachSelected(index, found, query, to_reach, [&](const ComparedNeighbor& neighbor) {

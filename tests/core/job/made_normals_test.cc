@@ -86,6 +86,22 @@ TEST(MadeNormalsTest, PointsWithoutANormalSpoilNoNeighbor) {
   }
 }
 
+// Corners lie farther away than the neighbors that are searched for, and edges are looked for.
+TEST(MadeNormalsTest, PointsWithoutANormalSpoilNoEstimateThatReachesThem) {
+  const TestPoints sphere = SphereWithCopies();
+  const EstimatorOptions corners = {.estimator = "hexagram", .neighborhood = NeighborCount{300}};
+  for (const EstimatorOptions& options : {corners, Automatic()}) {
+    const EstimationResult result = EstimateFromPositions(sphere, options, EstimateBy(NormalMethod::kJet2, 24));
+    size_t ok = 0;
+    for (const PointCurvature& point : result.field.points.span()) {
+      if (point.status != PointStatus::kOk) continue;
+      ++ok;
+      EXPECT_NEAR(point.mean, 1.0, 0.1) << options.estimator;
+    }
+    EXPECT_GT(ok, 4400u) << options.estimator;
+  }
+}
+
 TEST(MadeNormalsTest, PointsWithoutANormalSpoilNoNeighborAtAnyScale) {
   EstimatorOptions options = {.neighborhood = NeighborCount{100}};
   options.smaller_counts.counts[options.smaller_counts.size++] = 50;
