@@ -8,7 +8,6 @@
 #endif
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/search/neighborhood-inl.h"
 #include "core/search/search_plan.h"
@@ -42,11 +41,7 @@ class GroupSearch {
 
   // `box` holds all queries.
   GroupSearch(const SpatialIndex& index, const SearchPlan& plan, const Box& box, SearchScratch& scratch)
-      : index_(index),
-        plan_(plan),
-        box_(box),
-        scratch_(scratch),
-        growth_(1.0f + kGuessGrowth / std::sqrt(static_cast<float>(std::max<size_t>(plan.searched_count, 1)))) {
+      : index_(index), plan_(plan), box_(box), scratch_(scratch), growth_(GuessGrowth(plan.searched_count)) {
     plan.by_radius ? static_cast<void>(List(plan.squared_radius)) : StartReach();
   }
 
@@ -130,9 +125,6 @@ class GroupSearch {
     return ShowNeighbors(index_, scratch_.found, visitor);
   }
 
-  // The squared radii of neighborhoods side by side differ by a share that falls with the root of their size. Within
-  // this share over that root lie all but one in 4 of those of 15 neighbors, in 8 of 50, in 50 of 300.
-  static constexpr float kGuessGrowth = 1.4f;
   static constexpr float kWholeIndex = 0x1p126f;  // no two points are farther apart: SpatialIndex::kFarthest
 
   const SpatialIndex& index_;

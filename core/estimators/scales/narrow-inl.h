@@ -7,7 +7,6 @@
 #define CURVD_CORE_ESTIMATORS_SCALES_NARROW_INL_H_
 #endif
 
-#include <cmath>
 #include <limits>
 
 #include "core/search/neighborhood-inl.h"
@@ -76,9 +75,8 @@ class Narrower {
   }
 
  private:
-  // Neighborhoods side by side differ by a share that falls with the root of their size (GroupSearch::kGuessGrowth).
   HWY_INLINE void Keep(size_t next_count, float next_radius) {
-    const float growth = 1.0f + 1.4f / std::sqrt(static_cast<float>(next_count));
+    const float growth = GuessGrowth(next_count);
     range_ = {next_radius / growth, next_radius * growth};
     counts_ = KeepLeaves(s_.found.last.squared_distance, range_, s_);
   }
