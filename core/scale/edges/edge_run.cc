@@ -174,8 +174,11 @@ absl::Status EdgeRun::Mark(size_t group, PilotScratch& s) {
         CopyNeighbors(s, s.side);
         DropCopies(s.side);
         if (static_cast<double>(s.side.size()) < kLeastDistinctShare * kMeasured) return;
-        if (AreOfFaces(SpreadOf(s.side), marks_.NoiseAt(place_of(i), noise)))
+        if (AreOfBend(s.side)) {
+          --rough;
+        } else if (AreOfFaces(SpreadOf(s.side), marks_.NoiseAt(place_of(i), noise))) {
           has_faces |= uint64_t{1} << (place_of(i) - first);
+        }
       });
   if (status.ok()) marks_.MarkGroup(group, rough, has_faces);
   return status;

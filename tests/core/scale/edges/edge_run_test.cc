@@ -112,5 +112,54 @@ TEST(EdgeRunTest, FindsTheSameInShortRuns) {
   }
 }
 
+// Waves along x over a square of `side` by `side` points, so many spacings long, whose steepest slope is 1.
+TestPoints Waves(int side, double spacings) {
+  TestPoints waves;
+  const double k = 2.0 * 3.14159265358979 / spacings;
+  for (int i = 0; i < side; ++i) {
+    for (int j = 0; j < side; ++j) {
+      const float slope = static_cast<float>(std::cos(k * i)), length = std::hypot(slope, 1.0f);
+      const float height = static_cast<float>(std::sin(k * i) / k);
+      waves.positions.push_back({static_cast<float>(i), static_cast<float>(j), height});
+      waves.normals.push_back({-slope / length, 0.0f, 1.0f / length});
+    }
+  }
+  return waves;
+}
+
+TEST(EdgeRunTest, NarrowBendsAreNoEdges) {
+  for (const double spacings : {6.5, 7.0, 8.0, 10.0}) {
+    const SpatialIndex index = BuildIndex(Waves(60, spacings).ToCloud());
+    EdgeRun edges(index);
+    PilotScratch scratch;
+    Look(index, WorkerScratch::kMostRunWork, edges, scratch);
+    PilotTable table{PilotPoint({0.0f, 0.0f, 0.0f})};
+    table.front().radius.fill(0.0f);
+    edges.Finish();
+    edges.KeepClear(table);
+    EXPECT_FALSE(edges.HasEdges()) << spacings;
+  }
+}
+
+TEST(EdgeRunTest, FindsEdgesOfACloudThatHasNarrowBends) {
+  // The waves lie beside the corner, in which no point is farther than 1 from the origin.
+  TestPoints both = Corner(40);
+  const TestPoints waves = Waves(60, 7.0);
+  for (size_t i = 0; i < waves.positions.size(); ++i) {
+    const auto& at = waves.positions[i];
+    both.positions.push_back({at[0] / 40.0f + 3.0f, at[1] / 40.0f, at[2] / 40.0f});
+    both.normals.push_back(waves.normals[i]);
+  }
+  const SpatialIndex index = BuildIndex(both.ToCloud());
+  EdgeRun edges(index);
+  PilotScratch scratch;
+  Look(index, WorkerScratch::kMostRunWork, edges, scratch);
+  PilotTable table{PilotPoint({-0.5f, 0.5f, 0.0f})};
+  table.front().radius.fill(0.1f);
+  edges.Finish();
+  edges.KeepClear(table);
+  EXPECT_TRUE(edges.HasEdges());
+}
+
 }  // namespace
 }  // namespace curvd::testing

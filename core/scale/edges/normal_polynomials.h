@@ -1,0 +1,101 @@
+// Polynomials that are fitted to the normals of neighbors, over a plane.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "Eigen/Cholesky"
+#include "Eigen/Core"
+#include "Eigen/Geometry"
+
+namespace curvd {
+
+// Monomials in a polynomial of two variables, by its degree.
+inline constexpr std::array<int, 5> kPolynomialTerms = {1, 3, 6, 10, 15};
+
+// A normal and two axes across it.
+struct NormalFrame {
+  Eigen::Vector3d u, v, n;
+  explicit NormalFrame(const Eigen::Vector3d& normal) : u(normal.unitOrthogonal()), v(normal.cross(u)), n(normal) {}
+};
+
+// The monomials of x and y up to a degree.
+template <int kDegree>
+Eigen::Matrix<double, kPolynomialTerms[kDegree], 1> MonomialsAt(double x, double y) {
+  Eigen::Matrix<double, kPolynomialTerms[kDegree], 1> terms;
+  terms[0] = 1.0;
+  for (int n = 1, place = 1; n <= kDegree; ++n) {
+    const int before = place - n;
+    for (int j = 0; j < n; ++j) terms[place++] = x * terms[before + j];
+    terms[place++] = y * terms[before + n - 1];
+  }
+  return terms;
+}
+
+// A polynomial for each axis of the normals.
+template <int kDegree>
+struct PolynomialFit {
+  Eigen::LLT<Eigen::Matrix<double, kPolynomialTerms[kDegree], kPolynomialTerms[kDegree]>> factors;
+  Eigen::Matrix<double, kPolynomialTerms[kDegree], 3> coefficients;  // a row a monomial
+  double squares;                                                    // weighted, of what is left
+
+  // The variance of the coefficient of x (1) or of y (2) where the normals' is 1.
+  double Variance(int coefficient) const {
+    using Column = Eigen::Matrix<double, kPolynomialTerms[kDegree], 1>;
+    const Column unit = Column::Unit(coefficient);
+    const Column solution = factors.solve(unit);
+    return solution[coefficient];
+  }
+};
+
+// Normal equations of the fit of a polynomial to normals.
+template <int kDegree>
+class PolynomialEquations {
+ public:
+  static constexpr int kSize = kPolynomialTerms[kDegree];
+
+  void Add(double x, double y, const Eigen::Vector3d& normal, double weight) {
+    const auto terms = MonomialsAt<kDegree>(x, y);
+    matrix_.noalias() += (weight * terms) * terms.transpose();
+    right_.noalias() += (weight * terms) * normal.transpose();
+    weights_ += weight;
+    squares_ += weight * normal.squaredNorm();
+  }
+  double weights() const { return weights_; }
+
+  // Nothing where monomials depend on others.
+  std::optional<PolynomialFit<kDegree>> Solve() const { return SolveDegree<kDegree>(); }
+
+  // The fit of a polynomial of a lower degree.
+  template <int kLower>
+  std::optional<PolynomialFit<kLower>> SolveDegree() const {
+    constexpr int kLowerSize = kPolynomialTerms[kLower];
+    using Matrix = Eigen::Matrix<double, kLowerSize, kLowerSize>;
+    const Matrix matrix = matrix_.template topLeftCorner<kLowerSize, kLowerSize>();
+    PolynomialFit<kLower> fit;
+    fit.factors.compute(matrix);
+    if (fit.factors.info() != Eigen::Success) return std::nullopt;
+    for (int i = 0; i < kLowerSize; ++i) {
+      const double pivot = fit.factors.matrixLLT()(i, i);
+      if (!(pivot * pivot > kLeastPivot * matrix(i, i))) return std::nullopt;
+    }
+    // One column after the other: Eigen sets up for large matrices where there are several.
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Matrix<double, kLowerSize, 1> right = right_.template topRows<kLowerSize>().col(axis);
+      fit.coefficients.col(axis) = fit.factors.solve(right);
+    }
+    fit.squares = std::max(squares_ - fit.coefficients.cwiseProduct(right_.template topRows<kLowerSize>()).sum(), 0.0);
+    return fit;
+  }
+
+ private:
+  // Pivots relative to the diagonal they began as, below which monomials depend on others.
+  static constexpr double kLeastPivot = 1e-6;
+
+  Eigen::Matrix<double, kSize, kSize> matrix_ = Eigen::Matrix<double, kSize, kSize>::Zero();
+  Eigen::Matrix<double, kSize, 3> right_ = Eigen::Matrix<double, kSize, 3>::Zero();
+  double weights_ = 0.0, squares_ = 0.0;
+};
+
+}  // namespace curvd
