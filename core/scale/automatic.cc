@@ -295,7 +295,7 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   return sizeof(AutomaticScratch) - sizeof(PilotScratch) + PilotScratch::MostBytes(PilotOptions(options), point_count) +
          CloudWeights::MostBytes(samples) +
          (options.returns_choice ? NearestSamples::MostBytes(samples) + parts * sizeof(NearestSamples) : 0) +
-         parts * ScaleChoice::kMostChosen * (chosen + sizeof(void*));
+         (parts * ScaleChoice::kMostChosen + (parts > 1 ? 1 : 0)) * (chosen + sizeof(void*));
 }
 
 // The table, what it is split into parts with, which is as large, and what chooses.

@@ -28,6 +28,13 @@ void Blend::Add(const PointCurvature& estimate, double weight, double gaussian_w
     return;
   }
   if (weight == 0.0 && gaussian_weight == 0.0) return;
+  const std::array<double, 3> found = {estimate.mean, estimate.k1, estimate.k2};
+  if (weight_ == 0.0) first_ = found;
+  for (size_t i = 0; i < found.size(); ++i) {
+    const double beyond = found[i] - first_[i];
+    beyond_[i] += weight * beyond;
+    squares_[i] += weight * beyond * beyond;
+  }
   weight_ += weight;
   gaussian_weight_ += gaussian_weight;
   mean_ += weight * estimate.mean;
@@ -41,6 +48,15 @@ void Blend::Add(const PointCurvature& estimate, double weight, double gaussian_w
           weight * (double{estimate.k1} * d1[i] * d1[j] + double{estimate.k2} * d2[i] * d2[j]);
     }
   }
+}
+
+Blend::Spread Blend::spread() const {
+  if (!(weight_ > 0.0)) return {0.0, 0.0, 0.0};
+  const auto deviation = [this](size_t i) {
+    const double mean = beyond_[i] / weight_;
+    return std::sqrt(std::max(squares_[i] / weight_ - mean * mean, 0.0));
+  };
+  return {deviation(0), deviation(1), deviation(2)};
 }
 
 PointCurvature Blend::Finish() const {

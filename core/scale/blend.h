@@ -21,8 +21,19 @@ class Blend {
   // Of the shape operators so far.
   double weight() const { return weight_; }
 
+  // Of the mean curvatures so far. REQUIRES: weight() > 0.
+  double mean() const { return mean_ / weight_; }
+
+  // By how much the estimates differ from their average: weighted standard deviations. 0 where one alone has a weight.
+  struct Spread {
+    double mean, k1, k2;
+  };
+  Spread spread() const;
+
  private:
   double weight_ = 0.0, gaussian_weight_ = 0.0, mean_ = 0.0, gaussian_ = 0.0;
+  // Weighted sums of what H, k1 and k2 are beyond those of the first estimate, and of their squares.
+  std::array<double, 3> first_{}, beyond_{}, squares_{};
   std::array<double, 6> tensor_{};  // xx xy xz yy yz zz
   std::array<double, 3> normal_{};
   float radius_ = 0.0f;

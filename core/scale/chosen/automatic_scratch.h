@@ -35,17 +35,22 @@ struct AutomaticScratch final : WorkerScratch {
   std::vector<NearestSamples> samples;  // of each part, where somebody asks how points were chosen
   GroupPoints points;
   std::array<std::array<LeafWeights, CloudChoice::kMostParts>, SpatialIndex::kGroupLeaves> leaf_weights;
+  // Whether neighborhoods of a leaf's points may reach into the second part of the cloud.
+  std::array<bool, SpatialIndex::kGroupLeaves> is_near_second;
   OfPoints<size_t> part;                   // of the cloud, to which a point belongs
   OfPoints<CloudWeights::Weights> shares;  // in H, of the estimates that count
   OfPoints<Blend> blends;
   // The same without estimates that reach over an edge.
   OfPoints<Blend> clear_blends;
   OfPoints<float> edge_distances;  // in the caller's unit
+  // By how much what was found of H differs from what points of the other part can make of it, in the caller's unit.
+  OfPoints<double> doubts;
 
   // Of each chosen estimate at a point of the group.
-  const LeafWeights& WeightsAt(size_t point) const {
-    const size_t leaf = static_cast<size_t>(points.place[point]) / SpatialIndex::kLeafSize;
-    return leaf_weights[leaf % SpatialIndex::kGroupLeaves][part[point]];
+  const LeafWeights& WeightsAt(size_t point) const { return leaf_weights[LeafOf(point)][part[point]]; }
+  // In the group.
+  size_t LeafOf(size_t point) const {
+    return static_cast<size_t>(points.place[point]) / SpatialIndex::kLeafSize % SpatialIndex::kGroupLeaves;
   }
 
   size_t bytes() const override {

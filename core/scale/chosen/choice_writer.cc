@@ -1,5 +1,6 @@
 #include "core/scale/chosen/choice_writer.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
@@ -14,6 +15,14 @@ namespace {
 
 // Standard errors are those of all chosen estimates: a point that has lost more of their weights has none.
 constexpr double kLeastShareWithErrors = 0.9;
+
+// Where the averaged estimates differ from each other by so many standard errors, something is near the point that the
+// samples around it do not have, such as the border of a noisy part, or an outlier. Their spread tells the error then.
+constexpr double kMostSpread = 4.0;
+
+float WithSpread(float error, double spread) {
+  return spread > kMostSpread * error ? static_cast<float>(spread) : error;
+}
 
 }  // namespace
 
@@ -63,9 +72,10 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
   const double half_difference = std::ldexp(0.5 * (double{result.k2} - result.k1), -index_.scale_exponent());
   const size_t part = s.part[point];
   const StandardErrors errors = errors_[part].At(s.samples[part].At(position), half_difference);
-  choice.mean_error = ToCaller(errors.mean);
-  choice.k1_error = ToCaller(errors.k1);
-  choice.k2_error = ToCaller(errors.k2);
+  const Blend::Spread spread = s.clear_blends[point].spread();
+  choice.mean_error = WithSpread(ToCaller(errors.mean), std::max(spread.mean, s.doubts[point]));
+  choice.k1_error = WithSpread(ToCaller(errors.k1), std::max(spread.k1, s.doubts[point]));
+  choice.k2_error = WithSpread(ToCaller(errors.k2), std::max(spread.k2, s.doubts[point]));
 }
 
 float ChoiceWriter::ToCaller(double curvature) const {

@@ -19,6 +19,10 @@ namespace {
 // Most neighbors among which those on the side of a point are looked for.
 constexpr uint32_t kMostOneSideCount = 512;
 
+// A point whose estimates differ by more than so many times what the first part of a cloud errs by, and by more than
+// the second one errs by, fares better with those of the second.
+constexpr double kMostSpreadOfFirstPart = 10.0;
+
 // REQUIRES: first < last.
 Box BoxOfLeaves(const SpatialIndex& index, size_t first, size_t last) {
   Box box;
@@ -88,6 +92,12 @@ absl::Status ChosenEstimates::EstimateGroup(size_t group, AutomaticScratch& s) c
     const auto counts_at = [&](size_t i) { return Counts(i, estimate, s); };
     if (absl::Status status = make(estimate, counts_at); !status.ok()) return status;
   }
+  AutomaticScratch::OfPoints<bool> is_given{};
+  if (absl::Status status = GiveToSecondPart(group, is_given, s); !status.ok()) return status;
+  for (const size_t estimate : by_count_) {
+    const auto counts_at = [&](size_t i) { return is_given[i] && Counts(i, estimate, s); };
+    if (absl::Status status = make(estimate, counts_at); !status.ok()) return status;
+  }
   AutomaticScratch::OfPoints<bool> has_none{};
   for (size_t i = 0; i < s.points.size; ++i) has_none[i] = !(s.blends[i].weight() > 0.0);
   for (const size_t estimate : by_count_) {
@@ -95,6 +105,40 @@ absl::Status ChosenEstimates::EstimateGroup(size_t group, AutomaticScratch& s) c
     if (absl::Status status = make(estimate, counts_at); !status.ok()) return status;
   }
   return absl::OkStatus();
+}
+
+absl::Status ChosenEstimates::GiveToSecondPart(size_t group, AutomaticScratch::OfPoints<bool>& is_given,
+                                               AutomaticScratch& s) const {
+  if (!choice_.check().has_value()) return absl::OkStatus();
+  const auto is_asked = [&](size_t i) { return s.part[i] == 0 && s.is_near_second[s.LeafOf(i)]; };
+  bool any_is_asked = false;
+  for (size_t i = 0; i < s.points.size; ++i) any_is_asked = any_is_asked || is_asked(i);
+  if (!any_is_asked) return absl::OkStatus();
+  if (absl::Status status = Run(group, *choice_.check(), nullptr, s); !status.ok()) return status;
+  const double doubtful = kMostSpreadOfFirstPart * LeastError(0), hopeless = std::max(doubtful, LeastError(1));
+  for (size_t i = 0; i < s.points.size; ++i) {
+    if (!is_asked(i) || !(s.blends[i].weight() > 0.0)) continue;
+    const PointCurvature& check = results_[s.points.slot[i]];
+    const double differs = check.status == PointStatus::kOk ? std::abs(check.mean - s.blends[i].mean()) : 0.0;
+    const double doubt = std::max(differs, s.blends[i].spread().mean);
+    if (doubt > doubtful) s.doubts[i] = doubt;
+    if (!(doubt > hopeless)) continue;
+    is_given[i] = true;
+    s.part[i] = 1;
+    s.blends[i] = s.clear_blends[i] = {};
+    s.shares[i] = {};
+    s.doubts[i] = 0.0;
+  }
+  return absl::OkStatus();
+}
+
+// In the caller's unit.
+double ChosenEstimates::LeastError(size_t part) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const ScaleScore& score : choice_.parts()[part].choice.scores) {
+    if (score.share > 0.0) least = std::min(least, score.error);
+  }
+  return std::ldexp(least, index_.scale_exponent());
 }
 
 bool ChosenEstimates::HoldOpposed(size_t estimate, const AutomaticScratch& s) {
@@ -111,6 +155,7 @@ void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
   s.blends.fill({});
   s.clear_blends.fill({});
   s.shares.fill({});
+  s.doubts.fill(0.0);
   s.rest = 0;
   HWY_NAMESPACE::LoadGroup(index_, group, s.points, s.first_point);
   StartWeights(group, s);
@@ -149,6 +194,7 @@ void ChosenEstimates::StartWeights(size_t group, AutomaticScratch& s) const {
   s.weights->Start(BoxOfLeaves(index_, first, last));
   for (size_t leaf = first; leaf < last; ++leaf) {
     const std::array<float, 3> middle = MiddleOf(BoxOfLeaves(index_, leaf, leaf + 1));
+    s.is_near_second[leaf - first] = s.weights->IsNearSecond(middle.data());
     for (size_t part = 0; part < choice_.parts().size(); ++part) {
       s.leaf_weights[leaf - first][part] = MakeLeafWeights(s.weights->At(middle.data(), part));
     }
@@ -219,12 +265,8 @@ OneSideScale ChosenEstimates::ScaleAt(const float* position, CloudWeights& weigh
     logarithms += at.mean[c] * std::log(static_cast<double>(choice_.chosen()[c].count()));
     total += at.mean[c];
   }
-  double error = std::numeric_limits<double>::infinity();
-  for (const ScaleScore& score : choice_.parts()[part].choice.scores) {
-    if (score.share > 0.0) error = std::min(error, score.error);
-  }
   return {std::min<size_t>(static_cast<size_t>(std::lround(std::exp(logarithms / total))), kMostOneSideCount / 2),
-          2.0 * error};
+          2.0 * std::ldexp(LeastError(part), -index_.scale_exponent())};
 }
 
 }  // namespace curvd

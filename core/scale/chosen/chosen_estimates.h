@@ -36,8 +36,9 @@ class ChosenEstimates {
 
   // Averages what all that count find at the points of a group, from s.first_point on, as far as they come in a run of
   // their own: s.points ends there. An estimate counts at a point if its weight, in one of the quantities, is at least
-  // kLeastWeight of all, and at points where none of those finds a curvature, all of the part do. One that counts at no
-  // point is not made. Points beside seams are marked in s.seams. Errors as those of GroupPhase::run.
+  // kLeastWeight of all, and at points where none of those finds a curvature, all of the part do. Points of the first
+  // part whose estimates differ too much to be of that part go to the second one. One that counts at no point is not
+  // made. Points beside seams are marked in s.seams. Errors as those of GroupPhase::run.
   static constexpr double kLeastWeight = 0.1;
   absl::Status EstimateGroup(size_t group, AutomaticScratch& s) const;
 
@@ -66,6 +67,11 @@ class ChosenEstimates {
   static constexpr double kLeastClearShare = 0.1;
 
   static bool Counts(size_t point, size_t estimate, const AutomaticScratch& s);
+  // Which points of the first part have neighborhoods that reach into the second, as far as estimates tell. They belong
+  // to the second from now on, and have no estimates. Errors as those of GroupPhase::run.
+  absl::Status GiveToSecondPart(size_t group, AutomaticScratch::OfPoints<bool>& is_given, AutomaticScratch& s) const;
+  // Of what is chosen for a part, in the caller's unit.
+  double LeastError(size_t part) const;
   // Whether a neighborhood of the group, as that estimate has found them, holds a normal opposed to the point's own.
   static bool HoldOpposed(size_t estimate, const AutomaticScratch& s);
   void StartWeights(size_t group, AutomaticScratch& s) const;

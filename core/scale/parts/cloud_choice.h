@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -18,7 +19,7 @@ struct PartChoice {
 // One part, or the two of SplitIntoParts.
 class CloudChoice {
  public:
-  static constexpr size_t kMostParts = 2, kMostChosen = kMostParts * ScaleChoice::kMostChosen;
+  static constexpr size_t kMostParts = 2, kMostChosen = kMostParts * ScaleChoice::kMostChosen + 1;
 
   CloudChoice() = default;
   // The samples of the second part follow those of the first in one table, which outlives the object.
@@ -27,13 +28,21 @@ class CloudChoice {
       first_.push_back(chosen_.size());
       chosen_.insert(chosen_.end(), part.choice.chosen.begin(), part.choice.chosen.end());
     }
+    if (parts_.size() < 2) return;
+    const ScaleCandidate& leading = parts_.front().choice.chosen.front();
+    check_ = chosen_.size();
+    chosen_.push_back({leading.method, leading.rung > 0 ? leading.rung - 1 : 1});
   }
 
   const std::vector<PartChoice>& parts() const { return parts_; }
-  // The candidates of the first part, then those of the second.
+  // The candidates of the first part, then those of the second, then the check.
   const std::vector<ScaleCandidate>& chosen() const { return chosen_; }
   // The place in chosen() of a part's first.
   size_t first_of(size_t part) const { return first_[part]; }
+
+  // The place in chosen() of one that counts nowhere, and looks less far than what counts most in the first part: where
+  // both agree, no neighborhood reaches into the second. Nothing where there is one part.
+  std::optional<size_t> check() const { return check_; }
 
   // All samples, and where those of the second part begin among them.
   PilotPoints samples() const {
@@ -53,6 +62,7 @@ class CloudChoice {
   std::vector<PartChoice> parts_;
   std::vector<ScaleCandidate> chosen_;
   std::vector<size_t> first_;
+  std::optional<size_t> check_;
 };
 
 }  // namespace curvd

@@ -27,22 +27,29 @@ class PartFinder {
  public:
   // As SplitIntoParts left them.
   PartFinder(PilotPoints samples, size_t second)
-      : nearest_(samples), second_(second), has_two_(second < samples.size()) {}
+      : nearest_(samples), around_(samples), second_(second), has_two_(second < samples.size()) {}
 
   void Start(const Box& box) {
-    if (has_two_) nearest_.Start(box, kNearest);
+    if (!has_two_) return;
+    nearest_.Start(box, kNearest);
+    around_.Start(box, kAround);
   }
   // Where both are near, the second one: estimates that average its noise serve exact points, too, and those that suit
   // exact points fail among noisy ones.
   size_t PartAt(const float* position) { return has_two_ && nearest_.At(position).back() >= second_ ? 1 : 0; }
+  // Whether the second part is so near that neighborhoods may reach into it.
+  bool IsNearSecond(const float* position) { return has_two_ && around_.At(position).back() >= second_; }
 
-  size_t bytes() const { return nearest_.bytes(); }
+  size_t bytes() const { return nearest_.bytes() + around_.bytes(); }
+  static size_t MostBytes(size_t samples) { return 2 * NearestSamples::MostBytes(samples); }
 
  private:
   // No more, since a sample beside the border, whose neighborhood has points of both parts, is of the second itself.
   static constexpr size_t kNearest = 2;
+  // All samples around a place, and some of those around them.
+  static constexpr size_t kAround = 12;
 
-  NearestSamples nearest_;
+  NearestSamples nearest_, around_;
   size_t second_;
   bool has_two_;
 };

@@ -31,10 +31,12 @@ class CloudWeights {
   // Those that a part would have there.
   PointWeights At(const float* position, size_t part);
   size_t PartAt(const float* position) { return parts_.PartAt(position); }
+  // Whether a place of the first part is near the second.
+  bool IsNearSecond(const float* position) { return parts_.IsNearSecond(position); }
 
   size_t bytes() const;
   static size_t MostBytes(size_t sampled_points) {
-    return LocalWeights::MostBytes(sampled_points) + NearestSamples::MostBytes(sampled_points) +
+    return LocalWeights::MostBytes(sampled_points) + PartFinder::MostBytes(sampled_points) +
            CloudChoice::kMostParts * sizeof(LocalWeights);
   }
 

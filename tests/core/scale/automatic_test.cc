@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/scale/pilot.h"
@@ -271,6 +272,49 @@ TEST(AutomaticTest, NoiseInOneHalfDoesNotSpoilTheOther) {
   };
   EXPECT_LT(error_on(1.0f, both), 1.3 * error_on(1.0f, MustEstimate(noisy.ToCloud(), Automatic())));
   EXPECT_LT(error_on(-1.0f, both), 1.3 * error_on(-1.0f, MustEstimate(clean.ToCloud(), Automatic())));
+}
+
+// The graph of a bump over a square, exact where x is negative, and its mean curvature.
+struct HalfNoisyBump {
+  TestPoints points;
+  std::vector<double> mean;
+};
+
+HalfNoisyBump MakeHalfNoisyBump(size_t points, uint64_t seed) {
+  HalfNoisyBump bump;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
+  TestPoints noisy;
+  for (size_t i = 0; i < points; ++i) {
+    const double x = coordinate(random), y = coordinate(random), z = 0.2 * std::exp(-5.0 * (x * x + y * y));
+    const double zx = -10.0 * x * z, zy = -10.0 * y * z, zxx = (100.0 * x * x - 10.0) * z,
+                 zyy = (100.0 * y * y - 10.0) * z, zxy = 100.0 * x * y * z, w = 1.0 + zx * zx + zy * zy;
+    TestPoints& half = x < 0.0 ? bump.points : noisy;
+    half.Add(x, y, z, -zx / std::sqrt(w), -zy / std::sqrt(w), 1.0 / std::sqrt(w));
+    if (x >= 0.0) continue;
+    bump.mean.push_back(-((1.0 + zx * zx) * zyy - 2.0 * zx * zy * zxy + (1.0 + zy * zy) * zxx) /
+                        (2.0 * w * std::sqrt(w)));
+  }
+  AddNoise(0.01, 0.2, seed, noisy);
+  bump.points.positions.insert(bump.points.positions.end(), noisy.positions.begin(), noisy.positions.end());
+  bump.points.normals.insert(bump.points.normals.end(), noisy.normals.begin(), noisy.normals.end());
+  return bump;
+}
+
+// Neighborhoods that suit exact points, and reach over the border, err by tens: noise counts a hundred times there.
+TEST(AutomaticTest, ExactPointsBesideNoisyOnesAreNotSpoiled) {
+  for (const uint64_t seed : {1, 2, 3}) {
+    const HalfNoisyBump bump = MakeHalfNoisyBump(20'000, seed);
+    const EstimationResult result = MustEstimate(bump.points.ToCloud(), WithChoice(Automatic()));
+    size_t unsure = 0;
+    for (size_t i = 0; i < bump.mean.size(); ++i) {
+      ASSERT_EQ(result.field.points[i].status, PointStatus::kOk);
+      const double error = std::abs(result.field.points[i].mean - bump.mean[i]);
+      EXPECT_LT(error, 0.6) << bump.points.positions[i][0];
+      unsure += error > 0.05 && error > 5.0 * result.choices[i].mean_error ? 1 : 0;
+    }
+    EXPECT_LE(unsure, 3u) << "points that are off by much more than they say";
+  }
 }
 
 // Copies share their noise, with which halves of a neighborhood would agree, and look like faces of an edge.

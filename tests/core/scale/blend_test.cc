@@ -52,6 +52,21 @@ TEST(BlendTest, WeightsCount) {
   EXPECT_EQ(blend.Finish().radius, 5.0f) << "how far any of them looked";
 }
 
+TEST(BlendTest, SpreadIsThatOfTheEstimatesAroundTheirAverage) {
+  Blend blend;
+  EXPECT_EQ(blend.spread().mean, 0.0);
+  blend.Add(Estimate(1.0, 3.0, 0.0), 3.0, 3.0);
+  EXPECT_EQ(blend.spread().mean, 0.0) << "one agrees with itself";
+  blend.Add(Estimate(5.0, 5.0, 0.0), 1.0, 1.0);
+  blend.Add(Estimate(100.0, 100.0, 0.0), 0.0, 0.0);
+  const Blend::Spread spread = blend.spread();
+  const double share = std::sqrt(0.75 * 0.25);
+  EXPECT_NEAR(spread.mean, 3.0 * share, 1e-12);
+  EXPECT_NEAR(spread.k1, 4.0 * share, 1e-12);
+  EXPECT_NEAR(spread.k2, 2.0 * share, 1e-12);
+  EXPECT_NEAR(blend.mean(), 2.75, 1e-12);
+}
+
 TEST(BlendTest, OneWithoutWeightDoesNotEvenTellItsRadius) {
   Blend blend;
   blend.Add(Estimate(1.0, 1.0, 0.0), 3.0, 3.0);

@@ -153,18 +153,33 @@ TEST(CloudWeightsTest, APlaceHasThoseOfItsPart) {
   const size_t second = SplitIntoParts(table);
   const PilotPoints all = table;
   const CloudChoice choice({{all.first(second), FirstScales(3)}, {all.subspan(second), FirstScales(2)}});
-  ASSERT_EQ(choice.chosen().size(), 5u);
+  ASSERT_EQ(choice.chosen().size(), 6u);
+  EXPECT_EQ(choice.check(), 5u);
+  EXPECT_EQ(choice.chosen()[5], (ScaleCandidate{kHexagramMethod, 1})) << "the next to what counts most";
   EXPECT_EQ(choice.first_of(1), 3u);
   CloudWeights weights(choice);
   const CloudWeights::Weights of_first = {0.25, 0.25, 0.25}, of_second = {0.0, 0.0, 0.0, 0.25, 0.25};
-  for (const float x : {0.1f, 0.3f, 0.49f, 0.6f, 0.9f}) {
+  for (const float x : {0.1f, 0.3f, 0.42f, 0.49f, 0.6f, 0.9f}) {
     const std::array<float, 3> place = {x, 0.5f, 0.0f};
     weights.Start({place, place});
     // Beside the border a sample of either is near.
     EXPECT_EQ(weights.PartAt(place.data()), x > 0.45f ? 1u : 0u) << x;
     EXPECT_EQ(weights.At(place.data()).mean, x > 0.45f ? of_second : of_first) << x;
     EXPECT_EQ(weights.At(place.data(), 0).gaussian[0], 0.5) << x;
+    // A dozen of samples around reach two rows of them far.
+    EXPECT_EQ(weights.IsNearSecond(place.data()), x > 0.35f) << x;
   }
+}
+
+TEST(CloudChoiceTest, OnePartNeedsNoCheck) {
+  const PilotTable table = TableWith([](double, double) { return Traits{}; });
+  const CloudChoice choice({{table, FirstScales(3)}});
+  EXPECT_EQ(choice.chosen().size(), 3u);
+  EXPECT_FALSE(choice.check().has_value());
+  CloudWeights weights(choice);
+  const std::array<float, 3> place = {0.5f, 0.5f, 0.0f};
+  weights.Start({place, place});
+  EXPECT_FALSE(weights.IsNearSecond(place.data()));
 }
 
 }  // namespace
