@@ -78,18 +78,29 @@ double BendOrder(NormalMethod method) {
 
 }  // namespace
 
+double ScalePilot::FreedomAt(size_t candidate, size_t sample) const {
+  const int coefficients = JetSize(std::max(candidates_[candidate].plan.degree, 1));
+  return candidates_[candidate].count() - coefficients * copies_[sample / kPointsPerGroup];
+}
+
 std::optional<ScalePilot::Medians> ScalePilot::MediansOf(size_t candidate) const {
   const double count = candidates_[candidate].count();
-  const double freedom = count - JetSize(std::max(candidates_[candidate].plan.degree, 1));
   std::vector<double> radii, variances;
   for (size_t i = 0; i < sample_count(); ++i) {
     const Outcome& point = outcome(candidate, i);
     if (!point.ok) continue;
     radii.push_back(point.radius);
-    variances.push_back(point.mean_square * count / freedom);
+    const double freedom = FreedomAt(candidate, i);
+    if (freedom > 0.0) variances.push_back(point.mean_square * count / freedom);
   }
-  if (radii.empty()) return std::nullopt;
+  if (radii.empty() || variances.empty()) return std::nullopt;
   return Medians{Median(radii), Median(variances)};
+}
+
+double ScalePilot::MedianFreedom(size_t candidate) const {
+  std::vector<double> freedoms;
+  for (size_t i = 0; i < sample_count(); i += kPointsPerGroup) freedoms.push_back(FreedomAt(candidate, i));
+  return Median(freedoms);
 }
 
 // Bends add to the residuals, and the more, the more neighbors there are: the smallest neighborhoods count that are
@@ -98,9 +109,8 @@ std::optional<double> ScalePilot::Sigma() const {
   constexpr double kLeastFreedom = 8.0;  // of the fit, for a median that means something
   std::optional<double> sigma;
   for (size_t c = 0; c < candidates_.size(); ++c) {
-    const double count = candidates_[c].count();
     if (candidates_[c].fit.method != candidates_.back().fit.method) continue;
-    if (count < JetSize(std::max(candidates_[c].plan.degree, 1)) + kLeastFreedom) continue;
+    if (MedianFreedom(c) < kLeastFreedom) continue;
     const std::optional<Medians> medians = MediansOf(c);
     if (!medians.has_value()) continue;
     sigma = std::sqrt(medians->variance);

@@ -50,6 +50,29 @@ double SlopeVariance(const JetSystems& jets, int degree, const FittedPoint& fitt
 // The same for a plane, over an even disc.
 double PlaneVariance(size_t count) { return 8.0 / static_cast<double>(count); }
 
+// The mean number of points at the place of one, itself included, as far as they are of this group.
+double MeanCopies(const SpatialIndex& index, size_t group) {
+  using Position = std::array<float, 3>;
+  std::array<Position, SpatialIndex::kGroupPoints> positions;
+  size_t count = 0;
+  const size_t first = group * SpatialIndex::kGroupLeaves;
+  const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index.leaf_count());
+  for (size_t leaf = first; leaf < last; ++leaf) {
+    const SpatialIndex::LeafPositions& points = index.positions(leaf);
+    for (int i = 0; i < index.LeafPoints(leaf); ++i) positions[count++] = {points.x[i], points.y[i], points.z[i]};
+  }
+  const auto end = positions.begin() + static_cast<std::ptrdiff_t>(count);
+  std::sort(positions.begin(), end);
+  double squares = 0.0;
+  for (auto at = positions.begin(); at != end;) {
+    const auto next = std::find_if(at, end, [at](const Position& position) { return position != *at; });
+    const auto same = static_cast<double>(next - at);
+    squares += same * same;
+    at = next;
+  }
+  return count > 0 ? squares / static_cast<double>(count) : 1.0;
+}
+
 NormalFit FallbackFit(size_t points, std::optional<NormalMethod> wanted, uint32_t max_neighbor_count) {
   constexpr size_t kEnough = 24;
   NormalFit fit;
@@ -83,6 +106,7 @@ ScalePilot::ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> me
       lattice_step_(LatticeStep(index)),
       groups_(SampleGroups(index, kMostGroups)),
       scratch_(static_cast<size_t>(thread_count)) {
+  for (const size_t group : groups_) copies_.push_back(MeanCopies(index, group));
   const size_t points = index.point_count();
   fallback_.fit = FallbackFit(points, method, max_neighbor_count);
   const size_t most = std::min<size_t>(points / kLargestShare, max_neighbor_count);
@@ -119,12 +143,12 @@ absl::Status ScalePilot::RunBlock(size_t block, int worker, const std::atomic<bo
   scratch->stopped = &stopped;
   const size_t c = block / groups_.size(), group = block % groups_.size();
   scratch->take = [this, c, group, &fits = *scratch](const FittedPoint& fitted) {
-    outcome(c, group * kPointsPerGroup + fitted.point) = OutcomeOf(candidates_[c], fits, fitted);
+    outcome(c, group * kPointsPerGroup + fitted.point) = OutcomeOf(candidates_[c], copies_[group], fits, fitted);
   };
   return FitGroup(index_, candidates_[c].plan, groups_[group], GroupSample::kOneOfEachLeaf, *scratch);
 }
 
-ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, const NormalScratch& fits,
+ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, double copies, const NormalScratch& fits,
                                           const FittedPoint& fitted) {
   Outcome out{};
   out.ok = true;
@@ -133,7 +157,7 @@ ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, const Norm
   const int degree = candidate.plan.degree;
   const double variance = degree == 0 ? PlaneVariance(candidate.count()) : SlopeVariance(fits.system, degree, fitted);
   out.mean_square = static_cast<float>(fitted.mean_square) * out.radius * out.radius;
-  out.noise = static_cast<float>(variance) / (out.radius * out.radius);
+  out.noise = static_cast<float>(copies * variance) / (out.radius * out.radius);
   return out;
 }
 

@@ -57,7 +57,10 @@ class ScalePilot {
   ChosenScale Choose() const;
 
   // Bytes that the pilot holds, but for its workers' scratch; and that the scratch of one worker holds at most.
-  size_t bytes() const { return outcomes_.capacity() * sizeof(Outcome); }
+  size_t bytes() const {
+    return outcomes_.capacity() * sizeof(Outcome) + groups_.capacity() * sizeof(size_t) +
+           copies_.capacity() * sizeof(double);
+  }
   static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count);
 
  private:
@@ -80,13 +83,18 @@ class ScalePilot {
     bool ok;
   };
 
-  static Outcome OutcomeOf(const Candidate& candidate, const NormalScratch& fits, const FittedPoint& fitted);
+  // `copies` is the mean number of points at the place of one, itself included.
+  static Outcome OutcomeOf(const Candidate& candidate, double copies, const NormalScratch& fits,
+                           const FittedPoint& fitted);
   Outcome& outcome(size_t candidate, size_t sample) { return outcomes_[candidate * sample_count() + sample]; }
   const Outcome& outcome(size_t candidate, size_t sample) const {
     return outcomes_[candidate * sample_count() + sample];
   }
   // Two rungs of the ladder double the count.
   static constexpr size_t kRungsPerDoubling = 2;
+  // Copies of a point share its noise: of so many coefficients, each takes the freedom of several neighbors.
+  double FreedomAt(size_t candidate, size_t sample) const;
+  double MedianFreedom(size_t candidate) const;  // over the groups
   size_t sample_count() const { return groups_.size() * kPointsPerGroup; }
   void AddCandidates(NormalMethod method, size_t most);
   // Over the points that the candidate fits: the median radius, and the median variance of the noise as its residuals
@@ -125,6 +133,7 @@ class ScalePilot {
   const NormalAim aim_;
   const double lattice_step_;
   std::vector<size_t> groups_;
+  std::vector<double> copies_;  // by group: the mean number of points at the place of one
   std::vector<Candidate> candidates_;
   std::vector<Outcome> outcomes_;
   std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker

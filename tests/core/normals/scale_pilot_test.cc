@@ -37,6 +37,27 @@ TEST(ScalePilotTest, FindsTheNoise) {
   }
 }
 
+// Fits pass nearly through points that are there twice, and freedom counts less than it seems.
+TEST(ScalePilotTest, CopiesOfNoisyPointsAreNoNews) {
+  TestPoints torus = Torus(10'000, 1);
+  const TestPoints exact = torus;
+  AddNoise(0.1, 2, torus);
+  const double alone = MeanAngle(MustMakeNormals(BareCloud(torus), Automatic()).normals, exact);
+  for (const size_t copies : {1'000, 4'000, 10'000, 20'000}) {
+    TestPoints doubled = torus, truth = exact;
+    for (size_t i = 0; i < copies; ++i) {
+      const size_t of = i % torus.size();
+      doubled.positions.push_back(torus.positions[of]);
+      doubled.normals.push_back(torus.normals[of]);
+      truth.positions.push_back(exact.positions[of]);
+      truth.normals.push_back(exact.normals[of]);
+    }
+    const NormalResult result = MustMakeNormals(BareCloud(doubled), Automatic());
+    EXPECT_NEAR(*result.report.sigma, 0.1, 0.012) << copies;
+    EXPECT_LT(MeanAngle(result.normals, truth), 1.3 * alone) << copies;
+  }
+}
+
 // Within 1.3 times of what the best of all scales and methods reaches.
 TEST(ScalePilotTest, ChoosesNearlyTheBestScale) {
   for (const double sigma : {0.0, 0.03, 0.1}) {
