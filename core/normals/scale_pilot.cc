@@ -6,6 +6,8 @@
 #include <span>
 
 #include "Eigen/Cholesky"
+#include "core/base/copies.h"
+#include "core/base/median.h"
 #include "core/estimators/fits/jet_systems.h"
 
 namespace curvd {
@@ -50,7 +52,8 @@ double SlopeVariance(const JetSystems& jets, int degree, const FittedPoint& fitt
 // The same for a plane, over an even disc.
 double PlaneVariance(size_t count) { return 8.0 / static_cast<double>(count); }
 
-// The mean number of points at the place of one, itself included, as far as they are of this group.
+// The mean number of points at the place of one, itself included, as far as they are of this group. Those nearly there
+// count, too, if they are too many for chance.
 double MeanCopies(const SpatialIndex& index, size_t group) {
   using Position = std::array<float, 3>;
   std::array<Position, SpatialIndex::kGroupPoints> positions;
@@ -61,16 +64,31 @@ double MeanCopies(const SpatialIndex& index, size_t group) {
     const SpatialIndex::LeafPositions& points = index.positions(leaf);
     for (int i = 0; i < index.LeafPoints(leaf); ++i) positions[count++] = {points.x[i], points.y[i], points.z[i]};
   }
-  const auto end = positions.begin() + static_cast<std::ptrdiff_t>(count);
-  std::sort(positions.begin(), end);
-  double squares = 0.0;
-  for (auto at = positions.begin(); at != end;) {
-    const auto next = std::find_if(at, end, [at](const Position& position) { return position != *at; });
-    const auto same = static_cast<double>(next - at);
-    squares += same * same;
-    at = next;
+  constexpr size_t kTellDistance = 16;
+  if (count <= kTellDistance) return 1.0;
+  const auto squared = [&](size_t i, size_t j) {
+    const float x = positions[i][0] - positions[j][0], y = positions[i][1] - positions[j][1],
+                z = positions[i][2] - positions[j][2];
+    return x * x + y * y + z * z;
+  };
+  // Of neighborhoods of so many points, itself included.
+  std::vector<double> radii;
+  std::array<float, SpatialIndex::kGroupPoints> distances;
+  for (size_t i = 0; i < count; ++i) {
+    for (size_t j = 0; j < count; ++j) distances[j] = squared(i, j);
+    std::nth_element(distances.begin(), distances.begin() + (kTellDistance - 1), distances.begin() + count);
+    radii.push_back(std::sqrt(distances[kTellDistance - 1]));
   }
-  return count > 0 ? squares / static_cast<double>(count) : 1.0;
+  NearCopies copies(static_cast<float>(Median(radii)), kTellDistance);
+  for (size_t i = 0; i < count; ++i) {
+    for (size_t j = 0; j < i; ++j) copies.AddPair(squared(i, j));
+  }
+  const float most = copies.Exist() ? copies.distance() * copies.distance() : 0.0f;
+  size_t pairs = 0;  // each point's with itself included
+  for (size_t i = 0; i < count; ++i) {
+    for (size_t j = 0; j < count; ++j) pairs += squared(i, j) <= most ? 1 : 0;
+  }
+  return static_cast<double>(pairs) / static_cast<double>(count);
 }
 
 NormalFit FallbackFit(size_t points, std::optional<NormalMethod> wanted, uint32_t max_neighbor_count) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/copies.h"
 #include "core/scale/collect.h"
 #include "core/scale/edges/normal_faces.h"
 
@@ -37,14 +38,21 @@ NeighborhoodPlan PlanFor(uint32_t count, const SpatialIndex& index) {
 // Where fewer of the neighbors than this share have positions of their own, they are too few to tell faces from noise.
 constexpr double kLeastDistinctShare = 0.5;
 
-// Leaves one neighbor of those that have the same position: copies share their noise, and look like a face.
+// Leaves one neighbor of those that are copies of each other: they share their noise, and look like a face.
 void DropCopies(std::vector<SideNeighbor>& neighbors) {
+  double farthest = 0.0;
+  for (const SideNeighbor& neighbor : neighbors) farthest = std::max(farthest, neighbor.offset.squaredNorm());
+  const auto squared = [&](size_t i, size_t j) { return (neighbors[i].offset - neighbors[j].offset).squaredNorm(); };
+  NearCopies copies(static_cast<float>(std::sqrt(farthest)), neighbors.size());
+  for (size_t i = 0; i < neighbors.size(); ++i) {
+    for (size_t j = 0; j < i; ++j) copies.AddPair(static_cast<float>(squared(i, j)));
+  }
+  const double most = copies.Exist() ? copies.distance() * copies.distance() : 0.0;
   size_t kept = 0;
-  for (const SideNeighbor& neighbor : neighbors) {
-    const auto is_same = [&](const SideNeighbor& other) { return other.offset == neighbor.offset; };
-    if (std::none_of(neighbors.begin(), neighbors.begin() + static_cast<std::ptrdiff_t>(kept), is_same)) {
-      neighbors[kept++] = neighbor;
-    }
+  for (size_t i = 0; i < neighbors.size(); ++i) {
+    bool is_copy = false;
+    for (size_t j = 0; j < kept; ++j) is_copy = is_copy || squared(i, j) <= most;
+    if (!is_copy) neighbors[kept++] = neighbors[i];
   }
   neighbors.resize(kept);
 }

@@ -296,8 +296,7 @@ HalfNoisyBump MakeHalfNoisyBump(size_t points, uint64_t seed) {
                         (2.0 * w * std::sqrt(w)));
   }
   AddNoise(0.01, 0.2, seed, noisy);
-  bump.points.positions.insert(bump.points.positions.end(), noisy.positions.begin(), noisy.positions.end());
-  bump.points.normals.insert(bump.points.normals.end(), noisy.normals.begin(), noisy.normals.end());
+  Append(noisy, bump.points);
   return bump;
 }
 
@@ -321,19 +320,22 @@ TEST(AutomaticTest, ExactPointsBesideNoisyOnesAreNotSpoiled) {
 TEST(AutomaticTest, CopiesOfNoisyPointsAreNoNews) {
   TestPoints sphere = Sphere(4000, 1.0);
   AddNoise(0.01, 0.2, 3, sphere);
-  TestPoints copies = sphere;
-  for (int copy = 1; copy < 3; ++copy) {
-    copies.positions.insert(copies.positions.end(), sphere.positions.begin(), sphere.positions.end());
-    copies.normals.insert(copies.normals.end(), sphere.normals.begin(), sphere.normals.end());
-  }
   const EstimationResult alone = MustEstimate(sphere.ToCloud(), WithChoice(Automatic()));
-  const EstimationResult result = MustEstimate(copies.ToCloud(), WithChoice(Automatic()));
-  EXPECT_LT(MeanError(result, 1.0), 1.3 * MeanError(alone, 1.0));
-  EXPECT_NEAR(result.scale_report->sigma, 0.01, 0.002);
-  for (size_t i = 0; i < copies.size(); ++i) {
-    ASSERT_EQ(result.field.points[i].status, PointStatus::kOk);
-    ASSERT_FALSE(std::isnan(result.choices[i].mean_error)) << "as beside an edge";
-    ASSERT_NEAR(result.field.points[i].mean, 1.0, 0.2);
+  for (const double rounding : {0.0, 1e-6}) {
+    TestPoints copies = sphere;
+    for (uint64_t copy = 1; copy < 3; ++copy) {
+      TestPoints more = sphere;
+      AddNoise(rounding, copy, more);
+      Append(more, copies);
+    }
+    const EstimationResult result = MustEstimate(copies.ToCloud(), WithChoice(Automatic()));
+    EXPECT_LT(MeanError(result, 1.0), 1.3 * MeanError(alone, 1.0));
+    EXPECT_NEAR(result.scale_report->sigma, 0.01, 0.002);
+    for (size_t i = 0; i < copies.size(); ++i) {
+      ASSERT_EQ(result.field.points[i].status, PointStatus::kOk);
+      ASSERT_FALSE(std::isnan(result.choices[i].mean_error)) << "as beside an edge";
+      ASSERT_NEAR(result.field.points[i].mean, 1.0, 0.2);
+    }
   }
 }
 
