@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/error.h"
+#include "core/base/function_phase.h"
 #include "core/base/out_of_memory.h"
 #include "core/base/stop_sign.h"
 #include "core/estimators/seams/agreement_run.h"
@@ -58,11 +59,11 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   void Start(Callback callback) {
     callback_ = std::move(callback);
     Run(CatchBadAlloc([this] {
-      AddPhase(std::make_unique<StartPhase>(*this));
+      AddPhase(MakeStep(kIndexPhase, [this] { return StartIndex(); }));
       AddPhase(MakeCollectPhase(*builder_));
       AddPhase(MakeCollectPhase(*builder_));
       AddPhase(MakeTreePhase(*builder_));
-      AddPhase(std::make_unique<NormalsPhase>(*this));
+      AddPhase(MakeStep(kIndexPhase, [this] { return AddNormals(); }));
       return absl::OkStatus();
     }));
   }
@@ -97,118 +98,13 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 
  private:
   // Checks the options and takes the memory of the index.
-  class StartPhase final : public Phase {
-   public:
-    explicit StartPhase(CurvatureJob& job) : job_(job) {}
-    std::string_view name() const override { return kIndexPhase; }
-    absl::StatusOr<size_t> Begin() override {
-      absl::Status status = job_.options_.Validate();
-      if (status.ok()) status = job_.normal_options_.Validate(job_.size_);
-      if (status.ok()) status = job_.builder_->Start();
-      if (!status.ok()) return status;
-      return 0;
-    }
-    absl::Status RunBlock(const BlockContext& /*context*/) override { return absl::OkStatus(); }
-
-   private:
-    CurvatureJob& job_;
-  };
+  absl::Status StartIndex() {
+    absl::Status status = options_.Validate();
+    if (status.ok()) status = normal_options_.Validate(size_);
+    return status.ok() ? builder_->Start() : status;
+  }
 
   // Takes the index, and adds the phases of normals, which those of the field follow.
-  class NormalsPhase final : public Phase {
-   public:
-    explicit NormalsPhase(CurvatureJob& job) : job_(job) {}
-    std::string_view name() const override { return kIndexPhase; }
-    absl::StatusOr<size_t> Begin() override { return 0; }
-    absl::Status RunBlock(const BlockContext& /*context*/) override { return absl::OkStatus(); }
-    absl::Status End() override { return job_.AddNormals(); }
-
-   private:
-    CurvatureJob& job_;
-  };
-
-  // Takes the results of points without a normal back, once the strategy has run.
-  class WithoutNormalPhase final : public Phase {
-   public:
-    explicit WithoutNormalPhase(CurvatureJob& job) : job_(job) {}
-    std::string_view name() const override { return kFieldPhase; }
-    absl::StatusOr<size_t> Begin() override { return 0; }
-    absl::Status RunBlock(const BlockContext& /*context*/) override { return absl::OkStatus(); }
-    absl::Status End() override {
-      job_.RefuseWithoutNormal();
-      return absl::OkStatus();
-    }
-
-   private:
-    CurvatureJob& job_;
-  };
-
-  // Makes the field, fills it where there are points that no estimate reaches, and adds the strategy's phases.
-  class FieldPhase final : public Phase {
-   public:
-    explicit FieldPhase(CurvatureJob& job) : job_(job) {}
-    std::string_view name() const override { return kFieldPhase; }
-    absl::StatusOr<size_t> Begin() override {
-      if (absl::Status status = job_.MakeField(); !status.ok()) return status;
-      return job_.invalid_count_ == 0 ? 0 : (job_.query_count_ + kFillPoints - 1) / kFillPoints;
-    }
-    // Points that the index holds are written again.
-    absl::Status RunBlock(const BlockContext& context) override {
-      const size_t first = context.block * kFillPoints;
-      job_.fields_.Fill(first, first + kFillPoints, PointStatus::kInvalidInput);
-      return absl::OkStatus();
-    }
-    absl::Status End() override { return job_.AddStrategy(); }
-
-   private:
-    static constexpr size_t kFillPoints = 100'000;  // a few milliseconds, most of them for the system's fresh pages
-    CurvatureJob& job_;
-  };
-
-  // Takes back how the estimate was chosen where there is none.
-  class ChoicesPhase final : public Phase {
-   public:
-    explicit ChoicesPhase(CurvatureJob& job) : job_(job) {}
-    std::string_view name() const override { return kFieldPhase; }
-    absl::StatusOr<size_t> Begin() override { return (job_.choices_.size() + kBlockPoints - 1) / kBlockPoints; }
-    absl::Status RunBlock(const BlockContext& context) override {
-      const size_t first = context.block * kBlockPoints;
-      for (size_t i = first; i < std::min(first + kBlockPoints, job_.choices_.size()); ++i) {
-        PointChoice& choice = job_.choices_[i];
-        if (job_.fields_.points(0)[i].status != PointStatus::kOk) choice = UndefinedChoice();
-        if (SharesErrors(choice)) choice.mean_error = choice.k1_error = choice.k2_error = UndefinedChoice().mean_error;
-      }
-      return absl::OkStatus();
-    }
-
-   private:
-    // Whether neighbors share errors, those of normals that were made of positions, which the sample of the cloud takes
-    // for detail. Jets read positions alone.
-    bool SharesErrors(const PointChoice& choice) const {
-      constexpr float kRounding = 1e-5f;  // of the sum of weights
-      return job_.normal_options_.source == NormalSource::kEstimate && !(choice.jet_weight > 1.0f - kRounding);
-    }
-
-    static constexpr size_t kBlockPoints = 100'000;
-    CurvatureJob& job_;
-  };
-
-  // Ends what counts over the estimate itself.
-  class CountPhase final : public Phase {
-   public:
-    explicit CountPhase(CurvatureJob& job) : job_(job) {}
-    std::string_view name() const override { return kSeamPhase; }
-    absl::StatusOr<size_t> Begin() override { return 0; }
-    absl::Status RunBlock(const BlockContext& /*context*/) override { return absl::OkStatus(); }
-    absl::Status End() override {
-      job_.AddAgreement();
-      return absl::OkStatus();
-    }
-
-   private:
-    CurvatureJob& job_;
-  };
-
   absl::Status AddNormals() {
     index_ = builder_->Take();
     builder_.reset();  // the index holds all that is needed
@@ -229,7 +125,10 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 
   absl::Status AddField() {
     if (!wants_curvature_) return absl::OkStatus();
-    AddPhase(std::make_unique<FieldPhase>(*this));
+    AddPhase(std::make_unique<FunctionPhase>(
+        kFieldPhase, PhaseFunctions{.begin = [this] { return MakeField(); },
+                                    .run = [this](const BlockContext& context) { return FillField(context.block); },
+                                    .end = [this] { return AddStrategy(); }}));
     return absl::OkStatus();
   }
 
@@ -242,26 +141,21 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     if (lacks) index_.set_lacks_normals();
   }
 
-  void RefuseWithoutNormal() {
+  // Takes the results of points without a normal back, once the strategy has run.
+  absl::Status RefuseWithoutNormal() {
     const PointSet& set = index_.point_set();
     for (size_t place = 0; place < index_.point_count(); ++place) {
       const PointStatus status = normals_->status(place);
       if (status == PointStatus::kOk) continue;
       const int32_t rank = index_.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
-      if (!set.is_query(rank)) continue;
-      for (size_t scale = 0; scale < fields_.count(); ++scale) {
-        PointCurvature& point = fields_.points(scale)[set.slot_of(rank)];
-        // The counts of the scratch, which have the other status, are added at the end.
-        --status_counts_[static_cast<size_t>(point.status)];
-        ++status_counts_[static_cast<size_t>(status)];
-        const float radius = point.radius;
-        point = UndefinedCurvature(status);
-        point.radius = radius;
-      }
+      // The counts of the scratch, which have the other status, are added at the end.
+      if (set.is_query(rank)) fields_.Refuse(set.slot_of(rank), status, status_counts_);
     }
+    return absl::OkStatus();
   }
 
-  absl::Status MakeField() {
+  // Makes the field, and returns in how many blocks points that no estimate reaches are looked for.
+  absl::StatusOr<size_t> MakeField() {
     if (absl::Status status = fields_.Allocate(query_count_); !status.ok()) return status;
     if (options_.returns_choice) {
       auto choices = ChoiceField::Create(query_count_);
@@ -269,6 +163,13 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       choices_ = *std::move(choices);
     }
     status_counts_[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_ * fields_.count();
+    return invalid_count_ == 0 ? 0 : (query_count_ + kFillPoints - 1) / kFillPoints;
+  }
+
+  // Points that the index holds are written again.
+  absl::Status FillField(size_t block) {
+    const size_t first = block * kFillPoints;
+    fields_.Fill(first, first + kFillPoints, PointStatus::kInvalidInput);
     return absl::OkStatus();
   }
 
@@ -299,34 +200,53 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       AddPhase(MakeGroupPhase(std::move(phases[i]), index_, GroupsPerBlock(options_), *scratch_,
                               is_last ? &points_estimated_ : nullptr));
     }
-    if (normals_.has_value()) AddPhase(std::make_unique<WithoutNormalPhase>(*this));
+    if (normals_.has_value()) AddPhase(MakeStep(kFieldPhase, [this] { return RefuseWithoutNormal(); }));
     for (size_t scale = first; scale < fields_.count(); ++scale) {
       PointCurvature* const points = fields_.points(scale).data();
       AddPhase(MakeSeamPhase({fields_.options(scale), index_, fields_.marks(scale), points, refused_}));
     }
     if (absl::Status status = AddChoices(); !status.ok()) return status;
-    AddPhase(std::make_unique<CountPhase>(*this));
+    AddPhase(MakeStep(kSeamPhase, [this] { return AddAgreement(); }));
     return absl::OkStatus();
   }
 
   absl::Status AddChoices() {
-    if (options_.returns_choice) AddPhase(std::make_unique<ChoicesPhase>(*this));
+    if (!options_.returns_choice) return absl::OkStatus();
+    AddPhase(MakeLoop(kFieldPhase, choices_.size(), kFillPoints,
+                      [this](size_t first, size_t last) { TakeChoicesBack(first, last); }));
     return absl::OkStatus();
   }
 
+  // Takes back how the estimate was chosen where there is none.
+  void TakeChoicesBack(size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) {
+      PointChoice& choice = choices_[i];
+      if (fields_.points(0)[i].status != PointStatus::kOk) choice = UndefinedChoice();
+      if (SharesErrors(choice)) choice.mean_error = choice.k1_error = choice.k2_error = UndefinedChoice().mean_error;
+    }
+  }
+
+  // Whether neighbors share errors, those of normals that were made of positions, which the sample of the cloud takes
+  // for detail. Jets read positions alone.
+  bool SharesErrors(const PointChoice& choice) const {
+    constexpr float kRounding = 1e-5f;  // of the sum of weights
+    return normal_options_.source == NormalSource::kEstimate && !(choice.jet_weight > 1.0f - kRounding);
+  }
+
   // Takes what the workers have counted, and adds the phases that count more where there are seams.
-  void AddAgreement() {
+  absl::Status AddAgreement() {
     const auto counts = scratch_->status_counts();
     for (int i = 0; i < kPointStatusEnd; ++i) status_counts_[i] += counts[i];
     if (const ScaleReport* scale = run_->scale_report()) scale_report_ = *scale;
     shown_seam_ = fields_.ShownSeam();
-    if (shown_seam_ == nullptr) return;
+    if (shown_seam_ == nullptr) return absl::OkStatus();
     agreement_run_.emplace(index_, *shown_seam_);
     scratch_.emplace(*agreement_run_, thread_count_);
     run_.reset();
     for (GroupPhase& phase : agreement_run_->Phases()) {
       AddPhase(MakeGroupPhase(std::move(phase), index_, GroupsPerBlock({}), *scratch_, nullptr));
     }
+    return absl::OkStatus();
   }
 
   NormalsAgreement Agreement() const {
@@ -388,6 +308,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   }
 
   JobCost Cost() const { return {progress().seconds, phase_times(), peak_bytes()}; }
+
+  static constexpr size_t kFillPoints = 100'000;  // a few milliseconds, most of them for the system's fresh pages
 
   const bool wants_curvature_;
   const EstimatorOptions options_;

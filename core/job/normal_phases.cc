@@ -6,29 +6,10 @@
 #include <utility>
 #include <variant>
 
+#include "core/base/function_phase.h"
+
 namespace curvd {
 namespace {
-
-// A phase of functions.
-class FunctionPhase final : public Phase {
- public:
-  FunctionPhase(std::string_view name, size_t blocks, std::function<void(size_t block)> run,
-                std::function<absl::Status()> end)
-      : name_(name), blocks_(blocks), run_(std::move(run)), end_(std::move(end)) {}
-  std::string_view name() const override { return name_; }
-  absl::StatusOr<size_t> Begin() override { return blocks_; }
-  absl::Status RunBlock(const BlockContext& context) override {
-    run_(context.block);
-    return absl::OkStatus();
-  }
-  absl::Status End() override { return end_(); }
-
- private:
-  const std::string_view name_;
-  const size_t blocks_;
-  const std::function<void(size_t)> run_;
-  const std::function<absl::Status()> end_;
-};
 
 // The share of the area that closed pieces must have where a cloud is taken as thin closed ones, and the certificate
 // that they may have.
@@ -138,7 +119,7 @@ void NormalPhases::AddLooks() {
     sheet_probe_.emplace(index_, options_.max_neighbor_count, thread_count_);
     add_phase_(MakeSheetPhase(*sheet_probe_, name));
   }
-  add_phase_(std::make_unique<FunctionPhase>(name, 0, nullptr, [this] {
+  add_phase_(MakeStep(name, [this] {
     if (sheet_probe_.has_value()) sheets_ = sheet_probe_->Find();
     sheet_probe_.reset();
     return Fit();
@@ -189,7 +170,7 @@ absl::Status NormalPhases::AddFit(const ChosenScale& scale) {
   GroupPhase groups = std::move(fit_->Phases().front());
   add_phase_(
       MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(OptionsForOnePoint(scale_.fit)), *scratch_, nullptr));
-  add_phase_(std::make_unique<FunctionPhase>(kNormalsPhase, 0, nullptr, [this] { return EndFit(); }));
+  add_phase_(MakeStep(kNormalsPhase, [this] { return EndFit(); }));
   return absl::OkStatus();
 }
 
@@ -232,7 +213,7 @@ absl::Status NormalPhases::EndOrientation() {
   if (!is_fitted || !std::holds_alternative<ConsistentSides>(options_.sides)) return Decide();
   side_probe_.emplace(index_, scale_.fit, thread_count_);
   add_phase_(MakeSideProbePhase(*side_probe_, kOrientationPhase));
-  add_phase_(std::make_unique<FunctionPhase>(kOrientationPhase, 0, nullptr, [this] {
+  add_phase_(MakeStep(kOrientationPhase, [this] {
     fit_report_.torn_share = side_probe_->TornShare();
     if (!scale_.fit.two_sheets) {
       const double share = side_probe_->OpposedShare();
@@ -382,20 +363,12 @@ absl::Status NormalPhases::AddCollection(NormalField& field, std::function<absl:
   field = *std::move(created);
   // The index does not hold points that are not valid.
   const size_t slots = field.size();
-  add_phase_(std::make_unique<FunctionPhase>(
-      kOrientationPhase, (slots + kBlockPoints - 1) / kBlockPoints,
-      [&field, slots](size_t block) {
-        PointNormal* const points = field.data();
-        std::fill(points + block * kBlockPoints, points + std::min((block + 1) * kBlockPoints, slots),
-                  Undefined(PointStatus::kInvalidInput));
-      },
-      [] { return absl::OkStatus(); }));
-  add_phase_(std::make_unique<FunctionPhase>(
-      kOrientationPhase, (points + kBlockPoints - 1) / kBlockPoints,
-      [this, &field, points](size_t block) {
-        Collect(block * kBlockPoints, std::min((block + 1) * kBlockPoints, points), field);
-      },
-      std::move(then)));
+  add_phase_(MakeLoop(kOrientationPhase, slots, kBlockPoints, [&field](size_t first, size_t last) {
+    std::fill(field.data() + first, field.data() + last, Undefined(PointStatus::kInvalidInput));
+  }));
+  add_phase_(MakeLoop(
+      kOrientationPhase, points, kBlockPoints,
+      [this, &field](size_t first, size_t last) { Collect(first, last, field); }, std::move(then)));
   return absl::OkStatus();
 }
 

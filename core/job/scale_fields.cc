@@ -51,6 +51,17 @@ void ScaleFields::RefuseAll(size_t scale, const SpatialIndex& index) {
   }
 }
 
+void ScaleFields::Refuse(size_t slot, PointStatus status, std::array<uint64_t, kPointStatusEnd>& status_counts) {
+  for (PageArray<PointCurvature>& points : points_) {
+    PointCurvature& point = points[slot];
+    --status_counts[static_cast<size_t>(point.status)];
+    ++status_counts[static_cast<size_t>(status)];
+    const float radius = point.radius;
+    point = UndefinedCurvature(status);
+    point.radius = radius;
+  }
+}
+
 absl::Status ScaleFields::MakeMarks(size_t scale, const SpatialIndex& index) {
   for (; scale < count(); ++scale) {
     absl::StatusOr<SeamMarks> marks = SeamMarks::Create(index.group_count());

@@ -6,6 +6,8 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/function_phase.h"
+
 namespace curvd {
 
 // What a phase runs; `end` adds what follows.
@@ -14,23 +16,6 @@ struct Orientation::Step {
   std::function<absl::Status(const BlockContext&)> run;
   std::function<absl::Status()> end;
 };
-
-namespace {
-
-template <typename Step>
-class StepPhase final : public Phase {
- public:
-  explicit StepPhase(Step step) : step_(std::move(step)) {}
-  std::string_view name() const override { return kOrientationPhase; }
-  absl::StatusOr<size_t> Begin() override { return step_.blocks; }
-  absl::Status RunBlock(const BlockContext& context) override { return step_.run(context); }
-  absl::Status End() override { return step_.end(); }
-
- private:
-  const Step step_;
-};
-
-}  // namespace
 
 Orientation::Orientation(SpatialIndex& index, const NormalOptions& options, const std::array<double, 3>& origin,
                          int thread_count, PhaseSink add_phase, std::function<absl::Status()> then, bool two_sheets)
@@ -43,7 +28,11 @@ Orientation::Orientation(SpatialIndex& index, const NormalOptions& options, cons
       tree_(index),
       scratch_(static_cast<size_t>(thread_count)) {}
 
-void Orientation::Add(Step step) { add_phase_(std::make_unique<StepPhase<Step>>(std::move(step))); }
+void Orientation::Add(Step step) {
+  const auto begin = [blocks = step.blocks] { return blocks; };
+  add_phase_(std::make_unique<FunctionPhase>(kOrientationPhase,
+                                             PhaseFunctions{begin, std::move(step.run), std::move(step.end)}));
+}
 
 void Orientation::Start() { std::holds_alternative<ConsistentSides>(options_.sides) ? AddLinks() : AddDirectTurns(); }
 
