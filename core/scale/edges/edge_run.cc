@@ -16,11 +16,6 @@ constexpr uint32_t kMeasured = 32;
 // Samples around a group that tell what is usual there, and the share of them which is no rougher: edges are few.
 constexpr size_t kNearestSamples = 24;
 constexpr double kUsualShare = 0.4;
-// Where fewer of the sampled points than this share have a neighborhood of 64 points without an edge, the cloud is
-// rough, and has no edges.
-constexpr double kLeastClearShare = 0.1;
-constexpr size_t kClearRung = 4;
-
 // Where fewer of the points whose normals are rough than this share lie beside edges, it is detail that makes them so:
 // it is to be kept, and edges cannot be told from it.
 constexpr double kLeastEdgeShare = 0.5;
@@ -201,15 +196,12 @@ void EdgeRun::KeepClear(PilotTable& table) {
   has_edges_ = marks_.HasEdges() &&
                static_cast<double>(marks_.edge_count()) >= kLeastEdgeShare * static_cast<double>(marks_.rough_count());
   if (!has_edges_) return;
-  std::vector<size_t> clear(table.size());
-  for (size_t i = 0; i < table.size(); ++i) {
-    const float distance = DistanceToEdge(table[i].position.data());
-    while (clear[i] < kRungCount && table[i].radius[clear[i]] < distance) ++clear[i];
+  for (PilotPoint& point : table) {
+    const float distance = DistanceToEdge(point.position.data());
+    size_t clear = 0;
+    while (clear < kRungCount && point.radius[clear] < distance) ++clear;
+    point.KeepClear(clear);
   }
-  const auto are_clear = std::count_if(clear.begin(), clear.end(), [](size_t rungs) { return rungs > kClearRung; });
-  has_edges_ = static_cast<double>(are_clear) >= kLeastClearShare * static_cast<double>(table.size());
-  if (!has_edges_) return;
-  for (size_t i = 0; i < table.size(); ++i) table[i].KeepClear(clear[i]);
 }
 
 float EdgeRun::DistanceToEdge(const float* position) const {

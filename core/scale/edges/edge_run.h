@@ -39,8 +39,7 @@ class EdgeRun {
   // those of GroupPhase::run, but that no part of the group is left to another run.
   absl::Status Mark(size_t group, PilotScratch& scratch);
   void Finish();
-  // Tells `table` which scales reach over an edge at its points. If that are nearly all, there are no edges: the last
-  // table says.
+  // Tells `table` which scales reach over an edge at its points.
   void KeepClear(PilotTable& table);
 
   bool HasEdges() const { return has_edges_; }

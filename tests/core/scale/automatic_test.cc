@@ -258,6 +258,14 @@ TEST(AutomaticTest, FacesOfABoxAreFlatUpToTheEdges) {
   EXPECT_LT(MeanError(MustEstimate(box.ToCloud(), Automatic()), 0.0), 0.01) << "a tenth of what avg-hexagram errs by";
 }
 
+// Hardly any point has a neighborhood that reaches no edge.
+TEST(AutomaticTest, SmallFacesAreFlatToo) {
+  for (const int side : {16, 20}) {
+    const EstimationResult result = MustEstimate(Box(side).ToCloud(), Automatic());
+    EXPECT_LT(MeanError(result, 0.0), 0.02) << side;
+  }
+}
+
 TEST(AutomaticTest, NoiseInOneHalfDoesNotSpoilTheOther) {
   const TestPoints clean = NoisySphere(10'000, 0.0), noisy = NoisySphere(10'000, 0.01),
                    halves = HalfNoisySphere(10'000);
