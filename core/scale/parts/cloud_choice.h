@@ -30,8 +30,9 @@ class CloudChoice {
     }
     if (parts_.size() < 2) return;
     const ScaleCandidate& leading = parts_.front().choice.chosen.front();
+    if (leading.rung == 0) return;
     check_ = chosen_.size();
-    chosen_.push_back({leading.method, leading.rung > 0 ? leading.rung - 1 : 1});
+    chosen_.push_back({leading.method, leading.rung - 1});
   }
 
   const std::vector<PartChoice>& parts() const { return parts_; }
@@ -41,7 +42,8 @@ class CloudChoice {
   size_t first_of(size_t part) const { return first_[part]; }
 
   // The place in chosen() of one that counts nowhere, and looks less far than what counts most in the first part: where
-  // both agree, no neighborhood reaches into the second. Nothing where there is one part.
+  // both agree, no neighborhood reaches into the second. Nothing where there is one part, or where that one has the
+  // smallest neighborhoods that there are.
   std::optional<size_t> check() const { return check_; }
 
   // All samples, and where those of the second part begin among them.

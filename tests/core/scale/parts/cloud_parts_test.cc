@@ -140,9 +140,9 @@ TEST(CloudPartsTest, NoiseInAFewPlacesIsSeen) {
   EXPECT_FALSE(ShowNoiseInParts(detailed)) << "detail grows with the neighborhood";
 }
 
-ScaleChoice FirstScales(size_t count) {
+ScaleChoice Scales(size_t first_rung, size_t count) {
   ScaleChoice choice;
-  for (size_t c = 0; c < count; ++c) choice.chosen.push_back({kHexagramMethod, c});
+  for (size_t c = 0; c < count; ++c) choice.chosen.push_back({kHexagramMethod, first_rung + c});
   choice.mean.cloud_weights.assign(count, 0.25);
   choice.gaussian.cloud_weights.assign(count, 0.5);
   return choice;
@@ -152,7 +152,7 @@ TEST(CloudWeightsTest, APlaceHasThoseOfItsPart) {
   PilotTable table = TableWith([](double x, double) { return Traits{.position_noise = x < 0.5 ? 0.01 : 0.04}; });
   const size_t second = SplitIntoParts(table);
   const PilotPoints all = table;
-  const CloudChoice choice({{all.first(second), FirstScales(3)}, {all.subspan(second), FirstScales(2)}});
+  const CloudChoice choice({{all.first(second), Scales(2, 3)}, {all.subspan(second), Scales(0, 2)}});
   ASSERT_EQ(choice.chosen().size(), 6u);
   EXPECT_EQ(choice.check(), 5u);
   EXPECT_EQ(choice.chosen()[5], (ScaleCandidate{kHexagramMethod, 1})) << "the next to what counts most";
@@ -171,9 +171,15 @@ TEST(CloudWeightsTest, APlaceHasThoseOfItsPart) {
   }
 }
 
+TEST(CloudChoiceTest, NothingIsSmallerThanTheSmallestScale) {
+  const PilotTable table = TableWith([](double, double) { return Traits{}; });
+  const PilotPoints all = table;
+  EXPECT_FALSE(CloudChoice({{all.first(200), Scales(0, 3)}, {all.subspan(200), Scales(4, 2)}}).check().has_value());
+}
+
 TEST(CloudChoiceTest, OnePartNeedsNoCheck) {
   const PilotTable table = TableWith([](double, double) { return Traits{}; });
-  const CloudChoice choice({{table, FirstScales(3)}});
+  const CloudChoice choice({{table, Scales(2, 3)}});
   EXPECT_EQ(choice.chosen().size(), 3u);
   EXPECT_FALSE(choice.check().has_value());
   CloudWeights weights(choice);
