@@ -12,7 +12,7 @@
 
 namespace curvd {
 
-// What a phase calls, as the methods of Phase.
+// What a phase calls, as the methods of Phase: `run` on many threads at once.
 struct PhaseFunctions {
   std::function<absl::StatusOr<size_t>()> begin;
   std::function<absl::Status(const BlockContext& context)> run;

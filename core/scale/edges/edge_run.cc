@@ -191,11 +191,13 @@ void EdgeRun::Finish() {
   if (is_large_enough_) marks_.Finish();
 }
 
-void EdgeRun::KeepClear(PilotTable& table) {
-  if (!is_large_enough_) return;
-  has_edges_ = marks_.HasEdges() &&
-               static_cast<double>(marks_.edge_count()) >= kLeastEdgeShare * static_cast<double>(marks_.rough_count());
-  if (!has_edges_) return;
+bool EdgeRun::HasEdges() const {
+  return marks_.HasEdges() &&
+         static_cast<double>(marks_.edge_count()) >= kLeastEdgeShare * static_cast<double>(marks_.rough_count());
+}
+
+void EdgeRun::KeepClear(PilotTable& table) const {
+  if (!HasEdges()) return;
   for (PilotPoint& point : table) {
     const float distance = DistanceToEdge(point.position.data());
     size_t clear = 0;

@@ -39,10 +39,10 @@ class EdgeRun {
   // those of GroupPhase::run, but that no part of the group is left to another run.
   absl::Status Mark(size_t group, PilotScratch& scratch);
   void Finish();
-  // Tells `table` which scales reach over an edge at its points.
-  void KeepClear(PilotTable& table);
+  // Takes the scales that reach over an edge away from the points of `table`.
+  void KeepClear(PilotTable& table) const;
 
-  bool HasEdges() const { return has_edges_; }
+  bool HasEdges() const;
   // From a position to the nearest point beside an edge, in the index's unit.
   float DistanceToEdge(const float* position) const;
   // Repair looks among so many neighbors, a third of the cloud at most, for those on the side of a point.
@@ -76,7 +76,6 @@ class EdgeRun {
   EdgeMarks marks_;
   std::vector<Sampled> samples_;
   double position_noise_ = 0.0;
-  bool has_edges_ = false;
 };
 
 }  // namespace curvd

@@ -26,7 +26,7 @@ TestPoints Corner(int side) {
   return corner;
 }
 
-// Measures and marks every group, in runs of at most so many steps.
+// Measures and marks every group, in runs of at most so many steps, and finishes.
 void Look(const SpatialIndex& index, uint64_t most_work, EdgeRun& edges, PilotScratch& scratch) {
   for (size_t group = 0; group < index.group_count(); ++group) {
     scratch.first_point = 0;
@@ -38,6 +38,7 @@ void Look(const SpatialIndex& index, uint64_t most_work, EdgeRun& edges, PilotSc
   }
   edges.Sample(0.0);
   for (size_t group = 0; group < index.group_count(); ++group) ASSERT_TRUE(edges.Mark(group, scratch).ok());
+  edges.Finish();
 }
 
 // Steps of a look at 32 neighbors of every point.
@@ -59,9 +60,6 @@ TEST(EdgeRunTest, LooksAtAQuarterOfASmoothCloud) {
   EdgeRun edges(index);
   PilotScratch scratch;
   Look(index, WorkerScratch::kMostRunWork, edges, scratch);
-  PilotTable table;
-  edges.Finish();
-  edges.KeepClear(table);
   EXPECT_FALSE(edges.HasEdges());
   EXPECT_LT(scratch.work(), WorkOfAll(index) / 3);
 }
@@ -73,13 +71,13 @@ TEST(EdgeRunTest, FindsEveryPointBesideAnEdge) {
   EdgeRun edges(index);
   PilotScratch scratch;
   Look(index, WorkerScratch::kMostRunWork, edges, scratch);
-  PilotTable table{PilotPoint({-0.5f, 0.5f, 0.0f})};
-  table.front().radius.fill(0.1f);
-  edges.Finish();
-  edges.KeepClear(table);
   ASSERT_TRUE(edges.HasEdges());
   const float unit = 1.0f / kSide;
   const auto scale = static_cast<float>(std::ldexp(1.0, index.scale_exponent()));
+  PilotTable table{PilotPoint({-0.5f * scale, 0.5f * scale, 0.0f})};
+  for (size_t rung = 0; rung < kRungCount; ++rung) table.front().radius[rung] = (rung < 3 ? 0.1f : 0.6f) * scale;
+  edges.KeepClear(table);
+  EXPECT_EQ(table.front().clear_rungs, 3u);
   for (const auto& at : corner.positions) {
     const float position[3] = {at[0] * scale, at[1] * scale, at[2] * scale};
     const float from_edge = std::max(-at[0], -at[2]);
@@ -99,13 +97,6 @@ TEST(EdgeRunTest, FindsTheSameInShortRuns) {
   PilotScratch scratch;
   Look(index, WorkerScratch::kMostRunWork, at_once, scratch);
   Look(index, 1, in_parts, scratch);
-  PilotTable table{PilotPoint({0.0f, 0.0f, 0.0f})}, same = table;
-  table.front().radius.fill(0.0f);
-  same.front().radius.fill(0.0f);
-  at_once.Finish();
-  at_once.KeepClear(table);
-  in_parts.Finish();
-  in_parts.KeepClear(same);
   EXPECT_EQ(at_once.HasEdges(), in_parts.HasEdges());
   for (const auto& at : corner.positions) {
     EXPECT_EQ(at_once.DistanceToEdge(at.data()), in_parts.DistanceToEdge(at.data()));
@@ -133,10 +124,6 @@ TEST(EdgeRunTest, NarrowBendsAreNoEdges) {
     EdgeRun edges(index);
     PilotScratch scratch;
     Look(index, WorkerScratch::kMostRunWork, edges, scratch);
-    PilotTable table{PilotPoint({0.0f, 0.0f, 0.0f})};
-    table.front().radius.fill(0.0f);
-    edges.Finish();
-    edges.KeepClear(table);
     EXPECT_FALSE(edges.HasEdges()) << spacings;
   }
 }
@@ -154,10 +141,6 @@ TEST(EdgeRunTest, FindsEdgesOfACloudThatHasNarrowBends) {
   EdgeRun edges(index);
   PilotScratch scratch;
   Look(index, WorkerScratch::kMostRunWork, edges, scratch);
-  PilotTable table{PilotPoint({-0.5f, 0.5f, 0.0f})};
-  table.front().radius.fill(0.1f);
-  edges.Finish();
-  edges.KeepClear(table);
   EXPECT_TRUE(edges.HasEdges());
 }
 
