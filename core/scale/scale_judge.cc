@@ -20,6 +20,10 @@ constexpr double kErrorPerDifference = 1.2;
 constexpr double kProductQuantile = 0.95;
 // A quarter of the squared median difference of halves, times this, is the variance of their mean, if it is Gaussian.
 constexpr double kVariancePerSquaredMedian = 2.2;
+// The mean of those products tells a bias if it is at least this share of their root mean square. It is looked for at a
+// dozen smaller rungs, and noise of the smallest, which is thousands of times the bias of larger ones, comes to twice
+// its standard error by chance.
+constexpr double kLeastCommon = 0.25;
 // Differences at single points beyond this quantile are cut down to it.
 constexpr double kDifferenceQuantile = 0.99;
 // Rounding of normals to float32 moves curvature by about this many times 1 / radius: no difference says less.
@@ -287,7 +291,7 @@ std::optional<double> ScaleJudge::SquaredBias(const ScaleCandidate& candidate, c
   const double size = static_cast<double>(products.size()), mean = sum / size;
   // Neighborhoods of sampled points overlap: a quarter of the points are independent.
   const double standard_error = std::sqrt(std::max(squares / size - mean * mean, 0.0) / (size / 4.0));
-  return mean - 2.0 * standard_error;
+  return mean > kLeastCommon * std::sqrt(squares / size) ? mean - 2.0 * standard_error : 0.0;
 }
 
 double ScaleJudge::SquaredBiasBesideSmaller(const ScaleCandidate& candidate) const {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <vector>
@@ -105,6 +107,43 @@ TEST(ScaleJudgeTest, WhatAllScalesOfAMethodSmoothAwayShowsBesideTheCubicRegressi
     const ScaleJudge of_gaussian(table, ScaleBounds{}, ScaleJudge::Quantity::kGaussian);
     EXPECT_NEAR(LeastErrorOf(kHexagramMethod, of_gaussian.ScoresOf(scores, judge)), 2.0 * bias, 0.5 * bias);
   }
+}
+
+// Regressions of 64 and more neighbors that agree, but for noise of 64 neighbors, of which this share is common to both
+// halves.
+PilotTable RegressionsWithCommonNoise(int points, double share) {
+  PilotTable table;
+  for (int i = 0; i < points; ++i) {
+    PilotPoint& point = table.emplace_back(std::array<float, 3>{static_cast<float>(i), 0.0f, 0.0f});
+    point.radius.fill(1.0f);
+    point.residual.fill(0.0f);
+    point.steepest.fill(1.0f);
+    for (size_t rung = 4; rung < kRungCount; ++rung) {
+      const double noise = rung == 4 ? 1000.0 : 0.001;
+      // Halves agree in sign more often than not.
+      const bool do_agree = i < 0.5 * points * (1.0 + share);
+      const double even = i % 2 == 0 ? noise : -noise, odd = do_agree ? even : -even;
+      point.mean[kRegressionMethod][rung] = {static_cast<float>(0.5 * (even + odd)), static_cast<float>(even),
+                                             static_cast<float>(odd)};
+      for (const auto part : {PilotPoint::kEven, PilotPoint::kOdd, PilotPoint::kAll}) {
+        point.difference[kRegressionMethod][rung][part] = point.twist[kRegressionMethod][rung][part] = 0.0f;
+      }
+    }
+  }
+  return table;
+}
+
+TEST(ScaleJudgeTest, NoiseOfSmallNeighborhoodsIsNoBiasOfLargeOnes) {
+  const auto least_error = [](int points, double share) {
+    const PilotTable table = RegressionsWithCommonNoise(points, share);
+    return LeastErrorOf(kRegressionMethod, ScaleJudge(table, ScaleBounds{}, ScaleJudge::Quantity::kMean).Scores());
+  };
+  // A standard error is 0.1.
+  EXPECT_LT(least_error(400, 0.23), 0.01);
+  EXPECT_GT(least_error(400, 0.28), 100.0);
+  // A standard error is 0.22.
+  EXPECT_LT(least_error(60, 0.4), 0.01);
+  EXPECT_GT(least_error(60, 0.7), 100.0);
 }
 
 TEST(ScaleJudgeTest, AFewPointsThatAreFarOffCountInTheError) {
