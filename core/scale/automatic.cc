@@ -18,6 +18,8 @@
 #include "core/scale/chosen/choice_writer.h"
 #include "core/scale/chosen/chosen_estimates.h"
 #include "core/scale/chosen/seam_mending.h"
+#include "core/scale/detail/detail_check.h"
+#include "core/scale/detail/detail_run.h"
 #include "core/scale/edges/edge_run.h"
 #include "core/scale/errors/error_samples.h"
 #include "core/scale/errors/standard_errors.h"
@@ -177,7 +179,9 @@ class AutomaticRun final : public StrategyRun {
     KeepSamples();
     std::vector<PartChoice> parts;
     for (const PilotPoints samples : PartsOf(table_)) {
-      parts.push_back({samples, ChooseScales(samples, BoundsOf(options_, index_))});
+      PartChoice part{samples, ChooseScales(samples, BoundsOf(options_, index_))};
+      if (IsPerPoint(options_)) part.check = FindDetailCheck(samples, part.choice);
+      parts.push_back(std::move(part));
     }
     Report(parts);
     for (PartChoice& part : parts) {
@@ -187,12 +191,13 @@ class AutomaticRun final : public StrategyRun {
     }
     choice_ = CloudChoice(std::move(parts));
     if (choices_ != nullptr) choice_writer_.emplace(options_, index_, choice_, results_, choices_);
+    details_.emplace(options_, index_, choice_, results_);
     estimates_.emplace(options_, index_, choice_, edges_.has_value() ? &*edges_ : nullptr, results_);
   }
 
   // Parts that differ much are judged each for itself, unless all points are to have the same weights.
   std::vector<PilotPoints> PartsOf(PilotTable& table) const {
-    const size_t second = MayHaveParts(options_) ? SplitIntoParts(table) : table.size();
+    const size_t second = IsPerPoint(options_) ? SplitIntoParts(table) : table.size();
     const PilotPoints all = table;
     if (second == table.size()) return {all};
     return {all.first(second), all.subspan(second)};
@@ -210,8 +215,8 @@ class AutomaticRun final : public StrategyRun {
   void Report(const std::vector<PartChoice>& parts) {
     const auto to_caller = [&](double curvature) { return std::ldexp(curvature, index_.scale_exponent()); };
     size_t judged = 0;
-    for (const auto& [samples, choice] : parts) judged += choice.scores.empty() ? 0 : samples.size();
-    for (const auto& [samples, choice] : parts) {
+    for (const auto& [samples, choice, check] : parts) judged += choice.scores.empty() ? 0 : samples.size();
+    for (const auto& [samples, choice, check] : parts) {
       ScaleReport part;
       part.sampled_points = static_cast<uint32_t>(samples.size());
       part.sigma = std::ldexp(choice.sigma, -index_.scale_exponent());
@@ -228,13 +233,15 @@ class AutomaticRun final : public StrategyRun {
   absl::Status Estimate(size_t group, AutomaticScratch& s) {
     marks_.store(s.seams, std::memory_order_relaxed);
     if (absl::Status status = estimates_->EstimateGroup(group, s); !status.ok()) return status;
+    if (absl::Status status = estimates_->LookForDetail(group, s); !status.ok()) return status;
     const GroupPoints& points = s.points;
     for (size_t i = 0; i < points.size; ++i) {
       // An estimate that is not left open is what it is without choices, to the last bit.
       if (!options_.is_automatic()) continue;
       results_[points.slot[i]] = ChosenEstimates::Blended(s, i);
     }
-    const absl::Status status = estimates_->EstimateOneSided(group, s);
+    absl::Status status = estimates_->EstimateOneSided(group, s);
+    if (status.ok()) status = details_->Estimate(group, s);
     for (size_t i = 0; i < points.size; ++i) ++s.status_counts[static_cast<size_t>(results_[points.slot[i]].status)];
     if (choice_writer_.has_value() && points.size > 0) {
       choice_writer_->Start(s);
@@ -274,15 +281,23 @@ class AutomaticRun final : public StrategyRun {
   PointChoice* choices_ = nullptr;  // null: nobody asks
   ScaleReport report_;
   std::optional<ChoiceWriter> choice_writer_;
+  std::optional<DetailRun> details_;
   std::optional<ChosenEstimates> estimates_;
   std::atomic<const SeamMarks*> marks_ = nullptr;  // where the chosen estimates mark
   std::optional<SeamMending> mending_;             // if those show a seam, and something can be mended there
 };
 
-size_t MostParts(const EstimatorOptions& options) { return MayHaveParts(options) ? CloudChoice::kMostParts : 1; }
+size_t MostParts(const EstimatorOptions& options) { return IsPerPoint(options) ? CloudChoice::kMostParts : 1; }
 
 // Where there are parts, those between are as many as the others.
 size_t MostSamples(const EstimatorOptions& options) { return MostParts(options) * Pilot::kMostPoints; }
+
+// Of the checks of detail.
+size_t MostCheckBytes(const EstimatorOptions& options, size_t point_count) {
+  if (!IsPerPoint(options) || !IsCandidate(options, kRegressionMethod)) return 0;
+  const EstimatorOptions one = OptionsOf(options, kRegressionMethod, MostCount(options));
+  return MostParts(options) * (FindStrategy(one.estimator)->scratch_bytes(one, point_count) + sizeof(void*));
+}
 
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   size_t chosen = 0;
@@ -295,7 +310,8 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   return sizeof(AutomaticScratch) - sizeof(PilotScratch) + PilotScratch::MostBytes(PilotOptions(options), point_count) +
          CloudWeights::MostBytes(samples) +
          (options.returns_choice ? NearestSamples::MostBytes(samples) + parts * sizeof(NearestSamples) : 0) +
-         (parts * ScaleChoice::kMostChosen + (parts > 1 ? 1 : 0)) * (chosen + sizeof(void*));
+         (parts * ScaleChoice::kMostChosen + (parts > 1 ? 1 : 0)) * (chosen + sizeof(void*)) +
+         MostCheckBytes(options, point_count);
 }
 
 // The table, what it is split into parts with, which is as large, and what chooses.

@@ -71,7 +71,7 @@ bool MindsEdges(const EstimatorOptions& options) {
   return options.estimator == kAutomaticEstimator && std::holds_alternative<AutomaticScale>(options.neighborhood);
 }
 
-bool MayHaveParts(const EstimatorOptions& options) { return options.is_automatic() && !ScaleOf(options).per_cloud; }
+bool IsPerPoint(const EstimatorOptions& options) { return options.is_automatic() && !ScaleOf(options).per_cloud; }
 
 // What the regression of normals and hexagrams take first derivatives of goes with the count as count^-2, what jets
 // take second ones of as count^-3.

@@ -29,8 +29,8 @@ uint32_t MostSampledCount(const EstimatorOptions& options);
 ScaleBounds BoundsOf(const EstimatorOptions& options, const SpatialIndex& index);
 // Where the estimator or the scale is fixed, points beside edges are estimated by it, too.
 bool MindsEdges(const EstimatorOptions& options);
-// Whether parts of a cloud may be judged each for itself: unless all points are to have the same weights.
-bool MayHaveParts(const EstimatorOptions& options);
+// Whether points may be estimated each in its own way: unless all are to have the same weights.
+bool IsPerPoint(const EstimatorOptions& options);
 // How the noise of estimates from a fixed count compares with that of the nearest rung.
 double VarianceFactor(const EstimatorOptions& options, const ScaleCandidate& candidate);
 

@@ -253,14 +253,14 @@ void MarkCopies(PilotScratch& s) {
 size_t PilotScratch::bytes() const {
   return sizeof(*this) + search.bytes() + neighbors.bytes() + ids.bytes() + order.capacity() * sizeof(uint32_t) +
          (keys.capacity() + other_keys.capacity()) * sizeof(uint64_t) + squared.capacity() * sizeof(float) +
-         side.capacity() * sizeof(SideNeighbor) + tied.capacity() * sizeof(uint32_t);
+         normals.capacity() * sizeof(NeighborNormal) + tied.capacity() * sizeof(uint32_t);
 }
 
 size_t PilotScratch::MostBytes(const EstimatorOptions& options, size_t point_count) {
   const size_t most = MostNeighbors(options, point_count);
   return sizeof(PilotScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
          NeighborArrays::MostBytes(most) + ScratchArray<int32_t>::MostBytes(most + NeighborArrays::kPad) +
-         most * (3 * sizeof(uint32_t) + sizeof(float) + 2 * sizeof(uint64_t) + 2 * sizeof(SideNeighbor));
+         most * (3 * sizeof(uint32_t) + sizeof(float) + 2 * sizeof(uint64_t) + 2 * sizeof(NeighborNormal));
 }
 
 Pilot::Pilot(const SpatialIndex& index, uint32_t most_count) : index_(index) {

@@ -11,7 +11,7 @@
 #include "core/estimators/neighborhood_plan.h"
 #include "core/index/spatial_index.h"
 #include "core/scale/collect.h"
-#include "core/scale/edges/one_side.h"
+#include "core/scale/normal_fits/neighbor_normal.h"
 #include "core/scale/pilot_table.h"
 
 namespace curvd {
@@ -22,7 +22,7 @@ struct PilotScratch : CollectScratch {
   std::vector<float> squared;              // distances of the neighbors
   std::vector<uint64_t> keys, other_keys;  // what they are sorted by
   std::vector<uint32_t> tied;              // neighbors that are equally far away
-  std::vector<SideNeighbor> side;
+  std::vector<NeighborNormal> normals;
 
   size_t bytes() const override;
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count);

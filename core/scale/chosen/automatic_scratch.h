@@ -24,6 +24,12 @@ struct LeafWeights {
   std::array<bool, CloudChoice::kMostChosen> count;  // whether each is large enough to count
 };
 
+// How a point was estimated whose detail the average would smooth away.
+struct PointDetail {
+  float neighbor_count;
+  float mean_error, k1_error, k2_error;  // standard errors, in the caller's unit
+};
+
 // Serves one group at a time. Arrays have a place for each of its points that get a result, from first_point on.
 struct AutomaticScratch final : WorkerScratch {
   template <typename Value>
@@ -45,6 +51,8 @@ struct AutomaticScratch final : WorkerScratch {
   OfPoints<float> edge_distances;  // in the caller's unit
   // By how much what was found of H differs from what points of the other part can make of it, in the caller's unit.
   OfPoints<double> doubts;
+  OfPoints<bool> has_detail;  // that the average smooths away, as far as checks tell
+  OfPoints<std::optional<PointDetail>> details;
 
   // Of each chosen estimate at a point of the group.
   const LeafWeights& WeightsAt(size_t point) const { return leaf_weights[LeafOf(point)][part[point]]; }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <vector>
 
 #include "core/scale/automatic_options.h"
@@ -65,6 +66,10 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
   choice = UndefinedChoice();
   // Of one side of a neighborhood nothing was sampled.
   if (result.status != PointStatus::kOk || ChosenEstimates::IsOneSided(s, point)) return;
+  if (const std::optional<PointDetail>& detail = s.details[point]) {
+    choice = {detail->mean_error, detail->k1_error, detail->k2_error, detail->neighbor_count, 0.0f, 1.0f, 0.0f};
+    return;
+  }
   SetWeights(s.shares[point], choice);
   if (!has_errors) return;
   float position[3];

@@ -23,6 +23,9 @@ constexpr uint32_t kMostOneSideCount = 512;
 // the second one errs by, fares better with those of the second.
 constexpr double kMostSpreadOfFirstPart = 10.0;
 
+// A check for detail that differs by more than so many standard deviations of its noise tells some.
+constexpr double kMostDifferenceOfCheck = 3.0;
+
 // REQUIRES: first < last.
 Box BoxOfLeaves(const SpatialIndex& index, size_t first, size_t last) {
   Box box;
@@ -60,7 +63,7 @@ ChosenEstimates::ChosenEstimates(const EstimatorOptions& options, const SpatialI
     runs_.push_back(FindStrategy(one.estimator)->start(one, index, results));
     phases_.push_back(std::move(runs_.back()->Phases().front()));
   }
-  by_count_.resize(choice.chosen().size());
+  by_count_.resize(choice.detail_check_of(0));
   std::iota(by_count_.begin(), by_count_.end(), size_t{0});
   std::stable_sort(by_count_.begin(), by_count_.end(),
                    [&](size_t a, size_t b) { return choice.chosen()[a].rung < choice.chosen()[b].rung; });
@@ -132,6 +135,27 @@ absl::Status ChosenEstimates::GiveToSecondPart(size_t group, AutomaticScratch::O
   return absl::OkStatus();
 }
 
+absl::Status ChosenEstimates::LookForDetail(size_t group, AutomaticScratch& s) const {
+  for (size_t part = 0; part < choice_.parts().size(); ++part) {
+    const std::optional<DetailCheck>& check = choice_.parts()[part].check;
+    if (!check.has_value()) continue;
+    const auto is_asked = [&](size_t i) {
+      return s.part[i] == part && s.clear_blends[i].weight() > 0.0 && !IsOneSided(s, i);
+    };
+    bool any_is_asked = false;
+    for (size_t i = 0; i < s.points.size; ++i) any_is_asked = any_is_asked || is_asked(i);
+    if (!any_is_asked) continue;
+    if (absl::Status status = Run(group, choice_.detail_check_of(part), nullptr, s); !status.ok()) return status;
+    const double most = kMostDifferenceOfCheck * std::ldexp(check->noise, index_.scale_exponent());
+    for (size_t i = 0; i < s.points.size; ++i) {
+      const PointCurvature& found = results_[s.points.slot[i]];
+      if (!is_asked(i) || found.status != PointStatus::kOk) continue;
+      s.has_detail[i] = std::abs(found.mean - s.clear_blends[i].mean()) > most;
+    }
+  }
+  return absl::OkStatus();
+}
+
 // In the caller's unit.
 double ChosenEstimates::LeastError(size_t part) const {
   double least = std::numeric_limits<double>::infinity();
@@ -156,6 +180,8 @@ void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
   s.clear_blends.fill({});
   s.shares.fill({});
   s.doubts.fill(0.0);
+  s.has_detail.fill(false);
+  s.details.fill(std::nullopt);
   s.rest = 0;
   HWY_NAMESPACE::LoadGroup(index_, group, s.points, s.first_point);
   StartWeights(group, s);

@@ -29,7 +29,7 @@ class ChosenEstimates {
   ChosenEstimates(const EstimatorOptions& options, const SpatialIndex& index, const CloudChoice& choice, EdgeRun* edges,
                   PointCurvature* results);
 
-  // The places of the estimates, the smallest neighborhood first.
+  // The places of the estimates but for checks of detail, the smallest neighborhood first.
   const std::vector<size_t>& by_count() const { return by_count_; }
   // Whether some neighborhoods are smaller than others.
   bool HaveSmallerOnes() const;
@@ -41,6 +41,9 @@ class ChosenEstimates {
   // made. Points beside seams are marked in s.seams. Errors as those of GroupPhase::run.
   static constexpr double kLeastWeight = 0.1;
   absl::Status EstimateGroup(size_t group, AutomaticScratch& s) const;
+  // Marks points of the group in s.has_detail whose averages smaller neighborhoods contradict. Errors as those of
+  // GroupPhase::run.
+  absl::Status LookForDetail(size_t group, AutomaticScratch& s) const;
 
   // Loads the points of a group, from s.first_point on, with their weights, and forgets the group before.
   void Start(size_t group, AutomaticScratch& s) const;

@@ -7,6 +7,8 @@
 #include "core/base/copies.h"
 #include "core/scale/collect.h"
 #include "core/scale/edges/normal_faces.h"
+#include "core/scale/normal_fits/field_curvature.h"
+#include "core/scale/normal_fits/sorted_normals.h"
 
 namespace curvd {
 namespace {
@@ -34,9 +36,9 @@ NeighborhoodPlan PlanFor(uint32_t count, const SpatialIndex& index) {
 constexpr double kLeastDistinctShare = 0.5;
 
 // Leaves one neighbor of those that are copies of each other: they share their noise, and look like a face.
-void DropCopies(std::vector<SideNeighbor>& neighbors) {
+void DropCopies(std::vector<NeighborNormal>& neighbors) {
   double farthest = 0.0;
-  for (const SideNeighbor& neighbor : neighbors) farthest = std::max(farthest, neighbor.offset.squaredNorm());
+  for (const NeighborNormal& neighbor : neighbors) farthest = std::max(farthest, neighbor.offset.squaredNorm());
   const auto squared = [&](size_t i, size_t j) { return (neighbors[i].offset - neighbors[j].offset).squaredNorm(); };
   NearCopies copies(static_cast<float>(std::sqrt(farthest)), neighbors.size());
   for (size_t i = 0; i < neighbors.size(); ++i) {
@@ -53,33 +55,10 @@ void DropCopies(std::vector<SideNeighbor>& neighbors) {
 }
 
 // The neighbors that were collected, as they come.
-void CopyNeighbors(const PilotScratch& s, std::vector<SideNeighbor>& neighbors) {
+void CopyNeighbors(const PilotScratch& s, std::vector<NeighborNormal>& neighbors) {
   const NeighborArrays& n = s.neighbors;
   neighbors.clear();
   for (size_t j = 0; j < n.count; ++j) {
-    neighbors.push_back({Eigen::Vector3d(n.dx[j], n.dy[j], n.dz[j]), Eigen::Vector3d(n.nx[j], n.ny[j], n.nz[j])});
-  }
-}
-
-// The same, sorted by distance, then by id; none beyond `most`, and no copies.
-void CopySorted(float most, PilotScratch& s) {
-  const NeighborArrays& n = s.neighbors;
-  std::vector<uint32_t>& order = s.order;
-  std::vector<float>& squared = s.squared;
-  std::vector<SideNeighbor>& neighbors = s.side;
-  order.clear();
-  squared.resize(n.count);
-  for (uint32_t j = 0; j < n.count; ++j) {
-    squared[j] = n.dx[j] * n.dx[j] + n.dy[j] * n.dy[j] + n.dz[j] * n.dz[j];
-    if (squared[j] <= most * most) order.push_back(j);
-  }
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-    return squared[a] != squared[b] ? squared[a] < squared[b] : s.ids[a] < s.ids[b];
-  });
-  neighbors.clear();
-  MarkCopies(s);
-  for (const uint32_t j : order) {
-    if (IsCopy(s.ids[j])) continue;
     neighbors.push_back({Eigen::Vector3d(n.dx[j], n.dy[j], n.dz[j]), Eigen::Vector3d(n.nx[j], n.ny[j], n.nz[j])});
   }
 }
@@ -101,8 +80,8 @@ absl::Status EdgeRun::MeasureTrends(size_t group, absl::FunctionRef<bool(size_t 
   const auto keep_at = [&](size_t i) { return keep(place_of(i)); };
   return CollectNeighbors(index_, measured_, group, CollectedPoints::kAll, s, keep_at, [&](size_t i) {
     s.search.work += 16 * s.neighbors.count;
-    CopyNeighbors(s, s.side);
-    marks_.SetTrend(place_of(i), TrendOf(s.side));
+    CopyNeighbors(s, s.normals);
+    marks_.SetTrend(place_of(i), TrendOf(s.normals));
   });
 }
 
@@ -174,12 +153,12 @@ absl::Status EdgeRun::Mark(size_t group, PilotScratch& s) {
   const absl::Status status =
       CollectNeighbors(index_, measured_, group, CollectedPoints::kAll, s, is_rough, [&](size_t i) {
         s.search.work += 16 * s.neighbors.count;
-        CopyNeighbors(s, s.side);
-        DropCopies(s.side);
-        if (static_cast<double>(s.side.size()) < kLeastDistinctShare * kMeasured) return;
-        if (AreOfBend(s.side)) {
+        CopyNeighbors(s, s.normals);
+        DropCopies(s.normals);
+        if (static_cast<double>(s.normals.size()) < kLeastDistinctShare * kMeasured) return;
+        if (AreOfBend(s.normals)) {
           --rough;
-        } else if (AreOfFaces(SpreadOf(s.side), marks_.NoiseAt(place_of(i), noise))) {
+        } else if (AreOfFaces(SpreadOf(s.normals), marks_.NoiseAt(place_of(i), noise))) {
           has_faces |= uint64_t{1} << (place_of(i) - first);
         }
       });
@@ -221,19 +200,12 @@ absl::Status EdgeRun::Repair(size_t group, float most_radius, absl::FunctionRef<
     float position[3], normal[3];
     s.points.query.Get(i, position);
     s.points.normal.Get(i, normal);
-    CopySorted(most_radius, s);
+    SortNormals(most_radius, s);
     const OneSideScale scale = scale_at(position);
-    auto point = EstimateOneSide(s.side, Eigen::Vector3d(normal[0], normal[1], normal[2]),
-                                 {scale.count, normal_noise, position_noise_, scale.allowed_error});
+    const auto point = EstimateOneSide(s.normals, Eigen::Vector3d(normal[0], normal[1], normal[2]),
+                                       {scale.count, normal_noise, position_noise_, scale.allowed_error});
     if (!point.has_value()) return;
-    for (float* const curvature : {&point->mean, &point->k1, &point->k2}) {
-      *curvature = static_cast<float>(*curvature * to_caller);
-    }
-    point->gaussian = static_cast<float>(point->gaussian * to_caller * to_caller);
-    point->radius = static_cast<float>(point->radius / to_caller);
-    if (std::isfinite(point->gaussian) && std::isfinite(point->k1) && std::isfinite(point->k2)) {
-      take(s.points.slot[i], *point);
-    }
+    if (const auto scaled = Scaled(*point, to_caller)) take(s.points.slot[i], *scaled);
   });
 }
 

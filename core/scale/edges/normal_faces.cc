@@ -22,7 +22,7 @@ constexpr double kMostInTwo = 0.12, kMostInThree = 0.05;
 // The mean squared distance of normals from the nearest of the means of so many clusters, by Lloyd's method from
 // normals that are far from each other. Nothing if a cluster has fewer than kLeastInCluster.
 template <size_t kClusters>
-std::optional<double> SpreadInClusters(std::span<const SideNeighbor> neighbors) {
+std::optional<double> SpreadInClusters(std::span<const NeighborNormal> neighbors) {
   constexpr int kRounds = 4;
   std::array<Vector3d, kClusters> means;
   const auto nearest = [&](const Vector3d& normal, size_t among) {
@@ -41,7 +41,7 @@ std::optional<double> SpreadInClusters(std::span<const SideNeighbor> neighbors) 
     std::array<Vector3d, kClusters> sums;
     std::array<size_t, kClusters> counts{};
     sums.fill(Vector3d::Zero());
-    for (const SideNeighbor& neighbor : neighbors) {
+    for (const NeighborNormal& neighbor : neighbors) {
       const size_t c = nearest(neighbor.normal, kClusters).second;
       sums[c] += neighbor.normal;
       ++counts[c];
@@ -49,18 +49,18 @@ std::optional<double> SpreadInClusters(std::span<const SideNeighbor> neighbors) 
     if (*std::min_element(counts.begin(), counts.end()) < kLeastInCluster) return std::nullopt;
     for (size_t c = 0; c < kClusters; ++c) means[c] = sums[c] / static_cast<double>(counts[c]);
   }
-  for (const SideNeighbor& neighbor : neighbors) spread += nearest(neighbor.normal, kClusters).first;
+  for (const NeighborNormal& neighbor : neighbors) spread += nearest(neighbor.normal, kClusters).first;
   return spread / static_cast<double>(neighbors.size());
 }
 
 }  // namespace
 
-NormalSpread SpreadOf(std::span<const SideNeighbor> neighbors) {
+NormalSpread SpreadOf(std::span<const NeighborNormal> neighbors) {
   Vector3d mean = Vector3d::Zero();
-  for (const SideNeighbor& neighbor : neighbors) mean += neighbor.normal;
+  for (const NeighborNormal& neighbor : neighbors) mean += neighbor.normal;
   mean /= static_cast<double>(neighbors.size());
   double squares = 0.0;
-  for (const SideNeighbor& neighbor : neighbors) squares += (neighbor.normal - mean).squaredNorm();
+  for (const NeighborNormal& neighbor : neighbors) squares += (neighbor.normal - mean).squaredNorm();
   const double all = squares / static_cast<double>(neighbors.size());
   return {all, SpreadInClusters<2>(neighbors).value_or(all), SpreadInClusters<3>(neighbors).value_or(all)};
 }

@@ -15,7 +15,7 @@ struct NormalSpread {
 };
 
 // In doubles. REQUIRES: there are neighbors.
-NormalSpread SpreadOf(std::span<const SideNeighbor> neighbors);
+NormalSpread SpreadOf(std::span<const NeighborNormal> neighbors);
 
 // Whether the normals are of two or three faces, where noise of this standard deviation along each tangent is in them.
 bool AreOfFaces(const NormalSpread& spread, double noise);

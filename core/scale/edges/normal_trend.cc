@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/scale/edges/normal_polynomials.h"
+#include "core/scale/normal_fits/normal_polynomials.h"
 
 namespace curvd {
 
@@ -25,18 +25,18 @@ struct EquationsOverPlane {
   double count;
 
   // Nothing where the normals have no mean, or all neighbors are at the point.
-  static std::optional<EquationsOverPlane> Of(std::span<const SideNeighbor> neighbors) {
+  static std::optional<EquationsOverPlane> Of(std::span<const NeighborNormal> neighbors) {
     EquationsOverPlane made{{}, 0.0, static_cast<double>(neighbors.size())};
     Vector3d sum = Vector3d::Zero();
     double squared = 0.0;
-    for (const SideNeighbor& neighbor : neighbors) {
+    for (const NeighborNormal& neighbor : neighbors) {
       sum += neighbor.normal;
       squared = std::max(squared, neighbor.offset.squaredNorm());
     }
     if (!(sum.norm() > 0.1 * made.count) || !(squared > 0.0)) return std::nullopt;
     const NormalFrame frame(sum.normalized());
     made.unit = 1.0 / std::sqrt(squared);
-    for (const SideNeighbor& neighbor : neighbors) {
+    for (const NeighborNormal& neighbor : neighbors) {
       const double x = made.unit * frame.u.dot(neighbor.offset), y = made.unit * frame.v.dot(neighbor.offset);
       made.equations.Add(x, y, neighbor.normal, 1.0);
     }
@@ -53,7 +53,7 @@ struct EquationsOverPlane {
 
 }  // namespace
 
-NormalTrend TrendOf(std::span<const SideNeighbor> neighbors) {
+NormalTrend TrendOf(std::span<const NeighborNormal> neighbors) {
   constexpr NormalTrend kNone = {std::numeric_limits<double>::quiet_NaN(), 0.0};
   const auto over_plane = EquationsOverPlane<2>::Of(neighbors);
   if (!over_plane.has_value()) return kNone;
@@ -69,7 +69,7 @@ NormalTrend TrendOf(std::span<const SideNeighbor> neighbors) {
   return {std::sqrt(*left), over_plane->unit * std::sqrt(steepest)};
 }
 
-bool AreOfBend(std::span<const SideNeighbor> neighbors) {
+bool AreOfBend(std::span<const NeighborNormal> neighbors) {
   const auto over_plane = EquationsOverPlane<4>::Of(neighbors);
   if (!over_plane.has_value()) return false;
   const auto low = over_plane->equations.SolveDegree<2>();

@@ -3,15 +3,9 @@
 
 #include <span>
 
-#include "Eigen/Core"
+#include "core/scale/normal_fits/neighbor_normal.h"
 
 namespace curvd {
-
-// A neighbor of a point, which is the origin.
-struct SideNeighbor {
-  Eigen::Vector3d offset;
-  Eigen::Vector3d normal;  // of unit length
-};
 
 // How normals of neighbors, the point itself among them, change over the tangent plane.
 struct NormalTrend {
@@ -22,10 +16,10 @@ struct NormalTrend {
 };
 
 // In doubles.
-NormalTrend TrendOf(std::span<const SideNeighbor> neighbors);
+NormalTrend TrendOf(std::span<const NeighborNormal> neighbors);
 
 // Whether normals that a polynomial of degree 2 does not explain are those of a narrow bend or of waves, which one of
 // degree 4 explains far better; it is of little help at an edge. False where there are 15 neighbors or fewer.
-bool AreOfBend(std::span<const SideNeighbor> neighbors);
+bool AreOfBend(std::span<const NeighborNormal> neighbors);
 
 }  // namespace curvd

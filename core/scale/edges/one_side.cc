@@ -1,11 +1,11 @@
 #include "core/scale/edges/one_side.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
-#include "core/scale/edges/normal_polynomials.h"
+#include "core/scale/normal_fits/field_curvature.h"
+#include "core/scale/normal_fits/normal_polynomials.h"
 
 namespace curvd {
 namespace {
@@ -23,10 +23,10 @@ constexpr size_t kCore = 16;
 constexpr size_t kLeastCount = 8;
 
 // The mean of the normals near `normal` among the nearest neighbors.
-std::optional<Vector3d> NormalOfSide(std::span<const SideNeighbor> neighbors, Vector3d normal, double tolerance) {
+std::optional<Vector3d> NormalOfSide(std::span<const NeighborNormal> neighbors, Vector3d normal, double tolerance) {
   for (int round = 0; round < 3; ++round) {
     Vector3d sum = Vector3d::Zero();
-    for (const SideNeighbor& neighbor : neighbors) {
+    for (const NeighborNormal& neighbor : neighbors) {
       if ((neighbor.normal - normal).squaredNorm() < tolerance * tolerance) sum += neighbor.normal;
     }
     if (!(sum.norm() > 0.5)) return std::nullopt;
@@ -44,7 +44,7 @@ class SidePicker {
         tolerance_(std::max(kMostDeviations * limits.normal_noise, kLeastTolerance)),
         heights_(kMostDeviations * limits.height_noise) {}
 
-  const std::vector<const SideNeighbor*>& Pick(std::span<const SideNeighbor> neighbors) {
+  const std::vector<const NeighborNormal*>& Pick(std::span<const NeighborNormal> neighbors) {
     for (size_t first = 0, last = std::min(kCore, neighbors.size()); first < last && picked_.size() < limits_.count;) {
       const double unit = neighbors[last - 1].offset.norm();
       if (unit > 0.0) PickRing(neighbors.subspan(first, last - first), unit);
@@ -55,17 +55,17 @@ class SidePicker {
   }
 
  private:
-  void PickRing(std::span<const SideNeighbor> ring, double unit) {
+  void PickRing(std::span<const NeighborNormal> ring, double unit) {
     // Once enough are known, their linear trend tells what comes next.
     std::optional<PolynomialFit<1>> trend;
     if (picked_.size() >= kLeastCount) {
       PolynomialEquations<1> equations;
-      for (const SideNeighbor* const picked : picked_) {
+      for (const NeighborNormal* const picked : picked_) {
         equations.Add(frame_.u.dot(picked->offset) / unit, frame_.v.dot(picked->offset) / unit, picked->normal, 1.0);
       }
       trend = equations.Solve();
     }
-    for (const SideNeighbor& neighbor : ring) {
+    for (const NeighborNormal& neighbor : ring) {
       Vector3d expected = frame_.n;
       if (trend.has_value()) {
         const double x = frame_.u.dot(neighbor.offset) / unit, y = frame_.v.dot(neighbor.offset) / unit;
@@ -82,40 +82,8 @@ class SidePicker {
   const NormalFrame& frame_;
   const SideLimits& limits_;
   const double tolerance_, heights_;
-  std::vector<const SideNeighbor*> picked_;
+  std::vector<const NeighborNormal*> picked_;
 };
-
-std::array<float, 3> ToFloats(const Vector3d& v) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
-
-// The curvature of a field of normals over the plane of a frame, by its value and derivatives at the origin
-// (docs/numerics.md).
-template <int kDegree>
-std::optional<PointCurvature> CurvatureOf(const NormalFrame& frame, const PolynomialFit<kDegree>& fit, double radius) {
-  const Vector3d value = fit.coefficients.row(0), along_x = fit.coefficients.row(1), along_y = fit.coefficients.row(2);
-  const double length = value.norm();
-  const Vector3d normal = value / length;
-  if (!(frame.n.dot(normal) > 0.1)) return std::nullopt;
-  const Vector3d s = normal.unitOrthogonal(), t = normal.cross(s);
-  const auto change = [&](const Vector3d& tangent) -> Vector3d {
-    return (tangent.dot(frame.u) * along_x + tangent.dot(frame.v) * along_y) / (length * radius);
-  };
-  const double ss = change(s).dot(s), tt = change(t).dot(t), st = 0.5 * (change(s).dot(t) + change(t).dot(s));
-  const double mean = 0.5 * (ss + tt), half = 0.5 * (ss - tt), difference = std::hypot(half, st);
-  const double angle = 0.5 * std::atan2(st, half);
-  const Vector3d d2 = std::cos(angle) * s + std::sin(angle) * t;
-  const PointCurvature point = {static_cast<float>(mean),
-                                static_cast<float>((mean - difference) * (mean + difference)),
-                                static_cast<float>(mean - difference),
-                                static_cast<float>(mean + difference),
-                                ToFloats(d2.cross(normal)),
-                                ToFloats(d2),
-                                static_cast<float>(radius),
-                                PointStatus::kOk};
-  const bool is_finite = std::isfinite(point.gaussian) && std::isfinite(point.k1) && std::isfinite(point.k2);
-  return is_finite ? std::optional(point) : std::nullopt;
-}
 
 // What a fit of that degree says, if chance makes no larger error of it.
 template <int kDegree>
@@ -127,24 +95,25 @@ std::optional<PointCurvature> CurvatureInDegree(const NormalFrame& frame, const 
   if (!fit.has_value()) return std::nullopt;
   const double variance = 0.5 * fit->squares / equations.weights() * static_cast<double>(count) / freedom;
   const double error = 0.5 * std::sqrt(variance * (fit->Variance(1) + fit->Variance(2))) / radius;
-  return error <= allowed_error ? CurvatureOf(frame, *fit, radius) : std::nullopt;
+  return error <= allowed_error ? CurvatureOfField(frame, fit->coefficients.template topRows<3>(), radius, radius)
+                                : std::nullopt;
 }
 
 }  // namespace
 
-std::optional<PointCurvature> EstimateOneSide(std::span<const SideNeighbor> neighbors, const Vector3d& normal,
+std::optional<PointCurvature> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Vector3d& normal,
                                               const SideLimits& limits) {
   const double tolerance = std::max(kMostDeviations * limits.normal_noise, kLeastTolerance);
   const auto side = NormalOfSide(neighbors.first(std::min(kCore, neighbors.size())), normal, tolerance);
   if (!side.has_value()) return std::nullopt;
   const NormalFrame frame(*side);
   SidePicker picker(frame, limits);
-  const std::vector<const SideNeighbor*>& picked = picker.Pick(neighbors);
+  const std::vector<const NeighborNormal*>& picked = picker.Pick(neighbors);
   if (picked.size() < kLeastCount) return std::nullopt;
   const double radius = picked.back()->offset.norm();
   if (!(radius > 0.0)) return std::nullopt;
   PolynomialEquations<3> equations;
-  for (const SideNeighbor* const neighbor : picked) {
+  for (const NeighborNormal* const neighbor : picked) {
     const double x = frame.u.dot(neighbor->offset) / radius, y = frame.v.dot(neighbor->offset) / radius;
     equations.Add(x, y, neighbor->normal, std::max(1.0 - x * x - y * y, 0.0));
   }

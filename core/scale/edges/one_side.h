@@ -25,7 +25,7 @@ struct SideLimits {
 // fitted as the local cubic regression does, in the highest degree whose standard error is allowed. Lengths of the
 // result are in the unit of the offsets. Nothing, if too few are on the point's side. REQUIRES: `neighbors` are sorted
 // by distance.
-std::optional<PointCurvature> EstimateOneSide(std::span<const SideNeighbor> neighbors, const Eigen::Vector3d& normal,
+std::optional<PointCurvature> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal,
                                               const SideLimits& limits);
 
 }  // namespace curvd

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/scale/detail/detail_check.h"
 #include "core/scale/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
@@ -14,12 +15,13 @@ namespace curvd {
 struct PartChoice {
   PilotPoints samples;
   ScaleChoice choice;  // made of them
+  std::optional<DetailCheck> check = std::nullopt;
 };
 
 // One part, or the two of SplitIntoParts.
 class CloudChoice {
  public:
-  static constexpr size_t kMostParts = 2, kMostChosen = kMostParts * ScaleChoice::kMostChosen + 1;
+  static constexpr size_t kMostParts = 2, kMostChosen = kMostParts * (ScaleChoice::kMostChosen + 1) + 1;
 
   CloudChoice() = default;
   // The samples of the second part follow those of the first in one table, which outlives the object.
@@ -28,18 +30,22 @@ class CloudChoice {
       first_.push_back(chosen_.size());
       chosen_.insert(chosen_.end(), part.choice.chosen.begin(), part.choice.chosen.end());
     }
-    if (parts_.size() < 2) return;
-    const ScaleCandidate& leading = parts_.front().choice.chosen.front();
-    if (leading.rung == 0) return;
-    check_ = chosen_.size();
-    chosen_.push_back({leading.method, leading.rung - 1});
+    if (parts_.size() > 1) AddCheckOfBorder();
+    for (const PartChoice& part : parts_) {
+      detail_checks_.push_back(chosen_.size());
+      if (part.check.has_value()) chosen_.push_back(part.check->candidate);
+    }
   }
 
   const std::vector<PartChoice>& parts() const { return parts_; }
-  // The candidates of the first part, then those of the second, then the check.
+  // The candidates of the first part, then those of the second, then what checks them and counts nowhere: at the border
+  // of both, for detail in the first, and for detail in the second.
   const std::vector<ScaleCandidate>& chosen() const { return chosen_; }
   // The place in chosen() of a part's first.
   size_t first_of(size_t part) const { return first_[part]; }
+
+  // The place in chosen() of PartChoice::check, if there is one: these follow all others.
+  size_t detail_check_of(size_t part) const { return detail_checks_[part]; }
 
   // The place in chosen() of one that counts nowhere, and looks less far than what counts most in the first part: where
   // both agree, no neighborhood reaches into the second. Nothing where there is one part, or where that one has the
@@ -61,9 +67,16 @@ class CloudChoice {
   }
 
  private:
+  void AddCheckOfBorder() {
+    const ScaleCandidate& leading = parts_.front().choice.chosen.front();
+    if (leading.rung == 0) return;
+    check_ = chosen_.size();
+    chosen_.push_back({leading.method, leading.rung - 1});
+  }
+
   std::vector<PartChoice> parts_;
   std::vector<ScaleCandidate> chosen_;
-  std::vector<size_t> first_;
+  std::vector<size_t> first_, detail_checks_;
   std::optional<size_t> check_;
 };
 

@@ -12,11 +12,11 @@ namespace curvd::testing {
 
 // Neighbors of a point that is `distance` from an edge: it lies on a cylinder of this curvature along y, which ends
 // there; a plane goes on at a right angle. Sorted by distance.
-inline std::vector<SideNeighbor> NeighborsAtEdge(double curvature, double distance, double noise) {
+inline std::vector<NeighborNormal> NeighborsAtEdge(double curvature, double distance, double noise) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
   std::normal_distribution<double> normal(0.0, noise > 0.0 ? noise : 1.0);
-  std::vector<SideNeighbor> neighbors;
+  std::vector<NeighborNormal> neighbors;
   neighbors.push_back({Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ()});
   const auto add = [&](const Eigen::Vector3d& offset, Eigen::Vector3d direction) {
     if (noise > 0.0) direction += Eigen::Vector3d(normal(random), normal(random), normal(random));

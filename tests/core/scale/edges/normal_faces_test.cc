@@ -11,8 +11,8 @@ namespace {
 using Eigen::Vector3d;
 
 // Normals of faces that have these, one after the other.
-std::vector<SideNeighbor> Faces(const std::vector<Vector3d>& normals, size_t of_each) {
-  std::vector<SideNeighbor> neighbors;
+std::vector<NeighborNormal> Faces(const std::vector<Vector3d>& normals, size_t of_each) {
+  std::vector<NeighborNormal> neighbors;
   for (size_t i = 0; i < of_each; ++i) {
     for (const Vector3d& normal : normals) neighbors.push_back({Vector3d::Zero(), normal});
   }
@@ -20,8 +20,8 @@ std::vector<SideNeighbor> Faces(const std::vector<Vector3d>& normals, size_t of_
 }
 
 // Normals that turn evenly by so much in all.
-std::vector<SideNeighbor> Bend(double angle) {
-  std::vector<SideNeighbor> neighbors;
+std::vector<NeighborNormal> Bend(double angle) {
+  std::vector<NeighborNormal> neighbors;
   for (int i = 0; i < 96; ++i) {
     const double at = angle * (i / 95.0 - 0.5);
     neighbors.push_back({Vector3d::Zero(), Vector3d(std::sin(at), 0.0, std::cos(at))});
@@ -50,7 +50,7 @@ TEST(NormalFacesTest, BendsAreNoFaces) {
 }
 
 TEST(NormalFacesTest, ClustersOfFewerThanThreeAreNoFaces) {
-  std::vector<SideNeighbor> neighbors = Faces({Vector3d::UnitZ()}, 30);
+  std::vector<NeighborNormal> neighbors = Faces({Vector3d::UnitZ()}, 30);
   neighbors.push_back({Vector3d::Zero(), Vector3d::UnitX()});
   neighbors.push_back({Vector3d::Zero(), Vector3d::UnitX()});
   const NormalSpread spread = SpreadOf(neighbors);

@@ -35,7 +35,7 @@ TEST(OneSideTest, NoiseOfNormalsIsAveraged) {
 }
 
 TEST(OneSideTest, TooFewOnTheSideSayNothing) {
-  std::vector<SideNeighbor> neighbors = NeighborsAtEdge(0.0, 0.1, 0.0);
+  std::vector<NeighborNormal> neighbors = NeighborsAtEdge(0.0, 0.1, 0.0);
   neighbors.resize(7);
   EXPECT_FALSE(EstimateOneSide(neighbors, Vector3d::UnitZ(), Limits(0.0)).has_value());
   EXPECT_FALSE(EstimateOneSide(NeighborsAtEdge(0.0, 0.1, 0.0), -Vector3d::UnitZ(), Limits(0.0)).has_value());

@@ -41,11 +41,12 @@ struct PolynomialFit {
   double squares;                                                    // weighted, of what is left
 
   // The variance of the coefficient of x (1) or of y (2) where the normals' is 1.
-  double Variance(int coefficient) const {
+  double Variance(int coefficient) const { return Weights(coefficient)[coefficient]; }
+  // How much the right sides of the equations count in a coefficient.
+  Eigen::Matrix<double, kPolynomialTerms[kDegree], 1> Weights(int coefficient) const {
     using Column = Eigen::Matrix<double, kPolynomialTerms[kDegree], 1>;
     const Column unit = Column::Unit(coefficient);
-    const Column solution = factors.solve(unit);
-    return solution[coefficient];
+    return factors.solve(unit);
   }
 };
 
@@ -61,6 +62,13 @@ class PolynomialEquations {
     right_.noalias() += (weight * terms) * normal.transpose();
     weights_ += weight;
     squares_ += weight * normal.squaredNorm();
+  }
+  // Adds the equations of other neighbors, or of the same with other weights, times a factor.
+  void AddTimes(double factor, const PolynomialEquations& other) {
+    matrix_ += factor * other.matrix_;
+    right_ += factor * other.right_;
+    weights_ += factor * other.weights_;
+    squares_ += factor * other.squares_;
   }
   double weights() const { return weights_; }
 

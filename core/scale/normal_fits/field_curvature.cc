@@ -1,0 +1,55 @@
+#include "core/scale/normal_fits/field_curvature.h"
+
+#include <array>
+#include <cmath>
+
+namespace curvd {
+namespace {
+
+using Eigen::Vector3d;
+
+std::array<float, 3> ToFloats(const Vector3d& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+
+bool IsFinite(const PointCurvature& point) {
+  return std::isfinite(point.gaussian) && std::isfinite(point.k1) && std::isfinite(point.k2);
+}
+
+}  // namespace
+
+std::optional<PointCurvature> CurvatureOfField(const NormalFrame& frame, const Eigen::Matrix3d& field, double unit,
+                                               double radius) {
+  const Vector3d value = field.row(0), along_u = field.row(1), along_v = field.row(2);
+  const double length = value.norm();
+  const Vector3d normal = value / length;
+  if (!(frame.n.dot(normal) > 0.1)) return std::nullopt;
+  const Vector3d s = normal.unitOrthogonal(), t = normal.cross(s);
+  const auto change = [&](const Vector3d& tangent) -> Vector3d {
+    return (tangent.dot(frame.u) * along_u + tangent.dot(frame.v) * along_v) / (length * unit);
+  };
+  const double ss = change(s).dot(s), tt = change(t).dot(t), st = 0.5 * (change(s).dot(t) + change(t).dot(s));
+  const double mean = 0.5 * (ss + tt), half = 0.5 * (ss - tt), difference = std::hypot(half, st);
+  const double angle = 0.5 * std::atan2(st, half);
+  const Vector3d d2 = std::cos(angle) * s + std::sin(angle) * t;
+  const PointCurvature point = {static_cast<float>(mean),
+                                static_cast<float>((mean - difference) * (mean + difference)),
+                                static_cast<float>(mean - difference),
+                                static_cast<float>(mean + difference),
+                                ToFloats(d2.cross(normal)),
+                                ToFloats(d2),
+                                static_cast<float>(radius),
+                                PointStatus::kOk};
+  return IsFinite(point) ? std::optional(point) : std::nullopt;
+}
+
+std::optional<PointCurvature> Scaled(PointCurvature point, double factor) {
+  for (float* const curvature : {&point.mean, &point.k1, &point.k2}) {
+    *curvature = static_cast<float>(*curvature * factor);
+  }
+  point.gaussian = static_cast<float>(point.gaussian * factor * factor);
+  point.radius = static_cast<float>(point.radius / factor);
+  return IsFinite(point) ? std::optional(point) : std::nullopt;
+}
+
+}  // namespace curvd

@@ -1,0 +1,130 @@
+// Small detail on a calm noisy surface.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "tests/core/scale/automatic_requests.h"
+#include "tests/core/test_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+constexpr size_t kPoints = 20'000;
+constexpr double kWidth = 0.09, kDepth = 0.04;
+
+// A plane over [-1, 1]^2 with one dent, and the mean curvature at each point.
+struct DentedPlane {
+  TestPoints points;
+  std::vector<double> mean;
+  std::vector<bool> is_in_dent;
+};
+
+// Noise of positions and of each component of the normals.
+DentedPlane MakeDentedPlane(double position_noise, double normal_noise) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
+  std::normal_distribution<double> gaussian;
+  DentedPlane plane;
+  for (size_t i = 0; i < kPoints; ++i) {
+    const double x = coordinate(random), y = coordinate(random), square = (x * x + y * y) / (kWidth * kWidth);
+    const double z = -kDepth * std::exp(-0.5 * square), along = -z / (kWidth * kWidth);
+    // Of a surface of revolution: curvatures along the meridian and across it.
+    const double slope = along * std::hypot(x, y), bend = along * (1.0 - square);
+    const double length = std::sqrt(1.0 + slope * slope);
+    plane.mean.push_back(-0.5 * (bend / (length * length * length) + along / length));
+    plane.is_in_dent.push_back(square < 1.0);
+    const auto off = [&](double noise) { return noise * gaussian(random); };
+    const double p[] = {off(position_noise), off(position_noise), off(position_noise)};
+    const double n[] = {-along * x / length + off(normal_noise), -along * y / length + off(normal_noise),
+                        1.0 / length + off(normal_noise)};
+    const double norm = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    plane.points.Add(x + p[0], y + p[1], z + p[2], n[0] / norm, n[1] / norm, n[2] / norm);
+  }
+  return plane;
+}
+
+// Over the points of the dent, or over all others.
+double ErrorAt(const DentedPlane& plane, const EstimationResult& result, bool in_dent) {
+  double sum = 0.0;
+  size_t count = 0;
+  for (size_t i = 0; i < kPoints; ++i) {
+    if (plane.is_in_dent[i] != in_dent) continue;
+    EXPECT_EQ(result.field.points[i].status, PointStatus::kOk);
+    sum += std::abs(result.field.points[i].mean - plane.mean[i]);
+    ++count;
+  }
+  return sum / static_cast<double>(count);
+}
+
+double MeanOfDent(const DentedPlane& plane) {
+  double sum = 0.0;
+  size_t count = 0;
+  for (size_t i = 0; i < kPoints; ++i) {
+    if (!plane.is_in_dent[i]) continue;
+    sum += std::abs(plane.mean[i]);
+    ++count;
+  }
+  return sum / static_cast<double>(count);
+}
+
+TEST(DetailRunTest, ADentOfAHundredthOfTheCloudStays) {
+  const DentedPlane plane = MakeDentedPlane(0.002, 0.03);
+  const EstimationResult result = MustEstimate(plane.points.ToCloud(), WithChoice(Automatic()));
+  EXPECT_LT(ErrorAt(plane, result, true), 0.2 * MeanOfDent(plane));
+  EXPECT_LT(ErrorAt(plane, result, false), 0.02 * MeanOfDent(plane));
+  size_t within = 0, known = 0;
+  for (size_t i = 0; i < kPoints; ++i) {
+    if (!plane.is_in_dent[i]) continue;
+    const PointChoice& choice = result.choices[i];
+    ++known;
+    within += std::abs(result.field.points[i].mean - plane.mean[i]) <= 1.645 * choice.mean_error ? 1 : 0;
+    EXPECT_NEAR(choice.avg_hexagram_weight + choice.normal_regression_weight + choice.jet_weight, 1.0f, 1e-5f);
+  }
+  EXPECT_GT(static_cast<double>(within), 0.6 * static_cast<double>(known));
+  // The same weights everywhere smooth it away: the test would not fail for a dent that needs no help.
+  EXPECT_GT(ErrorAt(plane, MustEstimate(plane.points.ToCloud(), Automatic({.per_cloud = true})), true),
+            0.4 * MeanOfDent(plane));
+}
+
+TEST(DetailRunTest, TheSameBytesForAnyThreads) {
+  const DentedPlane plane = MakeDentedPlane(0.002, 0.03);
+  WorkerPool one(1), four(4);
+  const auto estimate = [&](WorkerPool& pool) {
+    return EstimateCurvature(plane.points.ToCloud(), WithChoice(Automatic()), pool).value();
+  };
+  const EstimationResult a = estimate(one), b = estimate(four);
+  EXPECT_EQ(FirstDifference(a.field.points.span(), b.field.points.span()), kPoints);
+  EXPECT_TRUE(AreSameBytes(a.choices, b.choices));
+}
+
+TEST(DetailRunTest, NoiseIsNoDetail) {
+  // An estimate of few neighbors among those of many would be one.
+  const EstimationResult result = MustEstimate(Waves(10'000, 0.01, 5).ToCloud(), WithChoice(Automatic()));
+  float least = 1e9f, most = 0.0f;
+  for (const PointChoice& choice : result.choices.span()) {
+    least = std::min(least, choice.neighbor_count);
+    most = std::max(most, choice.neighbor_count);
+  }
+  EXPECT_GT(least, most / 8.0f);
+}
+
+TEST(DetailRunTest, KeepsToTheBoundsOfTheScale) {
+  const DentedPlane plane = MakeDentedPlane(0.002, 0.03);
+  const auto estimate = [&](AutomaticScale scale) {
+    return MustEstimate(plane.points.ToCloud(), WithChoice(Automatic(scale)));
+  };
+  const EstimationResult many = estimate({.least_count = 128});
+  for (const PointChoice& choice : many.choices.span()) ASSERT_GE(choice.neighbor_count, 127.9f);
+  const EstimationResult near = estimate({.max_radius = 0.15});
+  for (const PointCurvature& point : near.field.points.span()) {
+    if (point.status == PointStatus::kOk) {
+      ASSERT_LE(point.radius, 0.15f * 1.0001f);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace curvd::testing
