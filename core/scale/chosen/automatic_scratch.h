@@ -51,8 +51,8 @@ struct AutomaticScratch final : WorkerScratch {
   OfPoints<float> edge_distances;  // in the caller's unit
   // By how much what was found of H differs from what points of the other part can make of it, in the caller's unit.
   OfPoints<double> doubts;
-  OfPoints<bool> has_detail;  // that the average smooths away, as far as checks tell
-  OfPoints<std::optional<PointDetail>> details;
+  OfPoints<bool> has_detail;                     // that the average smooths away, as far as the part's check tells
+  OfPoints<std::optional<PointDetail>> details;  // of those that are estimated by themselves
 
   // Of each chosen estimate at a point of the group.
   const LeafWeights& WeightsAt(size_t point) const { return leaf_weights[LeafOf(point)][part[point]]; }

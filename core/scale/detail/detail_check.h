@@ -18,8 +18,7 @@ struct DetailCheck {
 
 // A regression of normals of degree 3 with a few times the error of the best. None where that was not judged, where
 // noise leaves no room for smaller neighborhoods, where jets of exact positions see detail better, or where it is not
-// independent noise of the normals that decides.
-// `choice` is made of the samples.
+// independent noise of the normals that decides. `choice` is made of the samples. Thread-safe.
 std::optional<DetailCheck> FindDetailCheck(PilotPoints samples, const ScaleChoice& choice);
 
 }  // namespace curvd

@@ -177,6 +177,23 @@ TEST(CloudChoiceTest, NothingIsSmallerThanTheSmallestScale) {
   EXPECT_FALSE(CloudChoice({{all.first(200), Scales(0, 3)}, {all.subspan(200), Scales(4, 2)}}).check().has_value());
 }
 
+TEST(CloudChoiceTest, ChecksOfDetailFollowAllOthersAndCountNowhere) {
+  const PilotTable table = TableWith([](double, double) { return Traits{}; });
+  const PilotPoints all = table;
+  const ScaleCandidate of_second = {kRegressionMethod, 6};
+  const CloudChoice choice(
+      {{all.first(200), Scales(2, 3)}, {all.subspan(200), Scales(4, 2), DetailCheck{of_second, 0.1}}});
+  ASSERT_EQ(choice.chosen().size(), 7u);
+  EXPECT_EQ(choice.check(), 5u);
+  EXPECT_EQ(choice.detail_check_of(0), 6u) << "where the first part's would be";
+  EXPECT_EQ(choice.detail_check_of(1), 6u);
+  EXPECT_EQ(choice.chosen()[6], of_second);
+  CloudWeights weights(choice);
+  const std::array<float, 3> place = {0.5f, 0.9f, 0.0f};
+  weights.Start({place, place});
+  for (const size_t part : {0, 1}) EXPECT_EQ(weights.At(place.data(), part).mean[6], 0.0);
+}
+
 TEST(CloudChoiceTest, OnePartNeedsNoCheck) {
   const PilotTable table = TableWith([](double, double) { return Traits{}; });
   const CloudChoice choice({{table, Scales(2, 3)}});
