@@ -75,10 +75,10 @@ namespace curvd {
 
 AvgHexagramPlan::AvgHexagramPlan(const EstimatorOptions& options, const SpatialIndex& index)
     : neighborhood(NeighborhoodPlan::Make(options, index)), rotations(static_cast<int>(options.rotation_count)) {
-  for (int r = 0; r < rotations; ++r) {
-    const double angle = std::numbers::pi / 3.0 * r / rotations;
-    cosine[r] = static_cast<float>(std::cos(angle));
-    sine[r] = static_cast<float>(std::sin(angle));
+  // From the steepest on: the bounds divide the turn evenly, and one of them is vertical.
+  for (int pair = 0; pair < BoundPairs(rotations); ++pair) {
+    const double from_vertical = std::numbers::pi / 3.0 * (pair + 1) / rotations;
+    cotangent[pair] = static_cast<float>(std::tan(from_vertical));
   }
 }
 

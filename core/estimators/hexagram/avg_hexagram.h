@@ -12,13 +12,16 @@
 
 namespace curvd {
 
+// The bounds of the sectors of all hexagrams are lines through the point, one of which is vertical; how many pairs of
+// the others have opposed slopes. One that is left over is level.
+constexpr int BoundPairs(int rotations) { return (3 * rotations - 1) / 2; }
+
 struct AvgHexagramPlan {
   AvgHexagramPlan(const EstimatorOptions& options, const SpatialIndex& index);
 
   NeighborhoodPlan neighborhood;
-  int rotations;                // hexagrams a point
-  float cosine[kMaxRotations];  // of the angle that each is turned by
-  float sine[kMaxRotations];
+  int rotations;                               // hexagrams a point
+  float cotangent[BoundPairs(kMaxRotations)];  // of the angle between each pair of bounds and the axis u
 };
 
 struct AvgHexagramScratch : MeasuringScratch {

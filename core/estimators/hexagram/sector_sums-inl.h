@@ -38,35 +38,24 @@ HWY_INLINE IntVec AddOneWhere(FloatMask mask, IntVec v) {
 #endif
 }
 
-// Which sector of the tangent plane, 60 degrees wide around each target, each of a vector of offsets lies in, counted
-// from the one before sector 0. Those without a tangential part get the last one.
-HWY_INLINE IntVec FindSectors(FloatVec along_u, FloatVec along_v) {
-  const FloatTag d;
-  const IntTag di;
-  // The bounding lines lie at 30, 90 and 150 degrees. On the right, each that is passed leads to the next sector; on
-  // the left they come in the other order.
-  const FloatVec steep = hn::Mul(along_v, hn::Set(d, kSqrt3));
-  const IntVec passed = AddOneWhere(hn::Gt(steep, hn::Neg(along_u)), AddOneWhere(hn::Gt(steep, along_u), hn::Zero(di)));
-  const auto right = hn::RebindMask(di, hn::Gt(along_u, hn::Zero(d)));
-  return hn::IfThenElse(right, passed, hn::Sub(hn::Set(di, 5), passed));
-}
-
-// Which step each of a vector of offsets lies in, counted from the bound before sector 0 of the first hexagram. Those
-// without a tangential part (the point itself, its doubles) lie in none: they get the step after the last.
+// Which step each of a vector of offsets lies in, counted from the bound before sector 0 of the first hexagram, which
+// points down along -v. Those without a tangential part (the point itself, its doubles) lie in none: they get the step
+// after the last.
 template <int kRotations>
 HWY_INLINE IntVec FindSteps(const AvgHexagramPlan& plan, FloatVec along_u, FloatVec along_v) {
   const FloatTag d;
   const IntTag di;
-  const IntVec sector = FindSectors(along_u, along_v);
-  IntVec step = sector;
-  for (int r = 1; r < kRotations; ++r) step = hn::Add(step, sector);
-  for (int r = 1; r < kRotations; ++r) {
-    const FloatVec cosine = hn::Set(d, plan.cosine[r]), sine = hn::Set(d, plan.sine[r]);
-    const IntVec turned = FindSectors(hn::MulAdd(cosine, along_u, hn::Mul(sine, along_v)),
-                                      hn::NegMulAdd(sine, along_u, hn::Mul(cosine, along_v)));
-    // Past the bound of the turned sector, which lies within the other.
-    step = hn::Sub(step, hn::VecFromMask(di, hn::Eq(turned, sector)));
+  // A bound is a line through the point. On the right, each that is passed on the way up leads to the next step; on the
+  // left they come in the other order.
+  IntVec passed = hn::Zero(di);
+  const FloatVec opposed = hn::Neg(along_u);
+  for (int pair = 0; pair < BoundPairs(kRotations); ++pair) {
+    const FloatVec steep = hn::Mul(along_v, hn::Set(d, plan.cotangent[pair]));
+    passed = AddOneWhere(hn::Gt(steep, opposed), AddOneWhere(hn::Gt(steep, along_u), passed));
   }
+  if constexpr (kRotations % 2 == 0) passed = AddOneWhere(hn::Gt(along_v, hn::Zero(d)), passed);
+  const auto right = hn::RebindMask(di, hn::Gt(along_u, hn::Zero(d)));
+  const IntVec step = hn::IfThenElse(right, passed, hn::Sub(hn::Set(di, 6 * kRotations - 1), passed));
   // Without a tangential part, all bits but the signs are 0.
   return AddOneWhere(hn::Eq(hn::Or(along_u, along_v), hn::Zero(d)), step);
 }
