@@ -10,8 +10,7 @@
 
 namespace curvd {
 
-// All values are NaN where the status of the point's curvature is not kOk, and beside sharp edges, where the estimate
-// looks at one side of the neighborhood alone.
+// All values are NaN where the status of the point's curvature is not kOk.
 struct PointChoice {
   // Standard errors of H, k1 and k2, in 1 / the caller's length unit: nine in ten of the intervals H - 1.645 mean_error
   // to H + 1.645 mean_error hold the truth, and likewise for k1 and k2 (docs/numerics.md tells where fewer or more do).

@@ -24,10 +24,11 @@ struct LeafWeights {
   std::array<bool, CloudChoice::kMostChosen> count;  // whether each is large enough to count
 };
 
-// How a point was estimated whose detail the average would smooth away.
-struct PointDetail {
+// How a point was estimated that has a fit of its own, in place of an average.
+struct OwnFit {
   float neighbor_count;
   float mean_error, k1_error, k2_error;  // standard errors, in the caller's unit
+  bool is_jet;                           // of positions, otherwise of normals
 };
 
 // Serves one group at a time. Arrays have a place for each of its points that get a result, from first_point on.
@@ -51,8 +52,8 @@ struct AutomaticScratch final : WorkerScratch {
   OfPoints<float> edge_distances;  // in the caller's unit
   // By how much what was found of H differs from what points of the other part can make of it, in the caller's unit.
   OfPoints<double> doubts;
-  OfPoints<bool> has_detail;                     // that the average smooths away, as far as the part's check tells
-  OfPoints<std::optional<PointDetail>> details;  // of those that are estimated by themselves
+  OfPoints<bool> has_detail;  // that the average smooths away, as far as the part's check tells
+  OfPoints<std::optional<OwnFit>> own_fits;
 
   // Of each chosen estimate at a point of the group.
   const LeafWeights& WeightsAt(size_t point) const { return leaf_weights[LeafOf(point)][part[point]]; }

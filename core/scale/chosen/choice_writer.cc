@@ -64,12 +64,14 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
   const PointCurvature& result = results_[s.points.slot[point]];
   PointChoice& choice = choices_[s.points.slot[point]];
   choice = UndefinedChoice();
-  // Of one side of a neighborhood nothing was sampled.
-  if (result.status != PointStatus::kOk || ChosenEstimates::IsOneSided(s, point)) return;
-  if (const std::optional<PointDetail>& detail = s.details[point]) {
-    choice = {detail->mean_error, detail->k1_error, detail->k2_error, detail->neighbor_count, 0.0f, 1.0f, 0.0f};
+  if (result.status != PointStatus::kOk) return;
+  if (const std::optional<OwnFit>& fit = s.own_fits[point]) {
+    const float of_jet = fit->is_jet ? 1.0f : 0.0f;
+    choice = {fit->mean_error, fit->k1_error, fit->k2_error, fit->neighbor_count, 0.0f, 1.0f - of_jet, of_jet};
     return;
   }
+  // What all reach over an edge was sampled where they do not.
+  if (ChosenEstimates::IsOneSided(s, point)) return;
   SetWeights(s.shares[point], choice);
   if (!has_errors) return;
   float position[3];

@@ -181,7 +181,7 @@ void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
   s.shares.fill({});
   s.doubts.fill(0.0);
   s.has_detail.fill(false);
-  s.details.fill(std::nullopt);
+  s.own_fits.fill(std::nullopt);
   s.rest = 0;
   HWY_NAMESPACE::LoadGroup(index_, group, s.points, s.first_point);
   StartWeights(group, s);
@@ -256,9 +256,12 @@ void ChosenEstimates::Add(PointCurvature found, size_t point, size_t estimate, A
 }
 
 absl::Status ChosenEstimates::EstimateOneSided(size_t group, AutomaticScratch& s) const {
-  bool has_any = false;
-  for (size_t i = 0; i < s.points.size; ++i) has_any = has_any || IsOneSided(s, i);
-  if (!has_any) return absl::OkStatus();
+  AutomaticScratch::OfPoints<size_t> one_sided;
+  size_t count = 0;
+  for (size_t i = 0; i < s.points.size; ++i) {
+    if (IsOneSided(s, i)) one_sided[count++] = i;
+  }
+  if (count == 0) return absl::OkStatus();
   s.pilot.stopped = s.stopped;
   s.pilot.first_point = s.first_point;
   const double most_radius = ScaleOf(options_).max_radius;
@@ -267,7 +270,14 @@ absl::Status ChosenEstimates::EstimateOneSided(size_t group, AutomaticScratch& s
   return edges_->Repair(
       group, most_in_index, [&](size_t i) { return i < s.points.size && IsOneSided(s, i); },
       [&](const float* position) { return ScaleAt(position, *s.weights); },
-      [&](size_t slot, const PointCurvature& point) { results_[slot] = point; }, s.pilot);
+      [&](size_t place, const SideEstimate& found) {
+        const size_t i = one_sided[place];
+        results_[s.points.slot[i]] = found.point;
+        const auto principal_error = static_cast<float>(found.principal_error);
+        s.own_fits[i] = OwnFit{static_cast<float>(found.neighbor_count), static_cast<float>(found.mean_error),
+                               principal_error, principal_error, found.is_by_heights};
+      },
+      s.pilot);
 }
 
 // Twice as many as the choice takes: on a straight edge, half of them are on the side of a point.

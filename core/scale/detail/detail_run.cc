@@ -61,9 +61,9 @@ void DetailRun::EstimatePoint(size_t place, size_t point, AutomaticScratch& s) c
   const auto scaled = Scaled(estimate->point, to_caller);
   if (!scaled.has_value()) return;
   result = *scaled;
-  s.details[point] = PointDetail{
+  s.own_fits[point] = OwnFit{
       static_cast<float>(estimate->neighbor_count), static_cast<float>(estimate->mean_error * to_caller),
-      static_cast<float>(estimate->k1_error * to_caller), static_cast<float>(estimate->k2_error * to_caller)};
+      static_cast<float>(estimate->k1_error * to_caller), static_cast<float>(estimate->k2_error * to_caller), false};
 }
 
 }  // namespace curvd

@@ -22,7 +22,7 @@ class DetailRun {
             PointCurvature* results);
 
   // Estimates those points of a group that s.has_detail marks by EstimateDetail, of no more neighbors than the rung
-  // above the check has. Writes their results, and s.details, where these differ from the averages. Errors as those of
+  // above the check has. Writes their results, and s.own_fits, where these differ from the averages. Errors as those of
   // GroupPhase::run.
   absl::Status Estimate(size_t group, AutomaticScratch& s) const;
 

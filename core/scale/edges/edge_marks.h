@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/index/spatial_index.h"
+#include "core/scale/edges/normal_trend.h"
 #include "core/scale/edges/one_side.h"
 
 namespace curvd {

@@ -191,7 +191,7 @@ float EdgeRun::DistanceToEdge(const float* position) const {
 
 absl::Status EdgeRun::Repair(size_t group, float most_radius, absl::FunctionRef<bool(size_t i)> is_one_sided,
                              absl::FunctionRef<OneSideScale(const float* position)> scale_at,
-                             absl::FunctionRef<void(size_t slot, const PointCurvature& point)> take,
+                             absl::FunctionRef<void(size_t n, const SideEstimate& estimate)> take,
                              PilotScratch& s) const {
   const double normal_noise = NoiseAround(group), to_caller = std::ldexp(1.0, index_.scale_exponent());
   s.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
@@ -202,10 +202,15 @@ absl::Status EdgeRun::Repair(size_t group, float most_radius, absl::FunctionRef<
     s.points.normal.Get(i, normal);
     SortNormals(most_radius, s);
     const OneSideScale scale = scale_at(position);
-    const auto point = EstimateOneSide(s.normals, Eigen::Vector3d(normal[0], normal[1], normal[2]),
-                                       {scale.count, normal_noise, position_noise_, scale.allowed_error});
-    if (!point.has_value()) return;
-    if (const auto scaled = Scaled(*point, to_caller)) take(s.points.slot[i], *scaled);
+    auto found = EstimateOneSide(s.normals, Eigen::Vector3d(normal[0], normal[1], normal[2]),
+                                 {scale.count, normal_noise, position_noise_, scale.allowed_error});
+    if (!found.has_value()) return;
+    const auto scaled = Scaled(found->point, to_caller);
+    if (!scaled.has_value()) return;
+    found->point = *scaled;
+    found->mean_error *= to_caller;
+    found->principal_error *= to_caller;
+    take(i, *found);
   });
 }
 

@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "core/estimators/curvature_field.h"
 #include "core/scale/edges/edge_marks.h"
+#include "core/scale/edges/normal_trend.h"
 #include "core/scale/edges/one_side.h"
 #include "core/scale/pilot.h"
 
@@ -48,12 +49,12 @@ class EdgeRun {
   // Repair looks among so many neighbors, a third of the cloud at most, for those on the side of a point.
   void LookAmong(uint32_t count);
   // Estimates points of a group from their own sides: of those that get a result, from scratch.first_point on, each for
-  // which is_one_sided(i) is true; take(slot, curvature) is called for each that has one, of lengths in the caller's
-  // unit. `scale_at(position)` is asked at each; no neighbor is farther than `most_radius`, in the index's unit. Errors
-  // as those of GroupPhase::run.
+  // which is_one_sided(i) is true; take(n, estimate) is called for the n-th of those, from 0 on, if it has one, of
+  // lengths in the caller's unit. `scale_at(position)` is asked at each; no neighbor is farther than `most_radius`, in
+  // the index's unit. Errors as those of GroupPhase::run.
   absl::Status Repair(size_t group, float most_radius, absl::FunctionRef<bool(size_t i)> is_one_sided,
                       absl::FunctionRef<OneSideScale(const float* position)> scale_at,
-                      absl::FunctionRef<void(size_t slot, const PointCurvature& point)> take,
+                      absl::FunctionRef<void(size_t n, const SideEstimate& estimate)> take,
                       PilotScratch& scratch) const;
 
   size_t bytes() const { return marks_.bytes() + samples_.capacity() * sizeof(Sampled); }

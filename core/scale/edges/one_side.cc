@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "core/scale/normal_fits/field_curvature.h"
+#include "core/scale/edges/side_heights.h"
+#include "core/scale/edges/side_normals.h"
 #include "core/scale/normal_fits/normal_polynomials.h"
 
 namespace curvd {
@@ -21,6 +21,9 @@ constexpr double kHeightSlack = 0.1;
 constexpr size_t kCore = 16;
 // Fewer on the point's side say nothing.
 constexpr size_t kLeastCount = 8;
+// A paraboloid over a disc errs by 6.9 times the noise of the heights over the square of the radius, where all of it
+// has one sign; half of that leaves room for what is known of the noise.
+constexpr double kLeastHeightError = 3.5;
 
 // The mean of the normals near `normal` among the nearest neighbors.
 std::optional<Vector3d> NormalOfSide(std::span<const NeighborNormal> neighbors, Vector3d normal, double tolerance) {
@@ -85,24 +88,10 @@ class SidePicker {
   std::vector<const NeighborNormal*> picked_;
 };
 
-// What a fit of that degree says, if chance makes no larger error of it.
-template <int kDegree>
-std::optional<PointCurvature> CurvatureInDegree(const NormalFrame& frame, const PolynomialEquations<3>& equations,
-                                                size_t count, double radius, double allowed_error) {
-  const double freedom = static_cast<double>(count) - kPolynomialTerms[kDegree];
-  if (!(freedom > 0.0)) return std::nullopt;
-  const auto fit = equations.SolveDegree<kDegree>();
-  if (!fit.has_value()) return std::nullopt;
-  const double variance = 0.5 * fit->squares / equations.weights() * static_cast<double>(count) / freedom;
-  const double error = 0.5 * std::sqrt(variance * (fit->Variance(1) + fit->Variance(2))) / radius;
-  return error <= allowed_error ? CurvatureOfField(frame, fit->coefficients.template topRows<3>(), radius, radius)
-                                : std::nullopt;
-}
-
 }  // namespace
 
-std::optional<PointCurvature> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Vector3d& normal,
-                                              const SideLimits& limits) {
+std::optional<SideEstimate> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Vector3d& normal,
+                                            const SideLimits& limits) {
   const double tolerance = std::max(kMostDeviations * limits.normal_noise, kLeastTolerance);
   const auto side = NormalOfSide(neighbors.first(std::min(kCore, neighbors.size())), normal, tolerance);
   if (!side.has_value()) return std::nullopt;
@@ -112,14 +101,12 @@ std::optional<PointCurvature> EstimateOneSide(std::span<const NeighborNormal> ne
   if (picked.size() < kLeastCount) return std::nullopt;
   const double radius = picked.back()->offset.norm();
   if (!(radius > 0.0)) return std::nullopt;
-  PolynomialEquations<3> equations;
-  for (const NeighborNormal* const neighbor : picked) {
-    const double x = frame.u.dot(neighbor->offset) / radius, y = frame.v.dot(neighbor->offset) / radius;
-    equations.Add(x, y, neighbor->normal, std::max(1.0 - x * x - y * y, 0.0));
-  }
-  if (auto point = CurvatureInDegree<3>(frame, equations, picked.size(), radius, limits.allowed_error)) return point;
-  if (auto point = CurvatureInDegree<2>(frame, equations, picked.size(), radius, limits.allowed_error)) return point;
-  return CurvatureInDegree<1>(frame, equations, picked.size(), radius, std::numeric_limits<double>::infinity());
+  const auto by_normals = EstimateByNormals(frame, picked, radius, limits.allowed_error);
+  const double least_by_heights = kLeastHeightError * limits.height_noise / (radius * radius);
+  if (by_normals.has_value() && by_normals->mean_error < least_by_heights) return by_normals;
+  const auto by_heights = EstimateByHeights(frame, picked, radius);
+  if (!by_heights.has_value() || !by_normals.has_value()) return by_heights.has_value() ? by_heights : by_normals;
+  return by_heights->mean_error < by_normals->mean_error ? by_heights : by_normals;
 }
 
 }  // namespace curvd

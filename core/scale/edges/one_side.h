@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "Eigen/Core"
-#include "core/estimators/curvature_field.h"
-#include "core/scale/edges/normal_trend.h"
+#include "core/scale/edges/side_estimate.h"
+#include "core/scale/normal_fits/neighbor_normal.h"
 
 namespace curvd {
 
@@ -21,11 +21,11 @@ struct SideLimits {
 };
 
 // Estimates from the neighbors that a smooth surface through the point explains. They are found from the nearest
-// outwards, each ring by what the smaller ones predict: its normals, and by them its heights. Their normals are then
-// fitted as the local cubic regression does, in the highest degree whose standard error is allowed. Lengths of the
-// result are in the unit of the offsets. Nothing, if too few are on the point's side. REQUIRES: `neighbors` are sorted
-// by distance.
-std::optional<PointCurvature> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal,
-                                              const SideLimits& limits);
+// outwards, each ring by what the smaller ones predict: its normals, and by them its heights. Then their normals are
+// fitted, and their heights where these may be more exact; the estimate is the one whose error is smaller. Lengths of
+// the result are in the unit of the offsets. Nothing, if too few are on the point's side. REQUIRES: `neighbors` are
+// sorted by distance.
+std::optional<SideEstimate> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal,
+                                            const SideLimits& limits);
 
 }  // namespace curvd

@@ -33,14 +33,14 @@ Eigen::Matrix<double, kPolynomialTerms[kDegree], 1> MonomialsAt(double x, double
   return terms;
 }
 
-// A polynomial for each axis of the normals.
-template <int kDegree>
+// A polynomial for each axis of the normals, or of other values.
+template <int kDegree, int kAxes = 3>
 struct PolynomialFit {
   Eigen::LLT<Eigen::Matrix<double, kPolynomialTerms[kDegree], kPolynomialTerms[kDegree]>> factors;
-  Eigen::Matrix<double, kPolynomialTerms[kDegree], 3> coefficients;  // a row a monomial
-  double squares;                                                    // weighted, of what is left
+  Eigen::Matrix<double, kPolynomialTerms[kDegree], kAxes> coefficients;  // a row a monomial
+  double squares;                                                        // weighted, of what is left
 
-  // The variance of the coefficient of x (1) or of y (2) where the normals' is 1.
+  // The variance of a coefficient, as that of x (1) or of y (2), where the values' is 1.
   double Variance(int coefficient) const { return Weights(coefficient)[coefficient]; }
   // How much the right sides of the equations count in a coefficient.
   Eigen::Matrix<double, kPolynomialTerms[kDegree], 1> Weights(int coefficient) const {
@@ -50,18 +50,18 @@ struct PolynomialFit {
   }
 };
 
-// Normal equations of the fit of a polynomial to normals.
-template <int kDegree>
+// Normal equations of the fit of a polynomial to normals, or to other values of as many axes.
+template <int kDegree, int kAxes = 3>
 class PolynomialEquations {
  public:
   static constexpr int kSize = kPolynomialTerms[kDegree];
 
-  void Add(double x, double y, const Eigen::Vector3d& normal, double weight) {
+  void Add(double x, double y, const Eigen::Matrix<double, kAxes, 1>& value, double weight) {
     const auto terms = MonomialsAt<kDegree>(x, y);
     matrix_.noalias() += (weight * terms) * terms.transpose();
-    right_.noalias() += (weight * terms) * normal.transpose();
+    right_.noalias() += (weight * terms) * value.transpose();
     weights_ += weight;
-    squares_ += weight * normal.squaredNorm();
+    squares_ += weight * value.squaredNorm();
   }
   // Adds the equations of other neighbors, or of the same with other weights, times a factor.
   void AddTimes(double factor, const PolynomialEquations& other) {
@@ -73,15 +73,15 @@ class PolynomialEquations {
   double weights() const { return weights_; }
 
   // Nothing where monomials depend on others.
-  std::optional<PolynomialFit<kDegree>> Solve() const { return SolveDegree<kDegree>(); }
+  std::optional<PolynomialFit<kDegree, kAxes>> Solve() const { return SolveDegree<kDegree>(); }
 
   // The fit of a polynomial of a lower degree.
   template <int kLower>
-  std::optional<PolynomialFit<kLower>> SolveDegree() const {
+  std::optional<PolynomialFit<kLower, kAxes>> SolveDegree() const {
     constexpr int kLowerSize = kPolynomialTerms[kLower];
     using Matrix = Eigen::Matrix<double, kLowerSize, kLowerSize>;
     const Matrix matrix = matrix_.template topLeftCorner<kLowerSize, kLowerSize>();
-    PolynomialFit<kLower> fit;
+    PolynomialFit<kLower, kAxes> fit;
     fit.factors.compute(matrix);
     if (fit.factors.info() != Eigen::Success) return std::nullopt;
     for (int i = 0; i < kLowerSize; ++i) {
@@ -89,7 +89,7 @@ class PolynomialEquations {
       if (!(pivot * pivot > kLeastPivot * matrix(i, i))) return std::nullopt;
     }
     // One column after the other: Eigen sets up for large matrices where there are several.
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < kAxes; ++axis) {
       const Eigen::Matrix<double, kLowerSize, 1> right = right_.template topRows<kLowerSize>().col(axis);
       fit.coefficients.col(axis) = fit.factors.solve(right);
     }
@@ -102,7 +102,7 @@ class PolynomialEquations {
   static constexpr double kLeastPivot = 1e-6;
 
   Eigen::Matrix<double, kSize, kSize> matrix_ = Eigen::Matrix<double, kSize, kSize>::Zero();
-  Eigen::Matrix<double, kSize, 3> right_ = Eigen::Matrix<double, kSize, 3>::Zero();
+  Eigen::Matrix<double, kSize, kAxes> right_ = Eigen::Matrix<double, kSize, kAxes>::Zero();
   double weights_ = 0.0, squares_ = 0.0;
 };
 

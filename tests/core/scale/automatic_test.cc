@@ -258,6 +258,31 @@ TEST(AutomaticTest, FacesOfABoxAreFlatUpToTheEdges) {
   EXPECT_LT(MeanError(MustEstimate(box.ToCloud(), Automatic()), 0.0), 0.01) << "a tenth of what avg-hexagram errs by";
 }
 
+// Of the curvature itself, which is 0, and what the points say of their estimates.
+TEST(AutomaticTest, ExactFacesWithNoisyNormalsAreFlatUpToTheEdges) {
+  TestPoints box = Box(30);
+  AddNoise(0.0, 0.1, 3, box);
+  const EstimationResult result = MustEstimate(box.ToCloud(), WithChoice(Automatic()));
+  size_t jets = 0;
+  for (size_t i = 0; i < box.size(); ++i) {
+    ASSERT_EQ(result.field.points[i].status, PointStatus::kOk);
+
+    const PointChoice& choice = result.choices[i];
+    ASSERT_FALSE(std::isnan(choice.neighbor_count)) << i;
+    // The neighborhoods that were chosen reach an edge, and the point has a fit of its own.
+    double to_edge = 30.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double at = box.positions[i][axis];
+      if (box.normals[i][axis] * box.normals[i][axis] < 0.5f) to_edge = std::min({to_edge, at, 30.0 - at});
+    }
+    if (to_edge > 4.0) continue;
+    ASSERT_FALSE(std::isnan(choice.mean_error) || std::isnan(choice.k1_error)) << i;
+    jets += choice.jet_weight > 0.99f ? 1 : 0;
+  }
+  EXPECT_LT(MeanError(result, 0.0), 1e-5) << "by the normals it is 0.0007";
+  EXPECT_GT(jets, box.size() / 4) << "of those beside an edge";
+}
+
 // Hardly any point has a neighborhood that reaches no edge.
 TEST(AutomaticTest, SmallFacesAreFlatToo) {
   for (const int side : {16, 20}) {

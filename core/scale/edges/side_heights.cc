@@ -1,0 +1,67 @@
+#include "core/scale/edges/side_heights.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/estimators/scale_ladder.h"
+#include "core/scale/normal_fits/field_curvature.h"
+
+namespace curvd {
+namespace {
+
+using Eigen::Matrix3d;
+using Heights = PolynomialEquations<4, 1>;
+
+// Where x^2, x y and y^2 are among the monomials.
+constexpr int kXX = 3, kXY = 4, kYY = 5;
+
+// Neighbors beyond as many as there are coefficients. Fewer say too little of what a fit leaves.
+constexpr double kLeastFreedomOfHeights = 8.0;
+constexpr double kCautionByFreedom = 4.0;
+
+// The fit of so many neighbors. Lengths are in units of `unit`.
+template <int kDegree>
+std::optional<SideEstimate> FitHeights(const NormalFrame& frame, const Heights& equations, size_t count, double unit,
+                                       double radius) {
+  const double freedom = static_cast<double>(count) - kPolynomialTerms[kDegree];
+  if (freedom < kLeastFreedomOfHeights) return std::nullopt;
+  const auto fit = equations.SolveDegree<kDegree>();
+  if (!fit.has_value()) return std::nullopt;
+  const auto of_xx = fit->Weights(kXX), of_yy = fit->Weights(kYY);
+  const double spread = of_xx[kXX] + of_yy[kYY] + 2.0 * of_xx[kYY];
+  const double error = std::sqrt(fit->squares / freedom * spread * static_cast<double>(count)) / unit;
+  const auto c = [&](int term) { return fit->coefficients(term, 0); };
+  Matrix3d field;  // of normals, which are not of unit length
+  field.row(0) = frame.n - c(1) * frame.u - c(2) * frame.v;
+  field.row(1) = -2.0 * c(kXX) * frame.u - c(kXY) * frame.v;
+  field.row(2) = -c(kXY) * frame.u - 2.0 * c(kYY) * frame.v;
+  const auto point = CurvatureOfField(frame, field, unit, radius);
+  if (!point.has_value()) return std::nullopt;
+  const double cautious = error * (1.0 + kCautionByFreedom / freedom);
+  return SideEstimate{*point, count, cautious, std::sqrt(2.0) * cautious, true};
+}
+
+}  // namespace
+
+std::optional<SideEstimate> EstimateByHeights(const NormalFrame& frame, std::span<const NeighborNormal* const> side,
+                                              double radius) {
+  Heights equations;
+  std::optional<SideEstimate> best;
+  const auto take = [&](const std::optional<SideEstimate>& found) {
+    if (found.has_value() && (!best.has_value() || found->mean_error < best->mean_error)) best = found;
+  };
+  size_t added = 0;
+  for (const uint32_t count : kScaleRungs) {
+    if (count > side.size()) break;
+    for (; added < count; ++added) {
+      const Eigen::Vector3d offset = side[added]->offset / radius;
+      equations.Add(frame.u.dot(offset), frame.v.dot(offset), Eigen::Matrix<double, 1, 1>(frame.n.dot(offset)), 1.0);
+    }
+    const double reach = side[count - 1]->offset.norm();
+    take(FitHeights<2>(frame, equations, count, radius, reach));
+    take(FitHeights<4>(frame, equations, count, radius, reach));
+  }
+  return best;
+}
+
+}  // namespace curvd

@@ -1,0 +1,20 @@
+// Curvature of a point beside a sharp edge, from the normals of the neighbors on its own side.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "core/scale/edges/side_estimate.h"
+#include "core/scale/normal_fits/neighbor_normal.h"
+#include "core/scale/normal_fits/normal_polynomials.h"
+
+namespace curvd {
+
+// Fits a polynomial to the normals as the local cubic regression does, in the highest degree, 3 or 2, in which noise
+// makes no larger error of the mean curvature than is allowed, or otherwise in degree 1. The errors are those by noise,
+// and what a cubic fit of the nearest seven in ten finds otherwise. Nothing where neighbors are too few. REQUIRES:
+// `side` is sorted by distance; `radius`, the largest of these, is above 0.
+std::optional<SideEstimate> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> side,
+                                              double radius, double allowed_error);
+
+}  // namespace curvd
