@@ -19,7 +19,7 @@
 #include "core/scale/chosen/chosen_estimates.h"
 #include "core/scale/chosen/seam_mending.h"
 #include "core/scale/detail/detail_check.h"
-#include "core/scale/detail/detail_run.h"
+#include "core/scale/detail/own_fits.h"
 #include "core/scale/edges/edge_run.h"
 #include "core/scale/errors/error_samples.h"
 #include "core/scale/errors/standard_errors.h"
@@ -180,7 +180,10 @@ class AutomaticRun final : public StrategyRun {
     std::vector<PartChoice> parts;
     for (const PilotPoints samples : PartsOf(table_)) {
       PartChoice part{samples, ChooseScales(samples, BoundsOf(options_, index_))};
-      if (IsPerPoint(options_)) part.check = FindDetailCheck(samples, part.choice);
+      if (IsPerPoint(options_)) {
+        part.check = FindDetailCheck(samples, part.choice);
+        part.near_checks = FindNearChecks(samples, part.choice, ScaleOf(options_).least_count);
+      }
       parts.push_back(std::move(part));
     }
     Report(parts);
@@ -191,7 +194,7 @@ class AutomaticRun final : public StrategyRun {
     }
     choice_ = CloudChoice(std::move(parts));
     if (choices_ != nullptr) choice_writer_.emplace(options_, index_, choice_, results_, choices_);
-    details_.emplace(options_, index_, choice_, results_);
+    own_fits_.emplace(options_, index_, choice_, results_);
     estimates_.emplace(options_, index_, choice_, edges_.has_value() ? &*edges_ : nullptr, results_);
   }
 
@@ -215,8 +218,9 @@ class AutomaticRun final : public StrategyRun {
   void Report(const std::vector<PartChoice>& parts) {
     const auto to_caller = [&](double curvature) { return std::ldexp(curvature, index_.scale_exponent()); };
     size_t judged = 0;
-    for (const auto& [samples, choice, check] : parts) judged += choice.scores.empty() ? 0 : samples.size();
-    for (const auto& [samples, choice, check] : parts) {
+    for (const auto& [samples, choice, check, near_checks] : parts)
+      judged += choice.scores.empty() ? 0 : samples.size();
+    for (const auto& [samples, choice, check, near_checks] : parts) {
       ScaleReport part;
       part.sampled_points = static_cast<uint32_t>(samples.size());
       part.sigma = std::ldexp(choice.sigma, -index_.scale_exponent());
@@ -241,7 +245,7 @@ class AutomaticRun final : public StrategyRun {
       results_[points.slot[i]] = ChosenEstimates::Blended(s, i);
     }
     absl::Status status = estimates_->EstimateOneSided(group, s);
-    if (status.ok()) status = details_->Estimate(group, s);
+    if (status.ok()) status = own_fits_->EstimateDetails(group, s);
     for (size_t i = 0; i < points.size; ++i) ++s.status_counts[static_cast<size_t>(results_[points.slot[i]].status)];
     if (choice_writer_.has_value() && points.size > 0) {
       choice_writer_->Start(s);
@@ -254,13 +258,14 @@ class AutomaticRun final : public StrategyRun {
   void LookForSeams() {
     const SeamMarks* const marks = marks_.load(std::memory_order_relaxed);
     // A cloud that is to be rejected needs no results.
-    if (marks == nullptr || !estimates_->HaveSmallerOnes() ||
+    const OwnFits* const own_fits = IsPerPoint(options_) ? &*own_fits_ : nullptr;
+    if (marks == nullptr || (own_fits == nullptr && !estimates_->HaveSmallerOnes()) ||
         options_.opposed_normals == OpposedNormalsPolicy::kReject) {
       return;
     }
     if (!marks->ShowSeam()) return;
-    mending_.emplace(options_, index_, *marks, *estimates_, choice_writer_.has_value() ? &*choice_writer_ : nullptr,
-                     results_);
+    mending_.emplace(options_, index_, *marks, *estimates_, own_fits,
+                     choice_writer_.has_value() ? &*choice_writer_ : nullptr, results_);
   }
 
   // A rung counts at a scout with this weight: its error is less than 2 to 3 times the least. So many rungs beyond are
@@ -281,7 +286,7 @@ class AutomaticRun final : public StrategyRun {
   PointChoice* choices_ = nullptr;  // null: nobody asks
   ScaleReport report_;
   std::optional<ChoiceWriter> choice_writer_;
-  std::optional<DetailRun> details_;
+  std::optional<OwnFits> own_fits_;
   std::optional<ChosenEstimates> estimates_;
   std::atomic<const SeamMarks*> marks_ = nullptr;  // where the chosen estimates mark
   std::optional<SeamMending> mending_;             // if those show a seam, and something can be mended there
@@ -292,11 +297,9 @@ size_t MostParts(const EstimatorOptions& options) { return IsPerPoint(options) ?
 // Where there are parts, those between are as many as the others.
 size_t MostSamples(const EstimatorOptions& options) { return MostParts(options) * Pilot::kMostPoints; }
 
-// Of the checks of detail.
-size_t MostCheckBytes(const EstimatorOptions& options, size_t point_count) {
-  if (!IsPerPoint(options) || !IsCandidate(options, kRegressionMethod)) return 0;
-  const EstimatorOptions one = OptionsOf(options, kRegressionMethod, MostCount(options));
-  return MostParts(options) * (FindStrategy(one.estimator)->scratch_bytes(one, point_count) + sizeof(void*));
+// Estimates that check the chosen ones for detail and for small bodies in each part, at most.
+size_t MostChecks(const EstimatorOptions& options) {
+  return IsPerPoint(options) ? (1 + kMostNearChecks) * MostParts(options) : 0;
 }
 
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
@@ -310,8 +313,7 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   return sizeof(AutomaticScratch) - sizeof(PilotScratch) + PilotScratch::MostBytes(PilotOptions(options), point_count) +
          CloudWeights::MostBytes(samples) +
          (options.returns_choice ? NearestSamples::MostBytes(samples) + parts * sizeof(NearestSamples) : 0) +
-         (parts * ScaleChoice::kMostChosen + (parts > 1 ? 1 : 0)) * (chosen + sizeof(void*)) +
-         MostCheckBytes(options, point_count);
+         (parts * ScaleChoice::kMostChosen + (parts > 1 ? 1 : 0) + MostChecks(options)) * (chosen + sizeof(void*));
 }
 
 // The table, what it is split into parts with, which is as large, and what chooses.

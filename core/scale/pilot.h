@@ -11,8 +11,8 @@
 #include "core/estimators/neighborhood_plan.h"
 #include "core/index/spatial_index.h"
 #include "core/scale/collect.h"
-#include "core/scale/normal_fits/neighbor_normal.h"
 #include "core/scale/pilot_table.h"
+#include "core/scale/point_fits/neighbor_normal.h"
 
 namespace curvd {
 

@@ -15,6 +15,7 @@
 #include "core/scale/nearest_samples.h"
 #include "core/scale/parts/cloud_weights.h"
 #include "core/scale/pilot.h"
+#include "core/scale/point_fits/point_fit.h"
 
 namespace curvd {
 
@@ -22,13 +23,6 @@ namespace curvd {
 struct LeafWeights {
   CloudWeights::PointWeights all;
   std::array<bool, CloudChoice::kMostChosen> count;  // whether each is large enough to count
-};
-
-// How a point was estimated that has a fit of its own, in place of an average.
-struct OwnFit {
-  float neighbor_count;
-  float mean_error, k1_error, k2_error;  // standard errors, in the caller's unit
-  bool is_jet;                           // of positions, otherwise of normals
 };
 
 // Serves one group at a time. Arrays have a place for each of its points that get a result, from first_point on.
@@ -52,8 +46,8 @@ struct AutomaticScratch final : WorkerScratch {
   OfPoints<float> edge_distances;  // in the caller's unit
   // By how much what was found of H differs from what points of the other part can make of it, in the caller's unit.
   OfPoints<double> doubts;
-  OfPoints<bool> has_detail;  // that the average smooths away, as far as the part's check tells
-  OfPoints<std::optional<OwnFit>> own_fits;
+  OfPoints<bool> has_detail;                   // that the average smooths away, as far as the part's check tells
+  OfPoints<std::optional<PointFit>> own_fits;  // in place of an average, in the caller's unit
 
   // Of each chosen estimate at a point of the group.
   const LeafWeights& WeightsAt(size_t point) const { return leaf_weights[LeafOf(point)][part[point]]; }

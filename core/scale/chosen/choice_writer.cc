@@ -65,9 +65,15 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
   PointChoice& choice = choices_[s.points.slot[point]];
   choice = UndefinedChoice();
   if (result.status != PointStatus::kOk) return;
-  if (const std::optional<OwnFit>& fit = s.own_fits[point]) {
-    const float of_jet = fit->is_jet ? 1.0f : 0.0f;
-    choice = {fit->mean_error, fit->k1_error, fit->k2_error, fit->neighbor_count, 0.0f, 1.0f - of_jet, of_jet};
+  if (const std::optional<PointFit>& fit = s.own_fits[point]) {
+    const float of_jet = fit->is_by_heights ? 1.0f : 0.0f;
+    choice = {static_cast<float>(fit->mean_error),
+              static_cast<float>(fit->k1_error),
+              static_cast<float>(fit->k2_error),
+              static_cast<float>(fit->neighbor_count),
+              0.0f,
+              1.0f - of_jet,
+              of_jet};
     return;
   }
   // What all reach over an edge was sampled where they do not.

@@ -25,6 +25,8 @@ constexpr double kMostSpreadOfFirstPart = 10.0;
 
 // A check for detail that differs by more than so many standard deviations of its noise tells some.
 constexpr double kMostDifferenceOfCheck = 3.0;
+// A point is compared with an estimate of few neighbors where it has so many times as many itself.
+constexpr double kLeastTimesNear = 2.0;
 
 // REQUIRES: first < last.
 Box BoxOfLeaves(const SpatialIndex& index, size_t first, size_t last) {
@@ -67,6 +69,10 @@ ChosenEstimates::ChosenEstimates(const EstimatorOptions& options, const SpatialI
   std::iota(by_count_.begin(), by_count_.end(), size_t{0});
   std::stable_sort(by_count_.begin(), by_count_.end(),
                    [&](size_t a, size_t b) { return choice.chosen()[a].rung < choice.chosen()[b].rung; });
+  marker_ = by_count_.front();
+  for (size_t check = choice.detail_check_of(0); check < choice.chosen().size(); ++check) {
+    if (choice.chosen()[check].rung < choice.chosen()[marker_].rung) marker_ = check;
+  }
 }
 
 bool ChosenEstimates::HaveSmallerOnes() const {
@@ -80,8 +86,7 @@ absl::Status ChosenEstimates::EstimateGroup(size_t group, AutomaticScratch& s) c
     bool counts = false;
     for (size_t i = 0; i < s.points.size; ++i) counts = counts || counts_at(i);
     if (!counts) return absl::OkStatus();
-    const bool is_smallest = estimate == by_count_.front();
-    SeamMarks* const seams = is_smallest && !looked_for_seams ? s.seams : nullptr;
+    SeamMarks* const seams = estimate == marker_ && !looked_for_seams ? s.seams : nullptr;
     if (absl::Status status = Run(group, estimate, seams, s); !status.ok()) return status;
     for (size_t i = 0; i < s.points.size; ++i) {
       if (counts_at(i)) Add(results_[s.points.slot[i]], i, estimate, s);
@@ -89,7 +94,7 @@ absl::Status ChosenEstimates::EstimateGroup(size_t group, AutomaticScratch& s) c
     if (looked_for_seams) return absl::OkStatus();
     looked_for_seams = true;
     // Whatever the smallest neighborhood of a point holds, all of them hold: it alone looks for seams.
-    return is_smallest || !HoldOpposed(estimate, s) ? absl::OkStatus() : Run(group, by_count_.front(), s.seams, s);
+    return estimate == marker_ || !HoldOpposed(estimate, s) ? absl::OkStatus() : Run(group, marker_, s.seams, s);
   };
   for (const size_t estimate : by_count_) {
     const auto counts_at = [&](size_t i) { return Counts(i, estimate, s); };
@@ -137,23 +142,44 @@ absl::Status ChosenEstimates::GiveToSecondPart(size_t group, AutomaticScratch::O
 
 absl::Status ChosenEstimates::LookForDetail(size_t group, AutomaticScratch& s) const {
   for (size_t part = 0; part < choice_.parts().size(); ++part) {
-    const std::optional<DetailCheck>& check = choice_.parts()[part].check;
-    if (!check.has_value()) continue;
     const auto is_asked = [&](size_t i) {
       return s.part[i] == part && s.clear_blends[i].weight() > 0.0 && !IsOneSided(s, i);
     };
     bool any_is_asked = false;
     for (size_t i = 0; i < s.points.size; ++i) any_is_asked = any_is_asked || is_asked(i);
     if (!any_is_asked) continue;
-    if (absl::Status status = Run(group, choice_.detail_check_of(part), nullptr, s); !status.ok()) return status;
-    const double most = kMostDifferenceOfCheck * std::ldexp(check->noise, index_.scale_exponent());
-    for (size_t i = 0; i < s.points.size; ++i) {
-      const PointCurvature& found = results_[s.points.slot[i]];
-      if (!is_asked(i) || found.status != PointStatus::kOk) continue;
-      s.has_detail[i] = std::abs(found.mean - s.clear_blends[i].mean()) > most;
+    const auto look = [&](size_t check, double most_difference, double least_count) {
+      if (absl::Status status = Run(group, check, nullptr, s); !status.ok()) return status;
+      const double most = std::ldexp(most_difference, index_.scale_exponent());
+      for (size_t i = 0; i < s.points.size; ++i) {
+        const PointCurvature& found = results_[s.points.slot[i]];
+        if (!is_asked(i) || found.status != PointStatus::kOk || MeanCount(i, s) < least_count) continue;
+        s.has_detail[i] = s.has_detail[i] || std::abs(found.mean - s.clear_blends[i].mean()) > most;
+      }
+      return absl::OkStatus();
+    };
+    const PartChoice& of = choice_.parts()[part];
+    if (of.check.has_value()) {
+      absl::Status status = look(choice_.detail_check_of(part), kMostDifferenceOfCheck * of.check->noise, 0.0);
+      if (!status.ok()) return status;
+    }
+    for (size_t c = 0; c < of.near_checks.size(); ++c) {
+      const NearCheck& near = of.near_checks[c];
+      const double least_count = kLeastTimesNear * near.candidate.count();
+      absl::Status status = look(choice_.near_checks_of(part) + c, near.most_difference, least_count);
+      if (!status.ok()) return status;
     }
   }
   return absl::OkStatus();
+}
+
+double ChosenEstimates::MeanCount(size_t point, const AutomaticScratch& s) const {
+  double sum = 0.0, total = 0.0;
+  for (size_t c = 0; c < choice_.chosen().size(); ++c) {
+    sum += s.shares[point][c] * choice_.chosen()[c].count();
+    total += s.shares[point][c];
+  }
+  return total > 0.0 ? sum / total : 0.0;
 }
 
 // In the caller's unit.
@@ -270,12 +296,10 @@ absl::Status ChosenEstimates::EstimateOneSided(size_t group, AutomaticScratch& s
   return edges_->Repair(
       group, most_in_index, [&](size_t i) { return i < s.points.size && IsOneSided(s, i); },
       [&](const float* position) { return ScaleAt(position, *s.weights); },
-      [&](size_t place, const SideEstimate& found) {
+      [&](size_t place, const PointFit& found) {
         const size_t i = one_sided[place];
         results_[s.points.slot[i]] = found.point;
-        const auto principal_error = static_cast<float>(found.principal_error);
-        s.own_fits[i] = OwnFit{static_cast<float>(found.neighbor_count), static_cast<float>(found.mean_error),
-                               principal_error, principal_error, found.is_by_heights};
+        s.own_fits[i] = found;
       },
       s.pilot);
 }

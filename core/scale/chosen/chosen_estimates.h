@@ -73,6 +73,8 @@ class ChosenEstimates {
   // Which points of the first part have neighborhoods that reach into the second, as far as estimates tell. They belong
   // to the second from now on, and have no estimates. Errors as those of GroupPhase::run.
   absl::Status GiveToSecondPart(size_t group, AutomaticScratch::OfPoints<bool>& is_given, AutomaticScratch& s) const;
+  // Neighbors of a point, in the mean over what its average is made of.
+  double MeanCount(size_t point, const AutomaticScratch& s) const;
   // Of what is chosen for a part, in the caller's unit.
   double LeastError(size_t part) const;
   // Whether a neighborhood of the group, as that estimate has found them, holds a normal opposed to the point's own.
@@ -89,6 +91,7 @@ class ChosenEstimates {
   std::vector<std::unique_ptr<StrategyRun>> runs_;
   std::vector<GroupPhase> phases_;  // of each, the only one
   std::vector<size_t> by_count_;
+  size_t marker_;  // of all estimates and checks, the one with the smallest neighborhoods: it looks for seams
 };
 
 }  // namespace curvd

@@ -10,7 +10,8 @@ struct SeamMending::Points {
   size_t size = 0;
   AutomaticScratch::OfPoints<size_t> slots;
   AutomaticScratch::OfPoints<bool> is_closed;         // whether the next larger estimates are not asked any more
-  AutomaticScratch::OfPoints<PointCurvature> before;  // results of the whole average
+  AutomaticScratch::OfPoints<bool> reaches;           // whether the result of the whole average reaches a seam
+  AutomaticScratch::OfPoints<PointCurvature> before;  // that result
 
   bool AreClosed(size_t count) const {
     return std::all_of(is_closed.begin(), is_closed.begin() + count, std::identity());
@@ -24,7 +25,8 @@ absl::Status SeamMending::Mend(size_t group, AutomaticScratch& s) const {
   at.size = found.size - std::min(s.first_point, found.size);
   for (size_t i = 0; i < at.size; ++i) {
     at.slots[i] = found.slots[s.first_point + i];
-    at.is_closed[i] = !found.reaches[s.first_point + i];
+    at.reaches[i] = found.reaches[s.first_point + i];
+    at.is_closed[i] = !at.reaches[i];
     at.before[i] = results_[at.slots[i]];
   }
   if (at.AreClosed(at.size)) return absl::OkStatus();
@@ -42,16 +44,18 @@ absl::Status SeamMending::Mend(size_t group, AutomaticScratch& s) const {
   return Finish(group, at, s);
 }
 
+bool SeamMending::Reaches(size_t i, float radius, const AutomaticScratch& s) const {
+  SeamReach::Query query;
+  s.points.query.Get(i, query.position.data());
+  s.points.normal.Get(i, query.normal.data());
+  return reach_.Reaches(query, radius);
+}
+
 // Neighborhoods that are larger than one which reaches across a seam do so as well.
 void SeamMending::AddShortOfSeams(size_t i, size_t estimate, Points& at, AutomaticScratch& s) const {
   if (at.is_closed[i] || !estimates_.IsOfPart(i, estimate, s)) return;
   const PointCurvature& found = results_[s.points.slot[i]];
-  if (found.status == PointStatus::kOk) {
-    SeamReach::Query query;
-    s.points.query.Get(i, query.position.data());
-    s.points.normal.Get(i, query.normal.data());
-    at.is_closed[i] = reach_.Reaches(query, found.radius);
-  }
+  if (found.status == PointStatus::kOk) at.is_closed[i] = Reaches(i, found.radius, s);
   if (!at.is_closed[i]) estimates_.Add(found, i, estimate, s);
 }
 
@@ -61,10 +65,15 @@ absl::Status SeamMending::Finish(size_t group, const Points& at, AutomaticScratc
   for (size_t i = 0; i < at.size; ++i) {
     results_[at.slots[i]] = is_mended(i) ? ChosenEstimates::Blended(s, i) : at.before[i];
   }
-  const absl::Status status = estimates_.EstimateOneSided(group, s);
+  absl::Status status = estimates_.EstimateOneSided(group, s);
+  if (status.ok() && own_fits_ != nullptr) {
+    status = own_fits_->EstimateWithin(
+        group, [&](size_t i) { return at.reaches[i] && !is_mended(i); },
+        [&](size_t i, float radius) { return Reaches(i, radius, s); }, s);
+  }
   if (choices_ != nullptr) choices_->Start(s);
   for (size_t i = 0; i < s.points.size; ++i) {
-    if (!is_mended(i)) continue;
+    if (!is_mended(i) && !s.own_fits[i].has_value()) continue;
     // It counts as OK already.
     if (results_[at.slots[i]].status != PointStatus::kOk) {
       results_[at.slots[i]] = at.before[i];

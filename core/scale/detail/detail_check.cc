@@ -37,30 +37,41 @@ bool AreErrorsIndependent(PilotPoints samples, size_t rung) {
 
 }  // namespace
 
-std::optional<DetailCheck> FindDetailCheck(PilotPoints samples, const ScaleChoice& choice) {
-  double least_error = std::numeric_limits<double>::infinity();
+size_t FarthestThatCounts(const ScaleChoice& choice) {
   size_t farthest = 0;
   for (const ScaleScore& score : choice.scores) {
-    if (!(score.share > 0.0)) continue;
-    least_error = std::min(least_error, score.error);
     if (score.share >= kLeastShareOfFarthest) farthest = std::max(farthest, score.candidate.rung);
+  }
+  return farthest;
+}
+
+bool DecidesNoise(PilotPoints samples, const ScaleChoice& choice, size_t rung) {
+  const auto score_at = [&](size_t at) {
+    return std::find_if(choice.scores.begin(), choice.scores.end(), [&](const ScaleScore& score) {
+      return score.candidate == ScaleCandidate{kRegressionMethod, at};
+    });
+  };
+  const auto score = score_at(rung), twice = score_at(rung + kRungsToTwice);
+  const bool falls =
+      score != choice.scores.end() && twice != choice.scores.end() && score->noise > kLeastFall * twice->noise;
+  return falls && AreErrorsIndependent(samples, rung + kRungsToTwice);
+}
+
+std::optional<DetailCheck> FindDetailCheck(PilotPoints samples, const ScaleChoice& choice) {
+  double least_error = std::numeric_limits<double>::infinity();
+  for (const ScaleScore& score : choice.scores) {
+    if (score.share > 0.0) least_error = std::min(least_error, score.error);
   }
   const auto check = std::find_if(choice.scores.begin(), choice.scores.end(), [&](const ScaleScore& score) {
     return score.candidate.method == kRegressionMethod && score.noise > 0.0 &&
            score.noise <= kMostNoiseOfCheck * least_error;
   });
-  if (check == choice.scores.end() || check->candidate.rung >= farthest) return std::nullopt;
+  if (check == choice.scores.end() || check->candidate.rung >= FarthestThatCounts(choice)) return std::nullopt;
   // Jets of degree 4 have a bias of the same order.
   const bool are_jets_better = std::any_of(choice.scores.begin(), choice.scores.end(), [&](const ScaleScore& score) {
     return score.candidate == ScaleCandidate{kQuarticMethod, check->candidate.rung} && score.noise < check->noise;
   });
-  if (are_jets_better) return std::nullopt;
-  const size_t beyond = check->candidate.rung + kRungsToTwice;
-  const auto twice = std::find_if(choice.scores.begin(), choice.scores.end(), [&](const ScaleScore& score) {
-    return score.candidate == ScaleCandidate{kRegressionMethod, beyond};
-  });
-  const bool is_noise = twice != choice.scores.end() && check->noise > kLeastFall * twice->noise;
-  if (!is_noise || !AreErrorsIndependent(samples, beyond)) return std::nullopt;
+  if (are_jets_better || !DecidesNoise(samples, choice, check->candidate.rung)) return std::nullopt;
   return DetailCheck{check->candidate, check->noise};
 }
 

@@ -1,6 +1,7 @@
 // An estimate that tells whether those which are chosen for a cloud smooth detail away at a point.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 
 #include "core/estimators/scale_ladder.h"
@@ -20,5 +21,11 @@ struct DetailCheck {
 // noise leaves no room for smaller neighborhoods, where jets of exact positions see detail better, or where it is not
 // independent noise of the normals that decides. `choice` is made of the samples. Thread-safe.
 std::optional<DetailCheck> FindDetailCheck(PilotPoints samples, const ScaleChoice& choice);
+
+// Whether independent noise of the normals decides what the regression of degree 3 errs by at a rung. Thread-safe.
+bool DecidesNoise(PilotPoints samples, const ScaleChoice& choice, size_t rung);
+
+// The largest rung that counts much among the chosen. Thread-safe.
+size_t FarthestThatCounts(const ScaleChoice& choice);
 
 }  // namespace curvd

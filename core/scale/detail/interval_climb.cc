@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "core/estimators/scale_ladder.h"
-#include "core/scale/normal_fits/field_curvature.h"
-#include "core/scale/normal_fits/normal_polynomials.h"
+#include "core/scale/point_fits/field_curvature.h"
+#include "core/scale/point_fits/mean_normal.h"
+#include "core/scale/point_fits/normal_polynomials.h"
 
 namespace curvd {
 namespace {
@@ -104,18 +105,10 @@ class Climb {
   double noise_ = std::numeric_limits<double>::infinity();
 };
 
-// The mean normal of the point and its nearest neighbors.
-Vector3d MeanNormal(std::span<const NeighborNormal> neighbors, const Vector3d& normal) {
-  Vector3d sum = Vector3d::Zero();
-  for (const NeighborNormal& neighbor : neighbors) sum += neighbor.normal;
-  const Vector3d both = normal + sum / std::max(sum.norm(), 1e-3);
-  return both.norm() > 0.1 ? Vector3d(both.normalized()) : normal;
-}
-
 }  // namespace
 
-std::optional<DetailEstimate> EstimateDetail(std::span<const NeighborNormal> neighbors, const Vector3d& normal,
-                                             uint32_t least_count, double mean) {
+std::optional<PointFit> EstimateDetail(std::span<const NeighborNormal> neighbors, const Vector3d& normal,
+                                       uint32_t least_count, std::optional<double> mean) {
   if (neighbors.size() < kFewest) return std::nullopt;
   const NormalFrame frame(MeanNormal(neighbors.first(kFewest / 2), normal));
   Climb climb(frame, neighbors.back().offset.norm());
@@ -135,22 +128,26 @@ std::optional<DetailEstimate> EstimateDetail(std::span<const NeighborNormal> nei
     if (low > high) break;
     steps.push_back(*step);
   }
-  if (steps.size() < 2) return std::nullopt;
+  if (steps.size() < (mean.has_value() ? 2 : 1)) return std::nullopt;
   const Step& last = steps.back();
   // Where noise is larger on one side, the fit is less sure than its mean residual says.
   const double ratio = std::max(climb.ErrorByResiduals(last, neighbors.first(last.count)) / last.error, 1.0);
-  if (!(std::abs(last.point.mean - mean) > kLeastDifference * ratio * last.error * last.caution)) return std::nullopt;
+  const double least_difference = kLeastDifference * ratio * last.error * last.caution;
+  if (mean.has_value() && !(std::abs(last.point.mean - *mean) > least_difference)) return std::nullopt;
   // Neighbors on a few lines determine the smaller fit far less.
-  const Step& before = steps[steps.size() - 2];
+  const Step& before = steps[steps.size() < 2 ? 0 : steps.size() - 2];
   const Step& taken = before.error > kMostFall * last.error ? last : before;
   // What the last step changes tells what bias it may have begun to have.
   const auto with_change = [&](double noise, float now, float then) {
     return std::hypot(noise, static_cast<double>(now) - then);
   };
   const double of_mean = ratio * taken.error, of_principal = std::sqrt(2.0) * of_mean;
-  return DetailEstimate{taken.point, taken.count, with_change(of_mean, last.point.mean, taken.point.mean),
-                        with_change(of_principal, last.point.k1, taken.point.k1),
-                        with_change(of_principal, last.point.k2, taken.point.k2)};
+  return PointFit{taken.point,
+                  taken.count,
+                  with_change(of_mean, last.point.mean, taken.point.mean),
+                  with_change(of_principal, last.point.k1, taken.point.k1),
+                  with_change(of_principal, last.point.k2, taken.point.k2),
+                  false};
 }
 
 }  // namespace curvd

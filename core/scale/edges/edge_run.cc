@@ -7,8 +7,8 @@
 #include "core/base/copies.h"
 #include "core/scale/collect.h"
 #include "core/scale/edges/normal_faces.h"
-#include "core/scale/normal_fits/field_curvature.h"
-#include "core/scale/normal_fits/sorted_normals.h"
+#include "core/scale/point_fits/field_curvature.h"
+#include "core/scale/point_fits/sorted_normals.h"
 
 namespace curvd {
 namespace {
@@ -191,8 +191,7 @@ float EdgeRun::DistanceToEdge(const float* position) const {
 
 absl::Status EdgeRun::Repair(size_t group, float most_radius, absl::FunctionRef<bool(size_t i)> is_one_sided,
                              absl::FunctionRef<OneSideScale(const float* position)> scale_at,
-                             absl::FunctionRef<void(size_t n, const SideEstimate& estimate)> take,
-                             PilotScratch& s) const {
+                             absl::FunctionRef<void(size_t n, const PointFit& estimate)> take, PilotScratch& s) const {
   const double normal_noise = NoiseAround(group), to_caller = std::ldexp(1.0, index_.scale_exponent());
   s.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
   return CollectNeighbors(index_, repaired_, group, CollectedPoints::kQueries, s, is_one_sided, [&](size_t i) {
@@ -202,15 +201,10 @@ absl::Status EdgeRun::Repair(size_t group, float most_radius, absl::FunctionRef<
     s.points.normal.Get(i, normal);
     SortNormals(most_radius, s);
     const OneSideScale scale = scale_at(position);
-    auto found = EstimateOneSide(s.normals, Eigen::Vector3d(normal[0], normal[1], normal[2]),
-                                 {scale.count, normal_noise, position_noise_, scale.allowed_error});
+    const auto found = EstimateOneSide(s.normals, Eigen::Vector3d(normal[0], normal[1], normal[2]),
+                                       {scale.count, normal_noise, position_noise_, scale.allowed_error});
     if (!found.has_value()) return;
-    const auto scaled = Scaled(found->point, to_caller);
-    if (!scaled.has_value()) return;
-    found->point = *scaled;
-    found->mean_error *= to_caller;
-    found->principal_error *= to_caller;
-    take(i, *found);
+    if (const auto scaled = Scaled(*found, to_caller)) take(i, *scaled);
   });
 }
 

@@ -54,8 +54,7 @@ class EdgeRun {
   // the index's unit. Errors as those of GroupPhase::run.
   absl::Status Repair(size_t group, float most_radius, absl::FunctionRef<bool(size_t i)> is_one_sided,
                       absl::FunctionRef<OneSideScale(const float* position)> scale_at,
-                      absl::FunctionRef<void(size_t n, const SideEstimate& estimate)> take,
-                      PilotScratch& scratch) const;
+                      absl::FunctionRef<void(size_t n, const PointFit& estimate)> take, PilotScratch& scratch) const;
 
   size_t bytes() const { return marks_.bytes() + samples_.capacity() * sizeof(Sampled); }
 

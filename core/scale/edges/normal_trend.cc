@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/scale/normal_fits/normal_polynomials.h"
+#include "core/scale/point_fits/normal_polynomials.h"
 
 namespace curvd {
 

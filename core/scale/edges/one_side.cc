@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/scale/edges/side_heights.h"
 #include "core/scale/edges/side_normals.h"
-#include "core/scale/normal_fits/normal_polynomials.h"
+#include "core/scale/point_fits/height_fit.h"
+#include "core/scale/point_fits/normal_polynomials.h"
 
 namespace curvd {
 namespace {
@@ -90,8 +90,8 @@ class SidePicker {
 
 }  // namespace
 
-std::optional<SideEstimate> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Vector3d& normal,
-                                            const SideLimits& limits) {
+std::optional<PointFit> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Vector3d& normal,
+                                        const SideLimits& limits) {
   const double tolerance = std::max(kMostDeviations * limits.normal_noise, kLeastTolerance);
   const auto side = NormalOfSide(neighbors.first(std::min(kCore, neighbors.size())), normal, tolerance);
   if (!side.has_value()) return std::nullopt;
@@ -104,7 +104,7 @@ std::optional<SideEstimate> EstimateOneSide(std::span<const NeighborNormal> neig
   const auto by_normals = EstimateByNormals(frame, picked, radius, limits.allowed_error);
   const double least_by_heights = kLeastHeightError * limits.height_noise / (radius * radius);
   if (by_normals.has_value() && by_normals->mean_error < least_by_heights) return by_normals;
-  const auto by_heights = EstimateByHeights(frame, picked, radius);
+  const auto by_heights = EstimateByHeights(frame, picked);
   if (!by_heights.has_value() || !by_normals.has_value()) return by_heights.has_value() ? by_heights : by_normals;
   return by_heights->mean_error < by_normals->mean_error ? by_heights : by_normals;
 }

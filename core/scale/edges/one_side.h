@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "Eigen/Core"
-#include "core/scale/edges/side_estimate.h"
-#include "core/scale/normal_fits/neighbor_normal.h"
+#include "core/scale/point_fits/neighbor_normal.h"
+#include "core/scale/point_fits/point_fit.h"
 
 namespace curvd {
 
@@ -25,7 +25,7 @@ struct SideLimits {
 // fitted, and their heights where these may be more exact; the estimate is the one whose error is smaller. Lengths of
 // the result are in the unit of the offsets. Nothing, if too few are on the point's side. REQUIRES: `neighbors` are
 // sorted by distance.
-std::optional<SideEstimate> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal,
-                                            const SideLimits& limits);
+std::optional<PointFit> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal,
+                                        const SideLimits& limits);
 
 }  // namespace curvd

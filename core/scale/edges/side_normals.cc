@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/scale/normal_fits/field_curvature.h"
+#include "core/scale/point_fits/field_curvature.h"
 
 namespace curvd {
 namespace {
@@ -25,8 +25,8 @@ PolynomialEquations<3> EquationsWithin(const NormalFrame& frame, std::span<const
 
 // What a fit of that degree says, if chance makes no larger error of it.
 template <int kDegree>
-std::optional<SideEstimate> CurvatureInDegree(const NormalFrame& frame, const PolynomialEquations<3>& equations,
-                                              size_t count, double radius, double allowed_error) {
+std::optional<PointFit> CurvatureInDegree(const NormalFrame& frame, const PolynomialEquations<3>& equations,
+                                          size_t count, double radius, double allowed_error) {
   const double freedom = static_cast<double>(count) - kPolynomialTerms[kDegree];
   if (!(freedom > 0.0)) return std::nullopt;
   const auto fit = equations.SolveDegree<kDegree>();
@@ -35,14 +35,15 @@ std::optional<SideEstimate> CurvatureInDegree(const NormalFrame& frame, const Po
   const double error = 0.5 * std::sqrt(variance * (fit->Variance(1) + fit->Variance(2))) / radius;
   if (!(error <= allowed_error)) return std::nullopt;
   const auto point = CurvatureOfField(frame, fit->coefficients.template topRows<3>(), radius, radius);
-  return point.has_value() ? std::optional(SideEstimate{*point, count, error, std::sqrt(2.0) * error, false})
-                           : std::nullopt;
+  if (!point.has_value()) return std::nullopt;
+  const double of_principal = std::sqrt(2.0) * error;
+  return PointFit{*point, count, error, of_principal, of_principal, false};
 }
 
 }  // namespace
 
-std::optional<SideEstimate> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> side,
-                                              double radius, double allowed_error) {
+std::optional<PointFit> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> side,
+                                          double radius, double allowed_error) {
   constexpr double kAnyError = std::numeric_limits<double>::infinity();
   const PolynomialEquations<3> equations = EquationsWithin(frame, side, radius);
   auto found = CurvatureInDegree<3>(frame, equations, side.size(), radius, allowed_error);
@@ -59,8 +60,8 @@ std::optional<SideEstimate> EstimateByNormals(const NormalFrame& frame, std::spa
     return std::abs(double{found->point.*curvature} - check->point.*curvature);
   };
   found->mean_error = std::hypot(found->mean_error, change(&PointCurvature::mean));
-  const double of_principal = std::max(change(&PointCurvature::k1), change(&PointCurvature::k2));
-  found->principal_error = std::hypot(found->principal_error, of_principal);
+  found->k1_error = std::hypot(found->k1_error, change(&PointCurvature::k1));
+  found->k2_error = std::hypot(found->k2_error, change(&PointCurvature::k2));
   return found;
 }
 

@@ -4,9 +4,9 @@
 #include <optional>
 #include <span>
 
-#include "core/scale/edges/side_estimate.h"
-#include "core/scale/normal_fits/neighbor_normal.h"
-#include "core/scale/normal_fits/normal_polynomials.h"
+#include "core/scale/point_fits/neighbor_normal.h"
+#include "core/scale/point_fits/normal_polynomials.h"
+#include "core/scale/point_fits/point_fit.h"
 
 namespace curvd {
 
@@ -14,7 +14,7 @@ namespace curvd {
 // makes no larger error of the mean curvature than is allowed, or otherwise in degree 1. The errors are those by noise,
 // and what a cubic fit of the nearest seven in ten finds otherwise. Nothing where neighbors are too few. REQUIRES:
 // `side` is sorted by distance; `radius`, the largest of these, is above 0.
-std::optional<SideEstimate> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> side,
-                                              double radius, double allowed_error);
+std::optional<PointFit> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> side,
+                                          double radius, double allowed_error);
 
 }  // namespace curvd

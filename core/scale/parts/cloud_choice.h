@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/scale/detail/detail_check.h"
+#include "core/scale/detail/near_check.h"
 #include "core/scale/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
@@ -16,12 +17,14 @@ struct PartChoice {
   PilotPoints samples;
   ScaleChoice choice;  // made of them
   std::optional<DetailCheck> check = std::nullopt;
+  std::vector<NearCheck> near_checks = {};
 };
 
 // One part, or the two of SplitIntoParts.
 class CloudChoice {
  public:
-  static constexpr size_t kMostParts = 2, kMostChosen = kMostParts * (ScaleChoice::kMostChosen + 1) + 1;
+  static constexpr size_t kMostParts = 2,
+                          kMostChosen = kMostParts * (ScaleChoice::kMostChosen + 1 + kMostNearChecks) + 1;
 
   CloudChoice() = default;
   // The samples of the second part follow those of the first in one table, which outlives the object.
@@ -35,17 +38,23 @@ class CloudChoice {
       detail_checks_.push_back(chosen_.size());
       if (part.check.has_value()) chosen_.push_back(part.check->candidate);
     }
+    for (const PartChoice& part : parts_) {
+      near_checks_.push_back(chosen_.size());
+      for (const NearCheck& check : part.near_checks) chosen_.push_back(check.candidate);
+    }
   }
 
   const std::vector<PartChoice>& parts() const { return parts_; }
   // The candidates of the first part, then those of the second, then what checks them and counts nowhere: at the border
-  // of both, for detail in the first, and for detail in the second.
+  // of both, for detail in the first and in the second, and for small bodies in each.
   const std::vector<ScaleCandidate>& chosen() const { return chosen_; }
   // The place in chosen() of a part's first.
   size_t first_of(size_t part) const { return first_[part]; }
 
-  // The place in chosen() of PartChoice::check, if there is one: these follow all others.
+  // The places in chosen() of PartChoice::check, if there is one, and of the first of PartChoice::near_checks: these
+  // follow all others.
   size_t detail_check_of(size_t part) const { return detail_checks_[part]; }
+  size_t near_checks_of(size_t part) const { return near_checks_[part]; }
 
   // The place in chosen() of one that counts nowhere, and looks less far than what counts most in the first part: where
   // both agree, no neighborhood reaches into the second. Nothing where there is one part, or where that one has the
@@ -76,7 +85,7 @@ class CloudChoice {
 
   std::vector<PartChoice> parts_;
   std::vector<ScaleCandidate> chosen_;
-  std::vector<size_t> first_, detail_checks_;
+  std::vector<size_t> first_, detail_checks_, near_checks_;
   std::optional<size_t> check_;
 };
 

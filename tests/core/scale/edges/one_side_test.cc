@@ -60,7 +60,8 @@ TEST(OneSideTest, ExactPositionsCountMoreThanNoisyNormals) {
   EXPECT_TRUE(found->is_by_heights);
   EXPECT_NEAR(found->point.mean, 0.25, 0.01) << "the normals tell it to a tenth";
   EXPECT_LT(found->mean_error, 0.01);
-  EXPECT_NEAR(found->principal_error, std::sqrt(2.0) * found->mean_error, 1e-9);
+  EXPECT_NEAR(found->k1_error, std::sqrt(2.0) * found->mean_error, 1e-9);
+  EXPECT_EQ(found->k2_error, found->k1_error);
 }
 
 TEST(OneSideTest, TooFewOnTheSideSayNothing) {

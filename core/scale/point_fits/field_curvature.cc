@@ -1,4 +1,4 @@
-#include "core/scale/normal_fits/field_curvature.h"
+#include "core/scale/point_fits/field_curvature.h"
 
 #include <array>
 #include <cmath>
@@ -50,6 +50,14 @@ std::optional<PointCurvature> Scaled(PointCurvature point, double factor) {
   point.gaussian = static_cast<float>(point.gaussian * factor * factor);
   point.radius = static_cast<float>(point.radius / factor);
   return IsFinite(point) ? std::optional(point) : std::nullopt;
+}
+
+std::optional<PointFit> Scaled(PointFit fit, double factor) {
+  const auto point = Scaled(fit.point, factor);
+  if (!point.has_value()) return std::nullopt;
+  fit.point = *point;
+  for (double* const error : {&fit.mean_error, &fit.k1_error, &fit.k2_error}) *error *= factor;
+  return fit;
 }
 
 }  // namespace curvd

@@ -1,4 +1,4 @@
-#include "core/scale/normal_fits/sorted_normals.h"
+#include "core/scale/point_fits/sorted_normals.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,10 +1,10 @@
-#include "core/scale/edges/side_heights.h"
+#include "core/scale/point_fits/height_fit.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/estimators/scale_ladder.h"
-#include "core/scale/normal_fits/field_curvature.h"
+#include "core/scale/point_fits/field_curvature.h"
 
 namespace curvd {
 namespace {
@@ -21,8 +21,8 @@ constexpr double kCautionByFreedom = 4.0;
 
 // The fit of so many neighbors. Lengths are in units of `unit`.
 template <int kDegree>
-std::optional<SideEstimate> FitHeights(const NormalFrame& frame, const Heights& equations, size_t count, double unit,
-                                       double radius) {
+std::optional<PointFit> FitHeights(const NormalFrame& frame, const Heights& equations, size_t count, double unit,
+                                   double radius) {
   const double freedom = static_cast<double>(count) - kPolynomialTerms[kDegree];
   if (freedom < kLeastFreedomOfHeights) return std::nullopt;
   const auto fit = equations.SolveDegree<kDegree>();
@@ -38,26 +38,30 @@ std::optional<SideEstimate> FitHeights(const NormalFrame& frame, const Heights& 
   const auto point = CurvatureOfField(frame, field, unit, radius);
   if (!point.has_value()) return std::nullopt;
   const double cautious = error * (1.0 + kCautionByFreedom / freedom);
-  return SideEstimate{*point, count, cautious, std::sqrt(2.0) * cautious, true};
+  const double of_principal = std::sqrt(2.0) * cautious;
+  return PointFit{*point, count, cautious, of_principal, of_principal, true};
 }
 
 }  // namespace
 
-std::optional<SideEstimate> EstimateByHeights(const NormalFrame& frame, std::span<const NeighborNormal* const> side,
-                                              double radius) {
+std::optional<PointFit> EstimateByHeights(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors,
+                                          uint32_t least_count) {
+  const double radius = neighbors.empty() ? 0.0 : neighbors.back()->offset.norm();
+  if (!(radius > 0.0)) return std::nullopt;
   Heights equations;
-  std::optional<SideEstimate> best;
-  const auto take = [&](const std::optional<SideEstimate>& found) {
+  std::optional<PointFit> best;
+  const auto take = [&](const std::optional<PointFit>& found) {
     if (found.has_value() && (!best.has_value() || found->mean_error < best->mean_error)) best = found;
   };
   size_t added = 0;
   for (const uint32_t count : kScaleRungs) {
-    if (count > side.size()) break;
+    if (count < least_count) continue;
+    if (count > neighbors.size()) break;
     for (; added < count; ++added) {
-      const Eigen::Vector3d offset = side[added]->offset / radius;
+      const Eigen::Vector3d offset = neighbors[added]->offset / radius;
       equations.Add(frame.u.dot(offset), frame.v.dot(offset), Eigen::Matrix<double, 1, 1>(frame.n.dot(offset)), 1.0);
     }
-    const double reach = side[count - 1]->offset.norm();
+    const double reach = neighbors[count - 1]->offset.norm();
     take(FitHeights<2>(frame, equations, count, radius, reach));
     take(FitHeights<4>(frame, equations, count, radius, reach));
   }

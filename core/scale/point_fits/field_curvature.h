@@ -5,7 +5,8 @@
 
 #include "Eigen/Core"
 #include "core/estimators/curvature_field.h"
-#include "core/scale/normal_fits/normal_polynomials.h"
+#include "core/scale/point_fits/normal_polynomials.h"
+#include "core/scale/point_fits/point_fit.h"
 
 namespace curvd {
 
@@ -17,5 +18,6 @@ std::optional<PointCurvature> CurvatureOfField(const NormalFrame& frame, const E
 
 // The same in another unit of length, of which the old one has 1 / `factor`. Nothing where a value is beyond floats.
 std::optional<PointCurvature> Scaled(PointCurvature point, double factor);
+std::optional<PointFit> Scaled(PointFit fit, double factor);
 
 }  // namespace curvd

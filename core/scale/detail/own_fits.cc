@@ -1,0 +1,145 @@
+#include "core/scale/detail/own_fits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "core/scale/automatic_options.h"
+#include "core/scale/collect.h"
+#include "core/scale/detail/interval_climb.h"
+#include "core/scale/point_fits/field_curvature.h"
+#include "core/scale/point_fits/height_fit.h"
+#include "core/scale/point_fits/mean_normal.h"
+#include "core/scale/point_fits/sorted_normals.h"
+
+namespace curvd {
+namespace {
+
+// Small bodies are smaller than what the check of the nearest neighbors compares with.
+constexpr uint32_t kMostNearCount = 256;
+// Neighbors whose mean normal is across the plane of the heights.
+constexpr size_t kNearestForPlane = 16;
+// The heights tell something new if they differ by more than so many times what they err by.
+constexpr double kLeastTimesError = 3.0;
+
+std::optional<PointFit> FitHeightsOf(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal,
+                                     uint32_t least_count) {
+  const NormalFrame frame(MeanNormal(neighbors.first(std::min(kNearestForPlane, neighbors.size())), normal));
+  std::vector<const NeighborNormal*> nearest;
+  for (const NeighborNormal& neighbor : neighbors.first(std::min<size_t>(kMostNearCount, neighbors.size()))) {
+    nearest.push_back(&neighbor);
+  }
+  return EstimateByHeights(frame, nearest, least_count);
+}
+
+}  // namespace
+
+OwnFits::OwnFits(const EstimatorOptions& options, const SpatialIndex& index, const CloudChoice& choice,
+                 PointCurvature* results)
+    : options_(options),
+      index_(index),
+      results_(results),
+      may_fit_normals_(IsCandidate(options, kRegressionMethod)),
+      may_fit_heights_(IsCandidate(options, kQuarticMethod)) {
+  for (size_t part = 0; part < choice.parts().size(); ++part) {
+    const PartChoice& of = choice.parts()[part];
+    is_noise_[part] = of.check.has_value() || std::any_of(of.near_checks.begin(), of.near_checks.end(),
+                                                          [](const NearCheck& check) { return check.is_noise; });
+    uint32_t most = kMostNearCount;
+    // What counts looks farther than the check.
+    if (of.check.has_value()) most = std::max(most, kScaleRungs[of.check->candidate.rung + 1]);
+    EstimatorOptions largest;
+    largest.neighborhood = NeighborCount{static_cast<uint32_t>(std::min<size_t>(most, index.point_count()))};
+    plans_[part] = NeighborhoodPlan::Make(largest, index);
+  }
+}
+
+double OwnFits::ToCaller() const { return std::ldexp(1.0, index_.scale_exponent()); }
+
+absl::Status OwnFits::EstimateDetails(size_t group, AutomaticScratch& s) const {
+  const auto is_asked = [&](size_t i) { return s.has_detail[i]; };
+  const auto fit = [&](size_t place, size_t i) {
+    Take(i, Fit(place, i, s.pilot.normals, results_[s.points.slot[i]].mean / ToCaller(), s), s);
+  };
+  return ForEach(group, is_asked, fit, s);
+}
+
+absl::Status OwnFits::EstimateWithin(size_t group, absl::FunctionRef<bool(size_t i)> is_asked,
+                                     absl::FunctionRef<bool(size_t i, float radius)> reaches,
+                                     AutomaticScratch& s) const {
+  const auto fit = [&](size_t place, size_t i) {
+    const std::span<const NeighborNormal> all(s.pilot.normals);
+    size_t within = 0;
+    for (const uint32_t count : kScaleRungs) {
+      if (count > all.size()) break;
+      // Rounded up, since it is to hold the last neighbor.
+      const double radius = all[count - 1].offset.norm() / ToCaller() * (1.0 + 1e-6);
+      if (reaches(i, static_cast<float>(radius))) break;
+      within = count;
+    }
+    if (within > 0) Take(i, Fit(place, i, all.first(within), std::nullopt, s), s);
+  };
+  return ForEach(group, is_asked, fit, s);
+}
+
+absl::Status OwnFits::ForEach(size_t group, absl::FunctionRef<bool(size_t i)> is_asked,
+                              absl::FunctionRef<void(size_t place, size_t i)> fit, AutomaticScratch& s) const {
+  const double most_radius = ScaleOf(options_).max_radius;
+  for (size_t part = 0; part < CloudChoice::kMostParts; ++part) {
+    AutomaticScratch::OfPoints<size_t> kept;
+    size_t kept_count = 0;
+    const auto is_kept = [&](size_t i) { return i < s.points.size && s.part[i] == part && is_asked(i); };
+    for (size_t i = 0; i < s.points.size; ++i) {
+      if (is_kept(i)) kept[kept_count++] = i;
+    }
+    if (kept_count == 0) continue;
+    s.pilot.stopped = s.stopped;
+    s.pilot.first_point = s.first_point;
+    s.pilot.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
+    const auto visit = [&](size_t place) {
+      const size_t i = kept[place];
+      s.pilot.search.work += 16 * s.pilot.neighbors.count;
+      double most = std::min<double>(std::numeric_limits<float>::max(), s.edge_distances[i] * ToCaller());
+      if (most_radius > 0.0) most = std::min(most, most_radius * ToCaller());
+      SortNormals(static_cast<float>(most), s.pilot);
+      fit(place, i);
+    };
+    const absl::Status status =
+        CollectNeighbors(index_, plans_[part], group, CollectedPoints::kQueries, s.pilot, is_kept, visit);
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+std::optional<PointFit> OwnFits::Fit(size_t place, size_t i, std::span<const NeighborNormal> neighbors,
+                                     std::optional<double> mean, const AutomaticScratch& s) const {
+  float n[3];
+  s.pilot.points.normal.Get(place, n);
+  const Eigen::Vector3d normal(n[0], n[1], n[2]);
+  const uint32_t least_count = ScaleOf(options_).least_count;
+  std::optional<PointFit> by_normals, by_heights;
+  if (may_fit_heights_) by_heights = FitHeightsOf(neighbors, normal, least_count);
+  if (by_heights.has_value() && mean.has_value()) {
+    const bool differs = std::abs(by_heights->point.mean - *mean) > kLeastTimesError * by_heights->mean_error;
+    if (!differs) by_heights.reset();
+  }
+  // What polynomials leave out of exact normals is no noise, which the intervals of EstimateDetail are made of: where
+  // there is an average, it stays.
+  if (may_fit_normals_ && (is_noise_[s.part[i]] || !mean.has_value())) {
+    by_normals = EstimateDetail(neighbors, normal, least_count, mean);
+  }
+  if (!by_heights.has_value() || !by_normals.has_value()) return by_heights.has_value() ? by_heights : by_normals;
+  return by_heights->mean_error < by_normals->mean_error ? by_heights : by_normals;
+}
+
+void OwnFits::Take(size_t i, const std::optional<PointFit>& fit, AutomaticScratch& s) const {
+  if (!fit.has_value()) return;
+  const auto scaled = Scaled(*fit, ToCaller());
+  if (!scaled.has_value()) return;
+  results_[s.points.slot[i]] = scaled->point;
+  s.own_fits[i] = *scaled;
+}
+
+}  // namespace curvd

@@ -1,0 +1,21 @@
+// Curvature of a point from the heights of its neighbors over a plane.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "core/scale/point_fits/neighbor_normal.h"
+#include "core/scale/point_fits/normal_polynomials.h"
+#include "core/scale/point_fits/point_fit.h"
+
+namespace curvd {
+
+// Fits polynomials of degree 2 and 4 to the heights over the frame's plane, of as many neighbors as leave the least
+// error, at least `least_count`: by what the fit leaves, all of which may be of one sign. So where positions have
+// noise, the error is larger than chance makes it. Nothing where neighbors are too few. REQUIRES: `neighbors` are
+// sorted by distance; the last of them is not at the point.
+std::optional<PointFit> EstimateByHeights(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors,
+                                          uint32_t least_count = 0);
+
+}  // namespace curvd
