@@ -142,19 +142,26 @@ absl::Status ChosenEstimates::GiveToSecondPart(size_t group, AutomaticScratch::O
 
 absl::Status ChosenEstimates::LookForDetail(size_t group, AutomaticScratch& s) const {
   for (size_t part = 0; part < choice_.parts().size(); ++part) {
-    const auto is_asked = [&](size_t i) {
+    const auto has_average = [&](size_t i) {
       return s.part[i] == part && s.clear_blends[i].weight() > 0.0 && !IsOneSided(s, i);
     };
+    // All around a small body normals cancel out.
+    const auto cancels_out = [&](size_t i) {
+      return s.part[i] == part && !(s.blends[i].weight() > 0.0) &&
+             s.blends[i].Finish().status == PointStatus::kInconsistentNormals;
+    };
     bool any_is_asked = false;
-    for (size_t i = 0; i < s.points.size; ++i) any_is_asked = any_is_asked || is_asked(i);
+    for (size_t i = 0; i < s.points.size; ++i) any_is_asked = any_is_asked || has_average(i) || cancels_out(i);
     if (!any_is_asked) continue;
     const auto look = [&](size_t check, double most_difference, double least_count) {
       if (absl::Status status = Run(group, check, nullptr, s); !status.ok()) return status;
       const double most = std::ldexp(most_difference, index_.scale_exponent());
       for (size_t i = 0; i < s.points.size; ++i) {
         const PointCurvature& found = results_[s.points.slot[i]];
-        if (!is_asked(i) || found.status != PointStatus::kOk || MeanCount(i, s) < least_count) continue;
-        s.has_detail[i] = s.has_detail[i] || std::abs(found.mean - s.clear_blends[i].mean()) > most;
+        if (found.status != PointStatus::kOk) continue;
+        const bool differs =
+            has_average(i) && MeanCount(i, s) >= least_count && std::abs(found.mean - s.clear_blends[i].mean()) > most;
+        s.has_detail[i] = s.has_detail[i] || differs || cancels_out(i);
       }
       return absl::OkStatus();
     };

@@ -61,7 +61,9 @@ double OwnFits::ToCaller() const { return std::ldexp(1.0, index_.scale_exponent(
 absl::Status OwnFits::EstimateDetails(size_t group, AutomaticScratch& s) const {
   const auto is_asked = [&](size_t i) { return s.has_detail[i]; };
   const auto fit = [&](size_t place, size_t i) {
-    Take(i, Fit(place, i, s.pilot.normals, results_[s.points.slot[i]].mean / ToCaller(), s), s);
+    const PointCurvature& now = results_[s.points.slot[i]];
+    const auto mean = now.status == PointStatus::kOk ? std::optional(now.mean / ToCaller()) : std::nullopt;
+    Take(i, Fit(place, i, s.pilot.normals, mean, s), s);
   };
   return ForEach(group, is_asked, fit, s);
 }
