@@ -23,6 +23,9 @@ constexpr uint32_t kMostNearCount = 256;
 constexpr size_t kNearestForPlane = 16;
 // The heights tell something new if they differ by more than so many times what they err by.
 constexpr double kLeastTimesError = 3.0;
+// Where there is no other estimate, one that errs by more than this share of what bends by a radian within its
+// neighborhood says nothing.
+constexpr double kMostErrorTimesRadius = 0.05;
 
 std::optional<PointFit> FitHeightsOf(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal,
                                      uint32_t least_count) {
@@ -132,8 +135,12 @@ std::optional<PointFit> OwnFits::Fit(size_t place, size_t i, std::span<const Nei
   if (may_fit_normals_ && (is_noise_[s.part[i]] || !mean.has_value())) {
     by_normals = EstimateDetail(neighbors, normal, least_count, mean);
   }
-  if (!by_heights.has_value() || !by_normals.has_value()) return by_heights.has_value() ? by_heights : by_normals;
-  return by_heights->mean_error < by_normals->mean_error ? by_heights : by_normals;
+  std::optional<PointFit> best = by_heights.has_value() ? by_heights : by_normals;
+  if (by_heights.has_value() && by_normals.has_value() && by_normals->mean_error < by_heights->mean_error) {
+    best = by_normals;
+  }
+  const bool says_nothing = best.has_value() && best->mean_error * best->point.radius > kMostErrorTimesRadius;
+  return !mean.has_value() && says_nothing ? std::nullopt : best;
 }
 
 void OwnFits::Take(size_t i, const std::optional<PointFit>& fit, AutomaticScratch& s) const {
