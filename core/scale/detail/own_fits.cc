@@ -12,6 +12,7 @@
 #include "core/scale/point_fits/field_curvature.h"
 #include "core/scale/point_fits/height_fit.h"
 #include "core/scale/point_fits/mean_normal.h"
+#include "core/scale/point_fits/normal_fit.h"
 #include "core/scale/point_fits/sorted_normals.h"
 
 namespace curvd {
@@ -21,20 +22,31 @@ namespace {
 constexpr uint32_t kMostNearCount = 256;
 // Neighbors whose mean normal is across the plane of the heights.
 constexpr size_t kNearestForPlane = 16;
+// Normals to which a polynomial of degree 1 is fitted.
+constexpr size_t kFewestForLowDegree = 32;
 // The heights tell something new if they differ by more than so many times what they err by.
 constexpr double kLeastTimesError = 3.0;
 // Where there is no other estimate, one that errs by more than this share of what bends by a radian within its
 // neighborhood says nothing.
 constexpr double kMostErrorTimesRadius = 0.05;
 
-std::optional<PointFit> FitHeightsOf(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal,
-                                     uint32_t least_count) {
-  const NormalFrame frame(MeanNormal(neighbors.first(std::min(kNearestForPlane, neighbors.size())), normal));
-  std::vector<const NeighborNormal*> nearest;
-  for (const NeighborNormal& neighbor : neighbors.first(std::min<size_t>(kMostNearCount, neighbors.size()))) {
-    nearest.push_back(&neighbor);
+// The neighbors nearest to a point, for fits over one plane.
+struct NearestNeighbors {
+  NearestNeighbors(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal)
+      : frame(MeanNormal(neighbors.first(std::min(kNearestForPlane, neighbors.size())), normal)) {
+    for (const NeighborNormal& neighbor : neighbors.first(std::min<size_t>(kMostNearCount, neighbors.size()))) {
+      nearest.push_back(&neighbor);
+    }
   }
-  return EstimateByHeights(frame, nearest, least_count);
+
+  NormalFrame frame;
+  std::vector<const NeighborNormal*> nearest;
+};
+
+// The one with the smaller error.
+std::optional<PointFit> BetterOf(const std::optional<PointFit>& a, const std::optional<PointFit>& b) {
+  if (!a.has_value() || !b.has_value()) return a.has_value() ? a : b;
+  return b->mean_error < a->mean_error ? b : a;
 }
 
 }  // namespace
@@ -124,8 +136,9 @@ std::optional<PointFit> OwnFits::Fit(size_t place, size_t i, std::span<const Nei
   s.pilot.points.normal.Get(place, n);
   const Eigen::Vector3d normal(n[0], n[1], n[2]);
   const uint32_t least_count = ScaleOf(options_).least_count;
+  const NearestNeighbors near(neighbors, normal);
   std::optional<PointFit> by_normals, by_heights;
-  if (may_fit_heights_) by_heights = FitHeightsOf(neighbors, normal, least_count);
+  if (may_fit_heights_) by_heights = EstimateByHeights(near.frame, near.nearest, least_count);
   if (by_heights.has_value() && mean.has_value()) {
     const bool differs = std::abs(by_heights->point.mean - *mean) > kLeastTimesError * by_heights->mean_error;
     if (!differs) by_heights.reset();
@@ -135,12 +148,17 @@ std::optional<PointFit> OwnFits::Fit(size_t place, size_t i, std::span<const Nei
   if (may_fit_normals_ && (is_noise_[s.part[i]] || !mean.has_value())) {
     by_normals = EstimateDetail(neighbors, normal, least_count, mean);
   }
-  std::optional<PointFit> best = by_heights.has_value() ? by_heights : by_normals;
-  if (by_heights.has_value() && by_normals.has_value() && by_normals->mean_error < by_heights->mean_error) {
-    best = by_normals;
+  const std::optional<PointFit> best = BetterOf(by_heights, by_normals);
+  if (mean.has_value()) return best;
+  // A polynomial of degree 1 has the least noise, and its error tells what it smooths away.
+  std::optional<PointFit> of_least_noise;
+  const double radius = near.nearest.empty() ? 0.0 : near.nearest.back()->offset.norm();
+  if (may_fit_normals_ && near.nearest.size() >= std::max<size_t>(kFewestForLowDegree, least_count) && radius > 0.0) {
+    of_least_noise = EstimateByNormals(near.frame, near.nearest, radius, 0.0);
   }
-  const bool says_nothing = best.has_value() && best->mean_error * best->point.radius > kMostErrorTimesRadius;
-  return !mean.has_value() && says_nothing ? std::nullopt : best;
+  const std::optional<PointFit> found = BetterOf(best, of_least_noise);
+  const bool says_nothing = found.has_value() && found->mean_error * found->point.radius > kMostErrorTimesRadius;
+  return says_nothing ? std::nullopt : found;
 }
 
 void OwnFits::Take(size_t i, const std::optional<PointFit>& fit, AutomaticScratch& s) const {

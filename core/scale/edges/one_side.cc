@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/scale/edges/side_normals.h"
 #include "core/scale/point_fits/height_fit.h"
+#include "core/scale/point_fits/normal_fit.h"
 #include "core/scale/point_fits/normal_polynomials.h"
 
 namespace curvd {

@@ -1,4 +1,4 @@
-#include "core/scale/edges/side_normals.h"
+#include "core/scale/point_fits/normal_fit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,10 +13,10 @@ namespace {
 constexpr double kCheckingShare = 0.7;
 
 // Equations for the normals of neighbors up to a distance, each of which weighs 1 - r^2 / reach^2.
-PolynomialEquations<3> EquationsWithin(const NormalFrame& frame, std::span<const NeighborNormal* const> side,
+PolynomialEquations<3> EquationsWithin(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors,
                                        double reach) {
   PolynomialEquations<3> equations;
-  for (const NeighborNormal* const neighbor : side) {
+  for (const NeighborNormal* const neighbor : neighbors) {
     const double x = frame.u.dot(neighbor->offset) / reach, y = frame.v.dot(neighbor->offset) / reach;
     equations.Add(x, y, neighbor->normal, std::max(1.0 - x * x - y * y, 0.0));
   }
@@ -42,15 +42,15 @@ std::optional<PointFit> CurvatureInDegree(const NormalFrame& frame, const Polyno
 
 }  // namespace
 
-std::optional<PointFit> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> side,
+std::optional<PointFit> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors,
                                           double radius, double allowed_error) {
   constexpr double kAnyError = std::numeric_limits<double>::infinity();
-  const PolynomialEquations<3> equations = EquationsWithin(frame, side, radius);
-  auto found = CurvatureInDegree<3>(frame, equations, side.size(), radius, allowed_error);
-  if (!found.has_value()) found = CurvatureInDegree<2>(frame, equations, side.size(), radius, allowed_error);
-  if (!found.has_value()) found = CurvatureInDegree<1>(frame, equations, side.size(), radius, kAnyError);
+  const PolynomialEquations<3> equations = EquationsWithin(frame, neighbors, radius);
+  auto found = CurvatureInDegree<3>(frame, equations, neighbors.size(), radius, allowed_error);
+  if (!found.has_value()) found = CurvatureInDegree<2>(frame, equations, neighbors.size(), radius, allowed_error);
+  if (!found.has_value()) found = CurvatureInDegree<1>(frame, equations, neighbors.size(), radius, kAnyError);
   if (!found.has_value()) return std::nullopt;
-  const auto nearest = side.first(static_cast<size_t>(kCheckingShare * static_cast<double>(side.size())));
+  const auto nearest = neighbors.first(static_cast<size_t>(kCheckingShare * static_cast<double>(neighbors.size())));
   const double reach = nearest.empty() ? 0.0 : nearest.back()->offset.norm();
   if (!(reach > 0.0)) return found;
   const PolynomialEquations<3> of_nearest = EquationsWithin(frame, nearest, reach);

@@ -1,4 +1,4 @@
-// Curvature of a point beside a sharp edge, from the normals of the neighbors on its own side.
+// Curvature of a point from the normals of its neighbors.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@ namespace curvd {
 // Fits a polynomial to the normals as the local cubic regression does, in the highest degree, 3 or 2, in which noise
 // makes no larger error of the mean curvature than is allowed, or otherwise in degree 1. The errors are those by noise,
 // and what a cubic fit of the nearest seven in ten finds otherwise. Nothing where neighbors are too few. REQUIRES:
-// `side` is sorted by distance; `radius`, the largest of these, is above 0.
-std::optional<PointFit> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> side,
+// `neighbors` are sorted by distance; `radius`, the largest of these, is above 0.
+std::optional<PointFit> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors,
                                           double radius, double allowed_error);
 
 }  // namespace curvd
