@@ -10,7 +10,8 @@
 
 namespace curvd {
 
-// All values are NaN where the status of the point's curvature is not kOk.
+// All values are NaN where the status of the point's curvature is not kOk, and beside a sharp edge where no fit of the
+// point's own side was found.
 struct PointChoice {
   // Standard errors of H, k1 and k2, in 1 / the caller's length unit: nine in ten of the intervals H - 1.645 mean_error
   // to H + 1.645 mean_error hold the truth, and likewise for k1 and k2 (docs/numerics.md tells where fewer or more do).

@@ -180,7 +180,7 @@ class AutomaticRun final : public StrategyRun {
     std::vector<PartChoice> parts;
     for (const PilotPoints samples : PartsOf(table_)) {
       PartChoice part{samples, ChooseScales(samples, BoundsOf(options_, index_))};
-      if (IsPerPoint(options_)) {
+      if (MayHaveOwnFits(options_)) {
         part.check = FindDetailCheck(samples, part.choice);
         part.near_checks = FindNearChecks(samples, part.choice, ScaleOf(options_).least_count);
       }
@@ -257,8 +257,8 @@ class AutomaticRun final : public StrategyRun {
   // Finds out whether there are seams, and smaller neighborhoods to go back to.
   void LookForSeams() {
     const SeamMarks* const marks = marks_.load(std::memory_order_relaxed);
+    const OwnFits* const own_fits = MayHaveOwnFits(options_) ? &*own_fits_ : nullptr;
     // A cloud that is to be rejected needs no results.
-    const OwnFits* const own_fits = IsPerPoint(options_) ? &*own_fits_ : nullptr;
     if (marks == nullptr || (own_fits == nullptr && !estimates_->HaveSmallerOnes()) ||
         options_.opposed_normals == OpposedNormalsPolicy::kReject) {
       return;

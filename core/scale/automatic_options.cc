@@ -73,6 +73,8 @@ bool MindsEdges(const EstimatorOptions& options) {
 
 bool IsPerPoint(const EstimatorOptions& options) { return options.is_automatic() && !ScaleOf(options).per_cloud; }
 
+bool MayHaveOwnFits(const EstimatorOptions& options) { return IsPerPoint(options) && !FixedCount(options).has_value(); }
+
 // What the regression of normals and hexagrams take first derivatives of goes with the count as count^-2, what jets
 // take second ones of as count^-3.
 double VarianceFactor(const EstimatorOptions& options, const ScaleCandidate& candidate) {

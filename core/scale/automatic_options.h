@@ -31,6 +31,8 @@ ScaleBounds BoundsOf(const EstimatorOptions& options, const SpatialIndex& index)
 bool MindsEdges(const EstimatorOptions& options);
 // Whether points may be estimated each in its own way: unless all are to have the same weights.
 bool IsPerPoint(const EstimatorOptions& options);
+// Whether a point may have a fit of its own, of as many neighbors as suit it: where the count is fixed, it may not.
+bool MayHaveOwnFits(const EstimatorOptions& options);
 // How the noise of estimates from a fixed count compares with that of the nearest rung.
 double VarianceFactor(const EstimatorOptions& options, const ScaleCandidate& candidate);
 

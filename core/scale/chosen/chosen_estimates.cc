@@ -333,7 +333,7 @@ OneSideScale ChosenEstimates::ScaleAt(const float* position, CloudWeights& weigh
     total += at.mean[c];
   }
   return {std::min<size_t>(static_cast<size_t>(std::lround(std::exp(logarithms / total))), kMostOneSideCount / 2),
-          2.0 * std::ldexp(LeastError(part), -index_.scale_exponent())};
+          2.0 * std::ldexp(LeastError(part), -index_.scale_exponent()), ScaleOf(options_).least_count};
 }
 
 }  // namespace curvd

@@ -66,7 +66,8 @@ OwnFits::OwnFits(const EstimatorOptions& options, const SpatialIndex& index, con
     // What counts looks farther than the check.
     if (of.check.has_value()) most = std::max(most, kScaleRungs[of.check->candidate.rung + 1]);
     EstimatorOptions largest;
-    largest.neighborhood = NeighborCount{static_cast<uint32_t>(std::min<size_t>(most, index.point_count()))};
+    most = static_cast<uint32_t>(std::min<size_t>({most, MostCount(options), index.point_count()}));
+    largest.neighborhood = NeighborCount{most};
     plans_[part] = NeighborhoodPlan::Make(largest, index);
   }
 }

@@ -26,9 +26,8 @@ class OwnFits {
           PointCurvature* results);
 
   // Fits those points of a group that s.has_detail marks, of up to 256 neighbors, or of those of the rung above the
-  // part's check for detail. Keeps the fits that differ from the averages by more than their errors, and those of
-  // points that have none. Errors as those of
-  // GroupPhase::run.
+  // part's check for detail, and of as many as the options allow. Keeps the fits that differ from the averages by more
+  // than their errors, and those of points that have none. Errors as those of GroupPhase::run.
   absl::Status EstimateDetails(size_t group, AutomaticScratch& s) const;
 
   // Fits those points of a group for which is_asked(i) is true, of the neighbors within the largest of the scales for

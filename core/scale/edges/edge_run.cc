@@ -201,8 +201,9 @@ absl::Status EdgeRun::Repair(size_t group, float most_radius, absl::FunctionRef<
     s.points.normal.Get(i, normal);
     SortNormals(most_radius, s);
     const OneSideScale scale = scale_at(position);
-    const auto found = EstimateOneSide(s.normals, Eigen::Vector3d(normal[0], normal[1], normal[2]),
-                                       {scale.count, normal_noise, position_noise_, scale.allowed_error});
+    const auto found =
+        EstimateOneSide(s.normals, Eigen::Vector3d(normal[0], normal[1], normal[2]),
+                        {scale.count, normal_noise, position_noise_, scale.allowed_error, scale.least_count});
     if (!found.has_value()) return;
     if (const auto scaled = Scaled(*found, to_caller)) take(i, *scaled);
   });

@@ -22,6 +22,7 @@ namespace curvd {
 struct OneSideScale {
   size_t count;          // of neighbors
   double allowed_error;  // of the mean curvature, in 1 / the index's length
+  uint32_t least_count;  // of neighbors whose heights are fitted
 };
 
 // Usage: Measure every group; Sample; Mark every group; Finish; KeepClear; then ask; LookAmong; Repair points of any

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -18,6 +19,7 @@ struct SideLimits {
   double normal_noise;   // standard deviation of normals along each tangent
   double height_noise;   // of positions, across the surface
   double allowed_error;  // of the mean curvature that chance may make in a fit of more than degree 1
+  uint32_t least_count;  // of neighbors whose heights are fitted
 };
 
 // Estimates from the neighbors that a smooth surface through the point explains. They are found from the nearest

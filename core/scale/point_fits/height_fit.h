@@ -16,6 +16,6 @@ namespace curvd {
 // noise, the error is larger than chance makes it. Nothing where neighbors are too few. REQUIRES: `neighbors` are
 // sorted by distance; the last of them is not at the point.
 std::optional<PointFit> EstimateByHeights(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors,
-                                          uint32_t least_count = 0);
+                                          uint32_t least_count);
 
 }  // namespace curvd

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <tuple>
 #include <vector>
 
 #include "tests/core/scale/automatic_requests.h"
@@ -183,6 +184,40 @@ TEST(OwnFitsTest, AFewFlippedNormalsTakeTheirSurroundingsAlone) {
   EXPECT_GT(refused, 20u) << "those beside the flipped ones";
   EXPECT_LT(refused, waves.size() / 5) << "half of the cloud has one among its nearest 500";
   EXPECT_GT(own, waves.size() / 3);
+}
+
+// An exact roof over [-1, 1]^2, whose normals have noise: beside the crease, heights of few neighbors tell the most.
+TestPoints Roof() {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
+  constexpr double kSlope = 0.6;
+  TestPoints roof;
+  for (size_t i = 0; i < kPoints; ++i) {
+    const double x = coordinate(random), y = coordinate(random), length = std::hypot(1.0, kSlope);
+    roof.Add(x, y, -kSlope * std::abs(x), std::copysign(kSlope, x) / length, 0.0, 1.0 / length);
+  }
+  AddNoise(0.0, 0.05, 3, roof);
+  return roof;
+}
+
+TEST(OwnFitsTest, CountsAreThoseThatTheCallerAllows) {
+  TestPoints flipped = Waves(10'000, 0.002, 5);
+  for (size_t i = 0; i < flipped.size(); i += 200) {
+    for (float& n : flipped.normals[i]) n = -n;
+  }
+  const EstimatorOptions range = WithChoice(Automatic({.least_count = 64, .most_count = 128}));
+  EstimatorOptions fixed = WithChoice(Automatic());
+  fixed.neighborhood = NeighborCount{300};
+  for (const TestPoints& points : {flipped, Roof()}) {
+    for (const auto& [options, least, most] : {std::tuple(range, 63.9f, 128.1f), std::tuple(fixed, 299.9f, 300.1f)}) {
+      const EstimationResult result = MustEstimate(points.ToCloud(), options);
+      for (size_t i = 0; i < points.size(); ++i) {
+        if (result.field.points[i].status != PointStatus::kOk) continue;
+        ASSERT_GE(result.choices[i].neighbor_count, least) << i;
+        ASSERT_LE(result.choices[i].neighbor_count, most) << i;
+      }
+    }
+  }
 }
 
 }  // namespace

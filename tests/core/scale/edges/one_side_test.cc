@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-SideLimits Limits(double noise) { return {200, noise, 0.0, 1.0}; }
+SideLimits Limits(double noise) { return {200, noise, 0.0, 1.0, 16}; }
 
 TEST(OneSideTest, NeighborsAcrossAnEdgeDoNotCount) {
   for (const double curvature : {0.0, 0.5}) {
