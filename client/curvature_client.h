@@ -182,8 +182,8 @@ struct EstimateOptions {
   // Of the polynomial that kJetFitting fits, 2 to 4; 4 for exact positions only. With `automatic_scale` only 4 is
   // taken. DEFAULT: none, which stands for 2, or with `automatic_scale` for 4.
   std::optional<uint32_t> jet_degree;
-  // Of the polynomials that kNormalRegression fits, 2 or 3: 3 follows the surface farther, 2 takes more of the noise
-  // away. DEFAULT: 3.
+  // Of the polynomials that kNormalRegression fits, 1 to 3: 3 follows the surface farther, 2 takes more of the noise
+  // away, and 1, fitted over space, is right for spheres, cylinders and planes at any size. DEFAULT: 3.
   uint32_t regression_degree = 3;
   // All triangles of kDelaunay count alike, as in the paper, instead of less the farther they lie from the point.
   // DEFAULT: false.

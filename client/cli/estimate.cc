@@ -85,8 +85,9 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
       ->option_text("DEGREE");
   command
       .add_option("--regression-degree", flags.options.regression_degree,
-                  "degree of normal-regression's polynomials, 2 or 3; 2 takes more noise away")
-      ->check(Whole(2, 3))
+                  "degree of normal-regression's polynomials, 1 to 3; 2 takes more noise away, 1 is for spheres, "
+                  "cylinders and planes")
+      ->check(Whole(1, 3))
       ->option_text("DEGREE [3]");
   command.add_flag("--even-weights", flags.options.even_weights,
                    "count all triangles of delaunay alike, as the paper does");

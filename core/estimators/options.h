@@ -50,7 +50,7 @@ inline constexpr uint32_t kMaxTriangleCount = 10'000;
 inline constexpr uint32_t kMaxRotations = 4;
 inline constexpr uint32_t kMinJetDegree = 2;
 inline constexpr uint32_t kMaxJetDegree = 4;
-inline constexpr uint32_t kMinRegressionDegree = 2;
+inline constexpr uint32_t kMinRegressionDegree = 1;
 inline constexpr uint32_t kMaxRegressionDegree = 3;
 
 // How many numbers of neighbors one estimate takes at most.
@@ -76,7 +76,8 @@ struct EstimatorOptions {
   // accurate where positions are exact, 2 where they are noisy.
   uint32_t jet_degree = 2;  // DEFAULT: 2; in [kMinJetDegree, kMaxJetDegree]
   // Of the polynomials that normal-regression fits to the normals. 3 follows the surface farther, 2 takes more of the
-  // noise away in a neighborhood of one size.
+  // noise away in a neighborhood of one size; 1 is fitted over space, and right for spheres, cylinders and planes
+  // however far around them a neighborhood reaches.
   uint32_t regression_degree = 3;      // DEFAULT: 3; in [kMinRegressionDegree, kMaxRegressionDegree]
   double average_normal_weight = 0.5;  // DEFAULT: 0.5; in [0, 1]
   // Delaunay only: all triangles count alike, as in the paper, instead of less the farther they lie from the point.

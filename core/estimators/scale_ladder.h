@@ -24,6 +24,9 @@ struct ScaleMethod {
   // Noise of standard deviation sigma in the positions moves a point along the surface, and what is estimated at it by
   // about this many times sigma^2 |H| k^2, whatever the scale.
   double noise_factor;
+  // Times this, what the sampled points show is the error that is expected: more than 1 where a bias that they cannot
+  // show is likelier than elsewhere.
+  double doubt = 1.0;
 
   // Whether the error of a smooth surface falls as the square of the radius only: the farther estimates look, the more
   // they all err to one side.
@@ -32,17 +35,18 @@ struct ScaleMethod {
   constexpr bool is_regression() const { return estimator == "normal-regression"; }
 };
 
-inline constexpr std::array<ScaleMethod, 6> kScaleMethods = {{
+inline constexpr std::array<ScaleMethod, 7> kScaleMethods = {{
     {"avg-hexagram", 0, 2, 0.3},
     {"normal-regression", 3, 1, 8.0},
     {"jet", 4, 1, 96.0},
     {"jet", 2, 2, 3.0},
     {"jet", 6, 1, 300.0},
     {"normal-regression", 2, 2, 3.0},
+    {"normal-regression", 1, 2, 0.3, 2.0},
 }};
 inline constexpr size_t kMethodCount = kScaleMethods.size();
 inline constexpr size_t kHexagramMethod = 0, kRegressionMethod = 1, kQuarticMethod = 2, kQuadricMethod = 3,
-                        kSexticMethod = 4, kQuadraticRegressionMethod = 5;
+                        kSexticMethod = 4, kQuadraticRegressionMethod = 5, kLinearRegressionMethod = 6;
 
 // Jets of degree 6 take no more neighbors. They are for exact positions, where they need few, and cost the most by far.
 inline constexpr uint32_t kMostSexticCount = 256;

@@ -229,6 +229,7 @@ class RungEstimates {
       if (part == PilotPoint::kAll) point_.normal_residual[rung] = static_cast<float>(fits.regression->residual);
     }
     if (fits.quadratic_regression.has_value()) store(*fits.quadratic_regression, kQuadraticRegressionMethod);
+    if (fits.linear_regression.has_value()) store(*fits.linear_regression, kLinearRegressionMethod);
     if (fits.quartic.has_value()) {
       store(fits.quartic->shape, kQuarticMethod);
       if (part == PilotPoint::kAll) point_.residual[rung] = static_cast<float>(fits.quartic->residual / unit_);

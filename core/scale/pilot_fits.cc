@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "Eigen/Geometry"
+#include "core/scale/linear_shape.h"
 #include "core/scale/pilot_systems.h"
 
 namespace curvd {
@@ -21,22 +22,7 @@ constexpr double kLeastPerSexticCoefficient = 1.5;
 // Coefficients up to degree 2, a column for each component of the normal, which has unit length at the point.
 using NormalFit = Eigen::Matrix<double, static_cast<int>(MonomialCount(2)), 3>;
 
-// The shape operator, over x and y, of a surface with the first fundamental form (e, f, g) and the second one (xx, xy,
-// yy).
-TangentShape ShapeOf(double e, double f, double g, double xx, double xy, double yy) {
-  const double determinant = e * g - f * f;
-  return {0.5 * (g * xx - 2.0 * f * xy + e * yy) / determinant, 0.5 * (g * xx - e * yy) / determinant,
-          0.5 * ((e + g) * xy - f * (xx + yy)) / determinant};
-}
-
-// The same of a surface with these tangents and derivatives of its unit normal along them.
-TangentShape ShapeOf(const Vector3d& tangent_x, const Vector3d& tangent_y, const Vector3d& normal_x,
-                     const Vector3d& normal_y) {
-  return ShapeOf(tangent_x.squaredNorm(), tangent_x.dot(tangent_y), tangent_y.squaredNorm(), tangent_x.dot(normal_x),
-                 0.5 * (tangent_x.dot(normal_y) + tangent_y.dot(normal_x)), tangent_y.dot(normal_y));
-}
-
-// The same of a fit to the normals, whose value at the point has unit length.
+// The shape operator of a fit to the normals, whose value at the point has unit length.
 TangentShape ShapeOfNormals(const NormalFit& fit) {
   const Vector3d unit = fit.row(IndexOf(0, 0)), dx = fit.row(IndexOf(1, 0)), dy = fit.row(IndexOf(0, 1));
   const Vector3d tangent_x(1.0, 0.0, -unit.x() / unit.z()), tangent_y(0.0, 1.0, -unit.y() / unit.z());
@@ -84,6 +70,7 @@ std::optional<NormalFit> NormalFitOf(const PilotSolutions& solutions, size_t lan
 
 void PilotFitter::Add(const PilotSums& sums, double distinct, double radius) {
   const size_t lane = size_++;
+  linear_[lane] = LinearShapeOf(sums, distinct);
   distinct_[lane] = distinct;
   count_[lane] = sums.count();
   radius_[lane] = radius;
@@ -100,6 +87,7 @@ void PilotFitter::Add(const PilotSums& sums, double distinct, double radius) {
 
 std::array<PilotFits, PilotFitter::kMost> PilotFitter::Fit() {
   std::array<PilotFits, kMost> fits;
+  for (size_t lane = 0; lane < size_; ++lane) fits[lane].linear_regression = linear_[lane];
   PilotSolutions solutions;
   FitCubicNormals(solutions, fits);
   FitQuadraticNormals(solutions, fits);

@@ -22,9 +22,9 @@ struct PilotFits {
     TangentShape shape;
     double residual;  // standard deviation of the positions about the surface
   };
-  // What the weighted cubic regression of the normals estimates, and that of degree 2.
+  // What the weighted cubic regression of the normals estimates, that of degree 2, and the linear one over space.
   std::optional<Regression> regression;
-  std::optional<TangentShape> quadratic_regression;
+  std::optional<TangentShape> quadratic_regression, linear_regression;
   // What jet fitting of degree 4, 2 and 6 estimates; of degree 6 where there are half as many neighbors more than it
   // has coefficients.
   std::optional<Jet> quartic, quadric, sextic;
@@ -57,6 +57,7 @@ class PilotFitter {
 
   size_t size_ = 0;
   std::array<bool, kMost> with_sextic_{};
+  std::array<std::optional<TangentShape>, kMost> linear_;
   // Where there is no neighborhood, they are those of one point.
   alignas(64) Lanes count_{1, 1, 1, 1, 1, 1, 1, 1}, radius_ = count_;
   alignas(64) Lanes distinct_{}, height_squares_{};

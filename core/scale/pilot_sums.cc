@@ -64,6 +64,7 @@ void PilotSums::AddUpTo(int degree, PilotBatch& batch) {
   const auto& [x, y, z] = batch.offset;
   for (size_t i = 0; i < batch.count; ++i) {
     values_[kHeightSquares] += z[i] * z[i];
+    for (size_t axis = 0; axis < 3; ++axis) values_[kNormalHeights + axis] += z[i] * batch.normal[axis][i];
     if (x[i] == 0.0 && y[i] == 0.0) continue;
     double* const sector = &values_[kSectorSums + SectorOf(x[i], y[i]) * kSectorValues];
     sector[0] += 1.0;

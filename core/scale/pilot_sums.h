@@ -7,15 +7,9 @@
 #include <optional>
 
 #include "core/scale/pilot_batch.h"
+#include "core/scale/tangent_shape.h"
 
 namespace curvd {
-
-// The shape operator over the frame's x and y, [[mean + difference, twist], [twist, mean - difference]].
-struct TangentShape {
-  double mean;
-  double difference;
-  double twist;
-};
 
 // Sums over neighbors. Usage: Add them, or add up the sums of parts; then ask for estimates.
 class PilotSums {
@@ -52,15 +46,16 @@ class PilotSums {
   const double* moments() const { return &values_[kMoments]; }
   const double* heights() const { return &values_[kHeights]; }
   const double* normals(size_t axis) const { return &values_[kNormals + axis * kNormalCount]; }
-  // Of z squared.
+  // Of z squared, and of z times each component of the normal.
   double height_squares() const { return values_[kHeightSquares]; }
+  double normal_heights(size_t axis) const { return values_[kNormalHeights + axis]; }
   // Whether sums beyond what a jet of degree 4 is made of are there: of all neighbors.
   bool has_sextic() const { return values_[kSexticCount] == count(); }
 
  private:
   static constexpr size_t kSectors = 12, kSectorValues = 7;
   // Places in values_.
-  static constexpr size_t kCount = 0, kSexticCount = 1, kHeightSquares = 2, kMoments = 3,
+  static constexpr size_t kCount = 0, kSexticCount = 1, kHeightSquares = 2, kNormalHeights = 3, kMoments = 6,
                           kHeights = kMoments + kMomentCount, kNormals = kHeights + kHeightCount,
                           kSectorSums = kNormals + 3 * kNormalCount, kValues = kSectorSums + kSectors * kSectorValues;
 

@@ -26,7 +26,7 @@ struct ScaleScore {
 
 // Which candidates may be chosen.
 struct ScaleBounds {
-  std::array<bool, kMethodCount> methods{true, true, true, true, true, true};
+  std::array<bool, kMethodCount> methods{true, true, true, true, true, true, true};
   uint32_t least_count = kScaleRungs.front();
   uint32_t most_count = kScaleRungs.back();
   float most_radius = std::numeric_limits<float>::infinity();  // of the median neighborhood

@@ -323,8 +323,9 @@ ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_b
   const std::optional<double>& difference = differences_[candidate.method][candidate.rung];
   const double variance = Variance(candidate);
   const double from_noise = NoiseBias(candidate.method);
-  const double error =
+  const double known =
       std::sqrt(std::max(*difference * *difference, variance + squared_bias) + from_noise * from_noise);
+  const double error = kScaleMethods[candidate.method].doubt * known;
   return ScaleScore{candidate, error, *difference, std::sqrt(variance), std::sqrt(squared_bias)};
 }
 

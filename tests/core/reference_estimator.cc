@@ -130,6 +130,8 @@ void EstimateByFit(const TestPoints& points, size_t i, const std::vector<int>& i
     shape = JetShapeOperator(neighborhood, static_cast<int>(options.jet_degree));
   } else if (options.estimator == "aso") {
     shape = AlgebraicShapeOperator(neighborhood, result.radius);
+  } else if (options.regression_degree == 1) {
+    shape = LinearRegressionOperator(neighborhood);
   } else {
     shape = NormalRegressionOperator(neighborhood, result.radius, BlendedNormal(points, i, ids, options),
                                      static_cast<int>(options.regression_degree));

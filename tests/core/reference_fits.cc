@@ -185,4 +185,65 @@ std::optional<Eigen::Matrix2d> NormalRegressionOperator(const ReferenceNeighborh
   return root * second * root;
 }
 
+namespace {
+
+// Coefficients of the normals' components, a column each: the value at the query point, then the derivatives. Normals
+// along `own` do not change with a weight of `ridge` neighbors, and along any axis with one of `least`.
+Eigen::Matrix<double, 4, 3> FitLinearField(const ReferenceNeighborhood& neighborhood, double ridge, double least) {
+  const auto count = static_cast<Eigen::Index>(neighborhood.offsets.size());
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(count + 4, 4), normals = Eigen::MatrixXd::Zero(count + 4, 3);
+  for (Eigen::Index row = 0; row < count; ++row) {
+    const auto j = static_cast<size_t>(row);
+    design.row(row) << 1.0, neighborhood.offsets[j].transpose();
+    normals.row(row) = neighborhood.normals[j].transpose();
+  }
+  design.block<1, 3>(count, 1) = std::sqrt(ridge) * neighborhood.own_normal.transpose();
+  design.block<3, 3>(count + 1, 1).diagonal().setConstant(std::sqrt(least));
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(design, Eigen::ComputeThinU | Eigen::ComputeThinV).solve(normals);
+}
+
+// The mean product of the normals with those of the field.
+double Explained(const ReferenceNeighborhood& neighborhood, const Eigen::Matrix<double, 4, 3>& field) {
+  double sum = 0.0;
+  for (size_t j = 0; j < neighborhood.offsets.size(); ++j) {
+    const Vector3d fitted = field.row(0).transpose() + field.bottomRows<3>().transpose() * neighborhood.offsets[j];
+    sum += neighborhood.normals[j].dot(fitted);
+  }
+  return sum / static_cast<double>(neighborhood.offsets.size());
+}
+
+}  // namespace
+
+std::optional<Eigen::Matrix2d> LinearRegressionOperator(const ReferenceNeighborhood& neighborhood) {
+  const double count = static_cast<double>(neighborhood.offsets.size());
+  if (count < 8.0) return std::nullopt;
+  Vector3d mean = Vector3d::Zero(), mean_normal = Vector3d::Zero();
+  for (size_t j = 0; j < neighborhood.offsets.size(); ++j) {
+    mean += neighborhood.offsets[j] / count;
+    mean_normal += neighborhood.normals[j] / count;
+  }
+  Matrix3d offsets = Matrix3d::Zero(), products = Matrix3d::Zero();
+  for (size_t j = 0; j < neighborhood.offsets.size(); ++j) {
+    const Vector3d q = neighborhood.offsets[j] - mean;
+    offsets += q * q.transpose() / count;
+    products += (neighborhood.normals[j] - mean_normal) * q.transpose() / count;
+  }
+  const Eigen::Matrix<double, 3, 2> own_plane = TangentBasis(neighborhood.own_normal);
+  const double trace = offsets.trace(), least = 1e-9 * count * trace;
+  const double left = 0.5 * std::max(1.0 - Explained(neighborhood, FitLinearField(neighborhood, 0.0, least)), 0.0);
+  const double variance = 0.5 * (own_plane.transpose() * offsets * own_plane).trace();
+  const double bend = (own_plane.transpose() * products * own_plane).squaredNorm() / (2.0 * variance * variance);
+  const double ridge = bend > 0.0 ? std::min(left / ((count - 4.0) * bend), trace) : trace;
+
+  const Eigen::Matrix<double, 4, 3> field = FitLinearField(neighborhood, count * ridge, least);
+  const Vector3d at_point = field.row(0).transpose();
+  if (at_point.dot(neighborhood.own_normal) <= 0.0) return std::nullopt;
+  const Eigen::Matrix<double, 3, 2> plane = TangentBasis(at_point.normalized());
+  const Eigen::Matrix2d spread = plane.transpose() * offsets * plane;
+  if (spread.determinant() < 1e-4 * spread.trace() * spread.trace()) return std::nullopt;
+  const Eigen::Matrix2d shape =
+      plane.transpose() * field.bottomRows<3>().transpose() * plane / std::sqrt(Explained(neighborhood, field));
+  return 0.5 * (shape + shape.transpose());
+}
+
 }  // namespace curvd::testing

@@ -1,5 +1,6 @@
-// Surfaces fitted to one neighborhood in plain doubles with Eigen: the oracle for core/estimators/fits/jet-inl.h and
-// core/estimators/fits/algebraic_sphere-inl.h and core/estimators/fits/normal_regression-inl.h.
+// Surfaces fitted to one neighborhood in plain doubles with Eigen: the oracle for core/estimators/fits/jet-inl.h,
+// core/estimators/fits/algebraic_sphere-inl.h, core/estimators/fits/normal_regression-inl.h and
+// core/estimators/fits/linear_regression-inl.h.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,5 +34,11 @@ std::optional<Eigen::Matrix2d> AlgebraicShapeOperator(const ReferenceNeighborhoo
 // surface with the fitted normal. Nothing if the least squares problem is ill-conditioned.
 std::optional<Eigen::Matrix2d> NormalRegressionOperator(const ReferenceNeighborhood& neighborhood, double radius,
                                                         const Eigen::Vector3d& axis, int degree);
+
+// The same of the linear field over space that fits the normals best, of which the entries along the point's own normal
+// have a penalty that depends on what the best field without one leaves; over the field's root mean square length. By
+// singular values of the design matrix, with a row for the penalty. Nothing if there are fewer than 8 neighbors, or if
+// they lie on a line.
+std::optional<Eigen::Matrix2d> LinearRegressionOperator(const ReferenceNeighborhood& neighborhood);
 
 }  // namespace curvd::testing

@@ -70,8 +70,9 @@ def estimate_curvature(
     rotation_count:        hexagrams that avg-hexagram averages over, 1 to 4. DEFAULT: 2.
     jet_degree:            of the polynomial that jet fits, 2 to 4; 4 for exact positions only. DEFAULT: 2; with
                            neighbor_count "auto" 4, and no other.
-    regression_degree:     of the polynomials that normal-regression fits, 2 or 3: 3 follows the surface farther, 2 takes
-                           more of the noise away. DEFAULT: 3.
+    regression_degree:     of the polynomials that normal-regression fits, 1 to 3: 3 follows the surface farther, 2 takes
+                           more of the noise away, and 1, fitted over space, is right for spheres, cylinders and planes
+                           at any size. DEFAULT: 3.
     even_weights:          count all triangles of delaunay alike, as the paper does.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
     orientation:           which side is out: "consistent" (neighbors agree, closed pieces are seen from outside) or

@@ -7,6 +7,7 @@
 #include "core/estimators/fits/group_shapes.h"
 #include "core/estimators/fits/jet_least_squares.h"
 #include "core/estimators/fits/jet_systems.h"
+#include "core/estimators/fits/linear_systems.h"
 #include "core/estimators/fits/regression_systems.h"
 #include "core/estimators/fits/sphere_sums.h"
 #include "core/estimators/group_scratch.h"
@@ -44,6 +45,7 @@ struct JetScratch : FitScratch<JetSystems> {
 };
 using SphereScratch = FitScratch<SphereSums>;
 using RegressionScratch = FitScratch<RegressionSystems>;
+using LinearScratch = FitScratch<LinearSystems>;
 
 struct JetPlan {
   JetPlan(const EstimatorOptions& options, const SpatialIndex& index)

@@ -60,6 +60,7 @@ HWY_AFTER_NAMESPACE();
 #include <array>
 
 #include "core/estimators/fits/fit_scratch.h"
+#include "core/estimators/fits/linear_regression.h"
 #include "core/estimators/scales/scales_run.h"
 #include "core/estimators/single_phase_run.h"
 #include "core/estimators/strategy.h"
@@ -80,7 +81,11 @@ absl::Status EstimateScales(const SpatialIndex& index, std::span<const Regressio
   return HWY_DYNAMIC_DISPATCH(RegressNormalScales)(index, plans, group, s, results);
 }
 
+// Degree 1 is fitted over space, not over the tangent plane.
+bool IsLinear(const EstimatorOptions& options) { return options.regression_degree == 1; }
+
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
+  if (IsLinear(options)) return LinearRegressionBytes(options, point_count);
   const size_t largest = RegressionScratch::MostBytes(options, point_count, 0);
   if (options.scale_count() == 1) return largest;
   return ScalesScratch<RegressionScratch>::MostBytes(largest, sizeof(RegressionScratch), options.scale_count());
@@ -88,12 +93,14 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,
                                    PointCurvature* results) {
+  if (IsLinear(options)) return StartLinearRegression(options, index, results);
   return std::make_unique<SinglePhaseRun<RegressionPlan, RegressionScratch>>(index, RegressionPlan(options, index),
                                                                              results, EstimateGroup);
 }
 
 std::unique_ptr<StrategyRun> StartScales(const EstimatorOptions& options, const SpatialIndex& index,
                                          std::span<PointCurvature* const> results) {
+  if (IsLinear(options)) return StartLinearRegressionScales(options, index, results);
   const auto make_plan = [](const EstimatorOptions& scale, const SpatialIndex& of) {
     return RegressionPlan(scale, of);
   };

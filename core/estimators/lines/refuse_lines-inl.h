@@ -89,19 +89,27 @@ HWY_INLINE void FrameNormal(const GroupFrames& frames, size_t i, float* normal) 
 }
 
 // Gives `status` to the points that lie along a line, of those that are OK and of which `may_be_line(i)` says that they
-// may. `fades` as in MeasureLine. `searching` is the scratch whose searches are used: `s` itself, or that of the
-// largest of several scales.
-template <typename MayBeLine>
+// may. `normal_of(i, normal)` sets the normal of point i. `fades` as in MeasureLine. `searching` is the scratch whose
+// searches are used: `s` itself, or that of the largest of several scales.
+template <typename MayBeLine, typename NormalOf>
 HWY_INLINE void RefuseLines(const SpatialIndex& index, const NeighborhoodPlan& plan, bool fades, PointStatus status,
-                            MayBeLine may_be_line, GroupScratch& searching, GroupScratch& s) {
+                            MayBeLine may_be_line, NormalOf normal_of, GroupScratch& searching, GroupScratch& s) {
   OffsetSearch search(index, plan, s.points, searching.search);
   for (size_t i = 0; i < s.points.size && !searching.IsStopped(); ++i) {
     if (HWY_LIKELY(s.points.status[i] != PointStatus::kOk || !may_be_line(i))) continue;
     const float radius = search.Find(i);
     float normal[3];
-    FrameNormal(s.frames, i, normal);
+    normal_of(i, normal);
     if (MeasureLine(searching.search.offsets, normal, radius, fades).IsLine()) s.points.status[i] = status;
   }
+}
+
+// The same with the normals of the points' frames.
+template <typename MayBeLine>
+HWY_INLINE void RefuseLines(const SpatialIndex& index, const NeighborhoodPlan& plan, bool fades, PointStatus status,
+                            MayBeLine may_be_line, GroupScratch& searching, GroupScratch& s) {
+  const auto of_frame = [&s](size_t i, float* normal) { FrameNormal(s.frames, i, normal); };
+  RefuseLines(index, plan, fades, status, may_be_line, of_frame, searching, s);
 }
 
 }  // namespace HWY_NAMESPACE

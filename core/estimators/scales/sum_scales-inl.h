@@ -32,12 +32,13 @@ HWY_INLINE void CopyPoints(ScalesScratch<Scratch>& s, std::span<PointCurvature* 
   }
 }
 
-// Loads the points of a group, and prepares each at each scale, the largest first. For each point, `sum(scale, i,
-// leaves)` is called at each scale at which it has a frame, once `visitor` has seen its neighbors there, which are in
-// s.scales[0]->search.found, and `leaves` as of ForEachNeighborhood. `neighborhood(scale)` is the scale's
-// NeighborhoodPlan; `fill(scratch, i)` as of StartGroup; `query`, `normals`, `visitor` and errors as of
-// ForEachNeighborhood.
-template <typename Scratch, typename Neighborhood, typename Fill, typename Visitor, typename Sum>
+// Loads the points of a group, and prepares each at each scale, the largest first: with its frame, if kSetsFrames. For
+// each point, `sum(scale, i, leaves)` is called at each scale at which it is still OK, once `visitor` has seen its
+// neighbors there, which are in s.scales[0]->search.found, and `leaves` as of ForEachNeighborhood.
+// `neighborhood(scale)` is the scale's NeighborhoodPlan; `fill(scratch, i)` as of StartGroup; `query`, `normals`,
+// `visitor` and errors as of ForEachNeighborhood.
+template <bool kSetsFrames = true, typename Scratch, typename Neighborhood, typename Fill, typename Visitor,
+          typename Sum>
 HWY_INLINE absl::Status SumScales(const SpatialIndex& index, size_t group, ScalesScratch<Scratch>& s,
                                   std::span<PointCurvature* const> results, const Neighborhood& neighborhood,
                                   const Fill& fill, QueryPoint& query, const NormalSums& normals,
@@ -52,8 +53,8 @@ HWY_INLINE absl::Status SumScales(const SpatialIndex& index, size_t group, Scale
   const auto estimate = [&](size_t scale, size_t i, const LeafList& leaves) {
     Scratch& scratch = *s.scales[scale];
     search.work += search.found.count;
-    PreparePoints(OnePoint(), neighborhood(scale), scratch.neighborhoods, i, scratch.points, scratch.frames,
-                  [&](size_t j) { fill(scratch, j); });
+    PreparePoints<kSetsFrames>(OnePoint(), neighborhood(scale), scratch.neighborhoods, i, scratch.points,
+                               scratch.frames, [&](size_t j) { fill(scratch, j); });
     if (scratch.points.status[i] == PointStatus::kOk) sum(scale, i, leaves);
   };
   const auto visit = [&](size_t i, const LeafList& leaves) {

@@ -107,8 +107,8 @@ void ChoiceWriter::SetWeights(const CloudWeights::Weights& shares, PointChoice& 
   }
   choice.neighbor_count = static_cast<float>(count);
   choice.avg_hexagram_weight = static_cast<float>(of_method[kHexagramMethod]);
-  choice.normal_regression_weight =
-      static_cast<float>(of_method[kRegressionMethod] + of_method[kQuadraticRegressionMethod]);
+  choice.normal_regression_weight = static_cast<float>(
+      of_method[kRegressionMethod] + of_method[kQuadraticRegressionMethod] + of_method[kLinearRegressionMethod]);
   choice.jet_weight =
       static_cast<float>(of_method[kQuarticMethod] + of_method[kQuadricMethod] + of_method[kSexticMethod]);
 }

@@ -66,6 +66,14 @@ TEST_P(ScalesTest, HaveTheBytesOfEachScaleAlone) {
   }
 }
 
+TEST_P(ScalesTest, HaveThemWithEachDegreeOfRegressions) {
+  for (uint32_t degree = kMinRegressionDegree; degree <= kMaxRegressionDegree; ++degree) {
+    EstimatorOptions options = Options("normal-regression", {400, 128, 40, 6});
+    options.regression_degree = degree;
+    ExpectSameAsAlone(Waves(900, 0.01, 1), options, std::to_string(degree));
+  }
+}
+
 TEST_P(ScalesTest, HaveThemInEveryLayout) {
   for (const std::string_view estimator : kEstimators) {
     for (const Layout layout : kLayouts) {

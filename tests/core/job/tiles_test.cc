@@ -170,6 +170,7 @@ struct Case {
   std::string_view estimator;
   uint32_t count;
   uint32_t jet_degree = 2;
+  uint32_t regression_degree = 3;
 };
 constexpr Case kCases[] = {{"avg-hexagram", 15},
                            {"avg-hexagram", 50},
@@ -185,13 +186,15 @@ constexpr Case kCases[] = {{"avg-hexagram", 15},
                            {"jet", 40, 4},
                            {"aso", 40},
                            {"normal-regression", 60},
-                           {"normal-regression", 300}};
+                           {"normal-regression", 300},
+                           {"normal-regression", 80, 2, 1}};
 
 EstimatorOptions OptionsOf(const Case& one) {
   EstimatorOptions options;
   options.estimator = one.estimator;
   options.neighborhood = NeighborCount{one.count};
   options.jet_degree = one.jet_degree;
+  options.regression_degree = one.regression_degree;
   return options;
 }
 

@@ -54,6 +54,7 @@ void Append(const std::optional<PilotFits::Jet>& jet, std::vector<double>& out) 
 std::vector<double> NumbersOf(const PilotFits& fits) {
   std::vector<double> numbers;
   Append(fits.quadratic_regression, numbers);
+  Append(fits.linear_regression, numbers);
   for (const auto& jet : {fits.quartic, fits.quadric, fits.sextic}) Append(jet, numbers);
   if (const auto& regression = fits.regression) {
     Append(regression->shape, numbers);
@@ -112,6 +113,7 @@ TEST_P(PilotFitsTest, FindsWhatEachNeighborhoodShows) {
   EXPECT_TRUE(fits[0].regression.has_value());
   for (const size_t i : {2, 4}) {
     EXPECT_FALSE(fits[i].regression.has_value() || fits[i].quadratic_regression.has_value()) << i;
+    EXPECT_FALSE(fits[i].linear_regression.has_value()) << i;
     EXPECT_FALSE(fits[i].quartic.has_value() || fits[i].quadric.has_value() || fits[i].sextic.has_value()) << i;
   }
 }

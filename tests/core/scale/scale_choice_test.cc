@@ -93,7 +93,7 @@ TEST(ScaleChoiceTest, JetsOfDegreeSixCountUnlessOthersAreMuchBetter) {
   };
   EXPECT_TRUE(has_sextic(0.05));
   EXPECT_TRUE(has_sextic(0.15));
-  EXPECT_FALSE(has_sextic(0.3));
+  EXPECT_FALSE(has_sextic(0.4));
 }
 
 TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
