@@ -74,6 +74,18 @@ TestPoints Sphere(size_t points, double radius) {
   return sphere;
 }
 
+TestPoints Pipe(size_t points, uint64_t seed) {
+  const double root = std::sqrt(0.5);
+  TestPoints pipe;
+  for (size_t i = 0; i < points; ++i) {
+    RandomStream random(seed, i);
+    const double along = 20.0 * Uniform(random) - 10.0, angle = 2.0 * std::numbers::pi * Uniform(random);
+    const double x = std::cos(angle), y = std::sin(angle);
+    pipe.Add(0.5 * x, root * (0.5 * y + along), root * (along - 0.5 * y), x, root * y, -root * y);
+  }
+  return pipe;
+}
+
 TestPoints Waves(size_t points, double noise, uint64_t seed) {
   TestPoints waves;
   for (size_t i = 0; i < points; ++i) {

@@ -28,6 +28,10 @@ struct TestPoints {
 // A sphere of the given radius around the origin, evenly spread, outward normals.
 TestPoints Sphere(size_t points, double radius);
 
+// Points at random on a pipe of radius 0.5 and length 20 along an axis askew to the coordinates: of 1,500 points, 12
+// lie around it. Exact outward normals.
+TestPoints Pipe(size_t points, uint64_t seed);
+
 // The graph of a wavy function over the unit square, its samples random and moved by `noise` in every direction. Exact
 // normals point up; the largest curvature is 4.
 TestPoints Waves(size_t points, double noise, uint64_t seed);

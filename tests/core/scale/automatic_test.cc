@@ -304,7 +304,9 @@ TEST(AutomaticTest, NoiseInOneHalfDoesNotSpoilTheOther) {
     return error;
   };
   EXPECT_LT(error_on(1.0f, both), 1.3 * error_on(1.0f, MustEstimate(noisy.ToCloud(), Automatic())));
-  EXPECT_LT(error_on(-1.0f, both), 1.3 * error_on(-1.0f, MustEstimate(clean.ToCloud(), Automatic())));
+  // An exact sphere alone has no error at all.
+  const double rounding = 1e-5 * static_cast<double>(clean.size());
+  EXPECT_LT(error_on(-1.0f, both), 1.3 * error_on(-1.0f, MustEstimate(clean.ToCloud(), Automatic())) + rounding);
 }
 
 // The graph of a bump over a square, exact where x is negative, and its mean curvature.
@@ -353,7 +355,10 @@ TEST(AutomaticTest, ExactPointsBesideNoisyOnesAreNotSpoiled) {
 TEST(AutomaticTest, CopiesOfNoisyPointsAreNoNews) {
   TestPoints sphere = Sphere(4000, 1.0);
   AddNoise(0.01, 0.2, 3, sphere);
-  const EstimationResult alone = MustEstimate(sphere.ToCloud(), WithChoice(Automatic()));
+  // 2,048 neighbors of three copies hold 683 points.
+  AutomaticScale as_many;
+  as_many.most_count = 724;
+  const EstimationResult alone = MustEstimate(sphere.ToCloud(), WithChoice(Automatic(as_many)));
   for (const double rounding : {0.0, 1e-6}) {
     TestPoints copies = sphere;
     for (uint64_t copy = 1; copy < 3; ++copy) {

@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "tests/core/expect_near_reference.h"
 #include "tests/core/instruction_sets.h"
+#include "tests/core/seam_clouds.h"
 
 namespace curvd::testing {
 namespace {
@@ -22,33 +22,6 @@ EstimatorOptions LinearOptions(uint32_t k, uint32_t degree = 1) {
   options.regression_degree = degree;
   options.neighborhood = NeighborCount{k};
   return options;
-}
-
-void ShakeAll(double of_positions, double of_normals, TestPoints& points) {
-  std::mt19937_64 engine(5);
-  std::normal_distribution<double> gaussian;
-  const auto add = [&](std::array<float, 3>& v, double size) {
-    for (float& component : v) component += static_cast<float>(size * gaussian(engine));
-  };
-  for (auto& position : points.positions) add(position, of_positions);
-  for (auto& normal : points.normals) {
-    add(normal, of_normals);
-    const float length = std::hypot(normal[0], normal[1], normal[2]);
-    for (float& component : normal) component /= length;
-  }
-}
-
-// A pipe of radius 0.5 and length 20 along an askew axis, with 12 points around it where there are 1,500.
-TestPoints Pipe(size_t count) {
-  TestPoints pipe;
-  std::mt19937_64 engine(3);
-  std::uniform_real_distribution<double> along(-10.0, 10.0), around(0.0, 2.0 * std::numbers::pi);
-  for (size_t i = 0; i < count; ++i) {
-    const double z = along(engine), angle = around(engine), root = std::sqrt(0.5);
-    const double x = std::cos(angle), y = std::sin(angle);
-    pipe.Add(0.5 * x, root * (0.5 * y + z), root * (z - 0.5 * y), x, root * y, -root * y);
-  }
-  return pipe;
 }
 
 double MeanErrorBeside(const EstimationResult& result, double mean) {
@@ -68,7 +41,7 @@ TEST_P(LinearRegressionTest, MatchesTheDoubleOracle) {
 TEST_P(LinearRegressionTest, NoisyNormalsMatchTheDoubleOracle) {
   for (const uint32_t k : {12u, 50u, 300u}) {
     TestPoints noisy = Waves(2000, 0.01, k);
-    ShakeAll(0.01, 0.1, noisy);
+    AddNoise(0.01, 0.1, 5, noisy);
     ExpectNearReference(noisy, LinearOptions(k), 11);
   }
 }
@@ -80,7 +53,7 @@ TEST_P(LinearRegressionTest, RadiusNeighborhoodsMatchTheDoubleOracle) {
 }
 
 TEST_P(LinearRegressionTest, IsExactAllTheWayAroundPipes) {
-  const TestPoints pipe = Pipe(1500);
+  const TestPoints pipe = Pipe(1500, 3);
   for (const uint32_t k : {10u, 40u, 300u, 500u}) {
     const EstimationResult result = MustEstimate(pipe.ToCloud(), LinearOptions(k));
     for (const PointCurvature& point : result.field.points.span()) {
@@ -105,8 +78,8 @@ TEST_P(LinearRegressionTest, IsExactOnWholeSpheres) {
 }
 
 TEST_P(LinearRegressionTest, TakesMoreOfTheNoiseOfPipesAwayThanOtherDegreesDo) {
-  TestPoints pipe = Pipe(3000);
-  ShakeAll(0.01, 0.1, pipe);
+  TestPoints pipe = Pipe(3000, 3);
+  AddNoise(0.01, 0.1, 5, pipe);
   const double error = MeanErrorBeside(MustEstimate(pipe.ToCloud(), LinearOptions(300)), 1.0);
   for (const uint32_t degree : {2u, 3u}) {
     for (const uint32_t k : {16u, 32u, 64u}) {
@@ -119,7 +92,7 @@ TEST_P(LinearRegressionTest, TakesMoreOfTheNoiseOfPipesAwayThanOtherDegreesDo) {
 TEST_P(LinearRegressionTest, NoiseAlongTheNormalSaysNothingOfPlanes) {
   TestPoints plane = RandomPoints(Layout::kCoplanar, 2000, 5);
   for (auto& normal : plane.normals) normal = {0.0f, 0.0f, 1.0f};
-  ShakeAll(1e-5, 0.1, plane);
+  AddNoise(1e-5, 0.1, 5, plane);
   for (const uint32_t k : {16u, 64u}) {
     const double quadratic = MeanErrorBeside(MustEstimate(plane.ToCloud(), LinearOptions(k, 2)), 0.0);
     EXPECT_LT(MeanErrorBeside(MustEstimate(plane.ToCloud(), LinearOptions(k)), 0.0), 1.2 * quadratic) << k;
