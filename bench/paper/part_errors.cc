@@ -66,11 +66,17 @@ Errors Measure(const Samples& samples, const Places& places, WorkerPool& pool) {
   return errors;
 }
 
+// Of errors; those below are rounding.
+double Ratio(double both, double alone) {
+  constexpr double kRounding = 1e-6;
+  return std::max(both, kRounding) / std::max(alone, kRounding);
+}
+
 void Print(const std::string& first, const std::string& second, const Errors& both, const Errors& alone) {
   absl::PrintF("%-26s %-26s", first, second);
   for (size_t part = 0; part < kParts; ++part) {
-    absl::PrintF(" | %9.3g %5.2f %5.2f", alone[part].mean.mean, both[part].mean.mean / alone[part].mean.mean,
-                 both[part].gaussian.mean / alone[part].gaussian.mean);
+    absl::PrintF(" | %9.3g %5.2f %5.2f", alone[part].mean.mean, Ratio(both[part].mean.mean, alone[part].mean.mean),
+                 Ratio(both[part].gaussian.mean, alone[part].gaussian.mean));
   }
   absl::PrintF("\n");
   std::fflush(stdout);

@@ -24,8 +24,8 @@ struct ScaleMethod {
   // Noise of standard deviation sigma in the positions moves a point along the surface, and what is estimated at it by
   // about this many times sigma^2 |H| k^2, whatever the scale.
   double noise_factor;
-  // Times this, what the sampled points show is the error that is expected: more than 1 where a bias that they cannot
-  // show is likelier than elsewhere.
+  // Times this, what the sampled points show is the error that is expected, and times its square that of the Gaussian
+  // curvature: more than 1 where a bias that they cannot show is likelier than elsewhere.
   double doubt = 1.0;
 
   // Whether the error of a smooth surface falls as the square of the radius only: the farther estimates look, the more

@@ -90,6 +90,10 @@ size_t ChoosingBytesPerSample();
 // Thread-safe. The same table gives the same choice on every machine.
 ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds);
 
+// The least error that is expected of what is chosen; where the linear regression is, of any other candidate, if there
+// is one: fits to fewer neighbors must not err as little as one that may look all around a body.
+double LeastLocalError(const ScaleChoice& choice);
+
 // The weight of an estimate with this expected error.
 double ScaleWeight(double error);
 

@@ -191,11 +191,7 @@ double ChosenEstimates::MeanCount(size_t point, const AutomaticScratch& s) const
 
 // In the caller's unit.
 double ChosenEstimates::LeastError(size_t part) const {
-  double least = std::numeric_limits<double>::infinity();
-  for (const ScaleScore& score : choice_.parts()[part].choice.scores) {
-    if (score.share > 0.0) least = std::min(least, score.error);
-  }
-  return std::ldexp(least, index_.scale_exponent());
+  return std::ldexp(LeastLocalError(choice_.parts()[part].choice), index_.scale_exponent());
 }
 
 bool ChosenEstimates::HoldOpposed(size_t estimate, const AutomaticScratch& s) {

@@ -58,10 +58,7 @@ bool DecidesNoise(PilotPoints samples, const ScaleChoice& choice, size_t rung) {
 }
 
 std::optional<DetailCheck> FindDetailCheck(PilotPoints samples, const ScaleChoice& choice) {
-  double least_error = std::numeric_limits<double>::infinity();
-  for (const ScaleScore& score : choice.scores) {
-    if (score.share > 0.0) least_error = std::min(least_error, score.error);
-  }
+  const double least_error = LeastLocalError(choice);
   const auto check = std::find_if(choice.scores.begin(), choice.scores.end(), [&](const ScaleScore& score) {
     return score.candidate.method == kRegressionMethod && score.noise > 0.0 &&
            score.noise <= kMostNoiseOfCheck * least_error;

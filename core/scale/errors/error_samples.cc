@@ -149,7 +149,8 @@ class ErrorSampler {
 
  private:
   // Of the candidates that have estimates of both halves: the mean of two independent ones has a quarter of the
-  // variance of their difference. What the others have of noise, their difference from the next scale holds.
+  // variance of their difference. What the others have of noise, their difference from the next scale holds. A bias
+  // that no scale shows is taken to be as large as the noise (ScaleMethod::doubt).
   void SetNoise(const PilotPoint& point, const PrincipalAxes& axes, double all_weight, ErrorSample& sample) const {
     ShapeSum even, odd;
     double factor = 0.0;
@@ -159,7 +160,7 @@ class ErrorSampler {
       if (!IsFinite(one) || !IsFinite(other)) continue;
       even.Add(one, weights_[c]);
       odd.Add(other, weights_[c]);
-      factor += weights_[c] * variance_factors_[c];
+      factor += weights_[c] * variance_factors_[c] * kScaleMethods[choice_.chosen[c].method].doubt;
     }
     if (!(even.weight > 0.0)) return;
     const double share = even.weight / all_weight;

@@ -96,6 +96,33 @@ TEST(ScaleChoiceTest, JetsOfDegreeSixCountUnlessOthersAreMuchBetter) {
   EXPECT_FALSE(has_sextic(0.4));
 }
 
+// What the sampled points show counts twice for a method whose bias they may not show.
+TEST(ScaleChoiceTest, TheLinearRegressionMustBeTwiceAsGood) {
+  const auto share_of_linear = [](double times) {
+    std::array<Behavior, kMethodCount> behaviors = Behaving({{0.1, 1.0}});
+    behaviors[kLinearRegressionMethod] = {times * 0.1, times};
+    double share = 0.0;
+    for (const ScaleScore& score : ChooseScales(MakeTable(behaviors), {}).scores) {
+      if (score.candidate.method == kLinearRegressionMethod) share += score.share;
+    }
+    return share;
+  };
+  EXPECT_LT(share_of_linear(1.0), 0.1);
+  EXPECT_GT(share_of_linear(0.2), 0.9);
+}
+
+TEST(ScaleChoiceTest, WhatLooksAllAroundABodyIsNoMeasureForOthers) {
+  ScaleChoice choice;
+  choice.scores = {{{kHexagramMethod, 4}, 0.5, 0.5, 0.5, 0.0, 0.0},
+                   {{kRegressionMethod, 8}, 0.3, 0.3, 0.3, 0.0, 0.0},
+                   {{kQuadricMethod, 8}, 0.4, 0.4, 0.4, 0.0, 0.5}};
+  EXPECT_DOUBLE_EQ(LeastLocalError(choice), 0.4) << "of what is chosen";
+  choice.scores.push_back({{kLinearRegressionMethod, 14}, 0.01, 0.01, 0.01, 0.0, 0.5});
+  EXPECT_DOUBLE_EQ(LeastLocalError(choice), 0.3) << "of all others";
+  choice.scores.erase(choice.scores.begin(), choice.scores.begin() + 3);
+  EXPECT_DOUBLE_EQ(LeastLocalError(choice), 0.01) << "there are none";
+}
+
 TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
   for (size_t best = 0; best < kMethodCount; ++best) {
     std::array<Behavior, kMethodCount> behaviors;
