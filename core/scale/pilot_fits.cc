@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "Eigen/Geometry"
-#include "core/scale/linear_shape.h"
 #include "core/scale/pilot_systems.h"
+#include "core/scale/shapes/linear_shape.h"
 
 namespace curvd {
 namespace {

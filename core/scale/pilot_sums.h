@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "core/scale/pilot_batch.h"
-#include "core/scale/tangent_shape.h"
+#include "core/scale/shapes/tangent_shape.h"
 
 namespace curvd {
 

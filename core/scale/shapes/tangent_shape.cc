@@ -1,4 +1,4 @@
-#include "core/scale/tangent_shape.h"
+#include "core/scale/shapes/tangent_shape.h"
 
 namespace curvd {
 

@@ -1,4 +1,4 @@
-#include "core/scale/linear_shape.h"
+#include "core/scale/shapes/linear_shape.h"
 
 #include <gtest/gtest.h>
 
