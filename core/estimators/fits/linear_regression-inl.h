@@ -218,7 +218,10 @@ HWY_INLINE void SolveLinearAt(size_t i, const LinearSystems& systems, const Grou
 
   const DoubleTriple cy = f.c.Times(s.y), cz = f.c.Times(s.z);
   const DoubleVec yy = Dot(cy, s.y), yz = Dot(cy, s.z), zz = Dot(cz, s.z), trace = hn::Add(yy, zz);
-  hn::Store(hn::Div(hn::NegMulAdd(yz, yz, hn::Mul(yy, zz)), hn::Mul(trace, trace)), d, checks.spread + i);
+  // Where all of the extent is along the normal, what was added for planes is not one across it.
+  const DoubleMask has_extent = hn::Gt(trace, hn::Mul(hn::Set(d, kMinLinearSpread), f.c.Trace()));
+  const DoubleVec spread = hn::Div(hn::NegMulAdd(yz, yz, hn::Mul(yy, zz)), hn::Mul(trace, trace));
+  hn::Store(hn::IfThenElseZero(has_extent, spread), d, checks.spread + i);
   hn::Store(hn::Min(length, length_at_point), d, checks.length + i);
   hn::Store(Dot(n, own), d, checks.outward + i);
 }

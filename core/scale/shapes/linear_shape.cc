@@ -73,6 +73,7 @@ std::optional<TangentShape> LinearShapeOf(const PilotSums& sums, double distinct
   const Moments moments(sums);
   const auto plane = moments.offsets.topLeftCorner<2, 2>();
   if (!(plane.determinant() > kLeastSpread * plane.trace() * plane.trace())) return std::nullopt;
+  if (!(plane.trace() > kLeastSpread * moments.offsets.trace())) return std::nullopt;
   const Matrix3d derivative = moments.Derivative(RidgeOf(moments, distinct));
   const double length = std::sqrt(moments.Explained(derivative));
   const Vector3d at_point = moments.normal - derivative * moments.offset, n = at_point.normalized();

@@ -112,12 +112,18 @@ TEST_P(LinearRegressionTest, PlanesAreFlat) {
 }
 
 TEST_P(LinearRegressionTest, PointsOnALineShowNoCurvatureAcrossIt) {
-  TestPoints line;
-  for (int i = 0; i < 500; ++i) line.Add(0.01 * i, 0.02 * i, 0.0, 0.0, 0.0, 1.0);
-  const EstimationResult result = MustEstimate(line.ToCloud(), LinearOptions(20));
-  for (const PointCurvature& point : result.field.points.span()) {
-    ASSERT_EQ(point.status, PointStatus::kSingularFit);
-    ASSERT_TRUE(std::isnan(point.mean));
+  const double root = std::sqrt(0.2);
+  TestPoints across, along;
+  for (int i = 0; i < 500; ++i) {
+    across.Add(0.01 * i, 0.02 * i, 0.0, 0.0, 0.0, 1.0);
+    along.Add(0.01 * i, 0.02 * i, 0.0, root, 2.0 * root, 0.0);
+  }
+  for (const TestPoints* const line : {&across, &along}) {
+    const EstimationResult result = MustEstimate(line->ToCloud(), LinearOptions(20));
+    for (const PointCurvature& point : result.field.points.span()) {
+      ASSERT_EQ(point.status, PointStatus::kSingularFit);
+      ASSERT_TRUE(std::isnan(point.mean));
+    }
   }
 }
 
