@@ -1,6 +1,7 @@
 // What tests of the automatic choice ask for, of which clouds, and how they compare choices.
 #pragma once
 
+#include <cmath>
 #include <cstring>
 
 #include "core/estimators/options.h"
@@ -28,6 +29,18 @@ inline TestPoints NoisySphere(size_t points, double sigma) {
 
 inline bool AreSameBytes(const ChoiceField& a, const ChoiceField& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.bytes()) == 0;
+}
+
+// Of the mean curvature, over the points that have one.
+inline double MeanError(const EstimationResult& result, double truth) {
+  double sum = 0.0;
+  size_t count = 0;
+  for (const PointCurvature& point : result.field.points.span()) {
+    if (point.status != PointStatus::kOk) continue;
+    sum += std::abs(point.mean - truth);
+    ++count;
+  }
+  return sum / static_cast<double>(count);
 }
 
 }  // namespace curvd::testing

@@ -22,18 +22,6 @@
 namespace curvd::testing {
 namespace {
 
-// Of the mean curvature, over the points that have one.
-double MeanError(const EstimationResult& result, double truth) {
-  double sum = 0.0;
-  size_t count = 0;
-  for (const PointCurvature& point : result.field.points.span()) {
-    if (point.status != PointStatus::kOk) continue;
-    sum += std::abs(point.mean - truth);
-    ++count;
-  }
-  return sum / static_cast<double>(count);
-}
-
 // Exact where x is negative.
 TestPoints HalfNoisySphere(size_t points) {
   TestPoints halves = NoisySphere(points, 0.0);
