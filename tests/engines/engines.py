@@ -104,7 +104,7 @@ print(run_tiles(sys.argv[1], cluster=sys.argv[2], server=sys.argv[3]))
     def _start_cluster(self):
         self._file.unlink(missing_ok=True)
         self.scheduler = self.popen("dask-scheduler", "--host=127.0.0.1", "--port=0", "--no-dashboard", f"--scheduler-file={self._file}")
-        wait_for(self._file.exists, 60, "no scheduler")
+        wait_for(self._has_address, 60, "no scheduler")
         self.workers = [self._worker() for _ in range(2)]
 
     def _worker(self):
@@ -118,6 +118,13 @@ print(run_tiles(sys.argv[1], cluster=sys.argv[2], server=sys.argv[3]))
     def __exit__(self, *_):
         super().__exit__()
         self._kill_cluster()
+
+    def _has_address(self):
+        """The scheduler makes its file, and then writes it: until it is whole there is no address."""
+        try:
+            return bool(self._address())
+        except (FileNotFoundError, json.JSONDecodeError):
+            return False
 
     def _address(self):
         return json.loads(self._file.read_text())["address"]

@@ -80,7 +80,7 @@ TEST(WireOptionsTest, RefusalsNameFieldValueAndRange) {
   proto.Clear();
   proto.set_regression_degree(4);
   EXPECT_TRUE(IsError(ReadOptions(proto, options), kInvalidArgument, kReasonInvalidOption,
-                      {"header.options.regression_degree", "4", "from 1 to 3"}));
+                      {"header.options.regression_degree", "4", "at most 3"}));
   for (const double weight : {-0.5, 1.5, std::numeric_limits<double>::infinity(), std::nan("")}) {
     proto.Clear();
     proto.set_average_normal_weight(weight);
