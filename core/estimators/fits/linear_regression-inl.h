@@ -26,14 +26,9 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Neighbors that spread less than the root of this in one tangent direction, compared with the other, lie on a line.
-inline constexpr double kMinLinearSpread = 1e-6;
-// Where they spread less than the root of this, they may.
+// Where neighbors spread less than the root of this in one tangent direction, compared with the other, they may lie on
+// a line.
 inline constexpr double kNarrowLinearSpread = 0.05;
-// Coefficients of one component of the normals; and neighbors more than that from which what is left says something.
-inline constexpr double kLinearSize = 4.0, kLeastLinearFreedom = 4.0;
-// Added to the variances of the neighbors along all axes, as a part of their sum: planes have none along one.
-inline constexpr double kLeastLinearVariance = 1e-9;
 
 // What a vector of neighbors has: offsets in units of rho, and normals, all Odd. Zeros follow the last neighbor.
 class LinearNeighbors {

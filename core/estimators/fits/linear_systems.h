@@ -5,6 +5,13 @@
 
 namespace curvd {
 
+// Coefficients of one component of the normals; and neighbors more than that from which what is left says something.
+inline constexpr double kLinearSize = 4.0, kLeastLinearFreedom = 4.0;
+// Added to the variances of the neighbors along all axes, as a part of their sum: planes have none along one.
+inline constexpr double kLeastLinearVariance = 1e-9;
+// Neighbors that spread less than the root of this in one tangent direction, compared with the other, lie on a line.
+inline constexpr double kMinLinearSpread = 1e-6;
+
 // Sums over the neighbors of each point, with offsets q in units of rho and normals n. What points that are not
 // estimated have is never used.
 struct alignas(64) LinearSystems {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "Eigen/LU"
+#include "core/estimators/fits/linear_systems.h"
 #include "core/scale/pilot_systems.h"
 
 namespace curvd {
@@ -12,12 +13,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// As in the estimator.
-constexpr double kCoefficients = 4.0, kLeastLinearFreedom = 4.0, kLeastVariance = 1e-9, kLeastLength = 0.1;
-// Neighbors that spread less than the root of this in one tangent direction, compared with the other, lie on a line.
-constexpr double kLeastSpread = 1e-6;
-// Normals that lie nearer to the tangent plane contradict the frame.
-constexpr double kLeastHeight = 0.2;
+// Normals that are shorter cancel out; those that lie nearer to the tangent plane contradict the frame.
+constexpr double kLeastLengthOfField = 0.1, kLeastHeightOfField = 0.2;
 
 // Means of offsets and normals, the covariance of offsets, and that of normals with offsets.
 struct Moments {
@@ -42,7 +39,7 @@ struct Moments {
     normal *= per_count;
     offsets = (per_count * offsets - offset * offset.transpose()).eval();
     normals = (per_count * normals - normal * offset.transpose()).eval();
-    offsets.diagonal().array() += kLeastVariance * offsets.trace();
+    offsets.diagonal().array() += kLeastLinearVariance * offsets.trace();
   }
 
   // The field's derivative, with a ridge along z.
@@ -58,7 +55,7 @@ struct Moments {
 };
 
 double RidgeOf(const Moments& moments, double distinct) {
-  const double trace = moments.offsets.trace(), freedom = distinct - kCoefficients;
+  const double trace = moments.offsets.trace(), freedom = distinct - kLinearSize;
   const double left = 0.5 * std::max(1.0 - moments.Explained(moments.Derivative(0.0)), 0.0);
   const double variance = 0.5 * (trace - moments.offsets(2, 2));
   const double squared_bend = 0.5 * moments.normals.topLeftCorner<2, 2>().squaredNorm() / (variance * variance);
@@ -69,15 +66,15 @@ double RidgeOf(const Moments& moments, double distinct) {
 }  // namespace
 
 std::optional<TangentShape> LinearShapeOf(const PilotSums& sums, double distinct) {
-  if (distinct < kCoefficients + kLeastLinearFreedom) return std::nullopt;
+  if (distinct < kLinearSize + kLeastLinearFreedom) return std::nullopt;
   const Moments moments(sums);
   const auto plane = moments.offsets.topLeftCorner<2, 2>();
-  if (!(plane.determinant() > kLeastSpread * plane.trace() * plane.trace())) return std::nullopt;
-  if (!(plane.trace() > kLeastSpread * moments.offsets.trace())) return std::nullopt;
+  if (!(plane.determinant() > kMinLinearSpread * plane.trace() * plane.trace())) return std::nullopt;
+  if (!(plane.trace() > kMinLinearSpread * moments.offsets.trace())) return std::nullopt;
   const Matrix3d derivative = moments.Derivative(RidgeOf(moments, distinct));
   const double length = std::sqrt(moments.Explained(derivative));
   const Vector3d at_point = moments.normal - derivative * moments.offset, n = at_point.normalized();
-  if (!(std::min(length, at_point.norm()) >= kLeastLength && n.z() > kLeastHeight)) return std::nullopt;
+  if (!(std::min(length, at_point.norm()) >= kLeastLengthOfField && n.z() > kLeastHeightOfField)) return std::nullopt;
   const Vector3d tangent_x(1.0, 0.0, -n.x() / n.z()), tangent_y(0.0, 1.0, -n.y() / n.z());
   return ShapeOf(tangent_x, tangent_y, derivative * tangent_x / length, derivative * tangent_y / length);
 }
