@@ -306,7 +306,11 @@ double ScaleJudge::SquaredBiasBesideSmaller(const ScaleCandidate& candidate) con
 
 double ScaleJudge::SquaredBiasBeside(const std::optional<ScaleScore>& reference,
                                      const ScaleCandidate& candidate) const {
-  if (!reference.has_value() || !kScaleMethods[candidate.method].is_second_order()) return 0.0;
+  if (!reference.has_value()) return 0.0;
+  // Where a surface is flat at a large scale, all larger ones agree that its Gaussian curvature is 0, a product of two
+  // small numbers: by any method.
+  const bool looks_farther = quantity_ == Quantity::kGaussian && candidate.rung > reference->candidate.rung;
+  if (!kScaleMethods[candidate.method].is_second_order() && !looks_farther) return 0.0;
   const double found = SquaredBias(candidate, reference->candidate).value_or(0.0);
   // At the scale that is best for it, the reference has about as much bias as noise, which hides it.
   if (found < kLeastSquareOverReference * reference->error * reference->error) return 0.0;

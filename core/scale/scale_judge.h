@@ -80,7 +80,8 @@ class ScaleJudge {
   std::optional<double> SquaredBias(const ScaleCandidate& candidate, const ScaleCandidate& other) const;
   // The largest of them beside smaller neighborhoods.
   double SquaredBiasBesideSmaller(const ScaleCandidate& candidate) const;
-  // That of a method of the second order beside a reference, of which this is the score; 0 of other methods.
+  // That of a candidate beside a reference, of which this is the score: of methods of the second order, and in the
+  // Gaussian curvature of all that look farther; 0 of others.
   double SquaredBiasBeside(const std::optional<ScaleScore>& reference, const ScaleCandidate& candidate) const;
   double NoiseBias(size_t method) const { return kScaleMethods[method].noise_factor * noise_bias_; }
   std::optional<ScaleScore> ScoreOf(const ScaleCandidate& candidate) const;
