@@ -30,7 +30,7 @@ ESTIMATORS = {
     "independent": [[], ["--triangles=7", "--seed=3"]],
     "delaunay": [[], ["--even-weights"]],
     "jet": [[], ["--jet-degree=3"], ["--jet-degree=4"]],
-    "aso": [[]],
+    "aso": [[], ["--project"]],
     "normal-regression": [[], ["--average-normal-weight=0"]],
 }
 COUNTS = (5, 15, 50, 300)

@@ -188,6 +188,9 @@ struct EstimateOptions {
   // All triangles of kDelaunay count alike, as in the paper, instead of less the farther they lie from the point.
   // DEFAULT: false.
   bool even_weights = false;
+  // Of kAlgebraicShapeOperator: the curvature of the surface at the place nearest to the point, in place of that of the
+  // level of the fitted field through it: for noisy positions. With `automatic_scale` always. DEFAULT: false.
+  bool project = false;
   // Of the random estimators. DEFAULT: 0.
   uint64_t seed = 0;
   // In [0, 1]; none: the server's default. DEFAULT: none.

@@ -93,6 +93,7 @@ grpc::Slice PackHeader(const CloudView& cloud, const EstimateOptions& options) {
   if (options.jet_degree) estimator.set_jet_degree(*options.jet_degree);
   estimator.set_regression_degree(options.regression_degree);
   estimator.set_even_weights(options.even_weights);
+  estimator.set_project(options.project);
   estimator.set_seed(options.seed);
   if (options.average_normal_weight) estimator.set_average_normal_weight(*options.average_normal_weight);
   header.set_invalid_point_policy(options.skip_invalid ? v1::INVALID_POINT_POLICY_SKIP

@@ -188,6 +188,7 @@ std::string SummaryJson(const EstimateReport& report, const PointTable& result) 
   json["jet_degree"] = JetDegree(report.options);
   json["regression_degree"] = report.options.regression_degree;
   json["even_weights"] = report.options.even_weights;
+  json["project"] = report.options.project;
   json["points"] = report.summary.points;
   json["status"] = StatusJson(report.summary.status_counts);
   json["ranges"] = RangesJson(result, "");

@@ -55,6 +55,7 @@ const CURVATURE = {
   jetDegree: count,
   regressionDegree: count,
   evenWeights: boolean,
+  project: boolean,
   averageNormalWeight: number,
   normalMethod: readElsewhere,
   normalNeighborCount: count,

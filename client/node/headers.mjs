@@ -107,6 +107,7 @@ export function curvatureHeader(options) {
       jetDegree: options.jetDegree ?? 0,
       regressionDegree: options.regressionDegree ?? 0,
       evenWeights: options.evenWeights ?? false,
+      project: options.project ?? false,
       seed: options.seed ?? 0,
       ...(options.averageNormalWeight !== undefined && { averageNormalWeight: options.averageNormalWeight }),
     },

@@ -22,7 +22,7 @@ std::string OptionSpec::ValueText(const EstimatorOptions& options) const {
 
 std::span<const OptionSpec> OptionSpecs() {
   using Options = EstimatorOptions;
-  static constexpr std::array<OptionSpec, 7> kSpecs = {{
+  static constexpr std::array<OptionSpec, 8> kSpecs = {{
       {"triangle_count", &Options::triangle_count, 1, kMaxTriangleCount, "triangles that random strategies draw"},
       {"rotation_count", &Options::rotation_count, 1, kMaxRotations, "hexagrams that avg-hexagram averages over"},
       {"jet_degree", &Options::jet_degree, kMinJetDegree, kMaxJetDegree, "degree of the polynomial that a jet is"},
@@ -30,6 +30,7 @@ std::span<const OptionSpec> OptionSpecs() {
        "degree of the polynomials that normal-regression fits to the normals"},
       {"average_normal_weight", &Options::average_normal_weight, 0, 1, "share of the neighborhood's mean normal"},
       {"even_weights", &Options::even_weights, 0, 1, "all triangles of delaunay count alike"},
+      {"project", &Options::project, 0, 1, "aso estimates the surface beside the point, not the level through it"},
       {"seed", &Options::seed, 0, 0, "of the random strategies"},
   }};
   return kSpecs;

@@ -82,6 +82,9 @@ struct EstimatorOptions {
   double average_normal_weight = 0.5;  // DEFAULT: 0.5; in [0, 1]
   // Delaunay only: all triangles count alike, as in the paper, instead of less the farther they lie from the point.
   bool even_weights = false;  // DEFAULT: false
+  // aso only: the curvature of the surface at the place nearest to the point, in place of that of the level of the
+  // fitted field that the point lies on, which noise in its own position moves.
+  bool project = false;  // DEFAULT: false
   // Most points that one neighborhood may hold: bounds NeighborCount, and the size that a radius neighborhood may reach
   // before the whole estimate fails with RESOURCE_EXHAUSTED.
   uint32_t max_neighbor_count = 10'000;                                // DEFAULT: 10,000

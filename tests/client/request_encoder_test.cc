@@ -103,6 +103,13 @@ TEST(PackHeaderTest, CarriesTheDegreeOfRegressions) {
   EXPECT_EQ(EstimatorFor(options).regression_degree(), 2u);
 }
 
+TEST(PackHeaderTest, CarriesProjecting) {
+  EstimateOptions options;
+  EXPECT_FALSE(EstimatorFor(options).project());
+  options.project = true;
+  EXPECT_TRUE(EstimatorFor(options).project());
+}
+
 TEST(PackChunkTest, LeavesOutWhatTheCloudDoesNotHave) {
   const std::vector<float> positions = {1, 2, 3, 4, 5, 6}, viewpoints = {7, 8, 9, 10, 11, 12};
   v1::EstimateCurvatureRequest request;

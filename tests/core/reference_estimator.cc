@@ -129,7 +129,7 @@ void EstimateByFit(const TestPoints& points, size_t i, const std::vector<int>& i
   if (options.estimator == "jet") {
     shape = JetShapeOperator(neighborhood, static_cast<int>(options.jet_degree));
   } else if (options.estimator == "aso") {
-    shape = AlgebraicShapeOperator(neighborhood, result.radius);
+    shape = AlgebraicShapeOperator(neighborhood, result.radius, options.project);
   } else if (options.regression_degree == 1) {
     shape = LinearRegressionOperator(neighborhood);
   } else {

@@ -116,7 +116,8 @@ std::optional<Eigen::Matrix2d> JetShapeOperator(const ReferenceNeighborhood& nei
   return (normal.dot(neighborhood.own_normal) < 0.0 ? 1.0 : -1.0) * root * second * root;
 }
 
-std::optional<Eigen::Matrix2d> AlgebraicShapeOperator(const ReferenceNeighborhood& neighborhood, double radius) {
+std::optional<Eigen::Matrix2d> AlgebraicShapeOperator(const ReferenceNeighborhood& neighborhood, double radius,
+                                                      bool project) {
   Jet2 weight, products, squares;
   std::array<Jet2, 3> position, normal;
   for (size_t j = 0; j < neighborhood.offsets.size(); ++j) {
@@ -149,7 +150,16 @@ std::optional<Eigen::Matrix2d> AlgebraicShapeOperator(const ReferenceNeighborhoo
   }
   if (gradient.dot(neighborhood.own_normal) <= 0.0) return std::nullopt;
   const Eigen::Matrix<double, 3, 2> plane = TangentBasis(gradient.normalized());
-  return plane.transpose() * hessian * plane / gradient.norm();
+  const Eigen::Matrix2d level = plane.transpose() * hessian * plane / gradient.norm();
+  if (!project) return level;
+  // The level's principal radii are larger than the surface's by its distance from the surface.
+  const double outside =
+      2.0 * c.value / (gradient.norm() + std::sqrt(gradient.squaredNorm() - 4.0 * s.value * c.value));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(level);
+  const Eigen::Array2d k = solver.eigenvalues().array();
+  if ((1.0 - outside * k).minCoeff() < 0.1) return std::nullopt;
+  const Eigen::Matrix2d axes = solver.eigenvectors();
+  return axes * (k / (1.0 - outside * k)).matrix().asDiagonal() * axes.transpose();
 }
 
 std::optional<Eigen::Matrix2d> NormalRegressionOperator(const ReferenceNeighborhood& neighborhood, double radius,

@@ -26,7 +26,8 @@ std::optional<Eigen::Matrix2d> JetShapeOperator(const ReferenceNeighborhood& nei
 
 // The symmetric part of the derivative of the unit gradient of the field of algebraic spheres with weights
 // (1 - (d / radius)^2)^2. Differentiates every weighted sum in turn. Nothing if the neighbors fix no sphere.
-std::optional<Eigen::Matrix2d> AlgebraicShapeOperator(const ReferenceNeighborhood& neighborhood, double radius);
+std::optional<Eigen::Matrix2d> AlgebraicShapeOperator(const ReferenceNeighborhood& neighborhood, double radius,
+                                                      bool project);
 
 // The derivative, over the tangent plane at the query point, of the field of unit normals that the polynomials of that
 // degree define which fit the neighbors' normals best over the plane normal to `axis`, with weights

@@ -175,6 +175,8 @@ def protocol(proto):
         request_tag="seed", options=proto.EstimatorOptions(estimator=1, neighbor_count=20, triangle_count=50, seed=7,
                                                            average_normal_weight=0.25, rotation_count=3, jet_degree=4))
     radius = proto.CloudHeader(options=proto.EstimatorOptions(estimator=6, radius=0.5, even_weights=True))
+    spheres = proto.CloudHeader(options=proto.EstimatorOptions(estimator=7, project=True))
+    yield "header", "spheres", spheres.SerializeToString()
     yield "header", "neighbors", header.SerializeToString()
     yield "header", "radius", radius.SerializeToString()
     scale = proto.AutomaticScale(least_neighbor_count=32, most_neighbor_count=512, max_radius=0.5, per_cloud=True)

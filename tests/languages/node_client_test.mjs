@@ -86,6 +86,16 @@ test("even weights reach the server", async () => {
   assert.notDeepEqual(fading.meanCurvature, even.meanCurvature);
 });
 
+test("projecting reaches the server", async () => {
+  const [positions, normals] = sphere(1_000, 2);
+  const shaken = positions.map((scalar, i) => (Math.floor(i / 3) % 2 === 0 ? 1.01 * scalar : scalar));
+  const aso = { server, estimator: "aso" };
+  const levels = await estimateCurvature(shaken, normals, aso);
+  const surface = await estimateCurvature(shaken, normals, { ...aso, project: true });
+  const spread = (values) => Math.max(...values) - Math.min(...values);
+  assert.ok(spread(surface.meanCurvature) < spread(levels.meanCurvature));
+});
+
 test("priorities do not change a byte", async () => {
   const cloud = sphere(1_000, 1);
   const { k1 } = await estimateCurvature(...cloud, { server });

@@ -65,6 +65,7 @@ nlohmann::ordered_json JsonOf(const EstimateOptions& options) {
   if (options.jet_degree.has_value()) json["jet_degree"] = *options.jet_degree;
   json["regression_degree"] = options.regression_degree;
   json["even_weights"] = options.even_weights;
+  json["project"] = options.project;
   if (options.average_normal_weight.has_value()) json["average_normal_weight"] = *options.average_normal_weight;
   json["quantities"] = options.quantities;
   json["skip_invalid"] = options.skip_invalid;
@@ -90,9 +91,10 @@ absl::StatusOr<EstimateOptions> OptionsOf(const nlohmann::ordered_json& json) {
     options.seed = UnsignedOf(json, "seed");
     options.rotation_count = count("rotation_count");
     if (json.contains("jet_degree")) options.jet_degree = count("jet_degree");
-    // Plans of before have none.
+    // Plans of before have neither this nor `project`.
     if (json.contains("regression_degree")) options.regression_degree = count("regression_degree");
     json.at("even_weights").get_to(options.even_weights);
+    if (json.contains("project")) json.at("project").get_to(options.project);
     if (json.contains("average_normal_weight")) {
       options.average_normal_weight = NumberOf(json, "average_normal_weight", 0.0, kMost);
     }

@@ -74,6 +74,8 @@ def estimate_curvature(
                            more of the noise away, and 1, fitted over space, is right for spheres, cylinders and planes
                            at any size. DEFAULT: 3.
     even_weights:          count all triangles of delaunay alike, as the paper does.
+    project:               estimate, by aso, the surface beside the point, not the level of the fitted field through it:
+                           for noisy positions. With neighbor_count "auto" always.
     average_normal_weight: share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5.
     orientation:           which side is out: "consistent" (neighbors agree, closed pieces are seen from outside) or
                            "closed" (the same for closed surfaces with holes). Normals that are given are then turned,

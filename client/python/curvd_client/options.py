@@ -68,6 +68,7 @@ class CurvatureOptions(typing.TypedDict, total=False):
     jet_degree: int
     regression_degree: int
     even_weights: bool
+    project: bool
     seed: int
     average_normal_weight: float | None
     orientation: str | None
@@ -99,6 +100,7 @@ def curvature_header(
     jet_degree: int = 0,
     regression_degree: int = 0,
     even_weights: bool = False,
+    project: bool = False,
     seed: int = 0,
     average_normal_weight: float | None = None,
     orientation: str | None = None,
@@ -140,6 +142,7 @@ def curvature_header(
         jet_degree=jet_degree,
         regression_degree=regression_degree,
         even_weights=even_weights,
+        project=project,
         seed=seed,
         average_normal_weight=average_normal_weight,
     )

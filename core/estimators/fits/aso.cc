@@ -13,8 +13,9 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-absl::Status EstimateSpheres(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group, SphereScratch& s,
+absl::Status EstimateSpheres(const SpatialIndex& index, const SpherePlan& sphere, size_t group, SphereScratch& s,
                              PointCurvature* results) {
+  const NeighborhoodPlan& plan = sphere.neighborhood;
   const auto fill = [](size_t) {};
   StartGroup(index, group, s, results, fill);
   const auto sum = [&](size_t i, const LeafList&) {
@@ -24,7 +25,7 @@ absl::Status EstimateSpheres(const SpatialIndex& index, const NeighborhoodPlan& 
   const absl::Status status = ForEachCollected(index, plan, s.neighbors, s, sum);
   if (!status.ok()) return status;
   GroupScalars spread;
-  SolveSpheres(s.system, s.points, s.shapes, spread);
+  SolveSpheres(s.system, sphere.project, s.points, s.shapes, spread);
   RefuseLines(
       index, plan, /*fades=*/true, PointStatus::kSingularFit, [&](size_t i) { return spread[i] < kNarrowSphereSpread; },
       s, s);
@@ -39,6 +40,8 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
+#include <array>
+
 #include "core/estimators/fits/fit_scratch.h"
 #include "core/estimators/single_phase_run.h"
 #include "core/estimators/strategy.h"
@@ -48,7 +51,7 @@ namespace {
 
 HWY_EXPORT(EstimateSpheres);
 
-absl::Status EstimateGroup(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group, SphereScratch& s,
+absl::Status EstimateGroup(const SpatialIndex& index, const SpherePlan& plan, size_t group, SphereScratch& s,
                            PointCurvature* results) {
   return HWY_DYNAMIC_DISPATCH(EstimateSpheres)(index, plan, group, s, results);
 }
@@ -59,9 +62,11 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,
                                    PointCurvature* results) {
-  return std::make_unique<SinglePhaseRun<NeighborhoodPlan, SphereScratch>>(
-      index, NeighborhoodPlan::Make(options, index), results, EstimateGroup);
+  return std::make_unique<SinglePhaseRun<SpherePlan, SphereScratch>>(index, SpherePlan(options, index), results,
+                                                                     EstimateGroup);
 }
+
+constexpr std::array<OptionName, 1> kOptions = {"project"};
 
 }  // namespace
 
@@ -69,7 +74,7 @@ extern const Strategy kAso = {
     .name = "aso",
     .wire_name = "ALGEBRAIC_SHAPE_OPERATOR",
     .summary = "an algebraic sphere fitted to positions and normals, and the derivative of its gradient",
-    .options = {},
+    .options = kOptions,
     .needs_normals = true,
     .bytes_per_point = 0,
     .scratch_bytes = MostScratchBytes,

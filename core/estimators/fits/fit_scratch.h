@@ -55,6 +55,14 @@ struct JetPlan {
   int degree;
 };
 
+struct SpherePlan {
+  SpherePlan(const EstimatorOptions& options, const SpatialIndex& index)
+      : neighborhood(NeighborhoodPlan::Make(options, index)), project(options.project) {}
+
+  NeighborhoodPlan neighborhood;
+  bool project;
+};
+
 struct RegressionPlan {
   RegressionPlan(const EstimatorOptions& options, const SpatialIndex& index)
       : neighborhood(NeighborhoodPlan::Make(options, index)), degree(static_cast<int>(options.regression_degree)) {}

@@ -25,6 +25,10 @@ inline constexpr double kMinSphereVariance = 1e-6;
 // line.
 inline constexpr float kNarrowSphereSpread = 0.05f;
 
+// Points that lie so far out that the level through them has ten times the surface's radius of curvature are projected
+// nowhere.
+inline constexpr double kLeastNearness = 0.1;
+
 // First derivatives by x of the averages of points i, i + 1, ...
 struct SphereGradients {
   DoubleVec weight[3];  // of the logarithm of the sum of w
@@ -108,12 +112,38 @@ HWY_INLINE DoubleVec Bilinear(const DoubleTriple& x, const DoubleVec* h, const D
 // What decides whether points i, i + 1, ... have a sphere, and on which side of it is out.
 struct alignas(64) SphereChecks {
   GroupDoubles variance;
-  GroupDoubles spread;   // squared, of the neighbors along the narrower tangent direction over the wider, at most
-  GroupDoubles outward;  // gradient times the point's normal
+  GroupDoubles spread;    // squared, of the neighbors along the narrower tangent direction over the wider, at most
+  GroupDoubles outward;   // gradient times the point's normal
+  GroupDoubles nearness;  // what ProjectOnSurface stores, if it is called
 };
 
-HWY_INLINE void SolveSpheresAt(size_t i, const SphereSums& sums, const GroupVectors& normal, GroupShapes& shapes,
-                               SphereChecks& checks) {
+// Turns the shape operator of the level of the field that a point lies on into that of the surface, the level 0, at the
+// place nearest to the point. Levels of a field whose gradient has a constant length lie at constant distances from
+// each other, and their radii of curvature differ by them: with o the distance from the surface to the level, outward,
+// and S the level's operator, the surface's is S (I - o S)^-1 (do Carmo, *Differential Geometry of Curves and
+// Surfaces*, 1976, section 3-5). Stores the least eigenvalue of I - o S: near 0, the level is much wider than the
+// surface, and far away.
+HWY_INLINE void ProjectOnSurface(const Sphere& f, const DoubleTriple& gradient, ShapeOperator& s, double* nearness) {
+  const DoubleTag d;
+  const DoubleVec one = hn::Set(d, 1.0), half = hn::Set(d, 0.5), four = hn::Set(d, 4.0);
+  const DoubleVec c = hn::Neg(hn::MulAdd(f.s, hn::Mul(f.ratio, f.variance), Dot(f.p, f.m)));
+  // The distance from a sphere of this value, gradient and s.
+  const DoubleVec squared = Dot(gradient, gradient);
+  const DoubleVec root = hn::Sqrt(hn::Max(hn::NegMulAdd(hn::Mul(four, f.s), c, squared), hn::Zero(d)));
+  const DoubleVec o = hn::Div(hn::Add(c, c), hn::Add(hn::Sqrt(squared), root));
+  const DoubleVec yy = hn::NegMulAdd(o, s.yy, one), yz = hn::Neg(hn::Mul(o, s.yz)), zz = hn::NegMulAdd(o, s.zz, one);
+  const DoubleVec mean = hn::Mul(half, hn::Add(yy, zz)), apart = hn::Mul(half, hn::Sub(yy, zz));
+  hn::Store(hn::Sub(mean, hn::Sqrt(hn::MulAdd(apart, apart, hn::Mul(yz, yz)))), d, nearness);
+  const DoubleVec per_determinant = hn::Div(one, hn::NegMulAdd(yz, yz, hn::Mul(yy, zz)));
+  const DoubleVec of_yy = hn::Mul(hn::NegMulAdd(s.yz, yz, hn::Mul(s.yy, zz)), per_determinant);
+  const DoubleVec of_zz = hn::Mul(hn::NegMulAdd(s.yz, yz, hn::Mul(s.zz, yy)), per_determinant);
+  s.yz = hn::Mul(hn::NegMulAdd(s.yy, yz, hn::Mul(s.yz, yy)), per_determinant);
+  s.yy = of_yy;
+  s.zz = of_zz;
+}
+
+HWY_INLINE void SolveSpheresAt(size_t i, const SphereSums& sums, const GroupVectors& normal, bool project,
+                               GroupShapes& shapes, SphereChecks& checks) {
   const DoubleTag d;
   const DoubleVec one = hn::Set(d, 1.0);
   DoubleVec weighted[SphereSums::kMoments];
@@ -128,6 +158,7 @@ HWY_INLINE void SolveSpheresAt(size_t i, const SphereSums& sums, const GroupVect
   s.yy = hn::Mul(Bilinear(s.y, field.hessian, s.y), per_length);
   s.yz = hn::Mul(Bilinear(s.y, field.hessian, s.z), per_length);
   s.zz = hn::Mul(Bilinear(s.z, field.hessian, s.z), per_length);
+  if (project) ProjectOnSurface(sphere, gradient, s, checks.nearness + i);
   StoreShapes(s, i, shapes);
 
   const auto second = [&](int a, int k) { return hn::Load(d, sums.gradient[a][1 + k] + i); };
@@ -140,18 +171,19 @@ HWY_INLINE void SolveSpheresAt(size_t i, const SphereSums& sums, const GroupVect
   hn::Store(Dot(gradient, own), d, checks.outward + i);
 }
 
-// Shapes of all points of the group, whose sums are set, and SphereChecks::spread of each. Lowers the status of points
-// without a sphere.
-HWY_NOINLINE inline void SolveSpheres(const SphereSums& sums, GroupPoints& points, GroupShapes& shapes,
+// Shapes of all points of the group, whose sums are set, projected on the surface if that is asked for, and
+// SphereChecks::spread of each. Lowers the status of points without a sphere.
+HWY_NOINLINE inline void SolveSpheres(const SphereSums& sums, bool project, GroupPoints& points, GroupShapes& shapes,
                                       GroupScalars& spread) {
   SphereChecks checks;
   for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) {
-    SolveSpheresAt(i, sums, points.normal, shapes, checks);
+    SolveSpheresAt(i, sums, points.normal, project, shapes, checks);
   }
   for (size_t i = 0; i < points.size; ++i) {
     spread[i] = static_cast<float>(checks.spread[i]);
     if (points.status[i] != PointStatus::kOk) continue;
-    if (!(checks.variance[i] > kMinSphereVariance && checks.spread[i] > kMinSphereVariance)) {
+    const bool is_near = !project || checks.nearness[i] > kLeastNearness;
+    if (!(is_near && checks.variance[i] > kMinSphereVariance && checks.spread[i] > kMinSphereVariance)) {
       points.status[i] = PointStatus::kSingularFit;
     } else if (!(checks.outward[i] > 0.0)) {
       points.status[i] = PointStatus::kInconsistentNormals;

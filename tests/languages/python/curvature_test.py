@@ -88,6 +88,14 @@ class CurvatureTest(RealServerTest):
         even, _ = estimate_curvature(positions, normals, even_weights=True, **delaunay)
         self.assertFalse(np.array_equal(fading["mean_curvature"], even["mean_curvature"]))
 
+    def test_projecting_reaches_the_server(self):
+        positions, normals = sphere(1_000, radius=2.0)
+        positions[::2] *= 1.01
+        aso = {"server": self.server, "estimator": "aso"}
+        levels, _ = estimate_curvature(positions, normals, **aso)
+        surface, _ = estimate_curvature(positions, normals, project=True, **aso)
+        self.assertLess(np.std(surface["mean_curvature"]), np.std(levels["mean_curvature"]))
+
     def test_priorities_do_not_change_a_byte(self):
         positions, normals = sphere(1_000, radius=2.0)
         first, *others = (

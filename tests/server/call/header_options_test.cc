@@ -199,6 +199,13 @@ TEST(ResolveHeaderTest, TakesEvenWeights) {
   EXPECT_TRUE(ResolveHeader(header, kLimits)->estimator.even_weights);
 }
 
+TEST(ResolveHeaderTest, TakesProjecting) {
+  v1::CloudHeader header;
+  EXPECT_FALSE(ResolveHeader(header, kLimits)->estimator.project);
+  header.mutable_options()->set_project(true);
+  EXPECT_TRUE(ResolveHeader(header, kLimits)->estimator.project);
+}
+
 TEST(ResolveHeaderTest, RefusesWeightsOutsideTheUnitInterval) {
   for (const double weight : {-0.1, 1.1, std::nan("")}) {
     v1::CloudHeader header;

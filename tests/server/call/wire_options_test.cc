@@ -54,6 +54,7 @@ TEST(WireOptionsTest, WhatIsWrittenIsReadAgain) {
   written.jet_degree = 4;
   written.regression_degree = 2;
   written.even_weights = true;
+  written.project = true;
   v1::EstimatorOptions proto;
   WriteOptions(written, proto);
   EstimatorOptions read;
@@ -64,7 +65,7 @@ TEST(WireOptionsTest, WhatIsWrittenIsReadAgain) {
   EXPECT_EQ(read.rotation_count, 3u);
   EXPECT_EQ(read.jet_degree, 4u);
   EXPECT_EQ(read.regression_degree, 2u);
-  EXPECT_TRUE(read.even_weights);
+  EXPECT_TRUE(read.even_weights && read.project);
 }
 
 TEST(WireOptionsTest, RefusalsNameFieldValueAndRange) {
