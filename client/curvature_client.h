@@ -329,6 +329,7 @@ struct CurvatureResult {
   std::vector<float> avg_hexagram_weight;
   std::vector<float> normal_regression_weight;
   std::vector<float> jet_weight;
+  std::vector<float> aso_weight;
   std::vector<float> normal_curvature;  // k1 cos^2 + k2 sin^2 of the direction's angle to d1 in the tangent plane
   std::vector<uint8_t> status;          // values of PointStatus
   std::vector<NamedColumn> others;      // what else was asked for, in the order of the contract

@@ -6,7 +6,7 @@ namespace curv {
 
 std::span<const ResultMember> ResultMembers() {
   using R = CurvatureResult;
-  static constexpr std::array<ResultMember, 20> kMembers = {{
+  static constexpr std::array<ResultMember, 21> kMembers = {{
       {"normal", 3, true, &R::normals},
       {"mean_curvature", 1, false, &R::mean},
       {"gaussian_curvature", 1, false, &R::gaussian},
@@ -26,6 +26,7 @@ std::span<const ResultMember> ResultMembers() {
       {"avg_hexagram_weight", 1, false, &R::avg_hexagram_weight},
       {"normal_regression_weight", 1, false, &R::normal_regression_weight},
       {"jet_weight", 1, false, &R::jet_weight},
+      {"aso_weight", 1, false, &R::aso_weight},
       {"normal_curvature", 1, false, &R::normal_curvature},
   }};
   return kMembers;

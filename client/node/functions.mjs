@@ -36,6 +36,8 @@ const MOST_KEPT_CLIENTS = 16;
 //   regressionDegree      of the polynomials that normal-regression fits, 1 to 3: 3 follows the surface farther, 2 takes
 //                         more of the noise away, and 1, fitted over space, is right for spheres, cylinders and planes at
 //                         any size. DEFAULT: 3
+//   project               estimate, by aso, the surface beside the point, not the level of the fitted field through it: for
+//                         noisy positions. DEFAULT: false; with neighborCount "auto" always
 //   evenWeights           count all triangles of delaunay alike, as the paper does. DEFAULT: false
 //   averageNormalWeight   share of the neighborhood's mean normal, in [0, 1]. DEFAULT: 0.5
 //   orientation           which side is out: "consistent" (neighbors agree, closed pieces are seen from outside) or
@@ -52,7 +54,7 @@ const MOST_KEPT_CLIENTS = 16;
 //                         "standardErrors" (meanCurvatureStandardError, k1StandardError, k2StandardError) with
 //                         neighborCount "auto" or from 16 to 2,048 and an estimator that "auto" chooses among ("jet" with
 //                         jetDegree 4), "chosenNeighborCount" and "estimatorWeights" (avgHexagramWeight,
-//                         normalRegressionWeight, jetWeight) of "auto", "normalCurvature". DEFAULT, and []: the first five,
+//                         normalRegressionWeight, jetWeight, asoWeight) of "auto", "normalCurvature". DEFAULT, and []: the first five,
 //                         DEFAULT_QUANTITIES, and "normals" unless they stay as they are given
 //   curvatureDirection    of "normalCurvature": the direction in which it is wanted, [x, y, z]; it is projected on the tangent
 //                         plane. NaN where nothing is left of it

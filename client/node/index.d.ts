@@ -83,6 +83,7 @@ export interface CurvatureOptions extends CloudOptions {
   jetDegree?: number | undefined;
   regressionDegree?: number | undefined;
   evenWeights?: boolean | undefined;
+  project?: boolean | undefined;
   averageNormalWeight?: number | undefined;
   normalMethod?: NormalMethod | undefined;
   normalNeighborCount?: number | undefined;
@@ -134,6 +135,7 @@ export interface Results {
   avgHexagramWeight?: Float32Array;
   normalRegressionWeight?: Float32Array;
   jetWeight?: Float32Array;
+  asoWeight?: Float32Array;
   normalCurvature?: Float32Array;
   status: Uint8Array;
 }

@@ -51,7 +51,7 @@ const ARRAYS_OF = new Map([
   ["normals", ["normal"]],
   ["normalQuality", ["normalResidual", "normalVarianceRatio"]],
   ["standardErrors", ["meanCurvatureStandardError", "k1StandardError", "k2StandardError"]],
-  ["estimatorWeights", ["avgHexagramWeight", "normalRegressionWeight", "jetWeight"]],
+  ["estimatorWeights", ["avgHexagramWeight", "normalRegressionWeight", "jetWeight", "asoWeight"]],
 ]);
 // These come without being asked for; normals as well where the server makes them.
 export const DEFAULT_QUANTITIES = Object.freeze([

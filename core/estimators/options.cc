@@ -53,6 +53,10 @@ absl::Status ValidateAutomatic(const EstimatorOptions& options) {
   }
   for (const ScaleMethod& method : kScaleMethods) {
     if (options.estimator != method.estimator) continue;
+    if (method.is_sphere() && !options.project) {
+      return MakeCoreError(ErrorKind::kInvalid,
+                           "project is false; with aso and an automatic scale or standard errors it must be true");
+    }
     if (!method.is_jet() || options.jet_degree == method.degree) return absl::OkStatus();
     return MakeCoreError(ErrorKind::kInvalid,
                          absl::StrFormat("jet_degree is %u; with an automatic scale or standard errors it must be %u",

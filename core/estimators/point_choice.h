@@ -26,6 +26,7 @@ struct PointChoice {
   float avg_hexagram_weight;
   float normal_regression_weight;
   float jet_weight;
+  float aso_weight;
 };
 
 // Every column of choices, with offsets in PointChoice; as kColumns has them of curvature.
@@ -37,12 +38,13 @@ inline constexpr std::array kChoiceColumns = {
     Column{"avg_hexagram_weight", ColumnType::kFloat32, 1, offsetof(PointChoice, avg_hexagram_weight)},
     Column{"normal_regression_weight", ColumnType::kFloat32, 1, offsetof(PointChoice, normal_regression_weight)},
     Column{"jet_weight", ColumnType::kFloat32, 1, offsetof(PointChoice, jet_weight)},
+    Column{"aso_weight", ColumnType::kFloat32, 1, offsetof(PointChoice, aso_weight)},
 };
 
 // A value whose every float is NaN.
 inline constexpr PointChoice UndefinedChoice() {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-  return {kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN};
+  return {kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN};
 }
 
 // In the order of the points in the cloud; of those that get a result.

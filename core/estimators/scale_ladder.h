@@ -33,9 +33,10 @@ struct ScaleMethod {
   constexpr bool is_second_order() const { return compared_rungs == 2; }
   constexpr bool is_jet() const { return estimator == "jet"; }
   constexpr bool is_regression() const { return estimator == "normal-regression"; }
+  constexpr bool is_sphere() const { return estimator == "aso"; }  // projected on the surface
 };
 
-inline constexpr std::array<ScaleMethod, 7> kScaleMethods = {{
+inline constexpr std::array<ScaleMethod, 8> kScaleMethods = {{
     {"avg-hexagram", 0, 2, 0.3},
     {"normal-regression", 3, 1, 8.0},
     {"jet", 4, 1, 96.0},
@@ -43,10 +44,20 @@ inline constexpr std::array<ScaleMethod, 7> kScaleMethods = {{
     {"jet", 6, 1, 300.0},
     {"normal-regression", 2, 2, 3.0},
     {"normal-regression", 1, 2, 0.3, 2.0},
+    {"aso", 0, 2, 0.5, 1.2},
 }};
 inline constexpr size_t kMethodCount = kScaleMethods.size();
 inline constexpr size_t kHexagramMethod = 0, kRegressionMethod = 1, kQuarticMethod = 2, kQuadricMethod = 3,
-                        kSexticMethod = 4, kQuadraticRegressionMethod = 5, kLinearRegressionMethod = 6;
+                        kSexticMethod = 4, kQuadraticRegressionMethod = 5, kLinearRegressionMethod = 6,
+                        kSphereMethod = 7;
+
+// Some of the methods.
+using MethodSet = std::array<bool, kMethodCount>;
+constexpr MethodSet AllMethods() {
+  MethodSet all{};
+  all.fill(true);
+  return all;
+}
 
 // Jets of degree 6 take no more neighbors. They are for exact positions, where they need few, and cost the most by far.
 inline constexpr uint32_t kMostSexticCount = 256;

@@ -129,7 +129,7 @@ class AutomaticRun final : public StrategyRun {
     return pilot_.SampleGroup(group, which, s.pilot, table);
   }
 
-  // The sampled points are spared the rungs far beyond those that count at the scouts, and jets of degree 6 that do not
+  // The sampled points are spared the rungs far beyond those that count at the scouts, and the methods that do not
   // count there. Where there are edges, few scouts may be clear of them at the rungs that others need.
   void LimitScale() {
     if (!options_.is_automatic() || !pilot_.HasOthers()) return;
@@ -146,7 +146,7 @@ class AutomaticRun final : public StrategyRun {
     if (!count.has_value()) return;
     pilot_.KeepRungs(std::max(count->largest_rung + 1 + kRungsBeyond, kRungsThatTellNoise));
     for (PilotPoint& point : table_) point.KeepRungs(pilot_.rung_count());
-    if (!count->has_sextic) pilot_.DropSextic();
+    pilot_.KeepMethods(count->methods);
   }
 
   // Keeps those samples that there are, clear of edges.

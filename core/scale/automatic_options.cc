@@ -28,6 +28,7 @@ bool IsCandidate(const EstimatorOptions& options, size_t method) {
   const ScaleMethod& one = kScaleMethods[method];
   if (options.estimator != one.estimator) return false;
   if (one.is_jet()) return one.degree == options.jet_degree;
+  if (one.is_sphere()) return options.project;
   return !one.is_regression() || one.degree == options.regression_degree;
 }
 
@@ -37,6 +38,7 @@ EstimatorOptions OptionsOf(const EstimatorOptions& options, size_t method, uint3
   one.estimator = chosen.estimator;
   if (chosen.is_jet()) one.jet_degree = chosen.degree;
   if (chosen.is_regression()) one.regression_degree = chosen.degree;
+  if (chosen.is_sphere()) one.project = true;
   one.neighborhood = NeighborCount{FixedCount(options).value_or(count)};
   return one;
 }

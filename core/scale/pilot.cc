@@ -11,8 +11,10 @@
 
 #include "Eigen/Geometry"
 #include "core/base/copies.h"
+#include "core/scale/line_distance.h"
 #include "core/scale/pilot_fits.h"
 #include "core/scale/pilot_sums.h"
+#include "core/scale/shapes/sphere_shape.h"
 
 namespace curvd {
 namespace {
@@ -21,6 +23,10 @@ using Eigen::Vector3d;
 
 // A neighborhood of more than this share of the cloud is no neighborhood.
 constexpr size_t kLargestShare = 3;
+// Neighbors beyond this share of the squared radius are at the rim. More of them than this, which are hardly ever
+// there, are left where they are.
+constexpr float kRim = 1.0f - 1e-6f;
+constexpr size_t kMostAtRim = 64;
 // Neighbors whose normals make the frame.
 constexpr size_t kFrameCount = 32;
 
@@ -154,19 +160,21 @@ PilotNeighbor NeighborInFrame(const NeighborArrays& n, uint32_t j, const Eigen::
 // One half of the neighbors. Finish adds those to the sums that were not yet added.
 struct PilotHalf {
   PilotSums sums;
+  SphereMoments spheres;
   PilotBatch batch;
   size_t distinct = 0;  // neighbors that are no copies
 
-  void Add(const PilotNeighbor& neighbor, bool with_sextic) {
-    if (batch.is_full()) Finish(with_sextic);
+  void Add(const PilotNeighbor& neighbor, bool with_sextic, bool with_spheres) {
+    if (batch.is_full()) Finish(with_sextic, with_spheres);
     batch.Add(neighbor);
   }
-  void Finish(bool with_sextic) {
+  void Finish(bool with_sextic, bool with_spheres) {
     if (with_sextic) {
       sums.Add(batch);
     } else {
       sums.AddWithoutSextic(batch);
     }
+    if (with_spheres) spheres.Add(batch);
     batch.count = 0;
   }
 };
@@ -191,13 +199,21 @@ void StoreSlopes(const std::array<TangentShape, 2>& slopes, double squared_unit,
 // Neighborhoods of one point, whole ones and halves, which are fitted several at a time.
 class RungEstimates {
  public:
-  // Curvature is in units of `unit`.
-  RungEstimates(double unit, PilotPoint& point) : unit_(unit), point_(point) {}
+  // Curvature is in units of `unit`. Points lie on lines this far from each other; 0: on none.
+  RungEstimates(double unit, double line_distance, const MethodSet& methods, PilotPoint& point)
+      : unit_(unit), line_distance_(line_distance), point_(point), fitter_(methods) {}
+
+  // The sphere of a neighborhood, of which `rim` are at its radius.
+  void AddSphere(const SphereMoments& moments, std::span<const PilotNeighbor> rim, size_t distinct, double radius,
+                 size_t rung, PilotPoint::Part part) {
+    const auto shape = SphereShapeOf(moments, rim, static_cast<double>(distinct), radius);
+    if (shape.has_value()) StoreIfTold(*shape, kSphereMethod, rung, part);
+  }
 
   // `distinct` of the neighbors are no copies.
   void Add(const PilotSums& sums, size_t distinct, double radius, size_t rung, PilotPoint::Part part) {
     if (const auto hexagrams = sums.HexagramEstimate()) {
-      Store(hexagrams->shape, unit_, kHexagramMethod, rung, part, point_);
+      StoreIfTold(hexagrams->shape, kHexagramMethod, rung, part);
       if (part == PilotPoint::kAll) point_.steepest[rung] = static_cast<float>(hexagrams->steepest * unit_);
     }
     places_[fitter_.size()] = {rung, part};
@@ -220,9 +236,7 @@ class RungEstimates {
   };
 
   void Take(const PilotFits& fits, size_t rung, PilotPoint::Part part) {
-    const auto store = [&](const TangentShape& shape, size_t method) {
-      Store(shape, unit_, method, rung, part, point_);
-    };
+    const auto store = [&](const TangentShape& shape, size_t method) { StoreIfTold(shape, method, rung, part); };
     if (fits.regression.has_value()) {
       store(fits.regression->shape, kRegressionMethod);
       StoreSlopes(fits.regression->slope, unit_ * unit_, point_.slope[rung][part]);
@@ -238,11 +252,39 @@ class RungEstimates {
     if (fits.sextic.has_value()) store(fits.sextic->shape, kSexticMethod);
   }
 
-  const double unit_;
+  // Polynomials that too few lines cross are told by chance: neighborhoods of the same lines agree on them all the
+  // same.
+  void StoreIfTold(const TangentShape& shape, size_t method, size_t rung, PilotPoint::Part part) {
+    const bool is_told = point_.radius[rung] >= LeastRadiusOverLines(method) * line_distance_;
+    if (is_told) Store(shape, unit_, method, rung, part, point_);
+  }
+
+  const double unit_, line_distance_;
   PilotPoint& point_;
   PilotFitter fitter_;
   std::array<Place, PilotFitter::kMost> places_;
 };
+
+// Estimates the spheres of a rung, of `count` neighbors, and of its halves.
+void AddSpheres(const std::array<PilotHalf, 2>& halves, size_t rung, size_t count, const Eigen::Matrix3d& frame,
+                double unit, RungEstimates& estimates, PilotScratch& s) {
+  const auto half_of = [&s](uint32_t j) { return IsInEvenHalf(FirstOfCopies(s.ids[j])) ? 0 : 1; };
+  const float farthest = s.squared[s.order[count - 1]];
+  std::array<std::vector<PilotNeighbor>, PilotPoint::kParts>& rims = s.rims;
+  for (std::vector<PilotNeighbor>& rim : rims) rim.clear();
+  for (size_t k = count; k > count - std::min(count, kMostAtRim) && s.squared[s.order[k - 1]] >= kRim * farthest; --k) {
+    const PilotNeighbor neighbor = NeighborInFrame(s.neighbors, s.order[k - 1], frame, unit);
+    rims[PilotPoint::kAll].push_back(neighbor);
+    rims[half_of(s.order[k - 1]) == 0 ? PilotPoint::kEven : PilotPoint::kOdd].push_back(neighbor);
+  }
+  const double radius = unit * std::sqrt(double{farthest});
+  SphereMoments all = halves[0].spheres;
+  all += halves[1].spheres;
+  const size_t distinct = halves[0].distinct + halves[1].distinct;
+  estimates.AddSphere(all, rims[PilotPoint::kAll], distinct, radius, rung, PilotPoint::kAll);
+  estimates.AddSphere(halves[0].spheres, rims[PilotPoint::kEven], halves[0].distinct, radius, rung, PilotPoint::kEven);
+  estimates.AddSphere(halves[1].spheres, rims[PilotPoint::kOdd], halves[1].distinct, radius, rung, PilotPoint::kOdd);
+}
 
 }  // namespace
 
@@ -254,14 +296,16 @@ void MarkCopies(PilotScratch& s) {
 size_t PilotScratch::bytes() const {
   return sizeof(*this) + search.bytes() + neighbors.bytes() + ids.bytes() + order.capacity() * sizeof(uint32_t) +
          (keys.capacity() + other_keys.capacity()) * sizeof(uint64_t) + squared.capacity() * sizeof(float) +
-         normals.capacity() * sizeof(NeighborNormal) + tied.capacity() * sizeof(uint32_t);
+         normals.capacity() * sizeof(NeighborNormal) + tied.capacity() * sizeof(uint32_t) +
+         (rims[0].capacity() + rims[1].capacity() + rims[2].capacity()) * sizeof(PilotNeighbor);
 }
 
 size_t PilotScratch::MostBytes(const EstimatorOptions& options, size_t point_count) {
   const size_t most = MostNeighbors(options, point_count);
   return sizeof(PilotScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
          NeighborArrays::MostBytes(most) + ScratchArray<int32_t>::MostBytes(most + NeighborArrays::kPad) +
-         most * (3 * sizeof(uint32_t) + sizeof(float) + 2 * sizeof(uint64_t) + 2 * sizeof(NeighborNormal));
+         most * (3 * sizeof(uint32_t) + sizeof(float) + 2 * sizeof(uint64_t) + 2 * sizeof(NeighborNormal)) +
+         kMostAtRim * PilotPoint::kParts * sizeof(PilotNeighbor);
 }
 
 Pilot::Pilot(const SpatialIndex& index, uint32_t most_count) : index_(index) {
@@ -269,6 +313,13 @@ Pilot::Pilot(const SpatialIndex& index, uint32_t most_count) : index_(index) {
   const size_t most = std::min<size_t>(most_count, std::max<size_t>(points / kLargestShare, kScaleRungs[0]));
   while (rung_count_ < kRungCount && kScaleRungs[rung_count_] <= std::min(most, points)) ++rung_count_;
   if (rung_count_ > 0) KeepRungs(rung_count_);
+}
+
+void Pilot::KeepMethods(const MethodSet& methods) {
+  for (size_t m = 0; m < kMethodCount; ++m) {
+    const bool tells_noise = m == kHexagramMethod || m == kRegressionMethod || m == kQuarticMethod;
+    methods_[m] = methods_[m] && (methods[m] || tells_noise);
+  }
 }
 
 void Pilot::KeepRungs(size_t count) {
@@ -302,11 +353,11 @@ absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scrat
     scratch.points.query.Get(i, position);
     PilotPoint& point = table[places[i]];
     point = PilotPoint({position[0], position[1], position[2]});
-    EstimateRungs(rung_count_, most_sextic_count_, scratch, point);
+    EstimateRungs(rung_count_, methods_, scratch, point);
   });
 }
 
-void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& s, PilotPoint& point) {
+void EstimateRungs(size_t rung_count, const MethodSet& methods, PilotScratch& s, PilotPoint& point) {
   OrderByDistance(s);
   MarkCopies(s);
   const Eigen::Matrix3d frame = FrameOf(s);
@@ -314,18 +365,19 @@ void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& 
   if (frame.isZero() || !(farthest > 0.0)) return;
   const double unit = 1.0 / std::sqrt(farthest);
   std::array<PilotHalf, 2> halves;
-  RungEstimates estimates(unit, point);
+  RungEstimates estimates(unit, LineDistance(std::sqrt(farthest), s), methods, point);
+  const bool with_spheres = methods[kSphereMethod];
   size_t next = 0;
   for (size_t rung = 0; rung < rung_count; ++rung) {
-    const bool with_sextic = kScaleRungs[rung] <= most_sextic_count;
+    const bool with_sextic = methods[kSexticMethod] && kScaleRungs[rung] <= kMostSexticCount;
     for (; next < kScaleRungs[rung]; ++next) {
       const uint32_t j = s.order[next];
       // Copies share their noise: they belong to one half.
       PilotHalf& half = halves[IsInEvenHalf(FirstOfCopies(s.ids[j])) ? 0 : 1];
-      half.Add(NeighborInFrame(s.neighbors, j, frame, unit), with_sextic);
+      half.Add(NeighborInFrame(s.neighbors, j, frame, unit), with_sextic, with_spheres);
       half.distinct += IsCopy(s.ids[j]) ? 0 : 1;
     }
-    for (PilotHalf& half : halves) half.Finish(with_sextic);
+    for (PilotHalf& half : halves) half.Finish(with_sextic, with_spheres);
     const double radius = unit * std::sqrt(double{s.squared[s.order[next - 1]]});
     point.radius[rung] = static_cast<float>(radius / unit);
     if (!(radius > 0.0)) continue;
@@ -335,6 +387,7 @@ void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& 
     estimates.Add(all, halves[0].distinct + halves[1].distinct, radius, rung, PilotPoint::kAll);
     estimates.Add(halves[0].sums, halves[0].distinct, radius, rung, PilotPoint::kEven);
     estimates.Add(halves[1].sums, halves[1].distinct, radius, rung, PilotPoint::kOdd);
+    if (with_spheres) AddSpheres(halves, rung, next, frame, unit, estimates, s);
   }
   estimates.Finish();
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -11,6 +12,7 @@
 #include "core/estimators/neighborhood_plan.h"
 #include "core/index/spatial_index.h"
 #include "core/scale/collect.h"
+#include "core/scale/pilot_batch.h"
 #include "core/scale/pilot_table.h"
 #include "core/scale/point_fits/neighbor_normal.h"
 
@@ -23,6 +25,7 @@ struct PilotScratch : CollectScratch {
   std::vector<uint64_t> keys, other_keys;  // what they are sorted by
   std::vector<uint32_t> tied;              // neighbors that are equally far away
   std::vector<NeighborNormal> normals;
+  std::array<std::vector<PilotNeighbor>, PilotPoint::kParts> rims;  // neighbors at a radius, of all and of each half
 
   size_t bytes() const override;
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count);
@@ -60,8 +63,8 @@ class Pilot {
   bool HasBetween() const { return sampled_leaf_count() < index_.leaf_count(); }
   // From now on, no more rungs than these. REQUIRES: count > 0.
   void KeepRungs(size_t count);
-  // From now on, no jets of degree 6, which cost the most.
-  void DropSextic() { most_sextic_count_ = 0; }
+  // From now on, only these methods, and those that tell noise.
+  void KeepMethods(const MethodSet& methods);
   const EstimatorOptions& options() const { return options_; }
 
   // Writes the sampled points of a group, which mostly has none, to their places in `table`, which has sample_count():
@@ -114,7 +117,7 @@ class Pilot {
 
   const SpatialIndex& index_;
   size_t rung_count_ = 0;
-  uint32_t most_sextic_count_ = kMostSexticCount;
+  MethodSet methods_ = AllMethods();
   EstimatorOptions options_;  // whose neighborhoods are the largest
   NeighborhoodPlan plan_{};
 };
@@ -128,8 +131,8 @@ inline bool IsInEvenHalf(int32_t id) {
   return ((hash ^ hash >> 16) & 1) == 0;
 }
 
-// Estimates the point of the moment from its neighbors; by jets of degree 6 from no more of them than
-// `most_sextic_count`. REQUIRES: they are as many as the largest rung of `rung_count`.
-void EstimateRungs(size_t rung_count, uint32_t most_sextic_count, PilotScratch& scratch, PilotPoint& point);
+// Estimates the point of the moment from its neighbors by these methods. REQUIRES: they are as many as the largest rung
+// of `rung_count`.
+void EstimateRungs(size_t rung_count, const MethodSet& methods, PilotScratch& scratch, PilotPoint& point);
 
 }  // namespace curvd

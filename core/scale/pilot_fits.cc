@@ -70,7 +70,7 @@ std::optional<NormalFit> NormalFitOf(const PilotSolutions& solutions, size_t lan
 
 void PilotFitter::Add(const PilotSums& sums, double distinct, double radius) {
   const size_t lane = size_++;
-  linear_[lane] = LinearShapeOf(sums, distinct);
+  linear_[lane] = methods_[kLinearRegressionMethod] ? LinearShapeOf(sums, distinct) : std::nullopt;
   distinct_[lane] = distinct;
   count_[lane] = sums.count();
   radius_[lane] = radius;
@@ -90,10 +90,10 @@ std::array<PilotFits, PilotFitter::kMost> PilotFitter::Fit() {
   for (size_t lane = 0; lane < size_; ++lane) fits[lane].linear_regression = linear_[lane];
   PilotSolutions solutions;
   FitCubicNormals(solutions, fits);
-  FitQuadraticNormals(solutions, fits);
+  if (methods_[kQuadraticRegressionMethod]) FitQuadraticNormals(solutions, fits);
   FitJets(4, &PilotFits::quartic, solutions, fits);
-  FitJets(2, &PilotFits::quadric, solutions, fits);
-  FitJets(PilotSums::kSexticDegree, &PilotFits::sextic, solutions, fits);
+  if (methods_[kQuadricMethod]) FitJets(2, &PilotFits::quadric, solutions, fits);
+  if (methods_[kSexticMethod]) FitJets(PilotSums::kSexticDegree, &PilotFits::sextic, solutions, fits);
   size_ = 0;
   return fits;
 }

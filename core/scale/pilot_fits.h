@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "core/estimators/scale_ladder.h"
 #include "core/scale/pilot_sums.h"
 #include "core/scale/pilot_systems.h"
 
@@ -36,6 +37,9 @@ class PilotFitter {
  public:
   static constexpr size_t kMost = PilotSystems::kLanes;
 
+  // Fits by these methods, and by those that tell noise.
+  explicit PilotFitter(const MethodSet& methods = AllMethods()) : methods_(methods) {}
+
   // `radius` is that of the neighborhood, in which `distinct` neighbors have positions of their own: fits and their
   // residuals have as many as that. REQUIRES: the radius is positive, and size() < kMost.
   void Add(const PilotSums& sums, double distinct, double radius);
@@ -55,6 +59,7 @@ class PilotFitter {
   void FitQuadraticNormals(PilotSolutions& solutions, Fits& fits) const;
   void FitJets(int degree, std::optional<PilotFits::Jet> PilotFits::*jet, PilotSolutions& solutions, Fits& fits) const;
 
+  const MethodSet methods_;
   size_t size_ = 0;
   std::array<bool, kMost> with_sextic_{};
   std::array<std::optional<TangentShape>, kMost> linear_;

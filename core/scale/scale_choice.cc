@@ -238,7 +238,7 @@ std::optional<CandidatesThatCount> FindCandidatesThatCount(PilotPoints table, co
       if (!found.has_value()) found.emplace();
       const ScaleCandidate& candidate = of->scores[c].candidate;
       found->largest_rung = std::max(found->largest_rung, candidate.rung);
-      found->has_sextic = found->has_sextic || candidate.method == kSexticMethod;
+      found->methods[candidate.method] = true;
     }
   }
   return found;

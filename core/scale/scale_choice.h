@@ -26,7 +26,7 @@ struct ScaleScore {
 
 // Which candidates may be chosen.
 struct ScaleBounds {
-  std::array<bool, kMethodCount> methods{true, true, true, true, true, true, true};
+  MethodSet methods = AllMethods();
   uint32_t least_count = kScaleRungs.front();
   uint32_t most_count = kScaleRungs.back();
   float most_radius = std::numeric_limits<float>::infinity();  // of the median neighborhood
@@ -77,7 +77,7 @@ double PositionNoise(PilotPoints table);
 // the points.
 struct CandidatesThatCount {
   size_t largest_rung = 0;
-  bool has_sextic = false;  // jets of degree 6 are among them
+  MethodSet methods{};
 };
 
 // Nothing if no candidate can be judged.

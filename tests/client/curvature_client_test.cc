@@ -132,8 +132,9 @@ TEST(CurvatureClientTest, TellsHowSureValuesAreAndWhatWasChosen) {
   EXPECT_GT(result->k1_standard_error[7], 0.0f);
   EXPECT_GT(result->k2_standard_error[7], 0.0f);
   EXPECT_GE(result->chosen_neighbor_count[7], 16.0f);
-  EXPECT_NEAR(result->avg_hexagram_weight[7] + result->normal_regression_weight[7] + result->jet_weight[7], 1.0f,
-              1e-5f);
+  EXPECT_NEAR(result->avg_hexagram_weight[7] + result->normal_regression_weight[7] + result->jet_weight[7] +
+                  result->aso_weight[7],
+              1.0f, 1e-5f);
   ASSERT_TRUE(result->summary.scale.has_value());
   EXPECT_TRUE(result->summary.scale->normal_noise.has_value());
   EXPECT_TRUE(result->others.empty());

@@ -34,8 +34,9 @@ test("values come with how sure they are", async () => {
     assert.ok(errors.every((error) => error > 0));
   }
   assert.ok(chosenNeighborCount.every((count) => count >= 16 && count <= 2048));
-  const { avgHexagramWeight, normalRegressionWeight, jetWeight } = estimate;
-  assert.ok(jetWeight.every((weight, i) => Math.abs(weight + avgHexagramWeight[i] + normalRegressionWeight[i] - 1) < 1e-5));
+  const { avgHexagramWeight, normalRegressionWeight, jetWeight, asoWeight } = estimate;
+  const sumAt = (i) => avgHexagramWeight[i] + normalRegressionWeight[i] + jetWeight[i] + asoWeight[i];
+  assert.ok(asoWeight.every((_, i) => Math.abs(sumAt(i) - 1) < 1e-5));
   assert.ok(estimate.d1.length === 15_000 && estimate.summary.scale.normalNoise >= 0);
 });
 
@@ -68,7 +69,7 @@ test("estimator or scale alone may be left open", async () => {
 test("scales that the server refuses are named", async () => {
   const cloud = sphere(100, 1);
   for (const [words, options] of [
-    [/it must be auto, avg-hexagram/, { estimator: "aso", neighborCount: "auto" }],
+    [/it must be auto, avg-hexagram/, { estimator: "hexagram", neighborCount: "auto" }],
     [/jet_degree is 2; it must be 4/, { estimator: "jet", neighborCount: "auto", jetDegree: 2 }],
     [/least_neighbor_count is 15; it must be from 16/, { estimator: "auto", neighborCountRange: [15, 64] }],
     [/max_radius is nan/, { estimator: "auto", maxRadius: NaN }],

@@ -73,7 +73,8 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
               static_cast<float>(fit->neighbor_count),
               0.0f,
               1.0f - of_jet,
-              of_jet};
+              of_jet,
+              0.0f};
     return;
   }
   // What all reach over an edge was sampled where they do not.
@@ -111,6 +112,7 @@ void ChoiceWriter::SetWeights(const CloudWeights::Weights& shares, PointChoice& 
       of_method[kRegressionMethod] + of_method[kQuadraticRegressionMethod] + of_method[kLinearRegressionMethod]);
   choice.jet_weight =
       static_cast<float>(of_method[kQuarticMethod] + of_method[kQuadricMethod] + of_method[kSexticMethod]);
+  choice.aso_weight = static_cast<float>(of_method[kSphereMethod]);
 }
 
 }  // namespace curvd

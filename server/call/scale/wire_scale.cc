@@ -72,6 +72,7 @@ absl::Status ReadScale(const v1::AutomaticScale& proto, const CallLimits& limits
   options.neighborhood = scale;
   const ScaleMethod* method = MethodOf(options.estimator);
   if (method != nullptr && method->is_jet()) options.jet_degree = method->degree;
+  if (method != nullptr && method->is_sphere()) options.project = true;
   return absl::OkStatus();
 }
 
@@ -93,6 +94,9 @@ absl::Status CheckMethod(const EstimatorOptions& options, std::string_view where
   if (method->is_jet() && options.jet_degree != method->degree) {
     return InvalidOption("header.options.jet_degree", absl::StrCat(options.jet_degree),
                          absl::StrCat(method->degree, " ", std::string(where)));
+  }
+  if (method->is_sphere() && !options.project) {
+    return InvalidOption("header.options.project", "false", absl::StrCat("true ", std::string(where)));
   }
   return absl::OkStatus();
 }

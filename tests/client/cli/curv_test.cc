@@ -135,6 +135,10 @@ TEST_F(CurvTest, EstimatesWithTheEstimatorThatIsNamed) {
       RunCurv({"estimate", cloud, "-o", result, "--estimator=delaunay", "--even-weights", "--summary=json"});
   EXPECT_EQ(even.exit_code, 0) << even.err;
   EXPECT_THAT(even.out, HasSubstr("\"even_weights\":true"));
+  const CurvRun projected =
+      RunCurv({"estimate", cloud, "-o", result, "--estimator=aso", "--project", "--summary=json"});
+  EXPECT_EQ(projected.exit_code, 0) << projected.err;
+  EXPECT_THAT(projected.out, HasSubstr("\"project\":true"));
   const CurvRun singular = RunCurv({"estimate", cloud, "-o", result, "--estimator=jet", "--jet-degree=4", "--k=14"});
   EXPECT_EQ(singular.exit_code, 0) << singular.err;
   EXPECT_THAT(singular.out, ::testing::ContainsRegex("singular_fit +2,000"));
@@ -513,7 +517,7 @@ TEST_F(CurvTest, WritesHowSureValuesAreAndWhatWasChosen) {
   EXPECT_THAT(dir_.Read("sure.csv"),
               StartsWith("x,y,z,nx,ny,nz,mean_curvature,mean_curvature_standard_error,k1_standard_error,"
                          "k2_standard_error,chosen_neighbor_count,avg_hexagram_weight,normal_regression_weight,"
-                         "jet_weight,status"));
+                         "jet_weight,aso_weight,status"));
   ASSERT_EQ(RunCurv({"estimate", cloud, "-o", out, "--also=standard_errors"}).exit_code, 0);
   EXPECT_THAT(dir_.Read("sure.csv"), StartsWith("x,y,z,nx,ny,nz,mean_curvature,gaussian_curvature,k1,k2,d1x,d1y,d1z,"
                                                 "d2x,d2y,d2z,radius,mean_curvature_standard_error,"))
@@ -585,7 +589,9 @@ TEST_F(CurvTest, FlagsOfScalesThatMakeNoSenseAreRefused) {
   for (const char* radius : {"0", "-1", "nan", "inf", "wide"}) {
     EXPECT_THAT(message({"--auto", absl::StrCat("--max-radius=", radius)}), HasSubstr("finite number above 0"));
   }
-  EXPECT_THAT(message({"--k=auto", "--estimator=aso"}, 1), HasSubstr("it must be auto, avg-hexagram"));
+  EXPECT_THAT(message({"--k=auto", "--estimator=hexagram"}, 1), HasSubstr("it must be auto, avg-hexagram"));
+  EXPECT_THAT(message({"--k=100", "--estimator=aso", "--also=standard_errors"}, 1),
+              HasSubstr("project is false; it must be true"));
   EXPECT_THAT(message({"--k=auto", "--estimator=jet", "--jet-degree=2"}, 1),
               HasSubstr("jet_degree is 2; it must be 4"));
 }

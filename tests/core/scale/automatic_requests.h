@@ -31,6 +31,10 @@ inline bool AreSameBytes(const ChoiceField& a, const ChoiceField& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.bytes()) == 0;
 }
 
+inline float SumOfWeights(const PointChoice& choice) {
+  return choice.avg_hexagram_weight + choice.normal_regression_weight + choice.jet_weight + choice.aso_weight;
+}
+
 // Of the mean curvature, over the points that have one.
 inline double MeanError(const EstimationResult& result, double truth) {
   double sum = 0.0;

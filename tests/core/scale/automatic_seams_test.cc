@@ -149,7 +149,7 @@ TEST(AutomaticSeamsTest, ChoicesAreThoseThatWereUsed) {
       continue;
     }
     if (!std::isnan(choice.neighbor_count)) {
-      EXPECT_NEAR(choice.avg_hexagram_weight + choice.normal_regression_weight + choice.jet_weight, 1.0f, 1e-5f);
+      EXPECT_NEAR(SumOfWeights(choice), 1.0f, 1e-5f);
     }
   }
   EXPECT_GT(MendedCount(terrain, result), 0u);

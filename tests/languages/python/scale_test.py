@@ -64,7 +64,7 @@ class ScaleTest(RealServerTest):
         self.assertGreater(np.mean(within), 0.8)
         self.assertTrue(np.all(points["k1_standard_error"] > 0) and np.all(points["k2_standard_error"] > 0))
         self.assertTrue(np.all((points["chosen_neighbor_count"] >= 16) & (points["chosen_neighbor_count"] <= 2048)))
-        weights = sum(points[f"{name}_weight"] for name in ("avg_hexagram", "normal_regression", "jet"))
+        weights = sum(points[f"{name}_weight"] for name in ("avg_hexagram", "normal_regression", "jet", "aso"))
         np.testing.assert_allclose(weights, 1, rtol=1e-5)
         self.assertTrue(summary.scale.HasField("normal_noise"))
 
@@ -87,7 +87,7 @@ class ScaleTest(RealServerTest):
     def test_scales_that_the_server_refuses_are_named(self):
         cloud = sphere(100, radius=1.0)
         for words, options in (
-            ("it must be auto, avg-hexagram", {"estimator": "aso", "neighbor_count": "auto"}),
+            ("it must be auto, avg-hexagram", {"estimator": "hexagram", "neighbor_count": "auto"}),
             ("jet_degree is 2; it must be 4", {"estimator": "jet", "neighbor_count": "auto", "jet_degree": 2}),
             ("least_neighbor_count is 15; it must be from 16", {"estimator": "auto", "neighbor_count_range": (15, 64)}),
             ("max_radius is nan", {"estimator": "auto", "max_radius": float("nan")}),

@@ -96,7 +96,7 @@ ChoiceField Choices(size_t count) {
   ChoiceField choices = *ChoiceField::Create(count);
   for (size_t i = 0; i < count; ++i) {
     const auto n = static_cast<float>(1000 * i);
-    choices[i] = {n + 1.0f, n + 2.0f, n + 3.0f, n + 4.0f, n + 5.0f, n + 6.0f, n + 7.0f};
+    choices[i] = {n + 1.0f, n + 2.0f, n + 3.0f, n + 4.0f, n + 5.0f, n + 6.0f, n + 7.0f, n + 8.0f};
   }
   return choices;
 }
@@ -119,6 +119,7 @@ TEST(PackResultsTest, PacksHowAnEstimateWasChosenAndHowSureItIs) {
   EXPECT_EQ(FloatAt(choices.avg_hexagram_weight(), 0), 1005.0f);
   EXPECT_EQ(FloatAt(choices.normal_regression_weight(), 0), 1006.0f);
   EXPECT_EQ(FloatAt(choices.jet_weight(), 1), 2007.0f);
+  EXPECT_EQ(FloatAt(choices.aso_weight(), 0), 1008.0f);
   EXPECT_TRUE(choices.k1_standard_error().empty());
   EXPECT_FALSE(QuantitySet().HasChoice());
 }

@@ -82,7 +82,7 @@ TEST(OwnFitsTest, ADentOfAHundredthOfTheCloudStays) {
     const PointChoice& choice = result.choices[i];
     ++known;
     within += std::abs(result.field.points[i].mean - plane.mean[i]) <= 1.645 * choice.mean_error ? 1 : 0;
-    EXPECT_NEAR(choice.avg_hexagram_weight + choice.normal_regression_weight + choice.jet_weight, 1.0f, 1e-5f);
+    EXPECT_NEAR(SumOfWeights(choice), 1.0f, 1e-5f);
   }
   EXPECT_GT(static_cast<double>(within), 0.6 * static_cast<double>(known));
   // The same weights everywhere smooth it away: the test would not fail for a dent that needs no help.

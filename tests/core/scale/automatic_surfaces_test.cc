@@ -1,0 +1,64 @@
+// Surfaces on which the automatic choice once erred by much more than it had to.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "tests/core/scale/automatic_requests.h"
+#include "tests/core/seam_clouds.h"
+#include "tests/core/true_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+MeanErrors AutomaticErrors(const TruePoints& truth) {
+  return ErrorsOf(truth, MustEstimate(truth.points.ToCloud(), Automatic()).field.points.span());
+}
+
+// Of fixed estimators and scales, each error for itself.
+MeanErrors LeastErrors(const TruePoints& truth) {
+  MeanErrors least = {1e300, 1e300};
+  for (const std::string_view estimator : {"avg-hexagram", "normal-regression", "aso"}) {
+    for (const uint32_t count : {16u, 32u, 64u, 128u, 256u, 512u, 1024u}) {
+      const EstimatorOptions options{.estimator = estimator, .neighborhood = NeighborCount{count}};
+      const EstimationResult result = MustEstimate(truth.points.ToCloud(), options);
+      const size_t ok = result.field.status_counts[static_cast<size_t>(PointStatus::kOk)];
+      if (20 * ok < 19 * truth.mean.size()) continue;
+      const MeanErrors errors = ErrorsOf(truth, result.field.points.span());
+      least = {std::min(least.mean, errors.mean), std::min(least.gaussian, errors.gaussian)};
+    }
+  }
+  return least;
+}
+
+// Neighborhoods of a thousand points agree that such a terrain is flat: its Gaussian curvature is a product of two.
+TEST(AutomaticSurfacesTest, RoughTerrainIsNotTakenForFlat) {
+  const TruePoints terrain = RoughTerrain(6000, 1);
+  const MeanErrors found = AutomaticErrors(terrain), least = LeastErrors(terrain);
+  EXPECT_LT(found.mean, 1.15 * least.mean);
+  EXPECT_LT(found.gaussian, 1.3 * least.gaussian);
+}
+
+// Neighborhoods of two or three lines agree on what is wrong across them.
+TEST(AutomaticSurfacesTest, LinesOfAScannerAreCrossed) {
+  for (const double gap : {3.0, 5.0, 10.0}) {
+    const TruePoints catenoid = ScannedCatenoid(8000, gap, 2);
+    const MeanErrors found = AutomaticErrors(catenoid), least = LeastErrors(catenoid);
+    EXPECT_LT(found.mean, 4.0 * least.mean) << gap;
+    EXPECT_LT(found.gaussian, 4.0 * least.gaussian) << gap;
+  }
+}
+
+TEST(AutomaticSurfacesTest, ANoisyTorusIsBetterThanByAnyFixedEstimate) {
+  for (const double of_normals : {0.05, 0.15}) {
+    TruePoints torus = TrueTorus(16'000, 3);
+    AddNoise(0.02, of_normals, 4, torus.points);
+    const MeanErrors found = AutomaticErrors(torus), least = LeastErrors(torus);
+    EXPECT_LT(found.mean, 0.9 * least.mean) << of_normals;
+    EXPECT_LT(found.gaussian, 1.1 * least.gaussian) << of_normals;
+  }
+}
+
+}  // namespace
+}  // namespace curvd::testing
