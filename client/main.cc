@@ -1,6 +1,7 @@
 // curv: curvature of point clouds from the command line.
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <new>
 
 #include "CLI/CLI.hpp"
@@ -44,11 +45,20 @@ int Run(int argc, char** argv) {
   return static_cast<int>(action());
 }
 
+// What was printed may not have arrived, on a full disk for instance: a run without another fault has failed then.
+int Flushed(int exit_code) {
+  std::cout.flush();
+  const bool has_arrived = std::cout.good() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  if (has_arrived || exit_code != static_cast<int>(curv::ExitCode::kOk)) return exit_code;
+  std::fputs("curv: standard output cannot be written\n", stderr);
+  return static_cast<int>(curv::ExitCode::kOutput);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
-    return Run(argc, argv);
+    return Flushed(Run(argc, argv));
   } catch (const std::bad_alloc&) {
     std::fputs("curv: out of memory\n", stderr);
   } catch (const std::exception& error) {

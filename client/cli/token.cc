@@ -64,7 +64,12 @@ ExitCode Run(const TokenFlags& flags) {
   if (const std::string failure = Save(token, flags.output); !failure.empty()) {
     return Fail(ExitCode::kOutput, absl::StrCat(flags.output, ": ", failure));
   }
-  std::printf("%s\n", line.c_str());
+  // Without its line, a token is of no use.
+  if (std::printf("%s\n", line.c_str()) < 0 || std::fflush(stdout) != 0) {
+    const std::string failure = std::strerror(errno);
+    unlink(flags.output.c_str());
+    return Fail(ExitCode::kOutput, absl::StrCat("standard output: ", failure, "; no token was made"));
+  }
   return ExitCode::kOk;
 }
 

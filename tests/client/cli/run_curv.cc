@@ -9,7 +9,7 @@
 
 namespace curv {
 
-CurvRun RunCurv(const std::vector<std::string>& arguments, const std::string& input) {
+CurvRun RunCurv(const std::vector<std::string>& arguments, const std::string& input, const std::string& output) {
   const TempDir dir;
   std::vector<std::string> words = {CURV_BINARY};
   words.insert(words.end(), arguments.begin(), arguments.end());
@@ -19,7 +19,8 @@ CurvRun RunCurv(const std::vector<std::string>& arguments, const std::string& in
 
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, 1, dir.File("out").c_str(), O_WRONLY | O_CREAT, 0600);
+  const std::string out = output.empty() ? dir.File("out") : output;
+  posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&actions, 2, dir.File("err").c_str(), O_WRONLY | O_CREAT, 0600);
   if (!input.empty()) posix_spawn_file_actions_addopen(&actions, 0, input.c_str(), O_RDONLY, 0);
   pid_t child = -1;
@@ -29,7 +30,7 @@ CurvRun RunCurv(const std::vector<std::string>& arguments, const std::string& in
   int status = 0;
   waitpid(child, &status, 0);
   const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  return {code, dir.Read("out"), dir.Read("err")};
+  return {code, output.empty() ? dir.Read("out") : "", dir.Read("err")};
 }
 
 }  // namespace curv

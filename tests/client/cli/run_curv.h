@@ -12,7 +12,9 @@ struct CurvRun {
   std::string err;
 };
 
-// `input` is the file that it reads as standard input; none if empty.
-CurvRun RunCurv(const std::vector<std::string>& arguments, const std::string& input = "");
+// `input` is the file that it reads as standard input; none if empty. `output` is where its standard output goes
+// instead of CurvRun::out; nowhere else if empty.
+CurvRun RunCurv(const std::vector<std::string>& arguments, const std::string& input = "",
+                const std::string& output = "");
 
 }  // namespace curv

@@ -50,6 +50,19 @@ TEST_F(StreamsTest, EstimatesWhatComesIn) {
   }
 }
 
+TEST_F(StreamsTest, WhatAFullDiskTakesOfStandardOutputIsNoSuccess) {
+  const std::string cloud = Cloud("cloud.ply");
+  const std::vector<std::string> runs[] = {{"estimate", cloud, "-o", dir_.File("out.ply"), "--summary=json"},
+                                           {"completion", "bash"},
+                                           {"--help"},
+                                           {"info", "--json"}};
+  for (const std::vector<std::string>& arguments : runs) {
+    const CurvRun run = RunCurv(arguments, "", "/dev/full");
+    EXPECT_EQ(run.exit_code, 4) << arguments.front();
+    EXPECT_THAT(run.err, HasSubstr("standard output cannot be written"));
+  }
+}
+
 TEST_F(StreamsTest, FilesKeepTheFormatOfTheirNames) {
   const CurvRun run = RunCurv({"estimate", Cloud("in.csv"), "-o", "-", "--format=ply", "--summary=json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;

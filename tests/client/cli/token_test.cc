@@ -42,6 +42,14 @@ class TokenTest : public ::testing::Test {
   const curvd::TestCertificates certificates_;
 };
 
+TEST_F(TokenTest, ThereIsNoTokenWithoutItsLine) {
+  const std::string file = dir_.File("bob.token");
+  const CurvRun run = RunCurv({"token", "bob", "-o", file}, "", "/dev/full");
+  EXPECT_EQ(run.exit_code, 4);
+  EXPECT_THAT(run.err, HasSubstr("no token was made"));
+  EXPECT_FALSE(dir_.Has("bob.token"));
+}
+
 TEST_F(TokenTest, AServerTakesTheTokenWhoseLineWasPrinted) {
   const std::string file = dir_.File("alice.token");
   const CurvRun made = RunCurv({"token", "alice", "-o", file, "--max-points=1000"});
