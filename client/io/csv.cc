@@ -59,14 +59,15 @@ absl::StatusOr<std::vector<Column>> ReadNames(std::string_view line) {
     for (const Column& other : columns) {
       if (other.name == name) return ErrorAt(1, absl::StrCat("two columns have the name ", Quoted(name)));
     }
-    columns.push_back({name, MakeValues(name == "status" ? ScalarKind::kUint8 : ScalarKind::kFloat64)});
+    columns.push_back({name, MakeValues(IsStatusName(name) ? ScalarKind::kUint8 : ScalarKind::kFloat64)});
   }
   return columns;
 }
 
 bool AppendCell(std::string_view cell, Column& column) {
   if (column.kind() == ScalarKind::kUint8) {
-    const std::optional<uint8_t> value = StatusOfWord(cell);
+    std::optional<uint8_t> value = StatusOfWord(cell);
+    if (uint32_t number; !value && ParseNumber(cell, number) && number <= 255) value = static_cast<uint8_t>(number);
     if (value) std::get<std::vector<uint8_t>>(column.values).push_back(*value);
     return value.has_value();
   }
@@ -81,10 +82,10 @@ absl::Status AppendCells(std::string_view line, size_t number, std::vector<Colum
   bool at_end = false;
   for (std::string_view cell; NextCell(line, at_end, cell); ++cells) {
     if (cells < columns.size() && !AppendCell(cell, columns[cells])) {
-      return ErrorAt(number,
-                     absl::StrCat("value ", cells + 1, " (", Printable(columns[cells].name), ") is ", Quoted(cell),
-                                  columns[cells].kind() == ScalarKind::kUint8 ? ": expected a status word"
-                                                                              : ": expected a number"));
+      return ErrorAt(
+          number, absl::StrCat("value ", cells + 1, " (", Printable(columns[cells].name), ") is ", Quoted(cell),
+                               columns[cells].kind() == ScalarKind::kUint8 ? ": expected a status word, or its number"
+                                                                           : ": expected a number"));
     }
   }
   if (cells == columns.size()) return absl::OkStatus();

@@ -12,6 +12,7 @@
 #include "client/io/binary.h"
 #include "client/io/formats.h"
 #include "client/io/ply_header.h"
+#include "client/io/point_status.h"
 #include "client/io/text.h"
 
 namespace curv {
@@ -80,7 +81,7 @@ class PlyBody {
       names.erase(name);
       column.name = own;
       names.insert(column.name);
-      if (own == "status") TakeBytes(column);
+      if (IsStatusName(own)) TakeBytes(column);
     }
   }
 

@@ -37,4 +37,14 @@ constexpr std::optional<uint8_t> StatusOfWord(std::string_view word) {
   return std::nullopt;
 }
 
+// Whether a column of this name says what became of each point: "status", or with several neighbor counts "status_k64".
+constexpr bool IsStatusName(std::string_view name) {
+  constexpr std::string_view kName = "status", kScale = "_k";
+  if (name.substr(0, kName.size()) != kName) return false;
+  name.remove_prefix(kName.size());
+  if (name.empty()) return true;
+  return name.substr(0, kScale.size()) == kScale && name.size() > kScale.size() &&
+         name.find_first_not_of("0123456789", kScale.size()) == std::string_view::npos;
+}
+
 }  // namespace curv

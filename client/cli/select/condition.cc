@@ -137,10 +137,10 @@ class Parser {
     return std::nullopt;
   }
 
-  // Takes a word beside the column status for its value.
+  // Takes a word beside a column of statuses for its value.
   static void ResolveStatus(bool is_equality, const Part& other, Part& part) {
     const Column* const column = other.node->column();
-    if (is_equality && column != nullptr && column->name == "status") part.status_word.clear();
+    if (is_equality && column != nullptr && IsStatusName(column->name)) part.status_word.clear();
   }
 
   absl::StatusOr<Part> Sum() {

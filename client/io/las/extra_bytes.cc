@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/io/bytes.h"
+#include "client/io/point_status.h"
 #include "client/io/text.h"
 #include "client/io/writers.h"
 
@@ -235,7 +236,7 @@ LasExtra DescribeColumn(const Column& column, std::set<std::string>& used) {
     short_name = Shortened(HeaderName(name), kMaxLasName - tail.size()) + tail;
   }
   LasExtra extra = NewExtra(static_cast<uint8_t>(kTypes[static_cast<size_t>(column.kind())]), 0, short_name,
-                            column.name == "status" ? "1: ok, else why there is none" : "");
+                            IsStatusName(column.name) ? "1: ok, else why there is none" : "");
   extra.columns.push_back(column.name);
   return extra;
 }

@@ -56,7 +56,7 @@ absl::Status AppendTextRows(const PointTable& table, char separator, bool status
     for (const Column& column : table.columns()) {
       if (!first) block += separator;
       first = false;
-      const bool as_word = status_words && column.name == "status" && column.kind() == ScalarKind::kUint8;
+      const bool as_word = status_words && IsStatusName(column.name) && column.kind() == ScalarKind::kUint8;
       AppendValue(column, as_word, row, block);
     }
     block += '\n';

@@ -22,6 +22,13 @@ TEST(CsvTest, ReadsNamesNumbersAndStatuses) {
   EXPECT_THAT(Values(*table, "status"), ElementsAre(3, 1));
 }
 
+TEST(CsvTest, ReadsStatusesOfScalesAsWordsOrNumbers) {
+  const absl::StatusOr<PointTable> table = ReadCsv("x,status_k16,status_of\n1,ok,7\n2,6,8\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "status_k16"), ElementsAre(1, 6));
+  EXPECT_THAT(Values(*table, "status_of"), ElementsAre(7, 8));
+}
+
 TEST(CsvTest, TakesByteOrderMarksQuotesAndCapitals) {
   const absl::StatusOr<PointTable> table =
       ReadCsv("\xef\xbb\xbf\"X\", Y,\"Z\",\"NX\",Intensity\n1,2,\"3\",\" 4 \",5\n");
@@ -42,7 +49,8 @@ TEST(CsvTest, NamesLineAndValue) {
   EXPECT_THAT(Message("x,y\n1,2\n1\n"), HasSubstr("line 3: expected 2 values, found 1"));
   EXPECT_THAT(Message("x,y\n1,2,3\n"), HasSubstr("line 2: expected 2 values, found 3"));
   EXPECT_THAT(Message("x,y\n1,\n"), HasSubstr("line 2: value 2 (y) is \"\""));
-  EXPECT_THAT(Message("x,status\n1,fine\n"), HasSubstr("expected a status word"));
+  EXPECT_THAT(Message("x,status\n1,fine\n"), HasSubstr("expected a status word, or its number"));
+  EXPECT_THAT(Message("x,status_k16\n1,256\n"), HasSubstr("expected a status word, or its number"));
 }
 
 TEST(CsvTest, SurvivesTruncationAndDamage) {

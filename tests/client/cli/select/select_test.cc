@@ -33,6 +33,21 @@ TEST(SelectTest, KeepsPointsAndColumns) {
   EXPECT_THAT(piped.err, HasSubstr(" of 1,000 points"));
 }
 
+TEST(SelectTest, StatusesOfScalesHaveWords) {
+  const TempDir dir;
+  const std::string cloud = dir.File("torus.ply"), out = dir.File("out.csv");
+  ASSERT_EQ(RunCurv({"generate", "torus", "--points=40", "-o", cloud}).exit_code, 0);
+  for (const char* name : {"scales.ply", "scales.csv"}) {
+    const std::string scales = dir.File(name);
+    ASSERT_EQ(RunCurv({"estimate", cloud, "-o", scales, "--k=16,50"}).exit_code, 0);
+    const CurvRun run =
+        RunCurv({"select", scales, "--where=status_k16 == ok and status_k50 == too_few_neighbors", "-o", out});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("40 of 40 points"));
+  }
+  EXPECT_THAT(dir.Read("scales.csv"), AllOf(HasSubstr(",ok,"), HasSubstr(",too_few_neighbors,")));
+}
+
 TEST(SelectTest, SaysWhatIsWrong) {
   const TempDir dir;
   const std::string cloud = dir.Write("a.xyz", "1 2 3 0 0 1\n"), out = dir.File("out.ply");
