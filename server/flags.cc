@@ -38,8 +38,11 @@ std::string EnvironmentName(const std::string& flag) {
   return name;
 }
 
-// CLI11 reads 0100 as 64, by the rules of C.
+// CLI11 reads 0100 as 64, by the rules of C, and -1 as the largest number there is.
 std::string CheckDecimal(const std::string& text) {
+  if (text.empty() || std::isdigit(static_cast<unsigned char>(text.front())) == 0) {
+    return absl::StrCat("\"", text, "\" must be a whole number of 0 or more");
+  }
   const bool is_decimal = text.size() < 2 || text[0] != '0';
   return is_decimal ? "" : absl::StrCat(text, " must be a decimal number without zeros before it");
 }
@@ -68,7 +71,14 @@ void AddDuration(CLI::App& app, const char* flag, absl::Duration& value, const s
 void AddBytes(CLI::App& app, const char* flag, uint64_t& value, const std::string& help) {
   CLI::AsSizeValue with_unit(false);
   with_unit.description("");
-  AddFlag(app, flag, value, help)->transform(with_unit)->type_name("BYTES");
+  // A transformation comes before all checks.
+  const CLI::Validator checked(
+      [with_unit](std::string& text) {
+        const std::string fault = CheckDecimal(text);
+        return fault.empty() ? with_unit(text) : fault;
+      },
+      "");
+  AddFlag(app, flag, value, help)->transform(checked)->type_name("BYTES");
 }
 
 // The flags of the files that say who may call, and their variables. An empty value must not mean that anybody may.

@@ -40,14 +40,17 @@ absl::Status CheckGoesWith(const char* flag, const std::string& value, const cha
 
 // Looks at the port alone: whether the rest is an address of this machine shows when it is bound.
 absl::Status CheckPort(const char* flag, const std::string& address) {
-  if (absl::StartsWith(address, "unix:") || !absl::StrContains(address, ':')) return absl::OkStatus();
+  if (address.empty() || absl::StartsWith(address, "unix:")) return absl::OkStatus();
   const std::string port = SplitHostPort(address).port;
   const bool is_number = !port.empty() && std::all_of(port.begin(), port.end(), absl::ascii_isdigit);
   uint32_t number = 0;
   if (is_number && absl::SimpleAtoi(port, &number) && number <= kMaxPort) return absl::OkStatus();
-  return MakeError(
-      absl::StatusCode::kInvalidArgument,
-      {kReasonInvalidOption, flag, address, absl::StrCat("HOST:PORT with a port in [0, ", kMaxPort, "]"), {}});
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   {kReasonInvalidOption,
+                    flag,
+                    address,
+                    absl::StrCat("HOST:PORT with a port in [0, ", kMaxPort, "], or unix:PATH"),
+                    {}});
 }
 
 absl::Status CheckReach(const ServerOptions& options) {

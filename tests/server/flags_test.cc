@@ -87,6 +87,23 @@ TEST(ParseCommandLineTest, TakesEveryFlag) {
   EXPECT_EQ(options.handshake_timeout, absl::Seconds(3));
 }
 
+TEST(ParseCommandLineTest, NumbersThatAreNoneAreNamedAsTheyWereGiven) {
+  for (const char* flag : {"--max-points=-1", "--memory-limit=-1", "--max-chunk-bytes=-4KiB", "--threads=-1",
+                           "--threads=abc", "--max-streams=+1"}) {
+    const auto line = Parse({flag});
+    ASSERT_FALSE(line.ok()) << flag;
+    const std::string given = std::string(flag).substr(std::string(flag).find('=') + 1);
+    EXPECT_NE(line.status().message().find("\"" + given + "\" must be a whole number of 0 or more"), std::string::npos)
+        << line.status();
+  }
+}
+
+TEST(ParseCommandLineTest, AddressesWithoutAPortAreRefused) {
+  const auto line = Parse({"--metrics-listen=foo"});
+  ASSERT_FALSE(line.ok());
+  EXPECT_NE(line.status().message().find("--metrics-listen is foo; it must be HOST:PORT"), std::string::npos);
+}
+
 TEST(ParseCommandLineTest, FallsBackToTheEnvironment) {
   setenv("CURVD_INSECURE", "true", 1);
   setenv("CURVD_MAX_STREAMS", "17", 1);
