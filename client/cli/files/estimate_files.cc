@@ -51,7 +51,11 @@ void PrintWarnings(const EstimateSummary& summary, bool oriented, const std::str
 void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options, bool oriented,
                  const std::string& title) {
   if (summary.status_counts[static_cast<size_t>(PointStatus::kOk)] == 0 && summary.points > 0) {
-    PrintNote(title + "no point could be estimated: the summary tells why");
+    const bool is_counted = !options.radius && !options.automatic_scale && options.neighbor_counts.empty();
+    PrintNote(title + (is_counted && options.neighbor_count > summary.points
+                           ? absl::StrCat("no point could be estimated: K = ", options.neighbor_count,
+                                          " is more than the cloud's ", summary.points, " points")
+                           : "no point could be estimated: the summary tells why"));
   }
   const uint64_t inconsistent = summary.status_counts[static_cast<size_t>(PointStatus::kInconsistentNormals)];
   if (inconsistent > 0 && !oriented && summary.warnings.empty()) {
