@@ -24,13 +24,15 @@ struct ScaleMethod {
   // Noise of standard deviation sigma in the positions moves a point along the surface, and what is estimated at it by
   // about this many times sigma^2 |H| k^2, whatever the scale.
   double noise_factor;
-  // Times this, what the sampled points show is the error that is expected, and times its square that of the Gaussian
-  // curvature: more than 1 where a bias that they cannot show is likelier than elsewhere.
-  double doubt = 1.0;
+  // Times this, what the sampled points show is the error that is expected of the mean curvature, and of the Gaussian
+  // one: more than 1 where a bias that they cannot show is likelier than elsewhere.
+  double doubt = 1.0, gaussian_doubt = 1.0;
 
   // Whether the error of a smooth surface falls as the square of the radius only: the farther estimates look, the more
   // they all err to one side.
   constexpr bool is_second_order() const { return compared_rungs == 2; }
+  // Whether it may look all around a body.
+  constexpr bool is_doubted() const { return doubt > 1.0; }
   constexpr bool is_jet() const { return estimator == "jet"; }
   constexpr bool is_regression() const { return estimator == "normal-regression"; }
   constexpr bool is_sphere() const { return estimator == "aso"; }  // projected on the surface
@@ -43,7 +45,7 @@ inline constexpr std::array<ScaleMethod, 8> kScaleMethods = {{
     {"jet", 2, 2, 3.0},
     {"jet", 6, 1, 300.0},
     {"normal-regression", 2, 2, 3.0},
-    {"normal-regression", 1, 2, 0.3, 2.0},
+    {"normal-regression", 1, 2, 0.3, 2.0, 4.0},
     {"aso", 0, 2, 0.5, 1.2},
 }};
 inline constexpr size_t kMethodCount = kScaleMethods.size();

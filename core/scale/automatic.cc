@@ -23,6 +23,7 @@
 #include "core/scale/edges/edge_run.h"
 #include "core/scale/errors/error_samples.h"
 #include "core/scale/errors/standard_errors.h"
+#include "core/scale/line_distance.h"
 #include "core/scale/parts/cloud_choice.h"
 #include "core/scale/parts/cloud_parts.h"
 #include "core/scale/parts/cloud_weights.h"
@@ -138,6 +139,7 @@ class AutomaticRun final : public StrategyRun {
     std::copy_if(table_.begin(), table_.end(), std::back_inserter(scouts),
                  [](const PilotPoint& point) { return point.is_sampled(); });
     if (scouts.size() < kFewestScouts) return;
+    DropUntoldAcrossLines(scouts);
     if (edges_.has_value()) edges_->KeepClear(scouts);
     if (edges_.has_value() && edges_->HasEdges()) return;
     // A part of the cloud, even a small one, may need other rungs than the rest.
@@ -177,6 +179,7 @@ class AutomaticRun final : public StrategyRun {
 
   void Choose() {
     KeepSamples();
+    DropUntoldAcrossLines(table_);
     std::vector<PartChoice> parts;
     for (const PilotPoints samples : PartsOf(table_)) {
       PartChoice part{samples, ChooseScales(samples, BoundsOf(options_, index_))};

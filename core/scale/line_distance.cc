@@ -1,8 +1,10 @@
 #include "core/scale/line_distance.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace curvd {
 namespace {
@@ -13,6 +15,9 @@ namespace {
 constexpr float kSineOnLine = 0.26f;
 constexpr size_t kLeastOnLine = 4;
 constexpr float kLeastGap = 1.25f;
+// Small neighborhoods see detail if what they show otherwise along lines is more than this part of the difference of
+// the mean curvature.
+constexpr double kMostAlongLines = 0.5;
 
 using Offset = std::array<float, 3>;
 
@@ -22,9 +27,60 @@ Offset Cross(const Offset& a, const Offset& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
+// The least radius of a neighborhood, in distances of lines, that tells the polynomials of a method. The outermost
+// lines count for little.
+double LeastRadius(size_t method) {
+  constexpr double kPerDegree = 0.5, kBeyond = 0.5;
+  return kPerDegree * std::max(kScaleMethods[method].degree, 1U) + kBeyond;
+}
+
+bool IsTold(const PilotPoint& point, size_t method, size_t rung) {
+  return point.radius[rung] >= LeastRadius(method) * point.line_distance;
+}
+
+// What one rung of the cubic regression shows.
+struct Bends {
+  double mean, along_line;
+};
+
+Bends BendsAt(const PilotPoint& point, size_t rung) {
+  const auto of = [&](const PilotPoint::Estimates& estimates) {
+    return double{estimates[kRegressionMethod][rung][PilotPoint::kAll]};
+  };
+  const double mean = of(point.mean);
+  return {mean, mean + point.line[0] * of(point.difference) + point.line[1] * of(point.twist)};
+}
+
+// By how much the smallest neighborhood differs from the first that is told.
+std::optional<Bends> DifferenceOfSmallest(const PilotPoint& point) {
+  std::optional<Bends> smallest;
+  for (size_t rung = 0; rung < kRungCount; ++rung) {
+    const Bends bends = BendsAt(point, rung);
+    if (!std::isfinite(bends.mean + bends.along_line)) continue;
+    const bool is_told = IsTold(point, kRegressionMethod, rung);
+    if (!smallest.has_value()) {
+      if (is_told) return std::nullopt;
+      smallest = bends;
+    } else if (is_told) {
+      return Bends{std::abs(bends.mean - smallest->mean), std::abs(bends.along_line - smallest->along_line)};
+    }
+  }
+  return std::nullopt;
+}
+
+void DropAt(PilotPoint& point) {
+  for (size_t method = 0; method < kMethodCount; ++method) {
+    for (size_t rung = 0; rung < kRungCount && !IsTold(point, method, rung); ++rung) {
+      for (PilotPoint::Estimates* const estimates : {&point.mean, &point.difference, &point.twist}) {
+        (*estimates)[method][rung].fill(PilotPoint::kNone);
+      }
+    }
+  }
+}
+
 }  // namespace
 
-double LineDistance(double largest_radius, const PilotScratch& s) {
+PointLine LineOf(const PilotScratch& s) {
   const NeighborArrays& n = s.neighbors;
   size_t on_line = 0;
   Offset nearest{};
@@ -35,13 +91,33 @@ double LineDistance(double largest_radius, const PilotScratch& s) {
     if (on_line == 0) nearest = offset;
     const float squared_sine = SquaredLength(Cross(nearest, offset)) / (SquaredLength(nearest) * s.squared[j]);
     if (squared_sine > kSineOnLine * kSineOnLine) {
-      const bool are_lines = on_line >= kLeastOnLine && s.squared[j] > kLeastGap * kLeastGap * last_squared;
-      const double distance = are_lines ? std::sqrt(double{s.squared[j]}) : 0.0;
-      return largest_radius >= LeastRadiusOverLines(kRegressionMethod) * distance ? distance : 0.0;
+      if (on_line < kLeastOnLine || s.squared[j] <= kLeastGap * kLeastGap * last_squared) return {};
+      const double length = std::sqrt(double{SquaredLength(nearest)});
+      return {std::sqrt(double{s.squared[j]}), {nearest[0] / length, nearest[1] / length, nearest[2] / length}};
     }
     if (++on_line == kLeastOnLine) last_squared = s.squared[j];
   }
-  return 0.0;
+  return {};
+}
+
+void DropUntoldAcrossLines(std::span<PilotPoint> points) {
+  size_t on_lines = 0, compared = 0;
+  Bends difference{0.0, 0.0};
+  for (const PilotPoint& point : points) {
+    if (!(point.line_distance > 0.0f)) continue;
+    ++on_lines;
+    const std::optional<Bends> found = DifferenceOfSmallest(point);
+    if (!found.has_value()) continue;
+    ++compared;
+    difference.mean += found->mean;
+    difference.along_line += found->along_line;
+  }
+  // Where even the largest neighborhoods of most points span too few lines, there is nothing to prefer.
+  if (2 * on_lines < points.size() || 2 * compared < on_lines) return;
+  if (difference.along_line > kMostAlongLines * difference.mean) return;
+  for (PilotPoint& point : points) {
+    if (point.line_distance > 0.0f) DropAt(point);
+  }
 }
 
 }  // namespace curvd

@@ -1,24 +1,26 @@
 // Lines on which scanners leave points.
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
+#include <array>
+#include <span>
 
-#include "core/estimators/scale_ladder.h"
 #include "core/scale/pilot.h"
+#include "core/scale/pilot_table.h"
 
 namespace curvd {
 
-// How far the next line is from the one that the sampled point of the moment lies on, in the index's unit; 0: it lies
-// on none, or even `largest_radius`, the largest neighborhood's, spans too few lines for cubic polynomials, so that
-// there is nothing to prefer. REQUIRES: s.order, s.squared and the copies are those of the point.
-double LineDistance(double largest_radius, const PilotScratch& s);
+struct PointLine {
+  double distance = 0.0;              // to the next line, in the index's unit; 0: the point lies on none
+  std::array<double, 3> direction{};  // along the point's own, of unit length
+};
 
-// The least radius of a neighborhood, in distances of lines, that tells the polynomials of a method. Across lines, a
-// polynomial is told by one more of them than its degree; the outermost count for little.
-constexpr double LeastRadiusOverLines(size_t method) {
-  constexpr double kPerDegree = 0.5, kBeyond = 0.7;
-  return kPerDegree * std::max(kScaleMethods[method].degree, 1U) + kBeyond;
-}
+// The line of the sampled point of the moment. REQUIRES: s.order, s.squared and the copies are those of the point.
+PointLine LineOf(const PilotScratch& s);
+
+// Takes away the estimates that too few lines tell, at points on lines: across lines a polynomial is told by one more
+// of them than its degree, and by chance otherwise, on which neighborhoods of the same lines agree. Takes none away
+// where less than half of the points lie on lines, or where small neighborhoods differ from larger ones along the
+// lines, too: there they see what larger ones smooth away. REQUIRES: the points are sampled ones.
+void DropUntoldAcrossLines(std::span<PilotPoint> points);
 
 }  // namespace curvd

@@ -151,6 +151,15 @@ Eigen::Matrix3d FrameOf(const PilotScratch& s) {
   return frame;
 }
 
+void SetLine(const PointLine& line, const Eigen::Matrix3d& frame, PilotPoint& point) {
+  point.line_distance = static_cast<float>(line.distance);
+  const Vector3d along = frame * Vector3d(line.direction.data());
+  const double squared = along.x() * along.x() + along.y() * along.y();
+  if (!(squared > 0.0)) return;
+  point.line = {static_cast<float>((along.x() * along.x() - along.y() * along.y()) / squared),
+                static_cast<float>(2.0 * along.x() * along.y() / squared)};
+}
+
 PilotNeighbor NeighborInFrame(const NeighborArrays& n, uint32_t j, const Eigen::Matrix3d& frame, double unit) {
   const Vector3d offset = frame * (unit * Vector3d(n.dx[j], n.dy[j], n.dz[j]));
   const Vector3d normal = frame * Vector3d(n.nx[j], n.ny[j], n.nz[j]);
@@ -199,21 +208,21 @@ void StoreSlopes(const std::array<TangentShape, 2>& slopes, double squared_unit,
 // Neighborhoods of one point, whole ones and halves, which are fitted several at a time.
 class RungEstimates {
  public:
-  // Curvature is in units of `unit`. Points lie on lines this far from each other; 0: on none.
-  RungEstimates(double unit, double line_distance, const MethodSet& methods, PilotPoint& point)
-      : unit_(unit), line_distance_(line_distance), point_(point), fitter_(methods) {}
+  // Curvature is in units of `unit`.
+  RungEstimates(double unit, const MethodSet& methods, PilotPoint& point)
+      : unit_(unit), point_(point), fitter_(methods) {}
 
   // The sphere of a neighborhood, of which `rim` are at its radius.
   void AddSphere(const SphereMoments& moments, std::span<const PilotNeighbor> rim, size_t distinct, double radius,
                  size_t rung, PilotPoint::Part part) {
     const auto shape = SphereShapeOf(moments, rim, static_cast<double>(distinct), radius);
-    if (shape.has_value()) StoreIfTold(*shape, kSphereMethod, rung, part);
+    if (shape.has_value()) Store(*shape, unit_, kSphereMethod, rung, part, point_);
   }
 
   // `distinct` of the neighbors are no copies.
   void Add(const PilotSums& sums, size_t distinct, double radius, size_t rung, PilotPoint::Part part) {
     if (const auto hexagrams = sums.HexagramEstimate()) {
-      StoreIfTold(hexagrams->shape, kHexagramMethod, rung, part);
+      Store(hexagrams->shape, unit_, kHexagramMethod, rung, part, point_);
       if (part == PilotPoint::kAll) point_.steepest[rung] = static_cast<float>(hexagrams->steepest * unit_);
     }
     places_[fitter_.size()] = {rung, part};
@@ -236,7 +245,9 @@ class RungEstimates {
   };
 
   void Take(const PilotFits& fits, size_t rung, PilotPoint::Part part) {
-    const auto store = [&](const TangentShape& shape, size_t method) { StoreIfTold(shape, method, rung, part); };
+    const auto store = [&](const TangentShape& shape, size_t method) {
+      Store(shape, unit_, method, rung, part, point_);
+    };
     if (fits.regression.has_value()) {
       store(fits.regression->shape, kRegressionMethod);
       StoreSlopes(fits.regression->slope, unit_ * unit_, point_.slope[rung][part]);
@@ -252,14 +263,7 @@ class RungEstimates {
     if (fits.sextic.has_value()) store(fits.sextic->shape, kSexticMethod);
   }
 
-  // Polynomials that too few lines cross are told by chance: neighborhoods of the same lines agree on them all the
-  // same.
-  void StoreIfTold(const TangentShape& shape, size_t method, size_t rung, PilotPoint::Part part) {
-    const bool is_told = point_.radius[rung] >= LeastRadiusOverLines(method) * line_distance_;
-    if (is_told) Store(shape, unit_, method, rung, part, point_);
-  }
-
-  const double unit_, line_distance_;
+  const double unit_;
   PilotPoint& point_;
   PilotFitter fitter_;
   std::array<Place, PilotFitter::kMost> places_;
@@ -365,7 +369,8 @@ void EstimateRungs(size_t rung_count, const MethodSet& methods, PilotScratch& s,
   if (frame.isZero() || !(farthest > 0.0)) return;
   const double unit = 1.0 / std::sqrt(farthest);
   std::array<PilotHalf, 2> halves;
-  RungEstimates estimates(unit, LineDistance(std::sqrt(farthest), s), methods, point);
+  SetLine(LineOf(s), frame, point);
+  RungEstimates estimates(unit, methods, point);
   const bool with_spheres = methods[kSphereMethod];
   size_t next = 0;
   for (size_t rung = 0; rung < rung_count; ++rung) {

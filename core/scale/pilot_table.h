@@ -34,6 +34,11 @@ struct PilotPoint {
   std::array<float, kRungCount> residual;         // of positions, from the jet
   std::array<float, kRungCount> normal_residual;  // of normals along a tangent, from the regression of normals
 
+  // How far the next line of points is from the one that the point lies on, and the cosine and sine of twice the angle
+  // of that line in the point's frame. 0: it lies on none.
+  float line_distance = 0.0f;
+  std::array<float, 2> line{1.0f, 0.0f};
+
   // Rungs whose neighborhoods reach over no sharp edge; others have no estimates.
   size_t clear_rungs = kRungCount;
 

@@ -270,16 +270,17 @@ ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds) {
 }
 
 double LeastLocalError(const ScaleChoice& choice) {
-  const auto is_linear = [](const ScaleScore& score) { return score.candidate.method == kLinearRegressionMethod; };
+  const auto is_doubted = [](const ScaleScore& score) { return kScaleMethods[score.candidate.method].is_doubted(); };
   const auto is_chosen = [](const ScaleScore& score) { return score.share > 0.0; };
-  const bool any_is_linear = std::any_of(choice.scores.begin(), choice.scores.end(),
-                                         [&](const ScaleScore& score) { return is_linear(score) && is_chosen(score); });
+  const bool any_is_doubted = std::any_of(choice.scores.begin(), choice.scores.end(), [&](const ScaleScore& score) {
+    return is_doubted(score) && is_chosen(score);
+  });
   double of_chosen = std::numeric_limits<double>::infinity(), of_others = of_chosen;
   for (const ScaleScore& score : choice.scores) {
     if (is_chosen(score)) of_chosen = std::min(of_chosen, score.error);
-    if (!is_linear(score)) of_others = std::min(of_others, score.error);
+    if (!is_doubted(score)) of_others = std::min(of_others, score.error);
   }
-  return any_is_linear && std::isfinite(of_others) ? of_others : of_chosen;
+  return any_is_doubted && std::isfinite(of_others) ? of_others : of_chosen;
 }
 
 }  // namespace curvd

@@ -90,8 +90,8 @@ size_t ChoosingBytesPerSample();
 // Thread-safe. The same table gives the same choice on every machine.
 ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds);
 
-// The least error that is expected of what is chosen; where the linear regression is, of any other candidate, if there
-// is one: fits to fewer neighbors must not err as little as one that may look all around a body.
+// The least error that is expected of what is chosen; where a method is that may look all around a body, of any
+// candidate of the others, if there is one: fits to fewer neighbors need not err as little.
 double LeastLocalError(const ScaleChoice& choice);
 
 // The weight of an estimate with this expected error.

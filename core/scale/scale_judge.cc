@@ -329,8 +329,8 @@ ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_b
   const double from_noise = NoiseBias(candidate.method);
   const double known =
       std::sqrt(std::max(*difference * *difference, variance + squared_bias) + from_noise * from_noise);
-  const double doubt = kScaleMethods[candidate.method].doubt;
-  const double error = (quantity_ == Quantity::kMean ? doubt : doubt * doubt) * known;
+  const ScaleMethod& method = kScaleMethods[candidate.method];
+  const double error = (quantity_ == Quantity::kMean ? method.doubt : method.gaussian_doubt) * known;
   return ScaleScore{candidate, error, *difference, std::sqrt(variance), std::sqrt(squared_bias)};
 }
 

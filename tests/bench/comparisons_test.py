@@ -90,14 +90,14 @@ class ComparisonsTest(unittest.TestCase):
     def test_other_bytes_differ(self):
         status, output, _ = self.bytes_of(ply("one"), ply("two"), only="17-points --estimator=aso --k=50")
         self.assertEqual(status, 1)
-        self.assertIn("2 results compared: 2 differ", output)
+        self.assertIn("4 results compared: 4 differ", output)
 
     def test_a_program_that_fails_alike_in_both_builds_is_a_failure(self):
         fail = "echo boom >&2; exit 3"
         status, output, _ = self.bytes_of(fail, fail, only="17-points --estimator=aso --k=50")
         self.assertEqual(status, 1)
         self.assertIn("exit 3: boom", output)
-        self.assertIn("2 results compared: 0 differ, 2 failed", output)
+        self.assertIn("4 results compared: 0 differ, 4 failed", output)
 
     def test_no_case_is_a_failure(self):
         self.assertEqual(self.bytes_of(ply("one"), ply("one"), only="no such case")[0], 1)

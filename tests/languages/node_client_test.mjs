@@ -88,8 +88,8 @@ test("even weights reach the server", async () => {
 
 test("projecting reaches the server", async () => {
   const [positions, normals] = sphere(1_000, 2);
-  const shaken = positions.map((scalar, i) => (Math.floor(i / 3) % 2 === 0 ? 1.01 * scalar : scalar));
-  const aso = { server, estimator: "aso" };
+  const shaken = positions.map((scalar, i) => (Math.floor(i / 3) % 50 === 0 ? 1.02 * scalar : scalar));
+  const aso = { server, estimator: "aso", neighborCount: 200 };
   const levels = await estimateCurvature(shaken, normals, aso);
   const surface = await estimateCurvature(shaken, normals, { ...aso, project: true });
   const spread = (values) => Math.max(...values) - Math.min(...values);

@@ -29,6 +29,10 @@ inline constexpr float kNarrowSphereSpread = 0.05f;
 // nowhere.
 inline constexpr double kLeastNearness = 0.1;
 
+// Neighbors whose mean normal is shorter are of a surface that bends all the way around, or of both sides of a wall: a
+// surface between them is none to project on.
+inline constexpr double kLeastSquaredMean = 0.25;
+
 // First derivatives by x of the averages of points i, i + 1, ...
 struct SphereGradients {
   DoubleVec weight[3];  // of the logarithm of the sum of w
@@ -112,9 +116,10 @@ HWY_INLINE DoubleVec Bilinear(const DoubleTriple& x, const DoubleVec* h, const D
 // What decides whether points i, i + 1, ... have a sphere, and on which side of it is out.
 struct alignas(64) SphereChecks {
   GroupDoubles variance;
-  GroupDoubles spread;    // squared, of the neighbors along the narrower tangent direction over the wider, at most
-  GroupDoubles outward;   // gradient times the point's normal
-  GroupDoubles nearness;  // what ProjectOnSurface stores, if it is called
+  GroupDoubles spread;        // squared, of the neighbors along the narrower tangent direction over the wider, at most
+  GroupDoubles outward;       // gradient times the point's normal
+  GroupDoubles nearness;      // what ProjectOnSurface stores, if it is called
+  GroupDoubles squared_mean;  // of the neighbors' mean normal
 };
 
 // Turns the shape operator of the level of the field that a point lies on into that of the surface, the level 0, at the
@@ -166,6 +171,7 @@ HWY_INLINE void SolveSpheresAt(size_t i, const SphereSums& sums, const GroupVect
   const DoubleVec yy = Bilinear(s.y, moment, s.y), yz = Bilinear(s.y, moment, s.z), zz = Bilinear(s.z, moment, s.z);
   const DoubleVec trace = hn::Add(yy, zz);
   hn::Store(sphere.variance, d, checks.variance + i);
+  hn::Store(Dot(sphere.m, sphere.m), d, checks.squared_mean + i);
   hn::Store(hn::Div(hn::NegMulAdd(yz, yz, hn::Mul(yy, zz)), hn::Mul(trace, trace)), d, checks.spread + i);
   const DoubleTriple own{Widen(normal.x + i), Widen(normal.y + i), Widen(normal.z + i)};
   hn::Store(Dot(gradient, own), d, checks.outward + i);
@@ -185,7 +191,7 @@ HWY_NOINLINE inline void SolveSpheres(const SphereSums& sums, bool project, Grou
     const bool is_near = !project || checks.nearness[i] > kLeastNearness;
     if (!(is_near && checks.variance[i] > kMinSphereVariance && checks.spread[i] > kMinSphereVariance)) {
       points.status[i] = PointStatus::kSingularFit;
-    } else if (!(checks.outward[i] > 0.0)) {
+    } else if (!(checks.outward[i] > 0.0) || (project && !(checks.squared_mean[i] > kLeastSquaredMean))) {
       points.status[i] = PointStatus::kInconsistentNormals;
     }
   }

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 using M = SphereMoments;
 
 // As core/estimators/fits/sphere_field-inl.h has it.
-constexpr double kLeastVariance = 1e-6, kLeastNearness = 0.1;
+constexpr double kLeastVariance = 1e-6, kLeastNearness = 0.1, kLeastSquaredMean = 0.25;
 // Neighbors more than a sphere has coefficients.
 constexpr double kLeastDistinct = 5.0 + 3.0;
 // Gradients that lie nearer to the tangent plane contradict the frame.
@@ -128,7 +128,7 @@ std::optional<TangentShape> SphereShapeOf(const SphereMoments& moments, std::spa
   const Vector3d p = per_weight * w.q, m = per_weight * w.n;
   const double qn = per_weight * w.qn, qq = per_weight * w.qq, pp = p.squaredNorm(), pm = p.dot(m);
   const double variance = qq - pp;
-  if (!(variance > kLeastVariance)) return std::nullopt;
+  if (!(variance > kLeastVariance && m.squaredNorm() > kLeastSquaredMean)) return std::nullopt;
   const double s = 0.5 * (qn - pm) / variance, ratio = (qq - 2.0 * pp) / variance, mixed = 1.0 - 0.5 * ratio;
   Influence influence{0.0, -0.5 * ratio, s * (ratio - 1.0), -(mixed * m + s * (2.0 * ratio - 4.0) * p), -mixed * p};
   influence.constant = -(influence.by_q.dot(p) + influence.by_n.dot(m) + influence.by_qn * qn + influence.by_qq * qq);

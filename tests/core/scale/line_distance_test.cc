@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <random>
@@ -37,8 +38,6 @@ class PilotNeighbors {
   PilotScratch scratch_;
 };
 
-constexpr double kFar = 100.0;
-
 // Points of lines along x that lie `gap` apart, moved along them by `shift` times their distance of 1.
 double DistanceOfLines(double gap, double shift) {
   std::mt19937_64 random(5);
@@ -50,7 +49,7 @@ double DistanceOfLines(double gap, double shift) {
       neighbors.Add(i + (is_own ? 0.0 : shift * gaussian(random)), line * gap, 0.0);
     }
   }
-  return LineDistance(kFar, neighbors.scratch());
+  return LineOf(neighbors.scratch()).distance;
 }
 
 TEST(LineDistanceTest, LinesAreAsFarAsTheNextOne) {
@@ -69,24 +68,77 @@ TEST(LineDistanceTest, EvenAndRandomPointsLieOnNone) {
     PilotNeighbors neighbors;
     neighbors.Add(0.0, 0.0, 0.0);
     for (int i = 0; i < 100; ++i) neighbors.Add(coordinate(random), coordinate(random), 0.0);
-    on_lines += LineDistance(kFar, neighbors.scratch()) > 0.0 ? 1 : 0;
+    on_lines += LineOf(neighbors.scratch()).distance > 0.0 ? 1 : 0;
   }
   EXPECT_LE(on_lines, 5u);
 }
 
-TEST(LineDistanceTest, NothingIsSaidWhereNoNeighborhoodCrossesEnough) {
+TEST(LineDistanceTest, OneLineAloneHasNoNext) {
   PilotNeighbors neighbors;
   for (int i = -20; i <= 20; ++i) neighbors.Add(i, 0.0, 0.0);
-  EXPECT_EQ(LineDistance(kFar, neighbors.scratch()), 0.0) << "one line alone";
+  EXPECT_EQ(LineOf(neighbors.scratch()).distance, 0.0);
   neighbors.Add(0.0, 10.0, 0.0);
-  EXPECT_NEAR(LineDistance(kFar, neighbors.scratch()), 10.0, 1e-5);
-  EXPECT_EQ(LineDistance(20.0, neighbors.scratch()), 0.0);
+  const PointLine line = LineOf(neighbors.scratch());
+  EXPECT_NEAR(line.distance, 10.0, 1e-5);
+  EXPECT_NEAR(std::abs(line.direction[0]), 1.0, 1e-6);
 }
 
-TEST(LineDistanceTest, HigherDegreesNeedMoreLines) {
-  EXPECT_LT(LeastRadiusOverLines(kLinearRegressionMethod), LeastRadiusOverLines(kQuadraticRegressionMethod));
-  EXPECT_LT(LeastRadiusOverLines(kQuadraticRegressionMethod), LeastRadiusOverLines(kRegressionMethod));
-  EXPECT_LT(LeastRadiusOverLines(kQuarticMethod), LeastRadiusOverLines(kSexticMethod));
+// Points on lines along x, 5 apart, whose estimates of less than 64 neighbors show `small` in place of 0, with this
+// share of it along the lines.
+PilotTable TableOnLines(float small, float along_lines) {
+  PilotTable table;
+  for (int i = 0; i < 100; ++i) {
+    PilotPoint point({static_cast<float>(i), 0.0f, 0.0f});
+    point.line_distance = 5.0f;
+    for (size_t rung = 0; rung < kRungCount; ++rung) {
+      point.radius[rung] = std::sqrt(static_cast<float>(kScaleRungs[rung]) * 5.0f / 3.14f);
+      for (size_t method = 0; method < kMethodCount; ++method) {
+        const bool is_small = kScaleRungs[rung] < 64;
+        point.mean[method][rung].fill(is_small ? small : 0.0f);
+        point.difference[method][rung].fill(is_small ? (along_lines - 1.0f) * small : 0.0f);
+        point.twist[method][rung].fill(0.0f);
+      }
+    }
+    table.push_back(point);
+  }
+  return table;
+}
+
+// How many neighbors the first estimate of the method has.
+uint32_t FirstCount(const PilotPoint& point, size_t method) {
+  size_t rung = 0;
+  while (rung < kRungCount && std::isnan(point.mean[method][rung][PilotPoint::kAll])) ++rung;
+  return rung < kRungCount ? kScaleRungs[rung] : 0;
+}
+
+TEST(DropUntoldAcrossLinesTest, HigherDegreesNeedMoreLines) {
+  PilotTable table = TableOnLines(0.1f, 0.0f);
+  DropUntoldAcrossLines(table);
+  EXPECT_EQ(FirstCount(table[7], kHexagramMethod), 16u);
+  EXPECT_EQ(FirstCount(table[7], kQuadraticRegressionMethod), 45u);
+  EXPECT_EQ(FirstCount(table[7], kRegressionMethod), 64u);
+  EXPECT_EQ(FirstCount(table[7], kQuarticMethod), 128u);
+  EXPECT_EQ(FirstCount(table[7], kSexticMethod), 256u);
+}
+
+TEST(DropUntoldAcrossLinesTest, DetailAlongLinesKeepsSmallNeighborhoods) {
+  PilotTable table = TableOnLines(0.1f, 2.0f);
+  DropUntoldAcrossLines(table);
+  EXPECT_EQ(FirstCount(table[7], kSexticMethod), 16u);
+}
+
+TEST(DropUntoldAcrossLinesTest, SoDoPointsThatMostlyLieOnNone) {
+  PilotTable table = TableOnLines(0.1f, 0.0f);
+  for (size_t i = 0; i < 60; ++i) table[i].line_distance = 0.0f;
+  DropUntoldAcrossLines(table);
+  EXPECT_EQ(FirstCount(table[80], kSexticMethod), 16u);
+}
+
+TEST(DropUntoldAcrossLinesTest, NothingIsPreferredWhereNoNeighborhoodCrossesEnough) {
+  PilotTable table = TableOnLines(0.1f, 0.0f);
+  for (PilotPoint& point : table) point.line_distance = 100.0f;
+  DropUntoldAcrossLines(table);
+  EXPECT_EQ(FirstCount(table[7], kSexticMethod), 16u);
 }
 
 }  // namespace

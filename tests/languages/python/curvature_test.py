@@ -90,8 +90,8 @@ class CurvatureTest(RealServerTest):
 
     def test_projecting_reaches_the_server(self):
         positions, normals = sphere(1_000, radius=2.0)
-        positions[::2] *= 1.01
-        aso = {"server": self.server, "estimator": "aso"}
+        positions[::50] *= 1.02
+        aso = {"server": self.server, "estimator": "aso", "neighbor_count": 200}
         levels, _ = estimate_curvature(positions, normals, **aso)
         surface, _ = estimate_curvature(positions, normals, project=True, **aso)
         self.assertLess(np.std(surface["mean_curvature"]), np.std(levels["mean_curvature"]))
