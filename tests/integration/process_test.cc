@@ -132,7 +132,7 @@ TEST(ProcessTest, HelpTeaches) {
 
 TEST(ProcessTest, BadFlagsAreNamed) {
   Process curvd({"--threads=-3"});
-  EXPECT_THAT(curvd.ReadAll(), HasSubstr("--threads is -3"));
+  EXPECT_THAT(curvd.ReadAll(), HasSubstr("--threads: \"-3\" must be a whole number of 0 or more"));
   EXPECT_EQ(curvd.WaitForExit(), 2);
 }
 
