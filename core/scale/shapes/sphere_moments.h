@@ -17,7 +17,7 @@ class SphereMoments {
   // 1, |q|^2, |q|^4; then q, then |q|^2 q; then the products of two components of q: xx xy xz yy yz zz.
   static constexpr size_t kPlain = 0, kSquared = 1, kFourth = 2, kLinear = 3, kCubic = 6, kProducts = 9, kLefts = 15;
   // By which power of a length each left factor grows.
-  static constexpr std::array<int, kLefts> kLeftDegrees = {0, 2, 4, 1, 1, 1, 3, 3, 3, 2, 2, 2, 2, 2, 2};
+  static constexpr std::array<size_t, kLefts> kLeftDegrees = {0, 2, 4, 1, 1, 1, 3, 3, 3, 2, 2, 2, 2, 2, 2};
 
   // The sums depend on which neighbors a batch holds, and in what order; they are the same on every machine. What
   // follows the neighbors in the batch is overwritten.

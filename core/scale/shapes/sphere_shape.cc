@@ -42,8 +42,8 @@ class UnitMoments {
   double Sixth() const { return moments_.sixth() * powers_[6]; }
 
  private:
-  double At(size_t left, size_t right, int degree) const {
-    return moments_.sum(left, right) * powers_[static_cast<size_t>(M::kLeftDegrees[left] + degree)];
+  double At(size_t left, size_t right, size_t degree) const {
+    return moments_.sum(left, right) * powers_[M::kLeftDegrees[left] + degree];
   }
   const SphereMoments& moments_;
   std::array<double, 7> powers_;
