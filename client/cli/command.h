@@ -19,7 +19,7 @@ enum class ExitCode : int {
   kFailed = 1,        // the server refused the cloud, or the estimate failed
   kUsage = 2,         // a flag is unknown or its value is out of range
   kInput = 3,         // the input file cannot be read or lacks what is needed
-  kOutput = 4,        // the output file cannot be written; nothing was changed
+  kOutput = 4,        // the output file, or standard output, cannot be written; no file is left in part
   kUnavailable = 5,   // no server can be reached, or it is draining
   kTimedOut = 6,      // --timeout was over
   kInterrupted = 130  // SIGINT or SIGTERM
@@ -28,7 +28,7 @@ enum class ExitCode : int {
 inline constexpr char kExitCodesHelp[] =
     "Exit codes: 0 done; 1 the server refused the cloud or the estimate failed; 2 wrong flags; 3 the input file "
     "cannot\n"
-    "be read or lacks what is needed; 4 the output file cannot be written (files are written whole or not at all);\n"
+    "be read or lacks what is needed; 4 the output cannot be written (files are written whole or not at all);\n"
     "5 no server can be reached; 6 --timeout was over; 130 interrupted.";
 
 // Runs a subcommand once the command line is parsed.

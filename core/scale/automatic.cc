@@ -139,7 +139,7 @@ class AutomaticRun final : public StrategyRun {
     std::copy_if(table_.begin(), table_.end(), std::back_inserter(scouts),
                  [](const PilotPoint& point) { return point.is_sampled(); });
     if (scouts.size() < kFewestScouts) return;
-    DropUntoldAcrossLines(scouts);
+    DropUntoldAcrossLines(BoundsOf(options_, index_), scouts);
     if (edges_.has_value()) edges_->KeepClear(scouts);
     if (edges_.has_value() && edges_->HasEdges()) return;
     // A part of the cloud, even a small one, may need other rungs than the rest.
@@ -179,7 +179,7 @@ class AutomaticRun final : public StrategyRun {
 
   void Choose() {
     KeepSamples();
-    DropUntoldAcrossLines(table_);
+    DropUntoldAcrossLines(BoundsOf(options_, index_), table_);
     std::vector<PartChoice> parts;
     for (const PilotPoints samples : PartsOf(table_)) {
       PartChoice part{samples, ChooseScales(samples, BoundsOf(options_, index_))};

@@ -68,6 +68,18 @@ std::optional<Bends> DifferenceOfSmallest(const PilotPoint& point) {
   return std::nullopt;
 }
 
+bool HasTold(const PilotPoint& point, const ScaleBounds& bounds) {
+  for (size_t method = 0; method < kMethodCount; ++method) {
+    for (size_t rung = 0; rung < kRungCount && bounds.methods[method]; ++rung) {
+      const bool is_allowed = kScaleRungs[rung] >= bounds.least_count && kScaleRungs[rung] <= bounds.most_count &&
+                              point.radius[rung] <= bounds.most_radius;
+      const bool is_known = std::isfinite(point.mean[method][rung][PilotPoint::kAll]);
+      if (is_allowed && is_known && IsTold(point, method, rung)) return true;
+    }
+  }
+  return false;
+}
+
 void DropAt(PilotPoint& point) {
   for (size_t method = 0; method < kMethodCount; ++method) {
     for (size_t rung = 0; rung < kRungCount && !IsTold(point, method, rung); ++rung) {
@@ -100,20 +112,19 @@ PointLine LineOf(const PilotScratch& s) {
   return {};
 }
 
-void DropUntoldAcrossLines(std::span<PilotPoint> points) {
-  size_t on_lines = 0, compared = 0;
+void DropUntoldAcrossLines(const ScaleBounds& bounds, std::span<PilotPoint> points) {
+  size_t on_lines = 0, with_told = 0;
   Bends difference{0.0, 0.0};
   for (const PilotPoint& point : points) {
     if (!(point.line_distance > 0.0f)) continue;
     ++on_lines;
+    with_told += HasTold(point, bounds) ? 1 : 0;
     const std::optional<Bends> found = DifferenceOfSmallest(point);
     if (!found.has_value()) continue;
-    ++compared;
     difference.mean += found->mean;
     difference.along_line += found->along_line;
   }
-  // Where even the largest neighborhoods of most points span too few lines, there is nothing to prefer.
-  if (2 * on_lines < points.size() || 2 * compared < on_lines) return;
+  if (2 * on_lines < points.size() || 2 * with_told < on_lines || !(difference.mean > 0.0)) return;
   if (difference.along_line > kMostAlongLines * difference.mean) return;
   for (PilotPoint& point : points) {
     if (point.line_distance > 0.0f) DropAt(point);

@@ -6,6 +6,7 @@
 
 #include "core/scale/pilot.h"
 #include "core/scale/pilot_table.h"
+#include "core/scale/scale_choice.h"
 
 namespace curvd {
 
@@ -19,8 +20,9 @@ PointLine LineOf(const PilotScratch& s);
 
 // Takes away the estimates that too few lines tell, at points on lines: across lines a polynomial is told by one more
 // of them than its degree, and by chance otherwise, on which neighborhoods of the same lines agree. Takes none away
-// where less than half of the points lie on lines, or where small neighborhoods differ from larger ones along the
-// lines, too: there they see what larger ones smooth away. REQUIRES: the points are sampled ones.
-void DropUntoldAcrossLines(std::span<PilotPoint> points);
+// where less than half of the points lie on lines, where the bounds leave hardly a point an estimate that is told, or
+// where small neighborhoods differ from larger ones along the lines, too: there they see what larger ones smooth away.
+// Thread-safe for distinct points. REQUIRES: the points are sampled ones.
+void DropUntoldAcrossLines(const ScaleBounds& bounds, std::span<PilotPoint> points);
 
 }  // namespace curvd

@@ -16,11 +16,6 @@ constexpr size_t kParts = PilotBatch::kParts;
 using PartTag = hn::CappedTag<double, kParts>;
 using PartVec = hn::Vec<PartTag>;
 
-// The sum of kParts partial sums.
-HWY_INLINE double Total(const double* part) {
-  return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
-}
-
 // Multiplies a monomial of every neighbor by x or y, and adds up the products, these times heights, and these times
 // normals. REQUIRES: `padded` is a multiple of kParts.
 template <bool kHeights, bool kNormals>
@@ -50,24 +45,19 @@ HWY_INLINE void AddMonomial(const double* factor, const double* from, double* to
     hn::Store(ny_sum, d, ny + part);
     hn::Store(nz_sum, d, nz + part);
   }
-  sums.plain[place] += Total(plain);
-  if constexpr (kHeights) sums.height[place] += Total(height);
+  sums.plain[place] += PilotBatch::Total(plain);
+  if constexpr (kHeights) sums.height[place] += PilotBatch::Total(height);
   if constexpr (kNormals) {
-    sums.normal[0][place] += Total(nx);
-    sums.normal[1][place] += Total(ny);
-    sums.normal[2][place] += Total(nz);
+    sums.normal[0][place] += PilotBatch::Total(nx);
+    sums.normal[1][place] += PilotBatch::Total(ny);
+    sums.normal[2][place] += PilotBatch::Total(nz);
   }
 }
 
 void AddMomentsKernel(PilotBatch& batch, const PilotMoments& sums) {
   // Of every neighbor, the monomials of one degree.
   alignas(64) double row[2 * PilotMoments::kMostDegree + 1][PilotBatch::kMost];
-  const size_t padded = (batch.count + kParts - 1) / kParts * kParts;
-  // What follows the last neighbor counts for nothing.
-  for (size_t k = batch.count; k < padded; ++k) {
-    batch.one[k] = 0.0;
-    for (size_t axis = 0; axis < 3; ++axis) batch.offset[axis][k] = batch.normal[axis][k] = 0.0;
-  }
+  const size_t padded = batch.Pad();
   const double* const one = batch.one.data();
   const double* const x = batch.offset[0].data();
   const double* const y = batch.offset[1].data();

@@ -36,6 +36,19 @@ struct PilotBatch {
     }
     ++count;
   }
+  // Makes what follows the last neighbor, up to a multiple of kParts, count for nothing. Returns that multiple.
+  size_t Pad() {
+    const size_t padded = (count + kParts - 1) / kParts * kParts;
+    for (size_t k = count; k < padded; ++k) {
+      one[k] = 0.0;
+      for (size_t axis = 0; axis < 3; ++axis) offset[axis][k] = normal[axis][k] = 0.0;
+    }
+    return padded;
+  }
+  // The sum of kParts partial sums.
+  static double Total(const double* part) {
+    return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
+  }
 };
 
 // Where sums go, as graded monomials: of x^i y^j up to the degree 2 * `degree`, of z x^i y^j up to `degree`, and of

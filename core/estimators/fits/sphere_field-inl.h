@@ -11,27 +11,16 @@
 #include "core/estimators/fits/algebraic_sphere-inl.h"
 #include "core/estimators/fits/double_sums-inl.h"
 #include "core/estimators/fits/shape_operator-inl.h"
+#include "core/estimators/fits/sphere_sums.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Neighbors whose weighted variance is below this fraction of rho^2 fix no sphere, and those that spread less than the
-// root of this in one tangent direction, compared with the other, no curvature along it.
-inline constexpr double kMinSphereVariance = 1e-6;
-
 // Neighbors that spread less than the root of this in one tangent direction, compared with the other, may lie along a
 // line.
 inline constexpr float kNarrowSphereSpread = 0.05f;
-
-// Points that lie so far out that the level through them has ten times the surface's radius of curvature are projected
-// nowhere.
-inline constexpr double kLeastNearness = 0.1;
-
-// Neighbors whose mean normal is shorter are of a surface that bends all the way around, or of both sides of a wall: a
-// surface between them is none to project on.
-inline constexpr double kLeastSquaredMean = 0.25;
 
 // First derivatives by x of the averages of points i, i + 1, ...
 struct SphereGradients {

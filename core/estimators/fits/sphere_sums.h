@@ -14,6 +14,18 @@ struct alignas(64) SphereSums {
   GroupDoubles influence_hessian[6];   // of the second derivatives of w times d potential / d w: xx xy xz yy yz zz
 };
 
+// Neighbors whose weighted variance is below this fraction of rho^2 fix no sphere, and those that spread less than the
+// root of this in one tangent direction, compared with the other, no curvature along it.
+inline constexpr double kMinSphereVariance = 1e-6;
+
+// Points that lie so far out that the level through them has ten times the surface's radius of curvature are projected
+// nowhere.
+inline constexpr double kLeastNearness = 0.1;
+
+// Neighbors whose mean normal is shorter are of a surface that bends all the way around, or of both sides of a wall: a
+// surface between them is none to project on.
+inline constexpr double kLeastSquaredMean = 0.25;
+
 // Columns that summing one sphere uses.
 inline constexpr size_t kSphereColumns = SphereSums::kMoments + 5;
 

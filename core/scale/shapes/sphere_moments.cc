@@ -15,11 +15,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 using SphereTag = hn::CappedTag<double, PilotBatch::kParts>;
 using SphereVec = hn::Vec<SphereTag>;
 
-// The sum of a column's parts, of each of which a vector holds one or several.
-HWY_INLINE double TotalOf(const double* part) {
-  return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
-}
-
 // Adds the products of one left factor with all right ones to `sums`. Operations are not fused: not every machine can.
 HWY_INLINE void AddProducts(const double* left, const double* const* rights, size_t padded, double* sums) {
   const SphereTag d;
@@ -40,19 +35,14 @@ HWY_INLINE void AddProducts(const double* left, const double* const* rights, siz
     hn::Store(s4, d, parts[4] + part), hn::Store(s5, d, parts[5] + part);
     hn::Store(s6, d, parts[6] + part), hn::Store(s7, d, parts[7] + part);
   }
-  for (size_t right = 0; right < SphereMoments::kRights; ++right) sums[right] += TotalOf(parts[right]);
+  for (size_t right = 0; right < SphereMoments::kRights; ++right) sums[right] += PilotBatch::Total(parts[right]);
 }
 
 void AddSphereMoments(PilotBatch& batch, double* sums, double* sixth) {
   using M = SphereMoments;
   constexpr size_t kParts = PilotBatch::kParts;
   const SphereTag d;
-  const size_t padded = (batch.count + kParts - 1) / kParts * kParts;
-  // What follows the last neighbor counts for nothing.
-  for (size_t k = batch.count; k < padded; ++k) {
-    batch.one[k] = 0.0;
-    for (size_t axis = 0; axis < 3; ++axis) batch.offset[axis][k] = batch.normal[axis][k] = 0.0;
-  }
+  const size_t padded = batch.Pad();
   alignas(64) double made[M::kLefts][PilotBatch::kMost];
   alignas(64) double offset_normal[PilotBatch::kMost], sixths[kParts] = {};
   const double *const x = batch.offset[0].data(), *const y = batch.offset[1].data(), *const z = batch.offset[2].data();
@@ -74,7 +64,7 @@ void AddSphereMoments(PilotBatch& batch, double* sums, double* sixth) {
     double* const sixth_part = sixths + k % kParts;
     hn::Store(hn::Add(hn::Load(d, sixth_part), hn::Mul(squared, fourth)), d, sixth_part);
   }
-  *sixth += TotalOf(sixths);
+  *sixth += PilotBatch::Total(sixths);
   const double* const rights[M::kRights] = {
       batch.one.data(), x, y, z, batch.normal[0].data(), batch.normal[1].data(), batch.normal[2].data(), offset_normal};
   const double* lefts[M::kLefts] = {batch.one.data()};

@@ -8,6 +8,7 @@
 #include "Eigen/Core"
 #include "Eigen/Geometry"
 #include "Eigen/LU"
+#include "core/estimators/fits/sphere_sums.h"
 
 namespace curvd {
 namespace {
@@ -16,8 +17,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using M = SphereMoments;
 
-// As core/estimators/fits/sphere_field-inl.h has it.
-constexpr double kLeastVariance = 1e-6, kLeastNearness = 0.1, kLeastSquaredMean = 0.25;
 // Neighbors more than a sphere has coefficients.
 constexpr double kLeastDistinct = 5.0 + 3.0;
 // Gradients that lie nearer to the tangent plane contradict the frame.
@@ -128,7 +127,7 @@ std::optional<TangentShape> SphereShapeOf(const SphereMoments& moments, std::spa
   const Vector3d p = per_weight * w.q, m = per_weight * w.n;
   const double qn = per_weight * w.qn, qq = per_weight * w.qq, pp = p.squaredNorm(), pm = p.dot(m);
   const double variance = qq - pp;
-  if (!(variance > kLeastVariance && m.squaredNorm() > kLeastSquaredMean)) return std::nullopt;
+  if (!(variance > kMinSphereVariance && m.squaredNorm() > kLeastSquaredMean)) return std::nullopt;
   const double s = 0.5 * (qn - pm) / variance, ratio = (qq - 2.0 * pp) / variance, mixed = 1.0 - 0.5 * ratio;
   Influence influence{0.0, -0.5 * ratio, s * (ratio - 1.0), -(mixed * m + s * (2.0 * ratio - 4.0) * p), -mixed * p};
   influence.constant = -(influence.by_q.dot(p) + influence.by_n.dot(m) + influence.by_qn * qn + influence.by_qq * qq);
@@ -165,7 +164,7 @@ std::optional<TangentShape> SphereShapeOf(const SphereMoments& moments, std::spa
   const Vector3d tangent_x(1.0, 0.0, -n.x() / n.z()), tangent_y(0.0, 1.0, -n.y() / n.z());
   const Vector3d y = n.cross(tangent_x).normalized(), x = y.cross(n);
   const double xx = x.dot(second * x), xy = x.dot(second * y), yy = y.dot(second * y);
-  if (!(xx * yy - xy * xy > kLeastVariance * (xx + yy) * (xx + yy))) return std::nullopt;
+  if (!(xx * yy - xy * xy > kMinSphereVariance * (xx + yy) * (xx + yy))) return std::nullopt;
   // Back from the level of the field that the point lies on to the surface.
   const double c = -(pm + s * ratio * variance);
   const double outside = 2.0 * c / (length + std::sqrt(std::max(length * length - 4.0 * s * c, 0.0)));

@@ -113,7 +113,7 @@ uint32_t FirstCount(const PilotPoint& point, size_t method) {
 
 TEST(DropUntoldAcrossLinesTest, HigherDegreesNeedMoreLines) {
   PilotTable table = TableOnLines(0.1f, 0.0f);
-  DropUntoldAcrossLines(table);
+  DropUntoldAcrossLines({}, table);
   EXPECT_EQ(FirstCount(table[7], kHexagramMethod), 16u);
   EXPECT_EQ(FirstCount(table[7], kQuadraticRegressionMethod), 45u);
   EXPECT_EQ(FirstCount(table[7], kRegressionMethod), 64u);
@@ -123,22 +123,39 @@ TEST(DropUntoldAcrossLinesTest, HigherDegreesNeedMoreLines) {
 
 TEST(DropUntoldAcrossLinesTest, DetailAlongLinesKeepsSmallNeighborhoods) {
   PilotTable table = TableOnLines(0.1f, 2.0f);
-  DropUntoldAcrossLines(table);
+  DropUntoldAcrossLines({}, table);
   EXPECT_EQ(FirstCount(table[7], kSexticMethod), 16u);
 }
 
 TEST(DropUntoldAcrossLinesTest, SoDoPointsThatMostlyLieOnNone) {
   PilotTable table = TableOnLines(0.1f, 0.0f);
   for (size_t i = 0; i < 60; ++i) table[i].line_distance = 0.0f;
-  DropUntoldAcrossLines(table);
+  DropUntoldAcrossLines({}, table);
   EXPECT_EQ(FirstCount(table[80], kSexticMethod), 16u);
 }
 
 TEST(DropUntoldAcrossLinesTest, NothingIsPreferredWhereNoNeighborhoodCrossesEnough) {
   PilotTable table = TableOnLines(0.1f, 0.0f);
   for (PilotPoint& point : table) point.line_distance = 100.0f;
-  DropUntoldAcrossLines(table);
+  DropUntoldAcrossLines({}, table);
   EXPECT_EQ(FirstCount(table[7], kSexticMethod), 16u);
+}
+
+TEST(DropUntoldAcrossLinesTest, WhatTheBoundsLeaveIsBetterThanNothing) {
+  ScaleBounds few, jets;
+  few.most_count = 32;
+  few.methods = jets.methods = {};
+  few.methods[kRegressionMethod] = jets.methods[kQuarticMethod] = true;
+  jets.most_count = 91;
+  for (const ScaleBounds& bounds : {few, jets}) {
+    PilotTable table = TableOnLines(0.1f, 0.0f);
+    DropUntoldAcrossLines(bounds, table);
+    EXPECT_EQ(FirstCount(table[7], kRegressionMethod), 16u);
+  }
+  jets.most_count = 128;
+  PilotTable table = TableOnLines(0.1f, 0.0f);
+  DropUntoldAcrossLines(jets, table);
+  EXPECT_EQ(FirstCount(table[7], kQuarticMethod), 128u);
 }
 
 }  // namespace
