@@ -1,8 +1,9 @@
 // Errors of automatic estimates beside those of every fixed estimator at every neighbor count, on the same clouds.
 //
 // Each row is one cloud: the least mean |H error| that a fixed estimator reaches at its best neighbor count, and what
-// the automatic choice reaches, with its weights per point and per cloud, as ratios to it. The fixed ones are those of
-// the paper and its peers: not the estimator of this library that nobody else has.
+// the automatic choice reaches, with its weights per point and per cloud, as ratios to it; and likewise what it reaches
+// per point in G and in the principal curvatures, over the least error in each. The fixed ones are those of the paper
+// and its peers: not the estimator of this library that nobody else has.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -80,8 +81,9 @@ Samples MakeSamples(const Flags& flags, size_t turn, size_t points) {
   return SampleEvenly(surface, points, flags.seed);
 }
 
+// Mean absolute errors.
 struct Outcome {
-  double mean = 1e300, gaussian = 1e300;
+  double mean = 1e300, gaussian = 1e300, k1 = 1e300, k2 = 1e300;
   std::string what;
 };
 
@@ -94,9 +96,11 @@ Outcome Run(const Samples& samples, const EstimatorOptions& options, WorkerPool&
   if (report != nullptr && result->scale_report.has_value()) *report = *result->scale_report;
   const FieldErrors errors = MeasureErrors(result->field.points.span(), samples.truth);
   if (errors.estimated < 0.99 * static_cast<double>(samples.size())) {
-    return {1e300, 1e300, absl::StrCat(errors.failed, " points failed")};
+    Outcome none;
+    none.what = absl::StrCat(errors.failed, " points failed");
+    return none;
   }
-  return {errors.mean.mean, errors.gaussian.mean, ""};
+  return {errors.mean.mean, errors.gaussian.mean, errors.k1.mean, errors.k2.mean, ""};
 }
 
 // The best of the fixed ones, each quantity for itself.
@@ -115,6 +119,8 @@ Outcome BestFixed(const Samples& samples, WorkerPool& pool) {
       options.jet_degree = fixed.degree;
       const Outcome outcome = Run(samples, options, pool);
       best.gaussian = std::min(best.gaussian, outcome.gaussian);
+      best.k1 = std::min(best.k1, outcome.k1);
+      best.k2 = std::min(best.k2, outcome.k2);
       if (outcome.mean < best.mean) {
         best.mean = outcome.mean;
         best.what = absl::StrCat(fixed.estimator,
@@ -144,11 +150,20 @@ std::string Chosen(const ScaleReport& report) {
   return text;
 }
 
+void PrintSummary(const char* name, const std::vector<double>& ratios) {
+  if (ratios.empty()) return;
+  double logs = 0.0;
+  for (const double ratio : ratios) logs += std::log(ratio);
+  absl::PrintF("%s: geometric mean %.2f, largest %.2f, within 1.1: %d of %d\n", name,
+               std::exp(logs / static_cast<double>(ratios.size())), *std::max_element(ratios.begin(), ratios.end()),
+               std::count_if(ratios.begin(), ratios.end(), [](double ratio) { return ratio <= 1.1; }), ratios.size());
+}
+
 int Main(const Flags& flags) {
   WorkerPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
-  absl::PrintF("%-10s %7s %5s %5s | %9s %-18s | %6s %6s %6s | %s\n", "cloud", "points", "pos", "nrm", "best", "of",
-               "point", "cloud", "G", "chosen");
-  std::vector<double> by_point, by_cloud, of_gaussian;
+  absl::PrintF("%-10s %7s %5s %5s | %9s %-18s | %6s %6s %6s %6s %6s | %s\n", "cloud", "points", "pos", "nrm", "best",
+               "of", "point", "cloud", "G", "k1", "k2", "chosen");
+  std::vector<double> by_point, by_cloud, of_gaussian, of_k1, of_k2;
   for (size_t turn = 0; turn < flags.surfaces.size(); ++turn) {
     const std::string& surface = flags.surfaces[turn];
     const double unit = NoiseUnit(surface);
@@ -170,27 +185,22 @@ int Main(const Flags& flags) {
           by_point.push_back(local.mean / best.mean);
           by_cloud.push_back(global.mean / best.mean);
           of_gaussian.push_back(local.gaussian / best.gaussian);
-          absl::PrintF("%-10s %7d %5g %5g | %9.3g %-18s | %6.2f %6.2f %6.2f | sigma %.3g%s%s\n", surface,
+          of_k1.push_back(local.k1 / best.k1);
+          of_k2.push_back(local.k2 / best.k2);
+          absl::PrintF("%-10s %7d %5g %5g | %9.3g %-18s | %6.2f %6.2f %6.2f %6.2f %6.2f | sigma %.3g%s%s\n", surface,
                        samples.size(), position * unit, normal, best.mean, best.what, by_point.back(), by_cloud.back(),
-                       of_gaussian.back(), report.sigma, Chosen(report), local.what);
+                       of_gaussian.back(), of_k1.back(), of_k2.back(), report.sigma, Chosen(report), local.what);
           if (flags.scores) PrintScores(report);
           std::fflush(stdout);
         }
       }
     }
   }
-  for (auto* ratios : {&by_point, &by_cloud, &of_gaussian}) {
-    if (ratios->empty()) continue;
-    double logs = 0.0;
-    for (const double ratio : *ratios) logs += std::log(ratio);
-    const auto within = std::count_if(ratios->begin(), ratios->end(), [](double r) { return r <= 1.1; });
-    absl::PrintF("%s: geometric mean %.2f, largest %.2f, within 1.1: %d of %d\n",
-                 ratios == &by_point   ? "per point"
-                 : ratios == &by_cloud ? "per cloud"
-                                       : "G, per point",
-                 std::exp(logs / static_cast<double>(ratios->size())),
-                 *std::max_element(ratios->begin(), ratios->end()), within, ratios->size());
-  }
+  PrintSummary("per point", by_point);
+  PrintSummary("per cloud", by_cloud);
+  PrintSummary("G, per point", of_gaussian);
+  PrintSummary("k1, per point", of_k1);
+  PrintSummary("k2, per point", of_k2);
   return 0;
 }
 

@@ -48,8 +48,8 @@ FieldErrors MeasureErrors(std::span<const PointCurvature> field, std::span<const
   }
   return {.mean = Summarize(mean),
           .gaussian = Summarize(gaussian),
-          .k1_rms = RootMeanSquare(k1),
-          .k2_rms = RootMeanSquare(k2),
+          .k1 = Summarize(k1),
+          .k2 = Summarize(k2),
           .direction_median = direction.empty() ? kNone : Median(direction),
           .estimated = mean.size(),
           .failed = field.size() - mean.size()};

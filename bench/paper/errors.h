@@ -23,8 +23,8 @@ struct QuantityErrors {
 struct FieldErrors {
   QuantityErrors mean;      // H
   QuantityErrors gaussian;  // G
-  double k1_rms;
-  double k2_rms;
+  QuantityErrors k1;
+  QuantityErrors k2;
   double direction_median;  // degrees between the estimated and the true d1, as lines
   size_t estimated;         // points with status ok; only these count
   size_t failed;            // the others

@@ -1,5 +1,7 @@
 #include "bench/paper/held_out_surfaces.h"
 
+#include <cmath>
+
 namespace curvd::bench {
 namespace {
 
@@ -68,12 +70,53 @@ class Pillow : public curv::Surface {
   }
 };
 
+class Catenoid : public curv::Surface {
+ public:
+  std::string_view name() const override { return "catenoid"; }
+  Box bounds() const override { return {{-2.0, -2.0, -1.2}, {2.0, 2.0, 1.2}}; }
+  bool is_open(int axis) const override { return axis == 2; }
+  double Evaluate(const Vec3& p, Vec3& gradient) const override {
+    gradient = {2.0 * p.x, 2.0 * p.y, -std::sinh(2.0 * p.z)};
+    return p.x * p.x + p.y * p.y - std::cosh(p.z) * std::cosh(p.z);
+  }
+  ImplicitJet Jet(const Vec3& p) const override {
+    ImplicitJet jet;
+    jet.value = Evaluate(p, jet.gradient);
+    jet.hessian_diagonal = {2.0, 2.0, -2.0 * std::cosh(2.0 * p.z)};
+    return jet;
+  }
+};
+
+class Gyroid : public curv::Surface {
+ public:
+  std::string_view name() const override { return "gyroid"; }
+  Box bounds() const override { return {{-2.2, -2.2, -2.2}, {2.2, 2.2, 2.2}}; }
+  bool is_open(int /*axis*/) const override { return true; }
+  double Evaluate(const Vec3& p, Vec3& gradient) const override {
+    const Vec3 sine{std::sin(p.x), std::sin(p.y), std::sin(p.z)}, cosine{std::cos(p.x), std::cos(p.y), std::cos(p.z)};
+    gradient = {cosine.x * cosine.y - sine.z * sine.x, cosine.y * cosine.z - sine.x * sine.y,
+                cosine.z * cosine.x - sine.y * sine.z};
+    return sine.x * cosine.y + sine.y * cosine.z + sine.z * cosine.x;
+  }
+  ImplicitJet Jet(const Vec3& p) const override {
+    const Vec3 sine{std::sin(p.x), std::sin(p.y), std::sin(p.z)}, cosine{std::cos(p.x), std::cos(p.y), std::cos(p.z)};
+    ImplicitJet jet;
+    jet.value = Evaluate(p, jet.gradient);
+    jet.hessian_diagonal = {-sine.x * cosine.y - sine.z * cosine.x, -sine.y * cosine.z - sine.x * cosine.y,
+                            -sine.z * cosine.x - sine.y * cosine.z};
+    jet.hessian_off_diagonal = {-cosine.y * sine.z, -cosine.z * sine.x, -cosine.x * sine.y};
+    return jet;
+  }
+};
+
 }  // namespace
 
 std::unique_ptr<curv::Surface> MakeHeldOutSurface(std::string_view name) {
   if (name == "peanut") return std::make_unique<Peanut>();
   if (name == "lumpy") return std::make_unique<Lumpy>();
   if (name == "pillow") return std::make_unique<Pillow>();
+  if (name == "catenoid") return std::make_unique<Catenoid>();
+  if (name == "gyroid") return std::make_unique<Gyroid>();
   return nullptr;
 }
 

@@ -1,4 +1,5 @@
-// Closed surfaces with exact curvature that no rule of the core was made by: what it is tried on.
+// Surfaces with exact curvature that are no surfaces of curv generate. No rule of the core was made by the first three:
+// it is tried on them.
 #pragma once
 
 #include <memory>
@@ -13,6 +14,9 @@ namespace curvd::bench {
 //   axis; its waist is a saddle
 // - lumpy: x^2 + y^2 + z^2 + 0.6 x y z = 1, a sphere with four lumps
 // - pillow: x^4 / 16 + y^2 + z^2 = 1, whose curvature along x vanishes in the middle
+// - catenoid: x^2 + y^2 = cosh(z)^2, cut off at z = -1.2 and 1.2: its mean curvature is 0 everywhere
+// - gyroid: sin x cos y + sin y cos z + sin z cos x = 0, cut off at the faces of a cube of 4.4: nearly the minimal
+//   surface of that name
 std::unique_ptr<curv::Surface> MakeHeldOutSurface(std::string_view name);
 
 }  // namespace curvd::bench

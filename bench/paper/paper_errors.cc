@@ -56,7 +56,7 @@ std::string Cells(const QuantityErrors& e) {
 std::string Row(const GridCloud& cloud, size_t points, uint32_t k, const std::string& method, const FieldErrors& e) {
   return absl::StrFormat("%s,%s,%d,%g,%g,%d,%d,%s,%s,%s,%.6e,%.6e,%.4f,%d,%d\n", cloud.surface, cloud.sampling, points,
                          cloud.noise.position, cloud.noise.normal, cloud.realization, k, method, Cells(e.mean),
-                         Cells(e.gaussian), e.k1_rms, e.k2_rms, e.direction_median, e.estimated, e.failed);
+                         Cells(e.gaussian), e.k1.rms, e.k2.rms, e.direction_median, e.estimated, e.failed);
 }
 
 // Rows of one cloud: every method with every neighbor count.

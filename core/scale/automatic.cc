@@ -193,7 +193,8 @@ class AutomaticRun final : public StrategyRun {
     for (PartChoice& part : parts) {
       if (!part.choice.chosen.empty()) continue;
       part.choice.chosen = {Fallback()};
-      part.choice.mean.cloud_weights = part.choice.gaussian.cloud_weights = {1.0};
+      auto& [mean, traceless, gaussian] = part.choice.weights;
+      mean.cloud_weights = traceless.cloud_weights = gaussian.cloud_weights = {1.0};
     }
     choice_ = CloudChoice(std::move(parts));
     if (choices_ != nullptr) choice_writer_.emplace(options_, index_, choice_, results_, choices_);

@@ -7,28 +7,36 @@ namespace curvd {
 LocalWeights::LocalWeights(PilotPoints table, const ScaleChoice& choice) : choice_(choice), samples_(table) {}
 
 void LocalWeights::Start(const Box& box) {
-  if (!choice_.mean.trends.empty()) samples_.Start(box, ScaleChoice::kNearest);
+  if (!choice_.weights.mean.trends.empty()) samples_.Start(box, ScaleChoice::kNearest);
 }
 
 LocalWeights::PointWeights LocalWeights::At(const float* position) {
-  if (!choice_.mean.trends.empty()) {
-    const std::span<const uint32_t> nearest = samples_.At(position);
-    return {WeightsOf(choice_.mean, nearest), WeightsOf(choice_.gaussian, nearest)};
+  const auto& [mean, traceless, gaussian] = choice_.weights;
+  if (mean.trends.empty()) return {WeightsOf(mean), WeightsOf(traceless), WeightsOf(gaussian)};
+  const std::span<const uint32_t> nearest = samples_.At(position);
+  PointWeights at = {ErrorsOf(mean, nearest), ErrorsOf(traceless, nearest), ErrorsOf(gaussian, nearest)};
+  for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+    at.traceless[c] = ScaleWeight(AddedError(at.traceless[c], at.mean[c]));
+    at.mean[c] = ScaleWeight(at.mean[c]);
+    at.gaussian[c] = ScaleWeight(at.gaussian[c]);
   }
-  PointWeights weights{};
-  std::copy(choice_.mean.cloud_weights.begin(), choice_.mean.cloud_weights.end(), weights.mean.begin());
-  std::copy(choice_.gaussian.cloud_weights.begin(), choice_.gaussian.cloud_weights.end(), weights.gaussian.begin());
+  return at;
+}
+
+LocalWeights::Weights LocalWeights::WeightsOf(const ScaleWeights& of_cloud) {
+  Weights weights{};
+  std::copy(of_cloud.cloud_weights.begin(), of_cloud.cloud_weights.end(), weights.begin());
   return weights;
 }
 
-LocalWeights::Weights LocalWeights::WeightsOf(const ScaleWeights& weights, std::span<const uint32_t> nearest) {
-  Weights near{};
+LocalWeights::Weights LocalWeights::ErrorsOf(const ScaleWeights& weights, std::span<const uint32_t> nearest) {
+  Weights errors{};
   for (size_t c = 0; c < weights.trends.size(); ++c) {
     double sum = 0.0;
     for (const uint32_t i : nearest) sum += weights.local_differences[i][c];
-    near[c] = ScaleWeight(weights.trends[c].ErrorAt(sum / static_cast<double>(nearest.size())));
+    errors[c] = weights.trends[c].ErrorAt(sum / static_cast<double>(nearest.size()));
   }
-  return near;
+  return errors;
 }
 
 }  // namespace curvd

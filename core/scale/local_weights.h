@@ -8,6 +8,7 @@
 
 #include "core/index/spatial_index.h"
 #include "core/scale/nearest_samples.h"
+#include "core/scale/of_quantities.h"
 #include "core/scale/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
@@ -18,10 +19,7 @@ namespace curvd {
 class LocalWeights {
  public:
   using Weights = std::array<double, ScaleChoice::kMostChosen>;
-  // Of each quantity.
-  struct PointWeights {
-    Weights mean, gaussian;
-  };
+  using PointWeights = OfQuantities<Weights>;
 
   // `table` and `choice` outlive the object. REQUIRES: choice.chosen is not empty.
   LocalWeights(PilotPoints table, const ScaleChoice& choice);
@@ -35,7 +33,9 @@ class LocalWeights {
   static size_t MostBytes(size_t sampled_points) { return NearestSamples::MostBytes(sampled_points); }
 
  private:
-  static Weights WeightsOf(const ScaleWeights& weights, std::span<const uint32_t> nearest);
+  static Weights WeightsOf(const ScaleWeights& of_cloud);
+  // What each is expected to err by.
+  static Weights ErrorsOf(const ScaleWeights& weights, std::span<const uint32_t> nearest);
 
   const ScaleChoice& choice_;
   NearestSamples samples_;

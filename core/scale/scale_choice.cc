@@ -12,11 +12,11 @@ namespace curvd {
 namespace {
 
 // Of each sampled point, the places of those that lie nearest to it.
-using Neighbors = std::vector<std::vector<size_t>>;
+using Neighbors = std::vector<std::vector<uint32_t>>;
 
 Neighbors NearestOfEach(PilotPoints table) {
   Neighbors nearest(table.size());
-  std::vector<size_t> order(table.size());
+  std::vector<uint32_t> order(table.size());
   std::vector<float> squared(table.size());
   const size_t count = std::min(ScaleChoice::kNearest, table.size());
   for (size_t i = 0; i < table.size(); ++i) {
@@ -27,9 +27,10 @@ Neighbors NearestOfEach(PilotPoints table) {
         squared[j] += d * d;
       }
     }
-    std::iota(order.begin(), order.end(), size_t{0});
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count - 1), order.end(),
-                     [&](size_t a, size_t b) { return squared[a] != squared[b] ? squared[a] < squared[b] : a < b; });
+    std::iota(order.begin(), order.end(), 0u);
+    std::nth_element(
+        order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count - 1), order.end(),
+        [&](uint32_t a, uint32_t b) { return squared[a] != squared[b] ? squared[a] < squared[b] : a < b; });
     nearest[i].assign(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count));
     std::sort(nearest[i].begin(), nearest[i].end());
   }
@@ -39,9 +40,9 @@ Neighbors NearestOfEach(PilotPoints table) {
 // The mean of the values of those that lie nearest to each.
 std::vector<double> MeansOfNearest(const std::vector<double>& values, const Neighbors& nearest) {
   std::vector<double> means;
-  for (const std::vector<size_t>& near : nearest) {
+  for (const std::vector<uint32_t>& near : nearest) {
     double sum = 0.0;
-    for (const size_t i : near) sum += values[i];
+    for (const uint32_t i : near) sum += values[i];
     means.push_back(sum / static_cast<double>(near.size()));
   }
   return means;
@@ -70,11 +71,12 @@ double RelianceOn(const std::vector<double>& one, const std::vector<double>& oth
   return 2.0 * correlation / (1.0 + correlation);
 }
 
-// What one quantity says of every candidate.
+// What one quantity says of every candidate that may count.
 struct Judged {
   std::vector<ScaleScore> scores;
   std::vector<std::vector<double>> differences;  // of each candidate, at each sampled point
   std::vector<LocalTrend> trends;                // of each candidate
+  std::vector<std::vector<double>> errors;       // of each candidate, at each sampled point: what weights are made of
   std::vector<std::vector<double>> weights;      // of each candidate, at each sampled point; 1 in all at a point
   std::vector<double> shares;                    // of each candidate: its mean weight over the sampled points
 };
@@ -96,18 +98,23 @@ double Reliance(const ScaleJudge& judge, ScaleScore score, double floor, const N
   return 1.0;
 }
 
-Judged JudgeAt(const ScaleJudge& judge, std::vector<ScaleScore> scores, const Neighbors& nearest, bool per_cloud) {
+// The errors of `added`, of the same candidates, are added to those that weights are made of, unless it is null.
+Judged JudgeAt(const ScaleJudge& judge, std::vector<ScaleScore> scores, const Neighbors& nearest, bool per_cloud,
+               const Judged* added) {
   Judged judged;
-  std::vector<std::vector<double>> means;
-  for (ScaleScore& score : scores) {
+  for (const ScaleScore& score : scores) {
     const double floor = judge.Floor(score.candidate.rung);
-    score.error = std::max(score.error, floor);
-    score.difference = std::max(score.difference, floor);
     std::vector<double> differences = judge.DifferencesAtPoints(score);
     for (double& difference : differences) difference = std::max(difference, floor);
-    means.push_back(MeansOfNearest(differences, nearest));
     const double difference = std::max(judge.CloudDifference(score), floor);
+    const size_t s = judged.trends.size();
     judged.trends.push_back({score.error, difference, per_cloud ? 0.0 : Reliance(judge, score, floor, nearest)});
+    std::vector<double> errors = MeansOfNearest(differences, nearest);
+    for (size_t i = 0; i < errors.size(); ++i) {
+      errors[i] = judged.trends.back().ErrorAt(errors[i]);
+      if (added != nullptr) errors[i] = AddedError(errors[i], added->errors[s][i]);
+    }
+    judged.errors.push_back(std::move(errors));
     judged.differences.push_back(std::move(differences));
   }
   judged.shares.resize(scores.size());
@@ -115,7 +122,7 @@ Judged JudgeAt(const ScaleJudge& judge, std::vector<ScaleScore> scores, const Ne
   for (size_t i = 0; i < nearest.size(); ++i) {
     double total = 0.0;
     for (size_t s = 0; s < scores.size(); ++s) {
-      judged.weights[s][i] = ScaleWeight(judged.trends[s].ErrorAt(means[s][i]));
+      judged.weights[s][i] = ScaleWeight(judged.errors[s][i]);
       total += judged.weights[s][i];
     }
     for (size_t s = 0; s < scores.size(); ++s) {
@@ -134,37 +141,52 @@ double ErrorBesideAll(double weight) {
   return 1.0 / std::sqrt(std::sqrt(std::max(weight, kLeast)));
 }
 
-// Of the candidates from `first` on, the place of that which adds the most to the mean curvature's estimate by those
-// before it, over all sampled points.
-size_t BestAddition(const Judged& mean, const std::vector<size_t>& candidates, size_t first) {
-  std::vector<double> sums(mean.weights.front().size());
+// Which candidate adds the most to some of them.
+struct Addition {
+  size_t place;          // among the candidates
+  double error_without;  // of the average of those before, over that of all candidates' average: a mean over the points
+  double error;          // with the addition
+};
+
+// Of the candidates from `first` on, that which adds the most to a quantity's estimate by those before it, over all
+// sampled points. REQUIRES: first < candidates.size().
+Addition BestAddition(const Judged& judged, const std::vector<size_t>& candidates, size_t first) {
+  std::vector<double> sums(judged.weights.front().size());
   for (size_t c = 0; c < first; ++c) {
-    for (size_t i = 0; i < sums.size(); ++i) sums[i] += mean.weights[candidates[c]][i];
+    for (size_t i = 0; i < sums.size(); ++i) sums[i] += judged.weights[candidates[c]][i];
   }
-  double least = std::numeric_limits<double>::infinity();
-  size_t best = first;
-  for (size_t c = first; c < candidates.size(); ++c) {
+  const auto mean_error = [&](const auto& weight_at) {
     double error = 0.0;
-    for (size_t i = 0; i < sums.size(); ++i) error += ErrorBesideAll(sums[i] + mean.weights[candidates[c]][i]);
-    if (error < least) {
-      least = error;
-      best = c;
-    }
+    for (size_t i = 0; i < sums.size(); ++i) error += ErrorBesideAll(weight_at(i));
+    return error / static_cast<double>(sums.size());
+  };
+  Addition best{first, mean_error([&](size_t i) { return sums[i]; }), std::numeric_limits<double>::infinity()};
+  for (size_t c = first; c < candidates.size(); ++c) {
+    const std::vector<double>& weights = judged.weights[candidates[c]];
+    const double error = mean_error([&](size_t i) { return sums[i] + weights[i]; });
+    if (error < best.error) best = {c, best.error_without, error};
   }
   return best;
 }
 
-// At most kMostChosen candidates, those with the largest shares first. The last one is that which adds the most to the
-// others: where a part of the cloud is noisier, or sparser, these may all suit the rest of it.
-std::vector<size_t> ChooseTogether(const Judged& mean, const Judged& gaussian) {
-  std::vector<size_t> order(mean.scores.size());
+// For the curvatures at most kMostForCurvatures candidates, those with the largest shares. The last one is that which
+// adds the most to the others: where a part of the cloud is noisier, or sparser, these may all suit the rest of it. One
+// more follows where it spares the traceless part a good part of its error.
+std::vector<size_t> ChooseTogether(const OfQuantities<Judged>& of) {
+  constexpr size_t kMostForCurvatures = 4;
+  constexpr double kWorthOneMore = 1.05;
+  static_assert(ScaleChoice::kMostChosen == kMostForCurvatures + 1);
+  std::vector<size_t> order(of.mean.scores.size());
   std::iota(order.begin(), order.end(), size_t{0});
-  const auto share = [&](size_t s) { return mean.shares[s] + gaussian.shares[s]; };
+  const auto share = [&](size_t s) { return of.mean.shares[s] + of.gaussian.shares[s]; };
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return share(a) > share(b); });
-  if (order.size() <= ScaleChoice::kMostChosen) return order;
-  constexpr size_t kLast = ScaleChoice::kMostChosen - 1;
-  order[kLast] = order[BestAddition(mean, order, kLast)];
-  order.resize(ScaleChoice::kMostChosen);
+  if (order.size() <= kMostForCurvatures) return order;
+  constexpr size_t kLast = kMostForCurvatures - 1;
+  std::swap(order[kLast], order[BestAddition(of.mean, order, kLast).place]);
+  const Addition of_traceless = BestAddition(of.traceless, order, kMostForCurvatures);
+  std::swap(order[kMostForCurvatures], order[of_traceless.place]);
+  const bool is_worth_it = of_traceless.error_without > kWorthOneMore * of_traceless.error;
+  order.resize(kMostForCurvatures + (is_worth_it ? 1 : 0));
   return order;
 }
 
@@ -199,26 +221,80 @@ void DropUnlessWorthwhile(double worthwhile, std::vector<ScaleScore>& scores) {
   std::erase_if(scores, [](const ScaleScore& score) { return score.candidate.method == kSexticMethod; });
 }
 
-// What both quantities say; no scores: none can be judged.
-struct BothJudged {
-  Judged mean, gaussian;
-  double sigma;  // noise of the positions
+// What all quantities say, of the same candidates in one order.
+struct AllJudged {
+  std::vector<ScaleScore> scores;  // of the mean curvature, of all candidates; empty: none can be judged
+  OfQuantities<Judged> of;         // of those that may count
+  double sigma;                    // noise of the positions
 };
 
-BothJudged JudgeBoth(PilotPoints table, const ScaleBounds& bounds, double worthwhile) {
-  const ScaleJudge of_mean(table, bounds, ScaleJudge::Quantity::kMean),
-      of_gaussian(table, bounds, ScaleJudge::Quantity::kGaussian);
-  std::vector<ScaleScore> scores = of_mean.Scores();
-  DropUnlessWorthwhile(worthwhile, scores);
-  if (scores.empty()) return {{}, {}, of_mean.sigma()};
+// No difference tells less than rounding makes.
+void RaiseToFloor(const ScaleJudge& judge, std::vector<ScaleScore>& scores) {
+  for (ScaleScore& score : scores) {
+    const double floor = judge.Floor(score.candidate.rung);
+    score.error = std::max(score.error, floor);
+    score.difference = std::max(score.difference, floor);
+  }
+}
+
+// A candidate whose error is so many times the least one has a millionth of its weight: it counts nowhere.
+constexpr double kCountsNowhere = 32.0;
+
+// Marks those of the scores that may count.
+void MarkThoseThatCount(const std::vector<ScaleScore>& scores, std::vector<bool>& marks) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const ScaleScore& score : scores) least = std::min(least, score.error);
+  for (size_t i = 0; i < scores.size(); ++i) marks[i] = marks[i] || scores[i].error <= kCountsNowhere * least;
+}
+
+// Those of the candidates of `like`, in their order. REQUIRES: both are by method, then by rung.
+void KeepCandidatesOf(const std::vector<ScaleScore>& like, std::vector<ScaleScore>& scores) {
+  auto kept = like.begin();
+  std::erase_if(scores, [&](const ScaleScore& score) {
+    if (kept == like.end() || !(kept->candidate == score.candidate)) return true;
+    ++kept;
+    return false;
+  });
+}
+
+AllJudged JudgeAll(PilotPoints table, const ScaleBounds& bounds, double worthwhile) {
+  using Quantity = ScaleJudge::Quantity;
+  const ScaleJudge of_mean(table, bounds, Quantity::kMean), of_traceless(table, bounds, Quantity::kTraceless),
+      of_gaussian(table, bounds, Quantity::kGaussian);
+  std::vector<ScaleScore> mean = of_mean.Scores(), traceless = of_traceless.Scores();
+  DropUnlessWorthwhile(worthwhile, mean);
+  AllJudged judged;
+  judged.sigma = of_mean.sigma();
+  if (mean.empty()) return judged;
+  KeepCandidatesOf(mean, traceless);
+  std::vector<ScaleScore> gaussian = of_gaussian.ScoresOf(mean, of_mean);
+  std::vector<bool> may_count(mean.size());
+  for (const auto& [judge, scores] :
+       {std::pair{&of_mean, &mean}, {&of_traceless, &traceless}, {&of_gaussian, &gaussian}}) {
+    RaiseToFloor(*judge, *scores);
+    MarkThoseThatCount(*scores, may_count);
+  }
+  judged.scores = mean;
   const Neighbors nearest = NearestOfEach(table);
-  Judged gaussian = JudgeAt(of_gaussian, of_gaussian.ScoresOf(scores, of_mean), nearest, bounds.per_cloud);
-  return {JudgeAt(of_mean, std::move(scores), nearest, bounds.per_cloud), std::move(gaussian), of_mean.sigma()};
+  const auto judge = [&](const ScaleJudge& of_quantity, const std::vector<ScaleScore>& scores,
+                         const Judged* added = nullptr) {
+    std::vector<ScaleScore> kept;
+    for (size_t i = 0; i < scores.size(); ++i) {
+      if (may_count[i]) kept.push_back(scores[i]);
+    }
+    return JudgeAt(of_quantity, std::move(kept), nearest, bounds.per_cloud, added);
+  };
+  judged.of.mean = judge(of_mean, mean);
+  judged.of.traceless = judge(of_traceless, traceless, &judged.of.mean);
+  judged.of.gaussian = judge(of_gaussian, gaussian);
+  return judged;
 }
 
 }  // namespace
 
 double PositionNoise(PilotPoints table) { return ScaleJudge::PositionNoise(table); }
+
+double AddedError(double error, double other) { return std::sqrt(error * error + other * other); }
 
 double ScaleWeight(double error) { return 1.0 / (error * error * error * error); }
 
@@ -229,9 +305,9 @@ double LocalTrend::ErrorAt(double difference) const {
 std::optional<CandidatesThatCount> FindCandidatesThatCount(PilotPoints table, const ScaleBounds& bounds,
                                                            double least_weight) {
   if (table.empty()) return std::nullopt;
-  const BothJudged judged = JudgeBoth(table, bounds, kWorthwhileToFew);
+  const AllJudged judged = JudgeAll(table, bounds, kWorthwhileToFew);
   std::optional<CandidatesThatCount> found;
-  for (const Judged* of : {&judged.mean, &judged.gaussian}) {
+  for (const Judged* of : {&judged.of.mean, &judged.of.traceless, &judged.of.gaussian}) {
     for (size_t c = 0; c < of->scores.size(); ++c) {
       const std::vector<double>& weights = of->weights[c];
       if (!(*std::max_element(weights.begin(), weights.end()) >= least_weight)) continue;
@@ -245,26 +321,31 @@ std::optional<CandidatesThatCount> FindCandidatesThatCount(PilotPoints table, co
 }
 
 // For each quantity, what its judge holds, and of each candidate the difference, its mean around the point and a
-// weight; for both the nearest points.
+// weight; for all of them the nearest points.
 size_t ChoosingBytesPerSample() {
   constexpr size_t kOfCandidate = 3 * sizeof(double);
-  return 2 * (ScaleJudge::kBytesPerSample + kMethodCount * kRungCount * kOfCandidate) +
-         ScaleChoice::kNearest * sizeof(size_t) + sizeof(Neighbors::value_type);
+  using Quantity = ScaleJudge::Quantity;
+  size_t of_quantities = 0;
+  for (const Quantity quantity : {Quantity::kMean, Quantity::kTraceless, Quantity::kGaussian}) {
+    of_quantities += ScaleJudge::BytesPerSample(quantity) + kMethodCount * kRungCount * kOfCandidate;
+  }
+  return of_quantities + ScaleChoice::kNearest * sizeof(uint32_t) + sizeof(Neighbors::value_type);
 }
 
 ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds) {
   ScaleChoice choice;
   if (table.empty()) return choice;
-  const BothJudged judged = JudgeBoth(table, bounds, kWorthwhile);
+  const AllJudged judged = JudgeAll(table, bounds, kWorthwhile);
   choice.sigma = judged.sigma;
-  choice.scores = judged.mean.scores;
+  choice.scores = judged.scores;
   if (choice.scores.empty()) return choice;
-  const std::vector<size_t> order = ChooseTogether(judged.mean, judged.gaussian);
-  choice.mean = WeightsOf(judged.mean, order, bounds.per_cloud);
-  choice.gaussian = WeightsOf(judged.gaussian, order, bounds.per_cloud);
+  const std::vector<size_t> order = ChooseTogether(judged.of);
+  const auto weights_of = [&](const Judged& of) { return WeightsOf(of, order, bounds.per_cloud); };
+  choice.weights = {weights_of(judged.of.mean), weights_of(judged.of.traceless), weights_of(judged.of.gaussian)};
   for (size_t c = 0; c < order.size(); ++c) {
-    choice.chosen.push_back(choice.scores[order[c]].candidate);
-    choice.scores[order[c]].share = choice.mean.cloud_weights[c];
+    choice.chosen.push_back(judged.of.mean.scores[order[c]].candidate);
+    const auto is_it = [&](const ScaleScore& score) { return score.candidate == choice.chosen.back(); };
+    std::find_if(choice.scores.begin(), choice.scores.end(), is_it)->share = choice.weights.mean.cloud_weights[c];
   }
   return choice;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/estimators/scale_ladder.h"
+#include "core/scale/of_quantities.h"
 #include "core/scale/pilot_table.h"
 
 namespace curvd {
@@ -48,7 +49,7 @@ struct LocalTrend {
 // How much the estimates of one quantity by the chosen candidates count. All lists are in the order of
 // ScaleChoice::chosen.
 struct ScaleWeights {
-  static constexpr size_t kMostChosen = 4;
+  static constexpr size_t kMostChosen = 5;
 
   std::vector<double> cloud_weights;  // over the whole cloud; their sum is 1
   std::vector<LocalTrend> trends;     // empty: cloud_weights hold everywhere
@@ -66,7 +67,7 @@ struct ScaleChoice {
 
   std::vector<ScaleScore> scores;      // of all candidates that could be judged
   std::vector<ScaleCandidate> chosen;  // at most kMostChosen, the largest share first; empty: none could be judged
-  ScaleWeights mean, gaussian;         // of the curvatures: what suits the one need not suit the other
+  OfQuantities<ScaleWeights> weights;
   double sigma = 0.0;  // standard deviation of the positions' noise, in the index's unit, as the residuals show it
 };
 
@@ -93,6 +94,10 @@ ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds);
 // The least error that is expected of what is chosen; where a method is that may look all around a body, of any
 // candidate of the others, if there is one: fits to fewer neighbors need not err as little.
 double LeastLocalError(const ScaleChoice& choice);
+
+// What two errors come to that are independent. That of the traceless part is taken together with that of the mean
+// curvature: where an estimate loses the one, the other is seldom right.
+double AddedError(double error, double other);
 
 // The weight of an estimate with this expected error.
 double ScaleWeight(double error);

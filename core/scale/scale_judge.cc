@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
+
+#include "core/base/order_statistic.h"
 
 namespace curvd {
 namespace {
@@ -20,6 +23,8 @@ constexpr double kErrorPerDifference = 1.2;
 constexpr double kProductQuantile = 0.95;
 // A quarter of the squared median difference of halves, times this, is the variance of their mean, if it is Gaussian.
 constexpr double kVariancePerSquaredMedian = 2.2;
+// The same of vectors of two components: the squared median length of them is 2 ln 2 times the variance of one.
+constexpr double kVariancePerSquaredMedianOfVectors = 1.44;
 // The mean of those products tells a bias if it is at least this share of their root mean square. It is looked for at a
 // dozen smaller rungs, and noise of the smallest, which is thousands of times the bias of larger ones, comes to twice
 // its standard error by chance.
@@ -34,14 +39,16 @@ constexpr size_t kResidualRung = 2;
 constexpr double kLeastSquareOverReference = 2.0;
 // Noise is told from the surface in neighborhoods that are so many times larger.
 constexpr double kLeastRadiusOverNoise = 4.0;
+// A candidate whose noise and differences alone are so many times the least error has a weight of 1e-4.
+constexpr double kHopeless = 10.0;
+// Points whose values are copied together: a line of the cache holds so many.
+constexpr size_t kCopiedTogether = 8;
 
 double Quantile(std::vector<double> values, double share) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+  return OrderStatistic(values, static_cast<size_t>(share * static_cast<double>(values.size() - 1)));
 }
 
-double Median(std::vector<double> values) { return Quantile(std::move(values), 0.5); }
+double Median(std::vector<double> values) { return OrderStatistic(values, values.size() / 2); }
 
 // The mean of values of which those beyond the quantile are cut down to it.
 double CutMean(const std::vector<double>& values) {
@@ -62,18 +69,16 @@ double MedianOf(PilotPoints table, const Value& value) {
   return values.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(values));
 }
 
-double MedianRadius(PilotPoints table, size_t rung) {
-  return MedianOf(table, [rung](const auto& p) { return p.radius[rung]; });
+// The places of scores, the least error first.
+std::vector<size_t> ByError(const std::vector<ScaleScore>& scores) {
+  std::vector<size_t> order(scores.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return scores[a].error < scores[b].error; });
+  return order;
 }
 
-// How far values lie apart, where they do.
-std::vector<double> DistancesOf(std::span<const double> one, std::span<const double> other) {
-  std::vector<double> distances;
-  distances.reserve(one.size());
-  for (size_t i = 0; i < one.size(); ++i) {
-    if (const double distance = std::abs(one[i] - other[i]); std::isfinite(distance)) distances.push_back(distance);
-  }
-  return distances;
+double MedianRadius(PilotPoints table, size_t rung) {
+  return MedianOf(table, [rung](const auto& p) { return p.radius[rung]; });
 }
 
 }  // namespace
@@ -83,21 +88,33 @@ ScaleJudge::ScaleJudge(PilotPoints table, const ScaleBounds& bounds, Quantity qu
   CopyValues();
   for (size_t m = 0; m < kMethodCount; ++m) {
     const size_t step = kScaleMethods[m].compared_rungs;
-    for (size_t rung = 0; rung < kRungCount; ++rung) differences_[m][rung] = MedianDifference({m, rung}, step);
+    for (size_t rung = 0; rung < kRungCount; ++rung) {
+      differences_[m][rung] = MedianDifference({m, rung}, step);
+      variances_[m][rung] = Variance({m, rung});
+    }
     AddLastDifferences(m);
   }
   FindNoise();
-  if (quantity == Quantity::kMean) reference_ = FindReference();
+  if (quantity != Quantity::kGaussian) reference_ = FindReference();
 }
 
 std::vector<ScaleScore> ScaleJudge::Scores() const {
   std::vector<ScaleScore> scores;
   for (size_t m = 0; m < kMethodCount; ++m) {
-    const size_t first = scores.size();
     for (size_t rung = 0; rung < kRungCount; ++rung) {
-      if (const auto score = ScoreOf({m, rung})) scores.push_back(*score);
+      if (differences_[m][rung].has_value()) scores.push_back(ScoreOf({m, rung}, 0.0));
     }
-    MendFirstRung(first, scores);
+  }
+  // Biases only add to errors. They are looked for where they may matter, which is where most of the time goes.
+  double least = std::numeric_limits<double>::infinity();
+  for (const size_t i : ByError(scores)) {
+    if (scores[i].error > kHopeless * least) break;
+    scores[i] = ScoreOf(scores[i].candidate);
+    least = std::min(least, scores[i].error);
+  }
+  for (size_t first = 0; first < scores.size(); ++first) {
+    if (first == 0 || scores[first].candidate.method != scores[first - 1].candidate.method)
+      MendFirstRung(first, scores);
   }
   std::erase_if(scores, [this](const ScaleScore& score) { return !IsAllowed(score.candidate); });
   return scores;
@@ -129,7 +146,7 @@ std::vector<double> ScaleJudge::DifferencesAtPoints(const ScaleScore& score, Pil
     const Values one = ValuesOf({score.candidate.method, rung}, part);
     const Values next = ValuesOf({score.candidate.method, rung + step}, part);
     for (size_t i = 0; i < table_.size(); ++i) {
-      errors[i] = std::abs(one[i] - next[i]);
+      errors[i] = one.DistanceAt(i, next);
       if (std::isfinite(errors[i])) known.push_back(errors[i]);
     }
   }
@@ -146,39 +163,78 @@ std::vector<double> ScaleJudge::DifferencesAtPoints(const ScaleScore& score, Pil
 bool ScaleJudge::HasHalves(const ScaleCandidate& candidate) const {
   const Values even = ValuesOf(candidate, PilotPoint::kEven), odd = ValuesOf(candidate, PilotPoint::kOdd);
   size_t known = 0;
-  for (size_t i = 0; i < table_.size(); ++i) known += std::isfinite(even[i] + odd[i]) ? 1 : 0;
+  for (size_t i = 0; i < table_.size(); ++i) known += std::isfinite(even.DistanceAt(i, odd)) ? 1 : 0;
   return IsEnough(known, kLeastShareOfHalves, candidate.rung);
 }
 
 double ScaleJudge::Floor(size_t rung) const {
   const double of_mean = kRounding / MedianRadius(table_, rung);
-  if (quantity_ == Quantity::kMean) return of_mean;
+  if (quantity_ != Quantity::kGaussian) return of_mean;
   const double steepest = MedianOf(table_, [rung](const auto& p) { return p.steepest[rung]; });
   return of_mean * std::max(2.0 * (std::isfinite(steepest) ? steepest : 0.0), of_mean);
 }
 
 // Sums and medians go over one candidate at a time, whose values lie kilobytes apart in the table.
 void ScaleJudge::CopyValues() {
-  values_.resize(kMethodCount * kRungCount * PilotPoint::kParts * table_.size());
-  for (size_t i = 0; i < table_.size(); ++i) {
-    const PilotPoint& point = table_[i];
+  values_.resize(BytesPerSample(quantity_) / sizeof(double) * table_.size());
+  for (const PilotPoint& point : table_) {
     for (size_t rung = 0; rung < point.clear_rungs; ++rung) ++clear_counts_[rung];
-    double* out = values_.data() + i;
+  }
+  for (size_t first = 0; first < table_.size(); first += kCopiedTogether) {
+    const PilotPoints points = table_.subspan(first, std::min(kCopiedTogether, table_.size() - first));
+    double* out = values_.data() + first;
     for (size_t m = 0; m < kMethodCount; ++m) {
       for (size_t rung = 0; rung < kRungCount; ++rung) {
-        for (size_t part = 0; part < PilotPoint::kParts; ++part, out += table_.size()) {
-          const double mean = point.mean[m][rung][part], difference = point.difference[m][rung][part],
-                       twist = point.twist[m][rung][part];
-          *out = quantity_ == Quantity::kMean ? mean : mean * mean - difference * difference - twist * twist;
+        for (size_t part = 0; part < PilotPoint::kParts; ++part) {
+          const auto copy = [&](const auto& value_of) {
+            for (size_t i = 0; i < points.size(); ++i) {
+              const PilotPoint& point = points[i];
+              out[i] = value_of(double{point.mean[m][rung][part]}, double{point.difference[m][rung][part]},
+                                double{point.twist[m][rung][part]});
+            }
+            out += table_.size();
+          };
+          switch (quantity_) {
+            case Quantity::kMean:
+              copy([](double mean, double, double) { return mean; });
+              break;
+            case Quantity::kTraceless:
+              copy([](double, double difference, double) { return difference; });
+              copy([](double, double, double twist) { return twist; });
+              break;
+            case Quantity::kGaussian:
+              copy([](double mean, double difference, double twist) {
+                return mean * mean - difference * difference - twist * twist;
+              });
+              break;
+          }
         }
       }
     }
   }
 }
 
+double ScaleJudge::Values::DistanceAt(size_t i, const Values& other) const {
+  const double distance = first[i] - other.first[i];
+  return second.empty() ? std::abs(distance) : Length(distance, second[i] - other.second[i]);
+}
+
+std::vector<double> ScaleJudge::DistancesOf(const Values& one, const Values& other) {
+  std::vector<double> distances;
+  distances.reserve(one.size());
+  for (size_t i = 0; i < one.size(); ++i) {
+    if (const double distance = one.DistanceAt(i, other); std::isfinite(distance)) distances.push_back(distance);
+  }
+  return distances;
+}
+
 ScaleJudge::Values ScaleJudge::ValuesOf(const ScaleCandidate& candidate, PilotPoint::Part part) const {
-  const size_t column = (candidate.method * kRungCount + candidate.rung) * PilotPoint::kParts + part;
-  return Values(values_).subspan(column * table_.size(), table_.size());
+  const size_t components = ComponentsOf(quantity_);
+  const size_t column = ((candidate.method * kRungCount + candidate.rung) * PilotPoint::kParts + part) * components;
+  const auto of_component = [&](size_t component) {
+    return std::span(values_).subspan((column + component) * table_.size(), table_.size());
+  };
+  return {of_component(0), components > 1 ? of_component(1) : std::span<const double>()};
 }
 
 size_t ScaleJudge::ComparedRung(const ScaleCandidate& candidate) const {
@@ -233,10 +289,10 @@ void ScaleJudge::FindNoise() {
     }
   }
   // What changes curvatures by a part changes their product by twice that.
-  const double factor = quantity_ == Quantity::kMean ? 1.0 : 2.0;
+  const double factor = quantity_ == Quantity::kGaussian ? 2.0 : 1.0;
   const Values values = ValuesOf({kHexagramMethod, best});
   const double bend = MedianOf(table_, [&](const PilotPoint& p) {
-    return factor * std::abs(values[static_cast<size_t>(&p - table_.data())]) * p.steepest[best] * p.steepest[best];
+    return factor * values.LengthAt(static_cast<size_t>(&p - table_.data())) * p.steepest[best] * p.steepest[best];
   });
   if (std::isfinite(bend)) noise_bias_ = sigma_ * sigma_ * bend;
 }
@@ -258,16 +314,24 @@ double ScaleJudge::Variance(const ScaleCandidate& candidate) const {
       DistancesOf(ValuesOf(candidate, PilotPoint::kEven), ValuesOf(candidate, PilotPoint::kOdd));
   if (!IsEnough(values.size(), kLeastShareOfHalves, candidate.rung)) return 0.0;
   const double median = Median(std::move(values));
-  return 0.25 * kVariancePerSquaredMedian * median * median;
+  const double factor =
+      quantity_ == Quantity::kTraceless ? kVariancePerSquaredMedianOfVectors : kVariancePerSquaredMedian;
+  return 0.25 * factor * median * median;
 }
 
 std::optional<ScaleScore> ScaleJudge::FindReference() const {
-  std::optional<ScaleScore> least;
+  std::vector<ScaleScore> without_bias;
   for (size_t rung = 0; rung < kRungCount; ++rung) {
     const ScaleCandidate candidate = {kRegressionMethod, rung};
-    if (!HasHalves(candidate)) continue;
-    const std::optional<ScaleScore> score = ScoreOf(candidate);
-    if (score.has_value() && (!least.has_value() || score->error < least->error)) least = score;
+    if (differences_[candidate.method][rung].has_value() && HasHalves(candidate)) {
+      without_bias.push_back(ScoreOf(candidate, 0.0));
+    }
+  }
+  std::optional<ScaleScore> least;
+  for (const size_t i : ByError(without_bias)) {
+    if (least.has_value() && without_bias[i].error > least->error) break;
+    const ScaleScore score = ScoreOf(without_bias[i].candidate);
+    if (!least.has_value() || score.error < least->error) least = score;
   }
   return least;
 }
@@ -277,7 +341,10 @@ std::optional<double> ScaleJudge::SquaredBias(const ScaleCandidate& candidate, c
   const Values even = ValuesOf(candidate, PilotPoint::kEven), other_even = ValuesOf(other, PilotPoint::kEven);
   const Values odd = ValuesOf(candidate, PilotPoint::kOdd), other_odd = ValuesOf(other, PilotPoint::kOdd);
   for (size_t i = 0; i < table_.size(); ++i) {
-    const double product = (even[i] - other_even[i]) * (odd[i] - other_odd[i]);
+    double product = (even.first[i] - other_even.first[i]) * (odd.first[i] - other_odd.first[i]);
+    if (!even.second.empty()) {
+      product += (even.second[i] - other_even.second[i]) * (odd.second[i] - other_odd.second[i]);
+    }
     if (std::isfinite(product)) products.push_back(product);
   }
   if (!IsEnough(products.size(), kLeastShareOfHalves, std::max(candidate.rung, other.rung))) return std::nullopt;
@@ -318,19 +385,18 @@ double ScaleJudge::SquaredBiasBeside(const std::optional<ScaleScore>& reference,
   return found - reference->bias * reference->bias - of_noise * of_noise;
 }
 
-std::optional<ScaleScore> ScaleJudge::ScoreOf(const ScaleCandidate& candidate) const {
-  if (!differences_[candidate.method][candidate.rung].has_value()) return std::nullopt;
+ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate) const {
   return ScoreOf(candidate, std::max(SquaredBiasBesideSmaller(candidate), SquaredBiasBeside(reference_, candidate)));
 }
 
 ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_bias) const {
   const std::optional<double>& difference = differences_[candidate.method][candidate.rung];
-  const double variance = Variance(candidate);
+  const double variance = variances_[candidate.method][candidate.rung];
   const double from_noise = NoiseBias(candidate.method);
   const double known =
       std::sqrt(std::max(*difference * *difference, variance + squared_bias) + from_noise * from_noise);
   const ScaleMethod& method = kScaleMethods[candidate.method];
-  const double error = (quantity_ == Quantity::kMean ? method.doubt : method.gaussian_doubt) * known;
+  const double error = (quantity_ == Quantity::kGaussian ? method.gaussian_doubt : method.doubt) * known;
   return ScaleScore{candidate, error, *difference, std::sqrt(variance), std::sqrt(squared_bias)};
 }
 
@@ -348,7 +414,8 @@ void ScaleJudge::MendFirstRung(size_t first, std::vector<ScaleScore>& scores) {
 
 bool ScaleJudge::HasEstimates(const ScaleCandidate& candidate) const {
   const Values values = ValuesOf(candidate);
-  const auto known = std::count_if(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  const auto known =
+      std::count_if(values.first.begin(), values.first.end(), [](double value) { return std::isfinite(value); });
   return IsEnough(static_cast<size_t>(known), kLeastShare, candidate.rung);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -15,15 +16,17 @@
 
 namespace curvd {
 
-// Of one curvature, the mean or the Gaussian one. Const methods are thread-safe. Lengths are in the index's unit.
+// Of one quantity: the mean curvature, the traceless part of the shape operator, which is a vector of two components,
+// or the Gaussian curvature. Const methods are thread-safe. Lengths are in the index's unit.
 class ScaleJudge {
  public:
-  enum class Quantity : uint8_t { kMean, kGaussian };
+  enum class Quantity : uint8_t { kMean, kTraceless, kGaussian };
 
   // `table` outlives the object.
   ScaleJudge(PilotPoints table, const ScaleBounds& bounds, Quantity quantity);
 
-  // Of all candidates that can be judged and are within the bounds, by method, then by rung.
+  // Of all candidates that can be judged and are within the bounds, by method, then by rung. Not of the Gaussian
+  // curvature.
   std::vector<ScaleScore> Scores() const;
   // The scores of candidates that another judge has judged by the mean curvature. Their biases are as large beside the
   // differences as there, at the least: noise in a small neighborhood moves the Gaussian curvature of both halves to
@@ -40,7 +43,9 @@ class ScaleJudge {
   bool HasHalves(const ScaleCandidate& candidate) const;
 
   // What it holds of each sampled point.
-  static constexpr size_t kBytesPerSample = kMethodCount * kRungCount * PilotPoint::kParts * sizeof(double);
+  static constexpr size_t BytesPerSample(Quantity quantity) {
+    return kMethodCount * kRungCount * PilotPoint::kParts * ComponentsOf(quantity) * sizeof(double);
+  }
 
   // Standard deviation of the noise of positions; 0 if nothing tells it.
   static double PositionNoise(PilotPoints table);
@@ -49,7 +54,17 @@ class ScaleJudge {
   double Floor(size_t rung) const;
 
  private:
-  using Values = std::span<const double>;
+  // Of one candidate at every sampled point, by component; those of a number are one.
+  struct Values {
+    std::span<const double> first, second;
+    size_t size() const { return first.size(); }
+    // How long the vector at a point is.
+    double LengthAt(size_t i) const { return second.empty() ? std::abs(first[i]) : Length(first[i], second[i]); }
+    double DistanceAt(size_t i, const Values& other) const;
+    // Squares of floats do not overflow in doubles.
+    static double Length(double x, double y) { return std::sqrt(x * x + y * y); }
+  };
+  static constexpr size_t ComponentsOf(Quantity quantity) { return quantity == Quantity::kTraceless ? 2 : 1; }
   void CopyValues();
   // Of a candidate at every sampled point.
   Values ValuesOf(const ScaleCandidate& candidate, PilotPoint::Part part = PilotPoint::kAll) const;
@@ -61,6 +76,8 @@ class ScaleJudge {
   bool IsAllowed(const ScaleCandidate& candidate) const;
   bool HasEstimates(const ScaleCandidate& candidate) const;
 
+  // How far the values of two candidates, or of one in two parts, lie apart, where they do.
+  static std::vector<double> DistancesOf(const Values& one, const Values& other);
   // By how much estimates differ from those so many rungs on, as an error.
   std::optional<double> MedianDifference(const ScaleCandidate& candidate, size_t step) const;
   // The last rungs have no next one to be compared with: their differences go on as those of single steps do.
@@ -84,7 +101,8 @@ class ScaleJudge {
   // Gaussian curvature of all that look farther; 0 of others.
   double SquaredBiasBeside(const std::optional<ScaleScore>& reference, const ScaleCandidate& candidate) const;
   double NoiseBias(size_t method) const { return kScaleMethods[method].noise_factor * noise_bias_; }
-  std::optional<ScaleScore> ScoreOf(const ScaleCandidate& candidate) const;
+  // REQUIRES: there is a difference of the candidate.
+  ScaleScore ScoreOf(const ScaleCandidate& candidate) const;
   ScaleScore ScoreOf(const ScaleCandidate& candidate, double squared_bias) const;
   // A difference tells the larger one of two errors. Where they rise from the first rung on, so that noise does not
   // matter, that of the first rung is the second one's, and its own is found as it would be at the other end.
@@ -93,13 +111,14 @@ class ScaleJudge {
   const PilotPoints table_;
   const ScaleBounds bounds_;
   const Quantity quantity_;
-  std::vector<double> values_;                     // by method, rung, part and point
+  std::vector<double> values_;                     // by method, rung, part, component and point
   std::array<size_t, kRungCount> clear_counts_{};  // of points whose neighborhoods reach over no edge
   std::optional<double> differences_[kMethodCount][kRungCount];
+  double variances_[kMethodCount][kRungCount] = {};
   size_t last_compared_[kMethodCount] = {};  // the last rung that has a next one
   double sigma_ = 0.0, noise_bias_ = 0.0;
-  // The cubic regression of the normals that is expected to err the least in the mean curvature: methods of the second
-  // order are compared with it. Only where the quantity is that.
+  // The cubic regression of the normals that is expected to err the least: methods of the second order are compared
+  // with it. Not where the quantity is the Gaussian curvature, which takes that of the mean curvature.
   std::optional<ScaleScore> reference_;
 };
 

@@ -11,7 +11,7 @@
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/group_points.h"
 #include "core/estimators/strategy.h"
-#include "core/scale/blend.h"
+#include "core/scale/chosen/blend.h"
 #include "core/scale/nearest_samples.h"
 #include "core/scale/parts/cloud_weights.h"
 #include "core/scale/pilot.h"

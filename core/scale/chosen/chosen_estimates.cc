@@ -47,7 +47,7 @@ std::array<float, 3> MiddleOf(const Box& box) {
 
 LeafWeights MakeLeafWeights(const CloudWeights::PointWeights& all) {
   LeafWeights weights{all, {}};
-  for (const CloudWeights::Weights& of : {all.mean, all.gaussian}) {
+  for (const CloudWeights::Weights& of : {all.mean, all.traceless, all.gaussian}) {
     const double least = ChosenEstimates::kLeastWeight * std::accumulate(of.begin(), of.end(), 0.0);
     for (size_t c = 0; c < of.size(); ++c) weights.count[c] = weights.count[c] || (of[c] > 0.0 && of[c] >= least);
   }
@@ -275,13 +275,14 @@ void ChosenEstimates::Add(PointCurvature found, size_t point, size_t estimate, A
   const bool is_too_large = found.status == PointStatus::kOk && found.radius > most_radius;
   if (most_radius > 0.0 && is_too_large) found.status = PointStatus::kTooFewNeighbors;
   const CloudWeights::PointWeights& weights = s.WeightsAt(point).all;
-  const double mean_weight = weights.mean[estimate], gaussian_weight = weights.gaussian[estimate];
-  s.blends[point].Add(found, mean_weight, gaussian_weight);
+  const OfQuantities<double> of_estimate = {weights.mean[estimate], weights.traceless[estimate],
+                                            weights.gaussian[estimate]};
+  s.blends[point].Add(found, of_estimate);
   // Results without curvature count: if there are no others, they tell why.
   const bool is_ok = found.status == PointStatus::kOk;
   if (is_ok && !(found.radius < s.edge_distances[point])) return;
-  s.clear_blends[point].Add(found, mean_weight, gaussian_weight);
-  if (is_ok) s.shares[point][estimate] = mean_weight;
+  s.clear_blends[point].Add(found, of_estimate);
+  if (is_ok) s.shares[point][estimate] = of_estimate.mean;
 }
 
 absl::Status ChosenEstimates::EstimateOneSided(size_t group, AutomaticScratch& s) const {
@@ -313,7 +314,8 @@ uint32_t ChosenEstimates::OneSideSearchCount() const {
   uint32_t count = ScaleOf(options_).least_count;
   for (const PartChoice& part : choice_.parts()) {
     for (size_t c = 0; c < part.choice.chosen.size(); ++c) {
-      if (part.choice.mean.cloud_weights[c] >= kLeastShare) count = std::max(count, part.choice.chosen[c].count());
+      if (part.choice.weights.mean.cloud_weights[c] >= kLeastShare)
+        count = std::max(count, part.choice.chosen[c].count());
     }
   }
   return std::min({2 * count, kMostOneSideCount, MostSampledCount(options_)});

@@ -29,8 +29,8 @@ double AverageAt(const PilotPoint& point, const ScaleChoice& choice) {
   for (size_t c = 0; c < choice.chosen.size(); ++c) {
     const double mean = point.mean[choice.chosen[c].method][choice.chosen[c].rung][PilotPoint::kAll];
     if (!std::isfinite(mean)) continue;
-    sum += choice.mean.cloud_weights[c] * mean;
-    weight += choice.mean.cloud_weights[c];
+    sum += choice.weights.mean.cloud_weights[c] * mean;
+    weight += choice.weights.mean.cloud_weights[c];
   }
   return weight > 0.0 ? sum / weight : kUnknown;
 }

@@ -1,11 +1,12 @@
 #include "core/scale/errors/error_samples.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 
-#include "core/base/median.h"
+#include "core/base/order_statistic.h"
 #include "core/scale/errors/scale_changes.h"
 #include "core/scale/local_weights.h"
 #include "core/scale/nearest_samples.h"
@@ -43,18 +44,37 @@ TangentShape Minus(const TangentShape& a, const TangentShape& b) {
   return {a.mean - b.mean, a.difference - b.difference, a.twist - b.twist};
 }
 
+// How much an estimate counts: half the trace of its shape operator, and the rest.
+struct ShapeWeight {
+  double mean = 0.0, traceless = 0.0;
+
+  void operator+=(const ShapeWeight& other) {
+    mean += other.mean;
+    traceless += other.traceless;
+  }
+  bool IsPositive() const { return mean > 0.0 && traceless > 0.0; }
+};
+
+TangentShape Times(const ShapeWeight& factor, const TangentShape& shape) {
+  return {factor.mean * shape.mean, factor.traceless * shape.difference, factor.traceless * shape.twist};
+}
+
+// The roots of the shares that the one has of the other.
+ShapeWeight RootShare(const ShapeWeight& one, const ShapeWeight& other) {
+  return {std::sqrt(one.mean / other.mean), std::sqrt(one.traceless / other.traceless)};
+}
+
 // A weighted mean of shapes.
 struct ShapeSum {
   TangentShape sum{};
-  double weight = 0.0;
+  ShapeWeight weight;
 
-  void Add(const TangentShape& shape, double w) {
-    sum.mean += w * shape.mean;
-    sum.difference += w * shape.difference;
-    sum.twist += w * shape.twist;
+  void Add(const TangentShape& shape, const ShapeWeight& w) {
+    const TangentShape weighted = Times(w, shape);
+    sum = {sum.mean + weighted.mean, sum.difference + weighted.difference, sum.twist + weighted.twist};
     weight += w;
   }
-  TangentShape Mean() const { return {sum.mean / weight, sum.difference / weight, sum.twist / weight}; }
+  TangentShape Mean() const { return Times({1.0 / weight.mean, 1.0 / weight.traceless}, sum); }
 };
 
 // The axes of the principal directions: cosine and sine of twice the angle from the frame's x to the direction of k2.
@@ -85,6 +105,11 @@ TangentShape ChangeOf(const PilotPoint& point, const ScaleCandidate& one, PilotP
   const ScaleCandidate next = NextOf(one);
   if (next.rung >= kRungCount) return {kNaN, kNaN, kNaN};
   return Minus(ShapeOf(point, one, part), ShapeOf(point, next, part));
+}
+
+// Whether both halves have one.
+bool HaveChanges(const PilotPoint& point, const ScaleCandidate& one) {
+  return IsFinite(ChangeOf(point, one, PilotPoint::kEven)) && IsFinite(ChangeOf(point, one, PilotPoint::kOdd));
 }
 
 // The smoothing of a candidate in terms of a scale that has a next one: the largest that has one at half of the points
@@ -127,17 +152,18 @@ class ErrorSampler {
     const Box at_point{point.position, point.position};
     local_weights_.Start(at_point);
     samples_.Start(at_point, kNearest);
-    weights_ = local_weights_.At(point.position.data()).mean;
+    const LocalWeights::PointWeights weights = local_weights_.At(point.position.data());
+    for (size_t c = 0; c < choice_.chosen.size(); ++c) weights_[c] = {weights.mean[c], weights.traceless[c]};
     ErrorSample sample;
     ShapeSum all;
     for (size_t c = 0; c < choice_.chosen.size(); ++c) {
       const TangentShape shape = ShapeOf(point, choice_.chosen[c], PilotPoint::kAll);
       if (!IsFinite(shape)) continue;
       all.Add(shape, weights_[c]);
-      sample.floor += weights_[c] * kRounding / point.radius[choice_.chosen[c].rung];
+      sample.floor += weights_[c].mean * kRounding / point.radius[choice_.chosen[c].rung];
     }
-    if (!(all.weight > 0.0)) return sample;
-    sample.floor /= all.weight;
+    if (!all.weight.IsPositive()) return sample;
+    sample.floor /= all.weight.mean;
     const TangentShape shape = all.Mean();
     const PrincipalAxes axes(shape);
     SetNoise(point, axes, all.weight, sample);
@@ -151,51 +177,58 @@ class ErrorSampler {
   // Of the candidates that have estimates of both halves: the mean of two independent ones has a quarter of the
   // variance of their difference. What the others have of noise, their difference from the next scale holds. A bias
   // that no scale shows is taken to be as large as the noise (ScaleMethod::doubt).
-  void SetNoise(const PilotPoint& point, const PrincipalAxes& axes, double all_weight, ErrorSample& sample) const {
+  void SetNoise(const PilotPoint& point, const PrincipalAxes& axes, const ShapeWeight& all_weight,
+                ErrorSample& sample) const {
     ShapeSum even, odd;
-    double factor = 0.0;
+    ShapeWeight factor;
     for (size_t c = 0; c < choice_.chosen.size(); ++c) {
       const TangentShape one = ShapeOf(point, choice_.chosen[c], PilotPoint::kEven);
       const TangentShape other = ShapeOf(point, choice_.chosen[c], PilotPoint::kOdd);
       if (!IsFinite(one) || !IsFinite(other)) continue;
       even.Add(one, weights_[c]);
       odd.Add(other, weights_[c]);
-      factor += weights_[c] * variance_factors_[c] * kScaleMethods[choice_.chosen[c].method].doubt;
+      const double of_one = variance_factors_[c] * kScaleMethods[choice_.chosen[c].method].doubt;
+      factor += {of_one * weights_[c].mean, of_one * weights_[c].traceless};
     }
-    if (!(even.weight > 0.0)) return;
-    const double share = even.weight / all_weight;
-    const ShapeParts parts = axes.PartsOf(Minus(even.Mean(), odd.Mean()));
-    AddProducts(parts, parts, 0.25 * share * share * factor / even.weight, sample.noise);
+    if (!even.weight.IsPositive()) return;
+    const TangentShape difference = Times(RootShare(factor, even.weight), Minus(even.Mean(), odd.Mean()));
+    const ShapeWeight share = {even.weight.mean / all_weight.mean, even.weight.traceless / all_weight.traceless};
+    const ShapeParts parts = axes.PartsOf(Times(share, difference));
+    AddProducts(parts, parts, 0.25, sample.noise);
   }
 
   // The product of what the halves lose has no noise in it. Without halves the whole change tells noise and detail
   // together: there the errors of candidates are taken to have the same sign, as nobody knows which cancel out.
   void SetDetail(const PilotPoint& point, const PrincipalAxes& axes, ErrorSample& sample) {
-    ShapeParts of_halves{}, of_whole{};
-    double weight = 0.0, whole_weight = 0.0, lean = 0.0;
+    ShapeWeight weight, whole_weight;
+    for (size_t c = 0; c < choice_.chosen.size(); ++c) {
+      if (!IsFinite(ChangeOf(point, comparisons_[c].from, PilotPoint::kAll))) continue;
+      weight += weights_[c];
+      if (!HaveChanges(point, comparisons_[c].from)) whole_weight += weights_[c];
+    }
+    if (!weight.IsPositive()) return;
+    ShapeParts of_whole{};
     for (size_t c = 0; c < choice_.chosen.size(); ++c) {
       const auto& [from, factor] = comparisons_[c];
       const TangentShape whole = ChangeOf(point, from, PilotPoint::kAll);
       if (!IsFinite(whole)) continue;
-      weight += weights_[c];
-      const TangentShape one = ChangeOf(point, from, PilotPoint::kEven);
-      const TangentShape other = ChangeOf(point, from, PilotPoint::kOdd);
-      if (IsFinite(one) && IsFinite(other)) {
+      const double share = weights_[c].mean / weight.mean;
+      if (HaveChanges(point, from)) {
         const double error = kBiasMargin * factor / (BiasGrowth(from.method) - 1.0);
-        AddProducts(axes.PartsOf(one), axes.PartsOf(other), weights_[c] * error * error, of_halves);
-        lean -= weights_[c] * factor * whole.mean;
+        const ShapeWeight root = RootShare(weights_[c], weight);
+        AddProducts(axes.PartsOf(Times(root, ChangeOf(point, from, PilotPoint::kEven))),
+                    axes.PartsOf(Times(root, ChangeOf(point, from, PilotPoint::kOdd))), error * error, sample.detail);
+        sample.lean -= share * factor * whole.mean;
         continue;
       }
       const double error = factor * ErrorPerChange(point, from);
-      const ShapeParts parts = axes.PartsOf(whole);
-      for (size_t part = 0; part < kShapeParts; ++part) of_whole[part] += weights_[c] * error * std::abs(parts[part]);
-      lean -= weights_[c] * error * whole.mean;
-      whole_weight += weights_[c];
+      const ShapeWeight among_whole = RootShare(weights_[c], whole_weight), among_all = RootShare(weights_[c], weight);
+      const ShapeParts parts =
+          axes.PartsOf(Times({among_whole.mean * among_all.mean, among_whole.traceless * among_all.traceless}, whole));
+      for (size_t part = 0; part < kShapeParts; ++part) of_whole[part] += error * std::abs(parts[part]);
+      sample.lean -= share * error * whole.mean;
     }
-    if (!(weight > 0.0)) return;
-    if (whole_weight > 0.0) AddProducts(of_whole, of_whole, 1.0 / whole_weight, of_halves);
-    for (size_t part = 0; part < kShapeParts; ++part) sample.detail[part] = of_halves[part] / weight;
-    sample.lean = lean / weight;
+    AddProducts(of_whole, of_whole, 1.0, sample.detail);
     sample.is_known = true;
   }
 
@@ -245,15 +278,17 @@ class ErrorSampler {
 
   // Noise in the positions moves the neighbors along the surface as well (ScaleMethod::noise_factor).
   void SetNoiseBias(const TangentShape& shape, ErrorSample& sample) const {
-    const double steepest = std::abs(shape.mean) + std::hypot(shape.difference, shape.twist);
-    double sum = 0.0, weight = 0.0;
+    const double half = std::hypot(shape.difference, shape.twist), steepest = std::abs(shape.mean) + half;
+    ShapeWeight sum, weight;
     for (size_t c = 0; c < choice_.chosen.size(); ++c) {
-      const double bias = kScaleMethods[choice_.chosen[c].method].noise_factor * choice_.sigma * choice_.sigma *
-                          std::abs(shape.mean) * steepest * steepest;
-      sum += weights_[c] * bias * bias;
+      const double relative_bias =
+          kScaleMethods[choice_.chosen[c].method].noise_factor * choice_.sigma * choice_.sigma * steepest * steepest;
+      const double square = relative_bias * relative_bias;
+      sum += {weights_[c].mean * square, weights_[c].traceless * square};
       weight += weights_[c];
     }
-    sample.noise_bias = sum / weight;
+    sample.noise_bias = shape.mean * shape.mean * sum.mean / weight.mean;
+    sample.half_noise_bias = half * half * sum.traceless / weight.traceless;
   }
 
   const PilotPoints table_;
@@ -262,7 +297,7 @@ class ErrorSampler {
   std::vector<Comparison> comparisons_;  // of each chosen candidate
   size_t slope_rung_ = 0;                // that slopes are wanted of
   LocalWeights local_weights_;
-  LocalWeights::Weights weights_{};  // at the point of the moment
+  std::array<ShapeWeight, ScaleChoice::kMostChosen> weights_{};  // at the point of the moment
   NearestSamples samples_;
 };
 
@@ -273,9 +308,8 @@ void CutOutliers(ShapeParts ErrorSample::*member, size_t part, std::vector<Error
     if (sample.is_known) values.push_back((sample.*member)[part]);
   }
   const auto quantile = [&values](double share) {
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
+    std::vector<double> overwritten = values;
+    return OrderStatistic(overwritten, static_cast<size_t>(share * static_cast<double>(values.size() - 1)));
   };
   const double most = quantile(kSquareQuantile), least = std::min(quantile(1.0 - kSquareQuantile), 0.0);
   for (ErrorSample& sample : samples) (sample.*member)[part] = std::clamp((sample.*member)[part], least, most);

@@ -25,11 +25,12 @@ struct ErrorSample {
   bool is_known = false;  // else there was no estimate, or nothing to compare it with
   ShapeParts noise{};  // variance, as two halves of the neighborhoods show it, where they have estimates; else `detail`
                        // holds it
-  ShapeParts detail{};      // what smoothing takes away, as the next scale shows it
-  ShapeParts place{};       // what noise in the positions makes by moving the point along the surface
-  double noise_bias = 0.0;  // of H, from noise in the positions
-  double lean = 0.0;        // not squared: the error of H, with its sign, as the next scale shows it
-  double floor = 0.0;       // not squared: the least error that can be told
+  ShapeParts detail{};  // what smoothing takes away, as the next scale shows it
+  ShapeParts place{};   // what noise in the positions makes by moving the point along the surface
+  // From noise in the positions: of H, and of half of k2 - k1.
+  double noise_bias = 0.0, half_noise_bias = 0.0;
+  double lean = 0.0;   // not squared: the error of H, with its sign, as the next scale shows it
+  double floor = 0.0;  // not squared: the least error that can be told
 };
 
 // One for each point of the table. `variance_factors` has one for each chosen candidate: the noise variance of the

@@ -51,6 +51,7 @@ StandardErrors ErrorModel::At(std::span<const uint32_t> nearest, double half_dif
   const Nearby near(nearest, samples_);
   if (near.size() == 0 || near.size() < std::min(kLeastNearest, samples_.size())) return {kNaN, kNaN, kNaN};
   const double noise_bias = near.MeanOf([](const ErrorSample& sample) { return sample.noise_bias; });
+  const double half_noise_bias = near.MeanOf([](const ErrorSample& sample) { return sample.half_noise_bias; });
   const double lean = near.MeanOf([](const ErrorSample& sample) { return sample.lean; });
   const double floor = near.MeanOf([](const ErrorSample& sample) { return sample.floor; });
   ShapeParts squares;
@@ -58,6 +59,8 @@ StandardErrors ErrorModel::At(std::span<const uint32_t> nearest, double half_dif
     squares[part] = near.MeanOf(&ErrorSample::noise, part) + std::max(near.MeanOf(&ErrorSample::detail, part), 0.0) +
                     std::max(near.MeanOf(&ErrorSample::place, part), 0.0) + noise_bias + floor * floor;
   }
+  squares[kFirstPart] += half_noise_bias;
+  squares[kSecondPart] += half_noise_bias;
   // Where k1 and k2 are nearly equal, what would turn the directions drives them apart, always the same way; the error
   // of H, which has a sign as well, adds to that of one and takes from that of the other.
   const double turn = std::sqrt(squares[kTurnPart]);

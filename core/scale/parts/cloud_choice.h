@@ -71,7 +71,10 @@ class CloudChoice {
 
   size_t bytes() const {
     size_t bytes = 0;
-    for (const PartChoice& part : parts_) bytes += part.choice.mean.bytes() + part.choice.gaussian.bytes();
+    for (const PartChoice& part : parts_) {
+      const auto& [mean, traceless, gaussian] = part.choice.weights;
+      bytes += mean.bytes() + traceless.bytes() + gaussian.bytes();
+    }
     return bytes;
   }
 

@@ -15,10 +15,11 @@ void CloudWeights::Start(const Box& box) {
 }
 
 CloudWeights::PointWeights CloudWeights::At(const float* position, size_t part) {
-  PointWeights all;
+  PointWeights all{};
   const LocalWeights::PointWeights of_part = weights_[part].At(position);
   const size_t first = choice_.first_of(part), count = choice_.parts()[part].choice.chosen.size();
   std::copy_n(of_part.mean.begin(), count, all.mean.begin() + first);
+  std::copy_n(of_part.traceless.begin(), count, all.traceless.begin() + first);
   std::copy_n(of_part.gaussian.begin(), count, all.gaussian.begin() + first);
   return all;
 }

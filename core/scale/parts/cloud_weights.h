@@ -7,6 +7,7 @@
 
 #include "core/index/spatial_index.h"
 #include "core/scale/local_weights.h"
+#include "core/scale/of_quantities.h"
 #include "core/scale/parts/cloud_choice.h"
 #include "core/scale/parts/cloud_parts.h"
 
@@ -18,9 +19,7 @@ class CloudWeights {
  public:
   // In the order of CloudChoice::chosen.
   using Weights = std::array<double, CloudChoice::kMostChosen>;
-  struct PointWeights {
-    Weights mean{}, gaussian{};
-  };
+  using PointWeights = OfQuantities<Weights>;
 
   // REQUIRES: each part has chosen candidates. `choice` outlives the object.
   explicit CloudWeights(const CloudChoice& choice);

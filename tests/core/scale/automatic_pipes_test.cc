@@ -43,7 +43,7 @@ TEST(AutomaticPipesTest, PipesOfADozenPointsAround) { ExpectBetterThanOthers(Pip
 TEST(AutomaticPipesTest, PipesOfTwoDozenPointsAround) { ExpectBetterThanOthers(Pipe(6000, 2), 1.0, 0.3); }
 
 TEST(AutomaticPipesTest, SmallSpheres) {
-  ExpectBetterThanOthers(Sphere(300, 1.0), 1.0, 0.9);
+  ExpectBetterThanOthers(Sphere(300, 1.0), 1.0, 0.95);
   ExpectBetterThanOthers(Sphere(1500, 1.0), 1.0, 0.5);
 }
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -19,21 +21,24 @@ Sampled RandomSamples(size_t count) {
   std::uniform_real_distribution<float> coordinate(0.0f, 1.0f);
   Sampled sampled;
   sampled.choice.chosen = {{0, 3}, {1, 5}};
-  sampled.choice.mean.cloud_weights = {0.6, 0.4};
-  sampled.choice.gaussian.cloud_weights = {0.3, 0.7};
-  sampled.choice.mean.trends = {{0.5, 0.6, 1.0}, {0.7, 0.4, 0.5}};
-  sampled.choice.gaussian.trends = {{0.1, 0.6, 0.0}, {0.2, 0.4, 1.0}};
+  sampled.choice.weights.mean.cloud_weights = {0.6, 0.4};
+  sampled.choice.weights.traceless.cloud_weights = {0.2, 0.8};
+  sampled.choice.weights.gaussian.cloud_weights = {0.3, 0.7};
+  sampled.choice.weights.mean.trends = {{0.5, 0.6, 1.0}, {0.7, 0.4, 0.5}};
+  sampled.choice.weights.traceless.trends = {{0.3, 0.6, 0.5}, {0.4, 0.4, 1.0}};
+  sampled.choice.weights.gaussian.trends = {{0.1, 0.6, 0.0}, {0.2, 0.4, 1.0}};
   for (size_t i = 0; i < count; ++i) {
     sampled.table.emplace_back(std::array<float, 3>{coordinate(random), coordinate(random), coordinate(random)});
-    for (ScaleWeights* const weights : {&sampled.choice.mean, &sampled.choice.gaussian}) {
+    auto& [mean, traceless, gaussian] = sampled.choice.weights;
+    for (ScaleWeights* const weights : {&mean, &traceless, &gaussian}) {
       weights->local_differences.push_back({0.1f + coordinate(random), 0.1f + coordinate(random)});
     }
   }
   return sampled;
 }
 
-// By looking at all sampled points.
-LocalWeights::Weights SlowWeights(const Sampled& sampled, const ScaleWeights& of, const std::array<float, 3>& at) {
+// What each is expected to err by, by looking at all sampled points.
+LocalWeights::Weights SlowErrors(const Sampled& sampled, const ScaleWeights& of, const std::array<float, 3>& at) {
   std::vector<std::pair<double, size_t>> order;
   for (size_t i = 0; i < sampled.table.size(); ++i) {
     double squared = 0.0;
@@ -45,13 +50,13 @@ LocalWeights::Weights SlowWeights(const Sampled& sampled, const ScaleWeights& of
   }
   std::sort(order.begin(), order.end());
   order.resize(std::min(order.size(), ScaleChoice::kNearest));
-  LocalWeights::Weights weights{};
+  LocalWeights::Weights errors{};
   for (size_t c = 0; c < 2; ++c) {
     double sum = 0.0;
     for (const auto& [squared, i] : order) sum += of.local_differences[i][c];
-    weights[c] = ScaleWeight(of.trends[c].ErrorAt(sum / static_cast<double>(order.size())));
+    errors[c] = of.trends[c].ErrorAt(sum / static_cast<double>(order.size()));
   }
-  return weights;
+  return errors;
 }
 
 TEST(LocalWeightsTest, AreThoseOfTheNearestSampledPoints) {
@@ -72,11 +77,14 @@ TEST(LocalWeightsTest, AreThoseOfTheNearestSampledPoints) {
         for (size_t axis = 0; axis < 3; ++axis)
           at[axis] = box.lo[axis] + within(random) * (box.hi[axis] - box.lo[axis]);
         const LocalWeights::PointWeights found = weights.At(at.data());
-        const LocalWeights::Weights mean = SlowWeights(sampled, sampled.choice.mean, at);
-        const LocalWeights::Weights gaussian = SlowWeights(sampled, sampled.choice.gaussian, at);
+        const LocalWeights::Weights mean = SlowErrors(sampled, sampled.choice.weights.mean, at);
+        const LocalWeights::Weights traceless = SlowErrors(sampled, sampled.choice.weights.traceless, at);
+        const LocalWeights::Weights gaussian = SlowErrors(sampled, sampled.choice.weights.gaussian, at);
         for (size_t c = 0; c < 2; ++c) {
-          EXPECT_NEAR(found.mean[c] / mean[c], 1.0, 1e-9) << count;
-          EXPECT_NEAR(found.gaussian[c] / gaussian[c], 1.0, 1e-9) << count;
+          EXPECT_NEAR(found.mean[c] * std::pow(mean[c], 4), 1.0, 1e-9) << count;
+          // What errs in the mean curvature is not trusted with the rest of the shape operator.
+          EXPECT_NEAR(found.traceless[c] * std::pow(std::hypot(mean[c], traceless[c]), 4), 1.0, 1e-9) << count;
+          EXPECT_NEAR(found.gaussian[c] * std::pow(gaussian[c], 4), 1.0, 1e-9) << count;
         }
       }
     }
@@ -85,13 +93,14 @@ TEST(LocalWeightsTest, AreThoseOfTheNearestSampledPoints) {
 
 TEST(LocalWeightsTest, AChoiceForTheWholeCloudIsTheSameEverywhere) {
   Sampled sampled = RandomSamples(100);
-  sampled.choice.mean.trends.clear();
-  sampled.choice.gaussian.trends.clear();
+  sampled.choice.weights.mean.trends.clear();
+  sampled.choice.weights.gaussian.trends.clear();
   LocalWeights weights(sampled.table, sampled.choice);
   weights.Start({{0, 0, 0}, {1, 1, 1}});
   const float at[3] = {0.5f, 0.5f, 0.5f};
   EXPECT_EQ(weights.At(at).mean[0], 0.6);
   EXPECT_EQ(weights.At(at).mean[1], 0.4);
+  EXPECT_EQ(weights.At(at).traceless[1], 0.8);
   EXPECT_EQ(weights.At(at).gaussian[1], 0.7);
 }
 

@@ -17,43 +17,58 @@ struct Behavior {
   double bias;   // at the last one; grows with the count
 };
 
-// A table of points in a row whose estimates behave so, for each method; those from `first_noisy` on may be noisier.
-PilotTable MakeTable(const std::array<Behavior, kMethodCount>& behaviors, double noise_factor_of_noisy = 1.0,
-                     int first_noisy = 200) {
-  std::mt19937_64 random(11);
+using Behaviors = std::array<Behavior, kMethodCount>;
+
+// Fills in values around `truth` that behave so.
+void SetValues(const Behaviors& behaviors, double truth, double noise_factor, uint64_t seed,
+               PilotPoint::Estimates& values) {
+  std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
+  const double detail = normal(random);
+  for (size_t rung = 0; rung < kRungCount; ++rung) {
+    const double growth = kScaleRungs[rung] / static_cast<double>(kScaleRungs[0]);
+    for (size_t m = 0; m < kMethodCount; ++m) {
+      const double noise = noise_factor * behaviors[m].noise / growth;
+      const double value = truth + behaviors[m].bias * detail * kScaleRungs[rung] / kScaleRungs.back();
+      const double even = normal(random) * noise, odd = normal(random) * noise;
+      auto& parts = values[m][rung];
+      parts[PilotPoint::kEven] = static_cast<float>(value + std::sqrt(2.0) * even);
+      parts[PilotPoint::kOdd] = static_cast<float>(value + std::sqrt(2.0) * odd);
+      parts[PilotPoint::kAll] = static_cast<float>(value + (even + odd) / std::sqrt(2.0));
+    }
+  }
+}
+
+// A table of points of a sphere, in a row, whose estimates behave so, for each method: of the mean curvature, and of
+// the traceless part. Those from `first_noisy` on may be noisier.
+PilotTable MakeTable(const Behaviors& of_mean, const Behaviors& of_traceless, double noise_factor_of_noisy = 1.0,
+                     int first_noisy = 200) {
   PilotTable table;
   for (int i = 0; i < 400; ++i) {
     PilotPoint point({static_cast<float>(i), 0.0f, 0.0f});
     const double factor = i < first_noisy ? 1.0 : noise_factor_of_noisy;
-    const double detail = normal(random);
+    const auto seed = static_cast<uint64_t>(i);
+    SetValues(of_mean, 1.0, factor, 3 * seed, point.mean);
+    SetValues(of_traceless, 0.0, factor, 3 * seed + 1, point.difference);
+    SetValues(of_traceless, 0.0, factor, 3 * seed + 2, point.twist);
     for (size_t rung = 0; rung < kRungCount; ++rung) {
       const double growth = kScaleRungs[rung] / static_cast<double>(kScaleRungs[0]);
       point.radius[rung] = static_cast<float>(0.01 * std::sqrt(growth));
       point.steepest[rung] = 1.0f;
       point.residual[rung] = 0.0f;
-      for (size_t m = 0; m < kMethodCount; ++m) {
-        const double noise = factor * behaviors[m].noise / growth;
-        const double lost = behaviors[m].bias * detail * kScaleRungs[rung] / kScaleRungs.back();
-        const double even = normal(random) * noise, odd = normal(random) * noise;
-        auto& parts = point.mean[m][rung];
-        parts[PilotPoint::kEven] = static_cast<float>(1.0 + lost + std::sqrt(2.0) * even);
-        parts[PilotPoint::kOdd] = static_cast<float>(1.0 + lost + std::sqrt(2.0) * odd);
-        parts[PilotPoint::kAll] = static_cast<float>(1.0 + lost + (even + odd) / std::sqrt(2.0));
-        // Of a sphere.
-        for (const auto part : {PilotPoint::kAll, PilotPoint::kEven, PilotPoint::kOdd}) {
-          point.difference[m][rung][part] = point.twist[m][rung][part] = 0.0f;
-        }
-      }
     }
     table.push_back(point);
   }
   return table;
 }
 
+PilotTable MakeTable(const Behaviors& behaviors, double noise_factor_of_noisy = 1.0, int first_noisy = 200) {
+  return MakeTable(behaviors, behaviors, noise_factor_of_noisy, first_noisy);
+}
+
 // What the first methods do; all others are useless.
-std::array<Behavior, kMethodCount> Behaving(const std::vector<Behavior>& first) {
-  std::array<Behavior, kMethodCount> behaviors;
+Behaviors Behaving(const std::vector<Behavior>& first) {
+  Behaviors behaviors;
   behaviors.fill({100.0, 100.0});
   std::copy(first.begin(), first.end(), behaviors.begin());
   return behaviors;
@@ -62,7 +77,7 @@ std::array<Behavior, kMethodCount> Behaving(const std::vector<Behavior>& first) 
 uint32_t MeanCount(const ScaleChoice& choice) {
   double logs = 0.0;
   for (size_t c = 0; c < choice.chosen.size(); ++c)
-    logs += choice.mean.cloud_weights[c] * std::log2(choice.chosen[c].count());
+    logs += choice.weights.mean.cloud_weights[c] * std::log2(choice.chosen[c].count());
   return static_cast<uint32_t>(std::exp2(logs));
 }
 
@@ -87,7 +102,7 @@ TEST(ScaleChoiceTest, TheLargestRungThatCountsIsThatOfTheNoisiestPlace) {
 
 TEST(ScaleChoiceTest, JetsOfDegreeSixCountUnlessOthersAreMuchBetter) {
   const auto has_sextic = [](double noise_of_sextic) {
-    std::array<Behavior, kMethodCount> behaviors = Behaving({{0.1, 1.0}});
+    Behaviors behaviors = Behaving({{0.1, 1.0}});
     behaviors[kSexticMethod] = {noise_of_sextic, 10.0 * noise_of_sextic};
     return FindCandidatesThatCount(MakeTable(behaviors), {}, 1e-6)->methods[kSexticMethod];
   };
@@ -99,7 +114,7 @@ TEST(ScaleChoiceTest, JetsOfDegreeSixCountUnlessOthersAreMuchBetter) {
 // What the sampled points show counts twice for a method whose bias they may not show.
 TEST(ScaleChoiceTest, TheLinearRegressionMustBeTwiceAsGood) {
   const auto share_of_linear = [](double times) {
-    std::array<Behavior, kMethodCount> behaviors = Behaving({{0.1, 1.0}});
+    Behaviors behaviors = Behaving({{0.1, 1.0}});
     behaviors[kLinearRegressionMethod] = {times * 0.1, times};
     double share = 0.0;
     for (const ScaleScore& score : ChooseScales(MakeTable(behaviors), {}).scores) {
@@ -125,16 +140,40 @@ TEST(ScaleChoiceTest, WhatLooksAllAroundABodyIsNoMeasureForOthers) {
 
 TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
   for (size_t best = 0; best < kMethodCount; ++best) {
-    std::array<Behavior, kMethodCount> behaviors;
+    Behaviors behaviors;
     behaviors.fill({1.0, 5.0});
     behaviors[best] = {0.1, 0.5};
     const ScaleChoice choice = ChooseScales(MakeTable(behaviors), {});
     double weight = 0.0;
     for (size_t c = 0; c < choice.chosen.size(); ++c) {
-      if (choice.chosen[c].method == best) weight += choice.mean.cloud_weights[c];
+      if (choice.chosen[c].method == best) weight += choice.weights.mean.cloud_weights[c];
     }
     EXPECT_GT(weight, 0.95) << best;
   }
+}
+
+double WeightOf(size_t method, const std::vector<ScaleCandidate>& chosen, const ScaleWeights& weights) {
+  double weight = 0.0;
+  for (size_t c = 0; c < chosen.size(); ++c) {
+    if (chosen[c].method == method) weight += weights.cloud_weights[c];
+  }
+  return weight;
+}
+
+// As on a minimal surface, whose mean curvature is 0 however far estimates look.
+TEST(ScaleChoiceTest, TheTracelessPartHasTheMethodThatSuitsIt) {
+  constexpr size_t kOfMean = kQuadricMethod, kOfTraceless = kRegressionMethod;
+  Behaviors mean = Behaving({}), traceless = mean;
+  mean[kOfMean] = {0.01, 0.05};
+  traceless[kOfMean] = {1.0, 5.0};
+  mean[kOfTraceless] = traceless[kOfTraceless] = {0.1, 0.5};
+  const PilotTable table = MakeTable(mean, traceless);
+  const ScaleChoice choice = ChooseScales(table, {});
+  EXPECT_GT(WeightOf(kOfMean, choice.chosen, choice.weights.mean), 0.9);
+  EXPECT_GT(WeightOf(kOfTraceless, choice.chosen, choice.weights.traceless), 0.9);
+  const auto counts = FindCandidatesThatCount(table, {}, 0.1);
+  ASSERT_TRUE(counts.has_value());
+  EXPECT_TRUE(counts->methods[kOfMean] && counts->methods[kOfTraceless]);
 }
 
 TEST(ScaleChoiceTest, KeepsToItsBounds) {
@@ -155,15 +194,15 @@ TEST(ScaleChoiceTest, KeepsToItsBounds) {
 TEST(ScaleChoiceTest, WeightsFollowTheNoiseFromPlaceToPlace) {
   const PilotTable table = MakeTable(Behaving({{0.03, 2.0}}), 30.0);
   const ScaleChoice choice = ChooseScales(table, {});
-  ASSERT_EQ(choice.mean.local_differences.size(), table.size());
+  ASSERT_EQ(choice.weights.mean.local_differences.size(), table.size());
   const auto mean_count = [&](size_t first, size_t last) {
     double logs = 0.0, weights = 0.0;
     for (size_t c = 0; c < choice.chosen.size(); ++c) {
       double difference = 0.0;
       for (size_t i = first; i < last; ++i) {
-        difference += choice.mean.local_differences[i][c] / static_cast<double>(last - first);
+        difference += choice.weights.mean.local_differences[i][c] / static_cast<double>(last - first);
       }
-      const double error = choice.mean.trends[c].ErrorAt(difference);
+      const double error = choice.weights.mean.trends[c].ErrorAt(difference);
       logs += ScaleWeight(error) * std::log2(choice.chosen[c].count());
       weights += ScaleWeight(error);
     }
@@ -188,14 +227,18 @@ TEST(ScaleChoiceTest, SharesOfTheChosenSumToOne) {
     ScaleBounds bounds;
     bounds.per_cloud = per_cloud;
     const ScaleChoice choice = ChooseScales(MakeTable(Behaving({{1.0, 1.0}})), bounds);
-    EXPECT_EQ(choice.chosen.size(), ScaleChoice::kMostChosen);
-    EXPECT_NEAR(std::accumulate(choice.mean.cloud_weights.begin(), choice.mean.cloud_weights.end(), 0.0), 1.0, 1e-12);
-    EXPECT_TRUE(std::is_sorted(choice.mean.cloud_weights.rbegin(), choice.mean.cloud_weights.rend()));
+    EXPECT_EQ(choice.chosen.size(), 4u) << "the traceless part needs no other";
+    const std::vector<double>& weights = choice.weights.mean.cloud_weights;
+    EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0), 1.0, 1e-12);
+    const auto share = [&](size_t c) { return weights[c] + choice.weights.gaussian.cloud_weights[c]; };
+    EXPECT_GE(share(0), share(1));
+    EXPECT_GE(share(1), share(2));
     double shares = 0.0;
     for (const ScaleScore& score : choice.scores) shares += score.share;
     EXPECT_NEAR(shares, 1.0, 1e-12);
-    EXPECT_EQ(choice.mean.trends.empty(), per_cloud);
-    EXPECT_EQ(choice.gaussian.trends.empty(), per_cloud);
+    EXPECT_EQ(choice.weights.mean.trends.empty(), per_cloud);
+    EXPECT_EQ(choice.weights.traceless.trends.empty(), per_cloud);
+    EXPECT_EQ(choice.weights.gaussian.trends.empty(), per_cloud);
   }
 }
 
@@ -204,7 +247,7 @@ TEST(ScaleChoiceTest, EstimatesThatAgreeExactlyHaveFiniteWeights) {
   const PilotTable table = MakeTable({Behavior{0.0, 0.0}, Behavior{0.0, 0.0}, Behavior{0.0, 0.0}});
   const ScaleChoice choice = ChooseScales(table, {});
   ASSERT_FALSE(choice.chosen.empty());
-  for (const double weight : choice.mean.cloud_weights) EXPECT_TRUE(std::isfinite(weight)) << weight;
+  for (const double weight : choice.weights.mean.cloud_weights) EXPECT_TRUE(std::isfinite(weight)) << weight;
   for (const ScaleScore& score : choice.scores) EXPECT_TRUE(std::isfinite(score.error) && score.error > 0.0);
 }
 

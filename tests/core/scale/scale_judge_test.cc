@@ -109,6 +109,39 @@ TEST(ScaleJudgeTest, WhatAllScalesOfAMethodSmoothAwayShowsBesideTheCubicRegressi
   }
 }
 
+TEST(ScaleJudgeTest, TheTracelessPartIsJudgedAsAVectorWhateverThePointsFrames) {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> angle(0.0, 2.0 * 3.14159265);
+  for (const double bias : {0.05, 0.2}) {
+    // What hexagrams lose and what noise adds is along the x axis of each frame, that is, turned by another angle.
+    PilotTable table = BiasedHexagrams(bias), turned = table;
+    for (size_t i = 0; i < table.size(); ++i) {
+      const double at = angle(random);
+      for (size_t method : {kHexagramMethod, kRegressionMethod}) {
+        for (size_t rung = 4; rung < kRungCount; ++rung) {
+          for (const auto part : {PilotPoint::kEven, PilotPoint::kOdd, PilotPoint::kAll}) {
+            const float value = table[i].mean[method][rung][part];
+            table[i].difference[method][rung][part] = value;
+            turned[i].difference[method][rung][part] = static_cast<float>(std::cos(at)) * value;
+            turned[i].twist[method][rung][part] = static_cast<float>(std::sin(at)) * value;
+            table[i].mean[method][rung][part] = turned[i].mean[method][rung][part] = 0.0f;
+          }
+        }
+      }
+    }
+    constexpr auto kTraceless = ScaleJudge::Quantity::kTraceless;
+    const std::vector<ScaleScore> scores = ScaleJudge(table, ScaleBounds{}, kTraceless).Scores();
+    const std::vector<ScaleScore> of_turned = ScaleJudge(turned, ScaleBounds{}, kTraceless).Scores();
+    EXPECT_NEAR(LeastErrorOf(kHexagramMethod, scores), bias, 0.25 * bias);
+    EXPECT_NEAR(LeastErrorOf(kRegressionMethod, scores), 0.01, 0.005);
+    ASSERT_EQ(of_turned.size(), scores.size());
+    for (size_t i = 0; i < scores.size(); ++i) {
+      EXPECT_EQ(of_turned[i].candidate, scores[i].candidate);
+      EXPECT_NEAR(of_turned[i].error / scores[i].error, 1.0, 1e-3);
+    }
+  }
+}
+
 // Regressions of 64 and more neighbors that agree, but for noise of 64 neighbors, of which this share is common to both
 // halves.
 PilotTable RegressionsWithCommonNoise(int points, double share) {

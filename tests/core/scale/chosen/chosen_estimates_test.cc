@@ -15,7 +15,9 @@ namespace {
 ScaleChoice TwoScales(double small_weight, double large_weight) {
   ScaleChoice choice;
   choice.chosen = {{kHexagramMethod, RungNear(64)}, {kHexagramMethod, RungNear(256)}};
-  choice.mean.cloud_weights = choice.gaussian.cloud_weights = {small_weight, large_weight};
+  for (ScaleWeights* const weights : {&choice.weights.mean, &choice.weights.traceless, &choice.weights.gaussian}) {
+    weights->cloud_weights = {small_weight, large_weight};
+  }
   return choice;
 }
 
@@ -84,7 +86,7 @@ TEST(ChosenEstimatesTest, PointsOfALeafShareTheirWeights) {
   PilotTable table;
   for (size_t i = 0; i < sphere.size(); i += 20) {
     table.emplace_back(sphere.positions[i]);
-    for (ScaleWeights* const weights : {&choice.mean, &choice.gaussian}) {
+    for (ScaleWeights* const weights : {&choice.weights.mean, &choice.weights.traceless, &choice.weights.gaussian}) {
       weights->trends = {{1.0, 1.0, 1.0}, {2.0, 1.0, 0.5}};
       weights->local_differences.push_back({static_cast<float>(i + 1), static_cast<float>(sphere.size() - i)});
     }

@@ -39,7 +39,7 @@ ScaleChoice RegressionAt(size_t chosen, double noise) {
     choice.scores.push_back({{kQuarticMethod, rung}, at, at, at, 0.0, 0.0});
   }
   choice.chosen = {{kRegressionMethod, chosen}};
-  choice.mean.cloud_weights = {1.0};
+  choice.weights.mean.cloud_weights = {1.0};
   return choice;
 }
 

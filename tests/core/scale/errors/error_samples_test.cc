@@ -46,7 +46,7 @@ PilotTable MakeTable(double noise, double lost, size_t halves_from = 0) {
 ScaleChoice Choosing(size_t rung, double sigma = 0.0) {
   ScaleChoice choice;
   choice.chosen = {{kRegressionMethod, rung}};
-  choice.mean.cloud_weights = choice.gaussian.cloud_weights = {1.0};
+  choice.weights.mean.cloud_weights = choice.weights.traceless.cloud_weights = {1.0};
   choice.scores = {{choice.chosen.front(), 1.0, 1.0, 1.0, 0.0, 1.0}};
   choice.sigma = sigma;
   return choice;
@@ -167,7 +167,7 @@ TEST(ErrorSamplesTest, WithoutHalvesErrorsOfCandidatesAddWithOneSign) {
   ScaleChoice choice = Choosing(kRung);
   const double alone = MeanOf(SampleErrors(table, choice, kOne)).detail[kMeanPart];
   choice.chosen.push_back({kQuarticMethod, kRung});
-  choice.mean.cloud_weights = choice.gaussian.cloud_weights = {0.5, 0.5};
+  choice.weights.mean.cloud_weights = choice.weights.traceless.cloud_weights = {0.5, 0.5};
   const double factors[] = {1.0, 1.0};
   const double both = MeanOf(SampleErrors(table, choice, factors)).detail[kMeanPart];
   EXPECT_NEAR(both / alone, 1.0, 0.2) << "signed, they would cancel out";

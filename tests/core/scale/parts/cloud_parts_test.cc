@@ -143,8 +143,9 @@ TEST(CloudPartsTest, NoiseInAFewPlacesIsSeen) {
 ScaleChoice Scales(size_t first_rung, size_t count) {
   ScaleChoice choice;
   for (size_t c = 0; c < count; ++c) choice.chosen.push_back({kHexagramMethod, first_rung + c});
-  choice.mean.cloud_weights.assign(count, 0.25);
-  choice.gaussian.cloud_weights.assign(count, 0.5);
+  choice.weights.mean.cloud_weights.assign(count, 0.25);
+  choice.weights.traceless.cloud_weights.assign(count, 0.375);
+  choice.weights.gaussian.cloud_weights.assign(count, 0.5);
   return choice;
 }
 
@@ -165,6 +166,7 @@ TEST(CloudWeightsTest, APlaceHasThoseOfItsPart) {
     // Beside the border a sample of either is near.
     EXPECT_EQ(weights.PartAt(place.data()), x > 0.45f ? 1u : 0u) << x;
     EXPECT_EQ(weights.At(place.data()).mean, x > 0.45f ? of_second : of_first) << x;
+    EXPECT_EQ(weights.At(place.data(), 0).traceless[0], 0.375) << x;
     EXPECT_EQ(weights.At(place.data(), 0).gaussian[0], 0.5) << x;
     // A dozen of samples around reach two rows of them far.
     EXPECT_EQ(weights.IsNearSecond(place.data()), x > 0.35f) << x;

@@ -1,4 +1,4 @@
-#include "core/scale/blend.h"
+#include "core/scale/chosen/blend.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ PointCurvature Estimate(double k1, double k2, double angle) {
 
 TEST(BlendTest, OneEstimateStaysAsItIs) {
   Blend blend;
-  blend.Add(Estimate(-0.5, 2.0, 0.3), 7.0, 7.0);
+  blend.Add(Estimate(-0.5, 2.0, 0.3), {7.0, 7.0, 7.0});
   const PointCurvature point = blend.Finish();
   EXPECT_EQ(point.status, PointStatus::kOk);
   EXPECT_FLOAT_EQ(point.mean, 0.75f);
@@ -35,8 +35,8 @@ TEST(BlendTest, OneEstimateStaysAsItIs) {
 
 TEST(BlendTest, AveragesShapeOperatorsAndNotTheirPrincipalCurvatures) {
   Blend blend;
-  blend.Add(Estimate(0.0, 1.0, 0.0), 1.0, 1.0);
-  blend.Add(Estimate(0.0, 1.0, std::acos(0.0)), 1.0, 1.0);
+  blend.Add(Estimate(0.0, 1.0, 0.0), {1.0, 1.0, 1.0});
+  blend.Add(Estimate(0.0, 1.0, std::acos(0.0)), {1.0, 1.0, 1.0});
   const PointCurvature point = blend.Finish();
   EXPECT_NEAR(point.k1, 0.5, 1e-6) << "ridges across each other make a sphere";
   EXPECT_NEAR(point.k2, 0.5, 1e-6);
@@ -44,10 +44,10 @@ TEST(BlendTest, AveragesShapeOperatorsAndNotTheirPrincipalCurvatures) {
 
 TEST(BlendTest, WeightsCount) {
   Blend blend;
-  blend.Add(Estimate(1.0, 1.0, 0.0), 3.0, 3.0);
+  blend.Add(Estimate(1.0, 1.0, 0.0), {3.0, 3.0, 3.0});
   PointCurvature wide = Estimate(2.0, 2.0, 0.0);
   wide.radius = 5.0f;
-  blend.Add(wide, 1.0, 1.0);
+  blend.Add(wide, {1.0, 1.0, 1.0});
   EXPECT_FLOAT_EQ(blend.Finish().mean, 1.25f);
   EXPECT_EQ(blend.Finish().radius, 5.0f) << "how far any of them looked";
 }
@@ -55,10 +55,10 @@ TEST(BlendTest, WeightsCount) {
 TEST(BlendTest, SpreadIsThatOfTheEstimatesAroundTheirAverage) {
   Blend blend;
   EXPECT_EQ(blend.spread().mean, 0.0);
-  blend.Add(Estimate(1.0, 3.0, 0.0), 3.0, 3.0);
+  blend.Add(Estimate(1.0, 3.0, 0.0), {3.0, 3.0, 3.0});
   EXPECT_EQ(blend.spread().mean, 0.0) << "one agrees with itself";
-  blend.Add(Estimate(5.0, 5.0, 0.0), 1.0, 1.0);
-  blend.Add(Estimate(100.0, 100.0, 0.0), 0.0, 0.0);
+  blend.Add(Estimate(5.0, 5.0, 0.0), {1.0, 1.0, 1.0});
+  blend.Add(Estimate(100.0, 100.0, 0.0), {0.0, 0.0, 0.0});
   const Blend::Spread spread = blend.spread();
   const double share = std::sqrt(0.75 * 0.25);
   EXPECT_NEAR(spread.mean, 3.0 * share, 1e-12);
@@ -67,28 +67,45 @@ TEST(BlendTest, SpreadIsThatOfTheEstimatesAroundTheirAverage) {
   EXPECT_NEAR(blend.mean(), 2.75, 1e-12);
 }
 
+TEST(BlendTest, EachQuantityHasWeightsOfItsOwn) {
+  Blend blend;
+  blend.Add(Estimate(0.5, 1.5, 0.3), {3.0, 1.0, 0.0});
+  blend.Add(Estimate(1.0, 5.0, 0.3), {1.0, 3.0, 2.0});
+  const PointCurvature point = blend.Finish();
+  EXPECT_FLOAT_EQ(point.mean, 1.5f);
+  EXPECT_NEAR(point.k1, 1.5 - 1.625, 1e-6);
+  EXPECT_NEAR(point.k2, 1.5 + 1.625, 1e-6);
+  EXPECT_FLOAT_EQ(point.gaussian, 5.0f);
+  // H is 1 and 3, half of k2 - k1 is 0.5 and 2; both change together.
+  const double of_mean = 2.0 * std::sqrt(0.75 * 0.25), of_half = 1.5 * std::sqrt(0.75 * 0.25);
+  EXPECT_NEAR(blend.spread().mean, of_mean, 1e-12);
+  EXPECT_GE(blend.spread().k1, of_mean - of_half);
+  EXPECT_LE(blend.spread().k2, of_mean + of_half);
+  EXPECT_GT(blend.spread().k2, blend.spread().k1);
+}
+
 TEST(BlendTest, OneWithoutWeightDoesNotEvenTellItsRadius) {
   Blend blend;
-  blend.Add(Estimate(1.0, 1.0, 0.0), 3.0, 3.0);
+  blend.Add(Estimate(1.0, 1.0, 0.0), {3.0, 3.0, 3.0});
   PointCurvature wide = Estimate(2.0, 2.0, 0.0);
   wide.radius = 5.0f;
-  blend.Add(wide, 0.0, 0.0);
+  blend.Add(wide, {0.0, 0.0, 0.0});
   EXPECT_FLOAT_EQ(blend.Finish().mean, 1.0f);
   EXPECT_EQ(blend.Finish().radius, 1.0f);
 }
 
 TEST(BlendTest, WhatCouldNotBeEstimatedDoesNotCount) {
   Blend blend;
-  blend.Add(UndefinedCurvature(PointStatus::kSingularFit), 100.0, 100.0);
-  blend.Add(Estimate(1.0, 2.0, 0.1), 1.0, 1.0);
+  blend.Add(UndefinedCurvature(PointStatus::kSingularFit), {100.0, 100.0, 100.0});
+  blend.Add(Estimate(1.0, 2.0, 0.1), {1.0, 1.0, 1.0});
   EXPECT_EQ(blend.Finish().status, PointStatus::kOk);
   EXPECT_FLOAT_EQ(blend.Finish().mean, 1.5f);
 }
 
 TEST(BlendTest, WithoutAnyTheLargestWeightSaysWhy) {
   Blend blend;
-  blend.Add(UndefinedCurvature(PointStatus::kSingularFit), 1.0, 1.0);
-  blend.Add(UndefinedCurvature(PointStatus::kDegenerateArea), 2.0, 2.0);
+  blend.Add(UndefinedCurvature(PointStatus::kSingularFit), {1.0, 1.0, 1.0});
+  blend.Add(UndefinedCurvature(PointStatus::kDegenerateArea), {2.0, 2.0, 2.0});
   const PointCurvature point = blend.Finish();
   EXPECT_EQ(point.status, PointStatus::kDegenerateArea);
   EXPECT_TRUE(std::isnan(point.mean) && std::isnan(point.k1) && std::isnan(point.d1[0]));
@@ -97,10 +114,10 @@ TEST(BlendTest, WithoutAnyTheLargestWeightSaysWhy) {
 
 TEST(BlendTest, OppositeNormalsAreNoSurface) {
   Blend blend;
-  blend.Add(Estimate(1.0, 1.0, 0.0), 1.0, 1.0);
+  blend.Add(Estimate(1.0, 1.0, 0.0), {1.0, 1.0, 1.0});
   PointCurvature turned = Estimate(1.0, 1.0, 0.0);
   turned.d1 = {0.0f, 1.0f, 0.0f}, turned.d2 = {1.0f, 0.0f, 0.0f};
-  blend.Add(turned, 1.0, 1.0);
+  blend.Add(turned, {1.0, 1.0, 1.0});
   EXPECT_EQ(blend.Finish().status, PointStatus::kInconsistentNormals);
 }
 
