@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "client/io/text.h"
 #include "proto/result_columns.h"
 
 namespace curv {
@@ -143,6 +145,22 @@ PointTable JoinResults(PointTable input, std::vector<Column> results) {
     if (!result_names.contains(WithoutScale(column.name))) table.Set(std::move(column));
   }
   return table;
+}
+
+std::string NoteOnDroppedColumns(const std::vector<std::string>& names) {
+  const std::set<std::string> result_names = ResultNames();
+  std::vector<std::string> dropped;
+  for (const std::string& name : names) {
+    if (result_names.contains(WithoutScale(name))) dropped.push_back(Printable(name));
+  }
+  if (dropped.empty()) return "";
+  return absl::StrCat("left out columns that are named like results: ", absl::StrJoin(dropped, ", "));
+}
+
+std::string NoteOnDroppedColumns(const PointTable& input) {
+  std::vector<std::string> names;
+  for (const Column& column : input.columns()) names.push_back(column.name);
+  return NoteOnDroppedColumns(names);
 }
 
 std::vector<double> ValuesOf(const PointTable& table, const std::string& column) {

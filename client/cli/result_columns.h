@@ -57,6 +57,11 @@ std::vector<Column> ColumnsOf(CurvatureResult result);
 // points.
 PointTable JoinResults(PointTable input, std::vector<Column> results);
 
+// What to note of an input with columns of these names: which of them MakeResultTable drops. Empty if it drops none.
+std::string NoteOnDroppedColumns(const std::vector<std::string>& names);
+// The same of a table.
+std::string NoteOnDroppedColumns(const PointTable& input);
+
 // Adds the columns red, green and blue for the values of a column, and returns the scale of the colors.
 // REQUIRES: the table has the column.
 ColorScale AddColors(const std::string& column, PointTable& table);

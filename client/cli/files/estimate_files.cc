@@ -92,6 +92,9 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   absl::StatusOr<PointTable> table = LoadTable(input, flags.save.format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(input, ": ", note));
+  if (const std::string dropped = NoteOnDroppedColumns(*table); !dropped.empty()) {
+    PrintNote(absl::StrCat(input, ": ", dropped));
+  }
   std::string note;
   report.options.normals = OptionsFor(flags.normals, *table, note);
   CloudNeeds needs = NeedsOf(report.options.normals);

@@ -98,6 +98,9 @@ ExitCode Run(MakeNormalsFlags& flags) {
   absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.connection, flags.threads);
   if (!connection.ok()) return Fail(ExitCode::kUsage, connection.status());
   const bool were_given = flags.normals.source == NormalSource::kOrient;
+  if (const std::string dropped = NoteOnDroppedColumns(*table); !were_given && !dropped.empty()) {
+    PrintNote(absl::StrCat(flags.input, ": ", dropped));
+  }
   options.quantities = {"normals"};
   if (!were_given) options.quantities.emplace_back("normal_quality");
   options.skip_invalid = true;

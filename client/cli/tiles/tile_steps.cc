@@ -2,6 +2,9 @@
 
 #include <malloc.h>
 
+#include <string>
+#include <vector>
+
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/numbers.h"
@@ -56,6 +59,9 @@ absl::StatusOr<RunOutcome> RunWithProgress(const TilePlan& plan, const RunReques
 
 absl::StatusOr<StatusCounts> MergeWithProgress(const TilePlan& plan, const std::string& output, const SaveOptions& save,
                                                const std::stop_token& stop) {
+  std::vector<std::string> names;
+  for (const std::string& column : plan.columns) names.push_back(column.substr(0, column.rfind(' ')));
+  if (const std::string dropped = NoteOnDroppedColumns(names); !dropped.empty()) PrintNote(dropped);
   TilesBar bar;
   return MergeTiles(plan, output, save, JoinResults, stop,
                     [&](uint64_t points) { bar.Show("merging", points, plan.points); });

@@ -21,7 +21,7 @@ absl::StatusOr<PlanOutcome> PlanWithProgress(const PlanRequest& request, const s
 absl::StatusOr<RunOutcome> RunWithProgress(const TilePlan& plan, const RunRequest& request,
                                            const Connection& connection, const EstimateOptions& options,
                                            const std::stop_token& stop);
-// MergeTiles.
+// MergeTiles, which notes the columns of the inputs that are left out.
 absl::StatusOr<StatusCounts> MergeWithProgress(const TilePlan& plan, const std::string& output, const SaveOptions& save,
                                                const std::stop_token& stop);
 

@@ -325,6 +325,19 @@ TEST_F(CurvTest, DropsWhatAnEarlierResultHasBesideTheQuantitiesAskedFor) {
   const std::string once = dir_.File("once.ply"), twice = dir_.File("twice.ply");
   ASSERT_EQ(RunCurv({"estimate", Cloud(), "-o", once, "--color"}).exit_code, 0);
   const CurvRun run = RunCurv({"estimate", once, "-o", twice, "--quantities=k1,k2", "--k=150"});
+TEST_F(CurvTest, NamesTheColumnsThatResultsReplace) {
+  const std::string cloud = dir_.Write("c.csv",
+                                       "x,y,z,nx,ny,nz,k1,intensity,status_k16,mean_curvature\n"
+                                       "0,0,0,0,0,1,7,8,1,9\n1,0,0,0,0,1,7,8,1,9\n");
+  constexpr char kNote[] = "c.csv: left out columns that are named like results: k1, status_k16, mean_curvature\n";
+  EXPECT_THAT(RunCurv({"estimate", cloud, "-o", dir_.File("r.csv"), "--quantities=gaussian"}).err, HasSubstr(kNote));
+  EXPECT_THAT(dir_.Read("r.csv"), StartsWith("x,y,z,nx,ny,nz,gaussian_curvature,status,intensity\n"));
+  EXPECT_THAT(RunCurv({"normals", cloud, "-o", dir_.File("n.csv")}).err, HasSubstr(kNote));
+  // orient keeps all columns.
+  EXPECT_THAT(RunCurv({"orient", cloud, "-o", dir_.File("o.csv")}).err, Not(HasSubstr("left out")));
+  EXPECT_THAT(dir_.Read("o.csv"), StartsWith("x,y,z,nx,ny,nz,k1,intensity,status_k16,mean_curvature\n"));
+}
+
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("k1"), Not(HasSubstr("mean_curvature"))));
   const std::vector<std::string> names = ColumnNames(*LoadTable(twice));
