@@ -9,6 +9,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/flags.h"
+#include "client/cli/pem/pem_checks.h"
 
 namespace curv {
 namespace {
@@ -21,6 +22,17 @@ absl::Status ReadFile(const char* flag, const std::string& path, std::string& te
   if (file.is_open() && !text.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat(flag, ": ", path, ": ", errno == 0 ? "the file is empty" : std::strerror(errno)));
+}
+
+absl::Status CheckPemFiles(const ConnectionFlags& flags, const ConnectOptions& options) {
+  absl::Status status;
+  if (!flags.ca_file.empty()) status = CheckCertificate("--ca", flags.ca_file, options.authorities);
+  if (status.ok() && !flags.cert_file.empty())
+    status = CheckCertificate("--cert", flags.cert_file, options.certificate);
+  if (status.ok() && !flags.cert_file.empty() && !flags.key_file.empty()) {
+    status = CheckPrivateKey("--key", flags.key_file, options.private_key, options.certificate);
+  }
+  return status;
 }
 
 }  // namespace
@@ -59,6 +71,7 @@ absl::StatusOr<ConnectOptions> ReadConnectOptions(const ConnectionFlags& flags) 
         ReadFile("--token-file", flags.token_file, options.token)}) {
     if (!status.ok()) return status;
   }
+  if (absl::Status status = CheckPemFiles(flags, options); !status.ok()) return status;
   if (const char* token = std::getenv("CURV_TOKEN"); flags.token_file.empty() && token != nullptr) {
     options.token = token;
   }

@@ -29,7 +29,7 @@ void AddConnectionFlags(CLI::App& command, ConnectionFlags& flags);
 
 // Reads the files that the flags name, and returns the options that they ask for. The token comes from --token-file,
 // else from the environment variable CURV_TOKEN, without blanks around it. INVALID_ARGUMENT, naming the flag, if a file
-// cannot be read or the token is empty.
+// cannot be read, holds no certificate or no key of it, or the token is empty.
 absl::StatusOr<ConnectOptions> ReadConnectOptions(const ConnectionFlags& flags);
 
 }  // namespace curv

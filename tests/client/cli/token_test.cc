@@ -42,6 +42,30 @@ class TokenTest : public ::testing::Test {
   const curvd::TestCertificates certificates_;
 };
 
+TEST_F(TokenTest, FilesThatHoldNoCertificateOrKeyAreNamed) {
+  const curvd::PemPair own = certificates_.Issue("alice"), other = certificates_.Issue("bob");
+  const std::string ca = "--ca=" + dir_.Write("ca.crt", certificates_.authority());
+  const std::string cert = "--cert=" + dir_.Write("own.crt", own.certificate);
+  const auto message = [](const std::vector<std::string>& flags) {
+    std::vector<std::string> words = {"info", "--server=localhost:1"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    const CurvRun run = RunCurv(words);
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    return run.err;
+  };
+  for (const std::string& text :
+       {std::string("no PEM"), own.key, certificates_.authority().substr(0, 100), std::string("-----BEGIN nothing")}) {
+    const std::string file = dir_.Write("wrong", text);
+    EXPECT_THAT(message({"--ca=" + file}), HasSubstr("--ca: " + file + ": no certificate can be read"));
+    EXPECT_THAT(message({ca, "--cert=" + file, "--key=" + file}),
+                HasSubstr("--cert: " + file + ": no certificate can be read"));
+  }
+  const std::string no_key = dir_.Write("no.key", own.certificate), other_key = dir_.Write("other.key", other.key);
+  EXPECT_THAT(message({ca, cert, "--key=" + no_key}), HasSubstr("--key: " + no_key + ": no private key can be read"));
+  EXPECT_THAT(message({ca, cert, "--key=" + other_key}),
+              HasSubstr("--key: " + other_key + ": it is the private key of another certificate"));
+}
+
 TEST_F(TokenTest, ThereIsNoTokenWithoutItsLine) {
   const std::string file = dir_.File("bob.token");
   const CurvRun run = RunCurv({"token", "bob", "-o", file}, "", "/dev/full");
@@ -100,7 +124,7 @@ TEST_F(TokenTest, FlagsThatDoNotFitAreNamed) {
   };
   EXPECT_THAT(message({"--ca=" + dir_.File("none")}), HasSubstr("--ca: " + dir_.File("none")));
   EXPECT_THAT(message({"--token-file=" + dir_.Write("blank", " \n")}), HasSubstr("holds no token"));
-  EXPECT_THAT(message({"--cert=" + dir_.Write("crt", "-----BEGIN CERTIFICATE-----")}), HasSubstr("private key"));
+  EXPECT_THAT(message({"--cert=" + dir_.Write("crt", certificates_.authority())}), HasSubstr("private key"));
   EXPECT_THAT(message({"--server-name=other"}), HasSubstr("TLS"));
 }
 
