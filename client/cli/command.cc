@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "client/curvature_client.h"
 
 namespace curv {
 namespace {
@@ -54,10 +55,13 @@ ExitCode Fail(ExitCode code, const std::string& message) {
 
 ExitCode Fail(ExitCode code, const absl::Status& status) { return Fail(code, std::string(status.message())); }
 
-ExitCode FailCall(const absl::Status& status) {
+ExitCode FailCall(const absl::Status& status, const std::string& title) {
   const ExitCode code = CodeFor(status);
   if (code == ExitCode::kInterrupted) return Fail(code, "interrupted");
-  return Fail(code, absl::StrCat(absl::StatusCodeToString(status.code()), ": ", status.message()));
+  // Where no server gave a reason, gRPC tells of one address and one try alone.
+  const bool is_unexplained = code == ExitCode::kUnavailable && ErrorReason(status).empty();
+  return Fail(code, absl::StrCat(absl::StatusCodeToString(status.code()), ": ", title, status.message(),
+                                 is_unexplained ? ". curv doctor, with the same --server, finds out more" : ""));
 }
 
 void PrintWarning(const std::string& message) { std::fprintf(stderr, "curv: warning: %s\n", Visible(message).c_str()); }

@@ -62,8 +62,9 @@ std::string ShownOutput(std::string_view path);
 // What follows shows messages as Visible. Prints "curv: MESSAGE" on stderr and returns `code`.
 ExitCode Fail(ExitCode code, const std::string& message);
 ExitCode Fail(ExitCode code, const absl::Status& status);
-// Prints an error that a server gave, or the way to it, and returns the code that follows from its status.
-ExitCode FailCall(const absl::Status& status);
+// Prints an error that a server gave, or the way to it, and returns the code that follows from its status. `title`
+// stands before the message. Errors of the way point to curv doctor.
+ExitCode FailCall(const absl::Status& status, const std::string& title = "");
 // Prints "curv: warning: MESSAGE" on stderr.
 void PrintWarning(const std::string& message);
 // Prints "curv: note: MESSAGE" on stderr.

@@ -117,8 +117,8 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   absl::StatusOr<CurvatureResult> result =
       CallServer(*task.connection, *cloud, report.options, task.interrupt.token(), task.share);
   if (!result.ok()) {
-    const absl::Status status = WithRemedy(result.status(), table->size());
-    return FailCall({status.code(), absl::StrCat(input == "-" ? "standard input" : input, ": ", status.message())});
+    return FailCall(WithRemedy(result.status(), table->size()),
+                    absl::StrCat(input == "-" ? "standard input" : input, ": "));
   }
   report.call_seconds = SecondsSince(call_start);
   report.summary = result->summary;

@@ -303,12 +303,13 @@ TEST_F(CurvTest, UnreachableServersAndTimeoutsHaveTheirCodes) {
   const CurvRun run =
       RunCurv({"estimate", cloud, "-o", dir_.File("out.ply"), "--server=127.0.0.1:1", "--max-attempts=1"});
   EXPECT_EQ(run.exit_code, 5) << run.err;
-  EXPECT_THAT(run.err, HasSubstr("UNAVAILABLE"));
+  EXPECT_THAT(run.err, AllOf(HasSubstr("UNAVAILABLE"), HasSubstr("curv doctor, with the same --server")));
   const CurvRun info = RunCurv({"info", "--server=127.0.0.1:1"});
   EXPECT_EQ(info.exit_code, 5) << info.err;
   // A call to a server on the same machine may end within the millisecond to which deadlines are kept: this takes many.
   const std::string large = dir_.File("large.ply");
   ASSERT_EQ(RunCurv({"generate", "torus", "--points=100000", "-o", large}).exit_code, 0);
+  EXPECT_THAT(info.err, HasSubstr("curv doctor, with the same --server"));
   const CurvRun late = RunCurv({"estimate", large, "-o", dir_.File("out.ply"), "--k=1000", "--timeout=0.000001"});
   EXPECT_EQ(late.exit_code, 6) << late.err;
   EXPECT_FALSE(dir_.Has("out.ply"));
