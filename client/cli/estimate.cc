@@ -171,6 +171,8 @@ void AddEstimate(CLI::App& app, Action& action) {
           "mark [default]: points near normals to opposite sides of one surface get a status; reject: refuse the cloud")
       ->check(CLI::IsMember({"mark", "reject"}).description(""))
       ->option_text("POLICY");
+  AddSideFlags(*command, flags->normals);
+  AddMethodFlags(*command, "normal-", flags->normals);
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");

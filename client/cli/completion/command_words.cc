@@ -77,6 +77,7 @@ CommandWords CommandWordsOf(CLI::App& command, const std::string& name, const st
                      .flags = {},
                      .positionals = {}};
   for (CLI::Option* option : command.get_options()) {
+    if (option->get_group().empty()) continue;  // nor does the help have it
     (option->get_positional() ? words.positionals : words.flags).push_back(ArgumentWordsOf(*option));
   }
   return words;

@@ -41,8 +41,6 @@ void AddSourceFlags(CLI::App& command, NormalFlags& flags) {
       .add_flag_callback(
           "--orient", [&flags] { flags.source = NormalSource::kOrient; }, "the same as --normals=orient")
       ->excludes(normals);
-  AddSideFlags(command, flags);
-  AddMethodFlags(command, "normal-", flags);
 }
 
 void CheckSource(const NormalFlags& flags) {

@@ -31,7 +31,7 @@ struct NormalFlags {
 };
 
 // Each adds flags to a command. `flags` must outlive `command`.
-// --normals and --orient, and those of the other two: how normals are made with the prefix "normal-".
+// --normals and --orient.
 void AddSourceFlags(CLI::App& command, NormalFlags& flags);
 // --consistent, --closed, --viewpoint=X,Y,Z and --up[=AXIS or X,Y,Z], which exclude each other.
 void AddSideFlags(CLI::App& command, NormalFlags& flags);

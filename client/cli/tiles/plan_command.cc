@@ -58,6 +58,19 @@ void PrintPlan(const TilePlan& plan, bool json) {
   std::printf("next: curv tiles run %s, with --server=HOST:PORT for a server\n", Visible(plan.directory).c_str());
 }
 
+// Takes out of the help what this command reads only to say why tiles cannot have it.
+void HideRefusedFlags(CLI::App& command) {
+  for (const char* flag : {"--auto", "--k-range", "--max-radius", "--per-cloud", "--normals", "--orient"}) {
+    command.get_option(flag)->group("");
+  }
+  command.get_option("--k")->description("points in a neighborhood, itself included [50]");
+  command.get_option("--jet-degree")->description("degree of jet's polynomial, 2 to 4; 4: exact positions [2]");
+  command.get_option("--quantities")
+      ->description(
+          "what to estimate, with commas between: mean, gaussian, k1, k2, d1, d2, radius, shape_index, curvedness, or "
+          "the contract's names; the result has no other columns [all of curvature but shape_index and curvedness]");
+}
+
 ExitCode Run(PlanFlags& flags) {
   EstimateOptions& options = flags.estimate.options;
   const absl::StatusOr<TileReach> reach = ReachOf(options);
@@ -111,6 +124,7 @@ void AddTilesPlan(CLI::App& tiles, Action& action) {
   AddSourceFlags(*command, flags->estimate.normals);
   AddInvalidFlag(*command, flags->estimate);
   AddQuantitiesFlag(*command, flags->estimate.quantities);
+  HideRefusedFlags(*command);
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");

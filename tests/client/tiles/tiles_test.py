@@ -264,6 +264,13 @@ class Tiles(unittest.TestCase):
                 self.assertIn(word, self.plan(*flags, code=USAGE))
         self.assertFalse(os.path.exists(self.work))
 
+    def test_the_help_of_plan_has_no_flag_that_it_refuses(self):
+        flags = set(re.findall(r"^ +(?:-o,)?(--[a-z-]+)", curv("tiles", "plan", "--help"), re.MULTILINE))
+        self.assertIn("--radius", flags)
+        for flag in ("--auto", "--k-range", "--max-radius", "--per-cloud", "--normals", "--orient", "--up", "--normal-k"):
+            self.assertNotIn(flag, flags)
+        self.assertIn("--up", self.plan("--up", code=USAGE))
+
     def test_refuses_changed_inputs_and_used_directories(self):
         copy = str(self.folder / "copy.ply")
         shutil.copyfile(self.cloud, copy)
