@@ -52,6 +52,22 @@ void CheckColor(const EstimateFlags& flags) {
   throw CLI::ValidationError("--color", flags.color + " is not among --quantities");
 }
 
+// Flags that some estimators alone read.
+struct EstimatorFlag {
+  const char* name;
+  std::vector<Estimator> estimators;
+};
+
+std::vector<EstimatorFlag> EstimatorFlags() {
+  return {{"--triangles", {Estimator::kUniform, Estimator::kIndependent}},
+          {"--seed", {Estimator::kUniform, Estimator::kIndependent}},
+          {"--rotations", {Estimator::kAvgHexagram, Estimator::kAuto}},
+          {"--jet-degree", {Estimator::kJetFitting}},
+          {"--regression-degree", {Estimator::kNormalRegression}},
+          {"--even-weights", {Estimator::kDelaunay}},
+          {"--project", {Estimator::kAlgebraicShapeOperator}}};
+}
+
 // All estimators, the default first: "avg-hexagram [default], hexagram, ... or aso".
 std::string EstimatorWords() {
   std::string words = absl::StrCat(std::string(EstimatorNames().front()), " [default]");
@@ -104,6 +120,19 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
       ->option_text("WEIGHT");
 }
 
+void CheckEstimatorFlags(const CLI::App& command, const EstimateOptions& options) {
+  for (const auto& [name, estimators] : EstimatorFlags()) {
+    const bool is_read = std::find(estimators.begin(), estimators.end(), options.estimator) != estimators.end();
+    if (is_read || command.get_option(name)->count() == 0) continue;
+    std::string words;
+    for (const Estimator estimator : estimators) {
+      absl::StrAppend(&words, words.empty() ? "" : " or ", std::string(EstimatorName(estimator)));
+    }
+    throw CLI::ValidationError(name, absl::StrCat("needs --estimator=", words, "; ",
+                                                  std::string(EstimatorName(options.estimator)), " does not read it"));
+  }
+}
+
 void AddInvalidFlag(CLI::App& command, EstimateFlags& flags) {
   command
       .add_option_function<std::string>(
@@ -142,6 +171,8 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->option_text("COUNT");
   AddEstimatorFlags(*command, *flags);
   AddSourceFlags(*command, flags->normals);
+  AddSideFlags(*command, flags->normals);
+  AddMethodFlags(*command, "normal-", flags->normals);
   command
       ->add_option("--connect-timeout", flags->connect_timeout,
                    "seconds until it is given up if no server answers at all [1.5]")
@@ -171,8 +202,6 @@ void AddEstimate(CLI::App& app, Action& action) {
           "mark [default]: points near normals to opposite sides of one surface get a status; reject: refuse the cloud")
       ->check(CLI::IsMember({"mark", "reject"}).description(""))
       ->option_text("POLICY");
-  AddSideFlags(*command, flags->normals);
-  AddMethodFlags(*command, "normal-", flags->normals);
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");
@@ -188,6 +217,7 @@ void AddEstimate(CLI::App& app, Action& action) {
     CheckColor(*flags);
     CheckSource(flags->normals);
     ApplyScale(flags->scale, flags->options);
+    CheckEstimatorFlags(*command, flags->options);
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     flags->options.connect_timeout = absl::Seconds(flags->connect_timeout);
     if (flags->tiles) CheckEstimateInTiles(*flags);

@@ -128,11 +128,12 @@ void AddTilesPlan(CLI::App& tiles, Action& action) {
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");
-  command->callback([flags, &action] {
+  command->callback([flags, command, &action] {
     CheckTileNormals(flags->estimate.normals);
     CheckTileQuantities(flags->estimate.quantities);
     ApplyQuantities(flags->estimate.quantities, flags->estimate.options);
     ApplyScale(flags->estimate.scale, flags->estimate.options);
+    CheckEstimatorFlags(*command, flags->estimate.options);
     action = [flags] { return Run(*flags); };
   });
 }

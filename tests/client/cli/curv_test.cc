@@ -613,6 +613,24 @@ TEST_F(CurvTest, FlagsOfScalesThatMakeNoSenseAreRefused) {
 TEST_F(CurvTest, NotesWhatItLeavesOut) {
   const CurvRun run =
       RunCurv({"estimate", dir_.Write("o.obj", "v 0 0 0\nv 1 0 0\nvn 0 0 1\n"), "-o", dir_.File("r.csv")});
+TEST_F(CurvTest, FlagsThatTheEstimatorDoesNotReadAreRefused) {
+  const std::string cloud = Cloud(), out = dir_.File("out.ply");
+  const std::pair<const char*, const char*> kUnread[] = {
+      {"--triangles=7", "jet"},           {"--seed=1", "avg-hexagram"}, {"--rotations=1", "hexagram"},
+      {"--jet-degree=3", "avg-hexagram"}, {"--jet-degree=3", "auto"},   {"--regression-degree=2", "jet"},
+      {"--even-weights", "uniform"},      {"--project", "avg-hexagram"}};
+  for (const auto& [flag, estimator] : kUnread) {
+    const CurvRun run = RunCurv({"estimate", cloud, "-o", out, absl::StrCat("--estimator=", estimator), flag});
+    EXPECT_EQ(run.exit_code, 2) << flag << run.err;
+    EXPECT_THAT(run.err,
+                AllOf(HasSubstr("needs --estimator="), HasSubstr(absl::StrCat(estimator, " does not read it"))));
+  }
+  const CurvRun plan = RunCurv({"tiles", "plan", cloud, "-o", dir_.File("work"), "--triangles=7"});
+  EXPECT_EQ(plan.exit_code, 2);
+  EXPECT_THAT(plan.err,
+              HasSubstr("--triangles: needs --estimator=uniform or independent; avg-hexagram does not read it"));
+}
+
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("note: "));
   EXPECT_THAT(run.err, Not(HasSubstr("terminate")));
