@@ -30,6 +30,11 @@ CLI::Validator FiniteNotNegative() {
   return NumberThat("a finite number of 0 or more", [](double value) { return value >= 0.0; });
 }
 
+CLI::Validator UpTo(double most) {
+  return NumberThat(absl::StrCat("a number from 0 to ", most),
+                    [most](double value) { return value >= 0.0 && value <= most; });
+}
+
 CLI::Validator Whole(uint64_t low, uint64_t high) {
   return CLI::Validator(
       [=](std::string& text) -> std::string {

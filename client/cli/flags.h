@@ -10,9 +10,10 @@
 namespace curv {
 
 // These are checks that CLI11 runs while it parses. FinitePositive accepts a finite number above 0, FiniteNotNegative
-// one of 0 or more, Whole a whole number in [low, high].
+// one of 0 or more, UpTo one in [0, most], Whole a whole number in [low, high].
 CLI::Validator FinitePositive();
 CLI::Validator FiniteNotNegative();
+CLI::Validator UpTo(double most);
 CLI::Validator Whole(uint64_t low, uint64_t high);
 // Accepts "auto", and the sizes of neighborhoods from 4 to `most`.
 CLI::Validator AutoOrCount(uint32_t most);

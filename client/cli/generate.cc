@@ -25,6 +25,10 @@ constexpr char kGenerateExamples[] =
     "Columns: x y z nx ny nz, then the exact values at the undisturbed point: true_mean true_gaussian true_k1 true_k2\n"
     "true_d1x true_d1y true_d1z true_d2x true_d2y true_d2z.";
 
+// No sample is off by ten standard deviations: coordinates then fit into floats, and the squares of normals into
+// doubles.
+constexpr double kMostNoise = 1e37;
+
 struct GenerateFlags {
   std::string surface;
   std::string output;
@@ -126,10 +130,10 @@ void AddGenerate(CLI::App& app, Action& action) {
       ->check(Whole(1, kMaxSamplePoints))
       ->option_text("COUNT");
   command->add_option("--noise-position", flags->position_noise, "standard deviation of each coordinate, length unit")
-      ->check(FiniteNotNegative())
+      ->check(UpTo(kMostNoise))
       ->option_text("SIGMA [0]");
   command->add_option("--noise-normal", flags->normal_noise, "standard deviation of each component; then normalized")
-      ->check(FiniteNotNegative())
+      ->check(UpTo(kMostNoise))
       ->option_text("SIGMA [0]");
   command->add_option("--seed", flags->seed, "of sampling and noise; the same seed gives the same file")
       ->check(Whole(0, ~uint64_t{0}))

@@ -92,6 +92,9 @@ TEST_F(CurvTest, WrongFlagsNameFlagValueAndLimit) {
   EXPECT_THAT(message({"generate", "klein", "--points=10", "-o", out}), AllOf(HasSubstr("klein"), HasSubstr("torus")));
   EXPECT_THAT(message({"generate", "torus", "--points=0", "-o", out}), HasSubstr("1 to 100000000"));
   EXPECT_THAT(message({"generate", "torus", "--points=0100", "-o", out}), HasSubstr("without zeros before it"));
+  for (const char* noise : {"--noise-position=1e300", "--noise-normal=1e38", "--noise-position=-1"}) {
+    EXPECT_THAT(message({"generate", "torus", "--points=10", "-o", out, noise}), HasSubstr("from 0 to 1e+37")) << noise;
+  }
   EXPECT_THAT(message({"render", cloud, "-o", "x.png", "--range=2:1"}), HasSubstr("LO < HI"));
   EXPECT_THAT(message({"render", cloud, "-o", "x.png", "--size=10x10"}), HasSubstr("from 64 to 4096"));
   EXPECT_THAT(message({"render", cloud, "-o", "x.png", "--view=inside"}), HasSubstr("\"inside\""));
@@ -306,10 +309,10 @@ TEST_F(CurvTest, UnreachableServersAndTimeoutsHaveTheirCodes) {
   EXPECT_THAT(run.err, AllOf(HasSubstr("UNAVAILABLE"), HasSubstr("curv doctor, with the same --server")));
   const CurvRun info = RunCurv({"info", "--server=127.0.0.1:1"});
   EXPECT_EQ(info.exit_code, 5) << info.err;
+  EXPECT_THAT(info.err, HasSubstr("curv doctor, with the same --server"));
   // A call to a server on the same machine may end within the millisecond to which deadlines are kept: this takes many.
   const std::string large = dir_.File("large.ply");
   ASSERT_EQ(RunCurv({"generate", "torus", "--points=100000", "-o", large}).exit_code, 0);
-  EXPECT_THAT(info.err, HasSubstr("curv doctor, with the same --server"));
   const CurvRun late = RunCurv({"estimate", large, "-o", dir_.File("out.ply"), "--k=1000", "--timeout=0.000001"});
   EXPECT_EQ(late.exit_code, 6) << late.err;
   EXPECT_FALSE(dir_.Has("out.ply"));
@@ -322,10 +325,6 @@ TEST_F(CurvTest, ReplacesColumnsOfAnEarlierResult) {
   EXPECT_EQ(dir_.Read("once.ply"), dir_.Read("twice.ply"));
 }
 
-TEST_F(CurvTest, DropsWhatAnEarlierResultHasBesideTheQuantitiesAskedFor) {
-  const std::string once = dir_.File("once.ply"), twice = dir_.File("twice.ply");
-  ASSERT_EQ(RunCurv({"estimate", Cloud(), "-o", once, "--color"}).exit_code, 0);
-  const CurvRun run = RunCurv({"estimate", once, "-o", twice, "--quantities=k1,k2", "--k=150"});
 TEST_F(CurvTest, NamesTheColumnsThatResultsReplace) {
   const std::string cloud = dir_.Write("c.csv",
                                        "x,y,z,nx,ny,nz,k1,intensity,status_k16,mean_curvature\n"
@@ -339,6 +338,10 @@ TEST_F(CurvTest, NamesTheColumnsThatResultsReplace) {
   EXPECT_THAT(dir_.Read("o.csv"), StartsWith("x,y,z,nx,ny,nz,k1,intensity,status_k16,mean_curvature\n"));
 }
 
+TEST_F(CurvTest, DropsWhatAnEarlierResultHasBesideTheQuantitiesAskedFor) {
+  const std::string once = dir_.File("once.ply"), twice = dir_.File("twice.ply");
+  ASSERT_EQ(RunCurv({"estimate", Cloud(), "-o", once, "--color"}).exit_code, 0);
+  const CurvRun run = RunCurv({"estimate", once, "-o", twice, "--quantities=k1,k2", "--k=150"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("k1"), Not(HasSubstr("mean_curvature"))));
   const std::vector<std::string> names = ColumnNames(*LoadTable(twice));
@@ -610,9 +613,6 @@ TEST_F(CurvTest, FlagsOfScalesThatMakeNoSenseAreRefused) {
               HasSubstr("jet_degree is 2; it must be 4"));
 }
 
-TEST_F(CurvTest, NotesWhatItLeavesOut) {
-  const CurvRun run =
-      RunCurv({"estimate", dir_.Write("o.obj", "v 0 0 0\nv 1 0 0\nvn 0 0 1\n"), "-o", dir_.File("r.csv")});
 TEST_F(CurvTest, FlagsThatTheEstimatorDoesNotReadAreRefused) {
   const std::string cloud = Cloud(), out = dir_.File("out.ply");
   const std::pair<const char*, const char*> kUnread[] = {
@@ -631,6 +631,9 @@ TEST_F(CurvTest, FlagsThatTheEstimatorDoesNotReadAreRefused) {
               HasSubstr("--triangles: needs --estimator=uniform or independent; avg-hexagram does not read it"));
 }
 
+TEST_F(CurvTest, NotesWhatItLeavesOut) {
+  const CurvRun run =
+      RunCurv({"estimate", dir_.Write("o.obj", "v 0 0 0\nv 1 0 0\nvn 0 0 1\n"), "-o", dir_.File("r.csv")});
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("note: "));
   EXPECT_THAT(run.err, Not(HasSubstr("terminate")));
