@@ -48,8 +48,7 @@ std::string ColumnName(std::string_view name) {
 }
 
 absl::StatusOr<std::vector<Column>> ReadNames(std::string_view line) {
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // spreadsheets write it before UTF-8
-  if (line.substr(0, kByteOrderMark.size()) == kByteOrderMark) line.remove_prefix(kByteOrderMark.size());
+  line = WithoutByteOrderMark(line);
   std::vector<Column> columns;
   bool at_end = false;
   for (std::string_view cell; NextCell(line, at_end, cell);) {

@@ -127,6 +127,6 @@ class ObjParser {
 
 }  // namespace
 
-absl::StatusOr<PointTable> ReadObj(std::string_view bytes) { return ObjParser().Parse(bytes); }
+absl::StatusOr<PointTable> ReadObj(std::string_view bytes) { return ObjParser().Parse(WithoutByteOrderMark(bytes)); }
 
 }  // namespace curv

@@ -136,7 +136,7 @@ absl::Status CheckHeader(size_t line, HeaderLines& header) {
 }  // namespace
 
 absl::StatusOr<PcdHeader> ReadPcdHeader(std::string_view bytes) {
-  LineReader lines(bytes);
+  LineReader lines(WithoutByteOrderMark(bytes));
   HeaderLines header;
   std::string_view line;
   while (header.encoding.empty()) {

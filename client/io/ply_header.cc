@@ -28,7 +28,7 @@ std::optional<ScalarKind> TypeOf(std::string_view word) {
 // Reads the header line by line.
 class HeaderParser {
  public:
-  explicit HeaderParser(std::string_view bytes) : lines_(bytes), bytes_(bytes.size()) {}
+  explicit HeaderParser(std::string_view bytes) : lines_(WithoutByteOrderMark(bytes)), bytes_(bytes.size()) {}
 
   absl::StatusOr<PlyHeader> Parse() {
     std::string_view line;

@@ -35,6 +35,9 @@ class LineReader {
 // Returns whether a character separates fields: a space, tab, carriage return, vertical tab or form feed.
 bool IsBlank(char c);
 
+// Returns a text without the byte order mark that editors and spreadsheets write before UTF-8.
+std::string_view WithoutByteOrderMark(std::string_view text);
+
 // Cuts the first field off `line` and returns it; blanks separate fields. Returns an empty one at the end of the line.
 std::string_view NextField(std::string_view& line);
 

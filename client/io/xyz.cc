@@ -136,9 +136,7 @@ Column ToColor(const Column& column, const char* name) {
 }  // namespace
 
 absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // editors write it before UTF-8
-  if (bytes.substr(0, kByteOrderMark.size()) == kByteOrderMark) bytes.remove_prefix(kByteOrderMark.size());
-  LineReader lines(bytes);
+  LineReader lines(WithoutByteOrderMark(bytes));
   std::string scratch;
   std::vector<Column> columns;
   std::vector<Column*> targets;

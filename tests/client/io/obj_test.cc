@@ -23,6 +23,12 @@ TEST(ObjTest, PairsInOrder) {
   EXPECT_THAT(Values(*table, "nx"), ElementsAre(0, 1));
 }
 
+TEST(ObjTest, ReadsFilesWithAByteOrderMark) {
+  const absl::StatusOr<PointTable> table = ReadObj("\xef\xbb\xbfv 1 2 3\nvn 0 0 1\nv 4 5 6\nvn 1 0 0\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "x"), ElementsAre(1, 4));
+}
+
 TEST(ObjTest, PairsByFaces) {
   const absl::StatusOr<PointTable> table =
       ReadObj("v 1 0 0\nv 2 0 0\nv 3 0 0\nvn 0 0 1\nvn 0 1 0\nf 1//2 2/7/1 -1//-2\nf 1//1 2//1 3//1\n");

@@ -37,6 +37,11 @@ void ExpectTwoPoints(const absl::StatusOr<PointTable>& table) {
 const std::string kRows = Pack(1.5f, 0.25, uint16_t{65535}) + Pack(-2.5f, 0.5, uint16_t{3});
 const std::string kColumns = Pack(1.5f, -2.5f) + Pack(0.25, 0.5) + Pack(uint16_t{65535}, uint16_t{3});
 
+TEST(PcdTest, ReadsFilesWithAByteOrderMark) {
+  ExpectTwoPoints(ReadPcd("\xef\xbb\xbf" + Header("ascii") + "1.5 0.25 65535\n-2.5 0.5 3\n"));
+  ExpectTwoPoints(ReadPcd("\xef\xbb\xbf" + Header("binary") + kRows));
+}
+
 TEST(PcdTest, TakesAViewpointThatSomebodySet) {
   const auto viewpoint = [](const std::string& words) {
     std::string file = Header("ascii") + "1.5 0.25 65535\n-2.5 0.5 3\n";

@@ -44,6 +44,14 @@ TEST(PlyTest, ReadsLittleEndian) {
                             Pack(4500000.125, 0.25f, uint8_t{7}, int16_t{300})));
 }
 
+TEST(PlyTest, ReadsFilesWithAByteOrderMark) {
+  ExpectTwoVertices(
+      ReadPly("\xef\xbb\xbf" + Header("ascii", kTwoVertices) + "1.5 -2 255 -300\n4500000.125 .25 7 300\n"));
+  ExpectTwoVertices(ReadPly("\xef\xbb\xbf" + Header("binary_little_endian", kTwoVertices) +
+                            Pack(1.5, -2.0f, uint8_t{255}, int16_t{-300}) +
+                            Pack(4500000.125, 0.25f, uint8_t{7}, int16_t{300})));
+}
+
 TEST(PlyTest, ReadsBigEndian) {
   ExpectTwoVertices(ReadPly(Header("binary_big_endian", kTwoVertices) +
                             PackSwapped(1.5, -2.0f, uint8_t{255}, int16_t{-300}) +
