@@ -70,34 +70,34 @@ nlohmann::ordered_json JsonOf(const TilePlan& plan, std::string_view cells) {
       {"cells_crc32", Crc32(0, cells)}};
 }
 
-// Throws std::exception where a member lacks, or is not what a plan has.
+// Throws BadField where a member lacks, or is not what a plan has.
 void ReadJson(const nlohmann::ordered_json& json, TilePlan& plan) {
-  json.at("id").get_to(plan.id);
+  plan.id = TextOf(json, "id");
   plan.points = UnsignedOf(json, "points");
   uint64_t counted = 0;
-  for (const nlohmann::ordered_json& input : json.at("inputs")) {
-    plan.inputs.push_back({input.at("path").get<std::string>(),
-                           input.at("format").get<std::string>(),
+  for (const nlohmann::ordered_json& input : ArrayOf(json, "inputs")) {
+    plan.inputs.push_back({TextOf(input, "path"),
+                           TextOf(input, "format"),
                            UnsignedOf(input, "points", plan.points - counted),
-                           {UnsignedOf(input, "bytes"), input.at("modified_ns").get<int64_t>()}});
+                           {UnsignedOf(input, "bytes"), IntegerOf(input, "modified_ns")}});
     counted += plan.inputs.back().points;
   }
   if (counted != plan.points) throw BadField("points is not the sum of those of the inputs");
   plan.unusable = UnsignedOf(json, "unusable", plan.points);
-  plan.is_double = json.at("scalar").get<std::string>() == "float64";
+  plan.is_double = TextOf(json, "scalar") == "float64";
   plan.spacing = NumberOf(json, "spacing", 0.0, std::numeric_limits<double>::max());
   if (plan.is_double != (plan.spacing > 0.0)) throw BadField("spacing is that of the other scalar");
   plan.memory_bytes = UnsignedOf(json, "memory_bytes");
   plan.tile_points = UnsignedOf(json, "tile_points", kMostTilePoints);
-  const nlohmann::ordered_json& reach = json.at("reach");
+  const nlohmann::ordered_json& reach = MemberOf(json, "reach");
   plan.reach.neighbor_count = static_cast<uint32_t>(UnsignedOf(reach, "neighbor_count", ~uint32_t{0}));
   plan.reach.radius = NumberOf(reach, "radius", 0.0, std::numeric_limits<double>::max());
   plan.reach.factor = NumberOf(reach, "factor", 0.0, kMostReach);
-  plan.options = json.at("options");
-  json.at("columns").get_to(plan.columns);
+  plan.options = MemberOf(json, "options");
+  plan.columns = TextsOf(json, "columns");
 }
 
-// Reads the tree that plan.json tells of. Throws std::exception.
+// Reads the tree that plan.json tells of. Throws BadField.
 absl::Status ReadCells(const nlohmann::ordered_json& json, TilePlan& plan) {
   const std::string path = plan.PathOf(kCellsFile);
   const absl::StatusOr<std::string> cells = ReadWhole(path);
@@ -134,15 +134,15 @@ absl::StatusOr<TilePlan> LoadPlan(const std::string& directory) {
   }
   try {
     const auto json = ParseFields(*text);
-    if (json.at("format") != kFormat) return Damaged(path, "it is not the plan of curv tiles");
-    if (json.at("version") != kVersion) {
-      return Damaged(path, absl::StrCat("its version is ", json.at("version").dump(), ", this curv knows ", kVersion,
+    if (MemberOf(json, "format") != kFormat) return Damaged(path, "it is not the plan of curv tiles");
+    if (MemberOf(json, "version") != kVersion) {
+      return Damaged(path, absl::StrCat("its version is ", json["version"].dump(), ", this curv knows ", kVersion,
                                         ": use the curv that made it, or plan again"));
     }
     ReadJson(json, plan);
     if (absl::Status status = ReadCells(json, plan); !status.ok()) return status;
-  } catch (const std::exception& error) {
-    return Damaged(path, error.what());
+  } catch (const BadField& error) {
+    return Damaged(path, absl::StrCat("it is no plan of curv tiles: ", error.what(), ". Plan again"));
   }
   const absl::StatusOr<InputFile> store = InputFile::Open(plan.PathOf("points.bin"));
   if (!store.ok()) return absl::FailedPreconditionError(store.status().message());

@@ -70,21 +70,21 @@ nlohmann::ordered_json JsonOf(const TilePlan& plan, const TileResult& result) {
           {"finished", result.finished}};
 }
 
-// Throws std::exception where a member lacks, or is not what a result has.
+// Throws BadField where a member lacks, or is not what a result has.
 TileResult FromJson(const nlohmann::ordered_json& json) {
   TileResult result;
   result.tile = UnsignedOf(json, "tile");
   result.points = UnsignedOf(json, "points");
-  for (const nlohmann::ordered_json& column : json.at("columns")) {
+  for (const nlohmann::ordered_json& column : ArrayOf(json, "columns")) {
     const auto kind = static_cast<ScalarKind>(UnsignedOf(column, "kind", static_cast<uint64_t>(kLastKind)));
-    result.columns.emplace_back(column.at("name").get<std::string>(), kind);
+    result.columns.emplace_back(TextOf(column, "name"), kind);
   }
   result.crc32 = static_cast<uint32_t>(UnsignedOf(json, "crc32", ~uint32_t{0}));
   result.halo_points = UnsignedOf(json, "halo_points");
   result.uncertain_points = UnsignedOf(json, "uncertain_points");
   result.repair_points = UnsignedOf(json, "repair_points");
   result.coarse_points = UnsignedOf(json, "coarse_points");
-  json.at("opposed_normals").get_to(result.has_opposed_normals);
+  result.has_opposed_normals = FlagOf(json, "opposed_normals");
   result.seconds = NumberOf(json, "seconds", 0.0, kMostSeconds);
   result.finished = NumberOf(json, "finished", 0.0, kMostSeconds);
   return result;
@@ -123,12 +123,12 @@ absl::StatusOr<TileResult> ReadTileResult(const TilePlan& plan, size_t tile) {
   TileResult result;
   try {
     const auto json = ParseFields(std::string_view(*start).substr(0, line));
-    if (json.at("format") != kFormat || json.at("version") != kVersion)
+    if (MemberOf(json, "format") != kFormat || MemberOf(json, "version") != kVersion)
       return Damaged(path, "it is of another version");
-    if (json.at("plan") != plan.id) return Damaged(path, "it is of another plan");
+    if (MemberOf(json, "plan") != plan.id) return Damaged(path, "it is of another plan");
     result = FromJson(json);
-  } catch (const std::exception& error) {
-    return Damaged(path, error.what());
+  } catch (const BadField& error) {
+    return Damaged(path, absl::StrCat("it is no result of a tile: ", error.what()));
   }
   result.rows_at = line + 1;
   if (result.tile != tile || result.points != plan.tile(tile).count) return Damaged(path, "it is of another tile");

@@ -66,7 +66,9 @@ ExitCode Run(const RunFlags& flags) {
   const absl::StatusOr<TilePlan> plan = LoadPlan(flags.directory);
   if (!plan.ok()) return FailTiles(plan.status());
   absl::StatusOr<EstimateOptions> options = OptionsOf(plan->options);
-  if (!options.ok()) return FailTiles(options.status());
+  if (!options.ok()) {
+    return Fail(ExitCode::kInput, absl::StrCat(plan->PathOf("plan.json"), ": ", options.status().message()));
+  }
   options->priority = Priority::kBatch;
   options->connect_timeout = absl::Seconds(flags.connect_timeout);
   if (flags.timeout > 0.0) options->timeout = absl::Seconds(flags.timeout);

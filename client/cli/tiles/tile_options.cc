@@ -75,7 +75,7 @@ nlohmann::ordered_json JsonOf(const EstimateOptions& options) {
 absl::StatusOr<EstimateOptions> OptionsOf(const nlohmann::ordered_json& json) {
   EstimateOptions options;
   try {
-    const std::string name = json.at("estimator").get<std::string>();
+    const std::string name = TextOf(json, "estimator");
     const std::optional<Estimator> estimator = EstimatorOf(name);
     if (!estimator.has_value()) {
       return absl::FailedPreconditionError(absl::StrCat("the plan's estimator, ", name, ", is not known to this curv"));
@@ -93,14 +93,14 @@ absl::StatusOr<EstimateOptions> OptionsOf(const nlohmann::ordered_json& json) {
     if (json.contains("jet_degree")) options.jet_degree = count("jet_degree");
     // Plans of before have neither this nor `project`.
     if (json.contains("regression_degree")) options.regression_degree = count("regression_degree");
-    json.at("even_weights").get_to(options.even_weights);
-    if (json.contains("project")) json.at("project").get_to(options.project);
+    options.even_weights = FlagOf(json, "even_weights");
+    if (json.contains("project")) options.project = FlagOf(json, "project");
     if (json.contains("average_normal_weight")) {
       options.average_normal_weight = NumberOf(json, "average_normal_weight", 0.0, kMost);
     }
-    json.at("quantities").get_to(options.quantities);
-    json.at("skip_invalid").get_to(options.skip_invalid);
-  } catch (const std::exception& error) {
+    options.quantities = TextsOf(json, "quantities");
+    options.skip_invalid = FlagOf(json, "skip_invalid");
+  } catch (const BadField& error) {
     return absl::FailedPreconditionError(absl::StrCat("the plan's options: ", error.what()));
   }
   return options;

@@ -162,6 +162,41 @@ TEST_F(DamagedFilesTest, NestingTakesNoStack) {
   EXPECT_NE(plan.status().message().find("nested deeper"), std::string::npos) << plan.status();
 }
 
+TEST_F(DamagedFilesTest, ErrorsAreNotThoseOfTheJsonLibrary) {
+  const auto message = [this] { return std::string(LoadPlan(directory_).status().message()); };
+  const std::string start = directory_ + "/plan.json: it is no plan of curv tiles: ";
+  Write("plan.json", plan_.substr(0, 100));
+  EXPECT_EQ(message(), start + "the JSON ends too early, after 100 bytes. Plan again");
+  Write("plan.json", "{\"format\": !" + plan_.substr(12));
+  EXPECT_EQ(message(), start + "the JSON is damaged at byte 12. Plan again");
+  Write("plan.json", "{\"points\": 1e999}");
+  EXPECT_EQ(message(), start + "a number is larger than a double can be. Plan again");
+  Write("plan.json", "[]");
+  EXPECT_EQ(message(), start + "expected an object with the member format. Plan again");
+  for (const char* name : {"format", "version", "id", "inputs", "scalar", "reach", "options", "columns"}) {
+    auto json = nlohmann::ordered_json::parse(plan_);
+    json.erase(name);
+    Write("plan.json", json.dump());
+    EXPECT_EQ(message(), start + name + " is missing. Plan again");
+  }
+  Write("plan.json", plan_);
+  Write("results/tile-000000", "{}\n");
+  EXPECT_EQ(std::string(ReadTileResult(*LoadPlan(directory_), 0).status().message()),
+            directory_ +
+                "/results/tile-000000: it is no result of a tile: format is missing. Remove it, and curv tiles "
+                "run makes it again");
+}
+
+TEST_F(DamagedFilesTest, OptionsAreReadAsTheyShouldBe) {
+  for (const char* name : {"estimator", "even_weights", "quantities", "skip_invalid"}) {
+    auto json = JsonOf(EstimateOptions());
+    json[name] = 1;
+    const std::string message(OptionsOf(json).status().message());
+    EXPECT_EQ(message.find("the plan's options: " + std::string(name) + " is n"), 0u) << message;
+    EXPECT_EQ(message.find("json.exception"), std::string::npos) << message;
+  }
+}
+
 TEST_F(DamagedFilesTest, ErrorsNameTheMember) {
   const struct {
     const char* name;

@@ -280,6 +280,15 @@ class Tiles(unittest.TestCase):
         os.utime(copy, (1, 1))
         self.assertIn("has changed", curv("tiles", "merge", self.work, "-o", self.result, code=INPUT))
 
+    def test_damaged_options_name_the_plan(self):
+        self.plan()
+        path = pathlib.Path(self.work, "plan.json")
+        plan = json.loads(path.read_text(encoding="utf-8"))
+        plan["options"]["project"] = 1
+        path.write_text(json.dumps(plan), encoding="utf-8")
+        self.assertIn("plan.json: the plan's options: project is neither true nor false",
+                      curv("tiles", "run", self.work, code=INPUT))
+
     def test_points_that_are_not_usable_get_a_status_or_are_refused(self):
         lines = [f"{i % 50} {i // 50} {'nan' if i == 777 else 0} 0 0 {0 if i == 5 else 1}" for i in range(2500)]
         cloud = str(self.folder / "holes.xyz")
