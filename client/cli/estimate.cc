@@ -168,6 +168,7 @@ void AddEstimate(CLI::App& app, Action& action) {
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))
+      ->excludes(command->get_option("--server"))
       ->option_text("COUNT");
   AddEstimatorFlags(*command, *flags);
   AddSourceFlags(*command, flags->normals);

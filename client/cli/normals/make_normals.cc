@@ -130,6 +130,7 @@ CLI::App* AddCommand(CLI::App& app, const char* name, const char* what, const ch
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))
+      ->excludes(command->get_option("--server"))
       ->option_text("COUNT");
   AddSideFlags(*command, flags->normals);
   command->add_option("--timeout", flags->timeout, "seconds until the call is given up [none]")

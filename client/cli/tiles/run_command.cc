@@ -97,6 +97,7 @@ void AddTilesRun(CLI::App& tiles, Action& action) {
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))
+      ->excludes(command->get_option("--server"))
       ->option_text("COUNT");
   command
       ->add_option("--jobs", flags->request.jobs, "tiles at a time, so that one is read while another is estimated [2]")

@@ -87,6 +87,12 @@ TEST_F(CurvTest, WrongFlagsNameFlagValueAndLimit) {
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server="}), HasSubstr("--server"));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server=nowhere:"}),
               HasSubstr("\"nowhere:\" is neither HOST nor HOST:PORT"));
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"estimate", cloud, "-o", out}, {"normals", cloud, "-o", out}, {"tiles", "run", dir_.File("work")}}) {
+    std::vector<std::string> both = words;
+    both.insert(both.end(), {"--threads=2", "--server=localhost:1"});
+    EXPECT_THAT(message(both), HasSubstr("--server excludes --threads"));
+  }
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--color=pink"}), HasSubstr("pink"));
   EXPECT_THAT(message({"estimate", cloud}), HasSubstr("--output"));
   EXPECT_THAT(message({"generate", "klein", "--points=10", "-o", out}), AllOf(HasSubstr("klein"), HasSubstr("torus")));
