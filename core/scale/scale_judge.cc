@@ -31,7 +31,8 @@ constexpr double kVariancePerSquaredMedianOfVectors = 1.44;
 constexpr double kLeastCommon = 0.25;
 // Differences at single points beyond this quantile are cut down to it.
 constexpr double kDifferenceQuantile = 0.99;
-// Rounding of normals to float32 moves curvature by about this many times 1 / radius: no difference says less.
+// Rounding of normals to float32 moves the curvature of the first rung by up to this many times 1 / radius: no
+// difference says less. That of more normals averages out, as noise does.
 constexpr double kRounding = 1e-6;
 // The rung from which the residual of a jet of degree 4 tells the noise.
 constexpr size_t kResidualRung = 2;
@@ -168,7 +169,8 @@ bool ScaleJudge::HasHalves(const ScaleCandidate& candidate) const {
 }
 
 double ScaleJudge::Floor(size_t rung) const {
-  const double of_mean = kRounding / MedianRadius(table_, rung);
+  const double averaged = std::sqrt(static_cast<double>(kScaleRungs.front()) / kScaleRungs[rung]);
+  const double of_mean = kRounding * averaged / MedianRadius(table_, rung);
   if (quantity_ != Quantity::kGaussian) return of_mean;
   const double steepest = MedianOf(table_, [rung](const auto& p) { return p.steepest[rung]; });
   return of_mean * std::max(2.0 * (std::isfinite(steepest) ? steepest : 0.0), of_mean);
