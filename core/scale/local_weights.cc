@@ -16,7 +16,7 @@ LocalWeights::PointWeights LocalWeights::At(const float* position) {
   const std::span<const uint32_t> nearest = samples_.At(position);
   PointWeights at = {ErrorsOf(mean, nearest), ErrorsOf(traceless, nearest), ErrorsOf(gaussian, nearest)};
   for (size_t c = 0; c < choice_.chosen.size(); ++c) {
-    at.traceless[c] = ScaleWeight(AddedError(at.traceless[c], at.mean[c]));
+    at.traceless[c] = ScaleWeight(traceless.trends.empty() ? at.mean[c] : AddedError(at.traceless[c], at.mean[c]));
     at.mean[c] = ScaleWeight(at.mean[c]);
     at.gaussian[c] = ScaleWeight(at.gaussian[c]);
   }

@@ -134,6 +134,8 @@ Judged JudgeAt(const ScaleJudge& judge, std::vector<ScaleScore> scores, const Ne
   return judged;
 }
 
+constexpr size_t kMostForCurvatures = 4;
+
 // How many times the error of all candidates' average the average of some errs, who have this part of the weight at a
 // point.
 double ErrorBesideAll(double weight) {
@@ -173,7 +175,6 @@ Addition BestAddition(const Judged& judged, const std::vector<size_t>& candidate
 // adds the most to the others: where a part of the cloud is noisier, or sparser, these may all suit the rest of it. One
 // more follows where it spares the traceless part a good part of its error.
 std::vector<size_t> ChooseTogether(const OfQuantities<Judged>& of) {
-  constexpr size_t kMostForCurvatures = 4;
   constexpr double kWorthOneMore = 1.05;
   static_assert(ScaleChoice::kMostChosen == kMostForCurvatures + 1);
   std::vector<size_t> order(of.mean.scores.size());
@@ -188,6 +189,30 @@ std::vector<size_t> ChooseTogether(const OfQuantities<Judged>& of) {
   const bool is_worth_it = of_traceless.error_without > kWorthOneMore * of_traceless.error;
   order.resize(kMostForCurvatures + (is_worth_it ? 1 : 0));
   return order;
+}
+
+// The traceless part has weights of its own where those of the mean curvature make it err by more than so many times
+// as much. Elsewhere the errors of both had better cancel out where they do, as on a ridge, whose k1 is 0.
+constexpr double kWorthOwnWeights = 1.1;
+
+// How many times as much the traceless part errs with the weights of the mean curvature, as with its own, by what is
+// expected of the chosen candidates: the geometric mean over the sampled points.
+double GainOfOwnWeights(const OfQuantities<Judged>& of, const std::vector<size_t>& chosen) {
+  const size_t points = of.mean.weights.front().size();
+  double logarithms = 0.0;
+  for (size_t i = 0; i < points; ++i) {
+    const auto error_with = [&](const Judged& weighted, size_t count) {
+      double sum = 0.0, total = 0.0;
+      for (size_t c = 0; c < count; ++c) {
+        sum += weighted.weights[chosen[c]][i] * of.traceless.errors[chosen[c]][i];
+        total += weighted.weights[chosen[c]][i];
+      }
+      return total > 0.0 ? sum / total : 1.0;
+    };
+    logarithms += std::log(error_with(of.mean, std::min(chosen.size(), kMostForCurvatures)) /
+                           error_with(of.traceless, chosen.size()));
+  }
+  return std::exp(logarithms / static_cast<double>(points));
 }
 
 // Of the chosen candidates alone, in their order.
@@ -339,9 +364,16 @@ ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds) {
   choice.sigma = judged.sigma;
   choice.scores = judged.scores;
   if (choice.scores.empty()) return choice;
-  const std::vector<size_t> order = ChooseTogether(judged.of);
+  std::vector<size_t> order = ChooseTogether(judged.of);
+  const bool has_own_weights = GainOfOwnWeights(judged.of, order) > kWorthOwnWeights;
+  if (!has_own_weights) order.resize(std::min(order.size(), kMostForCurvatures));
   const auto weights_of = [&](const Judged& of) { return WeightsOf(of, order, bounds.per_cloud); };
-  choice.weights = {weights_of(judged.of.mean), weights_of(judged.of.traceless), weights_of(judged.of.gaussian)};
+  choice.weights = {weights_of(judged.of.mean), {}, weights_of(judged.of.gaussian)};
+  if (has_own_weights) {
+    choice.weights.traceless = weights_of(judged.of.traceless);
+  } else {
+    choice.weights.traceless.cloud_weights = choice.weights.mean.cloud_weights;
+  }
   for (size_t c = 0; c < order.size(); ++c) {
     choice.chosen.push_back(judged.of.mean.scores[order[c]].candidate);
     const auto is_it = [&](const ScaleScore& score) { return score.candidate == choice.chosen.back(); };

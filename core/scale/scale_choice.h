@@ -18,11 +18,12 @@ namespace curvd {
 // What one candidate's mean curvature is expected to be off by, in units of 1 / the index's length.
 struct ScaleScore {
   ScaleCandidate candidate;
-  double error;        // all of it
-  double difference;   // from the next larger scale, as it is found at the sampled points
-  double noise;        // what differs between the halves of a neighborhood
-  double bias;         // what the halves have in common that smaller neighborhoods show otherwise
-  double share = 0.0;  // mean weight in the mean curvature over the sampled points; 0: not among the chosen
+  double error;               // all of it
+  double difference;          // from the next larger scale, as it is found at the sampled points
+  double noise;               // what differs between the halves of a neighborhood
+  double bias;                // what the halves have in common that smaller neighborhoods show otherwise
+  double share = 0.0;         // mean weight in the mean curvature over the sampled points; 0: not among the chosen
+  bool is_bias_known = true;  // else it was not looked for, as the rest of the error is far above the least
 };
 
 // Which candidates may be chosen.
@@ -67,6 +68,7 @@ struct ScaleChoice {
 
   std::vector<ScaleScore> scores;      // of all candidates that could be judged
   std::vector<ScaleCandidate> chosen;  // at most kMostChosen, the largest share first; empty: none could be judged
+  // Those of the traceless part are those of the mean curvature, without trends, where it would gain little by others.
   OfQuantities<ScaleWeights> weights;
   double sigma = 0.0;  // standard deviation of the positions' noise, in the index's unit, as the residuals show it
 };

@@ -103,7 +103,7 @@ std::vector<ScaleScore> ScaleJudge::Scores() const {
   std::vector<ScaleScore> scores;
   for (size_t m = 0; m < kMethodCount; ++m) {
     for (size_t rung = 0; rung < kRungCount; ++rung) {
-      if (differences_[m][rung].has_value()) scores.push_back(ScoreOf({m, rung}, 0.0));
+      if (differences_[m][rung].has_value()) scores.push_back(ScoreWithoutBias({m, rung}));
     }
   }
   // Biases only add to errors. They are looked for where they may matter, which is where most of the time goes.
@@ -126,9 +126,14 @@ std::vector<ScaleScore> ScaleJudge::ScoresOf(const std::vector<ScaleScore>& of_m
   std::optional<ScaleScore> reference = judge_of_mean.reference_;
   if (reference.has_value()) reference = ScoreAs(*reference);
   std::vector<ScaleScore> scores;
-  for (const ScaleScore& mean : of_mean) {
+  for (const ScaleScore& mean : of_mean) scores.push_back(ScoreWithoutBias(mean.candidate));
+  double least = std::numeric_limits<double>::infinity();
+  for (const size_t i : ByError(scores)) {
+    if (scores[i].error > kHopeless * least) break;
+    const ScaleScore mean = of_mean[i].is_bias_known ? of_mean[i] : judge_of_mean.ScoreOf(of_mean[i].candidate);
     const double bias = ScoreAs(mean).bias;
-    scores.push_back(ScoreOf(mean.candidate, std::max(bias * bias, SquaredBiasBeside(reference, mean.candidate))));
+    scores[i] = ScoreOf(mean.candidate, std::max(bias * bias, SquaredBiasBeside(reference, mean.candidate)));
+    least = std::min(least, scores[i].error);
   }
   return scores;
 }
@@ -326,7 +331,7 @@ std::optional<ScaleScore> ScaleJudge::FindReference() const {
   for (size_t rung = 0; rung < kRungCount; ++rung) {
     const ScaleCandidate candidate = {kRegressionMethod, rung};
     if (differences_[candidate.method][rung].has_value() && HasHalves(candidate)) {
-      without_bias.push_back(ScoreOf(candidate, 0.0));
+      without_bias.push_back(ScoreWithoutBias(candidate));
     }
   }
   std::optional<ScaleScore> least;
@@ -400,6 +405,12 @@ ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_b
   const ScaleMethod& method = kScaleMethods[candidate.method];
   const double error = (quantity_ == Quantity::kGaussian ? method.gaussian_doubt : method.doubt) * known;
   return ScaleScore{candidate, error, *difference, std::sqrt(variance), std::sqrt(squared_bias)};
+}
+
+ScaleScore ScaleJudge::ScoreWithoutBias(const ScaleCandidate& candidate) const {
+  ScaleScore score = ScoreOf(candidate, 0.0);
+  score.is_bias_known = false;
+  return score;
 }
 
 void ScaleJudge::MendFirstRung(size_t first, std::vector<ScaleScore>& scores) {

@@ -104,6 +104,7 @@ class ScaleJudge {
   // REQUIRES: there is a difference of the candidate.
   ScaleScore ScoreOf(const ScaleCandidate& candidate) const;
   ScaleScore ScoreOf(const ScaleCandidate& candidate, double squared_bias) const;
+  ScaleScore ScoreWithoutBias(const ScaleCandidate& candidate) const;
   // A difference tells the larger one of two errors. Where they rise from the first rung on, so that noise does not
   // matter, that of the first rung is the second one's, and its own is found as it would be at the other end.
   static void MendFirstRung(size_t first, std::vector<ScaleScore>& scores);

@@ -104,5 +104,14 @@ TEST(LocalWeightsTest, AChoiceForTheWholeCloudIsTheSameEverywhere) {
   EXPECT_EQ(weights.At(at).gaussian[1], 0.7);
 }
 
+TEST(LocalWeightsTest, TheTracelessPartMayHaveThoseOfTheMeanCurvature) {
+  Sampled sampled = RandomSamples(100);
+  sampled.choice.weights.traceless = {};
+  LocalWeights weights(sampled.table, sampled.choice);
+  weights.Start({{0, 0, 0}, {1, 1, 1}});
+  const float at[3] = {0.5f, 0.5f, 0.5f};
+  EXPECT_EQ(weights.At(at).traceless, weights.At(at).mean);
+}
+
 }  // namespace
 }  // namespace curvd::testing

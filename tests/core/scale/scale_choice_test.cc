@@ -152,6 +152,17 @@ TEST(ScaleChoiceTest, TakesTheMethodWithTheLeastError) {
   }
 }
 
+TEST(ScaleChoiceTest, TheTracelessPartSharesTheWeightsThatSuitItAsWell) {
+  for (const bool per_cloud : {false, true}) {
+    ScaleBounds bounds;
+    bounds.per_cloud = per_cloud;
+    const auto [mean, traceless, gaussian] =
+        ChooseScales(MakeTable(Behaving({{1.0, 1.0}, {1.0, 1.0}})), bounds).weights;
+    EXPECT_EQ(traceless.cloud_weights, mean.cloud_weights);
+    EXPECT_TRUE(traceless.trends.empty());
+  }
+}
+
 double WeightOf(size_t method, const std::vector<ScaleCandidate>& chosen, const ScaleWeights& weights) {
   double weight = 0.0;
   for (size_t c = 0; c < chosen.size(); ++c) {
@@ -171,6 +182,7 @@ TEST(ScaleChoiceTest, TheTracelessPartHasTheMethodThatSuitsIt) {
   const ScaleChoice choice = ChooseScales(table, {});
   EXPECT_GT(WeightOf(kOfMean, choice.chosen, choice.weights.mean), 0.9);
   EXPECT_GT(WeightOf(kOfTraceless, choice.chosen, choice.weights.traceless), 0.9);
+  EXPECT_FALSE(choice.weights.traceless.trends.empty());
   const auto counts = FindCandidatesThatCount(table, {}, 0.1);
   ASSERT_TRUE(counts.has_value());
   EXPECT_TRUE(counts->methods[kOfMean] && counts->methods[kOfTraceless]);
@@ -227,7 +239,7 @@ TEST(ScaleChoiceTest, SharesOfTheChosenSumToOne) {
     ScaleBounds bounds;
     bounds.per_cloud = per_cloud;
     const ScaleChoice choice = ChooseScales(MakeTable(Behaving({{1.0, 1.0}})), bounds);
-    EXPECT_EQ(choice.chosen.size(), 4u) << "the traceless part needs no other";
+    EXPECT_EQ(choice.chosen.size(), 4u);
     const std::vector<double>& weights = choice.weights.mean.cloud_weights;
     EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0), 1.0, 1e-12);
     const auto share = [&](size_t c) { return weights[c] + choice.weights.gaussian.cloud_weights[c]; };
@@ -237,7 +249,6 @@ TEST(ScaleChoiceTest, SharesOfTheChosenSumToOne) {
     for (const ScaleScore& score : choice.scores) shares += score.share;
     EXPECT_NEAR(shares, 1.0, 1e-12);
     EXPECT_EQ(choice.weights.mean.trends.empty(), per_cloud);
-    EXPECT_EQ(choice.weights.traceless.trends.empty(), per_cloud);
     EXPECT_EQ(choice.weights.gaussian.trends.empty(), per_cloud);
   }
 }

@@ -106,6 +106,15 @@ TEST(ScaleJudgeTest, WhatAllScalesOfAMethodSmoothAwayShowsBesideTheCubicRegressi
     // Of the Gaussian curvature, which is the square here, the bias is twice as large.
     const ScaleJudge of_gaussian(table, ScaleBounds{}, ScaleJudge::Quantity::kGaussian);
     EXPECT_NEAR(LeastErrorOf(kHexagramMethod, of_gaussian.ScoresOf(scores, judge)), 2.0 * bias, 0.5 * bias);
+
+    // So it is where the mean curvature has ruled the hexagrams out before it looked for their bias.
+    std::vector<ScaleScore> ruled_out = scores;
+    for (ScaleScore& score : ruled_out) {
+      if (score.candidate.method != kHexagramMethod) continue;
+      score.bias = 0.0;
+      score.is_bias_known = false;
+    }
+    EXPECT_NEAR(LeastErrorOf(kHexagramMethod, of_gaussian.ScoresOf(ruled_out, judge)), 2.0 * bias, 0.5 * bias);
   }
 }
 
