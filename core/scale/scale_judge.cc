@@ -126,6 +126,7 @@ std::vector<ScaleScore> ScaleJudge::ScoresOf(const std::vector<ScaleScore>& of_m
   std::optional<ScaleScore> reference = judge_of_mean.reference_;
   if (reference.has_value()) reference = ScoreAs(*reference);
   std::vector<ScaleScore> scores;
+  scores.reserve(of_mean.size());
   for (const ScaleScore& mean : of_mean) scores.push_back(ScoreWithoutBias(mean.candidate));
   double least = std::numeric_limits<double>::infinity();
   for (const size_t i : ByError(scores)) {
