@@ -32,6 +32,9 @@ constexpr double kRounding = 0x1p-22;
 // Slopes are taken so many rungs below the best scale of the regression that shows them, from a quarter of its
 // neighbors: the estimate has lost some of the surface's own.
 constexpr size_t kSlopeRungs = 4;
+// Where the traceless part has weights of its own, they were chosen by what the halves show, which then is less than
+// the noise: its variance is so many times that.
+constexpr double kNoiseOfOwnWeights = 1.5;
 
 TangentShape ShapeOf(const PilotPoint& point, const ScaleCandidate& candidate, PilotPoint::Part part) {
   return {point.mean[candidate.method][candidate.rung][part], point.difference[candidate.method][candidate.rung][part],
@@ -179,6 +182,7 @@ class ErrorSampler {
   // that no scale shows is taken to be as large as the noise (ScaleMethod::doubt).
   void SetNoise(const PilotPoint& point, const PrincipalAxes& axes, const ShapeWeight& all_weight,
                 ErrorSample& sample) const {
+    const double of_traceless = choice_.weights.traceless.trends.empty() ? 1.0 : kNoiseOfOwnWeights;
     ShapeSum even, odd;
     ShapeWeight factor;
     for (size_t c = 0; c < choice_.chosen.size(); ++c) {
@@ -188,7 +192,7 @@ class ErrorSampler {
       even.Add(one, weights_[c]);
       odd.Add(other, weights_[c]);
       const double of_one = variance_factors_[c] * kScaleMethods[choice_.chosen[c].method].doubt;
-      factor += {of_one * weights_[c].mean, of_one * weights_[c].traceless};
+      factor += {of_one * weights_[c].mean, of_traceless * of_one * weights_[c].traceless};
     }
     if (!even.weight.IsPositive()) return;
     const TangentShape difference = Times(RootShare(factor, even.weight), Minus(even.Mean(), odd.Mean()));

@@ -87,6 +87,20 @@ TEST(ErrorSamplesTest, TheVarianceIsThatOfTheCountThatIsUsed) {
                    0.5 * SampleErrors(table, Choosing(kRung), kOne)[7].noise[kMeanPart]);
 }
 
+TEST(ErrorSamplesTest, HalvesThatChoseTheWeightsOfTheTracelessPartTellTooLittleOfItsNoise) {
+  const PilotTable table = MakeTable(0.1, 0.0);
+  ScaleChoice choice = Choosing(kRung);
+  for (ScaleWeights* const weights : {&choice.weights.mean, &choice.weights.traceless, &choice.weights.gaussian}) {
+    weights->trends = {{1.0, 1.0, 0.0}};
+    weights->local_differences.assign(table.size(), {1.0f});
+  }
+  const ErrorSample own = SampleErrors(table, choice, kOne)[7];
+  choice.weights.traceless.trends.clear();
+  const ErrorSample shared = SampleErrors(table, choice, kOne)[7];
+  EXPECT_DOUBLE_EQ(own.noise[kMeanPart], shared.noise[kMeanPart]);
+  EXPECT_NEAR(own.noise[kTurnPart] / shared.noise[kTurnPart], 1.5, 1e-9);
+}
+
 TEST(ErrorSamplesTest, WhatSmoothingTakesIsSeenThroughTheNoise) {
   // The next rung takes 1.41 times as much: 0.41 times as much more, and 1.35^2 for safety.
   constexpr double kLost = 0.2;
