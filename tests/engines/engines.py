@@ -12,6 +12,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 
 import slurm_site
 from tile_site import wait_for
@@ -87,6 +88,7 @@ class Dask(_ProcessEngine):
     name = "Dask"
     _CALL = """\
 import sys
+import time
 from curvd_client.dask import run_tiles
 print(run_tiles(sys.argv[1], cluster=sys.argv[2], server=sys.argv[3]))
 """
@@ -183,12 +185,16 @@ class Slurm(_ProcessEngine):
              str(self.site.work), f"--server={self.site.addresses}"],
             env={**os.environ, **self.site.environment, **self.slurm.environment}, capture_output=True, text=True, check=False)
         assert done.returncode == 0, f"sbatch: {done.stderr}"
+        self._started = time.time()
 
     def running(self):
         # squeue says nothing where nobody answers, too.
         return bool(self.slurm.tell("squeue", "-h", "--states=pending,running,completing,configuring")) or not self.slurm.tell("sinfo", "-h")
 
     def kill_driver(self, random):
+        """A controller that is killed forgets what it took within the last seconds, whose tasks go on, and gives their numbers
+        to others: it is killed once it has saved them."""
+        wait_for(lambda: self.slurm.saved_at() > self._started, 60, "the controller does not save its state")
         self.slurm.kill("slurmctld")
         self.slurm.start_controller()
         wait_for(lambda: self.slurm.tell("sinfo", "-h"), 60, "no controller")
@@ -207,6 +213,7 @@ class Slurm(_ProcessEngine):
 
     def revive(self):
         self.slurm.wake_node()
+        self.slurm.release_held()
         if not self.running():
             self.start()
 

@@ -33,7 +33,7 @@ class Round:
 
     def _kill(self):
         victim = self._random.choice(_VICTIMS)
-        at_hand = self._site.tiles_at_hand()
+        begun, at_hand = self._site.begun_tiles(), self._site.tiles_at_hand()
         self._note_results()
         if victim == "server":
             self._site.kill_server(self._random.randrange(2))
@@ -43,7 +43,8 @@ class Round:
             killed = kill(self._random)
         if killed:
             self.kills[victim] += 1
-            self.at_hand += at_hand
+            # A tile that was begun since may have been killed as well.
+            self.at_hand += at_hand + self._site.begun_tiles() - begun
 
     def _note_results(self):
         results = self._site.results()

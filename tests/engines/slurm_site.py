@@ -148,6 +148,20 @@ class SlurmSite:
         if state.startswith(("drain", "drng", "down")):
             self.tell("scontrol", "update", f"NodeName={socket.gethostname().split('.')[0]}", "State=RESUME")
 
+    def saved_at(self):
+        """When the controller has saved its jobs; 0: not yet."""
+        try:
+            return (self.folder / "state" / "job_state").stat().st_mtime
+        except FileNotFoundError:
+            return 0.0
+
+    def release_held(self):
+        """Lets tasks run again that Slurm holds since it could not start them, as an administrator would."""
+        for line in self.tell("squeue", "-h", "--states=pending", "-o", "%i %r").splitlines():
+            task, _, reason = line.partition(" ")
+            if "held" in reason.lower():
+                self.tell("scontrol", "release", task)
+
     def _start(self, program, *arguments):
         path = shutil.which(program, path=os.environ["PATH"] + ":/usr/sbin")
         log = open(self.folder / f"{program}.out", "ab")

@@ -116,7 +116,9 @@ class TileSite:
         return found
 
     def tiles_at_hand(self):
-        return len(set(self.at_work().values()))
+        """Tiles that were begun and have no result: also those whose process is about to become curv."""
+        begun = {f"tile-{int(tile):06d}" for tile in self.begun.read_text(encoding="ascii").split()}
+        return len(begun - self.results().keys())
 
     def check(self):
         """AssertionError unless all is done, with the bytes of the whole cloud."""
