@@ -345,8 +345,8 @@ std::optional<CandidatesThatCount> FindCandidatesThatCount(PilotPoints table, co
   return found;
 }
 
-// For each quantity, what its judge holds, and of each candidate the difference, its mean around the point and a
-// weight; for all of them the nearest points.
+// For each quantity, what its judge holds, and of each candidate the difference, the expected error and a weight; for
+// all of them the nearest points.
 size_t ChoosingBytesPerSample() {
   constexpr size_t kOfCandidate = 3 * sizeof(double);
   using Quantity = ScaleJudge::Quantity;
@@ -365,6 +365,7 @@ ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds) {
   choice.scores = judged.scores;
   if (choice.scores.empty()) return choice;
   std::vector<size_t> order = ChooseTogether(judged.of);
+  if (order.empty()) return choice;
   const bool has_own_weights = GainOfOwnWeights(judged.of, order) > kWorthOwnWeights;
   if (!has_own_weights) order.resize(std::min(order.size(), kMostForCurvatures));
   const auto weights_of = [&](const Judged& of) { return WeightsOf(of, order, bounds.per_cloud); };

@@ -197,8 +197,11 @@ void ScaleJudge::CopyValues() {
           const auto copy = [&](const auto& value_of) {
             for (size_t i = 0; i < points.size(); ++i) {
               const PilotPoint& point = points[i];
-              out[i] = value_of(double{point.mean[m][rung][part]}, double{point.difference[m][rung][part]},
-                                double{point.twist[m][rung][part]});
+              const double mean = point.mean[m][rung][part], difference = point.difference[m][rung][part],
+                           twist = point.twist[m][rung][part];
+              // What overflows in one component is known of no quantity: all of them judge the same candidates.
+              const bool is_known = std::isfinite(mean) && std::isfinite(difference) && std::isfinite(twist);
+              out[i] = is_known ? value_of(mean, difference, twist) : std::numeric_limits<double>::quiet_NaN();
             }
             out += table_.size();
           };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -251,6 +252,17 @@ TEST(ScaleChoiceTest, SharesOfTheChosenSumToOne) {
     EXPECT_EQ(choice.weights.mean.trends.empty(), per_cloud);
     EXPECT_EQ(choice.weights.gaussian.trends.empty(), per_cloud);
   }
+}
+
+// As in clouds whose points lie together as near as floats can tell apart.
+TEST(ScaleChoiceTest, WhatOverflowsInOneComponentIsJudgedInNone) {
+  PilotTable table = MakeTable(Behaving({{1.0, 1.0}, {0.1, 0.1}}));
+  for (size_t i = 0; i < table.size(); i += 2) {
+    for (auto& parts : table[i].difference[kRegressionMethod]) parts.fill(std::numeric_limits<float>::infinity());
+  }
+  const ScaleChoice choice = ChooseScales(table, {});
+  ASSERT_FALSE(choice.chosen.empty());
+  for (const ScaleScore& score : choice.scores) EXPECT_NE(score.candidate.method, kRegressionMethod);
 }
 
 // On a plane, and on a sphere that is sampled exactly, every estimate agrees to the last bit.
