@@ -9,9 +9,9 @@
 namespace curvd {
 
 // Returns the value that has `place` values before it once all are in ascending order, and overwrites the values. Takes
-// O(n), and a third of the time of std::nth_element for the hundreds of values that the automatic choice looks at:
-// nothing in the loop depends on the outcome of a comparison but where values are written. May throw std::bad_alloc.
-// REQUIRES: place < values.size(); none is NaN.
+// O(n), and half of the time of std::nth_element for the hundreds of values that the automatic choice looks at: nothing
+// in the loop depends on the outcome of a comparison but where values are written. May throw std::bad_alloc. REQUIRES:
+// place < values.size(); none is NaN.
 inline double OrderStatistic(std::span<double> values, size_t place) {
   constexpr size_t kFew = 16, kMostRounds = 64;
   std::vector<double> scratch(values.size());

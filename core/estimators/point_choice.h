@@ -20,9 +20,9 @@ struct PointChoice {
   float mean_error;
   float k1_error;
   float k2_error;
-  // Points in a neighborhood: the mean of those that were averaged, by weight.
+  // Points in a neighborhood: the mean of those that were averaged, by their weights in H.
   float neighbor_count;
-  // How much each estimator counts; the sum is 1.
+  // How much each estimator counts in H; the sum is 1. G, and k2 - k1 with its directions, may have other weights.
   float avg_hexagram_weight;
   float normal_regression_weight;
   float jet_weight;
