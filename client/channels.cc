@@ -10,12 +10,14 @@
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 #include "grpcpp/support/channel_arguments.h"
+#include "proto/open_ssl.h"
 
 namespace curv {
 namespace {
 
 std::shared_ptr<grpc::ChannelCredentials> MakeCredentials(const ConnectOptions& options) {
   if (!options.tls) return grpc::InsecureChannelCredentials();
+  curvd::KeepOpenSslAtExit();
   return grpc::SslCredentials({options.authorities, options.private_key, options.certificate});
 }
 

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
+#include "proto/open_ssl.h"
 
 namespace curvd {
 namespace {
@@ -82,6 +83,7 @@ absl::StatusOr<std::vector<AccessEntry>> Parse(std::string_view text, bool with_
 }  // namespace
 
 Sha256 HashToken(std::string_view token) {
+  KeepOpenSslAtExit();
   Sha256 hash;
   SHA256(reinterpret_cast<const unsigned char*>(token.data()), token.size(), hash.data());
   return hash;

@@ -9,6 +9,8 @@
 #include <memory>
 #include <utility>
 
+#include "proto/open_ssl.h"
+
 namespace curvd {
 namespace {
 
@@ -42,6 +44,7 @@ absl::Time ExpiryOf(const X509& certificate) {
 
 absl::StatusOr<TlsIdentity> MakeTlsIdentity(std::string certificate_chain, std::string private_key,
                                             std::string client_authorities) {
+  KeepOpenSslAtExit();
   const Certificate certificate = FirstCertificate(certificate_chain);
   const Key key(PEM_read_bio_PrivateKey(Reader(private_key).get(), nullptr, NoPassphrase, nullptr));
   const bool authorities_fit = client_authorities.empty() || FirstCertificate(client_authorities) != nullptr;

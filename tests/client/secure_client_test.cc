@@ -1,7 +1,10 @@
 // The C++ client against servers that ask who it is: what works, and what it says when it does not.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <openssl/crypto.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <string>
@@ -11,6 +14,7 @@
 #include "client/connect_options.h"
 #include "client/curvature_client.h"
 #include "proto/access_list.h"
+#include "server/access/tls_identity.h"
 #include "server/curvature_server.h"
 #include "tests/certificates.h"
 #include "tests/client/temp_dir.h"
@@ -178,6 +182,29 @@ TEST(ConnectOptionsTest, WhatDoesNotFitTogetherIsRefused) {
   refused([](ConnectOptions& options) { options.token = "two words"; });
   refused([](ConnectOptions& options) { options.token = "line\nbreak"; });
   refused([](ConnectOptions& options) { options.token = std::string(5'000, 'x'); });
+}
+
+// Runs `first_use` in a process of its own, which then exits. Exits with 1 where OpenSSL is freed on the way.
+void ExpectOpenSslIsKept(const std::function<void()>& first_use) {
+  EXPECT_EXIT(
+      {
+        first_use();
+        OPENSSL_init_crypto(0, nullptr);
+        OPENSSL_atexit([] { _exit(1); });
+        std::exit(0);
+      },
+      ::testing::ExitedWithCode(0), "");
+}
+
+TEST(OpenSslDeathTest, IsKeptAtExit) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  ExpectOpenSslIsKept([] {
+    ConnectOptions options;
+    options.tls = true;
+    (void)CurvatureClient::Connect("localhost:1", options);
+  });
+  ExpectOpenSslIsKept([] { curvd::HashToken(kToken); });
+  ExpectOpenSslIsKept([] { (void)curvd::MakeTlsIdentity("", "", ""); });
 }
 
 }  // namespace

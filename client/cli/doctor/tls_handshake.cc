@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/doctor/greeting.h"
+#include "proto/open_ssl.h"
 
 namespace curv {
 namespace {
@@ -75,6 +76,7 @@ absl::Status ShowCertificate(SSL_CTX* context, const ConnectOptions& options) {
 }
 
 absl::StatusOr<OwnedContext> MakeContext(const ConnectOptions& options) {
+  curvd::KeepOpenSslAtExit();
   OwnedContext context(SSL_CTX_new(TLS_client_method()));
   SSL_CTX_set_min_proto_version(context.get(), TLS1_2_VERSION);
   // What is wrong with a certificate is to be told, all of it.

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "proto/open_ssl.h"
 
 namespace curv {
 namespace {
@@ -19,6 +20,7 @@ using ReadKey = std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)>;
 constexpr char kNoPassword[] = "";
 
 ReadBio BioOf(const std::string& text) {
+  curvd::KeepOpenSslAtExit();
   return {BIO_new_mem_buf(text.data(), static_cast<int>(text.size())), BIO_free_all};
 }
 
