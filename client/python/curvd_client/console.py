@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
+import os
 import pathlib
+import re
 import sys
 import typing
 import warnings
@@ -20,6 +23,13 @@ from curvd_client.options import ESTIMATORS
 from curvd_client.results import QUANTITIES
 from curvd_client.security import Security
 
+_LEAST_NEIGHBORS, _MOST_NEIGHBORS = 4, 1_000_000  # as curv; a server may take fewer
+_FLAGS = {
+    "ca_file": "--tls-ca",
+    "cert_file": "--tls-cert",
+    "key_file": "--tls-key",
+    "server_name": "--tls-server-name",
+}
 _REFUSED, _BAD_INPUT, _BAD_OUTPUT, _NO_SERVER, _OUT_OF_TIME, _INTERRUPTED = 1, 3, 4, 5, 6, 130
 
 
@@ -33,8 +43,6 @@ def main(arguments: typing.Sequence[str] | None = None) -> int:
     except CurvdError as error:
         return _fail(_code_of(error), str(error))
     except ValueError as error:
-        return _fail(2, str(error))
-    except OSError as error:  # keys and certificates; clouds are dealt with where they are read
         return _fail(2, str(error))
     except KeyboardInterrupt:
         return _fail(_INTERRUPTED, "interrupted")
@@ -53,12 +61,12 @@ def _parser() -> argparse.ArgumentParser:
                           help="positions and every column of the result")  # fmt: skip
     estimate.add_argument("--estimator", choices=ESTIMATORS, default="avg-hexagram", help="default: avg-hexagram")
     estimate.add_argument("--k", type=_counts_or_auto, help="points in a neighborhood, or auto, or several with commas between; default: 50")
-    estimate.add_argument("--radius", type=float, help="of a neighborhood, instead of --k")
+    estimate.add_argument("--radius", type=_above_zero, help="of a neighborhood, instead of --k")
     estimate.add_argument("--normals", choices=("given", "orient", "estimate"),
                           help="default: given where the file has them, else estimate")  # fmt: skip
     estimate.add_argument("--quantities", type=lambda text: text.split(","), metavar="NAME,...",
                           help="of " + ", ".join(QUANTITIES))  # fmt: skip
-    estimate.add_argument("--direction", type=lambda text: [float(part) for part in text.split(",")], metavar="X,Y,Z",
+    estimate.add_argument("--direction", type=_vector, metavar="X,Y,Z",
                           help="of the quantity normal_curvature")  # fmt: skip
     estimate.add_argument("--skip-invalid", action="store_true", help="give unusable points a status, do not fail")
     estimate.add_argument("--quiet", action="store_true", help="show no progress")
@@ -74,8 +82,8 @@ def _parser() -> argparse.ArgumentParser:
 def _server_options() -> argparse.ArgumentParser:
     server = argparse.ArgumentParser(add_help=False)
     server.add_argument("--server", default=DEFAULT_SERVER, metavar="HOST[:PORT]", help=f"default: {DEFAULT_SERVER}")
-    server.add_argument("--timeout", type=float, metavar="SECONDS", help="for the whole call; default: no limit")
-    server.add_argument("--connect-timeout", type=float, default=1.5, metavar="SECONDS",
+    server.add_argument("--timeout", type=_above_zero, metavar="SECONDS", help="for the whole call; default: no limit")
+    server.add_argument("--connect-timeout", type=_above_zero, default=1.5, metavar="SECONDS",
                         help="give up where no server ever answered; default: 1.5")  # fmt: skip
     server.add_argument("--tls", action="store_true", help="encrypt, and check the server's certificate")
     server.add_argument("--tls-ca", metavar="FILE", help="authorities that its certificate may be of")
@@ -87,7 +95,9 @@ def _server_options() -> argparse.ArgumentParser:
 
 
 def _client(options: argparse.Namespace) -> CurvatureClient:
-    token = None if options.token_file is None else options.token_file.read_text(encoding="utf-8").strip()
+    for flag in ("tls_ca", "tls_cert", "tls_key"):
+        _read(flag, getattr(options, flag))
+    token = _read("token_file", options.token_file)
     server, name = drawn(options.server)
     security = Security(
         tls=options.tls,
@@ -95,9 +105,22 @@ def _client(options: argparse.Namespace) -> CurvatureClient:
         cert_file=options.tls_cert,
         key_file=options.tls_key,
         server_name=options.tls_server_name or (name if options.tls or options.tls_ca or options.tls_cert else None),
-        token=token,
+        token=None if token is None else token.decode("utf-8", "replace").strip(),
     )
-    return CurvatureClient(server, security=security)
+    try:
+        return CurvatureClient(server, security=security)
+    except ValueError as error:
+        raise ValueError(re.sub(r"\w+", lambda word: _FLAGS.get(word[0], word[0]), str(error))) from None
+
+
+def _read(flag: str, file: str | os.PathLike[str] | None) -> bytes | None:
+    """What is in the file that `flag` names; ValueError, naming both, if it cannot be read."""
+    if file is None:
+        return None
+    try:
+        return pathlib.Path(file).read_bytes()
+    except OSError as error:
+        raise ValueError(f"--{flag.replace('_', '-')}: {file}: {error.strerror}") from None
 
 
 def _waits(options: argparse.Namespace) -> dict[str, typing.Any]:
@@ -155,9 +178,38 @@ def _health(options: argparse.Namespace) -> int:
 
 
 def _counts_or_auto(text: str) -> int | str | list[int]:
-    if "," in text:
-        return [int(part) for part in text.split(",")]
-    return text if text == "auto" else int(text)
+    if text == "auto":
+        return text
+    try:
+        counts = [int(part) for part in text.split(",")]
+    except ValueError:
+        counts = [0]
+    if not all(_LEAST_NEIGHBORS <= count <= _MOST_NEIGHBORS for count in counts):
+        limits = f"whole numbers from {_LEAST_NEIGHBORS} to {_MOST_NEIGHBORS}"
+        raise argparse.ArgumentTypeError(f'"{text}" must be auto, or {limits} with commas between')
+    return counts if len(counts) > 1 else counts[0]
+
+
+def _above_zero(text: str) -> float:
+    number = _float(text)
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f'"{text}" must be a finite number above 0')
+    return number
+
+
+def _vector(text: str) -> list[float]:
+    parts = [_float(part) for part in text.split(",")]
+    if len(parts) != 3 or not all(map(math.isfinite, parts)):
+        raise argparse.ArgumentTypeError(f'"{text}" must be three finite numbers with commas between')
+    return parts
+
+
+def _float(text: str) -> float:
+    """NaN for what is no number."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _code_of(error: CurvdError) -> int:

@@ -21,7 +21,9 @@ def read_cloud(file: pathlib.Path) -> tuple[_Array, _Array | None]:
     .npy:             an array of 3 or 6 columns, the latter positions and normals; or, as `curv` writes it, a structured
                       array with the fields x y z and, if there, nx ny nz.
     .npz:             `positions` (or `points`, `xyz`) and, if there, `normals`; or x y z and nx ny nz, as `curv` writes them.
-    .xyz .txt .csv .pts .asc: a line a point, 3 or 6 numbers with blanks or commas between; # begins a comment.
+    .xyz .txt .csv .pts .asc: a line a point with blanks or commas between its numbers; # begins a comment. The first
+                      line, or the last comment before the points, may name the columns: x y z and, if there, nx ny nz
+                      among others, as `curv` writes them. Without names there must be 3 or 6 numbers a line.
 
     Raises ValueError, saying what is wrong, for files that hold no cloud, and OSError for those that cannot be read.
     """
@@ -32,7 +34,7 @@ def read_cloud(file: pathlib.Path) -> tuple[_Array, _Array | None]:
         array = np.load(file, allow_pickle=False)
         return _from_columns(file, array, array.dtype.names) if array.dtype.names else _split(file, array)
     if kind in _TEXT:
-        return _split(file, _from_text(file))
+        return _from_text(file)
     raise ValueError(f"{file} is of no kind that is read here: .npy, .npz or text ({', '.join(_TEXT)})")
 
 
@@ -70,10 +72,65 @@ def _from_columns(
     return positions, np.stack([columns[name] for name in _NORMALS], axis=1) if has_normals else None
 
 
-def _from_text(file: pathlib.Path) -> _Array:
-    with open(file, encoding="utf-8") as lines:
-        is_comma = any("," in line.partition("#")[0] for line in lines)
-    return np.loadtxt(file, delimiter="," if is_comma else None, ndmin=2, encoding="utf-8")
+def _from_text(file: pathlib.Path) -> tuple[_Array, _Array | None]:
+    with open(file, encoding="utf-8-sig") as lines:
+        names, first, delimiter = _layout(lines)
+    if names is None:
+        return _split(file, np.loadtxt(file, delimiter=delimiter, ndmin=2, encoding="utf-8-sig"))
+    wanted = [name for name in (*_AXES, *_NORMALS) if name in names]
+    with open(file, encoding="utf-8-sig") as lines:
+        rows = list(_rows(lines, first, delimiter, len(names)))
+    values = np.empty((0, len(wanted)))
+    if rows:
+        values = np.loadtxt(rows, delimiter=delimiter, usecols=[names.index(name) for name in wanted], ndmin=2)
+    return _from_columns(file, dict(zip(wanted, values.T)), names)
+
+
+def _layout(lines: typing.Iterable[str]) -> tuple[list[str] | None, int, str | None]:
+    """Names of the columns or None, the number of the first line of values from 0 on, and what is between values.
+
+    Names are the first line, if it begins with a word, or the last comment before the values, if it has a word for each.
+    """
+    comment: list[str] = []
+    for number, line in enumerate(lines):
+        text = line.strip()
+        if text.startswith("#"):
+            comment = text.lstrip("#").split()
+        elif text:
+            delimiter = "," if "," in text.partition("#")[0] else None
+            cells = [cell.strip().strip('"').strip() for cell in text.split(delimiter)]
+            if not _is_number(cells[0]):
+                return _names(cells), number + 1, delimiter
+            return (_names(comment) if len(comment) == len(cells) else None), number, delimiter
+    raise ValueError("it holds no points, nor the names of columns")
+
+
+def _names(words: typing.Sequence[str]) -> list[str]:
+    names = [word.lower() if word.lower() in (*_AXES, *_NORMALS) else word for word in words]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"two columns have the name {twice}")
+    return names
+
+
+def _rows(lines: typing.Iterable[str], first: int, delimiter: str | None, count: int) -> typing.Iterator[str]:
+    """The lines of values, which must have `count` each: one that had more would give columns the values of others."""
+    for number, line in enumerate(lines):
+        text = line.partition("#")[0].replace('"', "").strip()
+        if number < first or not text:
+            continue
+        cells = text.count(delimiter) + 1 if delimiter else len(text.split())
+        if cells != count:
+            raise ValueError(f"line {number + 1} has {cells} values, and {count} columns have names")
+        yield text
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _split(file: pathlib.Path, columns: _Array) -> tuple[_Array, _Array | None]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import pathlib
+import ssl
 import typing
 
 import grpc
@@ -35,7 +36,11 @@ class Security:
     send_token_in_plain_text: bool = False
 
     def open_channel(self, server: str, options: _Options) -> typing.Any:
-        """A grpc.Channel to `server`. ValueError if the settings contradict each other or would give the token away."""
+        """A grpc.Channel to `server`.
+
+        Raises ValueError if the settings contradict each other, would give the token away, or name files that hold no
+        PEM, and OSError for those that cannot be read.
+        """
         return self._open(grpc, server, options)
 
     def open_aio_channel(self, server: str, options: _Options) -> typing.Any:
@@ -50,7 +55,10 @@ class Security:
         if (self.cert_file is None) != (self.key_file is None):
             raise ValueError("cert_file and key_file are of use together only")
         if self.tls or self.ca_file is not None or self.cert_file is not None:
-            credentials = grpc.ssl_channel_credentials(*map(_bytes_of, (self.ca_file, self.key_file, self.cert_file)))
+            files = (self.ca_file, self.key_file, self.cert_file)
+            pems = [None if file is None else pathlib.Path(file).read_bytes() for file in files]
+            self._check_files()
+            credentials = grpc.ssl_channel_credentials(*pems)
             if self.server_name is not None:
                 options = [*options, ("grpc.ssl_target_name_override", self.server_name)]
             return library.secure_channel(server, credentials, options)
@@ -60,6 +68,22 @@ class Security:
             raise ValueError(f"the token would go to {server} in plain text, where others can read it: use TLS")
         return library.insecure_channel(server, options)
 
-
-def _bytes_of(path: str | os.PathLike[str] | None) -> bytes | None:
-    return None if path is None else pathlib.Path(path).read_bytes()
+    def _check_files(self) -> None:
+        """gRPC would say of wrong files that no server can be reached."""
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+        context.set_ciphers("DEFAULT:@SECLEVEL=0")  # the handshake judges how strong they are
+        if self.ca_file is not None:
+            try:
+                context.load_verify_locations(cafile=self.ca_file)
+            except ssl.SSLError:
+                raise ValueError(f"ca_file: no certificate can be read from {self.ca_file}; expected PEM") from None
+        if self.cert_file is not None:
+            try:
+                # An empty password: OpenSSL would ask the terminal for one.
+                context.load_cert_chain(self.cert_file, self.key_file, password="")
+            except ssl.SSLError as error:
+                reason = (error.reason or "no PEM").lower().replace("_", " ")
+                raise ValueError(
+                    f"cert_file and key_file: {self.cert_file} and {self.key_file} do not hold a certificate and its "
+                    f"private key ({reason}); expected PEM, the key without a password"
+                ) from None

@@ -33,14 +33,18 @@ class ConsoleTest(unittest.TestCase):
         np.savez(self.folder / "cloud.npz", points=positions, normals=normals)
         np.savetxt(self.folder / "cloud.xyz", both, fmt="%.9g", header="x y z nx ny nz")
         np.savetxt(self.folder / "cloud.csv", both, fmt="%.9g", delimiter=",")
-        # As curv writes them: a column each.
+        # As curv writes them: named columns, some of words, in CSV, and those of text in a comment.
+        rows = "".join(f"{i},ok,{','.join(map(repr, row))}\n" for i, row in enumerate(both.tolist()))
+        (self.folder / "named.csv").write_text('\ufeff"i",status,X,Y,Z,nx,ny,nz\n' + rows, encoding="utf-8")
+        (self.folder / "named.xyz").write_text("# i status x y z nx ny nz\n" + rows.replace(",", " "), encoding="utf-8")
+        # A column each.
         columns = dict(zip(("x", "y", "z", "nx", "ny", "nz"), both.T))
         np.savez(self.folder / "columns.npz", intensity=both[:, 0] * 0, **columns)
         structured = np.empty(len(both), [(name, np.float64) for name in columns])
         for name, values in columns.items():
             structured[name] = values
         np.save(self.folder / "columns.npy", structured)
-        for name in ("cloud.npy", "cloud.npz", "cloud.xyz", "cloud.csv", "columns.npz", "columns.npy"):
+        for name in ("cloud.npy", "cloud.npz", "cloud.xyz", "cloud.csv", "named.csv", "named.xyz", "columns.npz", "columns.npy"):
             kind = name.replace(".", "_")
             with self.subTest(kind):
                 done = self.run_command("estimate", name, "-o", f"{kind}.npz", "--k=30")
@@ -56,8 +60,25 @@ class ConsoleTest(unittest.TestCase):
         np.savez(self.folder / "uneven.npz", x=np.zeros(3), y=np.zeros(3), z=np.zeros(4))
         (self.folder / "bad.xyz").write_text("1 2 3\n4 five 6\n", encoding="utf-8")
         (self.folder / "cloud.las").write_bytes(b"LASF")
+        # What has a name less than its lines have values would take the wrong values for x y z.
+        (self.folder / "shifted.csv").write_text("x,y,z\n1,0.5,0.25,0.75\n", encoding="utf-8")
+        (self.folder / "twice.csv").write_text("x,y,z,x\n1,2,3,4\n", encoding="utf-8")
+        (self.folder / "empty.csv").write_text("", encoding="utf-8")
         for code, words, arguments, server in (
-            (1, "neighbor_count", ["cloud.npy", "-o", "out.npz", "--k=2"], None),
+            (1, "max_neighbor_count", ["cloud.npy", "-o", "out.npz", "--k=1000000"], None),
+            (2, '"3" must be auto, or whole numbers from 4 to 1000000', ["cloud.npy", "-o", "out.npz", "--k=3"], None),
+            (2, '"9,ten" must be', ["cloud.npy", "-o", "out.npz", "--k=9,ten"], None),
+            (2, "--radius: \"nan\" must be a finite number above 0", ["cloud.npy", "-o", "out.npz", "--radius=nan"], None),
+            (2, "--timeout: \"0\" must be", ["cloud.npy", "-o", "out.npz", "--timeout=0"], None),
+            (2, "--direction: \"1,2\" must be three", ["cloud.npy", "-o", "out.npz", "--direction=1,2"], None),
+            (2, "--tls-ca: none.pem: No such file", ["cloud.npy", "-o", "out.npz", "--tls-ca=none.pem"], None),
+            (2, "--token-file: none: No such file", ["cloud.npy", "-o", "out.npz", "--token-file=none"], None),
+            (2, "--tls-ca: no certificate can be read from bad.xyz",
+             ["cloud.npy", "-o", "out.npz", "--tls-ca=bad.xyz"], None),
+            (2, "--tls-cert and --tls-key are of use together only",
+             ["cloud.npy", "-o", "out.npz", "--tls-cert=bad.xyz"], None),
+            (2, "do not hold a certificate and its private key",
+             ["cloud.npy", "-o", "out.npz", "--tls-cert=bad.xyz", "--tls-key=bad.xyz"], None),
             (2, "must end in .npz", ["cloud.npy", "-o", "out.ply"], None),
             (2, "exclude", ["cloud.npy", "-o", "out.npz", "--k=9", "--radius=1"], None),
             (2, "invalid choice", ["cloud.npy", "-o", "out.npz", "--estimator=best"], None),
@@ -65,6 +86,9 @@ class ConsoleTest(unittest.TestCase):
             (3, "there must be positions or points or xyz, or x and y and z", ["other.npz", "-o", "out.npz"], None),
             (3, "all must be (N,)", ["uneven.npz", "-o", "out.npz"], None),
             (3, "five", ["bad.xyz", "-o", "out.npz"], None),
+            (3, "line 2 has 4 values, and 3 columns have names", ["shifted.csv", "-o", "out.npz"], None),
+            (3, "two columns have the name x", ["twice.csv", "-o", "out.npz"], None),
+            (3, "no points", ["empty.csv", "-o", "out.npz"], None),
             (3, "no kind that is read", ["cloud.las", "-o", "out.npz"], None),
             (3, "No such file", ["none.npy", "-o", "out.npz"], None),
             (3, "no normals", ["cloud.npy", "-o", "out.npz", "--normals=given"], None),

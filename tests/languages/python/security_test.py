@@ -44,6 +44,19 @@ class SecureServerTest(unittest.TestCase):
         self.assertEqual(self.code(ca_file=self.security.cert_file)[0], grpc.StatusCode.UNAVAILABLE)
         self.assertEqual(self.code(server_name="other.example")[0], grpc.StatusCode.UNAVAILABLE)
 
+    def test_files_that_hold_no_pem_are_named(self):
+        folder = pathlib.Path(os.environ["CURVD_SECURE_DIR"])
+        for changes, words in (
+            ({"ca_file": folder / "token"}, "ca_file: no certificate can be read from .*token"),
+            ({"cert_file": folder / "token"}, "cert_file and key_file: .*token and .*client.key do not hold"),
+            ({"key_file": folder / "token"}, "cert_file and key_file: .*client.crt and .*token do not hold"),
+            ({"cert_file": folder / "server.crt"}, "key values mismatch"),
+        ):
+            with self.subTest(changes), self.assertRaisesRegex(ValueError, words):
+                self.estimate(**changes)
+        with self.assertRaises(FileNotFoundError):
+            self.estimate(ca_file=folder / "nowhere")
+
     def test_the_token_is_not_shown(self):
         self.assertNotIn(self.security.token, repr(self.security))
 
