@@ -23,6 +23,16 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+// The columns of results whose values are summed up, where they were asked for.
+constexpr const char* kSummedUp[] = {"mean_curvature", "gaussian_curvature", "k1", "k2", "shape_index",
+                                     "curvedness",     "normal_curvature"};
+
+// What a point may lack though its status is ok, and why.
+constexpr std::pair<const char*, const char*> kMayLack[] = {
+    {"shape_index", "k1 and k2 are 0 there"},
+    {"normal_curvature", "the direction is along their normals"},
+};
+
 // Least, middle and largest of the finite values; NaN if there are none.
 struct Spread {
   double low = kNaN;
@@ -76,13 +86,25 @@ uint32_t JetDegree(const EstimateOptions& options) {
 // A table of the quantities' spreads; nothing if the result has none of them.
 void AppendRanges(const PointTable& result, const std::string& suffix, std::string& text) {
   bool has_header = false;
-  for (const NamedQuantity& quantity : kQuantities) {
-    const std::string column = quantity.column + suffix;
+  for (const std::string name : kSummedUp) {
+    const std::string column = name + suffix;
     if (result.Find(column) == nullptr) continue;
     if (!has_header) absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", "", "least", "median", "largest");
     has_header = true;
     const Spread spread = SpreadOf(result, column);
     absl::StrAppendFormat(&text, "  %-22s %14.6g %14.6g %14.6g\n", column, spread.low, spread.median, spread.high);
+  }
+}
+
+void AppendLacks(const PointTable& result, const std::string& suffix, std::string& text) {
+  for (const auto& [name, reason] : kMayLack) {
+    if (result.Find(name + suffix) == nullptr) continue;
+    const std::vector<double> values = ValuesOf(result, name + suffix);
+    const std::vector<double> statuses = ValuesOf(result, "status" + suffix);
+    uint64_t lacking = 0;
+    for (size_t i = 0; i < values.size(); ++i) lacking += statuses[i] == 1.0 && std::isnan(values[i]);
+    if (lacking == 0) continue;
+    absl::StrAppend(&text, "  ", CountOf(lacking, "ok point"), " without ", name, suffix, ": ", reason, "\n");
   }
 }
 
@@ -98,21 +120,23 @@ StatusCounts CountStatuses(const PointTable& result, const std::string& suffix) 
 void AppendResults(const EstimateReport& report, const PointTable& result, std::string& text) {
   if (report.options.neighbor_counts.empty()) {
     absl::StrAppend(&text, StatusText(report.summary.status_counts));
-    return AppendRanges(result, "", text);
+    AppendRanges(result, "", text);
+    return AppendLacks(result, "", text);
   }
   for (const uint32_t count : report.options.neighbor_counts) {
     absl::StrAppend(&text, "  K = ", count, "\n");
     absl::StrAppend(&text, StatusText(CountStatuses(result, ScaleSuffix(count))));
     AppendRanges(result, ScaleSuffix(count), text);
+    AppendLacks(result, ScaleSuffix(count), text);
   }
 }
 
 nlohmann::ordered_json RangesJson(const PointTable& result, const std::string& suffix) {
   nlohmann::ordered_json ranges = nlohmann::ordered_json::object();
-  for (const NamedQuantity& quantity : kQuantities) {
-    if (result.Find(quantity.column + suffix) == nullptr) continue;
-    const Spread spread = SpreadOf(result, quantity.column + suffix);
-    ranges[quantity.column] = {{"least", spread.low}, {"median", spread.median}, {"largest", spread.high}};
+  for (const std::string name : kSummedUp) {
+    if (result.Find(name + suffix) == nullptr) continue;
+    const Spread spread = SpreadOf(result, name + suffix);
+    ranges[name] = {{"least", spread.low}, {"median", spread.median}, {"largest", spread.high}};
   }
   return ranges;
 }
