@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/scale/scale_judge.h"
+#include "core/scale/judging/scale_judge.h"
 
 namespace curvd {
 namespace {

@@ -2,25 +2,21 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "core/estimators/scale_ladder.h"
+#include "core/scale/judging/candidate_values.h"
 #include "core/scale/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
 namespace curvd {
 
-// Of one quantity: the mean curvature, the traceless part of the shape operator, which is a vector of two components,
-// or the Gaussian curvature. Const methods are thread-safe. Lengths are in the index's unit.
+// Of one quantity. Const methods are thread-safe. Lengths are in the index's unit.
 class ScaleJudge {
  public:
-  enum class Quantity : uint8_t { kMean, kTraceless, kGaussian };
+  using Quantity = CandidateValues::Quantity;
 
   // `table` outlives the object.
   ScaleJudge(PilotPoints table, const ScaleBounds& bounds, Quantity quantity);
@@ -43,9 +39,7 @@ class ScaleJudge {
   bool HasHalves(const ScaleCandidate& candidate) const;
 
   // What it holds of each sampled point.
-  static constexpr size_t BytesPerSample(Quantity quantity) {
-    return kMethodCount * kRungCount * PilotPoint::kParts * ComponentsOf(quantity) * sizeof(double);
-  }
+  static constexpr size_t BytesPerSample(Quantity quantity) { return CandidateValues::BytesPerSample(quantity); }
 
   // Standard deviation of the noise of positions; 0 if nothing tells it.
   static double PositionNoise(PilotPoints table);
@@ -54,20 +48,6 @@ class ScaleJudge {
   double Floor(size_t rung) const;
 
  private:
-  // Of one candidate at every sampled point, by component; those of a number are one.
-  struct Values {
-    std::span<const double> first, second;
-    size_t size() const { return first.size(); }
-    // How long the vector at a point is.
-    double LengthAt(size_t i) const { return second.empty() ? std::abs(first[i]) : Length(first[i], second[i]); }
-    double DistanceAt(size_t i, const Values& other) const;
-    // Squares of floats do not overflow in doubles.
-    static double Length(double x, double y) { return std::sqrt(x * x + y * y); }
-  };
-  static constexpr size_t ComponentsOf(Quantity quantity) { return quantity == Quantity::kTraceless ? 2 : 1; }
-  void CopyValues();
-  // Of a candidate at every sampled point.
-  Values ValuesOf(const ScaleCandidate& candidate, PilotPoint::Part part = PilotPoint::kAll) const;
   // The rung itself, unless it has no next one to be compared with.
   size_t ComparedRung(const ScaleCandidate& candidate) const;
 
@@ -77,7 +57,7 @@ class ScaleJudge {
   bool HasEstimates(const ScaleCandidate& candidate) const;
 
   // How far the values of two candidates, or of one in two parts, lie apart, where they do.
-  static std::vector<double> DistancesOf(const Values& one, const Values& other);
+  static std::vector<double> DistancesOf(const CandidateValues::Column& one, const CandidateValues::Column& other);
   // By how much estimates differ from those so many rungs on, as an error.
   std::optional<double> MedianDifference(const ScaleCandidate& candidate, size_t step) const;
   // The last rungs have no next one to be compared with: their differences go on as those of single steps do.
@@ -112,7 +92,7 @@ class ScaleJudge {
   const PilotPoints table_;
   const ScaleBounds bounds_;
   const Quantity quantity_;
-  std::vector<double> values_;                     // by method, rung, part, component and point
+  const CandidateValues values_;
   std::array<size_t, kRungCount> clear_counts_{};  // of points whose neighborhoods reach over no edge
   std::optional<double> differences_[kMethodCount][kRungCount];
   double variances_[kMethodCount][kRungCount] = {};

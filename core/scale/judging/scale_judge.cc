@@ -1,11 +1,10 @@
-#include "core/scale/scale_judge.h"
+#include "core/scale/judging/scale_judge.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <span>
 #include <utility>
 
 #include "core/base/order_statistic.h"
@@ -42,8 +41,6 @@ constexpr double kLeastSquareOverReference = 2.0;
 constexpr double kLeastRadiusOverNoise = 4.0;
 // A candidate whose noise and differences alone are so many times the least error has a weight of 1e-4.
 constexpr double kHopeless = 10.0;
-// Points whose values are copied together: a line of the cache holds so many.
-constexpr size_t kCopiedTogether = 8;
 
 double Quantile(std::vector<double> values, double share) {
   return OrderStatistic(values, static_cast<size_t>(share * static_cast<double>(values.size() - 1)));
@@ -85,8 +82,10 @@ double MedianRadius(PilotPoints table, size_t rung) {
 }  // namespace
 
 ScaleJudge::ScaleJudge(PilotPoints table, const ScaleBounds& bounds, Quantity quantity)
-    : table_(table), bounds_(bounds), quantity_(quantity) {
-  CopyValues();
+    : table_(table), bounds_(bounds), quantity_(quantity), values_(table, quantity) {
+  for (const PilotPoint& point : table_) {
+    for (size_t rung = 0; rung < point.clear_rungs; ++rung) ++clear_counts_[rung];
+  }
   for (size_t m = 0; m < kMethodCount; ++m) {
     const size_t step = kScaleMethods[m].compared_rungs;
     for (size_t rung = 0; rung < kRungCount; ++rung) {
@@ -150,8 +149,8 @@ std::vector<double> ScaleJudge::DifferencesAtPoints(const ScaleScore& score, Pil
   const size_t rung = ComparedRung(score.candidate);
   std::vector<double> errors(table_.size(), std::numeric_limits<double>::quiet_NaN()), known;
   if (rung + step < kRungCount) {
-    const Values one = ValuesOf({score.candidate.method, rung}, part);
-    const Values next = ValuesOf({score.candidate.method, rung + step}, part);
+    const CandidateValues::Column one = values_.Of({score.candidate.method, rung}, part);
+    const CandidateValues::Column next = values_.Of({score.candidate.method, rung + step}, part);
     for (size_t i = 0; i < table_.size(); ++i) {
       errors[i] = one.DistanceAt(i, next);
       if (std::isfinite(errors[i])) known.push_back(errors[i]);
@@ -168,7 +167,8 @@ std::vector<double> ScaleJudge::DifferencesAtPoints(const ScaleScore& score, Pil
 }
 
 bool ScaleJudge::HasHalves(const ScaleCandidate& candidate) const {
-  const Values even = ValuesOf(candidate, PilotPoint::kEven), odd = ValuesOf(candidate, PilotPoint::kOdd);
+  const CandidateValues::Column even = values_.Of(candidate, PilotPoint::kEven),
+                                odd = values_.Of(candidate, PilotPoint::kOdd);
   size_t known = 0;
   for (size_t i = 0; i < table_.size(); ++i) known += std::isfinite(even.DistanceAt(i, odd)) ? 1 : 0;
   return IsEnough(known, kLeastShareOfHalves, candidate.rung);
@@ -182,70 +182,13 @@ double ScaleJudge::Floor(size_t rung) const {
   return of_mean * std::max(2.0 * (std::isfinite(steepest) ? steepest : 0.0), of_mean);
 }
 
-// Sums and medians go over one candidate at a time, whose values lie kilobytes apart in the table.
-void ScaleJudge::CopyValues() {
-  values_.resize(BytesPerSample(quantity_) / sizeof(double) * table_.size());
-  for (const PilotPoint& point : table_) {
-    for (size_t rung = 0; rung < point.clear_rungs; ++rung) ++clear_counts_[rung];
-  }
-  for (size_t first = 0; first < table_.size(); first += kCopiedTogether) {
-    const PilotPoints points = table_.subspan(first, std::min(kCopiedTogether, table_.size() - first));
-    double* out = values_.data() + first;
-    for (size_t m = 0; m < kMethodCount; ++m) {
-      for (size_t rung = 0; rung < kRungCount; ++rung) {
-        for (size_t part = 0; part < PilotPoint::kParts; ++part) {
-          const auto copy = [&](const auto& value_of) {
-            for (size_t i = 0; i < points.size(); ++i) {
-              const PilotPoint& point = points[i];
-              const double mean = point.mean[m][rung][part], difference = point.difference[m][rung][part],
-                           twist = point.twist[m][rung][part];
-              // What overflows in one component is known of no quantity: all of them judge the same candidates.
-              const bool is_known = std::isfinite(mean) && std::isfinite(difference) && std::isfinite(twist);
-              out[i] = is_known ? value_of(mean, difference, twist) : std::numeric_limits<double>::quiet_NaN();
-            }
-            out += table_.size();
-          };
-          switch (quantity_) {
-            case Quantity::kMean:
-              copy([](double mean, double, double) { return mean; });
-              break;
-            case Quantity::kTraceless:
-              copy([](double, double difference, double) { return difference; });
-              copy([](double, double, double twist) { return twist; });
-              break;
-            case Quantity::kGaussian:
-              copy([](double mean, double difference, double twist) {
-                return mean * mean - difference * difference - twist * twist;
-              });
-              break;
-          }
-        }
-      }
-    }
-  }
-}
-
-double ScaleJudge::Values::DistanceAt(size_t i, const Values& other) const {
-  const double distance = first[i] - other.first[i];
-  return second.empty() ? std::abs(distance) : Length(distance, second[i] - other.second[i]);
-}
-
-std::vector<double> ScaleJudge::DistancesOf(const Values& one, const Values& other) {
+std::vector<double> ScaleJudge::DistancesOf(const CandidateValues::Column& one, const CandidateValues::Column& other) {
   std::vector<double> distances;
   distances.reserve(one.size());
   for (size_t i = 0; i < one.size(); ++i) {
     if (const double distance = one.DistanceAt(i, other); std::isfinite(distance)) distances.push_back(distance);
   }
   return distances;
-}
-
-ScaleJudge::Values ScaleJudge::ValuesOf(const ScaleCandidate& candidate, PilotPoint::Part part) const {
-  const size_t components = ComponentsOf(quantity_);
-  const size_t column = ((candidate.method * kRungCount + candidate.rung) * PilotPoint::kParts + part) * components;
-  const auto of_component = [&](size_t component) {
-    return std::span(values_).subspan((column + component) * table_.size(), table_.size());
-  };
-  return {of_component(0), components > 1 ? of_component(1) : std::span<const double>()};
 }
 
 size_t ScaleJudge::ComparedRung(const ScaleCandidate& candidate) const {
@@ -265,7 +208,7 @@ bool ScaleJudge::IsAllowed(const ScaleCandidate& candidate) const {
 std::optional<double> ScaleJudge::MedianDifference(const ScaleCandidate& candidate, size_t step) const {
   const size_t next = candidate.rung + step;
   if (next >= kRungCount) return std::nullopt;
-  const std::vector<double> values = DistancesOf(ValuesOf(candidate), ValuesOf({candidate.method, next}));
+  const std::vector<double> values = DistancesOf(values_.Of(candidate), values_.Of({candidate.method, next}));
   if (!IsEnough(values.size(), kLeastShare, next)) return std::nullopt;
   return std::max(CutMean(values), kErrorPerDifference * Median(values));
 }
@@ -301,7 +244,7 @@ void ScaleJudge::FindNoise() {
   }
   // What changes curvatures by a part changes their product by twice that.
   const double factor = quantity_ == Quantity::kGaussian ? 2.0 : 1.0;
-  const Values values = ValuesOf({kHexagramMethod, best});
+  const CandidateValues::Column values = values_.Of({kHexagramMethod, best});
   const double bend = MedianOf(table_, [&](const PilotPoint& p) {
     return factor * values.LengthAt(static_cast<size_t>(&p - table_.data())) * p.steepest[best] * p.steepest[best];
   });
@@ -322,7 +265,7 @@ double ScaleJudge::PositionNoise(PilotPoints table) {
 
 double ScaleJudge::Variance(const ScaleCandidate& candidate) const {
   std::vector<double> values =
-      DistancesOf(ValuesOf(candidate, PilotPoint::kEven), ValuesOf(candidate, PilotPoint::kOdd));
+      DistancesOf(values_.Of(candidate, PilotPoint::kEven), values_.Of(candidate, PilotPoint::kOdd));
   if (!IsEnough(values.size(), kLeastShareOfHalves, candidate.rung)) return 0.0;
   const double median = Median(std::move(values));
   const double factor =
@@ -349,8 +292,10 @@ std::optional<ScaleScore> ScaleJudge::FindReference() const {
 
 std::optional<double> ScaleJudge::SquaredBias(const ScaleCandidate& candidate, const ScaleCandidate& other) const {
   std::vector<double> products;
-  const Values even = ValuesOf(candidate, PilotPoint::kEven), other_even = ValuesOf(other, PilotPoint::kEven);
-  const Values odd = ValuesOf(candidate, PilotPoint::kOdd), other_odd = ValuesOf(other, PilotPoint::kOdd);
+  const CandidateValues::Column even = values_.Of(candidate, PilotPoint::kEven),
+                                other_even = values_.Of(other, PilotPoint::kEven);
+  const CandidateValues::Column odd = values_.Of(candidate, PilotPoint::kOdd),
+                                other_odd = values_.Of(other, PilotPoint::kOdd);
   for (size_t i = 0; i < table_.size(); ++i) {
     double product = (even.first[i] - other_even.first[i]) * (odd.first[i] - other_odd.first[i]);
     if (!even.second.empty()) {
@@ -430,7 +375,7 @@ void ScaleJudge::MendFirstRung(size_t first, std::vector<ScaleScore>& scores) {
 }
 
 bool ScaleJudge::HasEstimates(const ScaleCandidate& candidate) const {
-  const Values values = ValuesOf(candidate);
+  const CandidateValues::Column values = values_.Of(candidate);
   const auto known =
       std::count_if(values.first.begin(), values.first.end(), [](double value) { return std::isfinite(value); });
   return IsEnough(static_cast<size_t>(known), kLeastShare, candidate.rung);

@@ -1,4 +1,4 @@
-#include "core/scale/scale_judge.h"
+#include "core/scale/judging/scale_judge.h"
 
 #include <gtest/gtest.h>
 
