@@ -24,11 +24,12 @@ from curvd_client.results import QUANTITIES
 from curvd_client.security import Security
 
 _LEAST_NEIGHBORS, _MOST_NEIGHBORS = 4, 1_000_000  # as curv; a server may take fewer
+# What messages of Security begin with.
 _FLAGS = {
     "ca_file": "--tls-ca",
-    "cert_file": "--tls-cert",
-    "key_file": "--tls-key",
+    "cert_file and key_file": "--tls-cert and --tls-key",
     "server_name": "--tls-server-name",
+    "token": "--token-file: the token",
 }
 _REFUSED, _BAD_INPUT, _BAD_OUTPUT, _NO_SERVER, _OUT_OF_TIME, _INTERRUPTED = 1, 3, 4, 5, 6, 130
 
@@ -42,7 +43,7 @@ def main(arguments: typing.Sequence[str] | None = None) -> int:
         return int(options.run(options))
     except CurvdError as error:
         return _fail(_code_of(error), str(error))
-    except ValueError as error:
+    except (OSError, ValueError) as error:
         return _fail(2, str(error))
     except KeyboardInterrupt:
         return _fail(_INTERRUPTED, "interrupted")
@@ -95,9 +96,13 @@ def _server_options() -> argparse.ArgumentParser:
 
 
 def _client(options: argparse.Namespace) -> CurvatureClient:
-    for flag in ("tls_ca", "tls_cert", "tls_key"):
-        _read(flag, getattr(options, flag))
-    token = _read("token_file", options.token_file)
+    for flag in ("tls_ca", "tls_cert", "tls_key", "token_file"):
+        _check_readable(flag, getattr(options, flag))
+    token = None
+    if options.token_file is not None:
+        token = options.token_file.read_bytes().decode("utf-8", "replace").strip()
+        if not token:
+            raise ValueError(f"--token-file: {options.token_file} holds no token")
     server, name = drawn(options.server)
     security = Security(
         tls=options.tls,
@@ -105,20 +110,21 @@ def _client(options: argparse.Namespace) -> CurvatureClient:
         cert_file=options.tls_cert,
         key_file=options.tls_key,
         server_name=options.tls_server_name or (name if options.tls or options.tls_ca or options.tls_cert else None),
-        token=None if token is None else token.decode("utf-8", "replace").strip(),
+        token=token,
     )
     try:
         return CurvatureClient(server, security=security)
     except ValueError as error:
-        raise ValueError(re.sub(r"\w+", lambda word: _FLAGS.get(word[0], word[0]), str(error))) from None
+        start = re.match("|".join(sorted(_FLAGS, key=len, reverse=True)), str(error))
+        raise ValueError(str(error) if start is None else _FLAGS[start[0]] + str(error)[start.end() :]) from None
 
 
-def _read(flag: str, file: str | os.PathLike[str] | None) -> bytes | None:
-    """What is in the file that `flag` names; ValueError, naming both, if it cannot be read."""
-    if file is None:
-        return None
+def _check_readable(flag: str, file: str | os.PathLike[str] | None) -> None:
+    """Raises ValueError, naming flag and file, if it cannot be read. What is no regular file can be read but once."""
+    if file is None or (os.path.exists(file) and not os.path.isfile(file) and not os.path.isdir(file)):
+        return
     try:
-        return pathlib.Path(file).read_bytes()
+        open(file, "rb").close()
     except OSError as error:
         raise ValueError(f"--{flag.replace('_', '-')}: {file}: {error.strerror}") from None
 
@@ -132,8 +138,12 @@ def _estimate(options: argparse.Namespace) -> int:
         return _fail(2, f"--output is {options.output}; it must end in .npz")
     try:
         positions, normals = read_cloud(options.input)
-    except (OSError, ValueError, EOFError) as error:
+    except OSError as error:
+        return _fail(_BAD_INPUT, f"{options.input}: {error.strerror or error}")
+    except ValueError as error:
         return _fail(_BAD_INPUT, f"{options.input}: {error}")
+    if not os.access(options.output.parent, os.W_OK):  # before the work, which may take long
+        return _fail(_BAD_OUTPUT, f"{options.output}: No such file or directory, or no permission to write there")
     if normals is None and options.normals in ("given", "orient"):
         return _fail(_BAD_INPUT, f"{options.input} has no normals; --normals=estimate makes them")
     with _client(options) as client:
@@ -154,9 +164,8 @@ def _estimate(options: argparse.Namespace) -> int:
     try:
         write_points(options.output, positions, points)
     except OSError as error:
-        return _fail(_BAD_OUTPUT, str(error))
-    print(f"{len(points):,} points, {summary.status_counts.ok:,} estimated{_scales(options.k)}: {options.output}")
-    return 0
+        return _fail(_BAD_OUTPUT, f"{options.output}: {error.strerror or error}")
+    return _say(f"{len(points):,} points, {summary.status_counts.ok:,} estimated{_scales(options.k)}: {options.output}")
 
 
 def _scales(k: object) -> str:
@@ -166,24 +175,29 @@ def _scales(k: object) -> str:
 def _info(options: argparse.Namespace) -> int:
     with _client(options) as client:
         info = client.info(**_waits(options))
-    print(json.dumps({**info._asdict(), "limits": info.limits._asdict()}, indent=2))
-    return 0
+    return _say(json.dumps({**info._asdict(), "limits": info.limits._asdict()}, indent=2))
 
 
 def _health(options: argparse.Namespace) -> int:
     with _client(options) as client:
         state = client.health(**_waits(options))
-    print(state)
-    return 0 if state == "SERVING" else 1
+    return _say(state) or (0 if state == "SERVING" else 1)
+
+
+def _say(text: str) -> int:
+    """Writes to standard output; returns the exit code."""
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # else Python would write the rest once more, at the end
+        return _fail(_BAD_OUTPUT, f"standard output: {error.strerror}")
+    return 0
 
 
 def _counts_or_auto(text: str) -> int | str | list[int]:
     if text == "auto":
         return text
-    try:
-        counts = [int(part) for part in text.split(",")]
-    except ValueError:
-        counts = [0]
+    counts = [int(part) if re.fullmatch("[0-9]{1,9}", part) else 0 for part in text.split(",")]
     if not all(_LEAST_NEIGHBORS <= count <= _MOST_NEIGHBORS for count in counts):
         limits = f"whole numbers from {_LEAST_NEIGHBORS} to {_MOST_NEIGHBORS}"
         raise argparse.ArgumentTypeError(f'"{text}" must be auto, or {limits} with commas between')

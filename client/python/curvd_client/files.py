@@ -8,6 +8,8 @@ import typing
 import numpy as np
 import numpy.typing as npt
 
+from curvd_client.text_files import read_text
+
 _Array = npt.NDArray[typing.Any]
 _POSITIONS = ("positions", "points", "xyz")
 _AXES = ("x", "y", "z")
@@ -21,21 +23,23 @@ def read_cloud(file: pathlib.Path) -> tuple[_Array, _Array | None]:
     .npy:             an array of 3 or 6 columns, the latter positions and normals; or, as `curv` writes it, a structured
                       array with the fields x y z and, if there, nx ny nz.
     .npz:             `positions` (or `points`, `xyz`) and, if there, `normals`; or x y z and nx ny nz, as `curv` writes them.
-    .xyz .txt .csv .pts .asc: a line a point with blanks or commas between its numbers; # begins a comment. The first
-                      line, or the last comment before the points, may name the columns: x y z and, if there, nx ny nz
-                      among others, as `curv` writes them. Without names there must be 3 or 6 numbers a line.
+    .xyz .txt .csv .pts .asc: a line a point, as curvd_client.text_files reads them; without names, columns 1 to 3 are
+                      x y z, and 4 to 6 normals, unless they hold colors, or, where more follow, anything but unit vectors.
 
     Raises ValueError, saying what is wrong, for files that hold no cloud, and OSError for those that cannot be read.
     """
     kind = file.suffix.lower()
-    if kind == ".npz":
-        return _from_archive(file)
-    if kind == ".npy":
-        array = np.load(file, allow_pickle=False)
-        return _from_columns(file, array, array.dtype.names) if array.dtype.names else _split(file, array)
-    if kind in _TEXT:
-        return _from_text(file)
-    raise ValueError(f"{file} is of no kind that is read here: .npy, .npz or text ({', '.join(_TEXT)})")
+    if kind not in (".npy", ".npz", *_TEXT):
+        raise ValueError(f"it is of no kind that is read here: .npy, .npz or text ({', '.join(_TEXT)})")
+    if file.exists() and not file.is_file() and not file.is_dir():
+        raise ValueError("it is no regular file")
+    positions, normals = _from_text(file) if kind in _TEXT else _from_numpy(file)
+    for name, values in (("positions", positions), ("normals", normals)):
+        if values is None:
+            continue
+        if values.dtype.kind not in "fiu" or values.ndim != 2 or values.shape != (len(positions), 3):
+            raise ValueError(f"its {name} are {values.dtype} of shape {values.shape}; they must be numbers of shape (N, 3)")
+    return positions, normals
 
 
 def write_points(file: pathlib.Path, positions: _Array, points: _Array) -> None:
@@ -49,91 +53,61 @@ def write_points(file: pathlib.Path, positions: _Array, points: _Array) -> None:
         partial.unlink(missing_ok=True)
 
 
-def _from_archive(file: pathlib.Path) -> tuple[_Array, _Array | None]:
-    with np.load(file, allow_pickle=False) as archive:
-        if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise ValueError(f"{file} is no archive of arrays")
-        name = next((each for each in _POSITIONS if each in archive), None)
-        if name is None:
-            return _from_columns(file, archive, archive.files)
-        return archive[name], archive["normals"] if "normals" in archive else None
+def _from_text(file: pathlib.Path) -> tuple[_Array, _Array | None]:
+    columns, values = read_text(file)
+    if columns is not None:
+        return _from_columns(columns, columns)
+    if values.shape[1] < 3:
+        raise ValueError(f"its shape is {values.shape}; it must be (N, 3), or (N, 6) with normals")
+    return _by_places(values)
 
 
-def _from_columns(
-    file: pathlib.Path, columns: typing.Any, names: typing.Sequence[str]
-) -> tuple[_Array, _Array | None]:
+def _from_numpy(file: pathlib.Path) -> tuple[_Array, _Array | None]:
+    try:
+        loaded = np.load(file, allow_pickle=False)
+        if isinstance(loaded, np.lib.npyio.NpzFile):
+            with loaded:
+                return _from_archive(loaded)
+    except (OSError, ValueError):
+        raise
+    except Exception as error:  # of zipfile, zlib and ast, by what is damaged
+        raise ValueError(f"numpy cannot read it ({type(error).__name__}: {str(error)[:200]})") from error
+    return _from_columns(loaded, loaded.dtype.names) if loaded.dtype.names else _split(loaded)
+
+
+def _from_archive(archive: typing.Any) -> tuple[_Array, _Array | None]:
+    name = next((each for each in _POSITIONS if each in archive), None)
+    if name is None:
+        return _from_columns(archive, archive.files)
+    return archive[name], archive["normals"] if "normals" in archive else None
+
+
+def _from_columns(columns: typing.Any, names: typing.Collection[str]) -> tuple[_Array, _Array | None]:
     if not {"x", "y", "z"} <= set(names):
-        raise ValueError(f"{file} has {', '.join(names)}; there must be {' or '.join(_POSITIONS)}, or x and y and z")
+        raise ValueError(f"it has {', '.join(names) or 'none of them'}; there must be {' or '.join(_POSITIONS)}, or x and y and z")
     shapes = {name: columns[name].shape for name in (*_AXES, *_NORMALS) if name in names}
     if len(set(shapes.values())) != 1 or len(shapes["x"]) != 1:
-        raise ValueError(f"{file} has columns of shapes {shapes}; all must be (N,)")
+        raise ValueError(f"its columns have the shapes {shapes}; all must be (N,)")
     positions = np.stack([columns[name] for name in _AXES], axis=1)
     has_normals = set(_NORMALS) <= set(names)
     return positions, np.stack([columns[name] for name in _NORMALS], axis=1) if has_normals else None
 
 
-def _from_text(file: pathlib.Path) -> tuple[_Array, _Array | None]:
-    with open(file, encoding="utf-8-sig") as lines:
-        names, first, delimiter = _layout(lines)
-    if names is None:
-        return _split(file, np.loadtxt(file, delimiter=delimiter, ndmin=2, encoding="utf-8-sig"))
-    wanted = [name for name in (*_AXES, *_NORMALS) if name in names]
-    with open(file, encoding="utf-8-sig") as lines:
-        rows = list(_rows(lines, first, delimiter, len(names)))
-    values = np.empty((0, len(wanted)))
-    if rows:
-        values = np.loadtxt(rows, delimiter=delimiter, usecols=[names.index(name) for name in wanted], ndmin=2)
-    return _from_columns(file, dict(zip(wanted, values.T)), names)
+def _by_places(columns: _Array) -> tuple[_Array, _Array | None]:
+    """Columns 4 to 6 are normals, unless they hold colors, or, where more follow, anything but unit vectors."""
+    vectors = columns[:, 3:6]
+    is_given = vectors.shape[1] == 3
+    if is_given and columns.shape[1] == 6:
+        are_bytes = bool(np.all((vectors >= 0) & (vectors <= 255) & (vectors == np.floor(vectors))))
+        is_given = not (are_bytes and np.any(vectors > 1))
+    elif is_given:
+        lengths = np.linalg.norm(vectors, axis=1)
+        lengths = lengths[lengths > 0]
+        is_given = len(lengths) > 0 and bool(np.all(np.abs(lengths - 1) <= 0.1))
+    return columns[:, :3], vectors if is_given else None
 
 
-def _layout(lines: typing.Iterable[str]) -> tuple[list[str] | None, int, str | None]:
-    """Names of the columns or None, the number of the first line of values from 0 on, and what is between values.
-
-    Names are the first line, if it begins with a word, or the last comment before the values, if it has a word for each.
-    """
-    comment: list[str] = []
-    for number, line in enumerate(lines):
-        text = line.strip()
-        if text.startswith("#"):
-            comment = text.lstrip("#").split()
-        elif text:
-            delimiter = "," if "," in text.partition("#")[0] else None
-            cells = [cell.strip().strip('"').strip() for cell in text.split(delimiter)]
-            if not _is_number(cells[0]):
-                return _names(cells), number + 1, delimiter
-            return (_names(comment) if len(comment) == len(cells) else None), number, delimiter
-    raise ValueError("it holds no points, nor the names of columns")
-
-
-def _names(words: typing.Sequence[str]) -> list[str]:
-    names = [word.lower() if word.lower() in (*_AXES, *_NORMALS) else word for word in words]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise ValueError(f"two columns have the name {twice}")
-    return names
-
-
-def _rows(lines: typing.Iterable[str], first: int, delimiter: str | None, count: int) -> typing.Iterator[str]:
-    """The lines of values, which must have `count` each: one that had more would give columns the values of others."""
-    for number, line in enumerate(lines):
-        text = line.partition("#")[0].replace('"', "").strip()
-        if number < first or not text:
-            continue
-        cells = text.count(delimiter) + 1 if delimiter else len(text.split())
-        if cells != count:
-            raise ValueError(f"line {number + 1} has {cells} values, and {count} columns have names")
-        yield text
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _split(file: pathlib.Path, columns: _Array) -> tuple[_Array, _Array | None]:
+def _split(columns: _Array) -> tuple[_Array, _Array | None]:
     if columns.ndim != 2 or columns.shape[1] not in (3, 6):
-        raise ValueError(f"{file} has shape {columns.shape}; it must be (N, 3), or (N, 6) with normals")
-    return columns[:, :3], columns[:, 3:] if columns.shape[1] == 6 else None
+        raise ValueError(f"its shape is {columns.shape}; it must be (N, 3), or (N, 6) with normals")
+    return _by_places(columns)

@@ -5,12 +5,16 @@ from __future__ import annotations
 import dataclasses
 import os
 import pathlib
+import re
 import ssl
 import typing
 
 import grpc
 
 from curvd_client.addresses import is_local
+
+_CERTIFICATE = re.compile(rb"-----BEGIN (?:\w+ )?CERTIFICATE-----.*?-----END (?:\w+ )?CERTIFICATE-----", re.DOTALL)
+_MOST_TOKEN_BYTES = 4096
 
 _Options = typing.Sequence[typing.Tuple[str, typing.Any]]
 
@@ -23,7 +27,7 @@ class Security:
     ca_file:             PEM file of the authorities that the server's certificate may be of. DEFAULT: gRPC's own.
     cert_file, key_file: PEM files of the certificate that the client shows, and of its private key.
     server_name:         name to find in the server's certificate. DEFAULT: the host in the address.
-    token:               bearer token, sent with each call.
+    token:               bearer token, sent with each call: printable ASCII without blanks, at most 4096 bytes; "" is none.
     send_token_in_plain_text: whether the token may go to other machines without TLS.
     """
 
@@ -49,41 +53,62 @@ class Security:
 
     def metadata(self) -> list[tuple[str, str]]:
         """What each call carries."""
-        return [] if self.token is None else [("authorization", f"Bearer {self.token}")]
+        return [("authorization", f"Bearer {self.token}")] if self.token else []
 
     def _open(self, library: typing.Any, server: str, options: _Options) -> typing.Any:
+        if self.token and not re.fullmatch(f"[!-~]{{1,{_MOST_TOKEN_BYTES}}}", self.token):
+            raise ValueError(f"token must be printable ASCII without blanks, at most {_MOST_TOKEN_BYTES} bytes")
         if (self.cert_file is None) != (self.key_file is None):
             raise ValueError("cert_file and key_file are of use together only")
         if self.tls or self.ca_file is not None or self.cert_file is not None:
             files = (self.ca_file, self.key_file, self.cert_file)
             pems = [None if file is None else pathlib.Path(file).read_bytes() for file in files]
-            self._check_files()
+            self._check_files(pems[0], pems[2])
             credentials = grpc.ssl_channel_credentials(*pems)
             if self.server_name is not None:
                 options = [*options, ("grpc.ssl_target_name_override", self.server_name)]
             return library.secure_channel(server, credentials, options)
         if self.server_name is not None:
             raise ValueError("server_name is of use with TLS only")
-        if self.token is not None and not self.send_token_in_plain_text and not is_local(server):
+        if self.token and not self.send_token_in_plain_text and not is_local(server):
             raise ValueError(f"the token would go to {server} in plain text, where others can read it: use TLS")
         return library.insecure_channel(server, options)
 
-    def _check_files(self) -> None:
+    def _check_files(self, authorities: bytes | None, certificates: bytes | None) -> None:
         """gRPC would say of wrong files that no server can be reached."""
-        context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-        context.set_ciphers("DEFAULT:@SECLEVEL=0")  # the handshake judges how strong they are
-        if self.ca_file is not None:
-            try:
-                context.load_verify_locations(cafile=self.ca_file)
-            except ssl.SSLError:
-                raise ValueError(f"ca_file: no certificate can be read from {self.ca_file}; expected PEM") from None
-        if self.cert_file is not None:
-            try:
-                # An empty password: OpenSSL would ask the terminal for one.
-                context.load_cert_chain(self.cert_file, self.key_file, password="")
-            except ssl.SSLError as error:
-                reason = (error.reason or "no PEM").lower().replace("_", " ")
-                raise ValueError(
-                    f"cert_file and key_file: {self.cert_file} and {self.key_file} do not hold a certificate and its "
-                    f"private key ({reason}); expected PEM, the key without a password"
-                ) from None
+        if authorities is not None and not any(map(_is_certificate, _CERTIFICATE.findall(authorities))):
+            raise ValueError(f"ca_file: no certificate can be read from {self.ca_file}; expected PEM")
+        chain = _CERTIFICATE.findall(certificates or b"")
+        # What is no regular file can be read but once. Of a chain gRPC leaves out what it cannot read.
+        if certificates is None or (chain and not all(map(_is_certificate, chain))):
+            return
+        if not all(os.path.isfile(file) for file in (self.cert_file, self.key_file) if file is not None):
+            return
+        try:
+            # An empty password: OpenSSL would ask the terminal for one.
+            _context().load_cert_chain(typing.cast(str, self.cert_file), self.key_file, password="")
+        except ssl.SSLError as error:
+            reason = (error.reason or "no PEM").lower().replace("_", " ")
+            raise ValueError(
+                f"cert_file and key_file: {self.cert_file} and {self.key_file} do not hold a certificate and its "
+                f"private key ({reason}); expected PEM, the key without a password"
+            ) from None
+
+
+def _context() -> ssl.SSLContext:
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.set_ciphers("DEFAULT:@SECLEVEL=0")  # the handshake judges how strong they are
+    return context
+
+
+def _is_certificate(pem: bytes) -> bool:
+    try:
+        _context().load_verify_locations(cadata=ssl.PEM_cert_to_DER_cert(_plain(pem)))
+    except (ssl.SSLError, ValueError):
+        return False
+    return True
+
+
+def _plain(pem: bytes) -> str:
+    """With the words that OpenSSL's own formats have before CERTIFICATE left out, and what follows a certificate in them."""
+    return re.sub(r"(BEGIN|END) \w+ CERTIFICATE", r"\1 CERTIFICATE", pem.decode("ascii", "replace"))

@@ -36,7 +36,8 @@ class ConsoleTest(unittest.TestCase):
         # As curv writes them: named columns, some of words, in CSV, and those of text in a comment.
         rows = "".join(f"{i},ok,{','.join(map(repr, row))}\n" for i, row in enumerate(both.tolist()))
         (self.folder / "named.csv").write_text('\ufeff"i",status,X,Y,Z,nx,ny,nz\n' + rows, encoding="utf-8")
-        (self.folder / "named.xyz").write_text("# i status x y z nx ny nz\n" + rows.replace(",", " "), encoding="utf-8")
+        text = "".join(" ".join(map(repr, row)) + f" {i} ok\n" for i, row in enumerate(both.tolist()))
+        (self.folder / "named.xyz").write_text("# x y z nx ny nz i status\n" + text, encoding="utf-8")
         # A column each.
         columns = dict(zip(("x", "y", "z", "nx", "ny", "nz"), both.T))
         np.savez(self.folder / "columns.npz", intensity=both[:, 0] * 0, **columns)
@@ -59,6 +60,8 @@ class ConsoleTest(unittest.TestCase):
         np.savez(self.folder / "other.npz", a=1)
         np.savez(self.folder / "uneven.npz", x=np.zeros(3), y=np.zeros(3), z=np.zeros(4))
         (self.folder / "bad.xyz").write_text("1 2 3\n4 five 6\n", encoding="utf-8")
+        (self.folder / "damaged.npz").write_bytes(b"PK\x03\x04" + bytes(100))
+        np.save(self.folder / "complex.npy", np.zeros((4, 3), dtype=complex))
         (self.folder / "cloud.las").write_bytes(b"LASF")
         # What has a name less than its lines have values would take the wrong values for x y z.
         (self.folder / "shifted.csv").write_text("x,y,z\n1,0.5,0.25,0.75\n", encoding="utf-8")
@@ -72,6 +75,10 @@ class ConsoleTest(unittest.TestCase):
             (2, "--timeout: \"0\" must be", ["cloud.npy", "-o", "out.npz", "--timeout=0"], None),
             (2, "--direction: \"1,2\" must be three", ["cloud.npy", "-o", "out.npz", "--direction=1,2"], None),
             (2, "--tls-ca: none.pem: No such file", ["cloud.npy", "-o", "out.npz", "--tls-ca=none.pem"], None),
+            (2, "--token-file: empty.csv holds no token",
+             ["cloud.npy", "-o", "out.npz", "--token-file=empty.csv"], None),
+            (2, "--token-file: the token must be printable",
+             ["cloud.npy", "-o", "out.npz", "--token-file=bad.xyz"], None),
             (2, "--token-file: none: No such file", ["cloud.npy", "-o", "out.npz", "--token-file=none"], None),
             (2, "--tls-ca: no certificate can be read from bad.xyz",
              ["cloud.npy", "-o", "out.npz", "--tls-ca=bad.xyz"], None),
@@ -82,11 +89,13 @@ class ConsoleTest(unittest.TestCase):
             (2, "must end in .npz", ["cloud.npy", "-o", "out.ply"], None),
             (2, "exclude", ["cloud.npy", "-o", "out.npz", "--k=9", "--radius=1"], None),
             (2, "invalid choice", ["cloud.npy", "-o", "out.npz", "--estimator=best"], None),
+            (3, "damaged.npz: numpy cannot read it", ["damaged.npz", "-o", "out.npz"], None),
+            (3, "complex128", ["complex.npy", "-o", "out.npz"], None),
             (3, "(N, 3)", ["flat.npy", "-o", "out.npz"], None),
             (3, "there must be positions or points or xyz, or x and y and z", ["other.npz", "-o", "out.npz"], None),
             (3, "all must be (N,)", ["uneven.npz", "-o", "out.npz"], None),
             (3, "five", ["bad.xyz", "-o", "out.npz"], None),
-            (3, "line 2 has 4 values, and 3 columns have names", ["shifted.csv", "-o", "out.npz"], None),
+            (3, "line 2 has 4 values, and there are 3 columns", ["shifted.csv", "-o", "out.npz"], None),
             (3, "two columns have the name x", ["twice.csv", "-o", "out.npz"], None),
             (3, "no points", ["empty.csv", "-o", "out.npz"], None),
             (3, "no kind that is read", ["cloud.las", "-o", "out.npz"], None),

@@ -57,6 +57,22 @@ class SecureServerTest(unittest.TestCase):
         with self.assertRaises(FileNotFoundError):
             self.estimate(ca_file=folder / "nowhere")
 
+    def test_pipes_are_read_once(self):
+        pipes = []
+        for name in ("server.crt", "client.crt", "client.key"):
+            reader, writer = os.pipe()
+            self.addCleanup(os.close, reader)
+            os.write(writer, (pathlib.Path(os.environ["CURVD_SECURE_DIR"]) / name).read_bytes())
+            os.close(writer)
+            pipes.append(f"/dev/fd/{reader}")
+        self.assertEqual(self.estimate(**dict(zip(("ca_file", "cert_file", "key_file"), pipes))).summary.status_counts.ok, 1_000)
+
+    def test_tokens_that_no_header_can_hold_are_refused_and_not_shown(self):
+        for token in ("two words", "line\nbreak", "\u00e9", "x" * 5_000):
+            with self.subTest(token), self.assertRaisesRegex(ValueError, "printable ASCII") as caught:
+                self.estimate(token=token)
+            self.assertNotIn(token, str(caught.exception))
+
     def test_the_token_is_not_shown(self):
         self.assertNotIn(self.security.token, repr(self.security))
 
