@@ -60,8 +60,10 @@ size_t CountFields(std::string_view line) {
   return count;
 }
 
-// The columns' names in a comment, if it starts with x y z and has a word for each of `count` columns.
-std::vector<std::string> NamesIn(std::string_view comment, size_t count) {
+// The columns' names in a comment, if it starts with x y z and has a word for each of `count` columns. INVALID_ARGUMENT
+// where x y z come later: it may be a header, by which other columns were the coordinates, or prose.
+absl::StatusOr<std::vector<std::string>> NamesIn(std::string_view comment, size_t count) {
+  const std::string_view whole = comment;
   comment.remove_prefix(std::min(comment.find_first_not_of(" \t#/"), comment.size()));
   std::vector<std::string> names;
   while (names.size() <= count) {
@@ -71,11 +73,18 @@ std::vector<std::string> NamesIn(std::string_view comment, size_t count) {
     for (const char* known : {"x", "y", "z", "nx", "ny", "nz"}) {
       if (lower == known) name = known;
     }
-    if (std::find(names.begin(), names.end(), name) != names.end()) return {};
+    if (std::find(names.begin(), names.end(), name) != names.end()) return std::vector<std::string>();
     names.push_back(std::move(name));
   }
-  const bool starts = names.size() == count && names[0] == "x" && names[1] == "y" && names[2] == "z";
-  return starts ? names : std::vector<std::string>();
+  if (names.size() != count) return std::vector<std::string>();
+  if (names[0] == "x" && names[1] == "y" && names[2] == "z") return names;
+  for (const char* axis : {"x", "y", "z"}) {
+    if (std::find(names.begin(), names.end(), axis) == names.end()) return std::vector<std::string>();
+  }
+  return absl::InvalidArgumentError(absl::StrCat(
+      "the comment ", Quoted(whole), " has a word for each column, x, y and z among them, but does not ",
+      "begin with x y z: move those columns to the front, write the names as the first line of a .csv, or ",
+      "leave the comment out if the first columns are x y z"));
 }
 
 std::vector<Column> MakeColumns(const std::vector<std::string>& names) {
@@ -172,9 +181,10 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
         return absl::InvalidArgumentError(
             absl::StrCat("line ", lines.number(), ": found ", count, " values: expected at most ", kMaxColumns));
       }
-      const std::vector<std::string> names = NamesIn(comment, count);
-      named = !names.empty();
-      columns = named ? MakeColumns(names) : MakeColumns(count);
+      const absl::StatusOr<std::vector<std::string>> names = NamesIn(comment, count);
+      if (!names.ok()) return names.status();
+      named = !names->empty();
+      columns = named ? MakeColumns(*names) : MakeColumns(count);
       for (Column& column : columns) targets.push_back(&column);
     }
     if (absl::Status status = AppendRow(line, lines.number(), targets); !status.ok()) return status;

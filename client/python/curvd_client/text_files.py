@@ -29,7 +29,7 @@ def read_text(file: pathlib.Path) -> tuple[dict[str, npt.NDArray[typing.Any]] | 
     """The columns among COORDINATES by their names, of shape (N,), or None; and all columns, (N, columns), if without names.
 
     Names are the first line, if it begins with a word; or the last comment before the values, if it has a name for each
-    and, with blanks between them, begins with x y z, as `curv` reads it. Raises ValueError, naming the line, for what is
+    and begins with x y z, or has commas between them. Raises ValueError, naming the line, for what is
     no table.
     """
     with _open(file) as lines:
@@ -97,8 +97,14 @@ def _names_in(comment: str, delimiter: str | None, count: int) -> list[str] | No
     names = _names(_cells(comment, delimiter) if is_delimited else re.split(r"[\s,;]+", comment.strip()))
     if len(names) != count or len(set(names)) != count:
         return None
-    is_header = {"x", "y", "z"} <= set(names) if is_delimited else names[:3] == ["x", "y", "z"]
-    return names if is_header else None
+    if not {"x", "y", "z"} <= set(names):
+        return None
+    if not is_delimited and names[:3] != ["x", "y", "z"]:  # prose, or a header by which other columns are x y z
+        raise ValueError(
+            f'the comment "{comment.strip()[:60]}" has a word for each column, x, y and z among them, but does not begin with '
+            "x y z: write the names as the first line, without #, or leave it out if the first columns are x y z"
+        )
+    return names
 
 
 def _refuse_twins(names: list[str]) -> None:

@@ -121,10 +121,14 @@ TEST(XyzTest, TakesNamesFromTheCommentBeforeThePoints) {
   ASSERT_TRUE(table.ok()) << table.status();
   EXPECT_THAT(Values(*table, "k1"), ElementsAre(4, 4));
   EXPECT_THAT(Values(*table, "nx"), ElementsAre(6, 255));
-  for (const char* comment : {"# x y z", "# x y z a b a", "# x z y a b c", "# x y z a b c d", "#"}) {
+  for (const char* comment : {"# x y z", "# x y z a b a", "# x and z of a b", "# x y z a b c d", "#"}) {
     table = ReadXyz(std::string(comment) + "\n1 2 3 4.5 5 6\n");
     ASSERT_TRUE(table.ok()) << table.status();
     EXPECT_THAT(Values(*table, "nx"), ElementsAre(4.5)) << comment;
+  }
+  for (const char* comment : {"# id x y z a b", "# x z y a b c", "//z,y,x,a,b,c"}) {
+    EXPECT_THAT(Message(std::string(comment) + "\n1 2 3 4.5 5 6\n"), HasSubstr("but does not begin with x y z"))
+        << comment;
   }
 }
 

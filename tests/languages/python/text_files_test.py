@@ -44,7 +44,7 @@ class TextFilesTest(unittest.TestCase):
         self.expect("# x y z intensity nx ny nz\n1 2 3 9 0 0 1 # here\n", [[1, 2, 3]], [[0, 0, 1]])
         self.expect("# id,x,y,z,a,b\n7,1,2,3,4,5\n", [[1, 2, 3]], kind="csv")
         self.expect("#,x,y,z,a,b\n7,1,2,3,4,5\n", [[1, 2, 3]], kind="csv")
-        for prose in ("axes x y z in metres", "swap x and z axis y", "written on 3 May at noon", "the the wall is a wall"):
+        for prose in ("the axes are x y z in metres", "swap x and z, of which", "written on 3 May at noon", "the the wall is a wall"):
             self.expect(f"# {prose}\n1 2 3 0 0 1\n", [[1, 2, 3]], [[0, 0, 1]])
         self.expect("# my scan file\n1,2,3\n", [[1, 2, 3]], kind="csv")
 
@@ -68,6 +68,8 @@ class TextFilesTest(unittest.TestCase):
             ("1 2 3\n4 5\n", "line 2 has 2 values, and there are 3 columns"),
             ("1 2 3\n\n4 5 six\n", 'line 3: "six" is no number'),
             ("3\n1 2 3\n4 5 6\n", "declares 3 points, and it holds 2"),
+            ("# id x y z a b\n1 2 3 4 5 6\n", '"id x y z a b" has a word for each column'),
+            ("# z y x\n1 2 3\n", "does not begin with x y z"),
             ("1 2\n3 4\n", "must be .N, 3."),
             ("x,y,z\n", "no points"),
             ("# x y z\n", "no points"),
