@@ -39,6 +39,28 @@ test("a server that asks who calls refuses others", async () => {
   }
 });
 
+test("files that hold no PEM are named", async () => {
+  for (const [changes, message] of [
+    [{ caFile: `${folder}/token` }, /^caFile: no certificate can be read from .*token/],
+    [{ certFile: `${folder}/token` }, /^certFile: no certificate can be read from .*token/],
+    [{ keyFile: `${folder}/token` }, /^keyFile: no private key can be read from .*token/],
+    [{ certFile: `${folder}/server.crt` }, /^keyFile: .*client.key holds the private key of another certificate/],
+  ]) {
+    await assert.rejects(secureEstimate(changes), { name: "TypeError", message });
+  }
+  await assert.rejects(secureEstimate({ caFile: `${folder}/nowhere` }), { code: "ENOENT" });
+});
+
+test("tokens that no header can hold are refused and not shown", async () => {
+  for (const token of ["two words", "line\nbreak", "\u00e9", "x".repeat(5_000)]) {
+    await assert.rejects(secureEstimate({ token }), (error) => {
+      assert.match(error.message, /printable ASCII/);
+      assert.ok(!error.message.includes(token));
+      return error instanceof TypeError;
+    });
+  }
+});
+
 test("a token goes in plain text to this machine only", async () => {
   const cloud = [new Float32Array(12), new Float32Array(12)];
   for (const target of ["curvd.example:50061", "10.0.0.7:1", "127.0.0.1.example.com:1", "localhost:1,10.0.0.7:1"]) {
