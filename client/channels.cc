@@ -47,6 +47,9 @@ std::shared_ptr<grpc::Channel> MakeChannel(const Place& place, const ConnectOpti
   grpc::ChannelArguments arguments;
   // Result chunks are far smaller; a server that sends more is not curvd.
   arguments.SetMaxReceiveMessageSize(64 << 20);
+  // What fails is tried again here, by what the server says. gRPC 1.51 may leave a call open for good, whatever its
+  // deadline, that it tried again by itself after the server was drained.
+  arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
   // A name with several addresses is a set of replicas.
   arguments.SetLoadBalancingPolicyName("round_robin");
   // Notices within 15 s that a server vanished, also while it computes and says nothing.

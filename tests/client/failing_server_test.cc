@@ -183,6 +183,22 @@ TEST(CurvatureClientRetryTest, EndsAtTheTimeout) {
       absl::IsDeadlineExceeded((*CurvatureClient::Connect(service.address()))->Estimate(kEmpty, options).status()));
 }
 
+// In Python gRPC's own retries left such calls open for good.
+TEST(CurvatureClientRetryTest, CallsEndThoughTheServerWasDrainedSinceTheLast) {
+  const SphereCloud cloud = Sphere(2'000);
+  auto server = StartServer();
+  const auto client = *CurvatureClient::Connect(AddressOf(server->port()));
+  ASSERT_TRUE(client->Estimate(cloud.view(), {}).ok());
+  server->Drain(absl::Seconds(1));
+  server.reset();
+  EstimateOptions options;
+  options.timeout = absl::Seconds(1);
+  const absl::Time start = absl::Now();
+  const absl::Status status = client->Estimate(cloud.view(), options).status();
+  EXPECT_TRUE(absl::IsUnavailable(status) || absl::IsDeadlineExceeded(status)) << status;
+  EXPECT_LT(absl::Now() - start, absl::Seconds(10));
+}
+
 TEST(CurvatureClientRetryTest, AnUnreachableServerIsUnavailable) {
   EstimateOptions options;
   options.max_attempts = 2;

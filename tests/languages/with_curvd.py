@@ -78,6 +78,7 @@ def main():
         process, address = start(curvd)
         secure_process, secure_address = start(curvd, *secure_flags)
         environment = {
+            "CURVD_PROGRAM": curvd,
             "CURVD_SERVER": address,
             "CURVD_SECURE_SERVER": secure_address,
             "CURVD_SECURE_DIR": folder,

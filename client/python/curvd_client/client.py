@@ -282,5 +282,7 @@ def _cancelled() -> CurvdError:
 
 def _await_connection(channel: grpc.Channel, seconds: float) -> None:
     """Gives a server that may have come back the time to take a connection: a call of its own would fail at once."""
+    ready = grpc.channel_ready_future(channel)
     with contextlib.suppress(grpc.FutureTimeoutError):
-        grpc.channel_ready_future(channel).result(seconds)
+        ready.result(seconds)
+    ready.cancel()  # else it would watch the channel for as long as that is open, and complain at its end

@@ -12,6 +12,9 @@ from curvd_client.exchange import SERVICE
 from curvd_client.options import estimator_name
 
 CHANNEL_OPTIONS = [
+    # What fails is tried again by retries.py. gRPC 1.51 may leave a call open for good, whatever its deadline, that it tried
+    # again by itself after the server was drained.
+    ("grpc.enable_retries", 0),
     # A name with several addresses is a set of replicas.
     ("grpc.lb_policy_name", "round_robin"),
     # A peer that died without a word is found in seconds.
