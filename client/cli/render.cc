@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -18,6 +19,7 @@
 #include "client/cli/table_vectors.h"
 #include "client/io/atomic_file.h"
 #include "client/io/oriented_cloud.h"
+#include "client/io/point_status.h"
 #include "client/io/table_file.h"
 #include "client/render/camera.h"
 #include "client/render/lettering.h"
@@ -67,6 +69,28 @@ Layer LayerOfColumn(const PointTable& table, const std::string& column, const st
   return layer;
 }
 
+bool HoldsResults(const PointTable& table) {
+  return std::any_of(table.columns().begin(), table.columns().end(),
+                     [](const Column& column) { return IsStatusName(column.name); });
+}
+
+// Says what to do about a column of results that is not there.
+absl::Status NoColumn(const PointTable& table, const NamedQuantity& named) {
+  std::string scales;
+  for (const Column& column : table.columns()) {
+    if (column.name == named.column || WithoutScale(column.name) != named.column) continue;
+    absl::StrAppend(&scales, scales.empty() ? "" : ", ", column.name);
+  }
+  std::string what = absl::StrCat("there is no column ", named.column, ". ");
+  if (!scales.empty()) {
+    absl::StrAppend(&what, "Name one of ", scales, " with --quantity");
+  } else {
+    absl::StrAppend(&what, "Run curv estimate on the file first, or name another column with --quantity");
+    if (table.Find(named.truth_column) != nullptr) absl::StrAppend(&what, ", such as ", named.truth_column);
+  }
+  return absl::InvalidArgumentError(what);
+}
+
 // The layer of the column that holds the quantity: the estimate, or the truth of a file that was only generated, or the
 // column of that very name.
 absl::StatusOr<Layer> MakeLayer(const PointTable& table, const std::string& quantity, const std::string& length_unit) {
@@ -81,11 +105,8 @@ absl::StatusOr<Layer> MakeLayer(const PointTable& table, const std::string& quan
     layer.values = ValuesOf(table, named->column);
     return layer;
   }
-  if (table.Find(named->truth_column) == nullptr) {
-    return absl::InvalidArgumentError(absl::StrCat("there is no column ", named->column,
-                                                   ". Run curv estimate on the file first, or name another column "
-                                                   "with --quantity"));
-  }
+  // Exact values in place of estimates would be taken for these.
+  if (table.Find(named->truth_column) == nullptr || HoldsResults(table)) return NoColumn(table, *named);
   layer.values = ValuesOf(table, named->truth_column);
   layer.title += " (exact)";
   return layer;
@@ -103,7 +124,7 @@ absl::StatusOr<std::vector<Layer>> MakeLayers(const PointTable& table, const Ren
   return layers;
 }
 
-// The principal directions, estimated or exact.
+// The principal directions, estimated, or exact in a file that was only generated.
 absl::StatusOr<std::vector<StrokeField>> MakeStrokes(const PointTable& table, const std::vector<std::string>& names) {
   std::vector<StrokeField> strokes;
   for (const std::string& name : names) {
@@ -111,7 +132,7 @@ absl::StatusOr<std::vector<StrokeField>> MakeStrokes(const PointTable& table, co
       return table.Find(prefix + "x") != nullptr && table.Find(prefix + "y") != nullptr &&
              table.Find(prefix + "z") != nullptr;
     };
-    const std::string prefix = has(name) ? name : "true_" + name;
+    const std::string prefix = has(name) || HoldsResults(table) ? name : "true_" + name;
     if (!has(prefix)) {
       return absl::InvalidArgumentError(absl::StrCat("there are no columns ", name, "x ", name, "y ", name,
                                                      "z for --strokes. curv estimate writes them unless --quantities "

@@ -89,7 +89,13 @@ absl::StatusOr<PointTable> ReadNpy(std::string_view bytes) {
         header->structured ? ": a structured one must have (N,)"
                            : ": expected (N, 3), x y z, or (N, 6), with nx ny nz; further columns may follow"));
   }
-  if (!header->structured && !header->fields[0].kept()) {
+  // No cloud of so few points has so many further columns.
+  constexpr uint64_t kMostBesideFew = 64;
+  if (is_matrix && (shape[0] == 3 || shape[0] == 6) && shape[1] > kMostBesideFew) {
+    return absl::InvalidArgumentError(absl::StrCat("the array has the shape ", ShapeText(shape),
+                                                   ", that of a transposed one: expected (N, 3), x y z, or (N, 6)"));
+  }
+  if (!header->structured && (!header->fields[0].kept() || header->fields[0].sort == 'b')) {
     return absl::InvalidArgumentError(absl::StrCat("the array's type is ", Printable({&header->fields[0].sort, 1}),
                                                    header->fields[0].bytes,
                                                    ": expected f4, f8, or integers of 1, 2, 4 or 8 bytes"));

@@ -57,6 +57,20 @@ TEST_F(RenderTest, DrawsSeveralQuantitiesAndStrokes) {
   EXPECT_NE(Picture({"--title=\u66f2\u7387"}), plain);
 }
 
+TEST_F(RenderTest, DrawsNoExactValuesInPlaceOfEstimates) {
+  const std::string result = dir_.File("result.ply"), picture = dir_.File("result.png");
+  ASSERT_EQ(RunCurv({"estimate", cloud_, "-o", result, "--k=8,16"}).exit_code, 0);
+  EXPECT_THAT(RunCurv({"render", result, "-o", picture}).err,
+              HasSubstr("there is no column mean_curvature. Name one of mean_curvature_k8, mean_curvature_k16 with"));
+  EXPECT_EQ(RunCurv({"render", result, "-o", picture, "--quantity=mean_curvature_k8"}).exit_code, 0);
+  ASSERT_EQ(RunCurv({"estimate", cloud_, "-o", result, "--k=16", "--quantities=mean"}).exit_code, 0);
+  const CurvRun gaussian = RunCurv({"render", result, "-o", picture, "--quantity=gaussian"});
+  EXPECT_EQ(gaussian.exit_code, 3);
+  EXPECT_THAT(gaussian.err, AllOf(HasSubstr("no column gaussian_curvature"), HasSubstr("such as true_gaussian")));
+  EXPECT_EQ(RunCurv({"render", result, "-o", picture, "--quantity=true_gaussian"}).exit_code, 0);
+  EXPECT_THAT(RunCurv({"render", result, "-o", picture, "--strokes=d1"}).err, HasSubstr("no columns d1x d1y d1z"));
+}
+
 TEST_F(RenderTest, NotesTextsThatItCannotWrite) {
   // Nobody has letters of the private use area.
   EXPECT_THAT(Render({"--title=H \U0010fff0"}).err, AllOf(HasSubstr("no installed font"), HasSubstr("will be boxes")));

@@ -90,6 +90,8 @@ TEST(NpyTest, RefusesOtherArrays) {
   const std::string three = Pack(1.f, 2.f, 3.f);
   EXPECT_THAT(Message("ply"), HasSubstr("0x93 NUMPY"));
   EXPECT_THAT(Message(Matrix("<f4", "(3,)", three)), HasSubstr("has the shape (3,): expected (N, 3)"));
+  EXPECT_THAT(Message(Matrix("<f4", "(3, 100)", std::string(1200, '\0'))), HasSubstr("that of a transposed one"));
+  EXPECT_THAT(Message(Matrix("|b1", "(1, 3)", std::string(3, '\1'))), HasSubstr("the array's type is b1"));
   EXPECT_THAT(Message(Matrix("<f4", "(1, 2)", three)), HasSubstr("(1, 2)"));
   EXPECT_THAT(Message(Matrix("<f4", "(1, 3, 1)", three)), HasSubstr("(1, 3, 1)"));
   EXPECT_THAT(Message(Matrix("<c8", "(1, 3)", three + three)), HasSubstr("type is c8: expected f4, f8"));
