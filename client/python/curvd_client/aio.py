@@ -25,7 +25,7 @@ from curvd_client.options import CurvatureOptions, NormalsOptions, curvature_hea
 from curvd_client.progress import ProgressCallback, reporter
 from curvd_client.results import Estimate
 from curvd_client.retries import DEFAULT_ATTEMPTS, DEFAULT_CONNECT_SECONDS, Schedule
-from curvd_client.security import Security
+from curvd_client.security import Security, require_security
 
 if typing.TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -51,6 +51,7 @@ class CurvatureClient:
         security: Security = _NO_SECURITY,
         channel: grpc.aio.Channel | None = None,
     ) -> None:
+        require_security(security)
         self._metadata = security.metadata()
         self._own: list[typing.Any] = []
         if channel is None:

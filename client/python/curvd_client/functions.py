@@ -19,7 +19,7 @@ from curvd_client.options import CurvatureOptions, NormalsOptions, curvature_hea
 from curvd_client.progress import ProgressCallback
 from curvd_client.results import Estimate
 from curvd_client.retries import DEFAULT_ATTEMPTS, DEFAULT_CONNECT_SECONDS
-from curvd_client.security import Security
+from curvd_client.security import Security, require_security
 
 if typing.TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -165,6 +165,7 @@ def _client_of(server: str, security: Security, channel: grpc.Channel | None) ->
     changed."""
     if channel is not None:
         return CurvatureClient(security=security, channel=channel)
+    require_security(security)
     files = (security.ca_file, security.cert_file, security.key_file)
     key = (os.getpid(), server, security, tuple(_age(file) for file in files))
     with _clients_lock:

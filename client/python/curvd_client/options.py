@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
+import functools
+import inspect
 import operator
 import typing
 
+import numpy as np
 import numpy.typing as npt
 
 from curvd_client.fields import real_number, seed_number, whole_number
@@ -85,6 +89,30 @@ class CurvatureOptions(typing.TypedDict, total=False):
     request_tag: str
 
 
+_Header = typing.TypeVar("_Header", bound=typing.Callable[..., typing.Any])
+
+
+def _checks_options(make_header: _Header) -> _Header:
+    """Has `make_header` raise TypeError for options that do not exist, and ValueError for what is no truth value or text."""
+    parameters = inspect.signature(make_header).parameters
+
+    @functools.wraps(make_header)
+    def checked(has_normals: bool, **options: typing.Any) -> typing.Any:
+        for name, value in options.items():
+            if name not in parameters:
+                near = difflib.get_close_matches(name, parameters, n=1)
+                raise TypeError(f"there is no option {name}" + (f"; did you mean {near[0]}?" if near else ""))
+            default = parameters[name].default
+            if isinstance(default, bool) and not isinstance(value, (bool, np.bool_)):
+                raise ValueError(f"{name} is {value!r}; it must be True or False")
+            if default == "" and not isinstance(value, str):
+                raise ValueError(f"{name} is {value!r}; it must be text")
+        return make_header(has_normals, **options)
+
+    return typing.cast(_Header, checked)
+
+
+@_checks_options
 def curvature_header(
     has_normals: bool,
     *,
@@ -177,6 +205,7 @@ def curvature_header(
     return header, vectors
 
 
+@_checks_options
 def normals_header(
     has_normals: bool,
     *,

@@ -95,6 +95,12 @@ class Security:
             ) from None
 
 
+def require_security(value: object) -> None:
+    """Raises TypeError for what is given as security and is none, such as a dict."""
+    if not isinstance(value, Security):
+        raise TypeError(f"security is of type {type(value).__name__}; it must be a curvd_client.Security")
+
+
 def _context() -> ssl.SSLContext:
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.set_ciphers("DEFAULT:@SECLEVEL=0")  # the handshake judges how strong they are

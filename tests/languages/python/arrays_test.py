@@ -60,8 +60,18 @@ class ArraysTest(unittest.TestCase):
             self.assertIn(words, str(refused.exception))
 
     def test_unknown_options_are_refused(self):
-        with self.assertRaisesRegex(TypeError, "neighbour_count"):
+        with self.assertRaisesRegex(TypeError, "no option neighbour_count; did you mean neighbor_count?"):
             estimate_curvature(np.zeros((4, 3)), server="127.0.0.1:1", neighbour_count=5)
+
+    def test_options_of_other_types_are_refused(self):
+        for kind, words, options in (
+            (ValueError, "skip_invalid is 'no'; it must be True or False", {"skip_invalid": "no"}),
+            (ValueError, "project is 1; it must be True or False", {"project": 1}),
+            (ValueError, "request_tag is 5; it must be text", {"request_tag": 5}),
+            (TypeError, "security is of type dict; it must be", {"security": {"tls": True}}),
+        ):
+            with self.subTest(words), self.assertRaisesRegex(kind, words):
+                estimate_curvature(np.zeros((4, 3)), server="127.0.0.1:1", **options)
 
 
 class ResultTest(RealServerTest):
