@@ -202,8 +202,9 @@ void CancelAtStep(const std::shared_ptr<grpc::Channel>& channel, const TestCloud
   if (end > 4) call.HalfClose();
   if (end > 5) call.Read();
   call.Cancel();
-  const StatusCode code = call.Finish().status.error_code();
-  EXPECT_TRUE(code == StatusCode::CANCELLED || code == StatusCode::OK) << code;
+  const grpc::Status status = call.Finish().status;
+  EXPECT_TRUE(status.ok() || status.error_code() == StatusCode::CANCELLED)
+      << status.error_code() << ": " << status.error_message();
 }
 
 TEST(LifecycleTest, ManyCancelsLeaveEverythingWhereItWas) {
@@ -215,6 +216,9 @@ TEST(LifecycleTest, ManyCancelsLeaveEverythingWhereItWas) {
   for (size_t client = 0; client < kClients; ++client) {
     clients.emplace_back([&server, &cloud, client] {
       const std::shared_ptr<grpc::Channel> channel = server.NewChannel();
+      // Of many channels that connect at once gRPC 1.51 fails one at times, with an errno of something else, and all of
+      // its calls until it tries again.
+      ASSERT_TRUE(channel->WaitForConnected(std::chrono::system_clock::now() + std::chrono::seconds(30)));
       for (size_t i = 0; i < kCancelsEach; ++i) CancelAtStep(channel, cloud, (client + i) % 7);
     });
   }
