@@ -95,14 +95,15 @@ test: deps proto-check ## Build with warnings as errors and run every test
 	@cmake --build --preset dev --parallel $(JOBS)
 	@$(call ctest,dev)
 
-# What no sanitizer sees: counts of steps and of bytes, and how good numbers are, of which a test that looks for less runs the
-# same code. Each kernel is run for AVX2 and as scalar code; that tiles have the bytes of the whole, for AVX2 alone.
+# What no sanitizer sees: counts of steps and of bytes, how a process ends, and how good numbers are, of which a test that looks
+# for less runs the same code. Each kernel is run for AVX2 and as scalar code; that tiles have the bytes of the whole, for AVX2 alone.
 COUNTS := HostileWorkTest|ScratchNeverHoldsMoreThanItsBound|PeakStaysBelow|PeakWithEstimatedNormals
+ENDS := OpenSslDeathTest
 JUDGEMENTS := AutomaticSeamsTest.(Points|What|Counts|Choices|TheCaller)|$\
   NanoflannTest|ScalePilotTest.(Chooses|CurvatureIs|FindsTheNoise|NormalsAlone)|FlippedPointsAreNeverTrusted|$\
   IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|SeamPhaseTest.(No|Spheres|TheSheets)
 NARROWER_TILES := TilesTest.*/SCALAR
-NOT_SANITIZED := $(COUNTS)|$(JUDGEMENTS)|$(NARROWER_TILES)
+NOT_SANITIZED := $(COUNTS)|$(ENDS)|$(JUDGEMENTS)|$(NARROWER_TILES)
 
 .PHONY: asan
 asan: deps ## Run the tests under the address and undefined behavior sanitizers
