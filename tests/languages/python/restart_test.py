@@ -1,7 +1,9 @@
 """Clients that outlive their server: curvd is drained (SIGTERM), and started again on the same port."""
 
 import asyncio
+import contextlib
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -16,9 +18,12 @@ _CLOUD = sphere(2_000, 1.0)
 
 
 def free_port():
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return listener.getsockname()[1]
+    """One that the system gives nobody by itself, so that it is still free after a restart."""
+    while True:
+        port = random.randrange(20_000, 32_000)
+        with contextlib.suppress(OSError), socket.socket() as listener:
+            listener.bind(("127.0.0.1", port))
+            return port
 
 
 class RestartTest(unittest.TestCase):
