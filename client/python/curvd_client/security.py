@@ -108,13 +108,18 @@ def _context() -> ssl.SSLContext:
 
 
 def _is_certificate(pem: bytes) -> bool:
+    plain = re.sub(rb"(BEGIN|END) \w+ CERTIFICATE", rb"\1 CERTIFICATE", pem)
     try:
-        _context().load_verify_locations(cadata=ssl.PEM_cert_to_DER_cert(_plain(pem)))
-    except (ssl.SSLError, ValueError):
+        der = ssl.PEM_cert_to_DER_cert(plain.decode("ascii"))
+        _context().load_verify_locations(cadata=der[: _size_of_first(der)])
+    except (IndexError, ssl.SSLError, ValueError):
         return False
     return True
 
 
-def _plain(pem: bytes) -> str:
-    """With the words that OpenSSL's own formats have before CERTIFICATE left out, and what follows a certificate in them."""
-    return re.sub(r"(BEGIN|END) \w+ CERTIFICATE", r"\1 CERTIFICATE", pem.decode("ascii", "replace"))
+def _size_of_first(der: bytes) -> int:
+    """Of the certificate alone: what OpenSSL calls a trusted one has more behind it. X.690, 8.1.3: the length's length comes first."""
+    if der[1] < 0x80:
+        return 2 + der[1]
+    end = 2 + (der[1] & 0x7F)
+    return end + int.from_bytes(der[2:end], "big")

@@ -139,8 +139,11 @@ def _values(file: pathlib.Path, layout: _Layout, wanted: list[int]) -> npt.NDArr
                 cells = [_unquoted(cell, number) for cell in cells]
             if len(cells) != layout.width:
                 raise ValueError(f"line {number + 1} has {len(cells)} values, and there are {layout.width} columns")
+            parse: typing.Callable[[str], float] = _number
+            if text.isascii() and "_" not in text:
+                parse = float
             try:
-                values.extend(map(float, pick(cells)))
+                values.extend(map(parse, pick(cells)))
             except ValueError:
                 wrong = next(cell for cell in pick(cells) if not _is_number(cell))
                 raise ValueError(f'line {number + 1}: "{wrong.strip()[:40]}" is no number') from None
@@ -156,9 +159,16 @@ def _unquoted(cell: str, number: int) -> str:
     return cell
 
 
+def _number(text: str) -> float:
+    """Python's float, but for numbers that no other program writes: 1_000, and digits of other alphabets."""
+    if "_" in text or not text.isascii():
+        raise ValueError(text)
+    return float(text)
+
+
 def _is_number(text: str) -> bool:
     try:
-        float(text)
+        _number(text)
     except ValueError:
         return False
     return True

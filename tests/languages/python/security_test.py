@@ -3,6 +3,8 @@
 import dataclasses
 import os
 import pathlib
+import subprocess
+import tempfile
 import unittest
 
 import grpc
@@ -56,6 +58,14 @@ class SecureServerTest(unittest.TestCase):
                 self.estimate(**changes)
         with self.assertRaises(FileNotFoundError):
             self.estimate(ca_file=folder / "nowhere")
+
+    def test_openssls_own_kind_of_certificate_is_one(self):
+        with tempfile.NamedTemporaryFile(suffix=".pem") as trusted:
+            certificate = pathlib.Path(os.environ["CURVD_SECURE_DIR"]) / "server.crt"
+            subprocess.run(
+                ["openssl", "x509", "-in", certificate, "-trustout", "-addtrust", "serverAuth", "-out", trusted.name], check=True
+            )
+            Security(ca_file=trusted.name).open_channel("localhost:1", []).close()
 
     def test_pipes_are_read_once(self):
         pipes = []

@@ -34,6 +34,7 @@ class TextFilesTest(unittest.TestCase):
         self.expect("\ufeff\"name\", \"Z\",Y,X\r\n\"#5\",3,2,1\r\n\r\n", [[1, 2, 3]], kind="csv")
         self.expect(",x,y,z,nx,ny,nz,,\n7,1,2,3,0,0,1,,\n", [[1, 2, 3]], [[0, 0, 1]], kind="csv")
         self.expect("name\tx\ty\tz\tgps time\nwall 3\t1\t2\t3\t\n", [[1, 2, 3]], kind="txt")
+        self.expect("x,y,z,name\n1,2,3,a_\u00e9\n", [[1, 2, 3]], kind="csv")
         self.expect("x;y;z\n1;2;3\n", [[1, 2, 3]], kind="csv")
         self.expect("normal_x,normal_y,normal_z,x,y,z\n0,0,1,1,2,3\n", [[1, 2, 3]], [[0, 0, 1]], kind="csv")
         self.expect("stra\xdfe,x,y,z\n1,1,2,3\n".encode("latin-1"), [[1, 2, 3]], kind="csv")
@@ -59,6 +60,7 @@ class TextFilesTest(unittest.TestCase):
         for text, words in (
             ("x,y,z\n1,2,3\n1,2,3,4\n", "line 3 has 4 values, and there are 3 columns"),
             ("x,y,z\n1,2,three\n", 'line 2: "three" is no number'),
+            ("x,y,z,a_b\n1_000,2,3,4\n", 'line 2: "1_000" is no number'),
             ("x,y,z\n1,2,\n", 'line 2: "" is no number'),
             ("x;y;z\n1,5;2,5;3,5\n", 'line 2: "1,5" is no number'),
             ("x,y,z\n1\"2,3,4\n", "line 2 has a quote within a value"),
