@@ -17,6 +17,7 @@
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/scale/scale_text.h"
+#include "client/io/point_status.h"
 
 namespace curv {
 namespace {
@@ -101,8 +102,9 @@ void AppendLacks(const PointTable& result, const std::string& suffix, std::strin
     if (result.Find(name + suffix) == nullptr) continue;
     const std::vector<double> values = ValuesOf(result, name + suffix);
     const std::vector<double> statuses = ValuesOf(result, "status" + suffix);
+    constexpr auto kOk = static_cast<double>(PointStatus::kOk);
     uint64_t lacking = 0;
-    for (size_t i = 0; i < values.size(); ++i) lacking += statuses[i] == 1.0 && std::isnan(values[i]);
+    for (size_t i = 0; i < values.size(); ++i) lacking += statuses[i] == kOk && std::isnan(values[i]);
     if (lacking == 0) continue;
     absl::StrAppend(&text, "  ", CountOf(lacking, "ok point"), " without ", name, suffix, ": ", reason, "\n");
   }
