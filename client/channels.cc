@@ -3,7 +3,6 @@
 #include "absl/random/random.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_split.h"
 #include "client/name_lookup.h"
 #include "client/server_target.h"
 #include "client/token_interceptor.h"
@@ -79,12 +78,10 @@ std::shared_ptr<grpc::Channel> MakeChannel(const Place& place, const ConnectOpti
 absl::StatusOr<std::unique_ptr<CurvatureClient::Channels>> CurvatureClient::Channels::Create(
     std::string_view servers, const ConnectOptions& options) {
   if (absl::Status status = CheckConnectOptions(options); !status.ok()) return status;
+  const absl::StatusOr<std::vector<std::string>> targets = ReadServerTargets({servers.data(), servers.size()});
+  if (!targets.ok()) return targets.status();
   std::vector<std::shared_ptr<grpc::Channel>> channels;
-  const std::string list(servers);
-  for (const absl::string_view part : absl::StrSplit(list, ',')) {
-    absl::StatusOr<std::string> target = ReadServerTarget(part);
-    if (!target.ok()) return target.status();
-    const std::string& server = *target;
+  for (const std::string& server : *targets) {
     if (!options.token.empty() && !options.tls && !options.send_token_in_plain_text && !IsLocalTarget(server)) {
       return absl::InvalidArgumentError(absl::StrCat(
           "the token would go to ", server,

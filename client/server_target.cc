@@ -8,6 +8,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 
 namespace curv {
 namespace {
@@ -21,6 +22,18 @@ std::string WithDefaultPort(const std::string& server) {
   const std::string name = server.substr(name_at);
   const bool has_port = absl::StrContains(name, ':') && !absl::EndsWith(name, "]");
   return name.empty() || has_port ? server : absl::StrCat(server, kDefaultPort);
+}
+
+// What people paste from a browser, and gRPC would look up as a name.
+absl::Status CheckNoUrl(const std::string& server) {
+  for (const char* scheme : {"http://", "https://", "grpc://", "grpcs://", "tcp://"}) {
+    if (!absl::StartsWithIgnoreCase(server, scheme)) continue;
+    const bool has_tls = absl::StrContains(scheme, "s:");
+    return absl::InvalidArgumentError(absl::StrCat(
+        "server \"", server, "\" is a URL; it must be HOST or HOST:PORT, as in 127.0.0.1:50061, without ", scheme,
+        has_tls ? ": TLS has an option of its own" : ""));
+  }
+  return absl::OkStatus();
 }
 
 bool LooksLikeTarget(const std::string& target) {
@@ -40,16 +53,28 @@ absl::Status CheckPort(const std::string& target) {
                        absl::StrCat("server \"", target, "\" has port \"", port, "\"; it must be from 1 to 65535"));
 }
 
-}  // namespace
-
-absl::StatusOr<std::string> ReadServerTarget(absl::string_view server) {
-  std::string target = WithDefaultPort(std::string(absl::StripAsciiWhitespace(server)));
+absl::StatusOr<std::string> ReadTarget(absl::string_view server) {
+  const std::string stripped(absl::StripAsciiWhitespace(server));
+  if (absl::Status status = CheckNoUrl(stripped); !status.ok()) return status;
+  std::string target = WithDefaultPort(stripped);
   if (!LooksLikeTarget(target)) {
     return absl::InvalidArgumentError(
         absl::StrCat("server \"", target, "\" is neither HOST nor HOST:PORT, as in 127.0.0.1:50061"));
   }
   if (absl::Status status = CheckPort(target); !status.ok()) return status;
   return target;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<std::string>> ReadServerTargets(absl::string_view servers) {
+  std::vector<std::string> targets;
+  for (const absl::string_view part : absl::StrSplit(servers, ',')) {
+    absl::StatusOr<std::string> target = ReadTarget(part);
+    if (!target.ok()) return target.status();
+    targets.push_back(*std::move(target));
+  }
+  return targets;
 }
 
 }  // namespace curv

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/flags.h"
 #include "client/cli/pem/pem_checks.h"
+#include "client/server_target.h"
 
 namespace curv {
 namespace {
@@ -35,6 +36,10 @@ absl::Status CheckPemFiles(const ConnectionFlags& flags, const ConnectOptions& o
   return status;
 }
 
+CLI::Validator Servers() {
+  return CLI::Validator([](std::string& text) { return std::string(ReadServerTargets(text).status().message()); }, "");
+}
+
 }  // namespace
 
 void AddConnectionFlags(CLI::App& command, ConnectionFlags& flags) {
@@ -43,6 +48,7 @@ void AddConnectionFlags(CLI::App& command, ConnectionFlags& flags) {
   };
   command.add_option("--server", flags.server, "HOST:PORT of curvd, or several with commas between [in this process]")
       ->check(NotEmpty())
+      ->check(Servers())
       ->option_text("LIST");
   command.add_flag("--tls", flags.tls, "encrypt, and check the server's certificate; implied by --ca and --cert")
       ->envname("CURV_TLS");

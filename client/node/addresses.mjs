@@ -7,9 +7,11 @@ export const DEFAULT_SERVER = `localhost:${DEFAULT_PORT}`;
 // Targets of gRPC. Those of the first kind are themselves lists with commas between.
 const LISTS = ["ipv4:", "ipv6:"];
 const PATHS = ["unix:", "unix-abstract:"];
+// What people paste from a browser, and gRPC would look up as a name.
+const URL_OF_THE_WEB = /^(https?|grpcs?|tcp):\/\//i;
 
-// The targets of the channels to open, each with a port. Throws a TypeError, naming the part, if one is empty or has a
-// port that is none. A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.
+// The targets of the channels to open, each with a port. Throws a TypeError, naming the part, if one is empty, a
+// URL of the web, or has a port that is none. A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.
 export function splitServers(server) {
   if (typeof server !== "string") {
     throw new TypeError(`server is ${JSON.stringify(server)}; it must be a string such as "${DEFAULT_SERVER}"`);
@@ -43,6 +45,11 @@ function hasScheme(text, schemes) {
 
 function targetOf(text) {
   if (hasScheme(text, PATHS)) return text;
+  const url = URL_OF_THE_WEB.exec(text);
+  if (url !== null) {
+    const hint = /s$/i.test(url[1]) ? ": TLS has an option of its own" : "";
+    throw new TypeError(`server "${text}" is a URL; it must be HOST or HOST:PORT, as "${DEFAULT_SERVER}", without ${url[0]}${hint}`);
+  }
   const scheme = [...LISTS, "dns:"].find((each) => text.startsWith(each)) ?? "";
   // dns://AUTHORITY/NAME asks a name server of one's own.
   const name = text.slice(text.lastIndexOf("/") + 1).slice(text.includes("/") ? 0 : scheme.length);

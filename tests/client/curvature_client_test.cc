@@ -341,6 +341,15 @@ TEST(CurvatureClientTest, RefusesBadServerLists) {
   }
 }
 
+TEST(CurvatureClientTest, RefusesUrlsOfTheWeb) {
+  for (const char* servers : {"http://a", "a:1,https://b:2", "HTTPS://a/", "grpc://a:1", "tcp://a:1"}) {
+    EXPECT_THAT(CurvatureClient::Connect(servers).status().message(), HasSubstr("is a URL; it must be HOST")) << servers;
+  }
+  EXPECT_THAT(CurvatureClient::Connect("https://b:2").status().message(),
+              HasSubstr("without https://: TLS has an option of its own"));
+  EXPECT_THAT(CurvatureClient::Connect("http://b:2").status().message(), ::testing::EndsWith("without http://"));
+}
+
 // gRPC calls port 99999 34463.
 TEST(CurvatureClientTest, RefusesPortsThatThereAreNot) {
   for (const char* servers : {"a:0", "a:65536", "a:99999", "a:http", "a:1,b:-1", "[::1]:1e3", "dns:///a:99999"}) {

@@ -179,6 +179,8 @@ test("servers get the default port, and others a reason", () => {
   for (const wrong of ["", "a,", ":50061", "a:", "a:0", "a:65536", "a:x"]) {
     assert.throws(() => splitServers(wrong), TypeError, wrong);
   }
+  assert.throws(() => splitServers("http://a:1"), /"http:\/\/a:1" is a URL; it must be HOST or HOST:PORT.*without http:\/\/$/);
+  assert.throws(() => splitServers("a, HTTPS://b"), /is a URL;.*TLS has an option of its own$/);
   assert.ok(["localhost:1", "[::1]:1", "unix:/x", "ipv4:127.0.0.1:1,127.0.0.2:1"].every(isLocal));
   assert.ok(!["localhost.example:1", "ipv4:127.0.0.1:1,10.0.0.1:1", "dns:///curvd.example:1"].some(isLocal));
 });

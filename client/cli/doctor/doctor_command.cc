@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_split.h"
 #include "client/cli/command.h"
 #include "client/cli/connection_flags.h"
 #include "client/cli/doctor/examine.h"
@@ -82,11 +81,9 @@ ExitCode Run(const DoctorFlags& flags) {
   const ExamineOptions options{*std::move(connect), absl::Seconds(flags.timeout), CURVD_VERSION};
   std::vector<Examined> all;
   const std::string servers = flags.connection.server.empty() ? "localhost" : flags.connection.server;
-  for (const absl::string_view part : absl::StrSplit(servers, ',')) {
-    const absl::StatusOr<std::string> server = ReadServerTarget(part);
-    if (!server.ok()) return Fail(ExitCode::kUsage, server.status());
-    all.push_back({*server, Examine(*server, options)});
-  }
+  const absl::StatusOr<std::vector<std::string>> targets = ReadServerTargets(servers);
+  if (!targets.ok()) return Fail(ExitCode::kUsage, targets.status());
+  for (const std::string& server : *targets) all.push_back({server, Examine(server, options)});
   std::fputs((flags.json ? Json(all) : Text(all)).c_str(), stdout);
   return CodeFor(all);
 }

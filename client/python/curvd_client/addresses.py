@@ -14,10 +14,13 @@ DEFAULT_SERVER = f"localhost:{DEFAULT_PORT}"
 _LISTS = ("ipv4:", "ipv6:")
 _PATHS = ("unix:", "unix-abstract:", "vsock:", "xds:")
 
+# What people paste from a browser, and gRPC would look up as a name.
+_URL = re.compile(r"(http|https|grpc|grpcs|tcp)://", re.IGNORECASE)
+
 
 def split_servers(server: str) -> list[str]:
-    """The targets of the channels to open, each with a port. Raises ValueError if one is empty or has a port that is
-    none.
+    """The targets of the channels to open, each with a port. Raises ValueError if one is empty, a URL of the web, or has a
+    port that is none.
 
     A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.
     """
@@ -79,6 +82,11 @@ def _is_local_host(address: str) -> bool:
 def _target(text: str) -> str:
     if text.startswith(_PATHS):
         return text
+    if url := _URL.match(text):
+        hint = ": TLS has an option of its own" if url[1].lower().endswith("s") else ""
+        raise ValueError(
+            f"server {text!r} is a URL; it must be HOST or HOST:PORT, as {DEFAULT_SERVER!r}, without {url[0]}{hint}"
+        )
     for scheme in (*_LISTS, "dns:"):
         if text.startswith(scheme):
             rest = text[len(scheme) :]

@@ -66,6 +66,10 @@ TEST_F(CurvTest, WrongFlagsNameFlagValueAndLimit) {
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server="}), HasSubstr("--server"));
   EXPECT_THAT(message({"estimate", cloud, "-o", out, "--server=nowhere:"}),
               HasSubstr("\"nowhere:\" is neither HOST nor HOST:PORT"));
+  // Before the input is read.
+  EXPECT_THAT(message({"estimate", "absent.ply", "-o", out, "--server=,"}), HasSubstr("is neither HOST nor HOST:PORT"));
+  EXPECT_THAT(message({"info", "--server=https://a"}),
+              AllOf(HasSubstr("--server: "), HasSubstr("without https://: TLS has an option of its own")));
   for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
            {"estimate", cloud, "-o", out}, {"normals", cloud, "-o", out}, {"tiles", "run", dir_.File("work")}}) {
     std::vector<std::string> both = words;

@@ -139,6 +139,11 @@ class AddressTest(unittest.TestCase):
         with self.assertRaises(TypeError):
             split_servers(50061)
 
+    def test_a_url_of_the_web_is_named_as_one(self):
+        for given, hint in {"http://a:1": "without http://$", "b, HTTPS://a": "TLS has an option of its own$"}.items():
+            with self.subTest(given), self.assertRaisesRegex(ValueError, "is a URL; it must be HOST or HOST:PORT.*" + hint):
+                split_servers(given)
+
     def test_only_loopback_is_this_machine(self):
         for target in ("localhost:1", "ipv4:127.0.0.1:1,127.0.0.2:1", "ipv6:[::1]:1", "unix:/x", "dns:///localhost:1"):
             self.assertTrue(is_local(target), target)
