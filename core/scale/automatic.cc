@@ -23,11 +23,12 @@
 #include "core/scale/edges/edge_run.h"
 #include "core/scale/errors/error_samples.h"
 #include "core/scale/errors/standard_errors.h"
+#include "core/scale/judging/judged_candidates.h"
 #include "core/scale/line_distance.h"
 #include "core/scale/parts/cloud_choice.h"
 #include "core/scale/parts/cloud_parts.h"
 #include "core/scale/parts/cloud_weights.h"
-#include "core/scale/pilot.h"
+#include "core/scale/pilot/pilot.h"
 #include "core/scale/scale_choice.h"
 #include "core/scale/scale_report.h"
 
@@ -323,7 +324,7 @@ size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
 // The table, what it is split into parts with, which is as large, and what chooses.
 size_t MostSharedBytes(const EstimatorOptions& options, size_t point_count) {
   return std::min(MostSamples(options), point_count) *
-         (2 * sizeof(PilotPoint) + ChoosingBytesPerSample() + (options.returns_choice ? sizeof(ErrorSample) : 0));
+         (2 * sizeof(PilotPoint) + JudgingBytesPerSample() + (options.returns_choice ? sizeof(ErrorSample) : 0));
 }
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,

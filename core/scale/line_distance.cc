@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/scale/pilot/neighbor_copies.h"
+
 namespace curvd {
 namespace {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <span>
 
-#include "core/scale/pilot.h"
-#include "core/scale/pilot_table.h"
+#include "core/scale/pilot/pilot_scratch.h"
+#include "core/scale/pilot/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
 namespace curvd {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/index/spatial_index.h"
-#include "core/scale/pilot_table.h"
+#include "core/scale/pilot/pilot_table.h"
 
 namespace curvd {
 

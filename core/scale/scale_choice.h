@@ -11,7 +11,7 @@
 
 #include "core/estimators/scale_ladder.h"
 #include "core/scale/of_quantities.h"
-#include "core/scale/pilot_table.h"
+#include "core/scale/pilot/pilot_table.h"
 
 namespace curvd {
 
@@ -86,9 +86,6 @@ struct CandidatesThatCount {
 // Nothing if no candidate can be judged.
 std::optional<CandidatesThatCount> FindCandidatesThatCount(PilotPoints table, const ScaleBounds& bounds,
                                                            double least_weight);
-
-// What ChooseScales holds of each point of the table while it runs, at most.
-size_t ChoosingBytesPerSample();
 
 // Thread-safe. The same table gives the same choice on every machine.
 ScaleChoice ChooseScales(PilotPoints table, const ScaleBounds& bounds);

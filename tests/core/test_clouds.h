@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/cloud/cloud.h"
@@ -47,6 +48,10 @@ TestPoints RandomPoints(Layout layout, size_t points, uint64_t seed);
 
 // The index of a cloud.
 SpatialIndex BuildIndex(Cloud cloud);
+
+// The names of all estimators.
+inline constexpr std::string_view kEstimators[] = {"avg-hexagram", "hexagram", "uniform", "independent",
+                                                   "delaunay",     "jet",      "aso",     "normal-regression"};
 
 // Estimates with `threads` threads; fails the test on error.
 EstimationResult MustEstimate(Cloud cloud, const EstimatorOptions& options, int threads = 2);

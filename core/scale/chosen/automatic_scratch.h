@@ -14,7 +14,7 @@
 #include "core/scale/chosen/blend.h"
 #include "core/scale/nearest_samples.h"
 #include "core/scale/parts/cloud_weights.h"
-#include "core/scale/pilot.h"
+#include "core/scale/pilot/pilot_scratch.h"
 #include "core/scale/point_fits/point_fit.h"
 
 namespace curvd {

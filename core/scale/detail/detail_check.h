@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/estimators/scale_ladder.h"
-#include "core/scale/pilot_table.h"
+#include "core/scale/pilot/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
 namespace curvd {

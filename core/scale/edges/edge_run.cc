@@ -7,6 +7,7 @@
 #include "core/base/copies.h"
 #include "core/scale/collect.h"
 #include "core/scale/edges/normal_faces.h"
+#include "core/scale/pilot/pilot.h"
 #include "core/scale/point_fits/field_curvature.h"
 #include "core/scale/point_fits/sorted_normals.h"
 

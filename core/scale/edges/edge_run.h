@@ -14,7 +14,7 @@
 #include "core/scale/edges/edge_marks.h"
 #include "core/scale/edges/normal_trend.h"
 #include "core/scale/edges/one_side.h"
-#include "core/scale/pilot.h"
+#include "core/scale/pilot/pilot_scratch.h"
 
 namespace curvd {
 

@@ -10,7 +10,7 @@
 #include "core/scale/errors/scale_changes.h"
 #include "core/scale/local_weights.h"
 #include "core/scale/nearest_samples.h"
-#include "core/scale/pilot_sums.h"
+#include "core/scale/pilot/pilot_sums.h"
 
 namespace curvd {
 namespace {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "core/scale/pilot_table.h"
+#include "core/scale/pilot/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
 namespace curvd {

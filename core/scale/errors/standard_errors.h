@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/scale/errors/error_samples.h"
-#include "core/scale/pilot_table.h"
+#include "core/scale/pilot/pilot_table.h"
 
 namespace curvd {
 

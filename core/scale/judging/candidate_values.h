@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/estimators/scale_ladder.h"
-#include "core/scale/pilot_table.h"
+#include "core/scale/pilot/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
 namespace curvd {

@@ -8,7 +8,7 @@
 
 #include "core/estimators/scale_ladder.h"
 #include "core/scale/judging/candidate_values.h"
-#include "core/scale/pilot_table.h"
+#include "core/scale/pilot/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
 namespace curvd {

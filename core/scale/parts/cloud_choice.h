@@ -8,7 +8,7 @@
 
 #include "core/scale/detail/detail_check.h"
 #include "core/scale/detail/near_check.h"
-#include "core/scale/pilot_table.h"
+#include "core/scale/pilot/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
 namespace curvd {

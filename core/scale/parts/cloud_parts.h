@@ -5,7 +5,7 @@
 
 #include "core/index/spatial_index.h"
 #include "core/scale/nearest_samples.h"
-#include "core/scale/pilot_table.h"
+#include "core/scale/pilot/pilot_table.h"
 
 namespace curvd {
 

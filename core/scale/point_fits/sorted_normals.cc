@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/scale/pilot/neighbor_copies.h"
+
 namespace curvd {
 
 void SortNormals(float most, PilotScratch& s) {

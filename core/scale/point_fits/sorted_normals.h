@@ -1,7 +1,7 @@
 // The normals of collected neighbors in a fixed order.
 #pragma once
 
-#include "core/scale/pilot.h"
+#include "core/scale/pilot/pilot_scratch.h"
 
 namespace curvd {
 

@@ -5,7 +5,7 @@
 
 #include "Eigen/LU"
 #include "core/estimators/fits/linear_systems.h"
-#include "core/scale/pilot_systems.h"
+#include "core/scale/pilot/pilot_systems.h"
 
 namespace curvd {
 namespace {

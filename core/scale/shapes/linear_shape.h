@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "core/scale/pilot_sums.h"
+#include "core/scale/pilot/pilot_sums.h"
 
 namespace curvd {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-#include "core/scale/pilot_batch.h"
+#include "core/scale/pilot/pilot_batch.h"
 
 namespace curvd {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "core/scale/pilot_batch.h"
+#include "core/scale/pilot/pilot_batch.h"
 #include "core/scale/shapes/sphere_moments.h"
 #include "core/scale/shapes/tangent_shape.h"
 

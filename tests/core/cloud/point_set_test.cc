@@ -70,9 +70,6 @@ bool SameValues(const PointCurvature& a, const PointCurvature& b) {
          a.d1 == b.d1 && a.d2 == b.d2 && a.radius == b.radius;
 }
 
-constexpr std::string_view kEstimators[] = {"avg-hexagram", "hexagram", "uniform", "independent",
-                                            "delaunay",     "jet",      "aso",     "normal-regression"};
-
 TEST(PointSetTest, HaloPointsChangeNoByteOfAQuery) {
   const TestPoints points = Sphere(6'000, 1.0);
   std::vector<PointRole> roles;

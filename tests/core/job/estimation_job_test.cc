@@ -18,7 +18,7 @@ namespace {
 
 using ::testing::Contains;
 
-bool SameBytes(const CurvatureField& a, const CurvatureField& b) {
+bool SameFields(const CurvatureField& a, const CurvatureField& b) {
   return a.points.size() == b.points.size() && FirstDifference(a.points.span(), b.points.span()) == a.points.size();
 }
 
@@ -27,9 +27,6 @@ EstimatorOptions WithEstimator(std::string_view estimator) {
   options.estimator = estimator;
   return options;
 }
-
-constexpr std::string_view kEstimators[] = {"avg-hexagram", "hexagram", "uniform", "independent",
-                                            "delaunay",     "jet",      "aso",     "normal-regression"};
 
 uint64_t CountOf(const EstimationResult& result, PointStatus status) {
   return result.field.status_counts[static_cast<size_t>(status)];
@@ -74,7 +71,7 @@ TEST(EstimationJobTest, ThreadsDoNotChangeAByte) {
     const TestPoints points = RandomPoints(Layout::kClustered, kSanitized ? 12'500 : 50'000, 3);
     const EstimationResult one = MustEstimate(points.ToCloud(), WithEstimator(estimator), 1);
     for (int threads : {2, 8}) {
-      EXPECT_TRUE(SameBytes(one.field, MustEstimate(points.ToCloud(), WithEstimator(estimator), threads).field));
+      EXPECT_TRUE(SameFields(one.field, MustEstimate(points.ToCloud(), WithEstimator(estimator), threads).field));
     }
   }
 }
@@ -112,7 +109,7 @@ TEST(EstimationJobTest, WhatPagesHeldBeforeDoesNotChangeAByte) {
           const EstimationResult reused = MustEstimate(points.ToCloud(), options, 2);
           EXPECT_THAT(soiled, Contains(reused.field.points.data()));
           ProcessPages().SetLimits({});
-          EXPECT_TRUE(SameBytes(fresh.field, reused.field)) << estimator << ", " << count << " points";
+          EXPECT_TRUE(SameFields(fresh.field, reused.field)) << estimator << ", " << count << " points";
         }
       }
     }
@@ -125,7 +122,7 @@ TEST(EstimationJobTest, SeedChangesOnlyRandomStrategies) {
     const TestPoints points = Sphere(2000, 1.0);
     const EstimationResult first = MustEstimate(points.ToCloud(), options);
     options.seed = 1;
-    const bool same = SameBytes(first.field, MustEstimate(points.ToCloud(), options).field);
+    const bool same = SameFields(first.field, MustEstimate(points.ToCloud(), options).field);
     EXPECT_EQ(same, estimator != "uniform" && estimator != "independent");
   }
 }
@@ -313,7 +310,7 @@ TEST(EstimationJobTest, TurnedNormalsAreOrientedOnRequest) {
   normals.returns_normals = true;
   const auto result = EstimateCurvature(sphere.ToCloud(), EstimatorOptions(), normals, pool);
   ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_TRUE(SameBytes(result->field, expected->field));
+  EXPECT_TRUE(SameFields(result->field, expected->field));
   EXPECT_EQ(result->normal_report->flipped_count, 2'500u);
   ASSERT_EQ(result->normals.size(), sphere.size());
   EXPECT_GT(result->normals[0].normal[2], 0.0f);  // the first point is at the top
@@ -324,7 +321,7 @@ TEST(EstimationJobTest, ThreadsDoNotChangeAByteOfWhatEstimatedNormalsGive) {
   WorkerPool one(1), four(4);
   const auto first = EstimateCurvature(BareCloud(points), EstimatorOptions(), Estimated(), one);
   const auto second = EstimateCurvature(BareCloud(points), EstimatorOptions(), Estimated(), four);
-  EXPECT_TRUE(SameBytes(first->field, second->field));
+  EXPECT_TRUE(SameFields(first->field, second->field));
 }
 
 TEST(EstimationJobTest, PointsWithoutANormalHaveItsStatusAndSpoilNoOther) {

@@ -57,10 +57,10 @@ void ExpectSameAsAlone(const TestPoints& points, const EstimatorOptions& options
   EXPECT_EQ(result->field.status_counts, counts) << what << ", " << options.estimator;
 }
 
-constexpr std::string_view kEstimators[] = {"avg-hexagram", "normal-regression"};
+constexpr std::string_view kEstimatorsOfScales[] = {"avg-hexagram", "normal-regression"};
 
 TEST_P(ScalesTest, HaveTheBytesOfEachScaleAlone) {
-  for (const std::string_view estimator : kEstimators) {
+  for (const std::string_view estimator : kEstimatorsOfScales) {
     ExpectSameAsAlone(Waves(1500, 0.01, 1), Options(estimator, {1000, 300, 299, 50, 16, 5, 4}), "waves");
     ExpectSameAsAlone(Sphere(700, 3.0), Options(estimator, {64, 32, 16}), "sphere");
   }
@@ -75,7 +75,7 @@ TEST_P(ScalesTest, HaveThemWithEachDegreeOfRegressions) {
 }
 
 TEST_P(ScalesTest, HaveThemInEveryLayout) {
-  for (const std::string_view estimator : kEstimators) {
+  for (const std::string_view estimator : kEstimatorsOfScales) {
     for (const Layout layout : kLayouts) {
       ExpectSameAsAlone(RandomPoints(layout, 600, 2), Options(estimator, {300, 100, 20, 4}), LayoutName(layout));
     }
@@ -91,7 +91,7 @@ TEST_P(ScalesTest, HaveThemWithEachNumberOfRotations) {
 }
 
 TEST(ScalesJobTest, ALargeScaleMayHaveTooFewPointsWhereASmallOneHasNot) {
-  for (const std::string_view estimator : kEstimators) {
+  for (const std::string_view estimator : kEstimatorsOfScales) {
     const EstimatorOptions options = Options(estimator, {300, 200, 50, 20});
     ExpectSameAsAlone(Sphere(100, 1.0), options, "two scales fit");
     ExpectSameAsAlone(Sphere(30, 1.0), options, "one scale fits");
@@ -106,7 +106,7 @@ TEST(ScalesJobTest, HaveTheSeamsOfEachScaleAlone) {
   TestPoints half = Sphere(2000, 1.0), some = half;
   FlipWhere([](const std::array<float, 3>& p) { return p[2] > 0.0f; }, half);
   FlipAtRandom(0.01, 1, some);
-  for (const std::string_view estimator : kEstimators) {
+  for (const std::string_view estimator : kEstimatorsOfScales) {
     ExpectSameAsAlone(half, Options(estimator, {200, 60, 15}), "half of a sphere is flipped");
     ExpectSameAsAlone(some, Options(estimator, {200, 60, 15}), "some normals are flipped");
   }
@@ -118,14 +118,14 @@ TEST(ScalesJobTest, PointsThatAreNotFiniteAndHaveNoNormalAreSoAtEveryScale) {
   points.positions[500] = {100.0f, 100.0f, 100.0f};
   NormalOptions normals;
   normals.source = NormalSource::kEstimate;
-  for (const std::string_view estimator : kEstimators) {
+  for (const std::string_view estimator : kEstimatorsOfScales) {
     ExpectSameAsAlone(points, Options(estimator, {64, 16}), "invalid");
     ExpectSameAsAlone(points, Options(estimator, {64, 16}), "estimated normals", normals);
   }
 }
 
 TEST(ScalesJobTest, TakeTheMemoryThatIsReservedForThem) {
-  for (const std::string_view estimator : kEstimators) {
+  for (const std::string_view estimator : kEstimatorsOfScales) {
     const EstimatorOptions options = Options(estimator, {512, 128, 32});
     const TestPoints points = Waves(20'000, 0.01, 1);
     const EstimationResult result = MustEstimate(points.ToCloud(), options, 1);

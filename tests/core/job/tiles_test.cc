@@ -106,7 +106,7 @@ std::vector<Square> Cut(int parts, std::array<double, 3> far) {
   return squares;
 }
 
-bool SameBytes(const PointCurvature& a, const PointCurvature& b) {
+bool SameCurvature(const PointCurvature& a, const PointCurvature& b) {
   return std::memcmp(&a, &b, offsetof(PointCurvature, status) + sizeof(PointStatus)) == 0;
 }
 
@@ -155,7 +155,7 @@ void ExpectSameBytes(const Scene<Scalar>& scene, const EstimatorOptions& options
       const double depth = kept.Depth(position[0], position[1]) - 2 * spacing.value_or(0.0);
       if (!(reach * tile.field.points[q].radius * (1 + 1e-6) < depth)) continue;
       ++certified;
-      ASSERT_TRUE(SameBytes(tile.field.points[q], whole.field.points[queries[q]]))
+      ASSERT_TRUE(SameCurvature(tile.field.points[q], whole.field.points[queries[q]]))
           << options.estimator << ", point " << queries[q] << ": mean " << tile.field.points[q].mean << " in its tile, "
           << whole.field.points[queries[q]].mean << " in the whole, status "
           << static_cast<int>(tile.field.points[q].status) << " and "
@@ -207,27 +207,27 @@ double HaloFor(const Case& one, size_t points) {
 class TilesTest : public InstructionSetTest {};
 INSTANTIATE_TEST_SUITE_P(InstructionSets, TilesTest, InstructionSets(), InstructionSetName);
 
-constexpr size_t kPoints = 6'000;
+constexpr size_t kHillPoints = 6'000;
 constexpr std::array<double, 3> kNear = {0, 0, 0}, kFar = {432'000.5, 5'300'000.25, 812.125};
 
 TEST_P(TilesTest, OnALatticeHaveTheBytesOfTheWhole) {
-  const Scene<double> scene = Hills<double>(kPoints, kFar);
+  const Scene<double> scene = Hills<double>(kHillPoints, kFar);
   for (const Case& one : kCases) {
-    ExpectSameBytes(scene, OptionsOf(one), 2, HaloFor(one, kPoints), kFar, 0x1p-9);
+    ExpectSameBytes(scene, OptionsOf(one), 2, HaloFor(one, kHillPoints), kFar, 0x1p-9);
     if (HasFatalFailure()) return;
   }
 }
 
 TEST_P(TilesTest, OfFloatsHaveTheBytesOfTheWhole) {
-  const Scene<float> scene = Hills<float>(kPoints, kNear);
+  const Scene<float> scene = Hills<float>(kHillPoints, kNear);
   for (const Case& one : kCases) {
-    ExpectSameBytes(scene, OptionsOf(one), 2, HaloFor(one, kPoints), kNear, std::nullopt);
+    ExpectSameBytes(scene, OptionsOf(one), 2, HaloFor(one, kHillPoints), kNear, std::nullopt);
     if (HasFatalFailure()) return;
   }
 }
 
 TEST_P(TilesTest, ByRadiusHaveTheBytesOfTheWhole) {
-  const Scene<float> scene = Hills<float>(kPoints, kNear);
+  const Scene<float> scene = Hills<float>(kHillPoints, kNear);
   for (const std::string_view estimator : {"avg-hexagram", "hexagram", "jet", "aso", "normal-regression", "uniform"}) {
     EstimatorOptions options;
     options.estimator = estimator;

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/scale/pilot.h"
+#include "core/scale/pilot/pilot.h"
 #include "tests/core/hostile_clouds.h"
 #include "tests/core/normals/normal_clouds.h"
 #include "tests/core/scale/automatic_requests.h"

@@ -13,7 +13,7 @@
 namespace curvd::testing {
 namespace {
 
-constexpr size_t kPoints = 20'000;
+constexpr size_t kPlanePoints = 20'000;
 constexpr double kWidth = 0.09, kDepth = 0.04;
 
 // A plane over [-1, 1]^2 with one dent, and the mean curvature at each point.
@@ -29,7 +29,7 @@ DentedPlane MakeDentedPlane(double position_noise, double normal_noise) {
   std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
   std::normal_distribution<double> gaussian;
   DentedPlane plane;
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kPlanePoints; ++i) {
     const double x = coordinate(random), y = coordinate(random), square = (x * x + y * y) / (kWidth * kWidth);
     const double z = -kDepth * std::exp(-0.5 * square), along = -z / (kWidth * kWidth);
     // Of a surface of revolution: curvatures along the meridian and across it.
@@ -51,7 +51,7 @@ DentedPlane MakeDentedPlane(double position_noise, double normal_noise) {
 double ErrorAt(const DentedPlane& plane, const EstimationResult& result, bool in_dent) {
   double sum = 0.0;
   size_t count = 0;
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kPlanePoints; ++i) {
     if (plane.is_in_dent[i] != in_dent) continue;
     EXPECT_EQ(result.field.points[i].status, PointStatus::kOk);
     sum += std::abs(result.field.points[i].mean - plane.mean[i]);
@@ -63,7 +63,7 @@ double ErrorAt(const DentedPlane& plane, const EstimationResult& result, bool in
 double MeanOfDent(const DentedPlane& plane) {
   double sum = 0.0;
   size_t count = 0;
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kPlanePoints; ++i) {
     if (!plane.is_in_dent[i]) continue;
     sum += std::abs(plane.mean[i]);
     ++count;
@@ -77,7 +77,7 @@ TEST(OwnFitsTest, ADentOfAHundredthOfTheCloudStays) {
   EXPECT_LT(ErrorAt(plane, result, true), 0.2 * MeanOfDent(plane));
   EXPECT_LT(ErrorAt(plane, result, false), 0.02 * MeanOfDent(plane));
   size_t within = 0, known = 0;
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kPlanePoints; ++i) {
     if (!plane.is_in_dent[i]) continue;
     const PointChoice& choice = result.choices[i];
     ++known;
@@ -97,7 +97,7 @@ TEST(OwnFitsTest, TheSameBytesForAnyThreads) {
     return EstimateCurvature(plane.points.ToCloud(), WithChoice(Automatic()), pool).value();
   };
   const EstimationResult a = estimate(one), b = estimate(four);
-  EXPECT_EQ(FirstDifference(a.field.points.span(), b.field.points.span()), kPoints);
+  EXPECT_EQ(FirstDifference(a.field.points.span(), b.field.points.span()), kPlanePoints);
   EXPECT_TRUE(AreSameBytes(a.choices, b.choices));
 }
 
@@ -132,7 +132,7 @@ TestPoints PlaneAndBall(double position_noise, double normal_noise) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
   TestPoints points;
-  for (size_t i = 0; i < kPoints; ++i) points.Add(coordinate(random), coordinate(random), 0.0, 0.0, 0.0, 1.0);
+  for (size_t i = 0; i < kPlanePoints; ++i) points.Add(coordinate(random), coordinate(random), 0.0, 0.0, 0.0, 1.0);
   const TestPoints ball = Sphere(300, 1.0);
   for (size_t i = 0; i < ball.size(); ++i) {
     const auto& n = ball.normals[i];
@@ -151,13 +151,13 @@ TEST(OwnFitsTest, ASmallBodyBesideALargePlaneKeepsItsCurvature) {
     for (size_t i = 0; i < points.size(); ++i) {
       const PointCurvature& point = result.field.points[i];
       ASSERT_EQ(point.status, PointStatus::kOk) << i;
-      const double error = std::abs(point.mean - (i < kPoints ? 0.0 : 10.0));
-      (i < kPoints ? of_plane : of_ball) += error;
-      if (i >= kPoints) within += error <= 1.645 * result.choices[i].mean_error ? 1 : 0;
+      const double error = std::abs(point.mean - (i < kPlanePoints ? 0.0 : 10.0));
+      (i < kPlanePoints ? of_plane : of_ball) += error;
+      if (i >= kPlanePoints) within += error <= 1.645 * result.choices[i].mean_error ? 1 : 0;
     }
     // Neighborhoods of a thousand points and more, which serve the plane best, made it err by 2 and by 4.6.
     EXPECT_LT(of_ball / 300.0, noise > 0.0 ? 1.0 : 0.1);
-    EXPECT_LT(of_plane / kPoints, noise > 0.0 ? 0.02 : 1e-6);
+    EXPECT_LT(of_plane / kPlanePoints, noise > 0.0 ? 0.02 : 1e-6);
     EXPECT_GT(within, 180u) << "of 300 intervals";
   }
 }
@@ -192,7 +192,7 @@ TestPoints Roof() {
   std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
   constexpr double kSlope = 0.6;
   TestPoints roof;
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kPlanePoints; ++i) {
     const double x = coordinate(random), y = coordinate(random), length = std::hypot(1.0, kSlope);
     roof.Add(x, y, -kSlope * std::abs(x), std::copysign(kSlope, x) / length, 0.0, 1.0 / length);
   }

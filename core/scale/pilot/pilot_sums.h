@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "core/scale/pilot_batch.h"
+#include "core/scale/pilot/pilot_batch.h"
 #include "core/scale/shapes/tangent_shape.h"
 
 namespace curvd {

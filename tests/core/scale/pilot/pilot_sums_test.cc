@@ -1,11 +1,11 @@
-#include "core/scale/pilot_sums.h"
+#include "core/scale/pilot/pilot_sums.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "core/scale/pilot_fits.h"
+#include "core/scale/pilot/pilot_fits.h"
 
 namespace curvd::testing {
 namespace {

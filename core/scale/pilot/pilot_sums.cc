@@ -1,10 +1,10 @@
-#include "core/scale/pilot_sums.h"
+#include "core/scale/pilot/pilot_sums.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "Eigen/Geometry"
-#include "core/scale/pilot_systems.h"
+#include "core/scale/pilot/pilot_systems.h"
 
 namespace curvd {
 namespace {

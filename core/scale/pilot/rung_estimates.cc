@@ -1,19 +1,18 @@
-#include "core/scale/pilot.h"
+#include "core/scale/pilot/rung_estimates.h"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <span>
-#include <tuple>
+#include <vector>
 
 #include "Eigen/Geometry"
-#include "core/base/copies.h"
 #include "core/scale/line_distance.h"
-#include "core/scale/pilot_fits.h"
-#include "core/scale/pilot_sums.h"
+#include "core/scale/pilot/distance_order.h"
+#include "core/scale/pilot/neighbor_copies.h"
+#include "core/scale/pilot/pilot_fits.h"
+#include "core/scale/pilot/pilot_sums.h"
 #include "core/scale/shapes/sphere_shape.h"
 
 namespace curvd {
@@ -21,119 +20,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A neighborhood of more than this share of the cloud is no neighborhood.
-constexpr size_t kLargestShare = 3;
-// Neighbors beyond this share of the squared radius are at the rim. More of them than this, which are hardly ever
-// there, are left where they are.
+// Neighbors beyond this share of the squared radius are at the rim.
 constexpr float kRim = 1.0f - 1e-6f;
-constexpr size_t kMostAtRim = 64;
 // Neighbors whose normals make the frame.
 constexpr size_t kFrameCount = 32;
-
-// Sorts by the upper half, which is that of a float that is not negative: digit by digit, each of which keeps the order
-// that the ones before have made.
-void SortByFloats(std::vector<uint64_t>& keys, std::vector<uint64_t>& other) {
-  constexpr int kDigitBits = 11, kFirstBit = 32, kDigits = 3;
-  constexpr uint64_t kDigitMask = (uint64_t{1} << kDigitBits) - 1;
-  other.resize(keys.size());
-  for (int digit = 0; digit < kDigits; ++digit) {
-    const int shift = kFirstBit + digit * kDigitBits;
-    const auto digit_of = [shift](uint64_t key) { return static_cast<size_t>(key >> shift & kDigitMask); };
-    std::array<uint32_t, kDigitMask + 1> places{};
-    for (const uint64_t key : keys) ++places[digit_of(key)];
-    std::exclusive_scan(places.begin(), places.end(), places.begin(), 0U);
-    for (const uint64_t key : keys) other[places[digit_of(key)]++] = key;
-    keys.swap(other);
-  }
-}
-
-// Finds the copies among neighbors that are equally far away.
-void MarkTiedCopies(std::span<const uint32_t> tied, PilotScratch& s) {
-  const NeighborArrays& n = s.neighbors;
-  const auto position = [&n](uint32_t j) { return std::tuple(n.dx[j], n.dy[j], n.dz[j]); };
-  s.tied.assign(tied.begin(), tied.end());
-  std::sort(s.tied.begin(), s.tied.end(), [&](uint32_t a, uint32_t b) {
-    return std::tuple_cat(position(a), std::tuple(s.ids[a])) < std::tuple_cat(position(b), std::tuple(s.ids[b]));
-  });
-  for (size_t k = 1; k < s.tied.size(); ++k) {
-    const uint32_t before = s.tied[k - 1], j = s.tied[k];
-    if (position(before) == position(j)) s.ids[j] = ~FirstOfCopies(s.ids[before]);
-  }
-}
-
-void MarkExactCopies(PilotScratch& s) {
-  const std::span<const uint32_t> order = s.order;
-  for (size_t first = 0; first < order.size();) {
-    size_t last = first + 1;
-    while (last < order.size() && s.squared[order[last]] == s.squared[order[first]]) ++last;
-    if (last - first > 1) MarkTiedCopies(order.subspan(first, last - first), s);
-    first = last;
-  }
-}
-
-// Among so many of the nearest neighbors near copies are looked for first, and among so many before each in the order
-// of distance.
-constexpr size_t kLookedAt = 256, kMostBefore = 64;
-
-// Calls visit(before, squared) for each neighbor before the k-th that may be as near to it as `most`, the last one
-// first, until it returns true.
-template <typename Visit>
-void VisitNear(const PilotScratch& s, size_t k, float most, const Visit& visit) {
-  const NeighborArrays& n = s.neighbors;
-  const uint32_t j = s.order[k];
-  const float least = std::sqrt(s.squared[j]) - most;
-  for (size_t before = k; before > 0 && k - before < kMostBefore;) {
-    const uint32_t i = s.order[--before];
-    if (least > 0.0f && s.squared[i] < least * least) return;
-    const float x = n.dx[i] - n.dx[j], y = n.dy[i] - n.dy[j], z = n.dz[i] - n.dz[j];
-    if (visit(before, x * x + y * y + z * z)) return;
-  }
-}
-
-void MarkNearCopies(PilotScratch& s) {
-  const size_t looked_at = std::min(s.order.size(), kLookedAt);
-  if (looked_at == 0) return;
-  NearCopies copies(std::sqrt(s.squared[s.order[looked_at - 1]]), looked_at);
-  if (!(copies.distance() > 0.0f)) return;
-  for (size_t k = 1; k < looked_at; ++k) {
-    VisitNear(s, k, copies.clearance(), [&](size_t, float squared) {
-      copies.AddPair(squared);
-      return false;
-    });
-  }
-  if (!copies.Exist()) return;
-  const float most = copies.distance() * copies.distance();
-  for (size_t k = 1; k < s.order.size(); ++k) {
-    int32_t& id = s.ids[s.order[k]];
-    if (IsCopy(id)) continue;
-    VisitNear(s, k, copies.distance(), [&](size_t before, float squared) {
-      if (squared <= most) id = ~FirstOfCopies(s.ids[s.order[before]]);
-      return squared <= most;
-    });
-  }
-}
-
-// Sets s.order to the neighbors by distance; equal distances go to the lower id. Sums must not depend on the order of
-// the tree.
-void OrderByDistance(PilotScratch& s) {
-  const NeighborArrays& n = s.neighbors;
-  s.squared.resize(n.count);
-  s.keys.resize(n.count);
-  for (size_t j = 0; j < n.count; ++j) {
-    s.squared[j] = n.dx[j] * n.dx[j] + n.dy[j] * n.dy[j] + n.dz[j] * n.dz[j];
-    s.keys[j] = uint64_t{std::bit_cast<uint32_t>(s.squared[j])} << 32 | j;
-  }
-  SortByFloats(s.keys, s.other_keys);
-  s.order.resize(n.count);
-  std::transform(s.keys.begin(), s.keys.end(), s.order.begin(),
-                 [](uint64_t key) { return static_cast<uint32_t>(key); });
-  for (auto first = s.order.begin(); first != s.order.end();) {
-    const auto is_farther = [&](uint32_t j) { return s.squared[j] != s.squared[*first]; };
-    const auto last = std::find_if(first + 1, s.order.end(), is_farther);
-    if (last - first > 1) std::sort(first, last, [&](uint32_t a, uint32_t b) { return s.ids[a] < s.ids[b]; });
-    first = last;
-  }
-}
 
 // Rows are the axes of the frame; the last is the mean of the nearest normals. Zero if they cancel out.
 Eigen::Matrix3d FrameOf(const PilotScratch& s) {
@@ -276,7 +166,8 @@ void AddSpheres(const std::array<PilotHalf, 2>& halves, size_t rung, size_t coun
   const float farthest = s.squared[s.order[count - 1]];
   std::array<std::vector<PilotNeighbor>, PilotPoint::kParts>& rims = s.rims;
   for (std::vector<PilotNeighbor>& rim : rims) rim.clear();
-  for (size_t k = count; k > count - std::min(count, kMostAtRim) && s.squared[s.order[k - 1]] >= kRim * farthest; --k) {
+  for (size_t k = count;
+       k > count - std::min(count, PilotScratch::kMostAtRim) && s.squared[s.order[k - 1]] >= kRim * farthest; --k) {
     const PilotNeighbor neighbor = NeighborInFrame(s.neighbors, s.order[k - 1], frame, unit);
     rims[PilotPoint::kAll].push_back(neighbor);
     rims[half_of(s.order[k - 1]) == 0 ? PilotPoint::kEven : PilotPoint::kOdd].push_back(neighbor);
@@ -291,75 +182,6 @@ void AddSpheres(const std::array<PilotHalf, 2>& halves, size_t rung, size_t coun
 }
 
 }  // namespace
-
-void MarkCopies(PilotScratch& s) {
-  MarkExactCopies(s);
-  MarkNearCopies(s);
-}
-
-size_t PilotScratch::bytes() const {
-  return sizeof(*this) + search.bytes() + neighbors.bytes() + ids.bytes() + order.capacity() * sizeof(uint32_t) +
-         (keys.capacity() + other_keys.capacity()) * sizeof(uint64_t) + squared.capacity() * sizeof(float) +
-         normals.capacity() * sizeof(NeighborNormal) + tied.capacity() * sizeof(uint32_t) +
-         (rims[0].capacity() + rims[1].capacity() + rims[2].capacity()) * sizeof(PilotNeighbor);
-}
-
-size_t PilotScratch::MostBytes(const EstimatorOptions& options, size_t point_count) {
-  const size_t most = MostNeighbors(options, point_count);
-  return sizeof(PilotScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
-         NeighborArrays::MostBytes(most) + ScratchArray<int32_t>::MostBytes(most + NeighborArrays::kPad) +
-         most * (3 * sizeof(uint32_t) + sizeof(float) + 2 * sizeof(uint64_t) + 2 * sizeof(NeighborNormal)) +
-         kMostAtRim * PilotPoint::kParts * sizeof(PilotNeighbor);
-}
-
-Pilot::Pilot(const SpatialIndex& index, uint32_t most_count) : index_(index) {
-  const size_t points = index.point_count();
-  const size_t most = std::min<size_t>(most_count, std::max<size_t>(points / kLargestShare, kScaleRungs[0]));
-  while (rung_count_ < kRungCount && kScaleRungs[rung_count_] <= std::min(most, points)) ++rung_count_;
-  if (rung_count_ > 0) KeepRungs(rung_count_);
-}
-
-void Pilot::KeepMethods(const MethodSet& methods) {
-  for (size_t m = 0; m < kMethodCount; ++m) {
-    const bool tells_noise = m == kHexagramMethod || m == kRegressionMethod || m == kQuarticMethod;
-    methods_[m] = methods_[m] && (methods[m] || tells_noise);
-  }
-}
-
-void Pilot::KeepRungs(size_t count) {
-  rung_count_ = std::min(rung_count_, count);
-  options_.neighborhood = NeighborCount{kScaleRungs[rung_count_ - 1]};
-  plan_ = NeighborhoodPlan::Make(options_, index_);
-}
-
-absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scratch, std::span<PilotPoint> table) const {
-  const size_t first = group * SpatialIndex::kGroupLeaves;
-  const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index_.leaf_count());
-  bool is_sampled = false;
-  for (size_t leaf = first; leaf < last; ++leaf) is_sampled = is_sampled || IsSampledNow(leaf, which);
-  if (!is_sampled) return absl::OkStatus();
-  scratch.most_work = std::numeric_limits<uint64_t>::max();  // the points are few
-  scratch.first_point = 0;
-  const auto leaf_of = [&](size_t i) { return static_cast<size_t>(scratch.points.place[i]) / SpatialIndex::kLeafSize; };
-  // Where the points that are kept go in the table.
-  std::array<size_t, SpatialIndex::kGroupPoints> places;
-  std::array<size_t, SpatialIndex::kGroupLeaves> kept_of_leaf{};
-  size_t kept = 0;
-  const auto is_sampled_point = [&](size_t i) {
-    const size_t leaf = leaf_of(i);
-    size_t& rank = kept_of_leaf[leaf - first];
-    if (rank == samples_of_leaf() || !IsSampledNow(leaf, which)) return false;
-    places[kept++] = PlaceOf(leaf, which) + rank++;
-    return true;
-  };
-  return CollectNeighbors(index_, plan_, group, CollectedPoints::kQueries, scratch, is_sampled_point, [&](size_t i) {
-    float position[3];
-    scratch.points.query.Get(i, position);
-    PilotPoint& point = table[places[i]];
-    point = PilotPoint({position[0], position[1], position[2]});
-    EstimateRungs(rung_count_, methods_, scratch, point);
-  });
-}
 
 void EstimateRungs(size_t rung_count, const MethodSet& methods, PilotScratch& s, PilotPoint& point) {
   OrderByDistance(s);

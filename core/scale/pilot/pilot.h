@@ -2,42 +2,17 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "core/estimators/neighborhood_plan.h"
 #include "core/index/spatial_index.h"
-#include "core/scale/collect.h"
-#include "core/scale/pilot_batch.h"
-#include "core/scale/pilot_table.h"
-#include "core/scale/point_fits/neighbor_normal.h"
+#include "core/scale/pilot/pilot_scratch.h"
+#include "core/scale/pilot/pilot_table.h"
 
 namespace curvd {
-
-// What one thread samples with.
-struct PilotScratch : CollectScratch {
-  std::vector<uint32_t> order;             // of the neighbors, by distance
-  std::vector<float> squared;              // distances of the neighbors
-  std::vector<uint64_t> keys, other_keys;  // what they are sorted by
-  std::vector<uint32_t> tied;              // neighbors that are equally far away
-  std::vector<NeighborNormal> normals;
-  std::array<std::vector<PilotNeighbor>, PilotPoint::kParts> rims;  // neighbors at a radius, of all and of each half
-
-  size_t bytes() const override;
-  static size_t MostBytes(const EstimatorOptions& options, size_t point_count);
-};
-
-// A neighbor that has the position of another one with a lower id is a copy: it tells nothing new, since both share
-// their noise. So are those that are much nearer to another one than points are to each other (core/base/copies.h), if
-// they are too many for chance. Finds the copies among the neighbors that `order` lists by their `squared` distances:
-// their ids become the complement of the first one's.
-void MarkCopies(PilotScratch& s);
-inline bool IsCopy(int32_t id) { return id < 0; }
-inline int32_t FirstOfCopies(int32_t id) { return IsCopy(id) ? ~id : id; }
 
 // Samples points of an index: the first points that get a result of leaves that lie evenly in the tree order, one of
 // each leaf where there are enough. A few of them, the scouts, may go first, and tell what the others can be spared. Up
@@ -121,18 +96,5 @@ class Pilot {
   EstimatorOptions options_;  // whose neighborhoods are the largest
   NeighborhoodPlan plan_{};
 };
-
-// Which half of a neighborhood a point of this index in the cloud belongs to.
-inline bool IsInEvenHalf(int32_t id) {
-  // The finalizer of MurmurHash3: each bit of the index changes each bit of the hash half of the time.
-  auto hash = static_cast<uint32_t>(id);
-  hash = (hash ^ hash >> 16) * 0x85ebca6bU;
-  hash = (hash ^ hash >> 13) * 0xc2b2ae35U;
-  return ((hash ^ hash >> 16) & 1) == 0;
-}
-
-// Estimates the point of the moment from its neighbors by these methods. REQUIRES: they are as many as the largest rung
-// of `rung_count`.
-void EstimateRungs(size_t rung_count, const MethodSet& methods, PilotScratch& scratch, PilotPoint& point);
 
 }  // namespace curvd

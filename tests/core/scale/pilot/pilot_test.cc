@@ -1,4 +1,4 @@
-#include "core/scale/pilot.h"
+#include "core/scale/pilot/pilot.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "core/estimators/scale_ladder.h"
-#include "core/scale/pilot_sums.h"
-#include "core/scale/pilot_systems.h"
+#include "core/scale/pilot/pilot_sums.h"
+#include "core/scale/pilot/pilot_systems.h"
 
 namespace curvd {
 

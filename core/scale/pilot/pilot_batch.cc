@@ -1,8 +1,8 @@
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "core/scale/pilot_batch.cc"
+#define HWY_TARGET_INCLUDE "core/scale/pilot/pilot_batch.cc"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
-#include "core/scale/pilot_batch.h"
+#include "core/scale/pilot/pilot_batch.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

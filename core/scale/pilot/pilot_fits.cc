@@ -1,10 +1,10 @@
-#include "core/scale/pilot_fits.h"
+#include "core/scale/pilot/pilot_fits.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "Eigen/Geometry"
-#include "core/scale/pilot_systems.h"
+#include "core/scale/pilot/pilot_systems.h"
 #include "core/scale/shapes/linear_shape.h"
 
 namespace curvd {

@@ -1,4 +1,4 @@
-#include "core/scale/pilot_batch.h"
+#include "core/scale/pilot/pilot_batch.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/scale/pilot_fits.h"
+#include "core/scale/pilot/pilot_fits.h"
 
 #include <gtest/gtest.h>
 
