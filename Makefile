@@ -18,7 +18,7 @@ ENGINE_PACKAGES := parallel python3-distributed slurm-wlm munge python3-kubernet
 TEST_PACKAGES := libgtest-dev libgmock-dev libbenchmark-dev libcgal-dev grpc-proto \
   python3 python3-grpcio python3-protobuf python3-numpy python3-matplotlib python3-pil python3-yaml curl ca-certificates \
   prometheus procps libfaketime openssl binutils python3-pandas $(WHEEL_PACKAGES) $(DEB_PACKAGES) \
-  lintian systemd man-db git zsh fish locales fonts-lohit-deva chromium $(GO_PACKAGES) $(ENGINE_PACKAGES)
+  lld lintian systemd man-db git zsh fish locales fonts-lohit-deva chromium $(GO_PACKAGES) $(ENGINE_PACKAGES)
 CHECK_PACKAGES := mypy clang-format clang-tidy clang libclang-rt-14-dev
 # Another Node.js than Debian's is as good.
 NODE_PACKAGES = $(shell command -v node >/dev/null || echo nodejs) $(shell command -v npm >/dev/null || echo npm)
@@ -100,8 +100,10 @@ test: deps proto-check ## Build with warnings as errors and run every test
 COUNTS := HostileWorkTest|ScratchNeverHoldsMoreThanItsBound|PeakStaysBelow|PeakWithEstimatedNormals
 ENDS := OpenSslDeathTest
 JUDGEMENTS := AutomaticSeamsTest.(Points|What|Counts|Choices|TheCaller)|$\
-  NanoflannTest|ScalePilotTest.(Chooses|CurvatureIs|FindsTheNoise|NormalsAlone)|FlippedPointsAreNeverTrusted|$\
-  IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|SeamPhaseTest.(No|Spheres|TheSheets)
+  AutomaticSurfacesTest.ANoisyTorus|AutomaticTest.(Copies|ExactPoints|NoiseInOneHalf|ScalesFar)|$\
+  OwnFitsTest.(ADent|AFewFlipped|ASmallBody|Counts|KeepsTo)|$\
+  NanoflannTest|ScalePilotTest.(Chooses|Copies|CurvatureIs|FindsTheNoise|NormalsAlone)|FlippedPointsAreNeverTrusted|$\
+  IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|NoiseIsNotTakenForTwoSheets|SeamPhaseTest.(No|Spheres|TheSheets)
 NARROWER_TILES := TilesTest.*/SCALAR
 NOT_SANITIZED := $(COUNTS)|$(ENDS)|$(JUDGEMENTS)|$(NARROWER_TILES)
 
@@ -173,12 +175,15 @@ format: ## Format the C++ sources
 format-check: ## Fail where `make format` would change something
 	@clang-format --dry-run -Werror $(SOURCES)
 
-# Sources are read sixteen at a time, so that headers are read the less often.
+# The sources of what ships whose paths begin with $(1), but for those that a program wrote: sixteen in a file that includes them,
+# so that headers are read the less often.
+lint_sources = sed -nE '\|/proto/generated/|d; \|/page_template\.cc"|d; \|/laz_codec\.cc"|d; s|^ *"file": "($(1).*)",?$$|\1|p' build/lint/compile_commands.json
+
 .PHONY: lint
 lint: deps ## Run clang-tidy on the sources of what ships
 	@cmake --preset lint >/dev/null
 	@cmake --build build/lint --target curvd_generated curvd_commit_header >/dev/null
-	@sed -nE '\|/proto/generated/|d; \|/page_template\.cc"|d; \|/laz_codec\.cc"|d; s|^ *"file": "(.*)",?$$|\1|p' build/lint/compile_commands.json | \
+	@$(call lint_sources) | \
 	  xargs -P $(JOBS) -n 1 clang-tidy -p build/lint --quiet 2> >(grep -vE '^[0-9]+ warnings? generated' >&2)
 
 .PHONY: lint-python
@@ -187,7 +192,8 @@ lint-python: deps ## Check the types of the Python client (mypy, strict)
 	@cmake --build --preset dev --parallel $(JOBS) --target curvd_python >/dev/null
 	@/usr/bin/python3 -m mypy --config-file client/python/pyproject.toml build/dev/python/curvd_client
 
-# The rest of curvd knows no processor. Debian's headers of these libraries serve every one.
+# The rest of curvd knows no processor. Debian's headers of these libraries serve every one. Sources are
+# read as by lint.
 ARM64_CXX := aarch64-linux-gnu-g++ -I. -isystem build/arm64/include -isystem build/arm64/include/eigen3 -std=c++20 -O0 -ffp-contract=off \
   -Wall -Wextra -Werror -Wno-psabi -DTOOLCHAIN_MISS_SYS_AUXV_H
 .PHONY: arm64
@@ -195,7 +201,8 @@ arm64: deps ## Compile the core for arm64
 	$(call install,g++-aarch64-linux-gnu)
 	@mkdir -p build/arm64/include
 	@ln -sfn /usr/include/absl /usr/include/hwy /usr/include/eigen3 build/arm64/include/
-	@find core -name '*.cc' | xargs -P $(JOBS) -I{} sh -c '$(ARM64_CXX) -c {} -o build/arm64/$$(basename {}).o'
+	@cmake --preset lint >/dev/null
+	@$(call lint_sources,$(CURDIR)/(build/lint/)?core/) | xargs -P $(JOBS) -I{} $(ARM64_CXX) -c {} -o /dev/null
 
 .PHONY: proto-check proto-baseline
 proto-check: $(BUF) ## Lint the contract and compare it with the one that clients rely on
