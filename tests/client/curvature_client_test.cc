@@ -343,11 +343,13 @@ TEST(CurvatureClientTest, RefusesBadServerLists) {
 
 TEST(CurvatureClientTest, RefusesUrlsOfTheWeb) {
   for (const char* servers : {"http://a", "a:1,https://b:2", "HTTPS://a/", "grpc://a:1", "tcp://a:1"}) {
-    EXPECT_THAT(CurvatureClient::Connect(servers).status().message(), HasSubstr("is a URL; it must be HOST")) << servers;
+    EXPECT_THAT(CurvatureClient::Connect(servers).status().message(), HasSubstr("is a URL; it must be HOST"))
+        << servers;
   }
   EXPECT_THAT(CurvatureClient::Connect("https://b:2").status().message(),
               HasSubstr("without https://: TLS has an option of its own"));
-  EXPECT_THAT(CurvatureClient::Connect("http://b:2").status().message(), ::testing::EndsWith("without http://"));
+  EXPECT_THAT(std::string(CurvatureClient::Connect("http://b:2").status().message()),
+              ::testing::EndsWith("without http://"));
 }
 
 // gRPC calls port 99999 34463.
