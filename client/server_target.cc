@@ -29,9 +29,9 @@ absl::Status CheckNoUrl(const std::string& server) {
   for (const char* scheme : {"http://", "https://", "grpc://", "grpcs://", "tcp://"}) {
     if (!absl::StartsWithIgnoreCase(server, scheme)) continue;
     const bool has_tls = absl::StrContains(scheme, "s:");
-    return absl::InvalidArgumentError(absl::StrCat(
-        "server \"", server, "\" is a URL; it must be HOST or HOST:PORT, as in 127.0.0.1:50061, without ", scheme,
-        has_tls ? ": TLS has an option of its own" : ""));
+    return absl::InvalidArgumentError(
+        absl::StrCat("server \"", server, "\" is a URL; it must be HOST or HOST:PORT, as in 127.0.0.1:50061, without ",
+                     scheme, has_tls ? ": TLS has an option of its own" : ""));
   }
   return absl::OkStatus();
 }

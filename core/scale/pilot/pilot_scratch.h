@@ -14,7 +14,7 @@
 namespace curvd {
 
 struct PilotScratch : CollectScratch {
-  // Neighbors at the radius of a neighborhood that are looked at.
+  // Neighbors at the radius of a neighborhood; more, which are hardly ever there, are left out.
   static constexpr size_t kMostAtRim = 64;
 
   std::vector<uint32_t> order;             // of the neighbors, by distance
