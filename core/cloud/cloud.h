@@ -97,6 +97,8 @@ class Cloud {
   size_t invalid_count() const { return invalid_count_; }
   // Invalid points that get a result, which says so. Complete once Finish was called, as is invalid_count.
   size_t invalid_query_count() const { return invalid_query_count_; }
+  // Of the positions as they were given.
+  ScalarType scalar_type() const { return scalar_type_; }
   bool has_normals() const { return normals_ == NormalsInput::kGiven; }
   InvalidPointPolicy policy() const { return policy_; }
   // Roles, ids and slots of the points.

@@ -126,6 +126,7 @@ void EstimateCall::OnMemoryGranted(absl::Status status) {
 void EstimateCall::ReceiveEnd() {
   if (absl::Status status = requests_.HalfClose(); !status.ok()) return End(std::move(status));
   account().record().normals_rescaled = requests_.normals_rescaled();
+  account().record().coarse_positions = requests_.FindCoarsePositions();
   {
     MutexLock lock(mutex_);
     receives_since_.reset();

@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "core/cloud/cloud.h"
+#include "core/cloud/coarse_positions.h"
 #include "curvature/v1/curvature.pb.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "proto/bulk_message.h"
@@ -39,6 +40,9 @@ class RequestSession {
   uint64_t points_received() const { return points_received_; }
   // Points whose normal was not of unit length. REQUIRES: TakeCloud was not called.
   uint64_t normals_rescaled() const { return cloud_.rescaled_count(); }
+  // Whether positions were rounded to floats more coarsely than points lie apart. REQUIRES: HalfClose returned OK,
+  // TakeCloud was not called.
+  std::optional<CoarsePositions> FindCoarsePositions() const { return curvd::FindCoarsePositions(cloud_); }
 
   // The cloud, complete. REQUIRES: HalfClose returned OK; called once.
   Cloud TakeCloud() { return std::move(cloud_); }

@@ -79,6 +79,17 @@ std::string DoubtfulOrientationText(const NormalReport& report) {
       *report.certificate, report.max_trusted_certificate);
 }
 
+void AddCoarsePositionsWarning(const CallRecord& record, curvature::v1::Summary* summary) {
+  if (!record.coarse_positions.has_value()) return;
+  const CoarsePositions& coarse = *record.coarse_positions;
+  curvature::v1::Warning* warning = summary->add_warnings();
+  warning->set_code(curvature::v1::WARNING_CODE_COARSE_POSITIONS);
+  warning->set_message(absl::StrFormat(
+      "positions are floats near %.3g, which lie %.2g apart there, and the points about %.2g: the results are those of "
+      "the rounding. Send doubles, or subtract an origin before the coordinates become floats",
+      coarse.farthest, coarse.step, coarse.spacing));
+}
+
 void AddOrientationWarning(const CallRecord& record, curvature::v1::Summary* summary) {
   if (!record.normal_report.has_value() || !record.normal_report->is_doubtful()) return;
   curvature::v1::Warning* warning = summary->add_warnings();
@@ -123,6 +134,7 @@ void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
   seconds->set_orientation(record.seconds.orientation.value_or(0.0));
   seconds->set_estimate(record.seconds.estimate.value_or(0.0));
   seconds->set_send(record.seconds.send.value_or(0.0));
+  AddCoarsePositionsWarning(record, summary);
   AddSeamWarning(record, summary);
   AddOrientationWarning(record, summary);
   if (record.normal_report.has_value()) WriteReport(*record.normal_report, *summary->mutable_normals());

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "core/cloud/coarse_positions.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/seams/normals_agreement.h"
 #include "core/normals/normals.h"
@@ -39,6 +40,7 @@ struct CallRecord {
   NormalsAgreement agreement;                             // likewise
   std::optional<NormalReport> normal_report;              // likewise, unless normals were taken as given
   std::optional<ScaleReport> scale_report;                // of an automatic estimate
+  std::optional<CoarsePositions> coarse_positions;        // of a call whose points came
   uint64_t normals_rescaled = 0;
   uint64_t bytes_received = 0;
   uint64_t bytes_sent = 0;

@@ -69,6 +69,22 @@ TEST_F(EstimateTest, NormalsThatContradictEachOtherAreAWarningOrAnError) {
                          {"opposed to those of neighbors"}));
 }
 
+TEST_F(EstimateTest, FloatsFarFromZeroAreAWarning) {
+  TestCloud cloud = Sphere(2'000, 1.0f);
+  EXPECT_EQ(Run(cloud).summary->warnings_size(), 0);
+  for (size_t i = 0; i < cloud.positions.size(); i += 3) {
+    cloud.positions[i] += 5e5f;
+    cloud.positions[i + 1] += 5e6f;
+  }
+  v1::CloudHeader header = HeaderFor(cloud);
+  header.set_invalid_point_policy(v1::INVALID_POINT_POLICY_SKIP);
+  const CallResult result = Run(header, cloud);
+  ASSERT_TRUE(Succeeded(result, 2'000));
+  ASSERT_GE(result.summary->warnings_size(), 1);
+  EXPECT_EQ(result.summary->warnings(0).code(), v1::WARNING_CODE_COARSE_POSITIONS);
+  EXPECT_THAT(result.summary->warnings(0).message(), ::testing::HasSubstr("near 5e+06, which lie 0.5 apart there"));
+}
+
 TEST_F(EstimateTest, AcceptedTellsOptionsLimitsAndRequestId) {
   TestCall call(channel_);
   ASSERT_TRUE(call.SendHeader({}));

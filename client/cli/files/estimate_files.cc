@@ -13,7 +13,6 @@
 #include "client/cli/connection.h"
 #include "client/cli/estimate_summary.h"
 #include "client/cli/files/batch.h"
-#include "client/cli/files/coarse_positions.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/numbers.h"
@@ -102,7 +101,6 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table, needs);
   if (!cloud.ok()) return Fail(ExitCode::kInput, absl::StrCat(input, ": ", cloud.status().message()));
   if (!note.empty()) PrintNote(title + note);
-  if (const std::string coarse = NoteOnCoarsePositions(*cloud); !coarse.empty()) PrintNote(title + coarse);
   const bool were_given = flags.normals.source == NormalSource::kGiven;
   // The file has the normals in use, whatever else was asked for.
   if (!were_given && !report.options.quantities.empty()) AddQuantity("normals", report.options.quantities);

@@ -8,7 +8,6 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/connection.h"
-#include "client/cli/files/coarse_positions.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
 #include "client/cli/interrupt.h"
@@ -93,7 +92,6 @@ ExitCode Run(MakeNormalsFlags& flags) {
   const absl::StatusOr<OrientedCloud> cloud = ExtractCloud(*table, NeedsOf(options.normals));
   if (!cloud.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", cloud.status().message()));
   if (!note.empty()) PrintNote(note);
-  if (const std::string coarse = NoteOnCoarsePositions(*cloud); !coarse.empty()) PrintNote(coarse);
 
   absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags.connection, flags.threads);
   if (!connection.ok()) return Fail(ExitCode::kUsage, connection.status());

@@ -25,8 +25,8 @@ struct TrianglePlan {
 
 struct TriangleScratch : MeasuringScratch {
   // Elements that follow the last key, and the last of the order.
-  static constexpr size_t kKeyPad = 4 * SpatialIndex::kLeafSize;
-  static constexpr size_t kOrderPad = 3 * SpatialIndex::kLeafSize;
+  static constexpr size_t kKeyPad = size_t{4} * SpatialIndex::kLeafSize;
+  static constexpr size_t kOrderPad = size_t{3} * SpatialIndex::kLeafSize;
 
   PointRows rows;                 // of leaves of the list that was searched last
   RankNumbers numbers;            // of the points of that list, once a neighborhood asks for them

@@ -6,7 +6,7 @@ import grpc
 import numpy as np
 
 from clouds import sphere
-from curvd_client import RESULT_DTYPE, CurvdError, PointStatus, estimate_curvature
+from curvd_client import RESULT_DTYPE, CurvdError, CurvdWarning, PointStatus, estimate_curvature
 from real_server import RealServerTest
 
 
@@ -24,6 +24,13 @@ class CurvatureTest(RealServerTest):
         positions, normals = sphere(20_000, radius=2.0, dtype=np.float64)
         points, _ = estimate_curvature(positions + 5e6, normals, server=self.server)
         self.assert_sphere(points, 2.0)
+
+    def test_floats_far_from_the_origin_are_warned_of(self):
+        positions, normals = sphere(20_000, radius=2.0)
+        with self.assertWarns(CurvdWarning) as caught:
+            estimate_curvature(positions + np.float32(5e6), normals, server=self.server, skip_invalid=True)
+        self.assertEqual(caught.warning.code, "COARSE_POSITIONS")
+        self.assertIn("Send doubles", str(caught.warning))
 
     def test_many_chunks_of_a_strided_view_arrive_in_order(self):
         positions, normals = sphere(100_000, radius=3.0)

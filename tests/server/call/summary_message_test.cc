@@ -84,6 +84,19 @@ TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {
   EXPECT_THAT(of_directed.warnings(0).message(), HasSubstr("orient them consistently"));
 }
 
+TEST(FillSummaryTest, WarnsOfPositionsThatAreRoundedTooCoarsely) {
+  CallRecord record;
+  record.coarse_positions = {.farthest = 5e6, .step = 0.5, .spacing = 0.02};
+  curvature::v1::Summary summary;
+  FillSummary(record, &summary);
+  ASSERT_EQ(summary.warnings_size(), 1);
+  EXPECT_EQ(summary.warnings(0).code(), curvature::v1::WARNING_CODE_COARSE_POSITIONS);
+  EXPECT_EQ(summary.warnings(0).point_count(), 0u);
+  EXPECT_THAT(summary.warnings(0).message(),
+              AllOf(HasSubstr("floats near 5e+06, which lie 0.5 apart there, and the points about 0.02"),
+                    HasSubstr("Send doubles, or subtract an origin")));
+}
+
 TEST(FillSummaryTest, WarnsOfSidesThatCannotBeTrusted) {
   CallRecord record;
   record.normal_report.emplace();
