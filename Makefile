@@ -97,16 +97,18 @@ test: deps proto-check ## Build with warnings as errors and run every test
 
 # What no sanitizer sees: counts of steps and of bytes, how a process ends, and how good numbers are, of which a test that looks
 # for less runs the same code. Each kernel is run for AVX2 and as scalar code; that tiles have the bytes of the whole, for AVX2 alone.
+# The tests of suite $(1) whose names begin with one of $(2). CTest takes an expression of more than nine parentheses for none at all.
+tests = $(subst $() ,|,$(addprefix $(1).,$(2)))
 COUNTS := HostileWorkTest|ScratchNeverHoldsMoreThanItsBound|PeakStaysBelow|PeakWithEstimatedNormals
 ENDS := OpenSslDeathTest
-JUDGEMENTS := AutomaticSeamsTest.(Points|What|Counts|Choices|TheCaller)|$\
-  AutomaticSurfacesTest.(ANoisyTorus|Lines)|AutomaticTest.(Copies|ExactPoints|NoiseInOneHalf|ScalesFar)|$\
-  OwnFitsTest.(AFewFlipped|ASmallBody|Counts|KeepsTo)|$\
-  NanoflannTest|ScalePilotTest.(Chooses|Copies|CurvatureIs|FindsTheNoise|NormalsAlone)|FlippedPointsAreNeverTrusted|$\
-  IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|NoiseIsNotTakenForTwoSheets|SeamPhaseTest.(No|Spheres|TheSheets)
+JUDGEMENTS := $(call tests,AutomaticSeamsTest,Points What Counts Choices TheCaller)|$\
+  $(call tests,AutomaticSurfacesTest,ANoisyTorus Lines)|$(call tests,AutomaticTest,Copies ExactPoints NoiseInOneHalf ScalesFar)|$\
+  $(call tests,OwnFitsTest,AFewFlipped ASmallBody Counts KeepsTo)|$\
+  $(call tests,ScalePilotTest,Chooses Copies CurvatureIs FindsTheNoise NormalsAlone)|$(call tests,SeamPhaseTest,No Spheres TheSheets)|$\
+  NanoflannTest|FlippedPointsAreNeverTrusted|IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|NoiseIsNotTakenForTwoSheets
 NARROWER_TILES := TilesTest.*/SCALAR
 # Whether threads change a byte is looked for on many of them, which the thread sanitizer watches; other tests run the same code alone.
-SAME_BYTES := AutomaticSeamsTest.Threads|(AutomaticTest|PointChoicesTest).NeitherThreads|NormalsJobTest.Threads|OwnFitsTest.TheSameBytes
+SAME_BYTES := AutomaticSeamsTest.Threads|AutomaticTest.NeitherThreads|PointChoicesTest.NeitherThreads|NormalsJobTest.Threads|OwnFitsTest.TheSameBytes
 NOT_SANITIZED := $(COUNTS)|$(ENDS)|$(JUDGEMENTS)|$(NARROWER_TILES)
 
 .PHONY: asan
@@ -117,10 +119,10 @@ asan: deps ## Run the tests under the address and undefined behavior sanitizers
 
 # What repeats, for other estimators and other clouds, phases of a job that other tests run on several threads. Of the
 # estimators EstimationJobTest.ThreadsDoNotChangeAByte runs each.
-REPEATED_ON_THREADS := DeterminismTest.*/ESTIMATOR_(ALGEBRAIC|DELAUNAY|HEXAGRAM|INDEPENDENT|JET|NORMAL|UNIFORM)|$\
-  HostileCloudTest|SeamPhaseTest.(Flipped|Knife|Noise|Points|Right|Single)|$\
-  OrientationSidesTest.(Bowls|Hostile|Layouts|Noisy|TheRepair)|EstimationJobTest.(PointsWithout|Spheres|WhatPages)|$\
-  AutomaticTest.(APlane|Faces|LooksAcross)|OwnFitsTest.ADent|ScaleTest.(AnOutlier|APlane|TwoDensities)
+REPEATED_ON_THREADS := DeterminismTest.*/ESTIMATOR_(ALGEBRAIC|DELAUNAY|HEXAGRAM|INDEPENDENT|JET|NORMAL|UNIFORM)|HostileCloudTest|$\
+  $(call tests,SeamPhaseTest,Flipped Knife Noise Points Right Single)|$(call tests,OrientationSidesTest,Bowls Hostile Layouts Noisy TheRepair)|$\
+  $(call tests,EstimationJobTest,PointsWithout Spheres WhatPages)|$(call tests,AutomaticTest,APlane Faces LooksAcross)|$\
+  OwnFitsTest.ADent|$(call tests,ScaleTest,AnOutlier APlane TwoDensities)
 
 .PHONY: tsan
 tsan: deps ## Run the tests of threaded code under the thread sanitizer, locks checked by clang
