@@ -95,10 +95,12 @@ test: deps proto-check ## Build with warnings as errors and run every test
 	@cmake --build --preset dev --parallel $(JOBS)
 	@$(call ctest,dev)
 
+# The tests of suite $(1) whose names begin with one of $(2). Without parentheses: of an expression with
+# more than nine CTest makes none, and leaves out nothing.
+tests = $(subst $() ,|,$(addprefix $(1).,$(2)))
+
 # What no sanitizer sees: counts of steps and of bytes, how a process ends, and how good numbers are, of which a test that looks
 # for less runs the same code. Each kernel is run for AVX2 and as scalar code; that tiles have the bytes of the whole, for AVX2 alone.
-# The tests of suite $(1) whose names begin with one of $(2). CTest takes an expression of more than nine parentheses for none at all.
-tests = $(subst $() ,|,$(addprefix $(1).,$(2)))
 COUNTS := HostileWorkTest|ScratchNeverHoldsMoreThanItsBound|PeakStaysBelow|PeakWithEstimatedNormals
 ENDS := OpenSslDeathTest
 JUDGEMENTS := $(call tests,AutomaticSeamsTest,Points What Counts Choices TheCaller)|$\

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <span>
 
 namespace curvd {
@@ -35,7 +34,7 @@ Extent ExtentOf(std::span<float> values) {
 // The distance between floats that are that far from zero.
 double StepAt(double farthest) {
   const auto at = static_cast<float>(farthest);
-  return double{std::nextafter(at, std::numeric_limits<float>::infinity())} - at;
+  return double{at} - std::nextafter(at, 0.0f);
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ class RequestSession {
   uint64_t points_received() const { return points_received_; }
   // Points whose normal was not of unit length. REQUIRES: TakeCloud was not called.
   uint64_t normals_rescaled() const { return cloud_.rescaled_count(); }
-  // Whether positions were rounded to floats more coarsely than points lie apart. REQUIRES: HalfClose returned OK,
+  // Tells of positions that floats round too coarsely (core/cloud/coarse_positions.h). REQUIRES: HalfClose returned OK,
   // TakeCloud was not called.
   std::optional<CoarsePositions> FindCoarsePositions() const { return curvd::FindCoarsePositions(cloud_); }
 

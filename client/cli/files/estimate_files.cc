@@ -57,7 +57,10 @@ void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options,
                            : "no point could be estimated: the summary tells why"));
   }
   const uint64_t inconsistent = summary.status_counts[static_cast<size_t>(PointStatus::kInconsistentNormals)];
-  if (inconsistent > 0 && !oriented && summary.warnings.empty()) {
+  const bool is_warned_of_normals =
+      std::any_of(summary.warnings.begin(), summary.warnings.end(),
+                  [](const EstimateWarning& warning) { return warning.code != "COARSE_POSITIONS"; });
+  if (inconsistent > 0 && !oriented && !is_warned_of_normals) {
     PrintNote(absl::StrCat(title, "the normals around ", WithCommas(inconsistent),
                            " points contradict each other. Where they do not all point to one side of the surface, "
                            "signs of curvature are wrong: try --orient"));

@@ -1,6 +1,7 @@
 #include "core/scale/pilot/pilot.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "core/scale/pilot/rung_estimates.h"
