@@ -7,6 +7,8 @@ import random
 import re
 import socket
 
+from curvd_client.fields import shown
+
 DEFAULT_PORT = 50061
 DEFAULT_SERVER = f"localhost:{DEFAULT_PORT}"
 
@@ -24,8 +26,7 @@ def split_servers(server: str) -> list[str]:
 
     A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.
     """
-    if not isinstance(server, str):
-        raise TypeError(f"server is {server!r}; it must be a str such as {DEFAULT_SERVER!r}")
+    require_server(server)
     targets: list[str] = []
     for part in (each.strip() for each in server.split(",")):
         is_bare = not part.startswith((*_LISTS, *_PATHS, "dns:"))
@@ -35,6 +36,14 @@ def split_servers(server: str) -> list[str]:
         else:
             targets.append(_target(part))
     return targets
+
+
+def require_server(value: object) -> None:
+    """Raises TypeError for what is given as server and is no text, such as a list."""
+    if not isinstance(value, str):
+        raise TypeError(
+            f"server is {shown(value)}; it must be a str such as {DEFAULT_SERVER!r}, or several with commas between"
+        )
 
 
 def drawn(server: str) -> tuple[str, str | None]:
@@ -85,7 +94,7 @@ def _target(text: str) -> str:
     if url := _URL.match(text):
         hint = ": TLS has an option of its own" if url[1].lower().endswith("s") else ""
         raise ValueError(
-            f"server {text!r} is a URL; it must be HOST or HOST:PORT, as {DEFAULT_SERVER!r}, without {url[0]}{hint}"
+            f"server {shown(text)} is a URL; it must be HOST or HOST:PORT, as {DEFAULT_SERVER!r}, without {url[0]}{hint}"
         )
     for scheme in (*_LISTS, "dns:"):
         if text.startswith(scheme):
@@ -103,10 +112,10 @@ def _with_port(address: str) -> str:
     except ValueError:
         pass
     if not address or address.startswith(":"):
-        raise ValueError(f"server {address!r} names no host; it must be HOST or HOST:PORT, as {DEFAULT_SERVER!r}")
+        raise ValueError(f"server {shown(address)} names no host; it must be HOST or HOST:PORT, as {DEFAULT_SERVER!r}")
     port = re.search(r":([^:\]]*)$", address)
     if port is None:
         return f"{address}:{DEFAULT_PORT}"
     if not (port[1].isascii() and port[1].isdigit() and 1 <= int(port[1]) <= 65535):
-        raise ValueError(f"server {address!r} has port {port[1]!r}; it must be from 1 to 65535")
+        raise ValueError(f"server {shown(address)} has port {shown(port[1])}; it must be from 1 to 65535")
     return address

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import inspect
 import itertools
 import random
 import types
@@ -38,7 +39,9 @@ _NO_SECURITY = Security()
 
 
 class CurvatureClient:
-    """Calls one server, or several replicas, over connections that it keeps, in the event loop that it was made in.
+    """Calls one server, or several replicas, over connections that it keeps, in one event loop: that of its first call.
+
+    It may be made anywhere, also where no event loop runs. A call in another event loop raises RuntimeError.
 
     server, security: as curvd_client.estimate_curvature has them.
     channel:          a grpc.aio.Channel of your own instead of `server`, which close leaves open.
@@ -52,12 +55,15 @@ class CurvatureClient:
         channel: grpc.aio.Channel | None = None,
     ) -> None:
         require_security(security)
+        rpc.require_channel(channel, grpc.aio.Channel, "grpc.aio.Channel")
         self._metadata = security.metadata()
-        self._own: list[typing.Any] = []
+        self._owns_channels = channel is None
+        self._openers: list[typing.Callable[[], typing.Any]] = [lambda: channel]
         if channel is None:
-            self._own = [security.open_aio_channel(target, rpc.CHANNEL_OPTIONS) for target in split_servers(server)]
-        self._channels = self._own or [channel]
-        self._turns = itertools.count(random.randrange(len(self._channels)))
+            self._openers = [security.aio_opener(target, rpc.CHANNEL_OPTIONS) for target in split_servers(server)]
+        self._channels: list[typing.Any] = []
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._turns = itertools.count(random.randrange(len(self._openers)))
         self._reached = False
         self._closed = False
         self._running: set[typing.Any] = set()
@@ -78,7 +84,7 @@ class CurvatureClient:
         self._closed = True
         for call in list(self._running):
             call.cancel()
-        for channel in self._own:
+        for channel in self._channels if self._owns_channels else ():
             await channel.close()
 
     async def estimate(
@@ -143,7 +149,7 @@ class CurvatureClient:
         connect_timeout: float,
         progress: ProgressCallback | bool,
     ) -> Estimate:
-        on_progress, end_of_progress = reporter(progress)
+        on_progress, end_of_progress = reporter(progress, awaits=True)
 
         async def attempt(channel: typing.Any, time_left: float | None) -> Estimate:
             answers = Answers(request, on_progress)
@@ -151,7 +157,9 @@ class CurvatureClient:
             self._running.add(call)
             try:
                 async for response in call:
-                    answers.take(response)
+                    told = answers.take(response)
+                    if inspect.isawaitable(told):
+                        await told
             except grpc.RpcError as error:
                 raise from_rpc_error(error, rpc.was_answered(error, answers.any)) from None
             finally:
@@ -193,6 +201,7 @@ class CurvatureClient:
         """The result of the first attempt that succeeds. Raises CurvdError as Schedule says, or when closed."""
         if self._closed:
             raise ValueError("the client is closed")
+        self._open_channels()
         schedule = Schedule(
             len(self._channels),
             next(self._turns),
@@ -212,6 +221,15 @@ class CurvatureClient:
             await asyncio.sleep(pause)
             if self._closed:
                 raise CurvdError(grpc.StatusCode.CANCELLED, "the client was closed")
+
+    def _open_channels(self) -> None:
+        """Opens them for the first call: a channel belongs to the event loop that it is opened in."""
+        loop = asyncio.get_running_loop()
+        if self._loop is None:
+            self._channels = [open_channel() for open_channel in self._openers]
+            self._loop = loop
+        if self._loop is not loop:
+            raise RuntimeError("the client was used in another event loop before; make a client for each event loop")
 
     async def _attempt_once(self, attempt: _Attempt[_Result], schedule: Schedule) -> _Result:
         channel = self._channels[schedule.replica]

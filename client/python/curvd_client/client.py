@@ -17,6 +17,7 @@ from curvd_client.addresses import DEFAULT_SERVER, split_servers
 from curvd_client.cancelling import Cancel
 from curvd_client.errors import CurvdError, from_rpc_error
 from curvd_client.exchange import Answers, Request, make_request, warn
+from curvd_client.fields import shown
 from curvd_client.options import CurvatureOptions, NormalsOptions, curvature_header, normals_header
 from curvd_client.progress import ProgressCallback, reporter
 from curvd_client.results import Estimate
@@ -50,6 +51,7 @@ class CurvatureClient:
         channel: grpc.Channel | None = None,
     ) -> None:
         require_security(security)
+        rpc.require_channel(channel, grpc.Channel, "grpc.Channel")
         self._metadata = security.metadata()
         self._opened = contextlib.ExitStack()
         self._channels = [channel]
@@ -152,7 +154,7 @@ class CurvatureClient:
         cancel: Cancel | None,
         progress: ProgressCallback | bool,
     ) -> Estimate:
-        on_progress, end_of_progress = reporter(progress)
+        on_progress, end_of_progress = reporter(progress, awaits=False)
 
         def attempt(channel: typing.Any, time_left: float | None, stop: Cancel) -> Estimate:
             answers = Answers(request, on_progress)
@@ -197,6 +199,8 @@ class CurvatureClient:
         cancel: Cancel | None,
     ) -> _Result:
         """The result of the first attempt that succeeds. Raises CurvdError as Schedule says, or when cancelled."""
+        if not isinstance(cancel, (Cancel, type(None))):
+            raise ValueError(f"cancel is {shown(cancel)}; it must be a Cancel")
         schedule = Schedule(
             len(self._channels),
             next(self._turns),

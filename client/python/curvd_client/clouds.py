@@ -45,10 +45,13 @@ def real_array(name: str, values: npt.ArrayLike) -> npt.NDArray[typing.Any]:
             # numpy before 1.24 warns of ragged lists, and makes objects of them.
             warnings.simplefilter("error")
             array = np.asarray(values)
-    except (ValueError, TypeError, Warning) as error:
+    except (ValueError, TypeError, RuntimeError, Warning) as error:  # what a tensor's __array__ raises as well
         raise ValueError(f"{name} cannot be made an array of shape (N, 3): {error}") from None
     if array.dtype.kind not in "fiu":
-        raise ValueError(f"{name} has dtype {array.dtype}; it must be real numbers: floats or integers")
+        # pandas makes objects of its nullable dtypes, such as Float64.
+        is_of_pandas = array.dtype.kind == "O" and hasattr(values, "to_numpy")
+        remedy = ", as .to_numpy(dtype=float, na_value=numpy.nan) makes of them" if is_of_pandas else ""
+        raise ValueError(f"{name} has dtype {array.dtype}; it must be real numbers: floats or integers{remedy}")
     return array
 
 

@@ -45,7 +45,7 @@ class CurvdError(Exception):
 
 
 class CurvdWarning(UserWarning):
-    """A call succeeded, but something is wrong with its cloud; `code` says what for a program: "OPPOSED_NORMALS", "COARSE_POSITIONS"."""
+    """A call succeeded, but something is wrong with its cloud; `code` says what for a program: "NO_RESULTS", ..."""
 
     def __init__(self, code: str, message: str) -> None:
         super().__init__(message)

@@ -65,14 +65,17 @@ class Answers:
         self._summary: curvature_pb2.Summary | None = None
         self.any = False
 
-    def take(self, response: curvature_pb2.EstimateCurvatureResponse) -> None:
-        """Raises CurvdError if the message breaks the protocol, or the server is too old for the call."""
+    def take(self, response: curvature_pb2.EstimateCurvatureResponse) -> object:
+        """Returns what the function for progress returned, None where it was not called.
+
+        Raises CurvdError if the message breaks the protocol, or the server is too old for the call.
+        """
         self.any = True
         kind = response.WhichOneof("message")
         if kind == "accepted":
             _check_accepted(response.accepted, self._header)
         elif kind == "progress" and self._on_progress is not None:
-            self._on_progress(progress_of(response.progress, self._header.point_count))
+            return self._on_progress(progress_of(response.progress, self._header.point_count))
         elif kind == "result":
             try:
                 self._collector.add(response.result)
@@ -80,6 +83,7 @@ class Answers:
                 raise broken_protocol(error) from None
         elif kind == "summary":
             self._summary = response.summary
+        return None
 
     def estimate(self) -> Estimate:
         """What came, after the stream's end. Raises CurvdError if anything is missing."""

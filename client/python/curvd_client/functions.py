@@ -11,7 +11,7 @@ import typing
 import grpc
 import numpy.typing as npt
 
-from curvd_client.addresses import DEFAULT_SERVER
+from curvd_client.addresses import DEFAULT_SERVER, require_server
 from curvd_client.cancelling import Cancel
 from curvd_client.client import CurvatureClient
 from curvd_client.exchange import make_request, warn
@@ -102,10 +102,10 @@ def estimate_curvature(
     priority:              "interactive" if somebody waits, "batch" if it can wait. DEFAULT: interactive up to 100,000
                            points, batch above.
     request_tag:           free text for the server's log.
-    timeout:               seconds for the whole call with its retries. DEFAULT: no limit.
+    timeout:               seconds for the whole call with its retries, above 0. DEFAULT: no limit.
     max_attempts:          times the cloud is sent at most, while servers are unavailable or ask to wait: at once to the
                            next replica, then with growing pauses. DEFAULT: 6, over about 8 seconds.
-    connect_timeout:       seconds after which a call gives up if no server has ever answered. DEFAULT: 1.5.
+    connect_timeout:       seconds after which a call gives up if no server has ever answered, from 0. DEFAULT: 1.5.
     cancel:                a Cancel, whose method cancel ends the call from another thread.
     progress:              a function that is called with a Progress now and then, in this thread; or True: a line on
                            stderr, if that is a terminal. What it raises ends the call.
@@ -166,6 +166,7 @@ def _client_of(server: str, security: Security, channel: grpc.Channel | None) ->
     if channel is not None:
         return CurvatureClient(security=security, channel=channel)
     require_security(security)
+    require_server(server)
     files = (security.ca_file, security.cert_file, security.key_file)
     key = (os.getpid(), server, security, tuple(_age(file) for file in files))
     with _clients_lock:

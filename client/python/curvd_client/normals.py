@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from curvd_client.clouds import real_array
 from curvd_client import curvature_pb2
-from curvd_client.fields import real_number, whole_number
+from curvd_client.fields import chosen, count, real_number
 
 _METHODS = {
     "pca": curvature_pb2.NORMAL_METHOD_PCA,
@@ -61,9 +61,7 @@ def _set_side(
     direction: npt.ArrayLike | None,
 ) -> npt.NDArray[typing.Any] | None:
     if orientation is not None:
-        if orientation not in _ORIENTATIONS:
-            raise ValueError(f"orientation is {orientation!r}; it must be consistent or closed")
-        options.orientation = _ORIENTATIONS[orientation]
+        options.orientation = chosen("orientation", orientation, _ORIENTATIONS)
     if direction is not None:
         options.orientation = curvature_pb2.ORIENTATION_DIRECTION
         options.direction.x, options.direction.y, options.direction.z = _vector("direction", direction)
@@ -105,10 +103,8 @@ def _set_method(
     if neighbor_count is not None and radius is not None:
         raise ValueError("neighbor_count and radius of normals exclude each other")
     if method is not None:
-        if method not in _METHODS:
-            raise ValueError(f"the method of normals is {method!r}; it must be one of {', '.join(_METHODS)}")
-        options.method = _METHODS[method]
+        options.method = chosen("the method of normals", method, _METHODS)
     if radius is not None:
         options.radius = real_number("the radius of normals", radius)
     elif neighbor_count is not None:
-        options.neighbor_count = whole_number("the neighbor_count of normals", neighbor_count)
+        options.neighbor_count = count("the neighbor_count of normals", neighbor_count)

@@ -5,13 +5,21 @@ from __future__ import annotations
 import difflib
 import functools
 import inspect
-import operator
 import typing
 
 import numpy as np
 import numpy.typing as npt
 
-from curvd_client.fields import real_number, seed_number, whole_number
+from curvd_client.fields import (
+    chosen,
+    count,
+    count_or_default,
+    listed,
+    positive_number_or_default,
+    real_number,
+    seed_number,
+    shown,
+)
 from curvd_client import curvature_pb2
 from curvd_client.normals import normal_options, vector_or_vectors
 from curvd_client.results import quantity_number
@@ -36,8 +44,7 @@ def _estimators_of_the_contract() -> dict[str, typing.Any]:
 
 ESTIMATORS = _estimators_of_the_contract()
 
-_PRIORITIES: dict[str | None, curvature_pb2.Priority] = {
-    None: curvature_pb2.PRIORITY_UNSPECIFIED,
+_PRIORITIES: dict[str, curvature_pb2.Priority] = {
     "interactive": curvature_pb2.PRIORITY_INTERACTIVE,
     "batch": curvature_pb2.PRIORITY_BATCH,
 }
@@ -67,10 +74,10 @@ class CurvatureOptions(typing.TypedDict, total=False):
     neighbor_count_range: tuple[int, int] | None
     max_radius: float | None
     scale_per_cloud: bool
-    triangle_count: int
-    rotation_count: int
-    jet_degree: int
-    regression_degree: int
+    triangle_count: int | None
+    rotation_count: int | None
+    jet_degree: int | None
+    regression_degree: int | None
     even_weights: bool
     project: bool
     seed: int
@@ -103,10 +110,12 @@ def _checks_options(make_header: _Header) -> _Header:
                 near = difflib.get_close_matches(name, parameters, n=1)
                 raise TypeError(f"there is no option {name}" + (f"; did you mean {near[0]}?" if near else ""))
             default = parameters[name].default
-            if isinstance(default, bool) and not isinstance(value, (bool, np.bool_)):
-                raise ValueError(f"{name} is {value!r}; it must be True or False")
+            if isinstance(default, bool):
+                if not isinstance(value, (bool, np.bool_)):
+                    raise ValueError(f"{name} is {shown(value)}; it must be True or False")
+                options[name] = bool(value)  # protobuf takes no other kind of truth value
             if default == "" and not isinstance(value, str):
-                raise ValueError(f"{name} is {value!r}; it must be text")
+                raise ValueError(f"{name} is {shown(value)}; it must be text")
         return make_header(has_normals, **options)
 
     return typing.cast(_Header, checked)
@@ -123,10 +132,10 @@ def curvature_header(
     neighbor_count_range: tuple[int, int] | None = None,
     max_radius: float | None = None,
     scale_per_cloud: bool = False,
-    triangle_count: int = 0,
-    rotation_count: int = 0,
-    jet_degree: int = 0,
-    regression_degree: int = 0,
+    triangle_count: int | None = None,
+    rotation_count: int | None = None,
+    jet_degree: int | None = None,
+    regression_degree: int | None = None,
     even_weights: bool = False,
     project: bool = False,
     seed: int = 0,
@@ -255,29 +264,30 @@ def _invalid_point_policy(skip: bool) -> curvature_pb2.InvalidPointPolicy:
 def _quantity_numbers(names: typing.Sequence[str] | None) -> list[typing.Any]:
     if names is None:
         return []
-    if isinstance(names, str):
-        raise ValueError(f"quantities is {names!r}; it must be a list of names")
-    numbers = [quantity_number(name) for name in names]
+    each_name = listed(tuple(names) if isinstance(names, typing.AbstractSet) else names)
+    if each_name is None:
+        raise ValueError(f"quantities is {shown(names)}; it must be a list of names")
+    numbers = [quantity_number(name) for name in each_name]
     if len(set(numbers)) != len(numbers):
-        raise ValueError(f"quantities is {list(names)}; it must have each name at most once")
+        raise ValueError(f"quantities is {shown(each_name)}; it must have each name at most once")
     return numbers
 
 
 def _priority(name: str | None) -> curvature_pb2.Priority:
-    if name not in _PRIORITIES:
-        raise ValueError(f"priority is {name!r}; it must be interactive, batch or None")
-    return _PRIORITIES[name]
+    return curvature_pb2.PRIORITY_UNSPECIFIED if name is None else chosen("priority", name, _PRIORITIES)
 
 
 def _counts(neighbor_counts: typing.Sequence[int]) -> list[int]:
     """Raises ValueError if they are no numbers that ascend."""
-    try:
-        counts = [whole_number(f"neighbor_counts[{i}]", count) for i, count in enumerate(neighbor_counts)]
-    except TypeError:
-        counts = []
+    counts = [count(f"neighbor_counts[{i}]", each) for i, each in enumerate(listed(neighbor_counts) or ())]
     if not counts or counts != sorted(set(counts)):
-        raise ValueError(f"neighbor_counts is {neighbor_counts!r}; it must be a list of numbers that ascend")
+        raise ValueError(f"neighbor_counts is {shown(neighbor_counts)}; it must be a list of numbers that ascend")
     return counts
+
+
+def _is_auto(value: object) -> bool:
+    """An array would compare each of its elements."""
+    return isinstance(value, str) and value == "auto"
 
 
 def _automatic_scale(
@@ -289,22 +299,25 @@ def _automatic_scale(
     per_cloud: bool,
 ) -> curvature_pb2.AutomaticScale | None:
     """The contract's AutomaticScale, or None where the caller says how large neighborhoods are."""
-    if radius is not None and "auto" in (estimator, neighbor_count):
+    if radius is not None and (_is_auto(estimator) or _is_auto(neighbor_count)):
         raise ValueError('radius does not go with "auto"; max_radius says how far an estimate looks at most')
-    leaves_open = estimator == "auto" and neighbor_count is None
-    if neighbor_count != "auto" and not leaves_open:
+    leaves_open = _is_auto(estimator) and neighbor_count is None
+    if not _is_auto(neighbor_count) and not leaves_open:
         if neighbor_count_range is not None or max_radius is not None or per_cloud:
             raise ValueError('neighbor_count_range, max_radius and scale_per_cloud need neighbor_count="auto"')
         return None
     scale = curvature_pb2.AutomaticScale(
-        max_radius=0.0 if max_radius is None else real_number("max_radius", max_radius), per_cloud=per_cloud
+        max_radius=positive_number_or_default("max_radius", max_radius), per_cloud=per_cloud
     )
     if neighbor_count_range is not None:
         try:
-            scale.least_neighbor_count, scale.most_neighbor_count = map(operator.index, neighbor_count_range)
-        except (TypeError, ValueError):
+            fewest, most = listed(neighbor_count_range) or []
+            scale.least_neighbor_count, scale.most_neighbor_count = (
+                count("neighbor_count_range", each) for each in (fewest, most)
+            )
+        except ValueError:
             raise ValueError(
-                f"neighbor_count_range is {neighbor_count_range!r}; it must be (fewest, most) points, as (16, 2048)"
+                f"neighbor_count_range is {shown(neighbor_count_range)}; it must be (fewest, most) points, as (16, 2048)"
             ) from None
     return scale
 
@@ -316,22 +329,21 @@ def _estimator_options(
     automatic_scale: curvature_pb2.AutomaticScale | None,
     **others: typing.Any,
 ) -> curvature_pb2.EstimatorOptions:
-    if estimator not in ESTIMATORS:
-        raise ValueError(f"estimator is {estimator!r}; it must be one of {', '.join(ESTIMATORS)}")
+    estimator_number = chosen("estimator", estimator, ESTIMATORS)
     if neighbor_count is not None and radius is not None:
         raise ValueError("neighbor_count and radius exclude each other")
     if isinstance(neighbor_count, str) and neighbor_count != "auto":
-        raise ValueError(f"neighbor_count is {neighbor_count!r}; it must be a number or 'auto'")
+        raise ValueError(f"neighbor_count is {shown(neighbor_count)}; it must be a number or 'auto'")
     for name in ("triangle_count", "rotation_count", "jet_degree", "regression_degree"):
-        others[name] = whole_number(name, others[name])
+        others[name] = count_or_default(name, others[name])
     others["seed"] = seed_number("seed", others["seed"])
     if others["average_normal_weight"] is not None:
         others["average_normal_weight"] = real_number("average_normal_weight", others["average_normal_weight"])
-    options = curvature_pb2.EstimatorOptions(estimator=ESTIMATORS[estimator], **others)
+    options = curvature_pb2.EstimatorOptions(estimator=estimator_number, **others)
     if automatic_scale is not None:
         options.automatic_scale.CopyFrom(automatic_scale)
     elif radius is not None:
         options.radius = real_number("radius", radius)
     elif neighbor_count is not None:
-        options.neighbor_count = whole_number("neighbor_count", neighbor_count)  # a name would have made a scale
+        options.neighbor_count = count("neighbor_count", neighbor_count)  # a name would have made a scale
     return options

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import sys
 import time
 import typing
 
 from curvd_client import curvature_pb2
+from curvd_client.fields import shown
 
 
 class Progress(typing.NamedTuple):
@@ -31,6 +33,7 @@ class Progress(typing.NamedTuple):
         return min(1.0, done.get(self.phase, 0) / self.point_count) if self.point_count else 1.0
 
 
+# What it returns to the client of asyncio is awaited there, if it can be.
 ProgressCallback = typing.Callable[[Progress], object]
 
 
@@ -41,19 +44,33 @@ def progress_of(message: curvature_pb2.Progress, point_count: int) -> Progress:
     return Progress(phase, message.points_received, message.points_estimated, point_count)
 
 
-def reporter(progress: ProgressCallback | bool) -> tuple[ProgressCallback | None, typing.Callable[[], None]]:
+def reporter(
+    progress: ProgressCallback | bool, *, awaits: bool
+) -> tuple[ProgressCallback | None, typing.Callable[[], None]]:
     """What to call with each Progress, or None, and what to call at the end.
 
     progress: a function; True: a line on stderr if that is a terminal, else nothing; False: nothing.
+    awaits:   whether the caller awaits what the function returns.
+
+    Raises TypeError for what is none of these, and for a coroutine function that nobody would await.
     """
     if callable(progress):
+        if not awaits and _is_coroutine_function(progress):
+            raise TypeError(
+                f"progress is {shown(progress)}, which only curvd_client.aio awaits; it must be a function that is not async"
+            )
         return progress, lambda: None
     if not isinstance(progress, bool):
-        raise TypeError(f"progress is {progress!r}; it must be True, False or a function of a Progress")
+        raise TypeError(f"progress is {shown(progress)}; it must be True, False or a function of a Progress")
     if not progress or not sys.stderr.isatty() or os.environ.get("TERM", "dumb") == "dumb":
         return None, lambda: None
     line = TerminalLine(sys.stderr)
     return line.show, line.end
+
+
+def _is_coroutine_function(function: typing.Callable[..., object]) -> bool:
+    """Also of an object that is called as one."""
+    return inspect.iscoroutinefunction(function) or inspect.iscoroutinefunction(getattr(function, "__call__", None))
 
 
 class TerminalLine:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from curvd_client import curvature_pb2
 from curvd_client.contract import result_columns
+from curvd_client.fields import shown
 
 Points = npt.NDArray[typing.Any]
 
@@ -34,8 +35,8 @@ DEFAULT_QUANTITIES = tuple(
 
 def quantity_number(name: str) -> int:
     """The contract's number of a quantity. Raises ValueError if there is none of that name."""
-    if name not in QUANTITIES:
-        raise ValueError(f"quantity {name!r} is unknown; it must be one of {', '.join(QUANTITIES)}")
+    if not isinstance(name, str) or name not in QUANTITIES:
+        raise ValueError(f"quantity {shown(name)} is unknown; it must be one of {', '.join(QUANTITIES)}")
     return int(curvature_pb2.Quantity.Value(_PREFIX + name.upper()))
 
 

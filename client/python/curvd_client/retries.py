@@ -7,7 +7,7 @@ import random
 import time
 
 from curvd_client.errors import CurvdError
-from curvd_client.fields import real_number, whole_number
+from curvd_client.fields import count, real_number, shown
 
 DEFAULT_ATTEMPTS = 6
 # No server was ever there: long enough for a replica that is just being started, short enough for a wrong address.
@@ -20,10 +20,17 @@ _MOST_CONNECT_SECONDS = 1.0
 _MOST_SECONDS = 100 * 365 * 86_400.0
 
 
-def _seconds(name: str, value: float) -> float:
-    seconds = real_number(name, value)
-    if math.isnan(seconds):
-        raise ValueError(f"{name} is nan; it must be a number of seconds")
+def _timeout(value: float) -> float:
+    seconds = real_number("timeout", value)
+    if not seconds > 0.0:
+        raise ValueError(f"timeout is {shown(value)}; it must be a number of seconds above 0")
+    return seconds
+
+
+def _connect_timeout(value: float) -> float:
+    seconds = real_number("connect_timeout", value)
+    if not seconds >= 0.0:
+        raise ValueError(f"connect_timeout is {shown(value)}; it must be a number of seconds from 0")
     return seconds
 
 
@@ -31,12 +38,12 @@ class Schedule:
     """The tries of one call, each on the next of several replicas. Not thread-safe.
 
     replica_count:   replicas; the first try goes to number `first` modulo this.
-    reached:         whether a server has ever answered the client: if not, the call gives up connect_seconds after it
-                     began.
-    timeout:         seconds for all tries together, None: no limit; centuries are none either.
+    reached:         whether a server has ever answered the client: if not, the call gives up connect_seconds, 0 or
+                     more, after it began.
+    timeout:         seconds for all tries together, above 0; None: no limit; centuries are none either.
     max_attempts:    tries at most, 1 or more.
 
-    Raises ValueError, naming the argument, for a timeout or connect_seconds that is no number, and for max_attempts.
+    Raises ValueError, naming the argument, for a timeout, connect_seconds or max_attempts that is no such number.
     """
 
     def __init__(
@@ -50,18 +57,16 @@ class Schedule:
         connect_seconds: float,
     ) -> None:
         now = time.monotonic()
-        limit = math.inf if timeout is None else _seconds("timeout", timeout)
-        if whole_number("max_attempts", max_attempts) == 0:
-            raise ValueError("max_attempts is 0; it must be 1 or more")
+        limit = math.inf if timeout is None else _timeout(timeout)
         # What gRPC's clock cannot count to would be over at once.
         self._deadline = math.inf if limit > _MOST_SECONDS else now + limit
-        self._reach_before = now + _seconds("connect_timeout", connect_seconds)
+        self._reach_before = now + _connect_timeout(connect_seconds)
         self._reached = reached
         self._replica_count = replica_count
         self._next = first
         self._tries = 0
         self._connect_seconds = 0.0
-        self._max_attempts = max_attempts
+        self._max_attempts = count("max_attempts", max_attempts)
 
     @property
     def replica(self) -> int:

@@ -50,6 +50,13 @@ class ServerInfo(typing.NamedTuple):
     limits: ServerLimits
 
 
+def require_channel(value: object, kind: type, kind_name: str) -> None:
+    """Raises TypeError for what is given as channel and is none of that kind: asyncio has one of its own."""
+    if not isinstance(value, (kind, type(None))):
+        given = f"{type(value).__module__}.{type(value).__name__}"
+        raise TypeError(f"channel is of type {given}; it must be a {kind_name}, or None")
+
+
 def estimate_method(channel: typing.Any) -> typing.Any:
     """EstimateCurvature on that channel."""
     return channel.stream_stream(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 import pathlib
 import re
@@ -15,6 +16,17 @@ from curvd_client.addresses import is_local
 
 _CERTIFICATE = re.compile(rb"-----BEGIN (?:\w+ )?CERTIFICATE-----.*?-----END (?:\w+ )?CERTIFICATE-----", re.DOTALL)
 _MOST_TOKEN_BYTES = 4096
+
+_TEXT, _FILE = (str, type(None)), (str, os.PathLike, type(None))
+_FIELD_TYPES: dict[str, tuple[tuple[type, ...], str]] = {
+    "tls": ((bool,), "True or False"),
+    "ca_file": (_FILE, "a str, a path or None"),
+    "cert_file": (_FILE, "a str, a path or None"),
+    "key_file": (_FILE, "a str, a path or None"),
+    "server_name": (_TEXT, "a str or None"),
+    "token": (_TEXT, "a str or None"),
+    "send_token_in_plain_text": ((bool,), "True or False"),
+}
 
 _Options = typing.Sequence[typing.Tuple[str, typing.Any]]
 
@@ -29,6 +41,8 @@ class Security:
     server_name:         name to find in the server's certificate. DEFAULT: the host in the address.
     token:               bearer token, sent with each call: printable ASCII without blanks, at most 4096 bytes; "" is none.
     send_token_in_plain_text: whether the token may go to other machines without TLS.
+
+    Raises TypeError, naming the field, for a value of another type, which it does not show: it may be the token.
     """
 
     tls: bool = False
@@ -39,23 +53,29 @@ class Security:
     token: str | None = dataclasses.field(default=None, repr=False)
     send_token_in_plain_text: bool = False
 
+    def __post_init__(self) -> None:
+        for name, (types, words) in _FIELD_TYPES.items():
+            value = getattr(self, name)
+            if not isinstance(value, types):
+                raise TypeError(f"{name} of Security is of type {type(value).__name__}; it must be {words}")
+
     def open_channel(self, server: str, options: _Options) -> typing.Any:
         """A grpc.Channel to `server`.
 
         Raises ValueError if the settings contradict each other, would give the token away, or name files that hold no
         PEM, and OSError for those that cannot be read.
         """
-        return self._open(grpc, server, options)
+        return self._opener(grpc, server, options)()
 
-    def open_aio_channel(self, server: str, options: _Options) -> typing.Any:
-        """The same as a grpc.aio.Channel."""
-        return self._open(grpc.aio, server, options)
+    def aio_opener(self, server: str, options: _Options) -> typing.Callable[[], typing.Any]:
+        """Opens a grpc.aio.Channel, which belongs to the event loop that runs then. Raises the same, but at once."""
+        return self._opener(grpc.aio, server, options)
 
     def metadata(self) -> list[tuple[str, str]]:
         """What each call carries."""
         return [("authorization", f"Bearer {self.token}")] if self.token else []
 
-    def _open(self, library: typing.Any, server: str, options: _Options) -> typing.Any:
+    def _opener(self, library: typing.Any, server: str, options: _Options) -> typing.Callable[[], typing.Any]:
         if self.token and not re.fullmatch(f"[!-~]{{1,{_MOST_TOKEN_BYTES}}}", self.token):
             raise ValueError(f"token must be printable ASCII without blanks, at most {_MOST_TOKEN_BYTES} bytes")
         if (self.cert_file is None) != (self.key_file is None):
@@ -67,12 +87,12 @@ class Security:
             credentials = grpc.ssl_channel_credentials(*pems)
             if self.server_name is not None:
                 options = [*options, ("grpc.ssl_target_name_override", self.server_name)]
-            return library.secure_channel(server, credentials, options)
+            return functools.partial(library.secure_channel, server, credentials, options)
         if self.server_name is not None:
             raise ValueError("server_name is of use with TLS only")
         if self.token and not self.send_token_in_plain_text and not is_local(server):
             raise ValueError(f"the token would go to {server} in plain text, where others can read it: use TLS")
-        return library.insecure_channel(server, options)
+        return functools.partial(library.insecure_channel, server, options)
 
     def _check_files(self, authorities: bytes | None, certificates: bytes | None) -> None:
         """gRPC would say of wrong files that no server can be reached."""

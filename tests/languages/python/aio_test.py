@@ -8,7 +8,7 @@ import unittest
 import numpy as np
 
 from clouds import sphere
-from curvd_client import CurvdError, aio, estimate_curvature
+from curvd_client import CurvdError, Security, aio, estimate_curvature
 
 _LONG = {"estimator": "jet", "jet_degree": 4, "neighbor_count": 10_000}
 
@@ -54,6 +54,23 @@ class AioTest(unittest.IsolatedAsyncioTestCase):
             # The client goes on.
             self.assertEqual(await client.health(), "SERVING")
 
+    async def test_a_coroutine_for_progress_is_awaited(self):
+        seen = []
+
+        async def told(progress):
+            await asyncio.sleep(0)
+            seen.append(progress.point_count)
+
+        async with aio.CurvatureClient(self.server) as client:
+            await client.estimate(*sphere(20_000, 1.0), progress=told, **_LONG)
+            self.assertEqual(set(seen), {20_000})
+
+            async def stop(_):
+                raise KeyError("enough")
+
+            with self.assertRaisesRegex(KeyError, "enough"):
+                await client.estimate(*sphere(20_000, 1.0), progress=stop, **_LONG)
+
     async def test_closing_ends_the_calls_that_run(self):
         runs = asyncio.Event()
         client = aio.CurvatureClient(self.server)
@@ -66,3 +83,41 @@ class AioTest(unittest.IsolatedAsyncioTestCase):
         self.assertEqual(caught.exception.code.name, "CANCELLED")
         with self.assertRaisesRegex(ValueError, "closed"):
             await client.info()
+
+
+class EventLoopTest(unittest.TestCase):
+    """Where no event loop runs as the client is made."""
+
+    def setUp(self):
+        self.server = os.environ["CURVD_SERVER"]
+
+    def test_a_client_belongs_to_the_event_loop_of_its_first_call(self):
+        async def nothing():
+            pass
+
+        async def ask():
+            return await client.health()
+
+        asyncio.run(nothing())  # after which asyncio gives no event loop to those that ask for one
+        client = aio.CurvatureClient(self.server)
+        self.assertEqual(asyncio.run(ask()), "SERVING")
+        with self.assertRaisesRegex(RuntimeError, "used in another event loop before; make a client for each"):
+            asyncio.run(ask())
+        asyncio.run(client.close())
+
+    def test_wrong_arguments_are_refused_as_the_client_is_made(self):
+        with self.assertRaisesRegex(ValueError, "port"):
+            aio.CurvatureClient("localhost:0")
+        with self.assertRaisesRegex(ValueError, "plain text"):
+            aio.CurvatureClient("10.0.0.7:1", security=Security(token="secret"))
+
+    def test_one_run_after_another_is_served(self):
+        for _ in range(3):
+            points, _ = asyncio.run(aio.estimate_curvature(*sphere(100, 1.0), server=self.server))
+            self.assertEqual(len(points), 100)
+
+    def test_a_client_that_was_never_used_can_be_closed(self):
+        client = aio.CurvatureClient(self.server)
+        asyncio.run(client.close())
+        with self.assertRaisesRegex(ValueError, "closed"):
+            asyncio.run(client.health())

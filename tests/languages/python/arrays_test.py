@@ -3,6 +3,7 @@
 import unittest
 
 import numpy as np
+import pandas
 
 from clouds import sphere
 from curvd_client import PointStatus, estimate_curvature, estimate_normals
@@ -58,6 +59,24 @@ class ArraysTest(unittest.TestCase):
             with self.subTest(words), self.assertRaises(ValueError) as refused:
                 estimate_curvature(positions, normals, server="127.0.0.1:1")
             self.assertIn(words, str(refused.exception))
+
+    def test_objects_that_make_no_array_are_named(self):
+        class Tensor:
+            def __array__(self, dtype=None):
+                raise RuntimeError("call detach first")
+
+        with self.assertRaisesRegex(ValueError, "positions cannot be made an array .*: call detach first"):
+            estimate_curvature(Tensor(), server="127.0.0.1:1")
+        with self.assertRaisesRegex(ValueError, "viewpoint cannot be made an array .*: call detach first"):
+            estimate_curvature(np.zeros((4, 3)), server="127.0.0.1:1", viewpoint=Tensor())
+
+    def test_nullable_data_frames_are_told_what_helps(self):
+        frame = pandas.DataFrame(np.arange(6.0).reshape(2, 3)).astype("Float64")
+        frame.iloc[0, 0] = pandas.NA
+        with self.assertRaisesRegex(ValueError, r"positions has dtype object; .*\.to_numpy\(dtype=float, na_value=numpy.nan\)"):
+            pack_cloud(frame, None)
+        packed = pack_cloud(frame.to_numpy(dtype=float, na_value=np.nan), None)["positions"]
+        np.testing.assert_array_equal(packed, [[np.nan, 1, 2], [3, 4, 5]])
 
     def test_unknown_options_are_refused(self):
         with self.assertRaisesRegex(TypeError, "no option neighbour_count; did you mean neighbor_count?"):

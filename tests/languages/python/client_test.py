@@ -1,5 +1,6 @@
 """CurvatureClient against a real curvd: what it tells, how its calls end early."""
 
+import functools
 import gc
 import io
 import threading
@@ -141,3 +142,15 @@ class ProgressTest(unittest.TestCase):
     def test_what_is_no_function_is_refused(self):
         with self.assertRaisesRegex(TypeError, "progress is 'yes'"):
             estimate_curvature(np.zeros((4, 3)), server="127.0.0.1:1", progress="yes")
+
+    def test_what_nobody_would_await_is_refused(self):
+        async def told(_):
+            pass
+
+        class Told:
+            async def __call__(self, _):
+                pass
+
+        for progress in (told, functools.partial(told), Told()):
+            with self.subTest(progress), self.assertRaisesRegex(TypeError, "progress is .* awaits; it must be a function"):
+                estimate_curvature(np.zeros((4, 3)), server="127.0.0.1:1", progress=progress)

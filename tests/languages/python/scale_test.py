@@ -90,7 +90,7 @@ class ScaleTest(RealServerTest):
             ("it must be auto, avg-hexagram", {"estimator": "hexagram", "neighbor_count": "auto"}),
             ("jet_degree is 2; it must be 4", {"estimator": "jet", "neighbor_count": "auto", "jet_degree": 2}),
             ("least_neighbor_count is 15; it must be from 16", {"estimator": "auto", "neighbor_count_range": (15, 64)}),
-            ("max_radius is nan", {"estimator": "auto", "max_radius": float("nan")}),
+            ("max_radius is inf", {"estimator": "auto", "max_radius": float("inf")}),
         ):
             with self.subTest(options), self.assertRaises(CurvdError) as refused:
                 estimate_curvature(*cloud, server=self.server, **options)
