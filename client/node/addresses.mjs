@@ -1,5 +1,6 @@
 // Reads where servers are: HOST, HOST:PORT, a gRPC target, or several with commas between.
 import { isIPv6 } from "node:net";
+import { show } from "./show.mjs";
 
 export const DEFAULT_PORT = 50061;
 export const DEFAULT_SERVER = `localhost:${DEFAULT_PORT}`;
@@ -7,14 +8,14 @@ export const DEFAULT_SERVER = `localhost:${DEFAULT_PORT}`;
 // Targets of gRPC. Those of the first kind are themselves lists with commas between.
 const LISTS = ["ipv4:", "ipv6:"];
 const PATHS = ["unix:", "unix-abstract:"];
-// What people paste from a browser, and gRPC would look up as a name.
-const URL_OF_THE_WEB = /^(https?|grpcs?|tcp):\/\//i;
+// What people paste from a browser, and any other scheme that gRPC would look up as a part of a name.
+const URL_OF_OTHERS = /^([a-z][a-z\d+.-]{0,20}):\/+/i;
 
 // The targets of the channels to open, each with a port. Throws a TypeError, naming the part, if one is empty, a
-// URL of the web, or has a port that is none. A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.
+// URL that is no target of gRPC, or has a port that is none. A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.
 export function splitServers(server) {
   if (typeof server !== "string") {
-    throw new TypeError(`server is ${JSON.stringify(server)}; it must be a string such as "${DEFAULT_SERVER}"`);
+    throw new TypeError(`server is ${show(server)}; it must be a string such as "${DEFAULT_SERVER}"`);
   }
   const targets = [];
   for (const part of server.split(",").map((text) => text.trim())) {
@@ -45,27 +46,30 @@ function hasScheme(text, schemes) {
 
 function targetOf(text) {
   if (hasScheme(text, PATHS)) return text;
-  const url = URL_OF_THE_WEB.exec(text);
-  if (url !== null) {
-    const hint = /s$/i.test(url[1]) ? ": TLS has an option of its own" : "";
-    throw new TypeError(`server "${text}" is a URL; it must be HOST or HOST:PORT, as "${DEFAULT_SERVER}", without ${url[0]}${hint}`);
-  }
   const scheme = [...LISTS, "dns:"].find((each) => text.startsWith(each)) ?? "";
+  if (scheme === "") refuseUrl(text);
   // dns://AUTHORITY/NAME asks a name server of one's own.
   const name = text.slice(text.lastIndexOf("/") + 1).slice(text.includes("/") ? 0 : scheme.length);
   return text.slice(0, text.length - name.length) + withPort(name);
+}
+
+function refuseUrl(text) {
+  const url = URL_OF_OTHERS.exec(text);
+  if (url === null) return;
+  const hint = /^(https|grpcs)$/i.test(url[1]) ? ": TLS has an option of its own" : "";
+  throw new TypeError(`server ${show(text)} is a URL; it must be HOST or HOST:PORT, as "${DEFAULT_SERVER}", without ${url[0]}${hint}`);
 }
 
 function withPort(address) {
   const bare = address.replace(/^\[|\]$/g, "");
   if (isIPv6(bare)) return `[${bare}]:${DEFAULT_PORT}`;
   if (address === "" || address.startsWith(":")) {
-    throw new TypeError(`server "${address}" names no host; it must be HOST or HOST:PORT, as "${DEFAULT_SERVER}"`);
+    throw new TypeError(`server ${show(address)} names no host; it must be HOST or HOST:PORT, as "${DEFAULT_SERVER}"`);
   }
   const port = /:([^:\]]*)$/.exec(address)?.[1];
   if (port === undefined) return `${address}:${DEFAULT_PORT}`;
   if (!/^\d{1,5}$/.test(port) || Number(port) < 1 || Number(port) > 65535) {
-    throw new TypeError(`server "${address}" has port "${port}"; it must be from 1 to 65535`);
+    throw new TypeError(`server ${show(address)} has port ${show(port)}; it must be from 1 to 65535`);
   }
   return address;
 }

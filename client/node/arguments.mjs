@@ -1,26 +1,40 @@
 // Which options there are, and of which type. An option that nobody reads is an error: it would be ignored silently.
+import { kindOf, show } from "./show.mjs";
 
 const isCount = (value) => Number.isSafeInteger(value) && value >= 0;
 const isNumber = (value) => typeof value === "number";
 const isBoolean = (value) => typeof value === "boolean";
 const isString = (value) => typeof value === "string";
 const isFunction = (value) => typeof value === "function";
-const isObject = (value) => typeof value === "object" && value !== null;
+// Arrays and maps are none: nobody reads what they hold.
+const isObject = (value) => typeof value === "object" && value !== null && value[Symbol.iterator] === undefined;
+const isPath = (value) => isString(value) || value instanceof URL;
 // Read by functions that say themselves what is wrong.
 const anything = () => true;
 
-// The contract counts in 32 bits, and protobuf would drop the others.
-const isCount32 = (value) => isCount(value) && value < 2 ** 32;
-const count = [isCount32, "a whole number from 0 to 4294967295"];
+// The contract counts in 32 bits, and protobuf would drop the others. Its 0 stands for a default, which callers get by giving none.
+const isCount32 = (value) => isCount(value) && value > 0 && value < 2 ** 32;
+const count = [isCount32, "a whole number from 1 to 4294967295"];
 const seed = [isCount, "a whole number from 0 to 2^53 - 1"];
 const number = [isNumber, "a number"];
 const boolean = [isBoolean, "true or false"];
 const string = [isString, "a string"];
+const path = [isPath, "the path of a file"];
 const readElsewhere = [anything, ""];
 
+// Messages tell of a value what the third function says, if there is one, and show it otherwise. Tokens are not shown.
+const SECURITY = {
+  tls: boolean,
+  caFile: path,
+  certFile: path,
+  keyFile: path,
+  serverName: string,
+  token: [isString, "a string", kindOf],
+  sendTokenInPlainText: boolean,
+};
 const CONNECTION = {
   server: readElsewhere,
-  security: [isObject, "an object, see connectionTo in security.mjs"],
+  security: [isObject, "an object, see connectionTo in security.mjs", kindOf],
   credentials: [isObject, "grpc.ChannelCredentials"],
 };
 const CALL = {
@@ -43,11 +57,11 @@ const CLOUD = {
 const CURVATURE = {
   ...CLOUD,
   estimator: readElsewhere,
-  neighborCount: [(value) => isCount32(value) || isString(value), 'a whole number from 0 to 4294967295 or "auto"'],
+  neighborCount: [(value) => isCount32(value) || isString(value), 'a whole number from 1 to 4294967295 or "auto"'],
   neighborCounts: readElsewhere,
   radius: number,
   neighborCountRange: readElsewhere,
-  maxRadius: number,
+  maxRadius: [(value) => isNumber(value) && value > 0, "a number above 0"],
   scalePerCloud: boolean,
   triangleCount: count,
   seed,
@@ -69,7 +83,10 @@ const NORMALS = { ...CLOUD, method: readElsewhere, neighborCount: count, radius:
 
 // Each throws a TypeError that names the first option that does not exist, or is not of its type. An option that is
 // undefined is one that is not given.
-export const checkConnectionOptions = (options) => check(options, CONNECTION, "a CurvatureClient");
+export function checkConnectionOptions(options) {
+  check(options, CONNECTION, "a CurvatureClient");
+  check(options.security ?? {}, SECURITY, "security");
+}
 export const checkCurvatureOptions = (options) => check(options, CURVATURE, "estimateCurvature");
 export const checkNormalsOptions = (options) => check(options, NORMALS, "estimateNormals");
 export const checkCallOptions = (options) => check(options, CALL, "this call");
@@ -83,17 +100,12 @@ export function splitConnection(options) {
 }
 
 function check(options, known, whose) {
-  if (!isObject(options)) throw new TypeError(`options is ${JSON.stringify(options)}; it must be an object`);
+  if (!isObject(options)) throw new TypeError(`options is ${show(options)}; it must be an object`);
   for (const [name, value] of Object.entries(options)) {
     if (!Object.hasOwn(known, name)) throw new TypeError(`${whose} has no option ${name}${hint(name, known)}`);
-    const [isFine, wanted] = known[name];
-    if (value !== undefined && !isFine(value)) throw new TypeError(`${name} is ${show(value)}; it must be ${wanted}`);
+    const [isFine, wanted, tell = show] = known[name];
+    if (value !== undefined && !isFine(value)) throw new TypeError(`${name} is ${tell(value)}; it must be ${wanted}`);
   }
-}
-
-function show(value) {
-  if (typeof value === "bigint") return `${value}n`;
-  return typeof value === "number" ? String(value) : (JSON.stringify(value) ?? String(value));
 }
 
 function hint(name, known) {

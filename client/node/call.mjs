@@ -13,7 +13,7 @@ const CHUNK_BYTES = 1 << 20;
 //   timeoutMs   undefined: no limit
 //   signal      an AbortSignal or undefined
 // Rejects with a CurvdError, whose `answered` says whether a server took part; with the signal's reason if that ended the
-// call; or with what onProgress throws.
+// call; or with what onProgress throws, or its promise rejects with.
 export function callOnce(service, { header, cloud, arrays, onProgress }, { timeoutMs, signal, metadata }) {
   const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
   const stream = service.estimateCurvature(metadata, { deadline });
@@ -78,11 +78,11 @@ export function callRefusal({ message, accepted }, { normals: { source }, option
   return undefined;
 }
 
-// Tells onProgress; `fail` gets what it throws, which is the caller's, and no breach of the protocol.
+// Tells onProgress; `fail` gets what it throws, or its promise rejects with, which is the caller's, and no breach of the protocol.
 export function reportProgress(onProgress, { phase, pointsReceived, pointsEstimated }, pointCount, fail) {
   const name = String(phase).replace(/^PHASE_/, "").toLowerCase().replaceAll("_", " ");
   try {
-    onProgress({ phase: name, pointsReceived, pointsEstimated, pointCount });
+    Promise.resolve(onProgress({ phase: name, pointsReceived, pointsEstimated, pointCount })).catch(fail);
   } catch (error) {
     fail(error);
   }

@@ -41,6 +41,7 @@ export async function* receiveChunks(service, { header, cloud, arrays, onProgres
       if (response.message === "summary") summary = response.summary;
     }
     await ended;
+    if (callersError !== undefined) throw callersError.error;
     readOrBreach(() => scales.finish(summary));
     return summary;
   } catch (error) {

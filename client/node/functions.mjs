@@ -1,7 +1,7 @@
 // Functions that find their connection by themselves, and keep it from call to call.
 import { statSync } from "node:fs";
 import { DEFAULT_SERVER } from "./addresses.mjs";
-import { splitConnection } from "./arguments.mjs";
+import { checkConnectionOptions, splitConnection } from "./arguments.mjs";
 import { CurvatureClient } from "./client.mjs";
 
 const MOST_KEPT_CLIENTS = 16;
@@ -21,7 +21,7 @@ const MOST_KEPT_CLIENTS = 16;
 //   neighborCount         the K nearest points, the point itself included; or "auto": as noise and detail ask for, at each
 //                         point, for "auto" and the estimators that it chooses among. DEFAULT: 50, if there is no
 //                         radius; with the estimator "auto", "auto"
-//   neighborCounts        instead, an array of up to 16 numbers of neighbors in ascending order, with one search for the largest,
+//   neighborCounts        instead, an array or a typed array of up to 16 numbers of neighbors in ascending order, with one search for the largest,
 //                         for "avg-hexagram" and "normal-regression": the call resolves to { scales, summary }, and each of scales
 //                         has neighborCount and the arrays, with the bytes of a call with that neighborCount alone
 //   radius                all points at most this far away, instead of neighborCount
@@ -71,7 +71,7 @@ const MOST_KEPT_CLIENTS = 16;
 //   connectTimeoutMs      after which a call gives up if no server has ever answered. DEFAULT: 1500
 //   signal                an AbortSignal, which ends the call: it rejects with the signal's reason
 //   onProgress            called with { phase, pointsReceived, pointsEstimated, pointCount } now and then; phase is "estimating"
-//                         and the like. What it throws ends the call
+//                         and the like. What it throws, or its promise rejects with while the call runs, ends the call
 //
 // Resolves to { meanCurvature, gaussianCurvature, k1, k2, d1, d2, radius, status, summary }: Float32Arrays of N
 // scalars (d1, d2: 3 N) and a Uint8Array of PointStatus; arrays of quantities that were not asked for are missing.
@@ -97,7 +97,9 @@ export async function estimateNormals(positions, normals = null, options = {}) {
 }
 
 // Credentials of the caller's own cannot be compared with earlier ones: their client is closed after the call.
-async function withClient({ server = DEFAULT_SERVER, security, credentials }, use) {
+async function withClient(connection, use) {
+  checkConnectionOptions(connection);
+  const { server = DEFAULT_SERVER, security, credentials } = connection;
   if (credentials === undefined) return use(keptClient(server, security));
   const client = new CurvatureClient(server, { security, credentials });
   try {

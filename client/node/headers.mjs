@@ -1,6 +1,7 @@
 // The contract's CloudHeader, from the options of a call.
 import { vector } from "./normals.mjs";
 import { enumValues, QUANTITIES } from "./protocol.mjs";
+import { isTypedArray, show } from "./show.mjs";
 
 // Two estimators have shorter names than the contract gives them.
 const SHORT_NAMES = { "jet-fitting": "jet", "algebraic-shape-operator": "aso" };
@@ -22,7 +23,7 @@ function quantityNames(quantities = []) {
   if (names.includes(undefined) || new Set(names).size !== names.length) {
     const known = [...QUANTITIES.keys()].join(", ");
     throw new TypeError(
-      `quantities is ${JSON.stringify(quantities)}; it must be an array that has each of ${known} at most once`,
+      `quantities is ${show(quantities)}; it must be an array that has each of ${known} at most once`,
     );
   }
   return names;
@@ -40,13 +41,14 @@ function scaleOf({ estimator, neighborCount, radius, neighborCountRange, maxRadi
     }
     return undefined;
   }
-  const range = neighborCountRange ?? [0, 0];
-  if (!Array.isArray(range) || range.length !== 2 || !range.every((count) => Number.isInteger(count) && count >= 0 && count < 2 ** 32)) {
+  const isCount = (count) => Number.isInteger(count) && count > 0 && count < 2 ** 32;
+  const range = itemsOf(neighborCountRange);
+  if (neighborCountRange !== undefined && !(range.length === 2 && range.every(isCount))) {
     throw new TypeError(
-      `neighborCountRange is ${JSON.stringify(neighborCountRange)}; it must be [fewest, most] points, as [16, 2048]`,
+      `neighborCountRange is ${show(neighborCountRange)}; it must be [fewest, most] points, as [16, 2048]`,
     );
   }
-  const [leastNeighborCount, mostNeighborCount] = range;
+  const [leastNeighborCount = 0, mostNeighborCount = 0] = range;
   return { leastNeighborCount, mostNeighborCount, maxRadius: maxRadius ?? 0, perCloud: scalePerCloud ?? false };
 }
 
@@ -56,12 +58,17 @@ function countsOf({ estimator, neighborCount, neighborCounts, radius }) {
   if (estimator === "auto" || neighborCount !== undefined || radius !== undefined) {
     throw new TypeError("neighborCounts exclude neighborCount, radius and the estimator auto");
   }
-  const ascends = (count, i) =>
-    Number.isInteger(count) && count < 2 ** 32 && count > (i === 0 ? 0 : neighborCounts[i - 1]);
-  if (!Array.isArray(neighborCounts) || neighborCounts.length === 0 || !neighborCounts.every(ascends)) {
-    throw new TypeError(`neighborCounts is ${JSON.stringify(neighborCounts)}; it must be an array of numbers that ascend`);
+  const counts = itemsOf(neighborCounts);
+  const ascends = (count, i) => Number.isInteger(count) && count < 2 ** 32 && count > (i === 0 ? 0 : counts[i - 1]);
+  if (counts.length === 0 || !counts.every(ascends)) {
+    throw new TypeError(`neighborCounts is ${show(neighborCounts)}; it must be an array of numbers that ascend`);
   }
-  return neighborCounts;
+  return counts;
+}
+
+// What an array or a typed array holds; nothing of other values.
+function itemsOf(array) {
+  return Array.isArray(array) || isTypedArray(array) ? Array.from(array) : [];
 }
 
 // The one direction of normal curvature, as a part of a CloudHeader; none where each point has its own.
@@ -81,9 +88,9 @@ function directionOf({ quantities = [], curvatureDirection, curvatureDirections 
 // Throws a TypeError, naming the option, for options that make no sense.
 export function curvatureHeader(options) {
   const { estimator = "avg-hexagram", neighborCount, radius } = options;
-  if (!Object.hasOwn(ESTIMATORS, estimator)) {
+  if (typeof estimator !== "string" || !Object.hasOwn(ESTIMATORS, estimator)) {
     const names = Object.keys(ESTIMATORS).join(", ");
-    throw new TypeError(`estimator is ${JSON.stringify(estimator)}; it must be one of ${names}`);
+    throw new TypeError(`estimator is ${show(estimator)}; it must be one of ${names}`);
   }
   const neighborCounts = countsOf(options);
   const automaticScale = scaleOf(options);
@@ -91,7 +98,7 @@ export function curvatureHeader(options) {
     throw new TypeError("neighborCount and radius exclude each other");
   }
   if (typeof neighborCount === "string" && neighborCount !== "auto") {
-    throw new TypeError(`neighborCount is ${JSON.stringify(neighborCount)}; it must be a number or "auto"`);
+    throw new TypeError(`neighborCount is ${show(neighborCount)}; it must be a number or "auto"`);
   }
   return {
     ...commonHeader(options),
@@ -118,7 +125,7 @@ export function curvatureHeader(options) {
 // What curvature and normals are asked for with alike.
 export function commonHeader(options) {
   if (options.priority !== undefined && !Object.hasOwn(PRIORITIES, options.priority)) {
-    throw new TypeError(`priority is ${JSON.stringify(options.priority)}; it must be interactive or batch`);
+    throw new TypeError(`priority is ${show(options.priority)}; it must be interactive or batch`);
   }
   return {
     quantities: quantityNames(options.quantities),

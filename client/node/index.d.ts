@@ -3,6 +3,7 @@ import type { ChannelCredentials } from "@grpc/grpc-js";
 
 export type Floats = Float32Array | Float64Array;
 export type Vector = readonly [number, number, number];
+export type Counts = readonly number[] | Uint8Array | Uint16Array | Uint32Array | Int8Array | Int16Array | Int32Array | Floats;
 export type EstimatorName =
   | "avg-hexagram"
   | "hexagram"
@@ -31,9 +32,9 @@ export type Quantity =
 
 export interface Security {
   tls?: boolean;
-  caFile?: string;
-  certFile?: string;
-  keyFile?: string;
+  caFile?: string | URL;
+  certFile?: string | URL;
+  keyFile?: string | URL;
   serverName?: string;
   token?: string;
   sendTokenInPlainText?: boolean;
@@ -72,7 +73,7 @@ export interface CloudOptions extends CallOptions {
 export interface CurvatureOptions extends CloudOptions {
   estimator?: EstimatorName | undefined;
   neighborCount?: number | "auto" | undefined;
-  neighborCounts?: readonly number[] | undefined;
+  neighborCounts?: Counts | undefined;
   radius?: number | undefined;
   neighborCountRange?: readonly [number, number] | undefined;
   maxRadius?: number | undefined;
@@ -180,7 +181,7 @@ export class CurvatureClient {
   estimateCurvature(
     positions: Floats,
     normals: Floats | null,
-    options: CurvatureOptions & { neighborCounts: readonly number[] },
+    options: CurvatureOptions & { neighborCounts: Counts },
   ): Promise<ScalesEstimate>;
   estimateCurvature(positions: Floats, normals: Floats | null, options?: CurvatureOptions): Promise<Estimate>;
   estimateNormals(positions: Floats, normals?: Floats | null, options?: NormalsOptions): Promise<Normals>;
@@ -197,7 +198,7 @@ export interface ServerOptions extends ConnectionOptions {
 export function estimateCurvature(
   positions: Floats,
   normals: Floats | null,
-  options: CurvatureOptions & ServerOptions & { neighborCounts: readonly number[] },
+  options: CurvatureOptions & ServerOptions & { neighborCounts: Counts },
 ): Promise<ScalesEstimate>;
 export function estimateCurvature(
   positions: Floats,

@@ -1,4 +1,5 @@
 // Where the normals of a cloud come from, and which side of its surface is out.
+import { show } from "./show.mjs";
 
 const METHODS = {
   pca: "NORMAL_METHOD_PCA",
@@ -25,7 +26,7 @@ export function normalOptions(hasNormals, { orientation, viewpoint, viewpoints, 
 function side({ orientation, viewpoint, viewpoints, direction }) {
   if (orientation !== undefined) {
     if (!Object.hasOwn(ORIENTATIONS, orientation)) {
-      throw new TypeError(`orientation is ${JSON.stringify(orientation)}; it must be consistent or closed`);
+      throw new TypeError(`orientation is ${show(orientation)}; it must be consistent or closed`);
     }
     return { orientation: ORIENTATIONS[orientation] };
   }
@@ -38,8 +39,8 @@ function side({ orientation, viewpoint, viewpoints, direction }) {
 // The contract's Vector3. Throws a TypeError, naming the option, for what is no vector.
 export function vector(name, value) {
   const [x, y, z, ...more] = value?.[Symbol.iterator] === undefined ? [] : value;
-  if (![x, y, z].every((scalar) => typeof scalar === "number") || more.length > 0) {
-    throw new TypeError(`${name} is ${JSON.stringify(value)}; it must have three numbers`);
+  if (![x, y, z].every(Number.isFinite) || more.length > 0) {
+    throw new TypeError(`${name} is ${show(value)}; it must be three finite numbers`);
   }
   return { x, y, z };
 }
@@ -53,7 +54,7 @@ function neighborhood(hasNormals, { method, neighborCount, radius }) {
   }
   if (method !== undefined && !Object.hasOwn(METHODS, method)) {
     const names = Object.keys(METHODS).join(", ");
-    throw new TypeError(`the method of normals is ${JSON.stringify(method)}; it must be one of ${names}`);
+    throw new TypeError(`the method of normals is ${show(method)}; it must be one of ${names}`);
   }
   return {
     ...(method !== undefined && { method: METHODS[method] }),

@@ -3,6 +3,7 @@ import { checkCurvatureOptions, checkNormalsOptions } from "./arguments.mjs";
 import { commonHeader, curvatureHeader } from "./headers.mjs";
 import { normalOptions } from "./normals.mjs";
 import { resultArrays } from "./protocol.mjs";
+import { kindOf } from "./show.mjs";
 
 // Each returns what callOnce and receiveChunks take. Throws a TypeError if the arguments make no request.
 export function curvatureRequest(positions, normals, options) {
@@ -37,19 +38,22 @@ function requestOf(positions, normals, header, normalsFrom, options) {
 }
 
 function checkArrays({ positions, normals, viewpoints, curvatureDirections }) {
-  const isFloats = positions instanceof Float32Array || positions instanceof Float64Array;
-  const isAlike = (array) => array === null || array?.constructor === positions.constructor;
-  if (!isFloats || !isAlike(normals)) {
-    throw new TypeError(
-      "positions and normals must both be Float32Array or both be Float64Array; to have normals estimated, give null",
-    );
+  if (!(positions instanceof Float32Array || positions instanceof Float64Array)) {
+    throw new TypeError(`positions is ${kindOf(positions)}; it must be a Float32Array or a Float64Array`);
   }
-  if (!isAlike(viewpoints)) throw new TypeError("viewpoints must be of the type of positions");
-  if (!isAlike(curvatureDirections)) throw new TypeError("curvatureDirections must be of the type of positions");
+  const hint = kindOf(normals) === "an object" ? "; options are the third argument" : "";
+  checkAlike("normals", normals, positions, `, or null to have normals estimated${hint}`);
+  checkAlike("viewpoints", viewpoints, positions);
+  checkAlike("curvatureDirections", curvatureDirections, positions);
   for (const [name, array] of Object.entries({ normals, viewpoints, curvatureDirections })) {
     const length = array?.length ?? positions.length;
     if (positions.length % 3 !== 0 || positions.length !== length) {
       throw new TypeError(`positions has ${positions.length} scalars and ${name} ${length}; both need 3 for each point`);
     }
   }
+}
+
+function checkAlike(name, array, positions, otherwise = "") {
+  if (array === null || array?.constructor === positions.constructor) return;
+  throw new TypeError(`${name} is ${kindOf(array)}; it must be ${kindOf(positions)}, as positions is${otherwise}`);
 }

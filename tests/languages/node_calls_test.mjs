@@ -127,6 +127,36 @@ test("what a caller's function throws ends the call", async () => {
   await assert.rejects(estimateCurvature(positions, normals, options), RangeError);
 });
 
+test("what a caller's promise rejects with ends the call", async () => {
+  const onProgress = async () => {
+    throw new RangeError("enough");
+  };
+  const cloud = sphere(200_000, 1);
+  const options = { server, neighborCount: 1_000, onProgress };
+  await assert.rejects(estimateCurvature(...cloud, options), RangeError);
+  const client = new CurvatureClient(server);
+  const iterate = async () => {
+    for await (const chunk of client.estimateChunks(...cloud, { neighborCount: 1_000, onProgress })) assert.ok(chunk);
+  };
+  await assert.rejects(iterate(), RangeError);
+  client.close();
+});
+
+// Nobody waits for a promise that is settled later.
+test("a promise that rejects after the call is nobody's error", async () => {
+  let reject;
+  const late = new Promise((_, refuse) => (reject = refuse));
+  const script = (call) => {
+    call.write({ progress: { phase: "PHASE_ESTIMATING" } });
+    call.write({ summary: { pointCount: 0 } });
+    call.end();
+  };
+  const none = new Float32Array();
+  await scripted(script, (fake) => estimateCurvature(none, none, { server: fake, onProgress: () => late }));
+  reject(new RangeError("late"));
+  await sleep(0); // an unhandled rejection would end the process now
+});
+
 test("options that do not exist, or are of another type, are refused before a call", async () => {
   const [positions, normals] = sphere(10, 1);
   const refusals = [
@@ -134,7 +164,9 @@ test("options that do not exist, or are of another type, are refused before a ca
     [{ timeout: 9 }, /has no option timeout: did you mean timeoutMs\?/],
     [{ xyzzy: 9 }, /has no option xyzzy$/],
     [{ neighborCount: 1.5 }, /neighborCount is 1.5; it must be a whole number/],
-    [{ neighborCount: 2 ** 32 + 50 }, /neighborCount is 4294967346; it must be a whole number from 0 to 4294967295/],
+    [{ neighborCount: 2 ** 32 + 50 }, /neighborCount is 4294967346; it must be a whole number from 1 to 4294967295/],
+    [{ neighborCount: 0 }, /neighborCount is 0; it must be a whole number from 1/],
+    [{ rotationCount: 0 }, /rotationCount is 0; it must be a whole number from 1/],
     [{ triangleCount: 2 ** 32 }, /triangleCount is 4294967296; it must be/],
     [{ seed: 2n ** 64n }, /seed is 18446744073709551616n; it must be/],
     [{ neighborCount: -1 }, /neighborCount is -1/],
@@ -142,6 +174,8 @@ test("options that do not exist, or are of another type, are refused before a ca
     [{ skipInvalid: 1 }, /skipInvalid is 1; it must be true or false/],
     [{ timeoutMs: 0 }, /timeoutMs is 0; it must be a number of milliseconds above 0/],
     [{ signal: {} }, /signal is {}; it must be an AbortSignal/],
+    [{ requestTag: ["a", 2n, NaN, null, {}] }, /requestTag is \["a",2n,NaN,null,{}\]; it must be a string/],
+    [{ requestTag: new Map() }, /requestTag is Map {}; it must be a string/],
     [{ maxAttempts: 0 }, /maxAttempts is 0; it must be a whole number from 1/],
   ];
   for (const [options, message] of refusals) {
@@ -152,11 +186,40 @@ test("options that do not exist, or are of another type, are refused before a ca
     });
   }
   await assert.rejects(estimateNormals(positions, null, { server, estimator: "jet" }), /has no option estimator/);
-  await assert.rejects(estimateCurvature(positions, normals, 50), TypeError);
+  for (const options of [50, null, [50]]) {
+    await assert.rejects(estimateCurvature(positions, normals, options), /options is .*; it must be an object/);
+  }
   const client = new CurvatureClient(server);
   await assert.rejects(client.estimateCurvature(positions, normals, { server }), /server: it is an option of the client/);
   client.close();
   assert.throws(() => new CurvatureClient(server, { tls: true }), /has no option tls/);
+});
+
+test("messages show the beginning of long values", async () => {
+  const positions = new Float32Array(300_000);
+  const circle = {};
+  circle.circle = circle;
+  const text = "x".repeat(1_000_000);
+  const refusals = [
+    [{ viewpoint: positions }, /^viewpoint is Float32Array\(300000\) \[0,0,.*,\.\.\.; it must be three/],
+    [{ viewpoint: Array.from(positions) }, /^viewpoint is \[0,0,.*0,?\.\.\.; it must be three/],
+    [{ viewpoint: circle }, /^viewpoint is {"circle":.*{"circle":\.\.\.}}}; it must be three/],
+    [{ radius: text }, /^radius is "x+\.\.\.; it must be a number/],
+    [{ radius: () => positions.map(() => 1) }, /^radius is a function; it must be a number/],
+    [{ estimator: text }, /^estimator is "x+\.\.\.; it must be one of/],
+    [{ quantities: Array.from(positions) }, /^quantities is \[0,.*\.\.\.; it must be an array/],
+    [{ neighborCounts: positions }, /^neighborCounts is Float32Array\(300000\) \[0,.*\.\.\.; it must be an array/],
+    [{ server: `http://${text}` }, /^server "http:\/\/x+\.\.\. is a URL/],
+    [{ server: positions }, /^server is Float32Array\(300000\) \[0,.*\.\.\.; it must be a string/],
+  ];
+  for (const [options, message] of refusals) {
+    await assert.rejects(estimateCurvature(positions, null, options), (error) => {
+      assert.ok(error instanceof TypeError, String(error));
+      assert.match(error.message, message);
+      assert.ok(error.message.length < 600, `${error.message.length} characters`);
+      return true;
+    });
+  }
 });
 
 // gRPC's own error for a deadline that is too far would end the process.
@@ -181,6 +244,10 @@ test("servers get the default port, and others a reason", () => {
   }
   assert.throws(() => splitServers("http://a:1"), /"http:\/\/a:1" is a URL; it must be HOST or HOST:PORT.*without http:\/\/$/);
   assert.throws(() => splitServers("a, HTTPS://b"), /is a URL;.*TLS has an option of its own$/);
+  for (const url of ["foo:///x", "foo://x:1", "foo:/x", "xds:///x", "DNS:///x"]) {
+    assert.throws(() => splitServers(url), /^TypeError: server "\w+:\/+x(:1)?" is a URL; it must be HOST.*, without \w+:\/+$/);
+  }
+  assert.deepEqual(splitServers("dns://10.0.0.1/curvd.example"), ["dns://10.0.0.1/curvd.example:50061"]);
   assert.ok(["localhost:1", "[::1]:1", "unix:/x", "ipv4:127.0.0.1:1,127.0.0.2:1"].every(isLocal));
   assert.ok(!["localhost.example:1", "ipv4:127.0.0.1:1,10.0.0.1:1", "dns:///curvd.example:1"].some(isLocal));
 });

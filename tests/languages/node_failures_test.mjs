@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { createRequire } from "node:module";
 import { test } from "node:test";
-import { PointStatus, estimateCurvature } from "../../client/node/index.mjs";
+import { PointStatus, estimateCurvature, estimateNormals } from "../../client/node/index.mjs";
 import { failure, scripted, sphere } from "./node_helpers.mjs";
 
 const grpc = createRequire(new URL("../../client/node/", import.meta.url))("@grpc/grpc-js");
@@ -54,6 +54,24 @@ test("arguments that make no request are refused", async () => {
   await assert.rejects(estimateCurvature(floats(3), floats(3), { estimator: "best" }), TypeError);
   await assert.rejects(estimateCurvature(floats(3), floats(3), { priority: "now" }), TypeError);
   await assert.rejects(estimateCurvature(floats(3), floats(3), { neighborCount: 9, radius: 1 }), TypeError);
+});
+
+test("arrays that are none are named, and what they are", async () => {
+  const positions = new Float32Array(3);
+  for (const [call, message] of [
+    [estimateCurvature([0, 0, 0], null), "positions is an Array; it must be a Float32Array or a Float64Array"],
+    [estimateCurvature(null, null), "positions is null; it must be a Float32Array or a Float64Array"],
+    [
+      estimateNormals(positions, { neighborCount: 9 }),
+      "normals is an object; it must be a Float32Array, as positions is, or null to have normals estimated; options are the third argument",
+    ],
+    [
+      estimateCurvature(positions, new Float64Array(3)),
+      "normals is a Float64Array; it must be a Float32Array, as positions is, or null to have normals estimated",
+    ],
+  ]) {
+    await assert.rejects(call, { name: "TypeError", message });
+  }
 });
 
 test("nobody listening is unavailable", async () => {

@@ -15,7 +15,7 @@ test("a cloud without normals gets them", async () => {
   assert.ok(isNear(estimate.normal, normals, 0.01));
   assert.equal(estimate.normalResidual, undefined);
   assert.equal(estimate.summary.normals.closedPieceCount, 1);
-  await assert.rejects(estimateCurvature(positions, undefined, { server }), /give null/);
+  await assert.rejects(estimateCurvature(positions, undefined, { server }), /normals is undefined; .*or null to have normals estimated$/);
 });
 
 test("given normals are turned only if a side is asked for", async () => {
@@ -56,7 +56,10 @@ test("options of normals that make no sense are refused before a call", async ()
     [/exclude/, null, { orientation: "closed", direction: [0, 0, 1] }],
     [/orientation is "up"/, null, { orientation: "up" }],
     [/viewpoint is \[1,2\]/, null, { viewpoint: [1, 2] }],
-    [/viewpoints must be/, null, { viewpoints: [1, 2] }],
+    [/viewpoint is \[0,0,NaN\]; it must be three finite numbers/, null, { viewpoint: [0, 0, NaN] }],
+    [/viewpoint is Float32Array\(3\) \[0,Infinity,0\]; it must be/, null, { viewpoint: Float32Array.of(0, Infinity, 0) }],
+    [/direction is \["0",0,1\]; it must be/, null, { direction: ["0", 0, 1] }],
+    [/viewpoints is an Array; it must be a Float32Array, as positions is$/, null, { viewpoints: [1, 2] }],
     [/and viewpoints 3/, null, { viewpoints: new Float32Array(3) }],
     [/goes with normals = null/, normals, { method: "pca" }],
     [/method of normals is "best"/, null, { method: "best" }],

@@ -72,7 +72,7 @@ test("scales that the server refuses are named", async () => {
     [/it must be auto, avg-hexagram/, { estimator: "hexagram", neighborCount: "auto" }],
     [/jet_degree is 2; it must be 4/, { estimator: "jet", neighborCount: "auto", jetDegree: 2 }],
     [/least_neighbor_count is 15; it must be from 16/, { estimator: "auto", neighborCountRange: [15, 64] }],
-    [/max_radius is nan/, { estimator: "auto", maxRadius: NaN }],
+    [/max_radius is inf/, { estimator: "auto", maxRadius: Infinity }],
   ]) {
     const error = await failure(estimateCurvature(...cloud, { server, ...options }));
     assert.equal(error.reason, "INVALID_OPTION");
@@ -93,6 +93,10 @@ test("scales that make no sense are refused before a call", async () => {
     [/radius does not go with "auto"/, { neighborCount: "auto", radius: 1 }],
     [/neighborCountRange is 64/, { ...auto, neighborCountRange: 64 }],
     [/neighborCountRange is \[64\]/, { ...auto, neighborCountRange: [64] }],
+    [/neighborCountRange is \[0,64\]/, { ...auto, neighborCountRange: [0, 64] }],
+    [/neighborCountRange is Uint8Array\(2\) \[0,64\]/, { ...auto, neighborCountRange: Uint8Array.of(0, 64) }],
+    [/maxRadius is 0; it must be a number above 0/, { ...auto, maxRadius: 0 }],
+    [/maxRadius is NaN; it must be a number above 0/, { ...auto, maxRadius: NaN }],
     [/neighborCountRange is \["16",64\]/, { ...auto, neighborCountRange: ["16", 64] }],
   ]) {
     await assert.rejects(estimateCurvature(...cloud, { server: "127.0.0.1:1", ...options }), (error) => {

@@ -18,6 +18,13 @@ test("each count has the bytes of a call of its own", async () => {
   }
 });
 
+test("counts may be a typed array", async () => {
+  for (const counts of [Uint32Array.of(16, 60), Float64Array.of(16, 60)]) {
+    const { scales } = await estimateCurvature(...sphere(1_000, 2), { server, neighborCounts: counts });
+    assert.deepEqual(scales.map(({ neighborCount }) => neighborCount), [16, 60]);
+  }
+});
+
 test("chunks come count after count", async () => {
   const client = new CurvatureClient(server);
   const seen = [];
@@ -38,6 +45,9 @@ test("counts that make no request, and those that the server refuses, are named"
   const cloud = sphere(100, 1);
   const call = (options) => estimateCurvature(...cloud, { server, ...options });
   await assert.rejects(call({ neighborCounts: [32, 16] }), /must be an array of numbers that ascend/);
+  for (const none of [[], 16, "16", null, new Set([16]), Uint32Array.of(32, 16), BigUint64Array.of(16n), [, 16]]) {
+    await assert.rejects(call({ neighborCounts: none }), /neighborCounts is .*; it must be an array of numbers that ascend/);
+  }
   await assert.rejects(call({ neighborCounts, radius: 1 }), /exclude neighborCount, radius/);
   const refused = await failure(call({ neighborCounts, estimator: "aso" }));
   assert.equal(refused.reason, "INVALID_OPTION");

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { estimateCurvature } from "../../client/node/index.mjs";
+import { CurvatureClient, estimateCurvature } from "../../client/node/index.mjs";
 import { failure, sphere } from "./node_helpers.mjs";
 
 const server = process.env.CURVD_SERVER;
@@ -58,6 +58,26 @@ test("tokens that no header can hold are refused and not shown", async () => {
       assert.ok(!error.message.includes(token));
       return error instanceof TypeError;
     });
+  }
+});
+
+test("settings that do not exist, or are of another type, are refused and send nothing in plain text", async () => {
+  const cloud = [new Float32Array(12), new Float32Array(12)];
+  for (const [settings, message] of [
+    [{ TLS: true }, "security has no option TLS: did you mean tls?"],
+    [{ cafile: "x" }, "security has no option cafile: did you mean caFile?"],
+    [{ tokn: "x" }, "security has no option tokn: did you mean token?"],
+    [{ tls: "yes" }, 'tls is "yes"; it must be true or false'],
+    [{ caFile: 5 }, "caFile is 5; it must be the path of a file"],
+    [{ serverName: 5 }, "serverName is 5; it must be a string"],
+    [{ sendTokenInPlainText: 1 }, "sendTokenInPlainText is 1; it must be true or false"],
+    [{ token: 5 }, "token is a number; it must be a string"],
+    ["secret", "security is a string; it must be an object, see connectionTo in security.mjs"],
+    [new Map([["tls", true]]), "security is a Map; it must be an object, see connectionTo in security.mjs"],
+  ]) {
+    const refusal = { name: "TypeError", message };
+    await assert.rejects(estimateCurvature(...cloud, { server, security: settings }), refusal);
+    assert.throws(() => new CurvatureClient(server, { security: settings }), refusal);
   }
 });
 
