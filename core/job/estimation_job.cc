@@ -141,15 +141,16 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     if (lacks) index_.set_lacks_normals();
   }
 
-  // Takes the results of points without a normal back, once the strategy has run.
-  absl::Status RefuseWithoutNormal() {
+  // Takes the results of points without a normal back, once the strategy has run, at the scales from this one on: those
+  // before it were refused as a whole.
+  absl::Status RefuseWithoutNormal(size_t scale) {
     const PointSet& set = index_.point_set();
     for (size_t place = 0; place < index_.point_count(); ++place) {
       const PointStatus status = normals_->status(place);
       if (status == PointStatus::kOk) continue;
       const int32_t rank = index_.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
       // The counts of the scratch, which have the other status, are added at the end.
-      if (set.is_query(rank)) fields_.Refuse(set.slot_of(rank), status, status_counts_);
+      if (set.is_query(rank)) fields_.Refuse(scale, set.slot_of(rank), status, status_counts_);
     }
     return absl::OkStatus();
   }
@@ -200,7 +201,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       AddPhase(MakeGroupPhase(std::move(phases[i]), index_, GroupsPerBlock(options_), *scratch_,
                               is_last ? &points_estimated_ : nullptr));
     }
-    if (normals_.has_value()) AddPhase(MakeStep(kFieldPhase, [this] { return RefuseWithoutNormal(); }));
+    if (normals_.has_value()) AddPhase(MakeStep(kFieldPhase, [this, first] { return RefuseWithoutNormal(first); }));
     for (size_t scale = first; scale < fields_.count(); ++scale) {
       PointCurvature* const points = fields_.points(scale).data();
       AddPhase(MakeSeamPhase({fields_.options(scale), index_, fields_.marks(scale), points, refused_}));

@@ -51,9 +51,10 @@ void ScaleFields::RefuseAll(size_t scale, const SpatialIndex& index) {
   }
 }
 
-void ScaleFields::Refuse(size_t slot, PointStatus status, std::array<uint64_t, kPointStatusEnd>& status_counts) {
-  for (PageArray<PointCurvature>& points : points_) {
-    PointCurvature& point = points[slot];
+void ScaleFields::Refuse(size_t scale, size_t slot, PointStatus status,
+                         std::array<uint64_t, kPointStatusEnd>& status_counts) {
+  for (; scale < count(); ++scale) {
+    PointCurvature& point = points_[scale][slot];
     --status_counts[static_cast<size_t>(point.status)];
     ++status_counts[static_cast<size_t>(status)];
     const float radius = point.radius;

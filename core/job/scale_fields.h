@@ -33,9 +33,9 @@ class ScaleFields {
   absl::Status Allocate(size_t point_count);
   // Sets points [first, last) of all scales to a result without curvature.
   void Fill(size_t first, size_t last, PointStatus status);
-  // Takes the results of one point at all scales back, but for their radii, and moves it among the counts of all
-  // statuses.
-  void Refuse(size_t slot, PointStatus status, std::array<uint64_t, kPointStatusEnd>& status_counts);
+  // Takes the results of one point at scales from `scale` on back, but for their radii, and moves it among the counts
+  // of all statuses.
+  void Refuse(size_t scale, size_t slot, PointStatus status, std::array<uint64_t, kPointStatusEnd>& status_counts);
   // The first scale with no more neighbors than the index holds; count() if there is none.
   size_t FirstServed(size_t point_count) const;
   // Sets the points of the index that get a result to kTooFewNeighbors at one scale.

@@ -113,6 +113,18 @@ TEST(MadeNormalsTest, PointsWithoutANormalSpoilNoNeighborAtAnyScale) {
   EXPECT_EQ(FirstDifference(both.smaller[0].span(), alone.field.points.span()), sphere.size());
 }
 
+TEST(MadeNormalsTest, ACountThatTheCloudLacksIsTheReasonOfPointsWithoutANormal) {
+  EstimatorOptions options = {.neighborhood = NeighborCount{65}};
+  options.smaller_counts.counts[options.smaller_counts.size++] = 16;
+  TestPoints line;
+  for (int i = 0; i < 63; ++i) line.Add(0.1f * static_cast<float>(i), 0.0f, 0.0f, 0.0f, 0.0f, 1.0f);
+  const EstimationResult both = EstimateFromPositions(line, options, EstimateBy(NormalMethod::kJet2, 24));
+  EXPECT_EQ(both.field.points[0].status, PointStatus::kTooFewNeighbors);
+  EXPECT_EQ(both.smaller[0][0].status, PointStatus::kSingularFit);
+  EXPECT_EQ(both.field.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)], 63u);
+  EXPECT_EQ(both.field.status_counts[static_cast<size_t>(PointStatus::kSingularFit)], 63u);
+}
+
 TEST(MadeNormalsTest, OnlyWhatReadsPositionsKnowsHowSureItIs) {
   const TestPoints sphere = NoisySphere(10'000, 0.005);
   NormalOptions normals;
