@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -37,6 +38,11 @@ constexpr double kRounding = 1e-6;
 constexpr size_t kResidualRung = 2;
 // What differs from the reference is the candidate's bias if its square is so many times that of the reference's error.
 constexpr double kLeastSquareOverReference = 2.0;
+// The same of what differs from jets, which makes the normals doubtful: what jets are expected to err by must be far
+// less.
+constexpr double kLeastSquareOverJets = 9.0;
+// Noise of the positions that is at most this share of the radius of the first rung leaves them exact.
+constexpr double kMostNoiseOfExactPositions = 1e-3;
 // Noise is told from the surface in neighborhoods that are so many times larger.
 constexpr double kLeastRadiusOverNoise = 4.0;
 // A candidate whose noise and differences alone are so many times the least error has a weight of 1e-4.
@@ -95,7 +101,9 @@ ScaleJudge::ScaleJudge(PilotPoints table, const ScaleBounds& bounds, Quantity qu
     AddLastDifferences(m);
   }
   FindNoise();
-  if (quantity != Quantity::kGaussian) reference_ = FindReference();
+  if (quantity == Quantity::kGaussian) return;
+  reference_ = FindReference({kRegressionMethod});
+  reference_of_positions_ = FindReferenceOfPositions();
 }
 
 std::vector<ScaleScore> ScaleJudge::Scores() const {
@@ -122,8 +130,9 @@ std::vector<ScaleScore> ScaleJudge::Scores() const {
 
 std::vector<ScaleScore> ScaleJudge::ScoresOf(const std::vector<ScaleScore>& of_mean,
                                              const ScaleJudge& judge_of_mean) const {
-  std::optional<ScaleScore> reference = judge_of_mean.reference_;
+  std::optional<ScaleScore> reference = judge_of_mean.reference_, of_positions = judge_of_mean.reference_of_positions_;
   if (reference.has_value()) reference = ScoreAs(*reference);
+  if (of_positions.has_value()) of_positions = ScoreAs(*of_positions);
   std::vector<ScaleScore> scores;
   scores.reserve(of_mean.size());
   for (const ScaleScore& mean : of_mean) scores.push_back(ScoreWithoutBias(mean.candidate));
@@ -132,7 +141,8 @@ std::vector<ScaleScore> ScaleJudge::ScoresOf(const std::vector<ScaleScore>& of_m
     if (scores[i].error > kHopeless * least) break;
     const ScaleScore mean = of_mean[i].is_bias_known ? of_mean[i] : judge_of_mean.ScoreOf(of_mean[i].candidate);
     const double bias = ScoreAs(mean).bias;
-    scores[i] = ScoreOf(mean.candidate, std::max(bias * bias, SquaredBiasBeside(reference, mean.candidate)));
+    scores[i] = ScoreOf(mean.candidate, std::max({bias * bias, SquaredBiasBeside(reference, mean.candidate),
+                                                  SquaredBiasOfNormals(of_positions, mean.candidate)}));
     least = std::min(least, scores[i].error);
   }
   return scores;
@@ -273,12 +283,14 @@ double ScaleJudge::Variance(const ScaleCandidate& candidate) const {
   return 0.25 * factor * median * median;
 }
 
-std::optional<ScaleScore> ScaleJudge::FindReference() const {
+std::optional<ScaleScore> ScaleJudge::FindReference(std::initializer_list<size_t> methods) const {
   std::vector<ScaleScore> without_bias;
-  for (size_t rung = 0; rung < kRungCount; ++rung) {
-    const ScaleCandidate candidate = {kRegressionMethod, rung};
-    if (differences_[candidate.method][rung].has_value() && HasHalves(candidate)) {
-      without_bias.push_back(ScoreWithoutBias(candidate));
+  for (const size_t method : methods) {
+    for (size_t rung = 0; rung < kRungCount; ++rung) {
+      const ScaleCandidate candidate = {method, rung};
+      if (differences_[method][rung].has_value() && HasHalves(candidate)) {
+        without_bias.push_back(ScoreWithoutBias(candidate));
+      }
     }
   }
   std::optional<ScaleScore> least;
@@ -288,6 +300,13 @@ std::optional<ScaleScore> ScaleJudge::FindReference() const {
     if (!least.has_value() || score.error < least->error) least = score;
   }
   return least;
+}
+
+std::optional<ScaleScore> ScaleJudge::FindReferenceOfPositions() const {
+  if (!reference_.has_value() || sigma_ > kMostNoiseOfExactPositions * MedianRadius(table_, 0)) return std::nullopt;
+  const std::optional<ScaleScore> jets = FindReference({kQuarticMethod, kSexticMethod});
+  if (!jets.has_value() || SquaredBiasOfNormals(jets, reference_->candidate) == 0.0) return std::nullopt;
+  return jets;
 }
 
 std::optional<double> ScaleJudge::SquaredBias(const ScaleCandidate& candidate, const ScaleCandidate& other) const {
@@ -341,8 +360,22 @@ double ScaleJudge::SquaredBiasBeside(const std::optional<ScaleScore>& reference,
   return found - reference->bias * reference->bias - of_noise * of_noise;
 }
 
+double ScaleJudge::SquaredBiasOfNormals(const std::optional<ScaleScore>& jets, const ScaleCandidate& candidate) const {
+  if (!jets.has_value() || kScaleMethods[candidate.method].is_jet()) return 0.0;
+  double found = 0.0;
+  // Neighborhoods too small for halves share no less of the normals' errors than the first that have them.
+  for (size_t rung = candidate.rung; rung < kRungCount; ++rung) {
+    const std::optional<double> common = SquaredBias({candidate.method, rung}, jets->candidate);
+    if (!common.has_value()) continue;
+    found = *common;
+    break;
+  }
+  return found < kLeastSquareOverJets * jets->error * jets->error ? 0.0 : found - jets->bias * jets->bias;
+}
+
 ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate) const {
-  return ScoreOf(candidate, std::max(SquaredBiasBesideSmaller(candidate), SquaredBiasBeside(reference_, candidate)));
+  return ScoreOf(candidate, std::max({SquaredBiasBesideSmaller(candidate), SquaredBiasBeside(reference_, candidate),
+                                      SquaredBiasOfNormals(reference_of_positions_, candidate)}));
 }
 
 ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_bias) const {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <initializer_list>
 #include <optional>
 #include <vector>
 
@@ -66,8 +67,10 @@ class ScaleJudge {
   void FindNoise();
   // The variance of the candidate's estimates that noise makes.
   double Variance(const ScaleCandidate& candidate) const;
-  // What is reference_ of the mean curvature.
-  std::optional<ScaleScore> FindReference() const;
+  // The score of the candidate of these methods that is expected to err the least. None if there are no halves.
+  std::optional<ScaleScore> FindReference(std::initializer_list<size_t> methods) const;
+  // What is reference_of_positions_.
+  std::optional<ScaleScore> FindReferenceOfPositions() const;
   // The score in this judge's quantity of a candidate with that score in the mean curvature, whose bias is as large
   // beside the difference.
   ScaleScore ScoreAs(const ScaleScore& of_mean) const;
@@ -80,6 +83,9 @@ class ScaleJudge {
   // That of a candidate beside a reference, of which this is the score: of methods of the second order, and in the
   // Gaussian curvature of all that look farther; 0 of others.
   double SquaredBiasBeside(const std::optional<ScaleScore>& reference, const ScaleCandidate& candidate) const;
+  // That of a candidate that reads normals beside jets, of which this is the score, if the normals belong to another
+  // surface than the positions; 0 of jets.
+  double SquaredBiasOfNormals(const std::optional<ScaleScore>& jets, const ScaleCandidate& candidate) const;
   double NoiseBias(size_t method) const { return kScaleMethods[method].noise_factor * noise_bias_; }
   // REQUIRES: there is a difference of the candidate.
   ScaleScore ScoreOf(const ScaleCandidate& candidate) const;
@@ -101,6 +107,10 @@ class ScaleJudge {
   // The cubic regression of the normals that is expected to err the least: methods of the second order are compared
   // with it. Not where the quantity is the Gaussian curvature, which takes that of the mean curvature.
   std::optional<ScaleScore> reference_;
+  // The jets that are expected to err the least, where positions are exact and the reference above shows another
+  // surface: errors that normals share with their neighbors, as those made of positions do, neither halves nor scales
+  // show.
+  std::optional<ScaleScore> reference_of_positions_;
 };
 
 }  // namespace curvd

@@ -118,6 +118,42 @@ TEST(ScaleJudgeTest, WhatAllScalesOfAMethodSmoothAwayShowsBesideTheCubicRegressi
   }
 }
 
+// Points whose normals err by `bias`, in one direction or the other, together with those of their neighbors:
+// regressions of both halves, and of all scales, agree. Jets of degree 4 err by noise alone. `residual` is what they
+// leave of heights.
+PilotTable BiasedNormals(double bias, float residual) {
+  PilotTable table = BiasedHexagrams(0.0);
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  for (PilotPoint& point : table) {
+    point.residual.fill(residual);
+    const double shared = bias * normal(random);
+    for (size_t rung = 4; rung < kRungCount; ++rung) {
+      for (const auto part : {PilotPoint::kEven, PilotPoint::kOdd, PilotPoint::kAll}) {
+        point.mean[kRegressionMethod][rung][part] += static_cast<float>(shared);
+        point.mean[kQuarticMethod][rung][part] = static_cast<float>(1.0 + 0.01 * normal(random));
+        point.difference[kQuarticMethod][rung][part] = point.twist[kQuarticMethod][rung][part] = 0.0f;
+      }
+    }
+  }
+  return table;
+}
+
+TEST(ScaleJudgeTest, WhatNormalsShareWithTheirNeighborsShowsBesideExactPositions) {
+  const PilotTable exact = BiasedNormals(0.2, 0.0f), agreeing = BiasedNormals(0.01, 0.0f),
+                   noisy = BiasedNormals(0.2, 0.002f);
+  const ScaleJudge judge(exact, ScaleBounds{}, ScaleJudge::Quantity::kMean);
+  const std::vector<ScaleScore> scores = judge.Scores();
+  EXPECT_NEAR(LeastErrorOf(kRegressionMethod, scores), 0.2, 0.05);
+  EXPECT_NEAR(LeastErrorOf(kQuarticMethod, scores), 0.01, 0.005);
+  const ScaleJudge of_gaussian(exact, ScaleBounds{}, ScaleJudge::Quantity::kGaussian);
+  EXPECT_NEAR(LeastErrorOf(kRegressionMethod, of_gaussian.ScoresOf(scores, judge)), 0.4, 0.1);
+  for (const PilotTable* const table : {&agreeing, &noisy}) {
+    const ScaleJudge other(*table, ScaleBounds{}, ScaleJudge::Quantity::kMean);
+    EXPECT_NEAR(LeastErrorOf(kRegressionMethod, other.Scores()), 0.01, 0.005);
+  }
+}
+
 TEST(ScaleJudgeTest, TheTracelessPartIsJudgedAsAVectorWhateverThePointsFrames) {
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> angle(0.0, 2.0 * 3.14159265);
