@@ -55,6 +55,7 @@ absl::StatusOr<std::unique_ptr<Connection>> Connection::Create(const ConnectionF
     if (!client.ok()) return client.status();
     return std::make_unique<RemoteConnection>(*std::move(client));
   }
+  if (absl::Status status = CheckNoneNeedsAServer(flags); !status.ok()) return status;
   curvd::ServerOptions options;
   options.listen = "";
   options.metrics_listen = "";

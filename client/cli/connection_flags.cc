@@ -65,6 +65,28 @@ void AddConnectionFlags(CLI::App& command, ConnectionFlags& flags) {
       ->envname("CURV_SEND_TOKEN_IN_PLAIN_TEXT");
 }
 
+absl::Status CheckNoneNeedsAServer(const ConnectionFlags& flags) {
+  const struct {
+    const char* flag;
+    const char* variable;
+    bool is_set;
+  } secured[] = {
+      {"--tls", "CURV_TLS", flags.tls},
+      {"--ca", "CURV_CA", !flags.ca_file.empty()},
+      {"--cert", "CURV_CERT", !flags.cert_file.empty()},
+      {"--key", "CURV_KEY", !flags.key_file.empty()},
+      {"--server-name", "CURV_SERVER_NAME", !flags.server_name.empty()},
+      {"--token-file", "CURV_TOKEN_FILE", !flags.token_file.empty()},
+      {"--send-token-in-plain-text", "CURV_SEND_TOKEN_IN_PLAIN_TEXT", flags.send_token_in_plain_text},
+  };
+  for (const auto& [flag, variable, is_set] : secured) {
+    if (is_set && std::getenv(variable) == nullptr) {
+      return absl::InvalidArgumentError(absl::StrCat(flag, ": needs --server; without it, this process estimates"));
+    }
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<ConnectOptions> ReadConnectOptions(const ConnectionFlags& flags) {
   ConnectOptions options;
   options.tls = flags.tls || !flags.ca_file.empty() || !flags.cert_file.empty();

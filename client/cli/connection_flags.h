@@ -27,6 +27,10 @@ struct ConnectionFlags {
 // CURV_TOKEN_FILE. `flags` must outlive `command`.
 void AddConnectionFlags(CLI::App& command, ConnectionFlags& flags);
 
+// INVALID_ARGUMENT, naming the flag, if one was given that says how a server is reached. For commands without --server;
+// what the environment says is for those with one, and is no error.
+absl::Status CheckNoneNeedsAServer(const ConnectionFlags& flags);
+
 // Reads the files that the flags name, and returns the options that they ask for. The token comes from --token-file,
 // else from the environment variable CURV_TOKEN, without blanks around it. INVALID_ARGUMENT, naming the flag, if a file
 // cannot be read, holds no certificate or no key of it, or the token is empty.

@@ -116,7 +116,7 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
       .add_option_function<double>(
           "--average-normal-weight", [&flags](double weight) { flags.options.average_normal_weight = weight; },
           "weight of the neighborhood's mean normal, 0 to 1 [0.5]")
-      ->check(CLI::Range(0.0, 1.0).description(""))
+      ->check(UpTo(1.0))
       ->option_text("WEIGHT");
 }
 

@@ -32,9 +32,12 @@ std::string ExtensionOf(const std::string& path) {
   return dot == std::string::npos || dot < name ? "" : absl::AsciiStrToLower(path.substr(dot));
 }
 
-absl::Status UnknownExtension(const std::string& path, const std::string& extension, const char* known) {
-  return absl::InvalidArgumentError(
-      absl::StrCat(path, ": the extension \"", extension, "\" is not known: it must be one of ", known));
+// Names an extension that no format has among those that are read, or written.
+absl::Status ExtensionError(const std::string& path, const std::string& extension, const char* allowed,
+                            const char* what) {
+  return absl::InvalidArgumentError(absl::StrCat(
+      path, extension.empty() ? ": there is no extension" : absl::StrCat(": the extension \"", extension, "\" ", what),
+      ": it must be one of ", allowed));
 }
 
 constexpr char kStandard[] = "-";
@@ -113,7 +116,7 @@ absl::StatusOr<NamedWriter> FindWriter(const std::string& path, const SaveOption
   const absl::StatusOr<NamedFormat> named = FormatOfName(path, options.format, kWritableExtensions);
   if (!named.ok()) return named.status();
   const Writer writer = WriterFor(named->extension, options);
-  if (writer == nullptr) return UnknownExtension(path, named->extension, kWritableExtensions);
+  if (writer == nullptr) return ExtensionError(path, named->extension, kWritableExtensions, "cannot be written");
   if (options.names != PlyNames::kOwn && named->extension != ".ply") {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": --names says what the properties of PLY are called: the output must be .ply"));
@@ -187,7 +190,7 @@ absl::StatusOr<std::string> ReadableExtension(const std::string& path, const std
   if (IsDirectory(path)) return IsDirectoryError(path, "name the files in it");
   const absl::StatusOr<NamedFormat> named = FormatOfName(path, format, kReadableExtensions);
   if (!named.ok()) return named.status();
-  if (!FormatOf(named->extension)) return UnknownExtension(path, named->extension, kReadableExtensions);
+  if (!FormatOf(named->extension)) return ExtensionError(path, named->extension, kReadableExtensions, "is not known");
   return named->extension;
 }
 

@@ -79,11 +79,10 @@ Triple<float> Normalized(const Triple<Scalar>& v, double length) {
 
 template <typename Scalar>
 absl::Status InvalidPointError(size_t index, const char* field, const Triple<Scalar>& value, const char* demand) {
-  return MakeCoreError(
-      ErrorKind::kInvalid,
-      absl::StrFormat(
-          "%s of point %u is (%g, %g, %g); it must be %s; mend the point, or set invalid_point_policy to SKIP", field,
-          index, value[0], value[1], value[2], demand));
+  return MakeCoreError(ErrorKind::kInvalid,
+                       absl::StrFormat("%s of point %u is (%g, %g, %g); it must be %s; mend the point, or have such "
+                                       "points skipped (invalid_point_policy SKIP, in clients skip_invalid)",
+                                       field, index, value[0], value[1], value[2], demand));
 }
 
 PointRecord MakeRecord(const Triple<float>& position, size_t id) {

@@ -127,6 +127,7 @@ void EstimateCall::ReceiveEnd() {
   if (absl::Status status = requests_.HalfClose(); !status.ok()) return End(std::move(status));
   account().record().normals_rescaled = requests_.normals_rescaled();
   account().record().coarse_positions = requests_.FindCoarsePositions();
+  account().record().least_neighbor_count = LeastNeighborCount(requests_.options());
   {
     MutexLock lock(mutex_);
     receives_since_.reset();

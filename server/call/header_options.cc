@@ -254,6 +254,13 @@ absl::StatusOr<CallOptions> ResolveHeader(const v1::CloudHeader& header, const C
   return options;
 }
 
+std::optional<uint32_t> LeastNeighborCount(const CallOptions& options) {
+  if (!options.quantities.HasCurvature()) return std::nullopt;
+  const EstimatorOptions least = options.estimator.AtScale(options.estimator.scale_count() - 1);
+  const auto* const count = std::get_if<NeighborCount>(&least.neighborhood);
+  return count == nullptr ? std::nullopt : std::optional(count->count);
+}
+
 void FillAccepted(const CallOptions& options, const CallLimits& limits, const std::string& request_id,
                   v1::Accepted* accepted) {
   accepted->set_request_id(request_id);

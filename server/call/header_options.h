@@ -51,6 +51,9 @@ struct CallOptions {
 // - RESOURCE_EXHAUSTED: point_count or a neighbor_count is over the limit of this server.
 absl::StatusOr<CallOptions> ResolveHeader(const curvature::v1::CloudHeader& header, const CallLimits& limits);
 
+// The smallest number of neighbors that a call asks for. None if a radius or the cloud decides, or for normals alone.
+std::optional<uint32_t> LeastNeighborCount(const CallOptions& options);
+
 // The answer to a header that was resolved.
 void FillAccepted(const CallOptions& options, const CallLimits& limits, const std::string& request_id,
                   curvature::v1::Accepted* accepted);

@@ -109,6 +109,39 @@ void AddSeamWarning(const CallRecord& record, curvature::v1::Summary* summary) {
   warning->set_flipped_patch_count(record.agreement.flipped_patches);
 }
 
+// What most points of a cloud without results lack, and what to do.
+std::string LackText(PointStatus status, const CallRecord& record) {
+  switch (status) {
+    case PointStatus::kTooFewNeighbors:
+      if (record.least_neighbor_count.value_or(0) > record.points_received) {
+        return absl::StrFormat("K = %u is more than the cloud's %u points: ask for fewer neighbors",
+                               *record.least_neighbor_count, record.points_received);
+      }
+      return "too few neighbors lie within reach: ask for a larger radius, or for fewer neighbors";
+    case PointStatus::kDegenerateArea:
+      return "neighborhoods have no area, as where points lie on one line or in one place";
+    case PointStatus::kInvalidInput:
+      return "no position is finite with a normal that has a direction";
+    case PointStatus::kInconsistentNormals:
+      return "normals cancel out within neighborhoods: make them point to one side, or ask for fewer neighbors";
+    default:
+      return "neighborhoods fit no surface: the points may lie on one line, or need more neighbors";
+  }
+}
+
+void AddNoResultsWarning(const CallRecord& record, curvature::v1::Summary* summary) {
+  const auto& counts = record.status_counts;
+  const auto most = std::max_element(counts.begin(), counts.end());
+  const auto status = static_cast<PointStatus>(most - counts.begin());
+  // Opposed normals have a warning of their own.
+  if (*most == 0 || counts[static_cast<size_t>(PointStatus::kOk)] > 0 || status == PointStatus::kOpposedNormals) return;
+  curvature::v1::Warning* warning = summary->add_warnings();
+  warning->set_code(curvature::v1::WARNING_CODE_NO_RESULTS);
+  warning->set_message(absl::StrFormat("none of the %u points has a result; most are %s: %s", record.points_received,
+                                       PointStatusName(status), LackText(status, record)));
+  warning->set_point_count(record.points_received);
+}
+
 }  // namespace
 
 void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
@@ -137,6 +170,7 @@ void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
   AddCoarsePositionsWarning(record, summary);
   AddSeamWarning(record, summary);
   AddOrientationWarning(record, summary);
+  AddNoResultsWarning(record, summary);
   if (record.normal_report.has_value()) WriteReport(*record.normal_report, *summary->mutable_normals());
   if (record.scale_report.has_value()) WriteReport(*record.scale_report, *summary->mutable_scale());
 }

@@ -49,17 +49,11 @@ void PrintWarnings(const EstimateSummary& summary, bool oriented, const std::str
 
 void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options, bool oriented,
                  const std::string& title) {
-  if (summary.status_counts[static_cast<size_t>(PointStatus::kOk)] == 0 && summary.points > 0) {
-    const bool is_counted = !options.radius && !options.automatic_scale && options.neighbor_counts.empty();
-    PrintNote(title + (is_counted && options.neighbor_count > summary.points
-                           ? absl::StrCat("no point could be estimated: K = ", options.neighbor_count,
-                                          " is more than the cloud's ", summary.points, " points")
-                           : "no point could be estimated: the summary tells why"));
-  }
   const uint64_t inconsistent = summary.status_counts[static_cast<size_t>(PointStatus::kInconsistentNormals)];
   const bool is_warned_of_normals =
-      std::any_of(summary.warnings.begin(), summary.warnings.end(),
-                  [](const EstimateWarning& warning) { return warning.code != "COARSE_POSITIONS"; });
+      std::any_of(summary.warnings.begin(), summary.warnings.end(), [](const EstimateWarning& warning) {
+        return warning.code == "OPPOSED_NORMALS" || warning.code == "DOUBTFUL_ORIENTATION";
+      });
   if (inconsistent > 0 && !oriented && !is_warned_of_normals) {
     PrintNote(absl::StrCat(title, "the normals around ", WithCommas(inconsistent),
                            " points contradict each other. Where they do not all point to one side of the surface, "

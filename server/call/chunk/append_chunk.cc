@@ -110,7 +110,7 @@ absl::Status AppendSeenPieces(const Pieces& positions, const Pieces& normals, Sc
         return MakeCoreError(
             ErrorKind::kInvalid,
             absl::StrFormat("viewpoint of point %u is (%g, %g, %g); it must be finite; mend the point, "
-                            "or set invalid_point_policy to SKIP",
+                            "or have such points skipped (invalid_point_policy SKIP, in clients skip_invalid)",
                             cloud.size(), v[0], v[1], v[2]));
       });
 }

@@ -1,5 +1,6 @@
 #include "server/call/scale/choice_quantities.h"
 
+#include <utility>
 #include <variant>
 
 #include "absl/strings/str_cat.h"
@@ -33,10 +34,14 @@ absl::Status CheckFixed(const EstimatorOptions& options) {
 
 absl::Status ResolveChoice(const QuantitySet& quantities, EstimatorOptions& options) {
   if (!quantities.HasChoice()) return absl::OkStatus();
-  for (const v1::Quantity quantity : {v1::QUANTITY_CHOSEN_NEIGHBOR_COUNT, v1::QUANTITY_ESTIMATOR_WEIGHTS}) {
+  constexpr std::pair<v1::Quantity, const char*> kChosen[] = {
+      {v1::QUANTITY_CHOSEN_NEIGHBOR_COUNT, "11 (chosen neighbor count)"},
+      {v1::QUANTITY_ESTIMATOR_WEIGHTS, "12 (estimator weights)"},
+  };
+  for (const auto& [quantity, name] : kChosen) {
     if (!quantities.Has(quantity) || options.is_automatic()) continue;
-    return InvalidOption("header.quantities", absl::StrCat(static_cast<int>(quantity)),
-                         "without what is chosen, unless the estimator is auto or automatic_scale is set");
+    return InvalidOption("header.quantities", name,
+                         "without what is chosen, unless the estimator or the neighbor count is auto");
   }
   if (!options.is_automatic()) {
     if (absl::Status status = CheckFixed(options); !status.ok()) return status;

@@ -96,7 +96,7 @@ TEST_F(StreamsTest, NamesWhatIsMissing) {
   EXPECT_EQ(RunCurv({"estimate", cloud, "-o", "-", "--format=doc"}).exit_code, 2);
   const CurvRun obj = RunCurv({"estimate", cloud, "-o", "-", "--format=obj"});
   EXPECT_EQ(obj.exit_code, 4);
-  EXPECT_THAT(obj.err, HasSubstr("\".obj\" is not known: it must be one of .ply"));
+  EXPECT_THAT(obj.err, HasSubstr("\".obj\" cannot be written: it must be one of .ply"));
   const CurvRun wrong = RunCurv({"estimate", "-", "-o", "-", "--format=las"}, cloud);
   EXPECT_EQ(wrong.exit_code, 3);
   EXPECT_THAT(wrong.err, HasSubstr("standard input: the signature of the file is \"ply?\""));

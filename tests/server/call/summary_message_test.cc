@@ -97,6 +97,33 @@ TEST(FillSummaryTest, WarnsOfPositionsThatAreRoundedTooCoarsely) {
                     HasSubstr("Send doubles, or subtract an origin")));
 }
 
+TEST(FillSummaryTest, WarnsWhereNoPointHasAResult) {
+  const auto warnings = [](PointStatus status, std::optional<uint32_t> neighbors, uint64_t ok = 0) {
+    CallRecord record;
+    record.points_received = 30 + ok;
+    record.status_counts[static_cast<size_t>(PointStatus::kOk)] = ok;
+    record.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = 10;
+    record.status_counts[static_cast<size_t>(status)] += 20;
+    record.least_neighbor_count = neighbors;
+    curvature::v1::Summary summary;
+    FillSummary(record, &summary);
+    return summary;
+  };
+  const curvature::v1::Summary counted = warnings(PointStatus::kTooFewNeighbors, 50);
+  ASSERT_EQ(counted.warnings_size(), 1);
+  EXPECT_EQ(counted.warnings(0).code(), curvature::v1::WARNING_CODE_NO_RESULTS);
+  EXPECT_EQ(counted.warnings(0).point_count(), 30u);
+  EXPECT_EQ(
+      counted.warnings(0).message(),
+      "none of the 30 points has a result; most are too_few_neighbors: K = 50 is more than the cloud's 30 points: "
+      "ask for fewer neighbors");
+  EXPECT_THAT(warnings(PointStatus::kTooFewNeighbors, {}).warnings(0).message(), HasSubstr("a larger radius"));
+  EXPECT_THAT(warnings(PointStatus::kSingularFit, 20).warnings(0).message(), HasSubstr("most are singular_fit: "));
+  EXPECT_THAT(warnings(PointStatus::kInvalidInput, 20).warnings(0).message(), HasSubstr("most are invalid_input: "));
+  EXPECT_EQ(warnings(PointStatus::kTooFewNeighbors, 50, 1).warnings_size(), 0);
+  EXPECT_EQ(warnings(PointStatus::kOpposedNormals, 50).warnings_size(), 0);
+}
+
 TEST(FillSummaryTest, WarnsOfSidesThatCannotBeTrusted) {
   CallRecord record;
   record.normal_report.emplace();
