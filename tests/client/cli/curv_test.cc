@@ -269,6 +269,23 @@ TEST_F(CurvTest, GenerateIsReproducibleAndNoisyOnRequest) {
   }
 }
 
+TEST_F(CurvTest, NamesAMistypedFlagBeforeWhatIsMissingForIt) {
+  const CurvRun mistyped = RunCurv({"estimate", Cloud(), "--outptu=" + dir_.File("r.ply")});
+  EXPECT_EQ(mistyped.exit_code, 2);
+  EXPECT_THAT(mistyped.err, AllOf(HasSubstr("not expected: --outptu="), Not(HasSubstr("required"))));
+  EXPECT_THAT(RunCurv({"estimate", Cloud()}).err, HasSubstr("--output is required"));
+}
+
+TEST_F(CurvTest, RefusesFlagsOfAServerWithoutOne) {
+  const std::string cloud = Cloud(), out = dir_.File("r.ply");
+  for (const char* flag : {"--tls", "--ca=none", "--key=none", "--token-file=none", "--server-name=a"}) {
+    const CurvRun run = RunCurv({"estimate", cloud, "-o", out, flag});
+    EXPECT_EQ(run.exit_code, 2) << flag;
+    EXPECT_THAT(run.err, HasSubstr(": needs --server")) << flag;
+    EXPECT_FALSE(dir_.Has("r.ply")) << flag;
+  }
+}
+
 TEST_F(CurvTest, SaysWhenNoPointCouldBeEstimated) {
   const CurvRun run = RunCurv({"estimate", Cloud(), "-o", dir_.File("r.ply"), "--k=5000"});
   EXPECT_EQ(run.exit_code, 0);
