@@ -86,13 +86,14 @@ TEST(TableFileTest, NamesTheFileInErrors) {
   const TempDir dir;
   EXPECT_THAT(LoadTable(dir.File("none.ply")).status().message(), HasSubstr("none.ply: No such file"));
   EXPECT_THAT(LoadTable(dir.File("scan.doc")).status().message(), HasSubstr("\".doc\" is not known"));
-  EXPECT_THAT(LoadTable(dir.File("scan")).status().message(), HasSubstr("\"\" is not known"));
+  EXPECT_THAT(LoadTable(dir.File("scan")).status().message(),
+              HasSubstr("scan: there is no extension: it must be one of"));
   const std::string damaged = dir.Write("bad.ply", "plx\n");
   EXPECT_THAT(LoadTable(damaged).status().message(), HasSubstr("bad.ply: line 1"));
   std::filesystem::create_directory(dir.File("dir.ply"));
   EXPECT_THAT(LoadTable(dir.File("dir.ply")).status().message(), HasSubstr("is a directory: name the files in it"));
   EXPECT_THAT(SaveTable(Sample(), dir.File("t.obj")).message(),
-              HasSubstr("must be one of .ply .pcd .xyz .csv .las .npy .npz"));
+              HasSubstr("\".obj\" cannot be written: it must be one of .ply .pcd .xyz .csv .las .npy .npz"));
 }
 
 // A file with holes takes no room on the disk; some devices never end.
