@@ -6,6 +6,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "CLI/CLI.hpp"
@@ -18,9 +19,11 @@ namespace {
 // What to say of arguments that no flag and no file takes. One that is mistyped is often missed elsewhere: that a flag
 // is missing, which the parser finds first, would hide it. None, if all arguments have a place.
 std::optional<std::string> UnexpectedArguments(const CLI::App& app) {
-  const std::vector<std::string> unexpected = app.remaining(/*recurse=*/true);
+  std::vector<std::string> unexpected = app.remaining(/*recurse=*/true);
+  std::erase(unexpected, "--");  // the mark between flags and files is no argument
   if (unexpected.empty()) return std::nullopt;
-  const bool is_file = std::filesystem::exists(unexpected[0]);
+  std::error_code ignored;
+  const bool is_file = unexpected[0].starts_with('-') && std::filesystem::exists(unexpected[0], ignored);
   return absl::StrCat(CLI::ExtrasError("curv", unexpected).what(),
                       is_file ? absl::StrCat(": the file of that name is ./", unexpected[0]) : "");
 }

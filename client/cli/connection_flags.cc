@@ -66,6 +66,7 @@ void AddConnectionFlags(CLI::App& command, ConnectionFlags& flags) {
 }
 
 absl::Status CheckNoneNeedsAServer(const ConnectionFlags& flags) {
+  if (!flags.server.empty()) return absl::OkStatus();
   const struct {
     const char* flag;
     const char* variable;

@@ -27,8 +27,8 @@ struct ConnectionFlags {
 // CURV_TOKEN_FILE. `flags` must outlive `command`.
 void AddConnectionFlags(CLI::App& command, ConnectionFlags& flags);
 
-// INVALID_ARGUMENT, naming the flag, if one was given that says how a server is reached. For commands without --server;
-// what the environment says is for those with one, and is no error.
+// INVALID_ARGUMENT, naming the flag, if there is no --server, and one was given that says how a server is reached. What
+// the environment says is for commands with --server, and no error; nor is a flag whose variable is set as well.
 absl::Status CheckNoneNeedsAServer(const ConnectionFlags& flags);
 
 // Reads the files that the flags name, and returns the options that they ask for. The token comes from --token-file,

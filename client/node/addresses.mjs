@@ -9,7 +9,7 @@ export const DEFAULT_SERVER = `localhost:${DEFAULT_PORT}`;
 const LISTS = ["ipv4:", "ipv6:"];
 const PATHS = ["unix:", "unix-abstract:"];
 // What people paste from a browser, and any other scheme that gRPC would look up as a part of a name.
-const URL_OF_OTHERS = /^([a-z][a-z\d+.-]{0,20}):\/+/i;
+const URL_OF_OTHERS = /^([a-z][a-z\d+.-]{0,20}):\/\//i;
 
 // The targets of the channels to open, each with a port. Throws a TypeError, naming the part, if one is empty, a
 // URL that is no target of gRPC, or has a port that is none. A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.

@@ -35,7 +35,7 @@ const SECURITY = {
 const CONNECTION = {
   server: readElsewhere,
   security: [isObject, "an object, see connectionTo in security.mjs", kindOf],
-  credentials: [isObject, "grpc.ChannelCredentials"],
+  credentials: [isObject, "grpc.ChannelCredentials", kindOf],
 };
 const CALL = {
   timeoutMs: [(value) => isNumber(value) && value > 0, "a number of milliseconds above 0"],

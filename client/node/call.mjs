@@ -3,6 +3,7 @@ import { once } from "node:events";
 import grpc from "@grpc/grpc-js";
 import { CurvdError, fromServiceError } from "./errors.mjs";
 import { ResultCollector } from "./results.mjs";
+import { CallersError } from "./retries.mjs";
 import { Scales } from "./scales.mjs";
 
 const CHUNK_BYTES = 1 << 20;
@@ -13,7 +14,7 @@ const CHUNK_BYTES = 1 << 20;
 //   timeoutMs   undefined: no limit
 //   signal      an AbortSignal or undefined
 // Rejects with a CurvdError, whose `answered` says whether a server took part; with the signal's reason if that ended the
-// call; or with what onProgress throws, or its promise rejects with.
+// call; or with a CallersError of what onProgress throws, or its promise rejects with.
 export function callOnce(service, { header, cloud, arrays, onProgress }, { timeoutMs, signal, metadata }) {
   const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
   const stream = service.estimateCurvature(metadata, { deadline });
@@ -45,7 +46,7 @@ export function callOnce(service, { header, cloud, arrays, onProgress }, { timeo
         if (response.message === "progress" && onProgress !== undefined) {
           reportProgress(onProgress, response.progress, header.pointCount, (error) => {
             stream.cancel();
-            reject(error);
+            reject(new CallersError(error));
           });
         }
         if (response.message === "result") scales.of(response.result).add(response.result);

@@ -7,7 +7,7 @@ import { Scales } from "./scales.mjs";
 
 // Sends the cloud once, as callOnce. Yields { firstIndex, pointCount, status, ... } with the arrays of some points, in the
 // order of the points, with neighborCounts of each count after the other, and returns the summary. Nothing is read ahead of who iterates but what lies in buffers: gRPC's flow
-// control then stops the server. Ending the iteration early cancels the call. Throws what callOnce rejects with.
+// control then stops the server. Ending the iteration early cancels the call. Throws what callOnce rejects with, and what onProgress throws itself.
 export async function* receiveChunks(service, { header, cloud, arrays, onProgress }, { timeoutMs, signal, metadata }) {
   const deadline = timeoutMs === undefined ? Infinity : Date.now() + timeoutMs;
   const stream = service.estimateCurvature(metadata, { deadline });

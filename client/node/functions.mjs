@@ -71,14 +71,15 @@ const MOST_KEPT_CLIENTS = 16;
 //   connectTimeoutMs      after which a call gives up if no server has ever answered. DEFAULT: 1500
 //   signal                an AbortSignal, which ends the call: it rejects with the signal's reason
 //   onProgress            called with { phase, pointsReceived, pointsEstimated, pointCount } now and then; phase is "estimating"
-//                         and the like. What it throws, or its promise rejects with while the call runs, ends the call
+//                         and the like. What it throws, or its promise rejects with while the try that told it runs,
+//                         ends the call
 //
 // Resolves to { meanCurvature, gaussianCurvature, k1, k2, d1, d2, radius, status, summary }: Float32Arrays of N
 // scalars (d1, d2: 3 N) and a Uint8Array of PointStatus; arrays of quantities that were not asked for are missing.
 // Rejects with a CurvdError if the call fails, with a TypeError if the arguments make no request, such as an option
 // that does not exist. What the server finds wrong with a cloud that it estimates nevertheless (summary.warnings) is
 // emitted as a process warning of the type "CurvdWarning", whose code is "CURVD_" and the contract's word:
-// "CURVD_OPPOSED_NORMALS".
+// "CURVD_OPPOSED_NORMALS", or "CURVD_NO_RESULTS" where no point has a result.
 export async function estimateCurvature(positions, normals, options = {}) {
   const { connection, call } = splitConnection(options);
   return withClient(connection, (client) => client.estimateCurvature(positions, normals, call));

@@ -31,13 +31,13 @@ export type Quantity =
   | "normalCurvature";
 
 export interface Security {
-  tls?: boolean;
-  caFile?: string | URL;
-  certFile?: string | URL;
-  keyFile?: string | URL;
-  serverName?: string;
-  token?: string;
-  sendTokenInPlainText?: boolean;
+  tls?: boolean | undefined;
+  caFile?: string | URL | undefined;
+  certFile?: string | URL | undefined;
+  keyFile?: string | URL | undefined;
+  serverName?: string | undefined;
+  token?: string | undefined;
+  sendTokenInPlainText?: boolean | undefined;
 }
 
 export interface ConnectionOptions {
@@ -60,7 +60,7 @@ export interface Progress {
 }
 
 export interface CloudOptions extends CallOptions {
-  onProgress?: ((progress: Progress) => void) | undefined;
+  onProgress?: ((progress: Progress) => void | Promise<void>) | undefined;
   orientation?: "consistent" | "closed" | undefined;
   viewpoint?: Vector | undefined;
   viewpoints?: Floats | undefined;

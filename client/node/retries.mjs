@@ -7,6 +7,13 @@ const DOUBLINGS = 5;
 // A century. gRPC ends the process with an error that nobody can catch where a deadline is too far for its clock.
 const MOST_TIMEOUT_MS = 100 * 365 * 86_400_000;
 
+// What the caller's own function threw: whatever it is, no try mends it.
+export class CallersError {
+  constructor(error) {
+    this.error = error;
+  }
+}
+
 // Resolves to what attempt(target, timeoutMs) of the first try that succeeds resolves to.
 //   targets      replicas, of which the first try takes number `first` modulo their number, and each other try the next
 //   timeoutMs    for all tries together, undefined or centuries: no limit; each try is told what is left
@@ -24,7 +31,8 @@ export async function callWithRetries(targets, attempt, { first, timeoutMs, maxA
     try {
       return await attempt(targets[(first + number - 1) % targets.length], timeLeft());
     } catch (error) {
-      // A signal's reason, or what the caller's function threw: anything, null included.
+      if (error instanceof CallersError) throw error.error;
+      // A signal's reason: anything, null included.
       if (!(error instanceof CurvdError)) throw error;
       if (error.answered) connectLeft = () => Infinity;
       const pause = pauseAfter(number, 1000 * (error.retryAfter ?? 0), targets.length > 1);

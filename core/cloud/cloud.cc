@@ -80,9 +80,8 @@ Triple<float> Normalized(const Triple<Scalar>& v, double length) {
 template <typename Scalar>
 absl::Status InvalidPointError(size_t index, const char* field, const Triple<Scalar>& value, const char* demand) {
   return MakeCoreError(ErrorKind::kInvalid,
-                       absl::StrFormat("%s of point %u is (%g, %g, %g); it must be %s; mend the point, or have such "
-                                       "points skipped (invalid_point_policy SKIP, in clients skip_invalid)",
-                                       field, index, value[0], value[1], value[2], demand));
+                       absl::StrFormat("%s of point %u is (%g, %g, %g); it must be %s; %s", field, index, value[0],
+                                       value[1], value[2], demand, kInvalidPointRemedy));
 }
 
 PointRecord MakeRecord(const Triple<float>& position, size_t id) {

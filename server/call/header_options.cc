@@ -255,8 +255,12 @@ absl::StatusOr<CallOptions> ResolveHeader(const v1::CloudHeader& header, const C
 }
 
 std::optional<uint32_t> LeastNeighborCount(const CallOptions& options) {
-  if (!options.quantities.HasCurvature()) return std::nullopt;
+  if (!options.quantities.HasCurvature()) {
+    const auto* const count = std::get_if<NeighborCount>(&options.normals.neighborhood);
+    return count == nullptr ? std::nullopt : std::optional(count->count);
+  }
   const EstimatorOptions least = options.estimator.AtScale(options.estimator.scale_count() - 1);
+  if (const auto* const scale = std::get_if<AutomaticScale>(&least.neighborhood)) return scale->least_count;
   const auto* const count = std::get_if<NeighborCount>(&least.neighborhood);
   return count == nullptr ? std::nullopt : std::optional(count->count);
 }

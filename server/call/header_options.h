@@ -51,7 +51,8 @@ struct CallOptions {
 // - RESOURCE_EXHAUSTED: point_count or a neighbor_count is over the limit of this server.
 absl::StatusOr<CallOptions> ResolveHeader(const curvature::v1::CloudHeader& header, const CallLimits& limits);
 
-// The smallest number of neighbors that a call asks for. None if a radius or the cloud decides, or for normals alone.
+// The smallest number of neighbors that a call asks for, or leaves open. None by radius, or where normals alone are
+// asked for and their neighborhoods are left open.
 std::optional<uint32_t> LeastNeighborCount(const CallOptions& options);
 
 // The answer to a header that was resolved.

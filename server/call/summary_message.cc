@@ -114,14 +114,16 @@ std::string LackText(PointStatus status, const CallRecord& record) {
   switch (status) {
     case PointStatus::kTooFewNeighbors:
       if (record.least_neighbor_count.value_or(0) > record.points_received) {
-        return absl::StrFormat("K = %u is more than the cloud's %u points: ask for fewer neighbors",
-                               *record.least_neighbor_count, record.points_received);
+        return absl::StrFormat(
+            "neighborhoods of %u points or more were asked for, and the cloud has %u: send more points, or ask for "
+            "fewer neighbors",
+            *record.least_neighbor_count, record.points_received);
       }
       return "too few neighbors lie within reach: ask for a larger radius, or for fewer neighbors";
     case PointStatus::kDegenerateArea:
       return "neighborhoods have no area, as where points lie on one line or in one place";
     case PointStatus::kInvalidInput:
-      return "no position is finite with a normal that has a direction";
+      return "their positions are not finite, or their normals have no direction";
     case PointStatus::kInconsistentNormals:
       return "normals cancel out within neighborhoods: make them point to one side, or ask for fewer neighbors";
     default:
@@ -137,9 +139,8 @@ void AddNoResultsWarning(const CallRecord& record, curvature::v1::Summary* summa
   if (*most == 0 || counts[static_cast<size_t>(PointStatus::kOk)] > 0 || status == PointStatus::kOpposedNormals) return;
   curvature::v1::Warning* warning = summary->add_warnings();
   warning->set_code(curvature::v1::WARNING_CODE_NO_RESULTS);
-  warning->set_message(absl::StrFormat("none of the %u points has a result; most are %s: %s", record.points_received,
-                                       PointStatusName(status), LackText(status, record)));
-  warning->set_point_count(record.points_received);
+  warning->set_message(
+      absl::StrFormat("no point has a result; most are %s: %s", PointStatusName(status), LackText(status, record)));
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ struct CallRecord {
   std::optional<NormalReport> normal_report;              // likewise, unless normals were taken as given
   std::optional<ScaleReport> scale_report;                // of an automatic estimate
   std::optional<CoarsePositions> coarse_positions;        // of a call whose points came
-  std::optional<uint32_t> least_neighbor_count;           // that was asked for: none by radius, nor if left open
+  std::optional<uint32_t> least_neighbor_count;           // that was asked for; none by radius
   uint64_t normals_rescaled = 0;
   uint64_t bytes_received = 0;
   uint64_t bytes_sent = 0;

@@ -9,7 +9,7 @@ import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
 import { promisify } from "node:util";
 import { isLocal, splitServers } from "../../client/node/addresses.mjs";
-import { CurvatureClient, estimateCurvature, estimateNormals } from "../../client/node/index.mjs";
+import { CurvatureClient, CurvdError, estimateCurvature, estimateNormals } from "../../client/node/index.mjs";
 import { failure, scripted, sphere } from "./node_helpers.mjs";
 
 const grpc = createRequire(new URL("../../client/node/", import.meta.url))("@grpc/grpc-js");
@@ -125,6 +125,17 @@ test("what a caller's function throws ends the call", async () => {
   const [positions, normals] = sphere(200_000, 1);
   const options = { server, neighborCount: 1_000, onProgress };
   await assert.rejects(estimateCurvature(positions, normals, options), RangeError);
+});
+
+test("a failure of another call that a caller's function throws is no reason to try again", async () => {
+  let tries = 0;
+  const onProgress = () => {
+    ++tries;
+    throw new CurvdError(grpc.status.UNAVAILABLE, "elsewhere", { transient: true });
+  };
+  const options = { server, neighborCount: 1_000, onProgress };
+  await assert.rejects(estimateCurvature(...sphere(200_000, 1), options), /elsewhere/);
+  assert.equal(tries, 1);
 });
 
 test("what a caller's promise rejects with ends the call", async () => {
@@ -244,7 +255,7 @@ test("servers get the default port, and others a reason", () => {
   }
   assert.throws(() => splitServers("http://a:1"), /"http:\/\/a:1" is a URL; it must be HOST or HOST:PORT.*without http:\/\/$/);
   assert.throws(() => splitServers("a, HTTPS://b"), /is a URL;.*TLS has an option of its own$/);
-  for (const url of ["foo:///x", "foo://x:1", "foo:/x", "xds:///x", "DNS:///x"]) {
+  for (const url of ["foo:///x", "foo://x:1", "xds:///x", "DNS:///x"]) {
     assert.throws(() => splitServers(url), /^TypeError: server "\w+:\/+x(:1)?" is a URL; it must be HOST.*, without \w+:\/+$/);
   }
   assert.deepEqual(splitServers("dns://10.0.0.1/curvd.example"), ["dns://10.0.0.1/curvd.example:50061"]);

@@ -178,6 +178,8 @@ ExitCode RunMany(const EstimateFlags& flags) {
 }  // namespace
 
 ExitCode EstimateFiles(const EstimateFlags& flags) {
+  if (absl::Status status = CheckNoneNeedsAServer(flags.connection); !status.ok())
+    return Fail(ExitCode::kUsage, status);
   if (IsDirectory(flags.output)) return RunMany(flags);
   if (flags.inputs.size() == 1) return RunOne(flags);
   return Fail(ExitCode::kUsage,

@@ -83,6 +83,8 @@ ExitCode Run(MakeNormalsFlags& flags) {
   const InterruptWatch interrupt;
   if (absl::Status status = CheckWritable(flags.output, flags.save); !status.ok())
     return Fail(ExitCode::kOutput, status);
+  if (absl::Status status = CheckNoneNeedsAServer(flags.connection); !status.ok())
+    return Fail(ExitCode::kUsage, status);
   absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));

@@ -16,12 +16,12 @@ DEFAULT_SERVER = f"localhost:{DEFAULT_PORT}"
 _LISTS = ("ipv4:", "ipv6:")
 _PATHS = ("unix:", "unix-abstract:", "vsock:", "xds:")
 
-# What people paste from a browser, and gRPC would look up as a name.
-_URL = re.compile(r"(http|https|grpc|grpcs|tcp)://", re.IGNORECASE)
+# What people paste from a browser, and any other scheme that gRPC would look up as a part of a name.
+_URL = re.compile(r"(?!(?:dns|ipv4|ipv6|unix|unix-abstract|vsock|xds):)([A-Za-z][A-Za-z\d+.-]{0,20})://")
 
 
 def split_servers(server: str) -> list[str]:
-    """The targets of the channels to open, each with a port. Raises ValueError if one is empty, a URL of the web, or has a
+    """The targets of the channels to open, each with a port. Raises ValueError if one is empty, a URL that is no target of gRPC, or has a
     port that is none.
 
     A list with commas between gives one target each; "ipv4:A:1,B:2" is one target, with two addresses.
@@ -92,7 +92,7 @@ def _target(text: str) -> str:
     if text.startswith(_PATHS):
         return text
     if url := _URL.match(text):
-        hint = ": TLS has an option of its own" if url[1].lower().endswith("s") else ""
+        hint = ": TLS has an option of its own" if url[1].lower() in ("https", "grpcs") else ""
         raise ValueError(
             f"server {shown(text)} is a URL; it must be HOST or HOST:PORT, as {DEFAULT_SERVER!r}, without {url[0]}{hint}"
         )

@@ -23,7 +23,7 @@ from curvd_client.addresses import DEFAULT_SERVER, split_servers
 from curvd_client.errors import CurvdError, from_rpc_error
 from curvd_client.exchange import Answers, Request, make_request, warn
 from curvd_client.options import CurvatureOptions, NormalsOptions, curvature_header, normals_header
-from curvd_client.progress import ProgressCallback, reporter
+from curvd_client.progress import ProgressCallback, ProgressFailed, reporter
 from curvd_client.results import Estimate
 from curvd_client.retries import DEFAULT_ATTEMPTS, DEFAULT_CONNECT_SECONDS, Schedule
 from curvd_client.security import Security, require_security
@@ -159,7 +159,7 @@ class CurvatureClient:
                 async for response in call:
                     told = answers.take(response)
                     if inspect.isawaitable(told):
-                        await told
+                        await _await_beside(call, told)
             except grpc.RpcError as error:
                 raise from_rpc_error(error, rpc.was_answered(error, answers.any)) from None
             finally:
@@ -169,6 +169,8 @@ class CurvatureClient:
 
         try:
             return await self._with_retries(attempt, timeout, max_attempts, connect_timeout)
+        except ProgressFailed as failed:
+            raise failed.error from failed.error.__cause__
         finally:
             end_of_progress()
 
@@ -243,6 +245,23 @@ class CurvatureClient:
             if self._closed and not _task_is_cancelled():
                 raise CurvdError(grpc.StatusCode.CANCELLED, "the client was closed") from error
             raise
+
+
+async def _await_beside(call: typing.Any, told: typing.Awaitable[object]) -> None:
+    """Awaits what a function for progress returned; cancels it where the call fails meanwhile, as by its timeout.
+
+    Raises ProgressFailed for what it raises.
+    """
+    task, end = asyncio.ensure_future(told), asyncio.ensure_future(call.code())
+    try:
+        await asyncio.wait({task, end}, return_when=asyncio.FIRST_COMPLETED)
+        if not task.done() and end.result() == grpc.StatusCode.OK:
+            await asyncio.wait({task})
+        if task.done() and not task.cancelled() and (error := task.exception()) is not None:
+            raise ProgressFailed(error)
+    finally:
+        task.cancel()
+        end.cancel()
 
 
 async def estimate_curvature(

@@ -19,7 +19,7 @@ from curvd_client.errors import CurvdError, from_rpc_error
 from curvd_client.exchange import Answers, Request, make_request, warn
 from curvd_client.fields import shown
 from curvd_client.options import CurvatureOptions, NormalsOptions, curvature_header, normals_header
-from curvd_client.progress import ProgressCallback, reporter
+from curvd_client.progress import ProgressCallback, ProgressFailed, reporter
 from curvd_client.results import Estimate
 from curvd_client.retries import DEFAULT_ATTEMPTS, DEFAULT_CONNECT_SECONDS, Schedule
 from curvd_client.security import Security, require_security
@@ -154,6 +154,8 @@ class CurvatureClient:
         cancel: Cancel | None,
         progress: ProgressCallback | bool,
     ) -> Estimate:
+        if not isinstance(cancel, (Cancel, type(None))):
+            raise TypeError(f"cancel is {shown(cancel)}; it must be a Cancel")
         on_progress, end_of_progress = reporter(progress, awaits=False)
 
         def attempt(channel: typing.Any, time_left: float | None, stop: Cancel) -> Estimate:
@@ -169,6 +171,8 @@ class CurvatureClient:
 
         try:
             return self._with_retries(attempt, timeout, max_attempts, connect_timeout, cancel)
+        except ProgressFailed as failed:
+            raise failed.error from failed.error.__cause__
         finally:
             end_of_progress()
 
@@ -199,8 +203,6 @@ class CurvatureClient:
         cancel: Cancel | None,
     ) -> _Result:
         """The result of the first attempt that succeeds. Raises CurvdError as Schedule says, or when cancelled."""
-        if not isinstance(cancel, (Cancel, type(None))):
-            raise ValueError(f"cancel is {shown(cancel)}; it must be a Cancel")
         schedule = Schedule(
             len(self._channels),
             next(self._turns),

@@ -45,7 +45,7 @@ class CurvdError(Exception):
 
 
 class CurvdWarning(UserWarning):
-    """A call succeeded, but something is wrong with its cloud; `code` says what for a program: "NO_RESULTS", ..."""
+    """A call succeeded, but something is wrong with its cloud; `code` is the contract's WarningCode, such as "NO_RESULTS"."""
 
     def __init__(self, code: str, message: str) -> None:
         super().__init__(message)

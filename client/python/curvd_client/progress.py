@@ -33,6 +33,14 @@ class Progress(typing.NamedTuple):
         return min(1.0, done.get(self.phase, 0) / self.point_count) if self.point_count else 1.0
 
 
+class ProgressFailed(Exception):
+    """What the caller's function for progress raised, on its way past those who judge errors of the call."""
+
+    def __init__(self, error: BaseException) -> None:
+        super().__init__(error)
+        self.error = error
+
+
 # What it returns to the client of asyncio is awaited there, if it can be.
 ProgressCallback = typing.Callable[[Progress], object]
 
@@ -52,20 +60,31 @@ def reporter(
     progress: a function; True: a line on stderr if that is a terminal, else nothing; False: nothing.
     awaits:   whether the caller awaits what the function returns.
 
-    Raises TypeError for what is none of these, and for a coroutine function that nobody would await.
+    What is called raises ProgressFailed where the function raises. Raises TypeError for what is none of these, and for a
+    coroutine function that nobody would await.
     """
     if callable(progress):
         if not awaits and _is_coroutine_function(progress):
             raise TypeError(
                 f"progress is {shown(progress)}, which only curvd_client.aio awaits; it must be a function that is not async"
             )
-        return progress, lambda: None
+        return _guarded(progress), lambda: None
     if not isinstance(progress, bool):
         raise TypeError(f"progress is {shown(progress)}; it must be True, False or a function of a Progress")
     if not progress or not sys.stderr.isatty() or os.environ.get("TERM", "dumb") == "dumb":
         return None, lambda: None
     line = TerminalLine(sys.stderr)
     return line.show, line.end
+
+
+def _guarded(progress: ProgressCallback) -> ProgressCallback:
+    def tell(how_far: Progress) -> object:
+        try:
+            return progress(how_far)
+        except Exception as error:
+            raise ProgressFailed(error) from None
+
+    return tell
 
 
 def _is_coroutine_function(function: typing.Callable[..., object]) -> bool:

@@ -107,11 +107,9 @@ absl::Status AppendSeenPieces(const Pieces& positions, const Pieces& normals, Sc
           return absl::OkStatus();
         }
         const std::array<double, 3>& v = viewpoints[cloud.size()];
-        return MakeCoreError(
-            ErrorKind::kInvalid,
-            absl::StrFormat("viewpoint of point %u is (%g, %g, %g); it must be finite; mend the point, "
-                            "or have such points skipped (invalid_point_policy SKIP, in clients skip_invalid)",
-                            cloud.size(), v[0], v[1], v[2]));
+        return MakeCoreError(ErrorKind::kInvalid,
+                             absl::StrFormat("viewpoint of point %u is (%g, %g, %g); it must be finite; %s",
+                                             cloud.size(), v[0], v[1], v[2], kInvalidPointRemedy));
       });
 }
 

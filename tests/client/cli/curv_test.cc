@@ -274,6 +274,11 @@ TEST_F(CurvTest, NamesAMistypedFlagBeforeWhatIsMissingForIt) {
   EXPECT_EQ(mistyped.exit_code, 2);
   EXPECT_THAT(mistyped.err, AllOf(HasSubstr("not expected: --outptu="), Not(HasSubstr("required"))));
   EXPECT_THAT(RunCurv({"estimate", Cloud()}).err, HasSubstr("--output is required"));
+  EXPECT_THAT(RunCurv({"estimate", "--", Cloud()}).err, HasSubstr("--output is required"));
+  const CurvRun very_long = RunCurv({"estimate", Cloud(), "--" + std::string(300, 'x')});
+  EXPECT_EQ(very_long.exit_code, 2);
+  EXPECT_THAT(very_long.err, HasSubstr("not expected: --xxx"));
+  EXPECT_THAT(RunCurv({"info", Cloud()}).err, Not(HasSubstr("./")));
 }
 
 TEST_F(CurvTest, RefusesFlagsOfAServerWithoutOne) {
@@ -282,6 +287,7 @@ TEST_F(CurvTest, RefusesFlagsOfAServerWithoutOne) {
     const CurvRun run = RunCurv({"estimate", cloud, "-o", out, flag});
     EXPECT_EQ(run.exit_code, 2) << flag;
     EXPECT_THAT(run.err, HasSubstr(": needs --server")) << flag;
+    EXPECT_THAT(RunCurv({"normals", "none.ply", "-o", out, flag}).err, HasSubstr(": needs --server")) << flag;
     EXPECT_FALSE(dir_.Has("r.ply")) << flag;
   }
 }
@@ -289,7 +295,7 @@ TEST_F(CurvTest, RefusesFlagsOfAServerWithoutOne) {
 TEST_F(CurvTest, SaysWhenNoPointCouldBeEstimated) {
   const CurvRun run = RunCurv({"estimate", Cloud(), "-o", dir_.File("r.ply"), "--k=5000"});
   EXPECT_EQ(run.exit_code, 0);
-  EXPECT_THAT(run.err, HasSubstr("none of the 2000 points has a result; most are too_few_neighbors: K = 5000 is more"));
+  EXPECT_THAT(run.err, HasSubstr("no point has a result; most are too_few_neighbors: neighborhoods of 5000 points"));
 }
 
 TEST_F(CurvTest, OrientsNormals) {

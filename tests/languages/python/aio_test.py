@@ -71,6 +71,30 @@ class AioTest(unittest.IsolatedAsyncioTestCase):
             with self.assertRaisesRegex(KeyError, "enough"):
                 await client.estimate(*sphere(20_000, 1.0), progress=stop, **_LONG)
 
+    async def test_a_failure_of_another_call_in_progress_is_no_reason_to_try_again(self):
+        tries = []
+
+        async def ask_elsewhere(_):
+            tries.append(1)
+            async with aio.CurvatureClient("127.0.0.1:1") as elsewhere:
+                await elsewhere.info(max_attempts=1)
+
+        async with aio.CurvatureClient(self.server) as client:
+            with self.assertRaisesRegex(CurvdError, "127.0.0.1:1"):
+                await client.estimate(*sphere(200_000, 1.0), progress=ask_elsewhere, **_LONG)
+        self.assertEqual(len(tries), 1)
+
+    async def test_a_progress_function_that_never_ends_is_no_longer_waited_for_than_the_call(self):
+        async def wait(_):
+            await asyncio.sleep(60)
+
+        began = time.monotonic()
+        async with aio.CurvatureClient(self.server) as client:
+            with self.assertRaises(CurvdError) as caught:
+                await client.estimate(*sphere(200_000, 1.0), progress=wait, timeout=1.0, max_attempts=1, **_LONG)
+        self.assertEqual(caught.exception.code.name, "DEADLINE_EXCEEDED")
+        self.assertLess(time.monotonic() - began, 20)
+
     async def test_closing_ends_the_calls_that_run(self):
         runs = asyncio.Event()
         client = aio.CurvatureClient(self.server)

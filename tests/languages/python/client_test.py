@@ -51,6 +51,17 @@ class ClientTest(RealServerTest):
         self.assertGreater(max(each.points_estimated for each in seen), 0)
         self.assertTrue(all(0 <= each.fraction <= 1 for each in seen))
 
+    def test_a_failure_of_another_call_in_progress_is_no_reason_to_try_again(self):
+        tries = []
+
+        def ask_elsewhere(_):
+            tries.append(1)
+            raise CurvdError(grpc.StatusCode.UNAVAILABLE, "elsewhere", transient=True)
+
+        with CurvatureClient(self.server) as client, self.assertRaisesRegex(CurvdError, "elsewhere"):
+            client.estimate(*sphere(200_000, radius=1.0), progress=ask_elsewhere, **_LONG)
+        self.assertEqual(len(tries), 1)
+
     def test_what_progress_raises_ends_the_call(self):
         def stop(_):
             raise KeyError("enough")

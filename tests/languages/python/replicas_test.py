@@ -140,7 +140,7 @@ class AddressTest(unittest.TestCase):
             split_servers(50061)
 
     def test_a_url_of_the_web_is_named_as_one(self):
-        for given, hint in {"http://a:1": "without http://$", "b, HTTPS://a": "TLS has an option of its own$"}.items():
+        for given, hint in {"http://a:1": "without http://$", "b, HTTPS://a": "TLS has an option of its own$", "DNS:///a": "DNS://$", "foo:///x": "foo://$"}.items():
             with self.subTest(given), self.assertRaisesRegex(ValueError, "is a URL; it must be HOST or HOST:PORT.*" + hint):
                 split_servers(given)
 
