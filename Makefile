@@ -123,7 +123,7 @@ asan: deps ## Run the tests under the address and undefined behavior sanitizers
 # estimators EstimationJobTest.ThreadsDoNotChangeAByte runs each.
 REPEATED_ON_THREADS := DeterminismTest.*/ESTIMATOR_(ALGEBRAIC|DELAUNAY|HEXAGRAM|INDEPENDENT|JET|NORMAL|UNIFORM)|HostileCloudTest|$\
   $(call tests,SeamPhaseTest,Flipped Knife Noise Points Right Single)|$(call tests,OrientationSidesTest,Bowls Hostile Layouts Noisy TheRepair)|$\
-  $(call tests,EstimationJobTest,PointsWithout Spheres WhatPages)|$(call tests,AutomaticTest,APlane Faces LooksAcross)|$\
+  $(call tests,EstimationJobTest,PointsWithout Spheres WhatPages)|$(call tests,AutomaticTest,APlane LooksAcross)|AutomaticEdgesTest.Faces|$\
   OwnFitsTest.ADent|$(call tests,ScaleTest,AnOutlier APlane TwoDensities)
 
 .PHONY: tsan

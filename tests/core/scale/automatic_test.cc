@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <random>
@@ -99,60 +98,6 @@ TEST(AutomaticTest, ScalesFarBeyondTheBestAreNotJudged) {
   EXPECT_EQ(largest(NoisySphere(10'000, 0.02)), 2048u);
 }
 
-// Exact positions are worth more than their normals, and a polynomial of a high degree makes the most of them.
-TEST(AutomaticTest, ExactPositionsBeatEveryFixedEstimator) {
-  constexpr double kAxes[3] = {2.0, 1.5, 1.0};
-  TestPoints ellipsoid = Sphere(8000, 1.0);
-  std::vector<double> truth;
-  for (size_t i = 0; i < ellipsoid.size(); ++i) {
-    double length = 0.0, squared = 0.0, volume = 1.0, axes = 0.0, normal[3];
-    for (size_t axis = 0; axis < 3; ++axis) {
-      float& position = ellipsoid.positions[i][axis];
-      normal[axis] = double{position} / kAxes[axis];
-      position = static_cast<float>(position * kAxes[axis]);
-      squared += double{position} * double{position};
-      length += normal[axis] * normal[axis];
-      axes += kAxes[axis] * kAxes[axis];
-      volume *= kAxes[axis];
-    }
-    length = std::sqrt(length);
-    for (size_t axis = 0; axis < 3; ++axis) ellipsoid.normals[i][axis] = static_cast<float>(normal[axis] / length);
-    truth.push_back((axes - squared) / (2.0 * volume * volume * length * length * length));
-  }
-  AddNoise(0.0, 0.05, 3, ellipsoid);
-  const auto mean_error = [&](const EstimatorOptions& options) {
-    const EstimationResult result = MustEstimate(ellipsoid.ToCloud(), options);
-    double sum = 0.0;
-    for (size_t i = 0; i < truth.size(); ++i) {
-      const PointCurvature& point = result.field.points[i];
-      EXPECT_EQ(point.status, PointStatus::kOk);
-      sum += std::abs(point.mean - truth[i]);
-    }
-    return sum / static_cast<double>(truth.size());
-  };
-  double best = 1.0;
-  for (const uint32_t count : {16u, 23u, 32u}) {
-    best = std::min(best, mean_error({.estimator = "jet", .neighborhood = NeighborCount{count}, .jet_degree = 4}));
-  }
-  EXPECT_LT(mean_error(Automatic()), 0.5 * best);
-}
-
-// All normals lean to one side, as those of a scanner that is out of true: they agree with each other at every scale,
-// and with the positions nowhere.
-TEST(AutomaticTest, NormalsThatLeanAreNotTrustedBesideExactPositions) {
-  constexpr float kLean = 0.04f;
-  TestPoints sphere = Sphere(4000, 1.0);
-  for (std::array<float, 3>& n : sphere.normals) {
-    const float along = n[2];
-    for (size_t axis = 0; axis < 3; ++axis) n[axis] += kLean * ((axis == 2 ? 1.0f : 0.0f) - along * n[axis]);
-    const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    for (float& component : n) component /= length;
-  }
-  const EstimationResult result = MustEstimate(sphere.ToCloud(), Automatic());
-  // The divergence of the normals alone is off by 0.02 in the mean.
-  EXPECT_LT(MeanError(result, 1.0), 0.001);
-}
-
 // Lines along a cylinder of radius 1, as a scanner leaves them, 20 and 40 times as far apart as the points on them.
 // Small neighborhoods lie on one line, and noise alone makes them wider than that: they would call the cylinder a
 // plane.
@@ -232,68 +177,6 @@ TEST(AutomaticTest, APlaneIsFlat) {
   const EstimationResult result = MustEstimate(plane.ToCloud(), Automatic());
   EXPECT_EQ(result.field.status_counts[static_cast<size_t>(PointStatus::kOk)], 10'000u);
   for (const PointCurvature& point : result.field.points.span()) EXPECT_NEAR(point.mean, 0.0, 1e-6);
-}
-
-// A box of `side` x `side` points a face, a spacing of 1 apart, exact normals.
-TestPoints Box(int side) {
-  TestPoints box;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const double end : {0.0, 1.0}) {
-      for (int i = 0; i < side * side; ++i) {
-        double at[3], normal[3] = {0.0, 0.0, 0.0};
-        at[axis] = end * side;
-        at[(axis + 1) % 3] = i % side + 0.5;
-        at[(axis + 2) % 3] = i / side + 0.5;
-        normal[axis] = 2.0 * end - 1.0;
-        box.Add(at[0], at[1], at[2], normal[0], normal[1], normal[2]);
-      }
-    }
-  }
-  return box;
-}
-
-TEST(AutomaticTest, FacesOfABoxAreFlatUpToTheEdges) {
-  TestPoints box = Box(30);
-  const EstimationResult exact = MustEstimate(box.ToCloud(), Automatic());
-  for (const PointCurvature& point : exact.field.points.span()) {
-    ASSERT_EQ(point.status, PointStatus::kOk);
-    EXPECT_NEAR(point.mean, 0.0, 0.01);  // avg-hexagram of 16 points errs by some 0.4 beside an edge
-  }
-  AddNoise(0.05, 3, box);
-  EXPECT_LT(MeanError(MustEstimate(box.ToCloud(), Automatic()), 0.0), 0.01) << "a tenth of what avg-hexagram errs by";
-}
-
-// Of the curvature itself, which is 0, and what the points say of their estimates.
-TEST(AutomaticTest, ExactFacesWithNoisyNormalsAreFlatUpToTheEdges) {
-  TestPoints box = Box(30);
-  AddNoise(0.0, 0.1, 3, box);
-  const EstimationResult result = MustEstimate(box.ToCloud(), WithChoice(Automatic()));
-  size_t jets = 0;
-  for (size_t i = 0; i < box.size(); ++i) {
-    ASSERT_EQ(result.field.points[i].status, PointStatus::kOk);
-
-    const PointChoice& choice = result.choices[i];
-    ASSERT_FALSE(std::isnan(choice.neighbor_count)) << i;
-    // The neighborhoods that were chosen reach an edge, and the point has a fit of its own.
-    double to_edge = 30.0;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double at = box.positions[i][axis];
-      if (box.normals[i][axis] * box.normals[i][axis] < 0.5f) to_edge = std::min({to_edge, at, 30.0 - at});
-    }
-    if (to_edge > 4.0) continue;
-    ASSERT_FALSE(std::isnan(choice.mean_error) || std::isnan(choice.k1_error)) << i;
-    jets += choice.jet_weight > 0.99f ? 1 : 0;
-  }
-  EXPECT_LT(MeanError(result, 0.0), 1e-5) << "by the normals it is 0.0007";
-  EXPECT_GT(jets, box.size() / 4) << "of those beside an edge";
-}
-
-// Hardly any point has a neighborhood that reaches no edge.
-TEST(AutomaticTest, SmallFacesAreFlatToo) {
-  for (const int side : {16, 20}) {
-    const EstimationResult result = MustEstimate(Box(side).ToCloud(), Automatic());
-    EXPECT_LT(MeanError(result, 0.0), 0.02) << side;
-  }
 }
 
 TEST(AutomaticTest, NoiseInOneHalfDoesNotSpoilTheOther) {
