@@ -5,9 +5,13 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <string>
+#include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/string_view.h"
 #include "client/cli/flags.h"
 #include "client/cli/pem/pem_checks.h"
 #include "client/server_target.h"
@@ -36,6 +40,11 @@ absl::Status CheckPemFiles(const ConnectionFlags& flags, const ConnectOptions& o
   return status;
 }
 
+// The environment variable that a flag may come from: CURV_TOKEN_FILE of --token-file.
+std::string VariableOf(absl::string_view flag) {
+  return absl::StrCat("CURV_", absl::AsciiStrToUpper(absl::StrReplaceAll(flag.substr(2), {{"-", "_"}})));
+}
+
 CLI::Validator Servers() {
   return CLI::Validator([](std::string& text) { return std::string(ReadServerTargets(text).status().message()); }, "");
 }
@@ -43,45 +52,41 @@ CLI::Validator Servers() {
 }  // namespace
 
 void AddConnectionFlags(CLI::App& command, ConnectionFlags& flags) {
-  const auto file = [&command](const char* flag, std::string& value, const char* variable, const char* help) {
-    command.add_option(flag, value, help)->envname(variable)->option_text("FILE");
+  const auto file = [&command](const char* flag, std::string& value, const char* help) {
+    command.add_option(flag, value, help)->envname(VariableOf(flag))->option_text("FILE");
   };
   command.add_option("--server", flags.server, "HOST:PORT of curvd, or several with commas between [in this process]")
       ->check(NotEmpty())
       ->check(Servers())
       ->option_text("LIST");
   command.add_flag("--tls", flags.tls, "encrypt, and check the server's certificate; implied by --ca and --cert")
-      ->envname("CURV_TLS");
-  file("--ca", flags.ca_file, "CURV_CA", "authorities of the server's certificate, PEM [those of the system]");
-  file("--cert", flags.cert_file, "CURV_CERT", "certificate to show to the server, PEM");
-  file("--key", flags.key_file, "CURV_KEY", "its private key, PEM");
+      ->envname(VariableOf("--tls"));
+  file("--ca", flags.ca_file, "authorities of the server's certificate, PEM [those of the system]");
+  file("--cert", flags.cert_file, "certificate to show to the server, PEM");
+  file("--key", flags.key_file, "its private key, PEM");
   command.add_option("--server-name", flags.server_name, "name in the server's certificate [the host of --server]")
-      ->envname("CURV_SERVER_NAME")
+      ->envname(VariableOf("--server-name"))
       ->option_text("NAME");
-  file("--token-file", flags.token_file, "CURV_TOKEN_FILE", "bearer token to send [the variable CURV_TOKEN]");
+  file("--token-file", flags.token_file, "bearer token to send [the variable CURV_TOKEN]");
   command
       .add_flag("--send-token-in-plain-text", flags.send_token_in_plain_text,
                 "send the token to other machines even without TLS")
-      ->envname("CURV_SEND_TOKEN_IN_PLAIN_TEXT");
+      ->envname(VariableOf("--send-token-in-plain-text"));
 }
 
 absl::Status CheckNoneNeedsAServer(const ConnectionFlags& flags) {
   if (!flags.server.empty()) return absl::OkStatus();
-  const struct {
-    const char* flag;
-    const char* variable;
-    bool is_set;
-  } secured[] = {
-      {"--tls", "CURV_TLS", flags.tls},
-      {"--ca", "CURV_CA", !flags.ca_file.empty()},
-      {"--cert", "CURV_CERT", !flags.cert_file.empty()},
-      {"--key", "CURV_KEY", !flags.key_file.empty()},
-      {"--server-name", "CURV_SERVER_NAME", !flags.server_name.empty()},
-      {"--token-file", "CURV_TOKEN_FILE", !flags.token_file.empty()},
-      {"--send-token-in-plain-text", "CURV_SEND_TOKEN_IN_PLAIN_TEXT", flags.send_token_in_plain_text},
+  const std::pair<const char*, bool> given[] = {
+      {"--tls", flags.tls},
+      {"--ca", !flags.ca_file.empty()},
+      {"--cert", !flags.cert_file.empty()},
+      {"--key", !flags.key_file.empty()},
+      {"--server-name", !flags.server_name.empty()},
+      {"--token-file", !flags.token_file.empty()},
+      {"--send-token-in-plain-text", flags.send_token_in_plain_text},
   };
-  for (const auto& [flag, variable, is_set] : secured) {
-    if (is_set && std::getenv(variable) == nullptr) {
+  for (const auto& [flag, is_given] : given) {
+    if (is_given && std::getenv(VariableOf(flag).c_str()) == nullptr) {
       return absl::InvalidArgumentError(absl::StrCat(flag, ": needs --server; without it, this process estimates"));
     }
   }

@@ -119,7 +119,7 @@ std::string LackText(PointStatus status, const CallRecord& record) {
             "fewer neighbors",
             *record.least_neighbor_count, record.points_received);
       }
-      return "too few neighbors lie within reach: ask for a larger radius, or for fewer neighbors";
+      return "too few points that can be used lie within reach: ask for a larger radius, or for fewer neighbors";
     case PointStatus::kDegenerateArea:
       return "neighborhoods have no area, as where points lie on one line or in one place";
     case PointStatus::kInvalidInput:

@@ -7,7 +7,8 @@
 namespace curvd {
 
 // Everything in the summary comes from the record: also the warnings, where positions are rounded too coarsely, where
-// normals contradict each other, and where the sides to which they were turned are doubtful.
+// normals contradict each other, where the sides to which they were turned are doubtful, and where no point has a
+// result.
 void FillSummary(const CallRecord& record, curvature::v1::Summary* summary);
 
 }  // namespace curvd

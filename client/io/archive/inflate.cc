@@ -104,7 +104,7 @@ absl::StatusOr<std::string> Gunzip(std::string_view packed, uint64_t most_bytes)
   // Zeros fill up the blocks of a tape.
   if (packed.find_first_not_of('\0') != std::string_view::npos) {
     return absl::InvalidArgumentError(
-        absl::StrCat("the gzip data is damaged: ", packed.size(), " bytes after its end are no more of it"));
+        absl::StrCat("the gzip data is damaged: ", packed.size(), " bytes that are not gzip data follow its end"));
   }
   plain.resize(filled);
   return plain;

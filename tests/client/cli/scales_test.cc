@@ -72,7 +72,7 @@ TEST_F(CurvTest, LeavesEstimatorOrScaleAloneOpen) {
                              HasSubstr(R"({"estimator":"jet","neighbor_count":100,)")));
   EXPECT_THAT(summary({"--k=100"}), AllOf(Not(HasSubstr("\"scale\":")), HasSubstr("\"jet_degree\":2")));
   EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, "--auto", "--max-radius=1e-9"}).err,
-              HasSubstr("no point has a result; most are too_few_neighbors: too few"));
+              HasSubstr("no point has a result; most are too_few_neighbors: too few points"));
 }
 
 TEST_F(CurvTest, FlagsOfScalesThatMakeNoSenseAreRefused) {

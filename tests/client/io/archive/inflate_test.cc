@@ -46,7 +46,7 @@ TEST(InflateTest, RefusesDamage) {
   for (size_t size = 0; size < gz.size(); ++size) EXPECT_FALSE(Gunzip(gz.substr(0, size), 1000).ok()) << size;
   EXPECT_EQ(*Gunzip(gz + std::string(512, '\0'), 1000), plain) << "zeros fill up a block";
   EXPECT_THAT(std::string(Gunzip(gz + "junk", 1000).status().message()),
-              HasSubstr("4 bytes after its end are no more of it"));
+              HasSubstr("4 bytes that are not gzip data follow its end"));
   std::string damaged = gz;
   damaged[gz.size() - 6] ^= 1;  // in the sum
   EXPECT_THAT(std::string(Gunzip(damaged, 1000).status().message()), HasSubstr("damaged or cut off"));
