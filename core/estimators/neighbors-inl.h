@@ -83,9 +83,15 @@ class NormalSummer {
 // Collects the neighbors of `query`, sums their normals, and compares them with its own.
 class NeighborCollector {
  public:
-  // `query` is that of the moment, whenever the search shows neighbors.
-  NeighborCollector(const SpatialIndex& index, const QueryPoint& query, NeighborArrays& neighbors, NormalSums& sums)
-      : index_(&index), query_(&query), neighbors_(&neighbors), sums_(&sums) {}
+  // `query` is that of the moment, whenever the search shows neighbors. With `of_halves`, which the index has then,
+  // normals are those of halves.
+  NeighborCollector(const SpatialIndex& index, const QueryPoint& query, NeighborArrays& neighbors, NormalSums& sums,
+                    bool of_halves = false)
+      : index_(&index),
+        normals_(of_halves ? &index.half_normals(0) : &index.normals(0)),
+        query_(&query),
+        neighbors_(&neighbors),
+        sums_(&sums) {}
 
   HWY_INLINE void Start(size_t count) {
     neighbors_->Reserve(count);
@@ -97,7 +103,7 @@ class NeighborCollector {
     const FloatTag d;
     // Without a branch: whether there are any is what no branch predictor knows.
     const SpatialIndex::LeafPositions& points = index_->positions(near.leaf);
-    const SpatialIndex::LeafNormals& normals = index_->normals(near.leaf);
+    const SpatialIndex::LeafNormals& normals = normals_[near.leaf];
     const QueryVectors q(query_->position);
     const size_t i = near.place;
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + i), q.x), inside), d, dx_ + count_);
@@ -129,6 +135,7 @@ class NeighborCollector {
 
  private:
   const SpatialIndex* index_;
+  const SpatialIndex::LeafNormals* normals_;  // of all leaves
   const QueryPoint* query_;
   NeighborArrays* neighbors_;
   NormalSums* sums_;

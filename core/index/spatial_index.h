@@ -85,15 +85,15 @@ class SpatialIndex {
   // REQUIRES: has_normals().
   const LeafNormals& normals(size_t leaf) const { return normals_[leaf]; }
   // Makes room for normals, which have any values, in an index without. Errors: ErrorKind::kOutOfMemory.
-  absl::Status MakeNormals() {
-    if (has_normals()) return absl::OkStatus();
-    auto normals = PageArray<LeafNormals>::Create(leaf_count());
-    if (!normals.ok()) return normals.status();
-    normals_ = *std::move(normals);
-    normals_[leaf_count() - 1] = LeafNormals{};  // padding
-    return absl::OkStatus();
-  }
+  absl::Status MakeNormals() { return has_normals() ? absl::OkStatus() : MakeRoom(normals_); }
   LeafNormals& mutable_normals(size_t leaf) { return normals_[leaf]; }
+  // Normals of which each was made of the points of its own half of the cloud alone (core/normals/half_normals.h), so
+  // that those of distinct halves err independently. REQUIRES: has_half_normals().
+  const LeafNormals& half_normals(size_t leaf) const { return half_normals_[leaf]; }
+  LeafNormals& mutable_half_normals(size_t leaf) { return half_normals_[leaf]; }
+  bool has_half_normals() const { return half_normals_.size() > 0; }
+  // Makes room for them, with any values. Errors: ErrorKind::kOutOfMemory. REQUIRES: point_count() > 0.
+  absl::Status MakeHalfNormals() { return MakeRoom(half_normals_); }
   // Whether there are points without a normal: theirs is NaN, and a sum of normals that holds it is worth nothing.
   bool lacks_normals() const { return lacks_normals_; }
   void set_lacks_normals() { lacks_normals_ = true; }
@@ -110,13 +110,21 @@ class SpatialIndex {
   // Of the lattice that all positions are on (core/cloud/lattice.h), in the index's unit; 0: they are on none.
   float lattice_spacing() const { return lattice_spacing_; }
   size_t bytes() const {
-    return positions_.bytes() + normals_.bytes() + leaf_bounds_.bytes() + nodes_.bytes() + point_set_.bytes();
+    return positions_.bytes() + normals_.bytes() + half_normals_.bytes() + leaf_bounds_.bytes() + nodes_.bytes() +
+           point_set_.bytes();
   }
 
  private:
   friend class IndexBuilder;
 
   size_t bounds_stride() const { return leaf_count() + kLeafSize; }
+  absl::Status MakeRoom(PageArray<LeafNormals>& normals) {
+    auto made = PageArray<LeafNormals>::Create(leaf_count());
+    if (!made.ok()) return made.status();
+    normals = *std::move(made);
+    normals[leaf_count() - 1] = LeafNormals{};  // padding
+    return absl::OkStatus();
+  }
 
   size_t point_count_ = 0;
   int scale_exponent_ = 0;
@@ -124,6 +132,7 @@ class SpatialIndex {
   bool lacks_normals_ = false;
   PageArray<LeafPositions> positions_;
   PageArray<LeafNormals> normals_;  // empty for a cloud without normals
+  PageArray<LeafNormals> half_normals_;
   PointSet point_set_;
   PageArray<float> leaf_bounds_;  // lo of each axis, then hi
   PageArray<TreeNode> nodes_;

@@ -36,6 +36,12 @@ NormalOptions Returning(NormalOptions normals) {
   return normals;
 }
 
+// What an estimate needs of normals.
+NormalOptions ForEstimate(const EstimatorOptions& options, NormalOptions normals) {
+  normals.makes_halves = normals.source == NormalSource::kEstimate && ComparesNormalsOfHalves(options);
+  return normals;
+}
+
 // The phases of an estimate in order: the index's; those of normals that do not stay as they came; the field, with the
 // points that the index does not hold; the strategy's; the seams; how far the normals agree, if there are any.
 class CurvatureJob final : public EstimationJob, public PhasedJob {
@@ -46,7 +52,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       : PhasedJob(pool, priority, caller),
         wants_curvature_(options.has_value()),
         options_(options.value_or(EstimatorOptions())),
-        normal_options_(wants_curvature_ ? normal_options : Returning(normal_options)),
+        normal_options_(wants_curvature_ ? ForEstimate(options_, normal_options) : Returning(normal_options)),
         size_(cloud.size()),
         origin_(cloud.origin()),
         query_count_(cloud.point_set().query_count()),
@@ -83,10 +89,10 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
         seconds.index = phase.seconds;
       } else if (phase.name == kNormalsPhase) {
         progress.phase = JobPhase::kMakingNormals;
-        seconds.normals = phase.seconds;
+        seconds.normals = seconds.normals.value_or(0.0) + phase.seconds;
       } else if (phase.name == kOrientationPhase) {
         progress.phase = JobPhase::kOrienting;
-        seconds.orientation = phase.seconds;
+        seconds.orientation = seconds.orientation.value_or(0.0) + phase.seconds;
       } else {
         progress.phase = JobPhase::kEstimating;
         seconds.estimate = seconds.estimate.value_or(0.0) + phase.seconds;
@@ -220,18 +226,27 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 
   // Takes back how the estimate was chosen where there is none.
   void TakeChoicesBack(size_t first, size_t last) {
+    const bool shares_errors = NeighborsShareErrors();
     for (size_t i = first; i < last; ++i) {
       PointChoice& choice = choices_[i];
       if (fields_.points(0)[i].status != PointStatus::kOk) choice = UndefinedChoice();
-      if (SharesErrors(choice)) choice.mean_error = choice.k1_error = choice.k2_error = UndefinedChoice().mean_error;
+      if (!shares_errors || ReadsPositions(choice)) continue;
+      choice.mean_error = choice.k1_error = choice.k2_error = UndefinedChoice().mean_error;
     }
   }
 
-  // Whether neighbors share errors, those of normals that were made of positions, which the sample of the cloud takes
-  // for detail. Jets read positions alone.
-  bool SharesErrors(const PointChoice& choice) const {
+  // Whether neighbors may share errors of their normals that the sample of the cloud takes for detail: those of normals
+  // that were made of noisy positions, unless there are normals of halves.
+  bool NeighborsShareErrors() const {
+    if (normal_options_.source != NormalSource::kEstimate || index_.has_half_normals()) return false;
+    const ScaleReport* const report = run_ != nullptr ? run_->scale_report() : nullptr;
+    return report != nullptr && !report->positions_are_exact;
+  }
+
+  // Whether the estimate is that of jets, which read positions alone.
+  static bool ReadsPositions(const PointChoice& choice) {
     constexpr float kRounding = 1e-5f;  // of the sum of weights
-    return normal_options_.source == NormalSource::kEstimate && !(choice.jet_weight > 1.0f - kRounding);
+    return choice.jet_weight > 1.0f - kRounding;
   }
 
   // Takes what the workers have counted, and adds the phases that count more where there are seams.
@@ -347,8 +362,9 @@ class EndedJob final : public EstimationJob {
 }  // namespace
 
 size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOptions& normals) {
-  return kCloudAndIndexBytes + NormalBytesPerPoint(normals) + options.scale_count() * sizeof(PointCurvature) +
-         (options.returns_choice ? sizeof(PointChoice) : 0) + StrategyFor(options).bytes_per_point;
+  return kCloudAndIndexBytes + NormalBytesPerPoint(ForEstimate(options, normals)) +
+         options.scale_count() * sizeof(PointCurvature) + (options.returns_choice ? sizeof(PointChoice) : 0) +
+         StrategyFor(options).bytes_per_point;
 }
 
 size_t NormalsJobBytesPerPoint(NormalOptions normals) {

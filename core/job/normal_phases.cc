@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "core/base/function_phase.h"
+#include "core/normals/half_normals.h"
 
 namespace curvd {
 namespace {
@@ -65,7 +66,8 @@ PointNormal Undefined(PointStatus status) {
 size_t NormalBytesPerPoint(const NormalOptions& options) {
   size_t bytes = options.returns_normals ? sizeof(PointNormal) : 0;
   if (options.source == NormalSource::kEstimate) {
-    bytes += 3 * sizeof(float) + sizeof(PointStatus) + (options.returns_normals ? 2 * sizeof(float) : 0);
+    bytes += (options.makes_halves ? 6 : 3) * sizeof(float) + sizeof(PointStatus) +
+             (options.returns_normals ? 2 * sizeof(float) : 0);
   }
   return bytes + Orientation::BytesPerPoint(options);
 }
@@ -203,14 +205,18 @@ void NormalPhases::Orient() {
   orientations_.back()->Start();
 }
 
+bool NormalPhases::HasFit() const {
+  const auto* count = std::get_if<NeighborCount>(&scale_.fit.neighborhood);
+  return index_.point_count() > 0 && (count == nullptr || count->count <= index_.point_count());
+}
+
 absl::Status NormalPhases::EndOrientation() {
   fit_report_.opposed_share.reset();
   fit_report_.torn_share.reset();
   fit_report_.mixes_sides = false;
-  const auto* count = std::get_if<NeighborCount>(&scale_.fit.neighborhood);
-  const bool is_fitted = options_.source == NormalSource::kEstimate && index_.point_count() > 0 &&
-                         (count == nullptr || count->count <= index_.point_count());
-  if (!is_fitted || !std::holds_alternative<ConsistentSides>(options_.sides)) return Decide();
+  if (options_.source != NormalSource::kEstimate || !HasFit() ||
+      !std::holds_alternative<ConsistentSides>(options_.sides))
+    return Decide();
   side_probe_.emplace(index_, scale_.fit, thread_count_);
   add_phase_(MakeSideProbePhase(*side_probe_, kOrientationPhase));
   add_phase_(MakeStep(kOrientationPhase, [this] {
@@ -232,7 +238,7 @@ absl::Status NormalPhases::Decide() {
   const double certificate = is_closed ? *found.certificate : kNoCertificate;
   switch (attempt_) {
     case Attempt::kOneSheet:
-      if (certificate <= MaxTrustedCertificate(0.0) && !IsRepairedRim(found)) return then_();
+      if (certificate <= MaxTrustedCertificate(0.0) && !IsRepairedRim(found)) return Finish();
       NoteThin(found, certificate);
       return thin_certificate_ < kNoCertificate && !scale_.fit.two_sheets ? TryRims() : ChooseThin();
     case Attempt::kThin:
@@ -245,12 +251,12 @@ absl::Status NormalPhases::Decide() {
       chosen_certificate_ = found.certificate.value_or(0.0);
       if (found.mixes_sides) return AvoidMixing();
       if (WantsCheck(found)) return Check(Attempt::kOther);
-      return WantsFew(found) ? TryFew() : then_();
+      return WantsFew(found) ? TryFew() : Finish();
     case Attempt::kKept:
       if (chosen_certificate_ < kNoCertificate || certificate > MaxTrustedCertificate(0.0) || IsRepairedRim(found)) {
         return Check(Attempt::kOtherThin);
       }
-      return then_();
+      return Finish();
     case Attempt::kOther: {
       TakeCheck();
       NormalReport chosen = report();
@@ -265,16 +271,16 @@ absl::Status NormalPhases::Decide() {
       if (!scale_.fit.two_sheets || certificate >= thin_certificate_) return MakeLast(thin_);
       // The better ones of both stay, and may be right where the others were not.
       if (*fit_report_.turned_share <= kMostTurnedShareOfThin || found.neighbor_count > kMostRimNeighbors)
-        return then_();
+        return Finish();
       thin_ = scale_;
       thin_certificate_ = certificate;
       return Check(Attempt::kOtherThin);
     case Attempt::kFew:
-      return certificate <= kMuchBetter * chosen_certificate_ ? then_() : MakeLast(chosen_);
+      return certificate <= kMuchBetter * chosen_certificate_ ? Finish() : MakeLast(chosen_);
     case Attempt::kLast:
       break;
   }
-  return then_();
+  return Finish();
 }
 
 bool NormalPhases::IsRepairedRim(const NormalReport& found) const {
@@ -295,7 +301,7 @@ absl::Status NormalPhases::ChooseThin() {
 
 absl::Status NormalPhases::AvoidMixing() {
   if (thin_certificate_ < kNoCertificate) return Try(Attempt::kKept, thin_);
-  return sheets_.two_sheets ? then_() : Try(Attempt::kThin, ScaleOf(kFewNeighbors));
+  return sheets_.two_sheets ? Finish() : Try(Attempt::kThin, ScaleOf(kFewNeighbors));
 }
 
 absl::Status NormalPhases::TryRims() {
@@ -310,6 +316,24 @@ absl::Status NormalPhases::MakeLast(const ChosenScale& scale) { return Try(Attem
 absl::Status NormalPhases::Try(Attempt attempt, const ChosenScale& scale) {
   attempt_ = attempt;
   return AddFit(scale);
+}
+
+absl::Status NormalPhases::Finish() {
+  const bool is_fitted = options_.source == NormalSource::kEstimate && HasFit();
+  if (!options_.makes_halves || !is_fitted || !HasHalves(scale_.fit)) return then_();
+  if (absl::Status status = index_.MakeHalfNormals(); !status.ok()) return status;
+  fit_ = StartHalfNormals(scale_.fit, index_);
+  scratch_.emplace(*fit_, thread_count_);
+  for (GroupPhase& groups : fit_->Phases()) {
+    add_phase_(
+        MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(OptionsForOnePoint(scale_.fit)), *scratch_, nullptr));
+  }
+  add_phase_(MakeStep(kNormalsPhase, [this] {
+    scratch_.reset();
+    fit_.reset();
+    return then_();
+  }));
+  return absl::OkStatus();
 }
 
 absl::Status NormalPhases::Check(Attempt other) {

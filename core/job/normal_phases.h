@@ -88,6 +88,8 @@ class NormalPhases {
   void FillTooFew();
   absl::Status EndFit();
   void Orient();
+  // Whether the scale of now could be fitted: the cloud has as many points.
+  bool HasFit() const;
   // Looks at how much the neighborhoods of the fit are of one side, where there was a fit.
   absl::Status EndOrientation();
   // Makes the next attempt, or is done.
@@ -97,6 +99,8 @@ class NormalPhases {
   absl::Status TryFew();
   absl::Status TryRims();
   absl::Status MakeLast(const ChosenScale& scale);
+  // Makes normals of halves, if they are wanted, and is done.
+  absl::Status Finish();
   // Whether a repair chose sides of both sheets, which a low certificate alone does not vouch for.
   bool IsRepairedRim(const NormalReport& found) const;
   // Remembers the scale of now, if it is the best one so far for a thin closed part.

@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "core/base/halves.h"
 #include "core/base/page_array.h"
 #include "core/estimators/fits/fit_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
@@ -29,6 +31,9 @@ struct NormalFit {
   // where each of them lies. Points that are far from the mean, and those of leaves without a fit, have their own.
   // REQUIRES: by count; the degree is 2 or more; not two_sheets.
   bool shares = false;
+  // Of which half of the cloud points are fitted, and are the neighbors that they are fitted to, which still lie among
+  // as many of both halves. DEFAULT: of both. REQUIRES: not two_sheets.
+  std::optional<Half> half{};
 
   // The options of an estimate that has the same neighborhoods, and needs the same scratch.
   EstimatorOptions ToEstimatorOptions() const;
@@ -40,12 +45,14 @@ struct NormalPlan {
       : neighborhood(NeighborhoodPlan::Make(fit.ToEstimatorOptions(), index)),
         degree(JetDegree(fit.method)),
         two_sheets(fit.two_sheets),
-        shares(fit.shares) {}
+        shares(fit.shares),
+        half(fit.half) {}
 
   NeighborhoodPlan neighborhood;
   int degree;  // of the polynomial; 0: no polynomial
   bool two_sheets;
   bool shares;
+  std::optional<Half> half;
 };
 
 // The fit of one point of a group, as long as what it was solved from is known.

@@ -230,6 +230,7 @@ class AutomaticRun final : public StrategyRun {
       part.sampled_points = static_cast<uint32_t>(samples.size());
       part.sigma = std::ldexp(choice.sigma, -index_.scale_exponent());
       part.normal_sigma = NormalNoise(samples, choice.sigma);
+      part.positions_are_exact = PositionsAreExact(samples, choice.sigma);
       for (const ScaleScore& score : choice.scores) {
         part.Add({kScaleMethods[score.candidate.method].estimator,
                   FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),
@@ -346,6 +347,10 @@ constexpr Strategy kAutomatic = {.name = kAutomaticEstimator,
 
 const Strategy& StrategyFor(const EstimatorOptions& options) {
   return options.is_automatic() || options.returns_choice ? kAutomatic : *FindStrategy(options.estimator);
+}
+
+bool ComparesNormalsOfHalves(const EstimatorOptions& options) {
+  return &StrategyFor(options) == &kAutomatic && options.estimator != kScaleMethods[kQuarticMethod].estimator;
 }
 
 uint32_t LeastPoints(const EstimatorOptions& options) {

@@ -11,6 +11,10 @@ namespace curvd {
 // REQUIRES: options.Validate() is OK.
 const Strategy& StrategyFor(const EstimatorOptions& options);
 
+// Whether the estimate tells noise by halves of neighborhoods, and reads normals, so that it is to have normals of
+// halves where they are estimated.
+bool ComparesNormalsOfHalves(const EstimatorOptions& options);
+
 // The fewest points that a cloud needs for an estimate of any point; 0 where a radius decides.
 uint32_t LeastPoints(const EstimatorOptions& options);
 

@@ -13,8 +13,12 @@ namespace HWY_NAMESPACE {
 // Collects the neighbors of a query as NeighborCollector does, and their ids.
 class NumberedCollector {
  public:
-  NumberedCollector(const SpatialIndex& index, const QueryPoint& query, CollectScratch& s, NormalSums& sums)
-      : index_(&index), scratch_(&s), neighbors_(index, query, s.neighbors, sums) {}
+  NumberedCollector(const SpatialIndex& index, const QueryPoint& query, CollectedNormals normals, CollectScratch& s,
+                    NormalSums& sums)
+      : index_(&index),
+        scratch_(&s),
+        neighbors_(index, query, s.neighbors, sums,
+                   normals == CollectedNormals::kOfHalves && index.has_half_normals()) {}
 
   HWY_INLINE void Start(size_t count) {
     neighbors_.Start(count);
@@ -38,8 +42,8 @@ class NumberedCollector {
 };
 
 absl::Status CollectEachKernel(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
-                               CollectedPoints which, CollectScratch& s, absl::FunctionRef<bool(size_t)> keep,
-                               absl::FunctionRef<void(size_t)> visit) {
+                               CollectedPoints which, CollectedNormals normals, CollectScratch& s,
+                               absl::FunctionRef<bool(size_t)> keep, absl::FunctionRef<void(size_t)> visit) {
   if (which == CollectedPoints::kAll) {
     LoadGroup<true>(index, group, s.points, s.first_point);
   } else {
@@ -47,9 +51,9 @@ absl::Status CollectEachKernel(const SpatialIndex& index, const NeighborhoodPlan
   }
   KeepPoints(keep, s.points);
   QueryPoint query;
-  NormalSums normals;
-  const NumberedCollector collector(index, query, s, normals);
-  return ForEachNeighborhood(index, plan, query, normals, collector, s, [&](size_t i, const LeafList&) { visit(i); });
+  NormalSums sums;
+  const NumberedCollector collector(index, query, normals, s, sums);
+  return ForEachNeighborhood(index, plan, query, sums, collector, s, [&](size_t i, const LeafList&) { visit(i); });
 }
 
 }  // namespace HWY_NAMESPACE
@@ -63,9 +67,9 @@ namespace curvd {
 HWY_EXPORT(CollectEachKernel);
 
 absl::Status CollectNeighbors(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
-                              CollectedPoints which, CollectScratch& scratch, absl::FunctionRef<bool(size_t i)> keep,
-                              absl::FunctionRef<void(size_t i)> visit) {
-  return HWY_DYNAMIC_DISPATCH(CollectEachKernel)(index, plan, group, which, scratch, keep, visit);
+                              CollectedPoints which, CollectedNormals normals, CollectScratch& scratch,
+                              absl::FunctionRef<bool(size_t i)> keep, absl::FunctionRef<void(size_t i)> visit) {
+  return HWY_DYNAMIC_DISPATCH(CollectEachKernel)(index, plan, group, which, normals, scratch, keep, visit);
 }
 
 }  // namespace curvd

@@ -28,11 +28,17 @@ enum class CollectedPoints : uint8_t {
   kQueries,  // those that get one
 };
 
+// Which normals of the neighbors are collected.
+enum class CollectedNormals : uint8_t {
+  kInUse,
+  kOfHalves,  // where the index has them; else those in use
+};
+
 // Loads the points of a group, from scratch.first_point on, keeps those of them, by their order, for which keep(i) is
 // true, and calls visit(i) for each once scratch.neighbors and scratch.ids hold its neighbors; i is then its place in
 // scratch.points. Errors as those of GroupPhase::run. REQUIRES: `plan` is by count; `index` has normals.
 absl::Status CollectNeighbors(const SpatialIndex& index, const NeighborhoodPlan& plan, size_t group,
-                              CollectedPoints which, CollectScratch& scratch, absl::FunctionRef<bool(size_t i)> keep,
-                              absl::FunctionRef<void(size_t i)> visit);
+                              CollectedPoints which, CollectedNormals normals, CollectScratch& scratch,
+                              absl::FunctionRef<bool(size_t i)> keep, absl::FunctionRef<void(size_t i)> visit);
 
 }  // namespace curvd

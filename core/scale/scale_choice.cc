@@ -118,6 +118,8 @@ constexpr double kWorthwhile = 0.7, kWorthwhileToFew = 2.0;
 
 double PositionNoise(PilotPoints table) { return ScaleJudge::PositionNoise(table); }
 
+bool PositionsAreExact(PilotPoints table, double sigma) { return ScaleJudge::PositionsAreExact(table, sigma); }
+
 double AddedError(double error, double other) { return std::sqrt(error * error + other * other); }
 
 double ScaleWeight(double error) { return 1.0 / (error * error * error * error); }

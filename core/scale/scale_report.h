@@ -35,6 +35,8 @@ struct ScaleReport {
   // The same of the noise of normals along each tangent, in radians, beyond what noise of positions makes of it; none
   // where no sampled point has enough neighbors. Of two parts of the cloud, the larger one.
   std::optional<double> normal_sigma = std::nullopt;
+  // Whether that of positions is nothing beside the smallest neighborhoods, in all parts.
+  bool positions_are_exact = true;
 
   void Add(const ScaleOutcome& outcome) {
     for (ScaleOutcome& other : outcomes) {
@@ -65,6 +67,7 @@ struct ScaleReport {
     sampled_points += part.sampled_points;
     sigma = std::max(sigma, part.sigma);
     normal_sigma = std::max(normal_sigma, part.normal_sigma);
+    positions_are_exact = positions_are_exact && part.positions_are_exact;
   }
 
  private:

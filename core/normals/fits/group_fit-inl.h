@@ -171,6 +171,10 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
                                    NormalScratch& s) {
   LoadGroup<true>(index, group, s.points, s.first_point);
   if (sample == GroupSample::kOneOfEachLeaf) KeepFirstOfLeaves(s.points);
+  if (plan.half.has_value()) {
+    KeepPoints([&](size_t i) { return HalfOf(s.points.rank[i]) == *plan.half; }, s.points);
+    if (s.points.size == 0) return absl::OkStatus();
+  }
   // Samples tell how well a method does: by itself.
   const bool lowers_degree = sample == GroupSample::kAll;
   if (plan.shares) return FitShared(index, plan, lowers_degree, s);

@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "core/base/halves.h"
 #include "core/estimators/fits/jet-inl.h"
 #include "core/estimators/fits/least_axis.h"
 #include "core/estimators/fits/quadric_sums-inl.h"
@@ -23,11 +25,23 @@ HWY_BEFORE_NAMESPACE();
 namespace curvd {
 namespace HWY_NAMESPACE {
 
-// Collects the offsets of the neighbors of a query. Normals are not read: other threads may write them.
+// Which points are in a half of the cloud (HalfOf), by their indices.
+HWY_INLINE FloatMask AreInHalf(const int32_t* ids, Half half) {
+  const hn::RebindToUnsigned<IntTag> d;
+  auto hash = hn::BitCast(d, hn::Load(IntTag(), ids));
+  hash = hn::Mul(hn::Xor(hash, hn::ShiftRight<kHalfShifts[0]>(hash)), hn::Set(d, kHalfMultipliers[0]));
+  hash = hn::Mul(hn::Xor(hash, hn::ShiftRight<kHalfShifts[1]>(hash)), hn::Set(d, kHalfMultipliers[1]));
+  const auto bit = hn::And(hn::Xor(hash, hn::ShiftRight<kHalfShifts[2]>(hash)), hn::Set(d, 1u));
+  return hn::RebindMask(FloatTag(), hn::Eq(bit, hn::Set(d, static_cast<uint32_t>(half))));
+}
+
+// Collects the offsets of the neighbors of a query, or of those in a half of the cloud. Normals are not read: other
+// threads may write them.
 class OffsetCollector {
  public:
-  OffsetCollector(const SpatialIndex& index, const QueryPoint& query, NeighborArrays& neighbors)
-      : index_(&index), query_(&query), neighbors_(&neighbors) {}
+  OffsetCollector(const SpatialIndex& index, const QueryPoint& query, std::optional<Half> half,
+                  NeighborArrays& neighbors)
+      : index_(&index), query_(&query), half_(half), neighbors_(&neighbors) {}
 
   HWY_INLINE void Start(size_t count) {
     neighbors_->Reserve(count);
@@ -36,9 +50,10 @@ class OffsetCollector {
   }
   HWY_INLINE void operator()(const NearPoints& near, FloatMask inside) {
     const FloatTag d;
+    const SpatialIndex::LeafPositions& points = index_->positions(near.leaf);
+    if (half_.has_value()) inside = hn::And(inside, AreInHalf(points.id + near.place, *half_));
     const size_t kept = hn::CountTrue(d, inside);
     if (kept == 0) return;
-    const SpatialIndex::LeafPositions& points = index_->positions(near.leaf);
     const QueryVectors q(query_->position);
     const size_t i = near.place;
     hn::StoreU(hn::Compress(hn::Sub(hn::Load(d, points.x + i), q.x), inside), d, dx_ + count_);
@@ -54,6 +69,7 @@ class OffsetCollector {
  private:
   const SpatialIndex* index_;
   const QueryPoint* query_;
+  std::optional<Half> half_;
   NeighborArrays* neighbors_;
   float *dx_ = nullptr, *dy_ = nullptr, *dz_ = nullptr;
   size_t count_ = 0;
@@ -148,7 +164,9 @@ inline void TakeJets(int degree, NormalScratch& s) {
 inline size_t CountInLanes(const NormalPlan& plan, const NormalScratch& s) {
   const SearchPlan& search = plan.neighborhood.search;
   const bool in_lanes = !search.by_radius && search.searched_count <= LaneNeighbors::kMostNeighbors;
-  return in_lanes && search.searched_count > 1 && !plan.two_sheets && !s.inspect ? search.searched_count : 0;
+  return in_lanes && search.searched_count > 1 && !plan.two_sheets && !plan.half.has_value() && !s.inspect
+             ? search.searched_count
+             : 0;
 }
 
 // Fits each of s.points, which are loaded. With `lowers_degree`, points whose neighbors determine no polynomial of the
@@ -157,6 +175,7 @@ HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const Norm
                                            NormalScratch& s) {
   const auto fill = [](size_t) {};
   const auto size = static_cast<size_t>(JetSize(plan.degree));
+  constexpr size_t kLeastSpread = 3;  // neighbors that may lie in a plane; fewer are where others are of another half
   const size_t count = CountInLanes(plan, s), lanes = hn::Lanes(DoubleTag());
   const auto fit = [&](size_t i, const LeafList&) {
     PointStatus& status = s.points.status[i];
@@ -167,6 +186,10 @@ HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const Norm
       return;
     }
     if (status != PointStatus::kOk) return;
+    if (s.neighbors.count < kLeastSpread) {
+      status = PointStatus::kTooFewNeighbors;
+      return;
+    }
     const double unit = 1.0 / s.frames.rho[i];
     const NeighborSpread spread = MeasureSpread(s.neighbors, unit);
     status = SetPlane(spread, s.neighbors.count, i, s);
@@ -181,7 +204,7 @@ HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const Norm
     SumJetInFrame(s.neighbors, unit, plan.degree, i, s.columns, s.system);
   };
   QueryPoint query;
-  const OffsetCollector collector(index, query, s.neighbors);
+  const OffsetCollector collector(index, query, plan.half, s.neighbors);
   const absl::Status status = ForEachNeighborhood(index, plan.neighborhood, query, kNoNormals, collector, s, fit);
   if (!status.ok()) return status;
   if (count > 0 && s.points.size % lanes != 0) {

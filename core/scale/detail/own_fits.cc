@@ -124,8 +124,8 @@ absl::Status OwnFits::ForEach(size_t group, absl::FunctionRef<bool(size_t i)> is
       SortNormals(static_cast<float>(most), s.pilot);
       fit(place, i);
     };
-    const absl::Status status =
-        CollectNeighbors(index_, plans_[part], group, CollectedPoints::kQueries, s.pilot, is_kept, visit);
+    const absl::Status status = CollectNeighbors(index_, plans_[part], group, CollectedPoints::kQueries,
+                                                 CollectedNormals::kInUse, s.pilot, is_kept, visit);
     if (!status.ok()) return status;
   }
   return absl::OkStatus();

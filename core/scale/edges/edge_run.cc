@@ -18,7 +18,7 @@ namespace {
 constexpr uint32_t kMeasured = 32;
 // Samples around a group that tell what is usual there, and the share of them which is no rougher: edges are few.
 constexpr size_t kNearestSamples = 24;
-constexpr double kUsualShare = 0.4;
+constexpr double kNoRougherShare = 0.4;
 // Where fewer of the points whose normals are rough than this share lie beside edges, it is detail that makes them so:
 // it is to be kept, and edges cannot be told from it.
 constexpr double kLeastEdgeShare = 0.5;
@@ -79,11 +79,12 @@ void EdgeRun::LookAmong(uint32_t count) {
 absl::Status EdgeRun::MeasureTrends(size_t group, absl::FunctionRef<bool(size_t place)> keep, PilotScratch& s) {
   const auto place_of = [&s](size_t i) { return static_cast<size_t>(s.points.place[i]); };
   const auto keep_at = [&](size_t i) { return keep(place_of(i)); };
-  return CollectNeighbors(index_, measured_, group, CollectedPoints::kAll, s, keep_at, [&](size_t i) {
-    s.search.work += 16 * s.neighbors.count;
-    CopyNeighbors(s, s.normals);
-    marks_.SetTrend(place_of(i), TrendOf(s.normals));
-  });
+  return CollectNeighbors(index_, measured_, group, CollectedPoints::kAll, CollectedNormals::kInUse, s, keep_at,
+                          [&](size_t i) {
+                            s.search.work += 16 * s.neighbors.count;
+                            CopyNeighbors(s, s.normals);
+                            marks_.SetTrend(place_of(i), TrendOf(s.normals));
+                          });
 }
 
 absl::Status EdgeRun::Measure(size_t group, PilotScratch& s) {
@@ -120,7 +121,7 @@ double EdgeRun::NoiseAround(size_t group) const {
   if (kept == 0) return std::numeric_limits<double>::infinity();
   std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(kept),
                     near.begin() + static_cast<std::ptrdiff_t>(count));
-  const auto usual = near.begin() + static_cast<std::ptrdiff_t>(kUsualShare * static_cast<double>(kept - 1));
+  const auto usual = near.begin() + static_cast<std::ptrdiff_t>(kNoRougherShare * static_cast<double>(kept - 1));
   std::nth_element(near.begin(), usual, near.begin() + static_cast<std::ptrdiff_t>(kept),
                    [](const auto& a, const auto& b) { return a.second < b.second; });
   return usual->second;
@@ -151,8 +152,8 @@ absl::Status EdgeRun::Mark(size_t group, PilotScratch& s) {
   uint64_t has_faces = 0;
   const auto place_of = [&s](size_t i) { return static_cast<size_t>(s.points.place[i]); };
   const auto is_rough = [&](size_t i) { return marks_.IsRough(place_of(i), noise); };
-  const absl::Status status =
-      CollectNeighbors(index_, measured_, group, CollectedPoints::kAll, s, is_rough, [&](size_t i) {
+  const absl::Status status = CollectNeighbors(
+      index_, measured_, group, CollectedPoints::kAll, CollectedNormals::kInUse, s, is_rough, [&](size_t i) {
         s.search.work += 16 * s.neighbors.count;
         CopyNeighbors(s, s.normals);
         DropCopies(s.normals);
@@ -195,19 +196,20 @@ absl::Status EdgeRun::Repair(size_t group, float most_radius, absl::FunctionRef<
                              absl::FunctionRef<void(size_t n, const PointFit& estimate)> take, PilotScratch& s) const {
   const double normal_noise = NoiseAround(group), to_caller = std::ldexp(1.0, index_.scale_exponent());
   s.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
-  return CollectNeighbors(index_, repaired_, group, CollectedPoints::kQueries, s, is_one_sided, [&](size_t i) {
-    s.search.work += 16 * s.neighbors.count;
-    float position[3], normal[3];
-    s.points.query.Get(i, position);
-    s.points.normal.Get(i, normal);
-    SortNormals(most_radius, s);
-    const OneSideScale scale = scale_at(position);
-    const auto found =
-        EstimateOneSide(s.normals, Eigen::Vector3d(normal[0], normal[1], normal[2]),
-                        {scale.count, normal_noise, position_noise_, scale.allowed_error, scale.least_count});
-    if (!found.has_value()) return;
-    if (const auto scaled = Scaled(*found, to_caller)) take(i, *scaled);
-  });
+  return CollectNeighbors(
+      index_, repaired_, group, CollectedPoints::kQueries, CollectedNormals::kInUse, s, is_one_sided, [&](size_t i) {
+        s.search.work += 16 * s.neighbors.count;
+        float position[3], normal[3];
+        s.points.query.Get(i, position);
+        s.points.normal.Get(i, normal);
+        SortNormals(most_radius, s);
+        const OneSideScale scale = scale_at(position);
+        const auto found =
+            EstimateOneSide(s.normals, Eigen::Vector3d(normal[0], normal[1], normal[2]),
+                            {scale.count, normal_noise, position_noise_, scale.allowed_error, scale.least_count});
+        if (!found.has_value()) return;
+        if (const auto scaled = Scaled(*found, to_caller)) take(i, *scaled);
+      });
 }
 
 }  // namespace curvd

@@ -273,6 +273,10 @@ double ScaleJudge::PositionNoise(PilotPoints table) {
   return std::isfinite(least) ? least : 0.0;
 }
 
+bool ScaleJudge::PositionsAreExact(PilotPoints table, double sigma) {
+  return sigma <= kMostNoiseOfExactPositions * MedianRadius(table, 0);
+}
+
 double ScaleJudge::Variance(const ScaleCandidate& candidate) const {
   std::vector<double> values =
       DistancesOf(values_.Of(candidate, PilotPoint::kEven), values_.Of(candidate, PilotPoint::kOdd));
@@ -303,7 +307,7 @@ std::optional<ScaleScore> ScaleJudge::FindReference(std::initializer_list<size_t
 }
 
 std::optional<ScaleScore> ScaleJudge::FindReferenceOfPositions() const {
-  if (!reference_.has_value() || sigma_ > kMostNoiseOfExactPositions * MedianRadius(table_, 0)) return std::nullopt;
+  if (!reference_.has_value() || !PositionsAreExact(table_, sigma_)) return std::nullopt;
   const std::optional<ScaleScore> jets = FindReference({kQuarticMethod, kSexticMethod});
   if (!jets.has_value() || SquaredBiasOfNormals(jets, reference_->candidate) == 0.0) return std::nullopt;
   return jets;

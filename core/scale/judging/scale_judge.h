@@ -44,6 +44,8 @@ class ScaleJudge {
 
   // Standard deviation of the noise of positions; 0 if nothing tells it.
   static double PositionNoise(PilotPoints table);
+  // Whether noise of that standard deviation leaves positions exact.
+  static bool PositionsAreExact(PilotPoints table, double sigma);
   double sigma() const { return sigma_; }
   // The least error that can be told at that scale.
   double Floor(size_t rung) const;

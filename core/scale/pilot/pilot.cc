@@ -54,13 +54,14 @@ absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scrat
     places[kept++] = PlaceOf(leaf, which) + rank++;
     return true;
   };
-  return CollectNeighbors(index_, plan_, group, CollectedPoints::kQueries, scratch, is_sampled_point, [&](size_t i) {
-    float position[3];
-    scratch.points.query.Get(i, position);
-    PilotPoint& point = table[places[i]];
-    point = PilotPoint({position[0], position[1], position[2]});
-    EstimateRungs(rung_count_, methods_, scratch, point);
-  });
+  return CollectNeighbors(index_, plan_, group, CollectedPoints::kQueries, CollectedNormals::kOfHalves, scratch,
+                          is_sampled_point, [&](size_t i) {
+                            float position[3];
+                            scratch.points.query.Get(i, position);
+                            PilotPoint& point = table[places[i]];
+                            point = PilotPoint({position[0], position[1], position[2]});
+                            EstimateRungs(rung_count_, methods_, scratch, point);
+                          });
 }
 
 }  // namespace curvd

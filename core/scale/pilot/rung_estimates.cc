@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "Eigen/Geometry"
+#include "core/base/halves.h"
 #include "core/scale/line_distance.h"
 #include "core/scale/pilot/distance_order.h"
 #include "core/scale/pilot/neighbor_copies.h"
@@ -162,7 +163,7 @@ class RungEstimates {
 // Estimates the spheres of a rung, of `count` neighbors, and of its halves.
 void AddSpheres(const std::array<PilotHalf, 2>& halves, size_t rung, size_t count, const Eigen::Matrix3d& frame,
                 double unit, RungEstimates& estimates, PilotScratch& s) {
-  const auto half_of = [&s](uint32_t j) { return IsInEvenHalf(FirstOfCopies(s.ids[j])) ? 0 : 1; };
+  const auto half_of = [&s](uint32_t j) { return static_cast<size_t>(HalfOf(FirstOfCopies(s.ids[j]))); };
   const float farthest = s.squared[s.order[count - 1]];
   std::array<std::vector<PilotNeighbor>, PilotPoint::kParts>& rims = s.rims;
   for (std::vector<PilotNeighbor>& rim : rims) rim.clear();
@@ -200,7 +201,7 @@ void EstimateRungs(size_t rung_count, const MethodSet& methods, PilotScratch& s,
     for (; next < kScaleRungs[rung]; ++next) {
       const uint32_t j = s.order[next];
       // Copies share their noise: they belong to one half.
-      PilotHalf& half = halves[IsInEvenHalf(FirstOfCopies(s.ids[j])) ? 0 : 1];
+      PilotHalf& half = halves[static_cast<size_t>(HalfOf(FirstOfCopies(s.ids[j])))];
       half.Add(NeighborInFrame(s.neighbors, j, frame, unit), with_sextic, with_spheres);
       half.distinct += IsCopy(s.ids[j]) ? 0 : 1;
     }

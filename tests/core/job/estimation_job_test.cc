@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/page_pool.h"
+#include "tests/core/normals/normal_clouds.h"
 #include "tests/core/sanitized.h"
 #include "tests/core/test_clouds.h"
 
@@ -268,21 +269,6 @@ TEST(EstimationJobTest, RadiusThatCoversTheCloudIsRefusedByTheLimit) {
   EXPECT_NE(result.status().message().find("1000"), std::string::npos) << result.status();
 }
 
-// The points without their normals.
-Cloud BareCloud(const TestPoints& points) {
-  Cloud cloud(ScalarType::kFloat32, InvalidPointPolicy::kSkip, NormalsInput::kAbsent);
-  const size_t bytes = points.size() * sizeof(points.positions[0]);
-  EXPECT_TRUE(cloud.Append({reinterpret_cast<const char*>(points.positions.data()), bytes}, {}).ok());
-  EXPECT_TRUE(cloud.Finish().ok());
-  return cloud;
-}
-
-NormalOptions Estimated() {
-  NormalOptions options;
-  options.source = NormalSource::kEstimate;
-  return options;
-}
-
 TEST(EstimationJobTest, SpheresHaveTheirCurvatureWithoutNormalsToo) {
   WorkerPool pool(2);
   for (std::string_view estimator : kEstimators) {
@@ -355,6 +341,14 @@ TEST(EstimationJobTest, PeakWithEstimatedNormalsStaysBelowThePromise) {
     const auto result = EstimateCurvature(BareCloud(Sphere(300'000, 1.0)), EstimatorOptions(), normals, pool);
     EXPECT_LE(result->cost.peak_bytes, 300'000 * EstimationBytesPerPoint(EstimatorOptions(), normals));
   }
+  // With normals of halves.
+  normals = Estimated();
+  normals.neighborhood = NeighborCount{24};
+  EstimatorOptions automatic = WithEstimator("auto");
+  automatic.neighborhood = AutomaticScale{};
+  const auto result = EstimateCurvature(BareCloud(Sphere(40'000, 1.0)), automatic, normals, pool);
+  EXPECT_LE(result->cost.peak_bytes, 40'000 * EstimationBytesPerPoint(automatic, normals) +
+                                         EstimationScratchBytes(automatic, 40'000, 2, normals));
 }
 
 TEST(EstimationJobTest, CancelEndsTheJob) {

@@ -13,12 +13,6 @@
 namespace curvd::testing {
 namespace {
 
-NormalOptions Estimated() {
-  NormalOptions options;
-  options.source = NormalSource::kEstimate;
-  return options;
-}
-
 TEST(NormalsJobTest, ThreadsDoNotChangeAByte) {
   TestPoints torus = Torus(kSanitized ? 20'000 : 60'000, 1);
   AddNoise(0.1, 2, torus);

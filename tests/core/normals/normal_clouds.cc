@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/estimators/triangles/random_stream.h"
+#include "core/normals/half_normals.h"
 
 namespace curvd::testing {
 namespace {
@@ -100,6 +101,12 @@ NormalResult MustMakeNormals(Cloud cloud, const NormalOptions& options, int thre
   return result.ok() ? *std::move(result) : NormalResult{};
 }
 
+NormalOptions Estimated() {
+  NormalOptions options;
+  options.source = NormalSource::kEstimate;
+  return options;
+}
+
 NormalOptions EstimateBy(NormalMethod method, uint32_t count) {
   NormalOptions options;
   options.source = NormalSource::kEstimate;
@@ -108,21 +115,32 @@ NormalOptions EstimateBy(NormalMethod method, uint32_t count) {
   return options;
 }
 
+// Runs a run's phases, of groups that may end early.
+static void RunPhases(StrategyRun& run, const SpatialIndex& index, uint64_t most_work) {
+  const std::unique_ptr<WorkerScratch> scratch = run.MakeScratch();
+  scratch->most_work = most_work;
+  for (const GroupPhase& phase : run.Phases()) {
+    for (size_t group = 0; group < index.group_count(); ++group) {
+      scratch->first_point = 0;
+      do {
+        scratch->rest = 0;
+        EXPECT_TRUE(phase.run(group, *scratch).ok());
+        scratch->first_point = scratch->rest;
+      } while (scratch->rest > 0);
+    }
+  }
+}
+
+void MakeHalfNormals(SpatialIndex& index, const NormalFit& fit, uint64_t most_work) {
+  EXPECT_TRUE(index.MakeHalfNormals().ok());
+  RunPhases(*StartHalfNormals(fit, index), index, most_work);
+}
+
 PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t most_work) {
   NormalQuality quality;
   EXPECT_TRUE(quality.Create(index.leaf_count() * SpatialIndex::kLeafSize, true).ok());
   const std::unique_ptr<StrategyRun> run = StartNormalFit(fit, index, quality);
-  const std::unique_ptr<WorkerScratch> scratch = run->MakeScratch();
-  scratch->most_work = most_work;
-  const GroupPhase phase = run->Phases().front();
-  for (size_t group = 0; group < index.group_count(); ++group) {
-    scratch->first_point = 0;
-    do {
-      scratch->rest = 0;
-      EXPECT_TRUE(phase.run(group, *scratch).ok());
-      scratch->first_point = scratch->rest;
-    } while (scratch->rest > 0);
-  }
+  RunPhases(*run, index, most_work);
   PlacedNormals made;
   for (size_t place = 0; place < index.point_count(); ++place) {
     const SpatialIndex::LeafNormals& n = index.normals(place / SpatialIndex::kLeafSize);

@@ -30,6 +30,8 @@ Cloud BareCloud(const TestPoints& points);
 // Makes normals with `threads` threads; fails the test on error.
 NormalResult MustMakeNormals(Cloud cloud, const NormalOptions& options, int threads = 2);
 
+// Estimates, by what the noise asks for.
+NormalOptions Estimated();
 // Estimates by `method` of `count` neighbors.
 NormalOptions EstimateBy(NormalMethod method, uint32_t count);
 
@@ -43,6 +45,9 @@ struct PlacedNormals {
 // Fits all points of the index, and writes their normals there. Runs end where they have taken `most_work` steps, and
 // others go on. Fails the test on error.
 PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t most_work = WorkerScratch::kMostRunWork);
+
+// Makes normals of halves, likewise. REQUIRES: the index has normals.
+void MakeHalfNormals(SpatialIndex& index, const NormalFit& fit, uint64_t most_work = WorkerScratch::kMostRunWork);
 
 // Mean angle in degrees between the lines of the normals made and those of `points`, over the points that have one.
 double MeanAngle(const NormalField& normals, const TestPoints& points);

@@ -50,7 +50,8 @@ uint64_t WorkOfAll(const SpatialIndex& index) {
   for (size_t group = 0; group < index.group_count(); ++group) {
     const auto all = [](size_t) { return true; };
     const auto look = [&](size_t) { scratch.search.work += 16 * scratch.neighbors.count; };
-    EXPECT_TRUE(CollectNeighbors(index, plan, group, CollectedPoints::kAll, scratch, all, look).ok());
+    EXPECT_TRUE(
+        CollectNeighbors(index, plan, group, CollectedPoints::kAll, CollectedNormals::kInUse, scratch, all, look).ok());
   }
   return scratch.work();
 }

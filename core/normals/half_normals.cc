@@ -1,0 +1,80 @@
+#include "core/normals/half_normals.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <variant>
+
+#include "core/base/halves.h"
+#include "core/estimators/fits/jet_systems.h"
+
+namespace curvd {
+namespace {
+
+// For each coefficient; with fewer neighbors, a half of them would hardly be more than the coefficients.
+constexpr uint32_t kLeastNeighborsPerCoefficient = 4;
+
+class HalfNormalsRun final : public StrategyRun {
+ public:
+  HalfNormalsRun(const NormalFit& fit, SpatialIndex& index)
+      : index_(index), plans_{PlanOf(fit, Half::kEven, index), PlanOf(fit, Half::kOdd, index)} {}
+
+  std::unique_ptr<WorkerScratch> MakeScratch() const override { return std::make_unique<NormalScratch>(); }
+
+  std::vector<GroupPhase> Phases() override {
+    std::vector<GroupPhase> phases;
+    for (const NormalPlan& plan : plans_) {
+      phases.push_back({"normals", nullptr, [this, &plan](size_t group, WorkerScratch& scratch) {
+                          return RunGroup(plan, group, static_cast<NormalScratch&>(scratch));
+                        }});
+    }
+    return phases;
+  }
+
+ private:
+  static NormalPlan PlanOf(NormalFit fit, Half half, const SpatialIndex& index) {
+    fit.half = half;
+    return {fit, index};
+  }
+
+  absl::Status RunGroup(const NormalPlan& plan, size_t group, NormalScratch& s) const {
+    if (absl::Status status = FitGroup(index_, plan, group, GroupSample::kAll, s); !status.ok()) return status;
+    for (size_t i = 0; i < s.points.size; ++i) Write(i, s);
+    // A run that has ended early is done with the points of the other half that it has left out as well.
+    if (s.rest > 0) {
+      s.rest = static_cast<size_t>(s.points.place[s.points.size - 1]) + 1 - group * SpatialIndex::kGroupPoints;
+    }
+    return absl::OkStatus();
+  }
+
+  void Write(size_t i, const NormalScratch& s) const {
+    const auto place = static_cast<size_t>(s.points.place[i]);
+    const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
+    const SpatialIndex::LeafNormals& whole = index_.normals(leaf);
+    SpatialIndex::LeafNormals& half = index_.mutable_half_normals(leaf);
+    const double along = s.normal.x[i] * whole.x[lane] + s.normal.y[i] * whole.y[lane] + s.normal.z[i] * whole.z[lane];
+    // Where there is no normal, what is along it is NaN.
+    const bool is_known = s.points.status[i] == PointStatus::kOk && along * along > 0.0;
+    const double sign = along < 0.0 ? -1.0 : 1.0;
+    half.x[lane] = is_known ? static_cast<float>(sign * s.normal.x[i]) : whole.x[lane];
+    half.y[lane] = is_known ? static_cast<float>(sign * s.normal.y[i]) : whole.y[lane];
+    half.z[lane] = is_known ? static_cast<float>(sign * s.normal.z[i]) : whole.z[lane];
+  }
+
+  SpatialIndex& index_;
+  const NormalPlan plans_[2];
+};
+
+}  // namespace
+
+bool HasHalves(const NormalFit& fit) {
+  if (fit.two_sheets) return false;
+  const auto* const neighbors = std::get_if<NeighborCount>(&fit.neighborhood);
+  const auto coefficients = static_cast<uint32_t>(JetSize(std::max(JetDegree(fit.method), 1)));
+  return neighbors == nullptr || neighbors->count >= kLeastNeighborsPerCoefficient * coefficients;
+}
+
+std::unique_ptr<StrategyRun> StartHalfNormals(const NormalFit& fit, SpatialIndex& index) {
+  return std::make_unique<HalfNormalsRun>(fit, index);
+}
+
+}  // namespace curvd
