@@ -33,6 +33,7 @@ struct Flags {
   std::vector<double> normal_noise = {0.0, 0.1, 0.2};
   uint64_t seed = 1;
   std::string estimator = "auto";
+  bool makes_normals = false;
   bool held_out = false;
   bool scores = false;
 };
@@ -61,6 +62,8 @@ Flags ParseFlags(int argc, char** argv) {
   app.add_option("--normal-noise", flags.normal_noise, "Standard deviations")->delimiter(',');
   app.add_option("--seed", flags.seed, "Of samples and noise");
   app.add_option("--estimator", flags.estimator, "The one whose scale is chosen; auto: any");
+  app.add_flag("--make-normals", flags.makes_normals,
+               "Normals are made of the positions, in place of the samples' own");
   app.add_flag("--held-out", flags.held_out,
                "Clouds that the rule was not made by, in place of --surfaces, --sampling, --points, noise and --seed");
   app.add_flag("--scores", flags.scores, "Print what was judged");
@@ -87,14 +90,11 @@ struct Outcome {
   std::string what;
 };
 
-Outcome Run(const Samples& samples, const EstimatorOptions& options, WorkerPool& pool, ScaleReport* report = nullptr) {
-  const auto result = EstimateCurvature(ToCloud(samples), options, pool);
-  if (!result.ok()) {
-    std::fprintf(stderr, "%s\n", result.status().ToString().c_str());
-    std::exit(1);
-  }
-  if (report != nullptr && result->scale_report.has_value()) *report = *result->scale_report;
-  const FieldErrors errors = MeasureErrors(result->field.points.span(), samples.truth);
+Outcome Run(const Samples& samples, const EstimatorOptions& options, bool makes_normals, WorkerPool& pool,
+            ScaleReport* report = nullptr) {
+  const EstimationResult result = EstimateSamples(samples, options, makes_normals, pool);
+  if (report != nullptr && result.scale_report.has_value()) *report = *result.scale_report;
+  const FieldErrors errors = MeasureErrors(result.field.points.span(), samples.truth);
   if (errors.estimated < 0.99 * static_cast<double>(samples.size())) {
     Outcome none;
     none.what = absl::StrCat(errors.failed, " points failed");
@@ -104,7 +104,7 @@ Outcome Run(const Samples& samples, const EstimatorOptions& options, WorkerPool&
 }
 
 // The best of the fixed ones, each quantity for itself.
-Outcome BestFixed(const Samples& samples, WorkerPool& pool) {
+Outcome BestFixed(const Samples& samples, bool makes_normals, WorkerPool& pool) {
   struct Fixed {
     const char* estimator;
     uint32_t degree;
@@ -117,7 +117,7 @@ Outcome BestFixed(const Samples& samples, WorkerPool& pool) {
       if (count > samples.size() / 3 || (fixed.estimator == std::string("uniform") && count > 512)) break;
       EstimatorOptions options{.estimator = fixed.estimator, .neighborhood = NeighborCount{count}};
       options.jet_degree = fixed.degree;
-      const Outcome outcome = Run(samples, options, pool);
+      const Outcome outcome = Run(samples, options, makes_normals, pool);
       best.gaussian = std::min(best.gaussian, outcome.gaussian);
       best.k1 = std::min(best.k1, outcome.k1);
       best.k2 = std::min(best.k2, outcome.k2);
@@ -172,13 +172,13 @@ int Main(const Flags& flags) {
       for (const double position : flags.position_noise) {
         for (const double normal : flags.normal_noise) {
           const Samples samples = Perturbed(exact, position * unit, normal, flags.seed);
-          const Outcome best = BestFixed(samples, pool);
+          const Outcome best = BestFixed(samples, flags.makes_normals, pool);
           ScaleReport report;
           EstimatorOptions options{.estimator = flags.estimator, .neighborhood = AutomaticScale{}};
           if (flags.estimator == "jet") options.jet_degree = 4;
-          const Outcome local = Run(samples, options, pool, &report);
+          const Outcome local = Run(samples, options, flags.makes_normals, pool, &report);
           options.neighborhood = AutomaticScale{.per_cloud = true};
-          const Outcome global = Run(samples, options, pool);
+          const Outcome global = Run(samples, options, flags.makes_normals, pool);
           // Where a fixed estimate is exact to the rounding of its input, as on spheres and planes, a ratio says
           // nothing.
           if (best.mean * unit < kRounding) continue;

@@ -32,6 +32,7 @@ struct Flags {
   std::string estimator = "auto";
   uint32_t neighbor_count = 0;
   bool per_cloud = false;
+  bool makes_normals = false;
 };
 
 Flags ParseFlags(int argc, char** argv) {
@@ -49,6 +50,8 @@ Flags ParseFlags(int argc, char** argv) {
   app.add_option("--estimator", flags.estimator, "auto, or one that the choice knows");
   app.add_option("--k", flags.neighbor_count, "A fixed number of neighbors; 0: automatic");
   app.add_flag("--per-cloud", flags.per_cloud, "One choice for all points");
+  app.add_flag("--make-normals", flags.makes_normals,
+               "Normals are made of the positions, in place of the samples' own");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -79,18 +82,14 @@ struct Row {
   ScaleReport report;
 };
 
-Row Measure(const Samples& samples, const EstimatorOptions& options, WorkerPool& pool) {
-  const auto result = EstimateCurvature(ToCloud(samples), options, pool);
-  if (!result.ok()) {
-    std::fprintf(stderr, "%s\n", result.status().ToString().c_str());
-    std::exit(1);
-  }
+Row Measure(const Samples& samples, const EstimatorOptions& options, bool makes_normals, WorkerPool& pool) {
+  const EstimationResult result = EstimateSamples(samples, options, makes_normals, pool);
   Row row;
-  if (result->scale_report.has_value()) row.report = *result->scale_report;
+  if (result.scale_report.has_value()) row.report = *result.scale_report;
   std::array<std::vector<double>, 3> errors, widths;
   for (size_t i = 0; i < samples.size(); ++i) {
-    const PointCurvature& point = result->field.points[i];
-    const PointChoice& choice = result->choices[i];
+    const PointCurvature& point = result.field.points[i];
+    const PointChoice& choice = result.choices[i];
     if (!(choice.mean_error >= 0.0f)) {
       ++row.without;
       continue;
@@ -152,7 +151,8 @@ int Main(const Flags& flags) {
       const Samples samples = SamplesOf(flags, surface, points);
       for (const double position : flags.position_noise) {
         for (const double normal : flags.normal_noise) {
-          const Row row = Measure(Perturbed(samples, position * unit, normal, flags.seed), OptionsOf(flags), pool);
+          const Row row = Measure(Perturbed(samples, position * unit, normal, flags.seed), OptionsOf(flags),
+                                  flags.makes_normals, pool);
           const auto& c = row.coverage;
           absl::PrintF("%-10s %6d %5g %5g | %5.1f %5.1f %5.1f | %5.2f %5.2f %5.2f | %9.3g %7.4f | %d\n", surface,
                        samples.size(), position, normal, c[0].percent, c[1].percent, c[2].percent, c[0].width,

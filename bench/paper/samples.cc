@@ -177,4 +177,21 @@ Cloud ToCloud(const Samples& samples) {
   return cloud;
 }
 
+EstimationResult EstimateSamples(const Samples& samples, const EstimatorOptions& options, bool makes_normals,
+                                 WorkerPool& pool) {
+  NormalOptions normals;
+  std::vector<std::array<double, 3>> viewpoints;
+  if (makes_normals) {
+    normals.source = NormalSource::kEstimate;
+    for (size_t i = 0; i < samples.size(); ++i) {
+      const curv::Vec3 &p = samples.positions[i], &n = samples.normals[i];
+      viewpoints.push_back({p[0] + n[0], p[1] + n[1], p[2] + n[2]});
+    }
+    normals.sides = SidesTowardViewpoints{viewpoints};
+  }
+  auto result = EstimateCurvature(ToCloud(samples), options, normals, pool);
+  DieUnless(result.status());
+  return *std::move(result);
+}
+
 }  // namespace curvd::bench

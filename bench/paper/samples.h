@@ -8,6 +8,7 @@
 
 #include "client/surfaces/surface.h"
 #include "core/cloud/cloud.h"
+#include "core/job/estimation_job.h"
 
 namespace curvd::bench {
 
@@ -49,5 +50,10 @@ Samples Perturbed(const Samples& samples, double position_noise, double normal_n
 
 // As the core takes them: float32.
 Cloud ToCloud(const Samples& samples);
+
+// Estimates by the samples' normals, or, if these are to be made, by those that the core makes of their positions, on
+// the side of the samples' own.
+EstimationResult EstimateSamples(const Samples& samples, const EstimatorOptions& options, bool makes_normals,
+                                 WorkerPool& pool);
 
 }  // namespace curvd::bench
