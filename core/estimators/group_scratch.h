@@ -30,6 +30,12 @@ struct GroupScratch : WorkerScratch {
     points.size = count;
     for (size_t i = count; i < SpatialIndex::kGroupPoints; ++i) frames.Fill(i);
   }
+
+  // The same where points of the group were left out that are no later run's either: it is done with those before the
+  // last of `points`, if it has ended early.
+  void LeaveRestAfterLast(size_t group) {
+    if (rest > 0) rest = static_cast<size_t>(points.place[points.size - 1]) + 1 - group * SpatialIndex::kGroupPoints;
+  }
 };
 
 // For strategies that measure triangles.

@@ -94,6 +94,7 @@ class SpatialIndex {
   bool has_half_normals() const { return half_normals_.size() > 0; }
   // Makes room for them, with any values. Errors: ErrorKind::kOutOfMemory. REQUIRES: point_count() > 0.
   absl::Status MakeHalfNormals() { return MakeRoom(half_normals_); }
+  void DropHalfNormals() { half_normals_ = {}; }
   // Whether there are points without a normal: theirs is NaN, and a sum of normals that holds it is worth nothing.
   bool lacks_normals() const { return lacks_normals_; }
   void set_lacks_normals() { lacks_normals_ = true; }

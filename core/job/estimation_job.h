@@ -35,8 +35,8 @@ struct JobSeconds {
 
 // What a job may be asked while it runs, and afterwards.
 struct JobProgress {
-  JobPhase phase = JobPhase::kQueued;
-  size_t points_estimated = 0;  // those that get a result; of the work blocks that have ended
+  JobPhase phase = JobPhase::kQueued;  // normals may be made, and oriented, several times in turns
+  size_t points_estimated = 0;         // those that get a result; of the work blocks that have ended
   JobSeconds seconds;
 };
 

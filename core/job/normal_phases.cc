@@ -320,7 +320,7 @@ absl::Status NormalPhases::Try(Attempt attempt, const ChosenScale& scale) {
 
 absl::Status NormalPhases::Finish() {
   const bool is_fitted = options_.source == NormalSource::kEstimate && HasFit();
-  if (!options_.makes_halves || !is_fitted || !HasHalves(scale_.fit)) return then_();
+  if (!options_.makes_halves || !is_fitted || !HasHalves(scale_.fit, index_)) return then_();
   if (absl::Status status = index_.MakeHalfNormals(); !status.ok()) return status;
   fit_ = StartHalfNormals(scale_.fit, index_);
   scratch_.emplace(*fit_, thread_count_);
@@ -329,6 +329,7 @@ absl::Status NormalPhases::Finish() {
         MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(OptionsForOnePoint(scale_.fit)), *scratch_, nullptr));
   }
   add_phase_(MakeStep(kNormalsPhase, [this] {
+    if (!AreHalfNormals(scratch_->status_counts())) index_.DropHalfNormals();
     scratch_.reset();
     fit_.reset();
     return then_();

@@ -3,15 +3,22 @@
 #include <algorithm>
 #include <cstdint>
 #include <variant>
+#include <vector>
 
 #include "core/base/halves.h"
 #include "core/estimators/fits/jet_systems.h"
+#include "core/normals/scale_pilot.h"
 
 namespace curvd {
 namespace {
 
 // For each coefficient; with fewer neighbors, a half of them would hardly be more than the coefficients.
 constexpr uint32_t kLeastNeighborsPerCoefficient = 4;
+// Points at one place share their noise, but not always the half. So many groups tell how many lie at one.
+constexpr size_t kMostGroups = 64;
+constexpr double kMostCopies = 1.05;
+// The least share of the points whose half normals are made of their half.
+constexpr double kLeastMade = 0.9;
 
 class HalfNormalsRun final : public StrategyRun {
  public:
@@ -39,14 +46,11 @@ class HalfNormalsRun final : public StrategyRun {
   absl::Status RunGroup(const NormalPlan& plan, size_t group, NormalScratch& s) const {
     if (absl::Status status = FitGroup(index_, plan, group, GroupSample::kAll, s); !status.ok()) return status;
     for (size_t i = 0; i < s.points.size; ++i) Write(i, s);
-    // A run that has ended early is done with the points of the other half that it has left out as well.
-    if (s.rest > 0) {
-      s.rest = static_cast<size_t>(s.points.place[s.points.size - 1]) + 1 - group * SpatialIndex::kGroupPoints;
-    }
+    s.LeaveRestAfterLast(group);
     return absl::OkStatus();
   }
 
-  void Write(size_t i, const NormalScratch& s) const {
+  void Write(size_t i, NormalScratch& s) const {
     const auto place = static_cast<size_t>(s.points.place[i]);
     const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
     const SpatialIndex::LeafNormals& whole = index_.normals(leaf);
@@ -54,6 +58,7 @@ class HalfNormalsRun final : public StrategyRun {
     const double along = s.normal.x[i] * whole.x[lane] + s.normal.y[i] * whole.y[lane] + s.normal.z[i] * whole.z[lane];
     // Where there is no normal, what is along it is NaN.
     const bool is_known = s.points.status[i] == PointStatus::kOk && along * along > 0.0;
+    ++s.status_counts[static_cast<size_t>(is_known ? PointStatus::kOk : PointStatus::kTooFewNeighbors)];
     const double sign = along < 0.0 ? -1.0 : 1.0;
     half.x[lane] = is_known ? static_cast<float>(sign * s.normal.x[i]) : whole.x[lane];
     half.y[lane] = is_known ? static_cast<float>(sign * s.normal.y[i]) : whole.y[lane];
@@ -66,11 +71,21 @@ class HalfNormalsRun final : public StrategyRun {
 
 }  // namespace
 
-bool HasHalves(const NormalFit& fit) {
+bool HasHalves(const NormalFit& fit, const SpatialIndex& index) {
   if (fit.two_sheets) return false;
+  const std::vector<size_t> groups = SampleGroups(index, kMostGroups);
+  double copies = 0.0;
+  for (const size_t group : groups) copies += MeanCopies(index, group);
+  if (copies > kMostCopies * static_cast<double>(groups.size())) return false;
   const auto* const neighbors = std::get_if<NeighborCount>(&fit.neighborhood);
   const auto coefficients = static_cast<uint32_t>(JetSize(std::max(JetDegree(fit.method), 1)));
   return neighbors == nullptr || neighbors->count >= kLeastNeighborsPerCoefficient * coefficients;
+}
+
+bool AreHalfNormals(std::span<const uint64_t> status_counts) {
+  const auto made = static_cast<double>(status_counts[static_cast<size_t>(PointStatus::kOk)]);
+  const auto others = static_cast<double>(status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)]);
+  return made >= kLeastMade * (made + others);
 }
 
 std::unique_ptr<StrategyRun> StartHalfNormals(const NormalFit& fit, SpatialIndex& index) {

@@ -1,7 +1,9 @@
 // Normals of halves of a cloud, which tell what noise does to normals.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <span>
 
 #include "core/estimators/strategy.h"
 #include "core/index/spatial_index.h"
@@ -9,14 +11,18 @@
 
 namespace curvd {
 
-// Whether a fit has neighbors enough to be made of each half of them. Where it has fewer, the errors that neighbors
-// share reach no farther than a few points.
-bool HasHalves(const NormalFit& fit);
+// Whether normals may be made of each half of the neighbors of a fit: a fixed number of them is large enough for
+// halves, they are of one sheet, and few points lie at the place of others, whose noise they share.
+bool HasHalves(const NormalFit& fit, const SpatialIndex& index);
 
 // A run of two phases, "normals", one for each half of the points: fits each point to those of its neighbors that are
 // of its own half, and writes the index's half normals, on the side of its normals. Where a half determines no fit, the
-// half normal is the normal itself. REQUIRES: HasHalves(fit); index.has_half_normals(), and its normals are made and
-// have their sides; it outlives the run.
+// half normal is the normal itself. The counts of its scratch are of all points: kOk, or kTooFewNeighbors for those of
+// which the half determines none. REQUIRES: HasHalves(fit, index); index.has_half_normals(), and its normals are made
+// and have their sides; it outlives the run.
 std::unique_ptr<StrategyRun> StartHalfNormals(const NormalFit& fit, SpatialIndex& index);
+
+// Whether nearly all of the normals that such a run has made are of halves, by the counts of its scratch.
+bool AreHalfNormals(std::span<const uint64_t> status_counts);
 
 }  // namespace curvd

@@ -70,7 +70,7 @@ struct NormalOptions {
   // Whether the job hands out the normals in use, with their quality, at 24 bytes a point. DEFAULT: no.
   bool returns_normals = false;
   // Whether normals that are estimated are made once more, each of its own half of the points alone, for estimates that
-  // tell noise by halves (core/normals/half_normals.h), at 12 bytes a point. DEFAULT: no.
+  // tell noise by halves (core/normals/half_normals.h), at 12 bytes a point. Jobs set it as the estimate asks for it.
   bool makes_halves = false;
   // Most points that one neighborhood may hold, as in EstimatorOptions. DEFAULT: 10,000.
   uint32_t max_neighbor_count = 10'000;

@@ -52,8 +52,32 @@ double SlopeVariance(const JetSystems& jets, int degree, const FittedPoint& fitt
 // The same for a plane, over an even disc.
 double PlaneVariance(size_t count) { return 8.0 / static_cast<double>(count); }
 
-// The mean number of points at the place of one, itself included, as far as they are of this group. Those nearly there
-// count, too, if they are too many for chance.
+NormalFit FallbackFit(size_t points, std::optional<NormalMethod> wanted, uint32_t max_neighbor_count) {
+  constexpr size_t kEnough = 24;
+  NormalFit fit;
+  const size_t count = std::min<size_t>({points, max_neighbor_count, kEnough});
+  fit.neighborhood = NeighborCount{static_cast<uint32_t>(count)};
+  fit.max_neighbor_count = max_neighbor_count;
+  fit.method = wanted.value_or(count >= size_t{2} * LeastNeighborCount(NormalMethod::kJet2) ? NormalMethod::kJet2
+                                                                                            : NormalMethod::kPca);
+  return fit;
+}
+
+class PilotPhase final : public Phase {
+ public:
+  explicit PilotPhase(ScalePilot& pilot) : pilot_(pilot) {}
+  std::string_view name() const override { return "normals"; }
+  absl::StatusOr<size_t> Begin() override { return pilot_.block_count(); }
+  absl::Status RunBlock(const BlockContext& context) override {
+    return pilot_.RunBlock(context.block, context.worker, context.stopped);
+  }
+
+ private:
+  ScalePilot& pilot_;
+};
+
+}  // namespace
+
 double MeanCopies(const SpatialIndex& index, size_t group) {
   using Position = std::array<float, 3>;
   std::array<Position, SpatialIndex::kGroupPoints> positions;
@@ -90,32 +114,6 @@ double MeanCopies(const SpatialIndex& index, size_t group) {
   }
   return static_cast<double>(pairs) / static_cast<double>(count);
 }
-
-NormalFit FallbackFit(size_t points, std::optional<NormalMethod> wanted, uint32_t max_neighbor_count) {
-  constexpr size_t kEnough = 24;
-  NormalFit fit;
-  const size_t count = std::min<size_t>({points, max_neighbor_count, kEnough});
-  fit.neighborhood = NeighborCount{static_cast<uint32_t>(count)};
-  fit.max_neighbor_count = max_neighbor_count;
-  fit.method = wanted.value_or(count >= size_t{2} * LeastNeighborCount(NormalMethod::kJet2) ? NormalMethod::kJet2
-                                                                                            : NormalMethod::kPca);
-  return fit;
-}
-
-class PilotPhase final : public Phase {
- public:
-  explicit PilotPhase(ScalePilot& pilot) : pilot_(pilot) {}
-  std::string_view name() const override { return "normals"; }
-  absl::StatusOr<size_t> Begin() override { return pilot_.block_count(); }
-  absl::Status RunBlock(const BlockContext& context) override {
-    return pilot_.RunBlock(context.block, context.worker, context.stopped);
-  }
-
- private:
-  ScalePilot& pilot_;
-};
-
-}  // namespace
 
 ScalePilot::ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> method, uint32_t max_neighbor_count,
                        int thread_count, NormalAim aim)

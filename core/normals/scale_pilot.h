@@ -33,6 +33,10 @@ enum class NormalAim : uint8_t {
   kCurvature,  // the result is made of those of whole neighborhoods
 };
 
+// The mean number of points at the place of one of a group, itself included, as far as they are of this group. Those
+// nearly there count, too, if they are too many for chance.
+double MeanCopies(const SpatialIndex& index, size_t group);
+
 // Usage: block_count blocks of RunBlock, in any order and on any threads; then Choose. What is chosen depends on the
 // index alone, not on threads. RunBlock is thread-safe for distinct blocks and workers.
 class ScalePilot {

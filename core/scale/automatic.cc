@@ -185,8 +185,10 @@ class AutomaticRun final : public StrategyRun {
     for (const PilotPoints samples : PartsOf(table_)) {
       PartChoice part{samples, ChooseScales(samples, BoundsOf(options_, index_))};
       if (MayHaveOwnFits(options_)) {
-        part.check = FindDetailCheck(samples, part.choice);
-        part.near_checks = FindNearChecks(samples, part.choice, ScaleOf(options_).least_count);
+        // Checks are made by the normals in use, whose errors neighbors share where there are half normals.
+        const bool is_noise_known = !index_.has_half_normals();
+        if (is_noise_known) part.check = FindDetailCheck(samples, part.choice);
+        part.near_checks = FindNearChecks(samples, part.choice, ScaleOf(options_).least_count, is_noise_known);
       }
       parts.push_back(std::move(part));
     }
@@ -229,8 +231,9 @@ class AutomaticRun final : public StrategyRun {
       ScaleReport part;
       part.sampled_points = static_cast<uint32_t>(samples.size());
       part.sigma = std::ldexp(choice.sigma, -index_.scale_exponent());
-      part.normal_sigma = NormalNoise(samples, choice.sigma);
-      part.positions_are_exact = PositionsAreExact(samples, choice.sigma);
+      // Half normals are noisier than those in use.
+      if (!index_.has_half_normals()) part.normal_sigma = NormalNoise(samples, choice.sigma);
+      part.positions_are_exact = PositionsAreExact(samples);
       for (const ScaleScore& score : choice.scores) {
         part.Add({kScaleMethods[score.candidate.method].estimator,
                   FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),
@@ -350,7 +353,8 @@ const Strategy& StrategyFor(const EstimatorOptions& options) {
 }
 
 bool ComparesNormalsOfHalves(const EstimatorOptions& options) {
-  return &StrategyFor(options) == &kAutomatic && options.estimator != kScaleMethods[kQuarticMethod].estimator;
+  return (options.is_automatic() || options.returns_choice) &&
+         options.estimator != kScaleMethods[kQuarticMethod].estimator;
 }
 
 uint32_t LeastPoints(const EstimatorOptions& options) {

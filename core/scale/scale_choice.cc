@@ -116,9 +116,9 @@ constexpr double kWorthwhile = 0.7, kWorthwhileToFew = 2.0;
 
 }  // namespace
 
-double PositionNoise(PilotPoints table) { return ScaleJudge::PositionNoise(table); }
+double PositionNoise(PilotPoints table) { return ScaleJudge::PositionNoise(table).value_or(0.0); }
 
-bool PositionsAreExact(PilotPoints table, double sigma) { return ScaleJudge::PositionsAreExact(table, sigma); }
+bool PositionsAreExact(PilotPoints table) { return ScaleJudge::PositionsAreExact(table); }
 
 double AddedError(double error, double other) { return std::sqrt(error * error + other * other); }
 

@@ -75,8 +75,8 @@ struct ScaleChoice {
 
 // The standard deviation of the noise of positions, in the index's unit, as the residuals show it; 0: nothing does.
 double PositionNoise(PilotPoints table);
-// Whether noise of that standard deviation is nothing beside the smallest neighborhoods.
-bool PositionsAreExact(PilotPoints table, double sigma);
+// Whether that is known to be nothing beside the smallest neighborhoods.
+bool PositionsAreExact(PilotPoints table);
 
 // Which candidates, before some are chosen, have at least some part of the weights in one of the quantities at one of
 // the points.

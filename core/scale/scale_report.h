@@ -35,7 +35,7 @@ struct ScaleReport {
   // The same of the noise of normals along each tangent, in radians, beyond what noise of positions makes of it; none
   // where no sampled point has enough neighbors. Of two parts of the cloud, the larger one.
   std::optional<double> normal_sigma = std::nullopt;
-  // Whether that of positions is nothing beside the smallest neighborhoods, in all parts.
+  // Whether that of positions is known to be nothing beside the smallest neighborhoods, in all parts.
   bool positions_are_exact = true;
 
   void Add(const ScaleOutcome& outcome) {

@@ -175,7 +175,10 @@ HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const Norm
                                            NormalScratch& s) {
   const auto fill = [](size_t) {};
   const auto size = static_cast<size_t>(JetSize(plan.degree));
-  constexpr size_t kLeastSpread = 3;  // neighbors that may lie in a plane; fewer are where others are of another half
+  // Fewer neighbors than these span no plane, or are no more than the coefficients with a third more: a half of a
+  // neighborhood may be so few.
+  constexpr size_t kLeastSpread = 3;
+  const size_t least = plan.half.has_value() ? std::max(kLeastSpread, size + size / 3) : 0;
   const size_t count = CountInLanes(plan, s), lanes = hn::Lanes(DoubleTag());
   const auto fit = [&](size_t i, const LeafList&) {
     PointStatus& status = s.points.status[i];
@@ -186,7 +189,7 @@ HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const Norm
       return;
     }
     if (status != PointStatus::kOk) return;
-    if (s.neighbors.count < kLeastSpread) {
+    if (s.neighbors.count < least) {
       status = PointStatus::kTooFewNeighbors;
       return;
     }

@@ -66,15 +66,15 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
   choice = UndefinedChoice();
   if (result.status != PointStatus::kOk) return;
   if (const std::optional<PointFit>& fit = s.own_fits[point]) {
-    const float of_jet = fit->is_by_heights ? 1.0f : 0.0f;
-    choice = {static_cast<float>(fit->mean_error),
-              static_cast<float>(fit->k1_error),
-              static_cast<float>(fit->k2_error),
-              static_cast<float>(fit->neighbor_count),
-              0.0f,
-              1.0f - of_jet,
-              of_jet,
-              0.0f};
+    choice.neighbor_count = static_cast<float>(fit->neighbor_count);
+    choice.jet_weight = fit->is_by_heights ? 1.0f : 0.0f;
+    choice.normal_regression_weight = 1.0f - choice.jet_weight;
+    choice.avg_hexagram_weight = choice.aso_weight = 0.0f;
+    // Its residuals do not show the errors that neighbors share where there are half normals.
+    if (!fit->is_by_heights && index_.has_half_normals()) return;
+    choice.mean_error = static_cast<float>(fit->mean_error);
+    choice.k1_error = static_cast<float>(fit->k1_error);
+    choice.k2_error = static_cast<float>(fit->k2_error);
     return;
   }
   // What all reach over an edge was sampled where they do not.

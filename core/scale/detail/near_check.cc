@@ -69,11 +69,12 @@ std::optional<Check> BestCheckAt(size_t rung, double most_times, PilotPoints sam
 
 }  // namespace
 
-std::vector<NearCheck> FindNearChecks(PilotPoints samples, const ScaleChoice& choice, uint32_t least_count) {
+std::vector<NearCheck> FindNearChecks(PilotPoints samples, const ScaleChoice& choice, uint32_t least_count,
+                                      bool is_noise_known) {
   std::vector<NearCheck> checks;
   for (const size_t rung : kCheckRungs) {
     if (kScaleRungs[rung] < least_count || FarthestThatCounts(choice) < rung + kLeastRungsBetween) continue;
-    const bool is_noise = DecidesNoise(samples, choice, rung);
+    const bool is_noise = is_noise_known && DecidesNoise(samples, choice, rung);
     const auto best = BestCheckAt(rung, is_noise ? kMostTimesNoise : kMostTimesUsual, samples, choice);
     if (best.has_value()) checks.push_back({best->candidate, best->most_difference, is_noise});
   }

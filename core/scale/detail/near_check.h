@@ -22,7 +22,9 @@ inline constexpr size_t kMostNearChecks = 2;
 
 // By 32 and by 128 neighbors, each of the method that differs the least from the average of what is chosen, at four in
 // five of the samples. None where that looks hardly farther, or samples are few. `choice` is made of them; no check has
-// fewer neighbors than `least_count`. Thread-safe.
-std::vector<NearCheck> FindNearChecks(PilotPoints samples, const ScaleChoice& choice, uint32_t least_count);
+// fewer neighbors than `least_count`. Unless the noise of the normals that checks are made by is known, none
+// `is_noise`. Thread-safe.
+std::vector<NearCheck> FindNearChecks(PilotPoints samples, const ScaleChoice& choice, uint32_t least_count,
+                                      bool is_noise_known = true);
 
 }  // namespace curvd

@@ -91,9 +91,7 @@ absl::Status EdgeRun::Measure(size_t group, PilotScratch& s) {
   if (!is_large_enough_) return absl::OkStatus();
   s.rest = 0;
   const absl::Status status = MeasureTrends(group, IsMeasuredFirst, s);
-  // A run that has ended early is done with the points that it has left out as well.
-  if (s.rest > 0)
-    s.rest = static_cast<size_t>(s.points.place[s.points.size - 1]) + 1 - group * SpatialIndex::kGroupPoints;
+  s.LeaveRestAfterLast(group);
   return status;
 }
 

@@ -242,7 +242,7 @@ void ScaleJudge::AddLastDifferences(size_t method) {
 }
 
 void ScaleJudge::FindNoise() {
-  sigma_ = PositionNoise(table_);
+  sigma_ = PositionNoise(table_).value_or(0.0);
   size_t best = kResidualRung;
   double least = std::numeric_limits<double>::infinity();
   for (size_t rung = 0; rung < kRungCount; ++rung) {
@@ -261,7 +261,7 @@ void ScaleJudge::FindNoise() {
   if (std::isfinite(bend)) noise_bias_ = sigma_ * sigma_ * bend;
 }
 
-double ScaleJudge::PositionNoise(PilotPoints table) {
+std::optional<double> ScaleJudge::PositionNoise(PilotPoints table) {
   double least = std::numeric_limits<double>::infinity();
   for (size_t rung = kResidualRung; rung < kRungCount; ++rung) {
     const double residual = MedianOf(table, [&](const auto& p) { return p.residual[rung]; });
@@ -270,11 +270,12 @@ double ScaleJudge::PositionNoise(PilotPoints table) {
       least = std::min(least, residual);
     }
   }
-  return std::isfinite(least) ? least : 0.0;
+  return std::isfinite(least) ? std::optional(least) : std::nullopt;
 }
 
-bool ScaleJudge::PositionsAreExact(PilotPoints table, double sigma) {
-  return sigma <= kMostNoiseOfExactPositions * MedianRadius(table, 0);
+bool ScaleJudge::PositionsAreExact(PilotPoints table) {
+  const std::optional<double> sigma = PositionNoise(table);
+  return sigma.has_value() && *sigma <= kMostNoiseOfExactPositions * MedianRadius(table, 0);
 }
 
 double ScaleJudge::Variance(const ScaleCandidate& candidate) const {
@@ -307,7 +308,7 @@ std::optional<ScaleScore> ScaleJudge::FindReference(std::initializer_list<size_t
 }
 
 std::optional<ScaleScore> ScaleJudge::FindReferenceOfPositions() const {
-  if (!reference_.has_value() || !PositionsAreExact(table_, sigma_)) return std::nullopt;
+  if (!reference_.has_value() || !PositionsAreExact(table_)) return std::nullopt;
   const std::optional<ScaleScore> jets = FindReference({kQuarticMethod, kSexticMethod});
   if (!jets.has_value() || SquaredBiasOfNormals(jets, reference_->candidate) == 0.0) return std::nullopt;
   return jets;

@@ -42,10 +42,10 @@ class ScaleJudge {
   // What it holds of each sampled point.
   static constexpr size_t BytesPerSample(Quantity quantity) { return CandidateValues::BytesPerSample(quantity); }
 
-  // Standard deviation of the noise of positions; 0 if nothing tells it.
-  static double PositionNoise(PilotPoints table);
-  // Whether noise of that standard deviation leaves positions exact.
-  static bool PositionsAreExact(PilotPoints table, double sigma);
+  // Standard deviation of the noise of positions; none if nothing tells it.
+  static std::optional<double> PositionNoise(PilotPoints table);
+  // Whether that is known to be nothing beside the smallest neighborhoods.
+  static bool PositionsAreExact(PilotPoints table);
   double sigma() const { return sigma_; }
   // The least error that can be told at that scale.
   double Floor(size_t rung) const;

@@ -341,14 +341,14 @@ TEST(EstimationJobTest, PeakWithEstimatedNormalsStaysBelowThePromise) {
     const auto result = EstimateCurvature(BareCloud(Sphere(300'000, 1.0)), EstimatorOptions(), normals, pool);
     EXPECT_LE(result->cost.peak_bytes, 300'000 * EstimationBytesPerPoint(EstimatorOptions(), normals));
   }
-  // With normals of halves.
-  normals = Estimated();
-  normals.neighborhood = NeighborCount{24};
-  EstimatorOptions automatic = WithEstimator("auto");
-  automatic.neighborhood = AutomaticScale{};
-  const auto result = EstimateCurvature(BareCloud(Sphere(40'000, 1.0)), automatic, normals, pool);
-  EXPECT_LE(result->cost.peak_bytes, 40'000 * EstimationBytesPerPoint(automatic, normals) +
-                                         EstimationScratchBytes(automatic, 40'000, 2, normals));
+}
+
+TEST(EstimationJobTest, NormalsOfHalvesArePromised) {
+  EstimatorOptions automatic = WithEstimator("auto"), jets = WithEstimator("jet");
+  automatic.neighborhood = jets.neighborhood = AutomaticScale{};
+  jets.jet_degree = 4;
+  EXPECT_EQ(EstimationBytesPerPoint(automatic, Estimated()), EstimationBytesPerPoint(jets, Estimated()) + 12);
+  EXPECT_EQ(EstimationBytesPerPoint(automatic), EstimationBytesPerPoint(jets)) << "given normals have none";
 }
 
 TEST(EstimationJobTest, CancelEndsTheJob) {

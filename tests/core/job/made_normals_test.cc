@@ -158,10 +158,35 @@ TEST(MadeNormalsTest, EstimatesKnowHowSureTheyAre) {
 TEST(MadeNormalsTest, ErrorsThatNeighborsShareHaveNoIntervals) {
   const EstimationResult result =
       EstimateFromPositions(NoisySphere(10'000, 0.005), WithChoice(Automatic()), EstimateBy(NormalMethod::kJet2, 20));
+  size_t unknown = 0;
   for (const PointChoice& choice : result.choices.span()) {
     EXPECT_TRUE(std::isnan(choice.mean_error) || choice.jet_weight > 0.999f);
     EXPECT_FALSE(std::isnan(choice.neighbor_count)) << "what was chosen is known";
+    unknown += std::isnan(choice.mean_error) ? 1 : 0;
   }
+  EXPECT_GT(unknown, 5'000u);
+}
+
+TEST(MadeNormalsTest, AnUnknownEstimatorIsRefused) {
+  WorkerPool pool(1);
+  EstimatorOptions options = Automatic();
+  options.estimator = "nothing";
+  const auto result = EstimateCurvature(BareCloud(NoisySphere(1'000, 0.01)), options, Estimated(), pool);
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument) << result.status();
+}
+
+// Normals are made before they are oriented, and those of halves after that.
+TEST(MadeNormalsTest, SecondsAreThoseOfAllPhasesOfAName) {
+  const EstimationResult result = EstimateFromPositions(NoisySphere(5'000, 0.01), Automatic(), Estimated());
+  double seconds = 0.0;
+  size_t times = 0;
+  for (const PhaseTime& phase : result.cost.phases) {
+    if (phase.name != "normals") continue;
+    seconds += phase.seconds;
+    ++times;
+  }
+  EXPECT_GE(times, 2u);
+  EXPECT_DOUBLE_EQ(result.cost.seconds.normals.value_or(0.0), seconds);
 }
 
 double MeanErrorOn(const TestPoints& sphere, const EstimatorOptions& options) {

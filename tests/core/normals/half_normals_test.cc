@@ -142,34 +142,50 @@ TEST_P(HalfNormalsTest, DoNotDependOnWhereRunsEnd) {
 TEST_P(HalfNormalsTest, AreTheNormalWhereAHalfDeterminesNone) {
   TestPoints sphere = Sphere(500, 1.0);
   AddNoise(0.05, 5, sphere);
+  sphere.Add(2.0, 0.0, 0.0, 1.0, 0.0, 0.0);  // by itself
   SpatialIndex index = BuildIndex(sphere.ToCloud());
-  const PlacedNormals made = MakeByPlace(index, ByRadius(0.25));  // of about 8 points, as often more as fewer
-  MakeHalfNormals(index, ByRadius(0.25));
-  size_t known = 0;
+  const PlacedNormals made = MakeByPlace(index, ByRadius(0.3));  // of about 11 points
+  MakeHalfNormals(index, ByRadius(0.3));
+  size_t same = 0, others = 0, unknown = 0;
   for (size_t place = 0; place < index.point_count(); ++place) {
     const auto normal = HalfNormalOf(index, place);
-    if (made.statuses[place] == PointStatus::kOk) {
-      EXPECT_NEAR(std::hypot(normal[0], normal[1], normal[2]), 1.0, 1e-5) << place;
-      ++known;
-    } else {
+    if (made.statuses[place] != PointStatus::kOk) {
       EXPECT_TRUE(std::isnan(normal[0])) << place;
+      ++unknown;
+      continue;
     }
+    EXPECT_NEAR(std::hypot(normal[0], normal[1], normal[2]), 1.0, 1e-5) << place;
+    (normal == made.normals[place] ? same : others) += 1;
   }
-  EXPECT_GT(known, 0u);
-  EXPECT_LT(known, index.point_count());
+  EXPECT_GT(same, 100u);
+  EXPECT_GT(others, 10u);
+  EXPECT_GT(unknown, 0u);
+  const uint64_t all_but_few[kPointStatusEnd] = {0, 91, 9}, too_few[kPointStatusEnd] = {0, 89, 11};
+  static_assert(static_cast<size_t>(PointStatus::kOk) == 1);
+  EXPECT_TRUE(AreHalfNormals(all_but_few));
+  EXPECT_FALSE(AreHalfNormals(too_few));
 }
 
 TEST(HasHalvesTest, WithFourNeighborsForEachCoefficient) {
-  EXPECT_FALSE(HasHalves(ByCount(NormalMethod::kJet4, 59)));
-  EXPECT_TRUE(HasHalves(ByCount(NormalMethod::kJet4, 60)));
-  EXPECT_FALSE(HasHalves(ByCount(NormalMethod::kJet2, 23)));
-  EXPECT_TRUE(HasHalves(ByCount(NormalMethod::kJet2, 24)));
-  EXPECT_FALSE(HasHalves(ByCount(NormalMethod::kPca, 11)));
-  EXPECT_TRUE(HasHalves(ByCount(NormalMethod::kPca, 12)));
-  EXPECT_TRUE(HasHalves(ByRadius(0.1)));
+  const SpatialIndex index = BuildIndex(Sphere(500, 1.0).ToCloud());
+  const auto has_halves = [&](NormalMethod method, uint32_t count) { return HasHalves(ByCount(method, count), index); };
+  EXPECT_FALSE(has_halves(NormalMethod::kJet4, 59));
+  EXPECT_TRUE(has_halves(NormalMethod::kJet4, 60));
+  EXPECT_FALSE(has_halves(NormalMethod::kJet2, 23));
+  EXPECT_TRUE(has_halves(NormalMethod::kJet2, 24));
+  EXPECT_FALSE(has_halves(NormalMethod::kPca, 11));
+  EXPECT_TRUE(has_halves(NormalMethod::kPca, 12));
+  EXPECT_TRUE(HasHalves(ByRadius(0.1), index));
   NormalFit rims = ByCount(NormalMethod::kJet2, 48);
   rims.two_sheets = true;
-  EXPECT_FALSE(HasHalves(rims));
+  EXPECT_FALSE(HasHalves(rims, index));
+}
+
+// Points at one place share their noise, but may be of distinct halves.
+TEST(HasHalvesTest, NotWherePointsComeTwice) {
+  TestPoints twice = Sphere(500, 1.0);
+  Append(Sphere(500, 1.0), twice);
+  EXPECT_FALSE(HasHalves(ByCount(NormalMethod::kJet2, 48), BuildIndex(twice.ToCloud())));
 }
 
 }  // namespace
