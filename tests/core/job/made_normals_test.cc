@@ -7,6 +7,7 @@
 #include "core/job/estimation_job.h"
 #include "core/job/normals_job.h"
 #include "tests/core/normals/normal_clouds.h"
+#include "tests/core/sanitized.h"
 #include "tests/core/scale/automatic_requests.h"
 #include "tests/core/test_clouds.h"
 
@@ -146,7 +147,7 @@ TEST(MadeNormalsTest, EstimatesKnowHowSureTheyAre) {
   jets.estimator = "jet";
   jets.jet_degree = 4;
   for (const double noise : {0.0, 0.005}) {
-    const TestPoints sphere = NoisySphere(10'000, noise);
+    const TestPoints sphere = NoisySphere(kSanitized ? 4'000 : 10'000, noise);
     for (const EstimatorOptions& options : {jets, Automatic(), EstimatorOptions{.neighborhood = NeighborCount{100}}}) {
       const EstimationResult result = EstimateFromPositions(sphere, WithChoice(options), Estimated());
       EXPECT_GT(ShareWithin(result), 0.8) << options.estimator << " noise " << noise;
@@ -199,7 +200,7 @@ double MeanErrorOn(const TestPoints& sphere, const EstimatorOptions& options) {
 // Without halves, errors that neighbors share look like detail, and too few neighbors are chosen: H erred three times
 // as much as by the best of the two.
 TEST(MadeNormalsTest, ErrorsThatNeighborsShareAreNotTakenForDetail) {
-  const TestPoints sphere = NoisySphere(20'000, 0.01);
+  const TestPoints sphere = NoisySphere(kSanitized ? 8'000 : 20'000, 0.01);
   EstimatorOptions fixed{.estimator = "normal-regression", .neighborhood = NeighborCount{1024}};
   const double best = std::min(MeanErrorOn(sphere, fixed), MeanErrorOn(sphere, {.neighborhood = NeighborCount{1024}}));
   EXPECT_LT(MeanErrorOn(sphere, Automatic()), 1.1 * best);
