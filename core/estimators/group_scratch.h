@@ -31,8 +31,8 @@ struct GroupScratch : WorkerScratch {
     for (size_t i = count; i < SpatialIndex::kGroupPoints; ++i) frames.Fill(i);
   }
 
-  // The same where points of the group were left out that are no later run's either: it is done with those before the
-  // last of `points`, if it has ended early.
+  // For a run that takes on some points of a group alone: if it has ended early, the next run begins after the last of
+  // `points`, also with regard to the points between them.
   void LeaveRestAfterLast(size_t group) {
     if (rest > 0) rest = static_cast<size_t>(points.place[points.size - 1]) + 1 - group * SpatialIndex::kGroupPoints;
   }

@@ -73,13 +73,13 @@ class HalfNormalsRun final : public StrategyRun {
 
 bool HasHalves(const NormalFit& fit, const SpatialIndex& index) {
   if (fit.two_sheets) return false;
+  const auto* const neighbors = std::get_if<NeighborCount>(&fit.neighborhood);
+  const auto coefficients = static_cast<uint32_t>(JetSize(std::max(JetDegree(fit.method), 1)));
+  if (neighbors != nullptr && neighbors->count < kLeastNeighborsPerCoefficient * coefficients) return false;
   const std::vector<size_t> groups = SampleGroups(index, kMostGroups);
   double copies = 0.0;
   for (const size_t group : groups) copies += MeanCopies(index, group);
-  if (copies > kMostCopies * static_cast<double>(groups.size())) return false;
-  const auto* const neighbors = std::get_if<NeighborCount>(&fit.neighborhood);
-  const auto coefficients = static_cast<uint32_t>(JetSize(std::max(JetDegree(fit.method), 1)));
-  return neighbors == nullptr || neighbors->count >= kLeastNeighborsPerCoefficient * coefficients;
+  return copies <= kMostCopies * static_cast<double>(groups.size());
 }
 
 bool AreHalfNormals(std::span<const uint64_t> status_counts) {

@@ -28,7 +28,8 @@ class Pilot {
   static constexpr size_t kLeastScouts = 64;
 
   // No neighborhood has more than `most_count` points, or a third of the cloud, and that of the first rung if that is
-  // more. REQUIRES: `index` has normals, and outlives the pilot.
+  // more. Where the index has half normals, the samples are estimated by those. REQUIRES: `index` has normals, and
+  // outlives the pilot.
   Pilot(const SpatialIndex& index, uint32_t most_count);
 
   // Rungs that points are sampled at: those whose neighborhoods are not too large; 0: the cloud is too small for any.
