@@ -3,6 +3,8 @@
 #include <arpa/inet.h>
 
 #include <algorithm>
+#include <iterator>
+#include <string_view>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
@@ -24,16 +26,28 @@ std::string WithDefaultPort(const std::string& server) {
   return name.empty() || has_port ? server : absl::StrCat(server, kDefaultPort);
 }
 
-// What people paste from a browser, and gRPC would look up as a name.
+// The scheme of a URL that is no target of gRPC, which would look it up as a part of a name: what people paste from a
+// browser. Empty if it is none.
+std::string_view SchemeOfUrl(std::string_view server) {
+  const size_t end = server.find("://");
+  if (end == std::string_view::npos || end == 0 || !absl::ascii_isalpha(static_cast<unsigned char>(server[0])))
+    return {};
+  const std::string_view scheme = server.substr(0, end);
+  const bool is_word = std::all_of(scheme.begin(), scheme.end(), [](unsigned char c) {
+    return absl::ascii_isalnum(c) || c == '+' || c == '.' || c == '-';
+  });
+  static constexpr std::string_view kTargets[] = {"dns", "ipv4", "ipv6", "unix", "unix-abstract", "vsock", "xds"};
+  const bool is_target = std::find(std::begin(kTargets), std::end(kTargets), scheme) != std::end(kTargets);
+  return is_word && !is_target ? scheme : std::string_view();
+}
+
 absl::Status CheckNoUrl(const std::string& server) {
-  for (const char* scheme : {"http://", "https://", "grpc://", "grpcs://", "tcp://"}) {
-    if (!absl::StartsWithIgnoreCase(server, scheme)) continue;
-    const bool has_tls = absl::StrContains(scheme, "s:");
-    return absl::InvalidArgumentError(
-        absl::StrCat("server \"", server, "\" is a URL; it must be HOST or HOST:PORT, as in 127.0.0.1:50061, without ",
-                     scheme, has_tls ? ": TLS has an option of its own" : ""));
-  }
-  return absl::OkStatus();
+  const std::string scheme(SchemeOfUrl(server));
+  if (scheme.empty()) return absl::OkStatus();
+  const bool has_tls = absl::EqualsIgnoreCase(scheme, "https") || absl::EqualsIgnoreCase(scheme, "grpcs");
+  return absl::InvalidArgumentError(
+      absl::StrCat("server \"", server, "\" is a URL; it must be HOST or HOST:PORT, as in 127.0.0.1:50061, without ",
+                   scheme, "://", has_tls ? ": TLS has an option of its own" : ""));
 }
 
 bool LooksLikeTarget(const std::string& target) {

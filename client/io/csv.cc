@@ -24,15 +24,34 @@ std::string_view Unquoted(std::string_view cell) {
   return Trimmed(cell.substr(1, cell.size() - 2));
 }
 
-// Cuts the first field off; false if the line had none left. A comma between quotes separates cells as any other.
-bool NextCell(std::string_view& line, bool& at_end, std::string_view& cell) {
-  if (at_end) return false;
-  const size_t comma = line.find(',');
-  cell = Unquoted(Trimmed(line.substr(0, comma)));
-  at_end = comma == std::string_view::npos;
-  line.remove_prefix(at_end ? line.size() : comma + 1);
-  return true;
+// What separates the cells of a file whose first line is `names`: commas, or what spreadsheets write in their place.
+char SeparatorOf(std::string_view names) {
+  for (const char separator : {',', ';', '\t'}) {
+    if (names.find(separator) != std::string_view::npos) return separator;
+  }
+  return ',';
 }
+
+// Walks the cells of a line. A separator between quotes separates cells as any other.
+class Cells {
+ public:
+  Cells(std::string_view line, char separator) : line_(line), separator_(separator) {}
+
+  // Moves to the next cell. Returns false if the line had none left.
+  bool Next(std::string_view& cell) {
+    if (at_end_) return false;
+    const size_t end = line_.find(separator_);
+    cell = Unquoted(Trimmed(line_.substr(0, end)));
+    at_end_ = end == std::string_view::npos;
+    line_.remove_prefix(at_end_ ? line_.size() : end + 1);
+    return true;
+  }
+
+ private:
+  std::string_view line_;
+  const char separator_;
+  bool at_end_ = false;
+};
 
 absl::Status ErrorAt(size_t line, const std::string& problem) {
   return absl::InvalidArgumentError(absl::StrCat("line ", line, ": ", problem));
@@ -47,11 +66,9 @@ std::string ColumnName(std::string_view name) {
   return std::string(name);
 }
 
-absl::StatusOr<std::vector<Column>> ReadNames(std::string_view line) {
-  line = WithoutByteOrderMark(line);
+absl::StatusOr<std::vector<Column>> ReadNames(Cells cells) {
   std::vector<Column> columns;
-  bool at_end = false;
-  for (std::string_view cell; NextCell(line, at_end, cell);) {
+  for (std::string_view cell; cells.Next(cell);) {
     const std::string name = ColumnName(cell);
     if (columns.size() == kMaxColumns) return ErrorAt(1, absl::StrCat("more than ", kMaxColumns, " columns"));
     if (name.empty()) return ErrorAt(1, absl::StrCat("column ", columns.size() + 1, " has no name"));
@@ -76,19 +93,21 @@ bool AppendCell(std::string_view cell, Column& column) {
   return true;
 }
 
-absl::Status AppendCells(std::string_view line, size_t number, std::vector<Column>& columns) {
-  size_t cells = 0;
-  bool at_end = false;
-  for (std::string_view cell; NextCell(line, at_end, cell); ++cells) {
-    if (cells < columns.size() && !AppendCell(cell, columns[cells])) {
-      return ErrorAt(
-          number, absl::StrCat("value ", cells + 1, " (", Printable(columns[cells].name), ") is ", Quoted(cell),
-                               columns[cells].kind() == ScalarKind::kUint8 ? ": expected a status word, or its number"
-                                                                           : ": expected a number"));
+std::string Expected(ScalarKind kind, std::string_view cell) {
+  if (kind == ScalarKind::kUint8) return "a status word, or its number";
+  return cell.find(',') != std::string_view::npos ? "a number with a point, not a comma" : "a number";
+}
+
+absl::Status AppendCells(Cells cells, size_t number, std::vector<Column>& columns) {
+  size_t count = 0;
+  for (std::string_view cell; cells.Next(cell); ++count) {
+    if (count < columns.size() && !AppendCell(cell, columns[count])) {
+      return ErrorAt(number, absl::StrCat("value ", count + 1, " (", Printable(columns[count].name), ") is ",
+                                          Quoted(cell), ": expected ", Expected(columns[count].kind(), cell)));
     }
   }
-  if (cells == columns.size()) return absl::OkStatus();
-  return ErrorAt(number, absl::StrCat("expected ", columns.size(), " values, found ", cells));
+  if (count == columns.size()) return absl::OkStatus();
+  return ErrorAt(number, absl::StrCat("expected ", columns.size(), " values, found ", count));
 }
 
 }  // namespace
@@ -97,11 +116,13 @@ absl::StatusOr<PointTable> ReadCsv(std::string_view bytes) {
   LineReader lines(bytes);
   std::string_view line;
   if (!lines.Next(line)) return ErrorAt(1, "the file is empty: expected a line with the columns' names");
-  absl::StatusOr<std::vector<Column>> columns = ReadNames(line);
+  line = WithoutByteOrderMark(line);
+  const char separator = SeparatorOf(line);
+  absl::StatusOr<std::vector<Column>> columns = ReadNames({line, separator});
   if (!columns.ok()) return columns.status();
   while (lines.Next(line)) {
     if (Trimmed(line).empty()) continue;
-    if (absl::Status status = AppendCells(line, lines.number(), *columns); !status.ok()) return status;
+    if (absl::Status status = AppendCells({line, separator}, lines.number(), *columns); !status.ok()) return status;
   }
   PointTable table;
   for (Column& column : *columns) table.Set(std::move(column));

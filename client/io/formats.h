@@ -36,7 +36,7 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes);
 absl::StatusOr<PointTable> ReadObj(std::string_view bytes);
 
 // Reads comma-separated values under a line with the columns' names, as WriteCsv makes them: doubles, save `status`,
-// which is a word.
+// which is a word. If that line has no comma, semicolons separate them, or tabs if it has none of these either.
 absl::StatusOr<PointTable> ReadCsv(std::string_view bytes);
 
 // Reads LAS 1.0 to 1.4, point formats 0 to 10 (ASPRS LAS 1.4 R15): x y z in doubles, every attribute of the format, and

@@ -1,7 +1,5 @@
 #include "client/cli/files/batch.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -18,6 +16,7 @@
 #include "absl/time/clock.h"
 #include "client/cli/command.h"
 #include "client/cli/files/finished_files.h"
+#include "client/cli/files/kept_inputs.h"
 #include "client/cli/json.h"
 #include "client/cli/numbers.h"
 #include "client/io/table_file.h"
@@ -28,13 +27,6 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string LowerExtension(const fs::path& path) { return absl::AsciiStrToLower(path.extension().string()); }
-
-// What two names of one file have in common: its device and its number there; none if there is no such file.
-std::optional<std::pair<dev_t, ino_t>> IdentityOf(const std::string& path) {
-  struct stat file {};
-  if (stat(path.c_str(), &file) != 0) return std::nullopt;
-  return std::pair(file.st_dev, file.st_ino);
-}
 
 std::string OutputName(const std::string& input, const std::string& format) {
   fs::path name = fs::path(input).filename();
@@ -144,16 +136,12 @@ absl::StatusOr<std::vector<BatchFile>> PlanBatch(const std::vector<std::string>&
     }
     files.push_back({input, output});
   }
-  std::map<std::pair<dev_t, ino_t>, std::string> input_at;
+  const KeptInputs kept(inputs);
   for (const BatchFile& file : files) {
-    if (const auto identity = IdentityOf(file.input)) input_at.emplace(*identity, file.input);
-  }
-  for (const BatchFile& file : files) {
-    const auto identity = IdentityOf(file.output);
-    const auto other = identity.has_value() ? input_at.find(*identity) : input_at.end();
-    if (other == input_at.end()) continue;
-    return absl::InvalidArgumentError(absl::StrCat("the output of ", file.input, " would replace the input ",
-                                                   other->second, ": name another directory"));
+    const std::string* replaced = kept.ReplacedBy(file.output);
+    if (replaced == nullptr) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("the output of ", file.input, " would replace the input ", *replaced, ": name another directory"));
   }
   return files;
 }

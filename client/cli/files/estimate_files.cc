@@ -14,6 +14,7 @@
 #include "client/cli/estimate_summary.h"
 #include "client/cli/files/batch.h"
 #include "client/cli/files/format_flags.h"
+#include "client/cli/files/kept_inputs.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
@@ -181,6 +182,8 @@ ExitCode EstimateFiles(const EstimateFlags& flags) {
   if (absl::Status status = CheckNoneNeedsAServer(flags.connection); !status.ok())
     return Fail(ExitCode::kUsage, status);
   if (IsDirectory(flags.output)) return RunMany(flags);
+  if (absl::Status status = KeptInputs(flags.inputs).Check(flags.output); !status.ok())
+    return Fail(ExitCode::kUsage, status);
   if (flags.inputs.size() == 1) return RunOne(flags);
   return Fail(ExitCode::kUsage,
               absl::StrCat("--output: ", flags.inputs.size(), " inputs need a directory, as ", flags.output, "/"));

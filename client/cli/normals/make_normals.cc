@@ -9,6 +9,7 @@
 #include "client/cli/command.h"
 #include "client/cli/connection.h"
 #include "client/cli/files/format_flags.h"
+#include "client/cli/files/kept_inputs.h"
 #include "client/cli/flags.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
@@ -83,6 +84,8 @@ ExitCode Run(MakeNormalsFlags& flags) {
   const InterruptWatch interrupt;
   if (absl::Status status = CheckWritable(flags.output, flags.save); !status.ok())
     return Fail(ExitCode::kOutput, status);
+  if (absl::Status status = KeptInputs({flags.input}).Check(flags.output); !status.ok())
+    return Fail(ExitCode::kUsage, status);
   if (absl::Status status = CheckNoneNeedsAServer(flags.connection); !status.ok())
     return Fail(ExitCode::kUsage, status);
   absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);

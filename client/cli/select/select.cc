@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/files/format_flags.h"
+#include "client/cli/files/kept_inputs.h"
 #include "client/cli/numbers.h"
 #include "client/cli/select/condition.h"
 #include "client/io/table_file.h"
@@ -33,6 +34,8 @@ struct SelectFlags {
 ExitCode Run(const SelectFlags& flags) {
   const absl::Status writable = CheckWritable(flags.output, flags.save);
   if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+  if (absl::Status status = KeptInputs({flags.input}).Check(flags.output); !status.ok())
+    return Fail(ExitCode::kUsage, status);
   const absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));

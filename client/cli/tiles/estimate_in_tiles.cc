@@ -14,6 +14,7 @@
 #include "client/cli/connection.h"
 #include "client/cli/estimate_summary.h"
 #include "client/cli/files/batch.h"
+#include "client/cli/files/kept_inputs.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
 #include "client/cli/numbers.h"
@@ -46,6 +47,8 @@ class TiledEstimate {
     const absl::Time start = absl::Now();
     const absl::Status writable = CheckWritable(flags_.output, flags_.save);
     if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+    if (absl::Status status = KeptInputs(flags_.inputs).Check(flags_.output); !status.ok())
+      return Fail(ExitCode::kUsage, status);
     absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags_.connection, flags_.threads);
     if (!connection.ok()) return Fail(ExitCode::kUsage, connection.status());
     const absl::StatusOr<ServerInfo> server = (*connection)->client().GetServerInfo(options_.connect_timeout);

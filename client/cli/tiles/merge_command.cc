@@ -1,10 +1,13 @@
 #include <cstdio>
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/estimate_summary.h"
 #include "client/cli/files/format_flags.h"
+#include "client/cli/files/kept_inputs.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
 #include "client/cli/numbers.h"
@@ -40,6 +43,9 @@ ExitCode Run(const MergeFlags& flags) {
   if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
   const absl::StatusOr<TilePlan> plan = LoadPlan(flags.directory);
   if (!plan.ok()) return FailTiles(plan.status());
+  std::vector<std::string> inputs;
+  for (const TileInput& input : plan->inputs) inputs.push_back(input.path);
+  if (absl::Status status = KeptInputs(inputs).Check(flags.output); !status.ok()) return Fail(ExitCode::kUsage, status);
   const InterruptWatch interrupt;
   const absl::StatusOr<StatusCounts> counts = MergeWithProgress(*plan, flags.output, flags.save, interrupt.token());
   if (!counts.ok()) return FailTiles(counts.status());

@@ -136,6 +136,8 @@ def _waits(options: argparse.Namespace) -> dict[str, typing.Any]:
 def _estimate(options: argparse.Namespace) -> int:
     if options.output.suffix.lower() != ".npz":
         return _fail(2, f"--output is {options.output}; it must end in .npz")
+    if os.path.isfile(options.output) and os.path.exists(options.input) and os.path.samefile(options.input, options.output):
+        return _fail(2, f"--output: {options.output} would replace the input {options.input}: name another file")
     try:
         positions, normals = read_cloud(options.input)
     except OSError as error:

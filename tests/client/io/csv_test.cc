@@ -42,6 +42,17 @@ TEST(CsvTest, TakesByteOrderMarksQuotesAndCapitals) {
   EXPECT_THAT(Message("x\n\"1\n"), HasSubstr("line 2: value 1 (x) is \"\"1\""));
 }
 
+TEST(CsvTest, TakesSemicolonsAndTabs) {
+  for (const char* file : {"x;\"y\";status\n1;2;ok\n", "x\ty\tstatus\r\n1\t 2\tok\r\n"}) {
+    const absl::StatusOr<PointTable> table = ReadCsv(file);
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_THAT(Values(*table, "y"), ElementsAre(2)) << file;
+  }
+  EXPECT_THAT(Message("x;y\n0,5;1\n"), HasSubstr("line 2: value 1 (x) is \"0,5\": expected a number with a point"));
+  EXPECT_THAT(Message("x;y\n1,2\n"), HasSubstr("value 1 (x) is \"1,2\""));
+  EXPECT_THAT(Message("x,y;z\n1,2;3\n"), HasSubstr("value 2 (y;z) is \"2;3\""));
+}
+
 TEST(CsvTest, NamesLineAndValue) {
   EXPECT_THAT(Message(""), HasSubstr("the file is empty"));
   EXPECT_THAT(Message("x,,y\n"), HasSubstr("column 2 has no name"));

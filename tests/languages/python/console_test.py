@@ -87,6 +87,7 @@ class ConsoleTest(unittest.TestCase):
             (2, "do not hold a certificate and its private key",
              ["cloud.npy", "-o", "out.npz", "--tls-cert=bad.xyz", "--tls-key=bad.xyz"], None),
             (2, "must end in .npz", ["cloud.npy", "-o", "out.ply"], None),
+            (2, "would replace the input", ["other.npz", "-o", "./other.npz"], None),
             (2, "exclude", ["cloud.npy", "-o", "out.npz", "--k=9", "--radius=1"], None),
             (2, "invalid choice", ["cloud.npy", "-o", "out.npz", "--estimator=best"], None),
             (3, "damaged.npz: numpy cannot read it", ["damaged.npz", "-o", "out.npz"], None),
