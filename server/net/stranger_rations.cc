@@ -7,7 +7,7 @@
 
 namespace curvd {
 
-uint64_t StrangerRations::More(const Ration& ration) const {
+uint64_t StrangerRations::More(const Ration& ration, size_t sharers) const {
   const uint64_t kept = total_ / kNewcomersShare;
   const uint64_t common = left() - std::min(left(), kept);
   // Less would not let it go on.
@@ -16,7 +16,8 @@ uint64_t StrangerRations::More(const Ration& ration) const {
   const bool is_newcomer = ration.used() < kNewcomerBytes;
   const uint64_t newcomers =
       is_newcomer ? std::min(left(), kNewcomerBytes - std::min(kNewcomerBytes, ration.grant)) : 0;
-  const uint64_t more = std::min(most_ - ration.grant, std::max({common / 2, std::min(common, least), newcomers}));
+  const uint64_t more =
+      std::min(most_ - ration.grant, std::max({common / (1 + sharers), std::min(common, least), newcomers}));
   return more >= least ? more : 0;
 }
 
@@ -35,7 +36,7 @@ bool StrangerRations::Add(int fd, Clock::time_point now) {
     return true;
   }
   ration.received = CountsOf(fd).received;
-  const uint64_t grant = More(ration);
+  const uint64_t grant = More(ration, newcomers_.size() + others_.size() + 1);
   if (grant == 0) {
     Queue(fd, ration);
     return false;
@@ -86,15 +87,25 @@ void StrangerRations::Queue(int fd, Ration& ration) {
   (ration.used() < kNewcomerBytes ? newcomers_ : others_).push_back(fd);
 }
 
+void StrangerRations::NoteReceived(Ration& ration, uint64_t received, Clock::time_point now) {
+  if (received == ration.received) return;
+  ration.received = received;
+  ration.changed = now;
+  ration.kept_until = now;
+}
+
 StrangerRations::Use StrangerRations::Note(int fd, uint64_t received, uint64_t read, uint64_t accounted,
                                            Clock::time_point now) {
   const auto found = rations_.find(fd);
   if (found == rations_.end()) return Use::kPart;
   Ration& ration = found->second;
-  if (received != ration.received) ration.changed = now;
-  ration.received = received;
-  if (ration.held_by_grpc() == 0) ration.holds_since = now;
+  NoteReceived(ration, received, now);
+  const uint64_t held_before = ration.held_by_grpc();
   ration.read = read;
+  if (const uint64_t held = ration.held_by_grpc(); held > held_before) {
+    const double new_part = static_cast<double>(held - held_before) / static_cast<double>(held);
+    ration.holds_since += std::chrono::duration_cast<Clock::duration>((now - ration.holds_since) * new_part);
+  }
   if (!ration.inside) return ration.used() < most_ ? Use::kAll : Use::kTooMuch;
   const bool full = received >= ration.bound();
   const uint64_t base = std::max(accounted, kGreetingBytes);
@@ -109,12 +120,13 @@ StrangerRations::Use StrangerRations::Note(int fd, uint64_t received, uint64_t r
   return Use::kAll;
 }
 
-bool StrangerRations::Serve(int fd, Division& division) {
+bool StrangerRations::Serve(int fd, Clock::time_point now, Division& division) {
   Ration& ration = rations_.at(fd);
-  const uint64_t more = More(ration);
+  const uint64_t more = More(ration, newcomers_.size() + others_.size());
   if (more == 0) return false;
   ration.waits = false;
   Give(ration, more);
+  ration.kept_until = now + std::min<Clock::duration>(now - ration.changed, kLongestPause) + kShortestPause;
   if (!ration.inside) division.enter.push_back(fd);
   ration.inside = true;
   Bound(fd, ration);
@@ -124,9 +136,9 @@ bool StrangerRations::Serve(int fd, Division& division) {
 StrangerRations::Division StrangerRations::Divide(Clock::time_point now) {
   ForgetEnded(now);
   Division division;
-  for (; !newcomers_.empty() && Serve(newcomers_.back(), division); newcomers_.pop_back()) {
+  for (; !newcomers_.empty() && Serve(newcomers_.back(), now, division); newcomers_.pop_back()) {
   }
-  for (; !others_.empty() && Serve(others_.front(), division); others_.pop_front()) {
+  for (; !others_.empty() && Serve(others_.front(), now, division); others_.pop_front()) {
   }
   if (newcomers_.empty() && others_.empty()) {
     scarce_since_.reset();
@@ -143,12 +155,14 @@ void StrangerRations::TakeBackUnused(Clock::time_point now) {
   if (now - taken_back_ < kWait) return;
   taken_back_ = now;
   for (auto& [fd, ration] : rations_) {
-    const uint64_t kept = ration.used() + kKnockBytes;
-    if (ration.waits || !ration.inside || now - ration.changed < kSilence || kept >= ration.grant) continue;
+    const uint64_t promised = now < ration.kept_until ? std::min(ration.grant, kNewcomerBytes) : 0;
+    const uint64_t kept = std::max(ration.used() + kKnockBytes, promised);
+    const bool is_silent = now - ration.changed >= kSilence || now - ration.since >= kStay;
+    if (ration.waits || !ration.inside || !is_silent || kept >= ration.grant) continue;
     held_ -= ration.grant;
     ration.grant = kept;
     BoundReceived(fd, ration.beginning, ration.bound());
-    ration.received = CountsOf(fd).received;
+    NoteReceived(ration, CountsOf(fd).received, now);
     ration.grant = std::max(kept, ration.used());
     held_ += ration.grant;
   }
@@ -158,16 +172,18 @@ std::optional<int> StrangerRations::WhoHasToGo(Clock::time_point now) {
   const bool others_should = now - *scarce_since_ >= kWait && ended_bytes_ <= total_ / 2;
   std::optional<int> found;
   double most = 0.0;
+  uint64_t held_for_long = 0;
   for (const auto& [fd, ration] : rations_) {
     if (!ration.inside && now - ration.since >= kDoorPatience) return fd;
     const std::chrono::duration<double> stay = now - ration.holds_since;
+    if (stay >= kStay) held_for_long += ration.held_by_grpc();
     const double held = static_cast<double>(ration.held_by_grpc()) * stay.count();
     if (held <= most) continue;
     most = held;
     // Nobody has to go before who has held most has done so for long enough: others might be honest, and slow.
     found = others_should && stay >= kStay ? std::optional(fd) : std::nullopt;
   }
-  return found;
+  return held_for_long >= total_ / kHoldersShare ? found : std::nullopt;
 }
 
 }  // namespace curvd

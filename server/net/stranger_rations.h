@@ -29,12 +29,18 @@ class StrangerRations {
   static constexpr uint64_t kNewcomersShare = 4;
   // By how much a bound moves at once as bytes get accounted for, or by a quarter of a ration if that is less.
   static constexpr uint64_t kStepBytes = 8 << 10;
-  // For how long who is silent keeps what he does not use, while somebody waits.
+  // For how long who is silent keeps what he does not use, while somebody waits; who came kStay ago keeps none.
   static constexpr std::chrono::milliseconds kSilence{50};
-  // How long somebody waits until somebody else has to go, whose bytes gRPC has read for kStay at least: a busy server
-  // takes some time to let in who sent them.
+  // Who gets more after he waited keeps a newcomer's part of it until bytes come, or his peer's system must have sent
+  // again what was cut off: it waits longer each time, about as long as nothing of it was received.
+  static constexpr std::chrono::milliseconds kShortestPause{300};
+  static constexpr std::chrono::milliseconds kLongestPause{2'000};
+  // How long somebody waits until somebody else has to go, whose bytes gRPC has held for kStay on average: a busy
+  // server takes some time to let in who sent them. Nobody has to go unless those who have stayed so long hold this
+  // part of all bytes: where they hold less, what is scarce is what a busy server has not read yet.
   static constexpr std::chrono::milliseconds kWait{20};
   static constexpr std::chrono::milliseconds kStay{1'000};
+  static constexpr uint64_t kHoldersShare = 8;
   // For how long bytes of a connection count that has ended: gRPC frees what it held some time later. Those that wait
   // for it to pass are at most half of all, so that others can stay meanwhile.
   static constexpr std::chrono::milliseconds kAftermath{300};
@@ -78,11 +84,12 @@ class StrangerRations {
 
  private:
   struct Ration {
-    uint32_t beginning;             // where its bytes begin
-    Clock::time_point since;        // when it came
-    Clock::time_point changed;      // when bytes came
-    Clock::time_point holds_since;  // since when gRPC holds bytes
-    uint64_t grant = 0;             // bytes beyond `base`
+    uint32_t beginning;              // where its bytes begin
+    Clock::time_point since;         // when it came
+    Clock::time_point changed;       // when bytes came
+    Clock::time_point holds_since;   // since when gRPC holds bytes, on average
+    Clock::time_point kept_until{};  // until when a newcomer's part is not taken back
+    uint64_t grant = 0;              // bytes beyond `base`
     uint64_t received = 0;
     uint64_t read = 0;               // by gRPC
     uint64_t base = kGreetingBytes;  // bytes that count for nothing
@@ -100,14 +107,15 @@ class StrangerRations {
   };
 
   uint64_t left() const { return total_ - (held_ < total_ ? held_ : total_); }
-  // How much more the connection gets now; 0 if it has to wait.
-  uint64_t More(const Ration& ration) const;
+  // How much more the connection gets now, if `sharers` with it want some; 0 if it has to wait.
+  uint64_t More(const Ration& ration, size_t sharers) const;
   void Bound(int fd, const Ration& ration);
   void Give(Ration& ration, uint64_t more);
   // Puts it where it waits, unless it does.
   void Queue(int fd, Ration& ration);
   // Whether the connection of `fd`, which waits, gets what it needs; its caller takes it out of its queue.
-  bool Serve(int fd, Division& division);
+  bool Serve(int fd, Clock::time_point now, Division& division);
+  static void NoteReceived(Ration& ration, uint64_t received, Clock::time_point now);
   void ForgetEnded(Clock::time_point now);
   void TakeBackUnused(Clock::time_point now);
   std::optional<int> WhoHasToGo(Clock::time_point now);

@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <array>
 #include <deque>
 #include <string>
 #include <vector>
@@ -154,6 +155,55 @@ TEST_F(StrangerRationsTest, WhatTheSilentDoNotUseGoesToWhoWaits) {
   EXPECT_EQ(Note(silent), Use::kAll) << "it wants more";
 }
 
+TEST_F(StrangerRationsTest, WhoTricklesKeepsWhatHeDoesNotUseNoLongerThanTheSilent) {
+  const int trickling = Enter(100);
+  const int patient = Connect(kCommon - 1'000);
+  EXPECT_FALSE(rations_.Add(patient, now_));
+  const auto trickle_for = [&](std::chrono::milliseconds time) {
+    for (const auto end = now_ + time; now_ < end;) {
+      Send(trickling, 1);
+      Note(trickling);
+      std::array<char, 200> read;  // or the system would soon receive no more
+      recv(trickling, read.data(), read.size(), 0);
+      if (!DivideAfter(std::chrono::milliseconds(20)).enter.empty()) return true;
+    }
+    return false;
+  };
+  EXPECT_FALSE(trickle_for(StrangerRations::kStay - std::chrono::milliseconds(20)));
+  EXPECT_TRUE(trickle_for(std::chrono::milliseconds(60)));
+}
+
+TEST_F(StrangerRationsTest, ThoseWhoWaitedGetTheSame) {
+  rations_.Share(0);
+  std::vector<int> waiting;
+  for (int i = 0; i < 4; ++i) {
+    waiting.push_back(Connect(3'000));
+    EXPECT_FALSE(rations_.Add(waiting.back(), now_));
+  }
+  rations_.Share(kTotal);
+  EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).enter, waiting);
+  for (const int fd : waiting) {
+    Send(fd, kTotal);
+    EXPECT_NEAR(CountsOf(fd).received, StrangerRations::kGreetingBytes + kCommon / 5, 1);
+  }
+}
+
+// TCP sends again what was cut off after a pause that doubles each time: what is given meanwhile has to be there then.
+TEST_F(StrangerRationsTest, WhoWaitedKeepsWhatHeGetsUntilBytesComeOrMustHaveCome) {
+  const int silent = Enter(100);
+  EXPECT_FALSE(rations_.Add(Connect(kTotal), now_)) << "wants what the silent do not use";
+  DivideAfter(StrangerRations::kSilence);
+  Send(silent, 1'000);
+  EXPECT_EQ(Note(silent), Use::kAll);
+  const auto waited = std::chrono::milliseconds(5);
+  DivideAfter(waited);
+  const uint64_t used = 100 - StrangerRations::kGreetingBytes + StrangerRations::kKnockBytes;
+  DivideAfter(StrangerRations::kShortestPause + waited - std::chrono::milliseconds(1));
+  EXPECT_EQ(rations_.held(), StrangerRations::kNewcomerBytes) << "and no more than that";
+  DivideAfter(StrangerRations::kWait);
+  EXPECT_EQ(rations_.held(), used + StrangerRations::kKnockBytes);
+}
+
 TEST_F(StrangerRationsTest, WhoHasHeldMostForLongestHasToGoForThoseWhoWait) {
   const int small = Enter(500), large = Enter(5'000);
   now_ += StrangerRations::kStay;
@@ -175,6 +225,33 @@ TEST_F(StrangerRationsTest, NobodyHasToGoForBytesThatGrpcHasNotReadForLong) {
   rations_.Note(late, 5'000, 5'000, 0, now_);
   EXPECT_FALSE(DivideAfter(StrangerRations::kStay - std::chrono::milliseconds(1)).end.has_value());
   EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).end, late);
+}
+
+// A busy server reads what was sent and lets in who sent it: that nothing is left meanwhile is not for those who are
+// in.
+TEST_F(StrangerRationsTest, NobodyHasToGoWhoHoldsTooLittleToHelp) {
+  constexpr uint64_t kLittle = kTotal / StrangerRations::kHoldersShare - 1;
+  const int little = Enter(StrangerRations::kGreetingBytes + kLittle);
+  const int unread = Connect();
+  EXPECT_TRUE(rations_.Add(unread, now_));
+  Send(unread, kTotal);
+  rations_.Note(unread, CountsOf(unread).received, 0, 0, now_);
+  EXPECT_FALSE(rations_.Add(Connect(kCommon), now_));
+  EXPECT_FALSE(DivideAfter(std::chrono::seconds(5)).end.has_value());
+  Send(little, 1);
+  Note(little);
+  EXPECT_EQ(DivideAfter(StrangerRations::kStay).end, little);
+}
+
+TEST_F(StrangerRationsTest, WhoHasBeenInForLongMaySendMuchAndStayAWhile) {
+  const int fd = Enter(StrangerRations::kGreetingBytes + 1'000);
+  EXPECT_FALSE(rations_.Add(Connect(kCommon - 2'000), now_));
+  now_ += std::chrono::seconds(2);
+  Send(fd, 4'000);
+  Note(fd);  // 1,000 bytes since 2 s and 4,000 since now: 0.4 s on average
+  EXPECT_FALSE(DivideAfter(StrangerRations::kWait).end.has_value());
+  EXPECT_FALSE(DivideAfter(std::chrono::milliseconds(575)).end.has_value());
+  EXPECT_EQ(DivideAfter(std::chrono::milliseconds(10)).end, fd);
 }
 
 TEST_F(StrangerRationsTest, NobodyHasToGoWhileNobodyWaits) {
