@@ -342,7 +342,8 @@ TEST(CurvatureClientTest, RefusesBadServerLists) {
 }
 
 TEST(CurvatureClientTest, RefusesUrlsOfTheWeb) {
-  for (const char* servers : {"http://a", "a:1,https://b:2", "HTTPS://a/", "grpc://a:1", "tcp://a:1", "DNS:///a", "foo+x.y-z:///x"}) {
+  for (const char* servers :
+       {"http://a", "a:1,https://b:2", "HTTPS://a/", "grpc://a:1", "tcp://a:1", "DNS:///a", "foo+x.y-z:///x"}) {
     EXPECT_THAT(CurvatureClient::Connect(servers).status().message(), HasSubstr("is a URL; it must be HOST"))
         << servers;
   }

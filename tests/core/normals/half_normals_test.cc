@@ -43,12 +43,6 @@ int32_t IdOf(const SpatialIndex& index, size_t place) {
   return index.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
 }
 
-TEST(HalvesTest, AreAboutAsLarge) {
-  size_t even = 0;
-  for (int32_t id = 0; id < 10'000; ++id) even += HalfOf(id) == Half::kEven ? 1 : 0;
-  EXPECT_NEAR(static_cast<double>(even), 5'000.0, 200.0);
-}
-
 // Of all neighbors within a radius, those of the other half have no part in it, wherever they lie.
 TEST_P(HalfNormalsTest, AreMadeOfTheirOwnHalf) {
   TestPoints sphere = Sphere(5'000, 1.0);

@@ -11,6 +11,7 @@
 
 #include "core/estimators/triangles/random_stream.h"
 #include "core/normals/half_normals.h"
+#include "tests/core/run_in_parts.h"
 
 namespace curvd::testing {
 namespace {
@@ -115,32 +116,16 @@ NormalOptions EstimateBy(NormalMethod method, uint32_t count) {
   return options;
 }
 
-// Runs a run's phases, of groups that may end early.
-static void RunPhases(StrategyRun& run, const SpatialIndex& index, uint64_t most_work) {
-  const std::unique_ptr<WorkerScratch> scratch = run.MakeScratch();
-  scratch->most_work = most_work;
-  for (const GroupPhase& phase : run.Phases()) {
-    for (size_t group = 0; group < index.group_count(); ++group) {
-      scratch->first_point = 0;
-      do {
-        scratch->rest = 0;
-        EXPECT_TRUE(phase.run(group, *scratch).ok());
-        scratch->first_point = scratch->rest;
-      } while (scratch->rest > 0);
-    }
-  }
-}
-
 void MakeHalfNormals(SpatialIndex& index, const NormalFit& fit, uint64_t most_work) {
   EXPECT_TRUE(index.MakeHalfNormals().ok());
-  RunPhases(*StartHalfNormals(fit, index), index, most_work);
+  RunInParts(*StartHalfNormals(fit, index), index, most_work);
 }
 
 PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t most_work) {
   NormalQuality quality;
   EXPECT_TRUE(quality.Create(index.leaf_count() * SpatialIndex::kLeafSize, true).ok());
   const std::unique_ptr<StrategyRun> run = StartNormalFit(fit, index, quality);
-  RunPhases(*run, index, most_work);
+  RunInParts(*run, index, most_work);
   PlacedNormals made;
   for (size_t place = 0; place < index.point_count(); ++place) {
     const SpatialIndex::LeafNormals& n = index.normals(place / SpatialIndex::kLeafSize);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/scale/automatic.h"
+#include "tests/core/run_in_parts.h"
 #include "tests/core/scale/automatic_requests.h"
 #include "tests/core/seam_clouds.h"
 #include "tests/core/test_clouds.h"
@@ -165,17 +166,7 @@ TEST(AutomaticSeamsTest, GroupsInPartsGiveTheSameBytes) {
     const auto scratch = run->MakeScratch();
     scratch->seams = &marks;
     scratch->most_work = most_work;
-    for (const GroupPhase& phase : run->Phases()) {
-      EXPECT_TRUE(phase.begin == nullptr || phase.begin().ok());
-      for (size_t group = 0; group < index.group_count(); ++group) {
-        scratch->first_point = 0;
-        do {
-          scratch->rest = 0;
-          EXPECT_TRUE(phase.run(group, *scratch).ok());
-          scratch->first_point = scratch->rest;
-        } while (scratch->rest > 0);
-      }
-    }
+    RunInParts(*run, index, *scratch);
     EXPECT_TRUE(marks.ShowSeam());
     return results;
   };

@@ -15,6 +15,7 @@
 #include "core/scale/pilot/pilot.h"
 #include "tests/core/hostile_clouds.h"
 #include "tests/core/normals/normal_clouds.h"
+#include "tests/core/run_in_parts.h"
 #include "tests/core/scale/automatic_requests.h"
 #include "tests/core/seam_clouds.h"
 #include "tests/core/test_clouds.h"
@@ -381,17 +382,7 @@ TEST(AutomaticTest, GroupsInPartsGiveTheSameBytes) {
     const auto run = StrategyFor(Automatic()).start(Automatic(), index, results.data());
     const auto scratch = run->MakeScratch();
     scratch->most_work = most_work;
-    for (const GroupPhase& phase : run->Phases()) {
-      EXPECT_TRUE(phase.begin == nullptr || phase.begin().ok());
-      for (size_t group = 0; group < index.group_count(); ++group) {
-        scratch->first_point = 0;
-        do {
-          scratch->rest = 0;
-          EXPECT_TRUE(phase.run(group, *scratch).ok());
-          scratch->first_point = scratch->rest;
-        } while (scratch->rest > 0);
-      }
-    }
+    RunInParts(*run, index, *scratch);
     EXPECT_EQ(scratch->status_counts[static_cast<size_t>(PointStatus::kOk)], 3000u);
     return results;
   };
