@@ -51,9 +51,10 @@ std::shared_ptr<grpc::Channel> MakeChannel(const Place& place, const ConnectOpti
   arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
   // A name with several addresses is a set of replicas.
   arguments.SetLoadBalancingPolicyName("round_robin");
-  // Notices within 15 s that a server vanished, also while it computes and says nothing.
+  // Notices within 30 s that a server vanished, also while it computes and says nothing. On a slow line the question
+  // waits behind points that are on their way, for some seconds.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   // A server that came back is found by the next attempt, one that drops packets is given up.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 250);

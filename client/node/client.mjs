@@ -14,7 +14,7 @@ import { callMetadata, connectionTo } from "./security.mjs";
 const CHANNEL_OPTIONS = {
   // A peer that died without a word is found in seconds.
   "grpc.keepalive_time_ms": 10_000,
-  "grpc.keepalive_timeout_ms": 5_000,
+  "grpc.keepalive_timeout_ms": 20_000,
   // One that came back is found by the next try.
   "grpc.initial_reconnect_backoff_ms": 250,
   "grpc.max_reconnect_backoff_ms": 2_000,

@@ -121,8 +121,12 @@ ConnectionRegistry::Sight ConnectionRegistry::Look(int watch, ByteAccount::Clock
     End(watch, connection, StrangerReason::kUnaccountedBytes);
     return Sight::kEnded;
   }
-  // gRPC may not have read all of what lets a connection be a suspect.
-  if (more || use == StrangerRations::Use::kAll || verdict == ByteAccount::Verdict::kSuspect) return Sight::kBusy;
+  // gRPC may not have read all of what lets a connection be a suspect, and nobody tells when it reads what a stranger
+  // sent.
+  const bool reads_later = unread > 0 && !connection.account.let_in();
+  if (more || reads_later || use == StrangerRations::Use::kAll || verdict == ByteAccount::Verdict::kSuspect) {
+    return Sight::kBusy;
+  }
   return verdict == ByteAccount::Verdict::kOwes ? Sight::kOwes : Sight::kQuiet;
 }
 

@@ -42,7 +42,7 @@ class ConnectionRegistry {
   enum class Call { kLetIn, kRefused, kOpenToAll };
 
   explicit ConnectionRegistry(const ByteAllowances& allowances = {})
-      : allowances_(allowances), rations_(allowances.stranger) {}
+      : allowances_(allowances), rations_(allowances.stranger, allowances.call()) {}
   // Closes the watches that are left.
   ~ConnectionRegistry();
   ConnectionRegistry(const ConnectionRegistry&) = delete;

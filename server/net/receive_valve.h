@@ -23,8 +23,8 @@ std::optional<uint32_t> BeginningOf(int fd);
 // REQUIRES: the peer has sent less than 2^31 bytes more or less than that.
 bool BoundReceived(int fd, uint32_t beginning, uint64_t bytes);
 
-// Takes the bound away. The peer's system sends again what was cut off, about as long after that as it was cut off: 200
-// milliseconds or more.
+// Takes the bound away. The peer's system sends again what was cut off, at most about as long after that as it was cut
+// off, and 200 milliseconds.
 void LiftBound(int fd);
 
 }  // namespace curvd

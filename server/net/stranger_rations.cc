@@ -7,18 +7,26 @@
 
 namespace curvd {
 
-uint64_t StrangerRations::More(const Ration& ration, size_t sharers) const {
-  const uint64_t kept = total_ / kNewcomersShare;
-  const uint64_t common = left() - std::min(left(), kept);
-  // Less would not let it go on.
-  const uint64_t needed = std::max(ration.used() + 1, ration.inside ? 0 : kNewcomerBytes);
-  const uint64_t least = needed - std::min(needed, ration.grant);
+namespace {
+
+// What is left of `all` if `taken` is taken from it.
+uint64_t Rest(uint64_t all, uint64_t taken) { return all - std::min(all, taken); }
+
+}  // namespace
+
+uint64_t StrangerRations::More(const Ration& ration) const {
+  const uint64_t common = Rest(left(), Rest(total_ / kNewcomersShare, held_by_newcomers_));
   const bool is_newcomer = ration.used() < kNewcomerBytes;
-  const uint64_t newcomers =
-      is_newcomer ? std::min(left(), kNewcomerBytes - std::min(kNewcomerBytes, ration.grant)) : 0;
-  const uint64_t more =
-      std::min(most_ - ration.grant, std::max({common / (1 + sharers), std::min(common, least), newcomers}));
-  return more >= least ? more : 0;
+  // Less would not let it go on. Who goes on gets all that a call takes, or many would wait for the rest of theirs, and
+  // all together hold what any of them needs.
+  const uint64_t needed = std::max(ration.used() + 1, is_newcomer ? kNewcomerBytes : call_bytes_);
+  const uint64_t least = Rest(needed, ration.grant);
+  const uint64_t available = is_newcomer ? std::min(left(), Rest(total_ / kNewcomersMost, held_by_newcomers_)) : common;
+  const bool others_wait = newcomers_.size() + others_.size() > (ration.waits ? 1 : 0);
+  const bool is_scarce = others_wait || scarce_since_.has_value();
+  // Where nobody else wants any, it gets much, of which what it does not use is taken back.
+  const uint64_t more = std::max(least <= available ? least : 0, is_scarce && needed <= call_bytes_ ? 0 : common / 2);
+  return more >= least ? std::min(more, most_ - ration.grant) : 0;
 }
 
 void StrangerRations::Bound(int fd, const Ration& ration) {
@@ -35,21 +43,24 @@ bool StrangerRations::Add(int fd, Clock::time_point now) {
     Lift(fd);
     return true;
   }
+  ration.cut_since = now;
   ration.received = CountsOf(fd).received;
-  const uint64_t grant = More(ration, newcomers_.size() + others_.size() + 1);
+  const uint64_t grant = More(ration);
   if (grant == 0) {
     Queue(fd, ration);
     return false;
   }
   ration.inside = true;
-  Give(ration, grant);
+  SetGrant(ration, grant);
   Bound(fd, ration);
   return true;
 }
 
-void StrangerRations::Give(Ration& ration, uint64_t more) {
-  ration.grant += more;
-  held_ += more;
+void StrangerRations::SetGrant(Ration& ration, uint64_t grant) {
+  held_ += grant - ration.grant;
+  const auto of_newcomer = [](uint64_t bytes) { return bytes <= kNewcomerBytes ? bytes : 0; };
+  held_by_newcomers_ += of_newcomer(grant) - of_newcomer(ration.grant);
+  ration.grant = grant;
 }
 
 void StrangerRations::Lift(int fd) {
@@ -59,7 +70,7 @@ void StrangerRations::Lift(int fd) {
     std::erase(newcomers_, fd);
     std::erase(others_, fd);
   }
-  held_ -= found->second.grant;
+  SetGrant(found->second, 0);
   rations_.erase(found);
   LiftBound(fd);
 }
@@ -94,20 +105,29 @@ void StrangerRations::NoteReceived(Ration& ration, uint64_t received, Clock::tim
   ration.kept_until = now;
 }
 
+// Bytes that take the place of others, which were accounted for, make nobody younger.
+void StrangerRations::NoteRead(Ration& ration, uint64_t read, Clock::time_point now) {
+  ration.read = read;
+  const uint64_t held = ration.held_by_grpc();
+  if (held > ration.most_held) {
+    const double new_part = static_cast<double>(held - ration.most_held) / static_cast<double>(held);
+    ration.holds_since += std::chrono::duration_cast<Clock::duration>((now - ration.holds_since) * new_part);
+    ration.most_held = held;
+  }
+  if (held == 0) ration.most_held = 0;
+}
+
 StrangerRations::Use StrangerRations::Note(int fd, uint64_t received, uint64_t read, uint64_t accounted,
                                            Clock::time_point now) {
   const auto found = rations_.find(fd);
   if (found == rations_.end()) return Use::kPart;
   Ration& ration = found->second;
   NoteReceived(ration, received, now);
-  const uint64_t held_before = ration.held_by_grpc();
-  ration.read = read;
-  if (const uint64_t held = ration.held_by_grpc(); held > held_before) {
-    const double new_part = static_cast<double>(held - held_before) / static_cast<double>(held);
-    ration.holds_since += std::chrono::duration_cast<Clock::duration>((now - ration.holds_since) * new_part);
-  }
+  NoteRead(ration, read, now);
   if (!ration.inside) return ration.used() < most_ ? Use::kAll : Use::kTooMuch;
   const bool full = received >= ration.bound();
+  if (full && !ration.is_cut) ration.cut_since = now;
+  if (full || ration.changed == now) ration.is_cut = full;
   const uint64_t base = std::max(accounted, kGreetingBytes);
   if (base >= ration.base + std::min(kStepBytes, ration.grant / 4 + 1)) {
     if (full && ration.grant == most_) return Use::kTooMuch;
@@ -122,11 +142,19 @@ StrangerRations::Use StrangerRations::Note(int fd, uint64_t received, uint64_t r
 
 bool StrangerRations::Serve(int fd, Clock::time_point now, Division& division) {
   Ration& ration = rations_.at(fd);
-  const uint64_t more = More(ration, newcomers_.size() + others_.size());
+  if (ration.inside && ration.received < ration.bound()) {  // what it sent was accounted for meanwhile
+    ration.waits = false;
+    return true;
+  }
+  const uint64_t more = More(ration);
   if (more == 0) return false;
   ration.waits = false;
-  Give(ration, more);
-  ration.kept_until = now + std::min<Clock::duration>(now - ration.changed, kLongestPause) + kShortestPause;
+  SetGrant(ration, ration.grant + more);
+  if (ration.promises < kPromises) {
+    ++ration.promises;
+    ration.kept_until = now + std::min<Clock::duration>(now - ration.cut_since, kLongestPause) + kShortestPause;
+    ration.promised = std::min(ration.grant, std::max(call_bytes_, ration.used() + 1));
+  }
   if (!ration.inside) division.enter.push_back(fd);
   ration.inside = true;
   Bound(fd, ration);
@@ -136,10 +164,17 @@ bool StrangerRations::Serve(int fd, Clock::time_point now, Division& division) {
 StrangerRations::Division StrangerRations::Divide(Clock::time_point now) {
   ForgetEnded(now);
   Division division;
-  for (; !newcomers_.empty() && Serve(newcomers_.back(), now, division); newcomers_.pop_back()) {
+  for (; !newcomers_.empty(); newcomers_.pop_back()) {
+    const int fd = newcomers_.back();
+    // Who has sent more while he waited is none any more, and others need not wait for what he needs.
+    if (rations_.at(fd).used() >= kNewcomerBytes) {
+      others_.push_back(fd);
+    } else if (!Serve(fd, now, division)) {
+      break;
+    }
   }
-  for (; !others_.empty() && Serve(others_.front(), now, division); others_.pop_front()) {
-  }
+  // Who needs less than those before him need not wait for them.
+  std::erase_if(others_, [&](int fd) { return Serve(fd, now, division); });
   if (newcomers_.empty() && others_.empty()) {
     scarce_since_.reset();
     return division;
@@ -150,21 +185,24 @@ StrangerRations::Division StrangerRations::Divide(Clock::time_point now) {
   return division;
 }
 
+uint64_t StrangerRations::KnockBytes() const {
+  return std::clamp(total_ / kSilentShare / (rations_.size() + 1), kLeastKnockBytes, kNewcomerBytes / 2);
+}
+
 // Bytes may have come before the system was told, and count.
 void StrangerRations::TakeBackUnused(Clock::time_point now) {
   if (now - taken_back_ < kWait) return;
   taken_back_ = now;
+  const uint64_t knock = KnockBytes();
   for (auto& [fd, ration] : rations_) {
-    const uint64_t promised = now < ration.kept_until ? std::min(ration.grant, kNewcomerBytes) : 0;
-    const uint64_t kept = std::max(ration.used() + kKnockBytes, promised);
+    const uint64_t promised = now < ration.kept_until ? ration.promised : 0;
+    const uint64_t kept = std::max(ration.used() + knock, promised);
     const bool is_silent = now - ration.changed >= kSilence || now - ration.since >= kStay;
-    if (ration.waits || !ration.inside || !is_silent || kept >= ration.grant) continue;
-    held_ -= ration.grant;
-    ration.grant = kept;
+    if (!ration.inside || !is_silent || kept >= ration.grant) continue;
+    SetGrant(ration, kept);
     BoundReceived(fd, ration.beginning, ration.bound());
     NoteReceived(ration, CountsOf(fd).received, now);
-    ration.grant = std::max(kept, ration.used());
-    held_ += ration.grant;
+    SetGrant(ration, std::max(kept, ration.used()));
   }
 }
 

@@ -13,28 +13,35 @@ namespace curvd {
 // What gRPC makes of a stranger's bytes is only seen when it has the memory, and then it may be too late: a call in 15
 // bytes takes 13 KiB. So the system holds each stranger to a ration (receive_valve.h), and all rations together are
 // bounded. Who has used his up waits for more. Where none is left, rations that are not used are taken back, and then
-// those have to go who have held much for long: an honest caller is let in soon, and leaves his ration to others. A
-// part is kept for newcomers, so that they need not wait for those. Not thread-safe.
+// those have to go who have held much for long, if they hold a good part of all: an honest caller is let in soon, and
+// leaves his ration to others. A part is kept for newcomers, so that they need not wait for those. Not thread-safe.
 class StrangerRations {
  public:
   using Clock = std::chrono::steady_clock;
 
   // What each connection may send beside: the first bytes of HTTP/2 or TLS, of which nobody can make a call.
   static constexpr uint64_t kGreetingBytes = 32;
-  // What is left to who is silent. It shows that he wants more.
-  static constexpr uint64_t kKnockBytes = 32;
+  // What is left to who is silent, at least: it shows that he wants more. Where this part of all bytes, shared by all
+  // connections, is more, it is left, up to half a newcomer's bytes: most calls need no more.
+  static constexpr uint64_t kLeastKnockBytes = 32;
+  static constexpr uint64_t kSilentShare = 4;
   // Who has no more than that is a newcomer: it does for a TLS handshake without a client's certificate, and a call.
   static constexpr uint64_t kNewcomerBytes = 2 << 10;
-  // The part of all bytes that is for newcomers alone.
+  // The part of all bytes that is for newcomers alone, and the part that they have at most, so that others come to an
+  // end.
   static constexpr uint64_t kNewcomersShare = 4;
+  static constexpr uint64_t kNewcomersMost = 2;
   // By how much a bound moves at once as bytes get accounted for, or by a quarter of a ration if that is less.
   static constexpr uint64_t kStepBytes = 8 << 10;
-  // For how long who is silent keeps what he does not use, while somebody waits; who came kStay ago keeps none.
+  // For how long who is silent keeps more than KnockBytes() of what he does not use, while somebody waits; who came
+  // kStay ago keeps no more even if bytes come.
   static constexpr std::chrono::milliseconds kSilence{50};
-  // Who gets more after he waited keeps a newcomer's part of it until bytes come, or his peer's system must have sent
-  // again what was cut off: it waits longer each time, about as long as nothing of it was received.
-  static constexpr std::chrono::milliseconds kShortestPause{300};
-  static constexpr std::chrono::milliseconds kLongestPause{2'000};
+  // But who gets more after he waited, the first times, keeps it until bytes come. His peer's system sends again what
+  // was cut off after a pause, which is about as long as it has been at that: so long, up to kLongestPause, and for
+  // kShortestPause more, it is kept.
+  static constexpr std::chrono::milliseconds kShortestPause{500};
+  static constexpr std::chrono::milliseconds kLongestPause{10'000};
+  static constexpr int kPromises = 4;
   // How long somebody waits until somebody else has to go, whose bytes gRPC has held for kStay on average: a busy
   // server takes some time to let in who sent them. Nobody has to go unless those who have stayed so long hold this
   // part of all bytes: where they hold less, what is scarce is what a busy server has not read yet.
@@ -60,8 +67,9 @@ class StrangerRations {
     std::optional<int> end;  // the socket of a connection that should be ended for the sake of others
   };
 
-  // No connection gets more than `most` bytes beyond those that are accounted for.
-  explicit StrangerRations(uint64_t most) : most_(most) {}
+  // No connection gets more than `most` bytes beyond those that are accounted for. `call` is what a call takes that has
+  // all metadata that it may have. REQUIRES: call <= most.
+  StrangerRations(uint64_t most, uint64_t call) : most_(most), call_bytes_(call) {}
 
   // All rations together are at most `bytes` from now on; those that were given stay. DEFAULT: without bound.
   void Share(uint64_t bytes) { total_ = bytes; }
@@ -79,6 +87,8 @@ class StrangerRations {
   // Gives more to those who wait: newcomers first, of them the latest, and then others in the order in which they came.
   Division Divide(Clock::time_point now);
 
+  // What is left to who is silent.
+  uint64_t KnockBytes() const;
   // Bytes of all rations together, used or not, and of those that have ended.
   uint64_t held() const { return held_; }
 
@@ -88,13 +98,18 @@ class StrangerRations {
     Clock::time_point since;         // when it came
     Clock::time_point changed;       // when bytes came
     Clock::time_point holds_since;   // since when gRPC holds bytes, on average
-    Clock::time_point kept_until{};  // until when a newcomer's part is not taken back
-    uint64_t grant = 0;              // bytes beyond `base`
+    uint64_t most_held = 0;          // since it last held none
+    Clock::time_point cut_since{};   // since when its peer's system sends again what was cut off
+    Clock::time_point kept_until{};  // until when `promised` is not taken back
+    uint64_t promised = 0;
+    int promises = 0;    // how often that was set
+    uint64_t grant = 0;  // bytes beyond `base`
     uint64_t received = 0;
     uint64_t read = 0;               // by gRPC
     uint64_t base = kGreetingBytes;  // bytes that count for nothing
     bool inside = false;             // gRPC has the connection
     bool waits = false;
+    bool is_cut = false;
 
     // The byte from which on none is received.
     uint64_t bound() const { return base + (inside ? grant : kNewcomerBytes); }
@@ -107,22 +122,25 @@ class StrangerRations {
   };
 
   uint64_t left() const { return total_ - (held_ < total_ ? held_ : total_); }
-  // How much more the connection gets now, if `sharers` with it want some; 0 if it has to wait.
-  uint64_t More(const Ration& ration, size_t sharers) const;
+  // How much more the connection gets now; 0 if it has to wait.
+  uint64_t More(const Ration& ration) const;
   void Bound(int fd, const Ration& ration);
-  void Give(Ration& ration, uint64_t more);
+  void SetGrant(Ration& ration, uint64_t grant);
   // Puts it where it waits, unless it does.
   void Queue(int fd, Ration& ration);
-  // Whether the connection of `fd`, which waits, gets what it needs; its caller takes it out of its queue.
+  // Whether the connection of `fd`, which waits, has what it needs now; its caller takes it out of its queue.
   bool Serve(int fd, Clock::time_point now, Division& division);
+  // So many bytes have been received, or read by gRPC, in all.
   static void NoteReceived(Ration& ration, uint64_t received, Clock::time_point now);
+  static void NoteRead(Ration& ration, uint64_t read, Clock::time_point now);
   void ForgetEnded(Clock::time_point now);
   void TakeBackUnused(Clock::time_point now);
   std::optional<int> WhoHasToGo(Clock::time_point now);
 
-  const uint64_t most_;
+  const uint64_t most_, call_bytes_;
   uint64_t total_ = UINT64_MAX;
   uint64_t held_ = 0;
+  uint64_t held_by_newcomers_ = 0;           // grants that are no larger than a newcomer gets
   std::unordered_map<int, Ration> rations_;  // by socket
   std::deque<int> newcomers_, others_;       // those that wait, in the order in which they came
   std::deque<Ended> ended_;

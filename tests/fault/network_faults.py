@@ -6,7 +6,7 @@ import time
 from fault import Fault
 from proxy import Proxy
 
-# What keepalive takes to find a peer that is silent: 10 s to ask and 5 s to wait, and a second for the rest.
+# What the server's keepalive takes to find a peer that is silent: 10 s to ask and 5 s to wait, and a second for the rest.
 _SILENCE_SECONDS = 16
 _POINT_BYTES = 24 + 45  # up and down
 

@@ -19,6 +19,7 @@ using Use = StrangerRations::Use;
 
 constexpr uint64_t kMost = 48 << 10;  // less than the system receives before a connection is accepted
 constexpr uint64_t kTotal = 20 << 10;
+constexpr uint64_t kCall = 4 << 10;
 constexpr uint64_t kCommon = kTotal - kTotal / StrangerRations::kNewcomersShare;
 
 class StrangerRationsTest : public ::testing::Test {
@@ -45,6 +46,19 @@ class StrangerRationsTest : public ::testing::Test {
     const std::string sent(bytes, 'x');
     ASSERT_EQ(send(pair->client(), sent.data(), bytes, 0), static_cast<ssize_t>(bytes));
   }
+  // The same where little is left to the silent, since there is little, and four wait at the door for all of it.
+  int EnterACrowd(size_t bytes) {
+    rations_.Share(kCall + StrangerRations::kNewcomerBytes);
+    const int fd = Enter(bytes);
+    for (int i = 0; i < 4; ++i) EXPECT_FALSE(rations_.Add(Connect(kTotal), now_));  // more than there is
+    DivideAfter(StrangerRations::kSilence);
+    return fd;
+  }
+  // Or the system would soon receive no more.
+  static void Read(int fd) {
+    std::array<char, 10'000> read;
+    recv(fd, read.data(), read.size(), MSG_DONTWAIT);
+  }
   // gRPC has read all that was received.
   Use Note(int fd, uint64_t accounted = 0) {
     const uint64_t received = CountsOf(fd).received;
@@ -56,7 +70,7 @@ class StrangerRationsTest : public ::testing::Test {
   }
 
   std::deque<TcpPair> pairs_;
-  StrangerRations rations_{kMost};
+  StrangerRations rations_{kMost, kCall};
   StrangerRations::Clock::time_point now_ = StrangerRations::Clock::now();
 };
 
@@ -83,7 +97,7 @@ TEST_F(StrangerRationsTest, TheSystemHoldsAllWhoAreInsideTogetherToTheTotal) {
   }
   EXPECT_LE(rations_.held(), kTotal);
   EXPECT_LE(inside, kTotal + 50 * StrangerRations::kGreetingBytes);
-  EXPECT_GT(inside, kTotal - kTotal / 8) << "it is there to be used";
+  EXPECT_GT(inside, kTotal - kTotal / 4) << "it is there to be used";
 }
 
 TEST_F(StrangerRationsTest, TheSystemHoldsWhoWaitsAtTheDoorToWhatANewcomerNeeds) {
@@ -150,8 +164,8 @@ TEST_F(StrangerRationsTest, WhatTheSilentDoNotUseGoesToWhoWaits) {
   EXPECT_TRUE(DivideAfter(StrangerRations::kSilence - std::chrono::milliseconds(1)).enter.empty());
   DivideAfter(std::chrono::milliseconds(StrangerRations::kWait));
   EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).enter, std::vector<int>{patient});
-  Send(silent, 1'000);
-  EXPECT_EQ(CountsOf(silent).received, 100 + StrangerRations::kKnockBytes);
+  Send(silent, 2'000);
+  EXPECT_EQ(CountsOf(silent).received, 100 + rations_.KnockBytes());
   EXPECT_EQ(Note(silent), Use::kAll) << "it wants more";
 }
 
@@ -163,8 +177,7 @@ TEST_F(StrangerRationsTest, WhoTricklesKeepsWhatHeDoesNotUseNoLongerThanTheSilen
     for (const auto end = now_ + time; now_ < end;) {
       Send(trickling, 1);
       Note(trickling);
-      std::array<char, 200> read;  // or the system would soon receive no more
-      recv(trickling, read.data(), read.size(), 0);
+      Read(trickling);
       if (!DivideAfter(std::chrono::milliseconds(20)).enter.empty()) return true;
     }
     return false;
@@ -173,10 +186,10 @@ TEST_F(StrangerRationsTest, WhoTricklesKeepsWhatHeDoesNotUseNoLongerThanTheSilen
   EXPECT_TRUE(trickle_for(std::chrono::milliseconds(60)));
 }
 
-TEST_F(StrangerRationsTest, ThoseWhoWaitedGetTheSame) {
+TEST_F(StrangerRationsTest, ThoseWhoWaitedGetACallEach) {
   rations_.Share(0);
   std::vector<int> waiting;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 3; ++i) {
     waiting.push_back(Connect(3'000));
     EXPECT_FALSE(rations_.Add(waiting.back(), now_));
   }
@@ -184,24 +197,38 @@ TEST_F(StrangerRationsTest, ThoseWhoWaitedGetTheSame) {
   EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).enter, waiting);
   for (const int fd : waiting) {
     Send(fd, kTotal);
-    EXPECT_NEAR(CountsOf(fd).received, StrangerRations::kGreetingBytes + kCommon / 5, 1);
+    EXPECT_EQ(CountsOf(fd).received, StrangerRations::kGreetingBytes + kCall);
   }
 }
 
 // TCP sends again what was cut off after a pause that doubles each time: what is given meanwhile has to be there then.
 TEST_F(StrangerRationsTest, WhoWaitedKeepsWhatHeGetsUntilBytesComeOrMustHaveCome) {
-  const int silent = Enter(100);
-  EXPECT_FALSE(rations_.Add(Connect(kTotal), now_)) << "wants what the silent do not use";
-  DivideAfter(StrangerRations::kSilence);
-  Send(silent, 1'000);
+  const int silent = EnterACrowd(100);
+  Send(silent, rations_.KnockBytes());  // no more, or TCP would send it again
   EXPECT_EQ(Note(silent), Use::kAll);
   const auto waited = std::chrono::milliseconds(5);
   DivideAfter(waited);
-  const uint64_t used = 100 - StrangerRations::kGreetingBytes + StrangerRations::kKnockBytes;
   DivideAfter(StrangerRations::kShortestPause + waited - std::chrono::milliseconds(1));
   EXPECT_EQ(rations_.held(), StrangerRations::kNewcomerBytes) << "and no more than that";
   DivideAfter(StrangerRations::kWait);
-  EXPECT_EQ(rations_.held(), used + StrangerRations::kKnockBytes);
+  EXPECT_EQ(rations_.held(), 100 - StrangerRations::kGreetingBytes + 2 * rations_.KnockBytes());
+}
+
+// Its peer's system sends again what is left, after twice the pause, though some of it came.
+TEST_F(StrangerRationsTest, WhoIsCutOffAgainKeepsWhatHeGetsForLonger) {
+  const int fd = EnterACrowd(100);
+  Send(fd, rations_.KnockBytes());
+  Note(fd);
+  const auto waited = std::chrono::milliseconds(400);
+  DivideAfter(waited);
+  Send(fd, StrangerRations::kNewcomerBytes - CountsOf(fd).received + StrangerRations::kGreetingBytes);
+  EXPECT_EQ(Note(fd), Use::kAll);
+  DivideAfter(std::chrono::milliseconds(0));
+  EXPECT_EQ(rations_.held(), kCall);
+  DivideAfter(StrangerRations::kShortestPause + waited - std::chrono::milliseconds(1));
+  EXPECT_EQ(rations_.held(), kCall);
+  DivideAfter(StrangerRations::kWait);
+  EXPECT_EQ(rations_.held(), StrangerRations::kNewcomerBytes + rations_.KnockBytes());
 }
 
 TEST_F(StrangerRationsTest, WhoHasHeldMostForLongestHasToGoForThoseWhoWait) {
@@ -225,6 +252,58 @@ TEST_F(StrangerRationsTest, NobodyHasToGoForBytesThatGrpcHasNotReadForLong) {
   rations_.Note(late, 5'000, 5'000, 0, now_);
   EXPECT_FALSE(DivideAfter(StrangerRations::kStay - std::chrono::milliseconds(1)).end.has_value());
   EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).end, late);
+}
+
+TEST_F(StrangerRationsTest, WhoIsAnsweredWhileHeWaitsKeepsNothing) {
+  const int fd = Enter(kTotal);
+  EXPECT_EQ(Note(fd), Use::kAll);
+  EXPECT_FALSE(rations_.Add(Connect(kTotal), now_)) << "so that somebody waits";
+  Note(fd, CountsOf(fd).received);
+  DivideAfter(StrangerRations::kSilence);
+  EXPECT_EQ(rations_.held(), rations_.KnockBytes());
+}
+
+TEST_F(StrangerRationsTest, NobodyIsPromisedMoreAgainAndAgain) {
+  const int knocking = EnterACrowd(100);
+  const auto held_after_a_knock = [&] {
+    Send(knocking, rations_.KnockBytes());
+    Note(knocking);
+    DivideAfter(std::chrono::milliseconds(0));
+    DivideAfter(StrangerRations::kSilence);
+    return rations_.held();
+  };
+  for (int i = 0; i < StrangerRations::kPromises; ++i) {
+    EXPECT_EQ(held_after_a_knock(), StrangerRations::kNewcomerBytes);
+    DivideAfter(StrangerRations::kLongestPause + StrangerRations::kShortestPause);
+  }
+  EXPECT_LT(held_after_a_knock(), StrangerRations::kNewcomerBytes);
+}
+
+TEST_F(StrangerRationsTest, WhoGetsWhatHeWaitedForIsPromisedNoMore) {
+  const int fd = EnterACrowd(100);
+  Send(fd, rations_.KnockBytes());
+  Note(fd);
+  DivideAfter(std::chrono::milliseconds(0));
+  Send(fd, 10);
+  Note(fd);
+  DivideAfter(StrangerRations::kSilence);
+  EXPECT_EQ(rations_.held(), 110 - StrangerRations::kGreetingBytes + 2 * rations_.KnockBytes());
+}
+
+// Bytes that are answered at once take the place of others that were.
+TEST_F(StrangerRationsTest, WhoSendsMuchThatIsAnsweredHoldsTheRestNoShorter) {
+  constexpr uint64_t kHeld = 3'000, kStep = 2'000;  // more than a quarter of the ration
+  const int fd = Enter(StrangerRations::kGreetingBytes + kHeld);
+  EXPECT_FALSE(rations_.Add(Connect(kCommon - 500), now_));
+  const auto step = std::chrono::milliseconds(40);
+  uint64_t answered = StrangerRations::kGreetingBytes;
+  for (auto age = step; age < StrangerRations::kStay; age += step) {
+    EXPECT_FALSE(DivideAfter(step).end.has_value());
+    Send(fd, kStep);
+    Read(fd);
+    Note(fd, answered += kStep);
+  }
+  EXPECT_EQ(DivideAfter(2 * step).end, fd);
 }
 
 // A busy server reads what was sent and lets in who sent it: that nothing is left meanwhile is not for those who are
