@@ -11,7 +11,7 @@
 
 #include "core/estimators/triangles/random_stream.h"
 #include "core/normals/half_normals.h"
-#include "tests/core/run_in_parts.h"
+#include "tests/core/estimators/run_in_parts.h"
 
 namespace curvd::testing {
 namespace {

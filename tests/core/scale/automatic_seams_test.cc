@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/scale/automatic.h"
-#include "tests/core/run_in_parts.h"
+#include "tests/core/estimators/run_in_parts.h"
 #include "tests/core/scale/automatic_requests.h"
 #include "tests/core/seam_clouds.h"
 #include "tests/core/test_clouds.h"

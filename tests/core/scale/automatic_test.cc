@@ -13,9 +13,9 @@
 
 #include "core/base/error.h"
 #include "core/scale/pilot/pilot.h"
+#include "tests/core/estimators/run_in_parts.h"
 #include "tests/core/hostile_clouds.h"
 #include "tests/core/normals/normal_clouds.h"
-#include "tests/core/run_in_parts.h"
 #include "tests/core/scale/automatic_requests.h"
 #include "tests/core/seam_clouds.h"
 #include "tests/core/test_clouds.h"

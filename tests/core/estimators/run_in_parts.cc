@@ -1,4 +1,4 @@
-#include "tests/core/run_in_parts.h"
+#include "tests/core/estimators/run_in_parts.h"
 
 #include <gtest/gtest.h>
 
