@@ -24,8 +24,8 @@ struct ByteAllowances {
   static constexpr uint64_t ForMetadata(uint64_t max_metadata) {
     return (8 << 10) + max_metadata + (64 << 10) + kSlack;
   }
-  // What a call takes that has all metadata that it may have, without a TLS handshake.
-  uint64_t call() const { return max_metadata + (4 << 10); }
+  // What a call takes that has all metadata that it may have, with a TLS handshake (5 KiB with a client's certificate).
+  uint64_t call() const { return max_metadata + (6 << 10); }
   // What all strangers together may send even where memory is short: less would keep one of them out for good.
   uint64_t strangers_together() const { return max_metadata + (12 << 10); }
   // For how long a stranger may have more than ByteAccount::kSmallBytes unaccounted for: as long as a line of 9.6

@@ -24,7 +24,7 @@ std::optional<uint32_t> BeginningOf(int fd);
 bool BoundReceived(int fd, uint32_t beginning, uint64_t bytes);
 
 // Takes the bound away. The peer's system sends again what was cut off, at most about as long after that as it was cut
-// off, and 200 milliseconds.
+// off, a round trip and 200 milliseconds.
 void LiftBound(int fd);
 
 }  // namespace curvd

@@ -15,18 +15,23 @@ uint64_t Rest(uint64_t all, uint64_t taken) { return all - std::min(all, taken);
 }  // namespace
 
 uint64_t StrangerRations::More(const Ration& ration) const {
-  const uint64_t common = Rest(left(), Rest(total_ / kNewcomersShare, held_by_newcomers_));
+  const uint64_t of_newcomers = Rest(total_ / kNewcomersMost, held_by_newcomers_);
+  const uint64_t common = Rest(left(), std::min(total_ / kNewcomersShare, of_newcomers));
+  // What is left beside newcomers at least, or nobody might ever get it.
+  const uint64_t call = std::min(call_bytes_, total_ / kNewcomersMost + kNewcomerBytes);
   const bool is_newcomer = ration.used() < kNewcomerBytes;
-  // Less would not let it go on. Who goes on gets all that a call takes, or many would wait for the rest of theirs, and
-  // all together hold what any of them needs.
-  const uint64_t needed = std::max(ration.used() + 1, is_newcomer ? kNewcomerBytes : call_bytes_);
-  const uint64_t least = Rest(needed, ration.grant);
-  const uint64_t available = is_newcomer ? std::min(left(), Rest(total_ / kNewcomersMost, held_by_newcomers_)) : common;
+  // Who goes on gets a whole call's bytes: if many held parts of calls, none could end.
+  const uint64_t needed = std::max(ration.used() + 1, is_newcomer ? kNewcomerBytes : call);
+  const uint64_t least = Rest(needed, ration.grant), whole = Rest(call, ration.grant);
+  const uint64_t beside_a_call = Rest(common, std::max(call, total_ / kNewcomersShare));
+  const uint64_t available = is_newcomer ? std::max(std::min(left(), of_newcomers), beside_a_call) : common;
   const bool others_wait = newcomers_.size() + others_.size() > (ration.waits ? 1 : 0);
   const bool is_scarce = others_wait || scarce_since_.has_value();
   // Where nobody else wants any, it gets much, of which what it does not use is taken back.
-  const uint64_t more = std::max(least <= available ? least : 0, is_scarce && needed <= call_bytes_ ? 0 : common / 2);
-  return more >= least ? std::min(more, most_ - ration.grant) : 0;
+  uint64_t much = is_scarce && needed <= call ? 0 : common / 2;
+  if (needed <= call && much < whole) much = !is_scarce && whole <= common ? whole : 0;
+  const uint64_t more = std::min(std::max(least <= available ? least : 0, much), most_ - ration.grant);
+  return more >= least ? more : 0;
 }
 
 void StrangerRations::Bound(int fd, const Ration& ration) {
@@ -69,6 +74,7 @@ void StrangerRations::Lift(int fd) {
   if (found->second.waits) {
     std::erase(newcomers_, fd);
     std::erase(others_, fd);
+    if (newcomers_.empty() && others_.empty()) scarce_since_.reset();
   }
   SetGrant(found->second, 0);
   rations_.erase(found);
@@ -102,7 +108,7 @@ void StrangerRations::NoteReceived(Ration& ration, uint64_t received, Clock::tim
   if (received == ration.received) return;
   ration.received = received;
   ration.changed = now;
-  ration.kept_until = now;
+  ration.kept_until = std::min(ration.kept_until, now + kShortestPause);  // more of it may be on its way
 }
 
 // Bytes that take the place of others, which were accounted for, make nobody younger.
@@ -132,6 +138,7 @@ StrangerRations::Use StrangerRations::Note(int fd, uint64_t received, uint64_t r
   if (base >= ration.base + std::min(kStepBytes, ration.grant / 4 + 1)) {
     if (full && ration.grant == most_) return Use::kTooMuch;
     ration.base = base;
+    ration.kept_until = now;
     Bound(fd, ration);
     return Use::kPart;
   }
@@ -152,29 +159,33 @@ bool StrangerRations::Serve(int fd, Clock::time_point now, Division& division) {
   SetGrant(ration, ration.grant + more);
   if (ration.promises < kPromises) {
     ++ration.promises;
-    ration.kept_until = now + std::min<Clock::duration>(now - ration.cut_since, kLongestPause) + kShortestPause;
+    // Of those at the door who send much anybody may, without having said anything.
+    const bool is_known = ration.inside || ration.used() < kNewcomerBytes;
+    const Clock::duration pause = is_known ? now - ration.cut_since : Clock::duration::zero();
+    ration.kept_until = now + std::min<Clock::duration>(pause, kLongestPause) + kShortestPause;
     ration.promised = std::min(ration.grant, std::max(call_bytes_, ration.used() + 1));
   }
   if (!ration.inside) division.enter.push_back(fd);
   ration.inside = true;
-  Bound(fd, ration);
+  Bound(fd, ration);  // last, as it may lift the ration: who does not wait is in no queue that Divide goes through
   return true;
 }
 
 StrangerRations::Division StrangerRations::Divide(Clock::time_point now) {
   ForgetEnded(now);
   Division division;
-  for (; !newcomers_.empty(); newcomers_.pop_back()) {
-    const int fd = newcomers_.back();
-    // Who has sent more while he waited is none any more, and others need not wait for what he needs.
-    if (rations_.at(fd).used() >= kNewcomerBytes) {
-      others_.push_back(fd);
-    } else if (!Serve(fd, now, division)) {
-      break;
-    }
+  // Who has sent 2 KiB by now is no newcomer any more; the others behind him need not wait for him.
+  std::erase_if(newcomers_, [&](int fd) {
+    const bool has_become_another = rations_.at(fd).used() >= kNewcomerBytes;
+    if (has_become_another) others_.push_back(fd);
+    return has_become_another;
+  });
+  for (; !newcomers_.empty() && Serve(newcomers_.back(), now, division); newcomers_.pop_back()) {
   }
-  // Who needs less than those before him need not wait for them.
-  std::erase_if(others_, [&](int fd) { return Serve(fd, now, division); });
+  // Who needs less than those before him need not wait for them, nor who is inside for those at the door.
+  for (const bool inside : {true, false}) {
+    std::erase_if(others_, [&](int fd) { return rations_.at(fd).inside == inside && Serve(fd, now, division); });
+  }
   if (newcomers_.empty() && others_.empty()) {
     scarce_since_.reset();
     return division;
@@ -191,7 +202,7 @@ uint64_t StrangerRations::KnockBytes() const {
 
 // Bytes may have come before the system was told, and count.
 void StrangerRations::TakeBackUnused(Clock::time_point now) {
-  if (now - taken_back_ < kWait) return;
+  if (now - taken_back_ < kTakeBackInterval) return;
   taken_back_ = now;
   const uint64_t knock = KnockBytes();
   for (auto& [fd, ration] : rations_) {
@@ -199,15 +210,19 @@ void StrangerRations::TakeBackUnused(Clock::time_point now) {
     const uint64_t kept = std::max(ration.used() + knock, promised);
     const bool is_silent = now - ration.changed >= kSilence || now - ration.since >= kStay;
     if (!ration.inside || !is_silent || kept >= ration.grant) continue;
+    const uint64_t before = ration.grant;
     SetGrant(ration, kept);
-    BoundReceived(fd, ration.beginning, ration.bound());
+    if (!BoundReceived(fd, ration.beginning, ration.bound())) {
+      SetGrant(ration, before);
+      continue;
+    }
     NoteReceived(ration, CountsOf(fd).received, now);
     SetGrant(ration, std::max(kept, ration.used()));
   }
 }
 
 std::optional<int> StrangerRations::WhoHasToGo(Clock::time_point now) {
-  const bool others_should = now - *scarce_since_ >= kWait && ended_bytes_ <= total_ / 2;
+  const bool others_should = now - *scarce_since_ >= kScarcity && ended_bytes_ <= total_ / 2;
   std::optional<int> found;
   double most = 0.0;
   uint64_t held_for_long = 0;

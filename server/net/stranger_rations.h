@@ -27,25 +27,27 @@ class StrangerRations {
   static constexpr uint64_t kSilentShare = 4;
   // Who has no more than that is a newcomer: it does for a TLS handshake without a client's certificate, and a call.
   static constexpr uint64_t kNewcomerBytes = 2 << 10;
-  // The part of all bytes that is for newcomers alone, and the part that they have at most, so that others come to an
-  // end.
+  // A quarter of all bytes is only for newcomers, until they have half. They get no more than that unless as much is
+  // left as a whole call takes: somebody can always go on.
   static constexpr uint64_t kNewcomersShare = 4;
   static constexpr uint64_t kNewcomersMost = 2;
   // By how much a bound moves at once as bytes get accounted for, or by a quarter of a ration if that is less.
   static constexpr uint64_t kStepBytes = 8 << 10;
-  // For how long who is silent keeps more than KnockBytes() of what he does not use, while somebody waits; who came
+  // For how long who is silent keeps more than KnockBytes() of what he does not use, where little is left; who came
   // kStay ago keeps no more even if bytes come.
   static constexpr std::chrono::milliseconds kSilence{50};
-  // But who gets more after he waited, the first times, keeps it until bytes come. His peer's system sends again what
-  // was cut off after a pause, which is about as long as it has been at that: so long, up to kLongestPause, and for
-  // kShortestPause more, it is kept.
+  // But who gets more after he waited, the first times, keeps as much as a call takes of it. His peer's system sends
+  // again what was cut off after a pause, which is about as long as it has been at that: so long, up to kLongestPause,
+  // and for kShortestPause more, it is kept; when bytes have come, for kShortestPause at most.
   static constexpr std::chrono::milliseconds kShortestPause{500};
   static constexpr std::chrono::milliseconds kLongestPause{10'000};
   static constexpr int kPromises = 4;
-  // How long somebody waits until somebody else has to go, whose bytes gRPC has held for kStay on average: a busy
-  // server takes some time to let in who sent them. Nobody has to go unless those who have stayed so long hold this
-  // part of all bytes: where they hold less, what is scarce is what a busy server has not read yet.
-  static constexpr std::chrono::milliseconds kWait{20};
+  // How often unused bytes are taken back.
+  static constexpr std::chrono::milliseconds kTakeBackInterval{20};
+  // How long there are always some who wait until somebody has to go, whose bytes gRPC has held for kStay on average: a
+  // busy server takes some time to let in who sent them. Nobody has to go unless those who have stayed so long hold
+  // this part of all bytes: where they hold less, what is scarce is what a busy server has not read yet.
+  static constexpr std::chrono::milliseconds kScarcity{500};
   static constexpr std::chrono::milliseconds kStay{1'000};
   static constexpr uint64_t kHoldersShare = 8;
   // For how long bytes of a connection count that has ended: gRPC frees what it held some time later. Those that wait
@@ -84,7 +86,8 @@ class StrangerRations {
   // The connection has received so many bytes; gRPC has read so many of them, and so many are accounted for. REQUIRES:
   // none of them goes back, nor does `now`, here and below.
   Use Note(int fd, uint64_t received, uint64_t read, uint64_t accounted, Clock::time_point now);
-  // Gives more to those who wait: newcomers first, of them the latest, and then others in the order in which they came.
+  // Gives more to those who wait: newcomers first, of them the latest, and then others, those inside before those at
+  // the door, in the order in which they came, but for those who need more than there is.
   Division Divide(Clock::time_point now);
 
   // What is left to who is silent.

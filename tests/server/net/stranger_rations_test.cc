@@ -159,10 +159,10 @@ TEST_F(StrangerRationsTest, WhoSendsAnsweredCallsAsFastAsHeCanSendsTooMuch) {
 
 TEST_F(StrangerRationsTest, WhatTheSilentDoNotUseGoesToWhoWaits) {
   const int silent = Enter(100);
-  const int patient = Connect(kCommon - 1'000);
+  const int patient = Connect(kCommon - 2'000);
   EXPECT_FALSE(rations_.Add(patient, now_));
   EXPECT_TRUE(DivideAfter(StrangerRations::kSilence - std::chrono::milliseconds(1)).enter.empty());
-  DivideAfter(std::chrono::milliseconds(StrangerRations::kWait));
+  DivideAfter(std::chrono::milliseconds(StrangerRations::kTakeBackInterval));
   EXPECT_EQ(DivideAfter(std::chrono::milliseconds(1)).enter, std::vector<int>{patient});
   Send(silent, 2'000);
   EXPECT_EQ(CountsOf(silent).received, 100 + rations_.KnockBytes());
@@ -171,7 +171,7 @@ TEST_F(StrangerRationsTest, WhatTheSilentDoNotUseGoesToWhoWaits) {
 
 TEST_F(StrangerRationsTest, WhoTricklesKeepsWhatHeDoesNotUseNoLongerThanTheSilent) {
   const int trickling = Enter(100);
-  const int patient = Connect(kCommon - 1'000);
+  const int patient = Connect(kCommon - 2'000);
   EXPECT_FALSE(rations_.Add(patient, now_));
   const auto trickle_for = [&](std::chrono::milliseconds time) {
     for (const auto end = now_ + time; now_ < end;) {
@@ -210,7 +210,7 @@ TEST_F(StrangerRationsTest, WhoWaitedKeepsWhatHeGetsUntilBytesComeOrMustHaveCome
   DivideAfter(waited);
   DivideAfter(StrangerRations::kShortestPause + waited - std::chrono::milliseconds(1));
   EXPECT_EQ(rations_.held(), StrangerRations::kNewcomerBytes) << "and no more than that";
-  DivideAfter(StrangerRations::kWait);
+  DivideAfter(StrangerRations::kTakeBackInterval);
   EXPECT_EQ(rations_.held(), 100 - StrangerRations::kGreetingBytes + 2 * rations_.KnockBytes());
 }
 
@@ -227,7 +227,7 @@ TEST_F(StrangerRationsTest, WhoIsCutOffAgainKeepsWhatHeGetsForLonger) {
   EXPECT_EQ(rations_.held(), kCall);
   DivideAfter(StrangerRations::kShortestPause + waited - std::chrono::milliseconds(1));
   EXPECT_EQ(rations_.held(), kCall);
-  DivideAfter(StrangerRations::kWait);
+  DivideAfter(StrangerRations::kTakeBackInterval);
   EXPECT_EQ(rations_.held(), StrangerRations::kNewcomerBytes + rations_.KnockBytes());
 }
 
@@ -237,7 +237,7 @@ TEST_F(StrangerRationsTest, WhoHasHeldMostForLongestHasToGoForThoseWhoWait) {
   const int waiting = Connect(kCommon - 2'000);
   EXPECT_FALSE(rations_.Add(waiting, now_));
   EXPECT_FALSE(DivideAfter(std::chrono::milliseconds(0)).end.has_value()) << "not at once";
-  EXPECT_EQ(DivideAfter(StrangerRations::kWait).end, large);
+  EXPECT_EQ(DivideAfter(StrangerRations::kScarcity).end, large);
   EXPECT_EQ(Note(small), Use::kPart);
 }
 
@@ -279,15 +279,45 @@ TEST_F(StrangerRationsTest, NobodyIsPromisedMoreAgainAndAgain) {
   EXPECT_LT(held_after_a_knock(), StrangerRations::kNewcomerBytes);
 }
 
-TEST_F(StrangerRationsTest, WhoGetsWhatHeWaitedForIsPromisedNoMore) {
+TEST_F(StrangerRationsTest, WhoGetsWhatHeWaitedForKeepsTheRestNotForLong) {
   const int fd = EnterACrowd(100);
   Send(fd, rations_.KnockBytes());
   Note(fd);
-  DivideAfter(std::chrono::milliseconds(0));
+  DivideAfter(std::chrono::seconds(5));
   Send(fd, 10);
   Note(fd);
-  DivideAfter(StrangerRations::kSilence);
+  DivideAfter(StrangerRations::kShortestPause - std::chrono::milliseconds(1));
+  EXPECT_EQ(rations_.held(), StrangerRations::kNewcomerBytes);
+  DivideAfter(StrangerRations::kTakeBackInterval);
   EXPECT_EQ(rations_.held(), 110 - StrangerRations::kGreetingBytes + 2 * rations_.KnockBytes());
+}
+
+// At the door anybody may have sent much, and holds nothing that he could be ended for.
+TEST_F(StrangerRationsTest, WhoIsInsideGoesOnBeforeThoseAtTheDoor) {
+  rations_.Share(0);
+  const int at_door = Connect(StrangerRations::kNewcomerBytes + 500);
+  EXPECT_FALSE(rations_.Add(at_door, now_));
+  rations_.Share(2 * kCall + 200);  // enough for either of them
+  const int inside = Enter(StrangerRations::kGreetingBytes + StrangerRations::kNewcomerBytes);
+  EXPECT_EQ(Note(inside), Use::kAll);
+  EXPECT_TRUE(DivideAfter(std::chrono::milliseconds(0)).enter.empty());
+  EXPECT_EQ(rations_.held(), kCall);
+  rations_.Lift(inside);
+  EXPECT_EQ(DivideAfter(std::chrono::milliseconds(0)).enter, std::vector<int>{at_door});
+}
+
+// All metadata that a call may have can be more than there ever is beside newcomers.
+TEST_F(StrangerRationsTest, WhoMayNeedMoreThanThereIsGetsWhatThereIs) {
+  StrangerRations rations(kMost, kTotal);
+  rations.Share(kTotal);
+  const int fd = Connect();
+  EXPECT_TRUE(rations.Add(fd, now_));
+  EXPECT_FALSE(rations.Add(Connect(kMost), now_)) << "so that somebody waits";
+  Send(fd, kTotal);
+  const uint64_t received = CountsOf(fd).received;
+  rations.Note(fd, received, received, 0, now_);
+  rations.Divide(now_);
+  EXPECT_GE(rations.held(), kTotal / 2);
 }
 
 // Bytes that are answered at once take the place of others that were.
@@ -328,7 +358,7 @@ TEST_F(StrangerRationsTest, WhoHasBeenInForLongMaySendMuchAndStayAWhile) {
   now_ += std::chrono::seconds(2);
   Send(fd, 4'000);
   Note(fd);  // 1,000 bytes since 2 s and 4,000 since now: 0.4 s on average
-  EXPECT_FALSE(DivideAfter(StrangerRations::kWait).end.has_value());
+  EXPECT_FALSE(DivideAfter(StrangerRations::kTakeBackInterval).end.has_value());
   EXPECT_FALSE(DivideAfter(std::chrono::milliseconds(575)).end.has_value());
   EXPECT_EQ(DivideAfter(std::chrono::milliseconds(10)).end, fd);
 }
