@@ -1,8 +1,9 @@
 // Opens many calls at once, and checks that each is answered right or refused with a time to wait, and that the server
-// keeps to its memory limit meanwhile.
+// keeps to its memory limit meanwhile. With --idle, connections are idle before their calls begin, one after the other.
 //
-//   fault_streams --curvd=PATH [--streams=500] [--connections=100] [--memory-limit-mib=256]
+//   fault_streams --curvd=PATH [--streams=500] [--connections=100] [--memory-limit-mib=256] [--idle=0] [--metadata=0]
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <latch>
@@ -11,6 +12,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "core/job/estimation_job.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
@@ -28,6 +31,8 @@ struct Flags {
   int connections = 100;
   size_t points = 30'000;
   uint64_t memory_limit_mib = 256;
+  double idle = 0.0;    // seconds until the last call begins; the first begins after half of them
+  size_t metadata = 0;  // bytes that each call has beside its own
 };
 
 struct Case {
@@ -65,17 +70,34 @@ struct Counts {
   std::atomic<int> right = 0;
   std::atomic<int> refused = 0;
   std::mutex mutex;
-  std::string finding;  // guarded by mutex: the first
+  std::string finding;           // guarded by mutex: the first
+  double longest_seconds = 0.0;  // guarded by mutex: of a call
 };
 
-// All open their call before any sends its cloud.
-void RunCall(const std::shared_ptr<grpc::Channel>& channel, const Case& work, std::latch& opened, Counts& counts) {
-  RawCall call(channel);
+// One of all calls.
+struct Turn {
+  std::shared_ptr<grpc::Channel> channel;
+  const Case& work;
+  double idle;                   // seconds until it begins
+  size_t metadata;               // bytes
+  std::latch* opened = nullptr;  // not null: all open their call before any sends its cloud
+};
+
+void RunCall(const Turn& turn, Counts& counts) {
+  absl::SleepFor(absl::Seconds(turn.idle));
+  const absl::Time begin = absl::Now();
+  const Case& work = turn.work;
+  RawCall call(turn.channel);
+  if (turn.metadata > 0) call.context().AddMetadata("x-filling", std::string(turn.metadata, 'x'));
   const bool open = call.SendHeader(work.header);
-  opened.arrive_and_wait();
+  if (turn.opened != nullptr) turn.opened->arrive_and_wait();
   if (open) call.SendCloud(work.cloud);
   call.HalfClose();
   const grpc::Status status = call.Finish();
+  {
+    const std::lock_guard lock(counts.mutex);
+    counts.longest_seconds = std::max(counts.longest_seconds, absl::ToDoubleSeconds(absl::Now() - begin));
+  }
   if (status.ok() && call.digest() == work.expected) {
     ++counts.right;
   } else if (status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED && HasRetryInfo(status)) {
@@ -94,6 +116,10 @@ int Main(int argc, char** argv) {
   app.add_option("--connections", flags.connections, "that the calls share")->capture_default_str();
   app.add_option("--points", flags.points, "of each cloud")->capture_default_str();
   app.add_option("--memory-limit-mib", flags.memory_limit_mib)->capture_default_str();
+  app.add_option("--idle", flags.idle,
+                 "seconds until the last call begins, the first after half of them; 0: all at once")
+      ->capture_default_str();
+  app.add_option("--metadata", flags.metadata, "bytes that each call has beside its own")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   const std::vector<Case> cases = MakeCases(flags.points);
   const CurvdChild curvd(flags.curvd,
@@ -111,17 +137,20 @@ int Main(int argc, char** argv) {
   std::vector<std::thread> clients;
   clients.reserve(flags.streams);
   for (int i = 0; i < flags.streams; ++i) {
-    clients.emplace_back([&, i] { RunCall(channels[i % channels.size()], cases[i % cases.size()], opened, counts); });
+    const double idle = flags.idle * (0.5 + 0.5 * i / flags.streams);
+    const Turn turn{channels[i % channels.size()], cases[i % cases.size()], idle, flags.metadata,
+                    flags.idle > 0.0 ? nullptr : &opened};
+    clients.emplace_back([turn, &counts] { RunCall(turn, counts); });
   }
   for (std::thread& client : clients) client.join();
   if (!counts.finding.empty()) Fail(counts.finding);
   curvd.WaitUntilIdle();
   const uint64_t peak_mib = curvd.Usage().peak_bytes >> 20;
   std::printf(
-      "| streams at once | connections | right | refused with RetryInfo | peak MiB | limit MiB |\n"
-      "| --: | --: | --: | --: | --: | --: |\n| %d | %d | %d | %d | %d | %d |\n",
-      flags.streams, flags.connections, counts.right.load(), counts.refused.load(), static_cast<int>(peak_mib),
-      static_cast<int>(flags.memory_limit_mib));
+      "| streams at once | connections | right | refused with RetryInfo | longest s | peak MiB | limit MiB |\n"
+      "| --: | --: | --: | --: | --: | --: | --: |\n| %d | %d | %d | %d | %.1f | %d | %d |\n",
+      flags.streams, flags.connections, counts.right.load(), counts.refused.load(), counts.longest_seconds,
+      static_cast<int>(peak_mib), static_cast<int>(flags.memory_limit_mib));
   if (peak_mib > flags.memory_limit_mib) Fail("more memory than the limit");
   return 0;
 }
