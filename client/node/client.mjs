@@ -12,7 +12,8 @@ import { callWithRetries } from "./retries.mjs";
 import { callMetadata, connectionTo } from "./security.mjs";
 
 const CHANNEL_OPTIONS = {
-  // A peer that died without a word is found in seconds.
+  // A peer that died without a word is found within 30 s. On a slow line the question waits behind points that are on
+  // their way, for some seconds.
   "grpc.keepalive_time_ms": 10_000,
   "grpc.keepalive_timeout_ms": 20_000,
   // One that came back is found by the next try.

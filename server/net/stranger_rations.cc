@@ -6,13 +6,14 @@
 #include "server/net/tcp_counts.h"
 
 namespace curvd {
-
 namespace {
 
 // What is left of `all` if `taken` is taken from it.
 uint64_t Rest(uint64_t all, uint64_t taken) { return all - std::min(all, taken); }
 
 }  // namespace
+
+uint64_t StrangerRations::left() const { return Rest(total_, held_); }
 
 uint64_t StrangerRations::More(const Ration& ration) const {
   const uint64_t of_newcomers = Rest(total_ / kNewcomersMost, held_by_newcomers_);
@@ -27,9 +28,13 @@ uint64_t StrangerRations::More(const Ration& ration) const {
   const uint64_t available = is_newcomer ? std::max(std::min(left(), of_newcomers), beside_a_call) : common;
   const bool others_wait = newcomers_.size() + others_.size() > (ration.waits ? 1 : 0);
   const bool is_scarce = others_wait || scarce_since_.has_value();
-  // Where nobody else wants any, it gets much, of which what it does not use is taken back.
-  uint64_t much = is_scarce && needed <= call ? 0 : common / 2;
-  if (needed <= call && much < whole) much = !is_scarce && whole <= common ? whole : 0;
+  // Of much, what it does not use is taken back.
+  uint64_t much = 0;
+  if (needed > call) {
+    much = common / 2;
+  } else if (!is_scarce && whole <= common) {
+    much = std::max(common / 2, whole);
+  }
   const uint64_t more = std::min(std::max(least <= available ? least : 0, much), most_ - ration.grant);
   return more >= least ? more : 0;
 }

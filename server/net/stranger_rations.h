@@ -111,8 +111,8 @@ class StrangerRations {
     uint64_t read = 0;               // by gRPC
     uint64_t base = kGreetingBytes;  // bytes that count for nothing
     bool inside = false;             // gRPC has the connection
-    bool waits = false;
-    bool is_cut = false;
+    bool waits = false;              // it is in one of the queues
+    bool is_cut = false;             // it was full when bytes last came
 
     // The byte from which on none is received.
     uint64_t bound() const { return base + (inside ? grant : kNewcomerBytes); }
@@ -124,10 +124,12 @@ class StrangerRations {
     uint64_t bytes;
   };
 
-  uint64_t left() const { return total_ - (held_ < total_ ? held_ : total_); }
+  uint64_t left() const;
   // How much more the connection gets now; 0 if it has to wait.
   uint64_t More(const Ration& ration) const;
+  // Has the system hold it to its bound; lifts the ration if the system cannot.
   void Bound(int fd, const Ration& ration);
+  // The only writer of grants: keeps the sums of them.
   void SetGrant(Ration& ration, uint64_t grant);
   // Puts it where it waits, unless it does.
   void Queue(int fd, Ration& ration);

@@ -23,7 +23,7 @@ _MIB = 1 << 20
 _MEMORY_LIMIT_MIB = 256
 _MOST_OVER_LIMIT_MIB = 64
 _MOST_TIMES_IDLE = 10
-_LONGEST_ATTACK = 300  # seconds: TCP lets who is held up wait twice as long each time
+_LONGEST_ATTACK = 120
 _LINES_A_SECOND = 20
 _REASONS = ("unaccounted_bytes", "too_much_metadata", "memory_short")
 
