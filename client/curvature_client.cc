@@ -171,7 +171,9 @@ absl::StatusOr<CurvatureResult> CurvatureClient::Estimate(const CloudView& cloud
     if (failure.answered) channels_->SetReached();
     if (!failure.retry_after || attempt >= options.max_attempts) return channels_->Explain(failure.status);
     const absl::Duration pause = PauseAfter(attempt, *failure.retry_after, channels_->size() > 1);
-    if (pause >= left_of(limit())) return channels_->Explain(failure.status);
+    // Another server has its turn, however long the first kept silent.
+    const bool all_were_tried = static_cast<size_t>(attempt) >= channels_->size();
+    if (pause >= left_of(all_were_tried ? limit() : options.timeout)) return channels_->Explain(failure.status);
     if (!PauseFor(pause, callbacks.stop)) return absl::CancelledError("cancelled while waiting for a server");
   }
 }

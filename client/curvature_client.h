@@ -223,7 +223,7 @@ struct EstimateOptions {
   absl::Duration timeout = absl::InfiniteDuration();
   // Times the cloud is sent at most, when servers are unavailable. DEFAULT: 6, over about 8 seconds.
   int max_attempts = 6;
-  // After which a call gives up if no server has ever answered this client. DEFAULT: 1.5 s.
+  // After which a call gives up if no server has ever answered this client, when each was tried. DEFAULT: 1.5 s.
   absl::Duration connect_timeout = absl::Milliseconds(1500);
   // Bytes of a message's arrays, unless the server allows less. DEFAULT: 256 KiB, whose copies stay in the cache.
   size_t chunk_bytes = 256 << 10;

@@ -68,7 +68,7 @@ const MOST_KEPT_CLIENTS = 16;
 //   timeoutMs             for the whole call with its retries. DEFAULT: no limit
 //   maxAttempts           times the cloud is sent at most, while servers are unavailable or ask to wait: at once to the
 //                         next replica, then with growing pauses. DEFAULT: 6, over about 8 seconds
-//   connectTimeoutMs      after which a call gives up if no server has ever answered. DEFAULT: 1500
+//   connectTimeoutMs      after which a call gives up if no server has ever answered and each was tried. DEFAULT: 1500
 //   signal                an AbortSignal, which ends the call: it rejects with the signal's reason
 //   onProgress            called with { phase, pointsReceived, pointsEstimated, pointCount } now and then; phase is "estimating"
 //                         and the like. What it throws, or its promise rejects with while the try that told it runs,

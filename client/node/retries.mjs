@@ -18,7 +18,7 @@ export class CallersError {
 //   targets      replicas, of which the first try takes number `first` modulo their number, and each other try the next
 //   timeoutMs    for all tries together, undefined or centuries: no limit; each try is told what is left
 //   maxAttempts  tries at most
-//   connectTimeoutMs  after which it gives up if no server has answered; undefined: if one has before
+//   connectTimeoutMs  after which it gives up if no server has answered and each was tried; undefined: if one has before
 //   signal       ends the pauses
 // Rejects with the last error when it is not transient, after maxAttempts, or when no time is left for another try; with
 // the signal's reason when that ends it.
@@ -36,7 +36,9 @@ export async function callWithRetries(targets, attempt, { first, timeoutMs, maxA
       if (!(error instanceof CurvdError)) throw error;
       if (error.answered) connectLeft = () => Infinity;
       const pause = pauseAfter(number, 1000 * (error.retryAfter ?? 0), targets.length > 1);
-      const isOver = pause >= Math.min(timeLeft() ?? Infinity, connectLeft());
+      // Another server has its turn, however long the first kept silent.
+      const goesOn = number < targets.length;
+      const isOver = pause >= Math.min(timeLeft() ?? Infinity, goesOn ? Infinity : connectLeft());
       if (!error.transient || number >= maxAttempts || isOver) throw error;
       await sleep(pause, undefined, { signal }).catch(() => {
         throw signal.reason;

@@ -39,7 +39,7 @@ class Schedule:
 
     replica_count:   replicas; the first try goes to number `first` modulo this.
     reached:         whether a server has ever answered the client: if not, the call gives up connect_seconds, 0 or
-                     more, after it began.
+                     more, after it began, and when each replica was tried.
     timeout:         seconds for all tries together, above 0; None: no limit; centuries are none either.
     max_attempts:    tries at most, 1 or more.
 
@@ -90,7 +90,9 @@ class Schedule:
         self._reached = self._reached or error.answered
         self._next += 1
         pause = self._pause(error.retry_after or 0.0)
-        end = self._deadline if self._reached else min(self._deadline, self._reach_before)
+        # Another replica has its turn, however long the first kept silent.
+        goes_on = self._reached or self._tries < self._replica_count
+        end = self._deadline if goes_on else min(self._deadline, self._reach_before)
         if not error.transient or self._tries >= self._max_attempts or time.monotonic() + pause >= end:
             raise error
         if error.answered or pause == 0:

@@ -121,6 +121,15 @@ class ScheduleTest(unittest.TestCase):
         self.assertEqual(schedule.pause_after(busy), 7.0)
         self.assertEqual(schedule.replica, 1)
 
+    def test_each_replica_is_tried_however_long_the_first_kept_silent(self):
+        schedule = Schedule(2, 0, reached=False, timeout=None, max_attempts=6, connect_seconds=0.0)
+        silent = CurvdError(grpc.StatusCode.UNAVAILABLE, "keepalive watchdog timeout", transient=True)
+        silent.answered = False
+        self.assertEqual(schedule.pause_after(silent), 0.0)
+        self.assertEqual(schedule.replica, 1)
+        with self.assertRaises(CurvdError):
+            schedule.pause_after(silent)
+
     def test_a_timeout_of_centuries_is_none(self):
         for timeout in (1e300, float("inf")):
             schedule = Schedule(1, 0, reached=True, timeout=timeout, max_attempts=6, connect_seconds=1.5)
