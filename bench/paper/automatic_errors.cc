@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "bench/paper/errors.h"
+#include "bench/paper/normal_flags.h"
 #include "bench/paper/samples.h"
 #include "core/estimators/scale_ladder.h"
 #include "core/job/estimation_job.h"
@@ -33,7 +34,7 @@ struct Flags {
   std::vector<double> normal_noise = {0.0, 0.1, 0.2};
   uint64_t seed = 1;
   std::string estimator = "auto";
-  bool makes_normals = false;
+  NormalFlags normals;
   bool held_out = false;
   bool scores = false;
 };
@@ -62,8 +63,7 @@ Flags ParseFlags(int argc, char** argv) {
   app.add_option("--normal-noise", flags.normal_noise, "Standard deviations")->delimiter(',');
   app.add_option("--seed", flags.seed, "Of samples and noise");
   app.add_option("--estimator", flags.estimator, "The one whose scale is chosen; auto: any");
-  app.add_flag("--make-normals", flags.makes_normals,
-               "Normals are made of the positions, in place of the samples' own");
+  AddNormalFlags(app, flags.normals);
   app.add_flag("--held-out", flags.held_out,
                "Clouds that the rule was not made by, in place of --surfaces, --sampling, --points, noise and --seed");
   app.add_flag("--scores", flags.scores, "Print what was judged");
@@ -171,14 +171,15 @@ int Main(const Flags& flags) {
       const Samples exact = MakeSamples(flags, turn, points);
       for (const double position : flags.position_noise) {
         for (const double normal : flags.normal_noise) {
-          const Samples samples = Perturbed(exact, position * unit, normal, flags.seed);
-          const Outcome best = BestFixed(samples, flags.makes_normals, pool);
+          const Samples samples =
+              WithNormals(Perturbed(exact, position * unit, normal, flags.seed), flags.normals, pool);
+          const Outcome best = BestFixed(samples, flags.normals.makes, pool);
           ScaleReport report;
           EstimatorOptions options{.estimator = flags.estimator, .neighborhood = AutomaticScale{}};
           if (flags.estimator == "jet") options.jet_degree = 4;
-          const Outcome local = Run(samples, options, flags.makes_normals, pool, &report);
+          const Outcome local = Run(samples, options, flags.normals.makes, pool, &report);
           options.neighborhood = AutomaticScale{.per_cloud = true};
-          const Outcome global = Run(samples, options, flags.makes_normals, pool);
+          const Outcome global = Run(samples, options, flags.normals.makes, pool);
           // Where a fixed estimate is exact to the rounding of its input, as on spheres and planes, a ratio says
           // nothing.
           if (best.mean * unit < kRounding) continue;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "bench/paper/normal_flags.h"
 #include "bench/paper/samples.h"
 #include "core/job/estimation_job.h"
 
@@ -32,7 +33,7 @@ struct Flags {
   std::string estimator = "auto";
   uint32_t neighbor_count = 0;
   bool per_cloud = false;
-  bool makes_normals = false;
+  NormalFlags normals;
 };
 
 Flags ParseFlags(int argc, char** argv) {
@@ -50,8 +51,7 @@ Flags ParseFlags(int argc, char** argv) {
   app.add_option("--estimator", flags.estimator, "auto, or one that the choice knows");
   app.add_option("--k", flags.neighbor_count, "A fixed number of neighbors; 0: automatic");
   app.add_flag("--per-cloud", flags.per_cloud, "One choice for all points");
-  app.add_flag("--make-normals", flags.makes_normals,
-               "Normals are made of the positions, in place of the samples' own");
+  AddNormalFlags(app, flags.normals);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -151,8 +151,9 @@ int Main(const Flags& flags) {
       const Samples samples = SamplesOf(flags, surface, points);
       for (const double position : flags.position_noise) {
         for (const double normal : flags.normal_noise) {
-          const Row row = Measure(Perturbed(samples, position * unit, normal, flags.seed), OptionsOf(flags),
-                                  flags.makes_normals, pool);
+          const Samples perturbed =
+              WithNormals(Perturbed(samples, position * unit, normal, flags.seed), flags.normals, pool);
+          const Row row = Measure(perturbed, OptionsOf(flags), flags.normals.makes, pool);
           const auto& c = row.coverage;
           absl::PrintF("%-10s %6d %5g %5g | %5.1f %5.1f %5.1f | %5.2f %5.2f %5.2f | %9.3g %7.4f | %d\n", surface,
                        samples.size(), position, normal, c[0].percent, c[1].percent, c[2].percent, c[0].width,

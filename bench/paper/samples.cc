@@ -14,6 +14,7 @@
 #include "client/io/table_file.h"
 #include "client/surfaces/noise.h"
 #include "client/surfaces/random.h"
+#include "core/job/normals_job.h"
 
 namespace curvd::bench {
 namespace {
@@ -69,6 +70,21 @@ std::vector<float> Packed(const std::vector<Vec3>& vectors) {
     for (int axis = 0; axis < 3; ++axis) packed.push_back(static_cast<float>(v[axis]));
   }
   return packed;
+}
+
+std::vector<std::array<double, 3>> ViewpointsOf(const Samples& samples) {
+  std::vector<std::array<double, 3>> viewpoints;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const Vec3 &p = samples.positions[i], &n = samples.normals[i];
+    viewpoints.push_back({p[0] + n[0], p[1] + n[1], p[2] + n[2]});
+  }
+  return viewpoints;
+}
+
+NormalMethod MethodNamed(std::string_view name) {
+  NormalMethod method = NormalMethod::kPca;
+  while (NormalMethodName(method) != name) method = static_cast<NormalMethod>(static_cast<int>(method) + 1);
+  return method;
 }
 
 }  // namespace
@@ -177,16 +193,29 @@ Cloud ToCloud(const Samples& samples) {
   return cloud;
 }
 
+Samples WithFittedNormals(const Samples& samples, std::string_view method, uint32_t neighbor_count, WorkerPool& pool) {
+  const auto viewpoints = ViewpointsOf(samples);
+  const NormalOptions options{.source = NormalSource::kEstimate,
+                              .method = MethodNamed(method),
+                              .neighborhood = NeighborCount{neighbor_count},
+                              .sides = SidesTowardViewpoints{viewpoints}};
+  const auto made = MakeNormals(ToCloud(samples), options, pool);
+  DieUnless(made.status());
+  Samples fitted = samples;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const PointNormal& point = made->normals[i];
+    if (point.status == PointStatus::kOk) fitted.normals[i] = {point.normal[0], point.normal[1], point.normal[2]};
+  }
+  return fitted;
+}
+
 EstimationResult EstimateSamples(const Samples& samples, const EstimatorOptions& options, bool makes_normals,
                                  WorkerPool& pool) {
   NormalOptions normals;
   std::vector<std::array<double, 3>> viewpoints;
   if (makes_normals) {
+    viewpoints = ViewpointsOf(samples);
     normals.source = NormalSource::kEstimate;
-    for (size_t i = 0; i < samples.size(); ++i) {
-      const curv::Vec3 &p = samples.positions[i], &n = samples.normals[i];
-      viewpoints.push_back({p[0] + n[0], p[1] + n[1], p[2] + n[2]});
-    }
     normals.sides = SidesTowardViewpoints{viewpoints};
   }
   auto result = EstimateCurvature(ToCloud(samples), options, normals, pool);

@@ -1,0 +1,321 @@
+#include "core/normals/trust/fit_probe.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numbers>
+
+#include "core/base/median.h"
+#include "core/estimators/fits/jet_systems.h"
+#include "core/normals/half_normals.h"
+
+namespace curvd {
+namespace {
+
+constexpr float kNanValue = std::numeric_limits<float>::quiet_NaN();
+
+constexpr size_t kMostProbedGroups = 64;
+// A neighborhood of more than this share of the cloud is no neighborhood.
+constexpr size_t kLargestProbedShare = 8;
+// Two rungs double the number of neighbors, of planes, jets of degree 2, and of degree 4.
+constexpr uint32_t kProbedCounts[] = {8, 12, 17, 24, 34, 48, 68, 96, 136, 192};
+constexpr uint32_t kFewestOfJets[] = {17, 24};
+// Those that tell noise.
+constexpr uint32_t kNoiseCounts[] = {17, 24};
+// The smoother surface is a jet of degree 4 of so many neighbors, which has little noise and little bend.
+constexpr uint32_t kSmoothCount = 96;
+// What noise may do to a plane of 12 neighbors without being looked at: squared radians.
+constexpr uint32_t kFewNeighbors = 12;
+constexpr double kNegligibleNoise = 1e-6;
+// Where a rung is this near, those between are tried: they are a twelfth apart.
+constexpr double kNearEnough = 1.5;
+constexpr int kFineSteps = 3, kFineStepsPerDoubling = 8;
+// Normals are those of fits where their difference is less than this, and more so where it is a median of few samples.
+// Measured: 0 to 0.3 where they are, 0.6 and more where they are not.
+constexpr double kMostDifference = 0.45;
+// Or where they surely have this much of what moves a plane of few neighbors from the smoother surface, which is mostly
+// noise, and not too much of their own. Measured: normals of 8 to 17 neighbors, and of jets of degree 4 of 20 to 40,
+// have 0.5 to 1.2 of it; exact ones, and those with noise of their own, 0.1, or 0.4 where the points are too few for
+// the surface.
+constexpr double kLeastSlope = 0.4, kSure = 2.5;  // standard errors
+constexpr double kMostlyNoise = 2.0, kMostOfTheirOwn = 15.0;
+constexpr uint32_t kSlopeCounts[] = {12, 17};
+constexpr size_t kFewestSlopeSamples = 32;
+// Squared differences that are more than so many times the median are of edges and points that lie elsewhere.
+constexpr double kMostOfMedian = 8.0;
+// What jets of degree 2 of few neighbors leave is noise where others leave nearly as much: else jets fit the surface's
+// detail, and not all of what they leave of it turns their normals.
+constexpr double kLeastOfNoise = 0.5;
+// Over an even disc, slopes of degree 4 have the noise of those of a degree less than 3 of so many times fewer
+// neighbors.
+constexpr uint32_t kNoiseOfQuartics = 3;
+
+class FitProbePhase final : public Phase {
+ public:
+  FitProbePhase(FitProbe& probe, std::string_view name) : probe_(probe), name_(name) {}
+  std::string_view name() const override { return name_; }
+  absl::StatusOr<size_t> Begin() override { return probe_.block_count(); }
+  absl::Status RunBlock(const BlockContext& context) override {
+    return probe_.RunBlock(context.block, context.worker, context.stopped);
+  }
+
+ private:
+  FitProbe& probe_;
+  const std::string_view name_;
+};
+
+std::array<double, 3> Minus(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+
+double Dot(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+double Square(const std::array<double, 3>& a) { return Dot(a, a); }
+
+}  // namespace
+
+FitProbe::FitProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
+    : index_(index),
+      groups_(SampleGroups(index, kMostProbedGroups)),
+      most_neighbors_(std::min<size_t>(index.point_count() / kLargestProbedShare, max_neighbor_count)),
+      given_(sample_count(), {kNanValue, kNanValue, kNanValue}),
+      scratch_(static_cast<size_t>(thread_count)) {}
+
+bool FitProbe::AddFits() {
+  first_new_ = fits_.size();
+  switch (stage_) {
+    case Stage::kNone:
+      stage_ = Stage::kNoise;
+      for (const uint32_t count : kNoiseCounts) Add(NormalMethod::kJet2, count);
+      Add(NormalMethod::kPca, kFewNeighbors);
+      if (fits_.size() > std::size(kNoiseCounts)) break;
+      stage_ = Stage::kDone;
+      return false;
+    case Stage::kNoise:
+      stage_ = Stage::kCoarse;
+      noise_ = NoiseOfPositions();
+      if (NoiseOfFew() < kNegligibleNoise) {
+        stage_ = Stage::kDone;
+        return false;
+      }
+      for (const uint32_t count : kProbedCounts) {
+        Add(NormalMethod::kPca, count);
+        if (count >= kFewestOfJets[0]) Add(NormalMethod::kJet2, count);
+        if (count >= kFewestOfJets[1]) Add(NormalMethod::kJet4, count);
+      }
+      break;
+    case Stage::kCoarse: {
+      stage_ = Stage::kFine;
+      noise_ = NoiseOfPositions();
+      const Nearest nearest = FindNearest([](const Nearest&) { return true; });
+      if (nearest.difference <= kNearEnough) {
+        for (int step = -kFineSteps; step <= kFineSteps; ++step) {
+          Add(fits_[nearest.fit].method,
+              fits_[nearest.fit].count * std::exp2(static_cast<double>(step) / kFineStepsPerDoubling));
+        }
+        break;
+      }
+      [[fallthrough]];
+    }
+    case Stage::kFine:
+      stage_ = Stage::kDone;
+      Find();
+      return false;
+    case Stage::kDone:
+      return false;
+  }
+  fitted_.resize(fits_.size() * sample_count(), {{kNanValue, kNanValue, kNanValue}, kNanValue, kNanValue});
+  return true;
+}
+
+void FitProbe::Add(NormalMethod method, double count) {
+  const auto neighbors = static_cast<uint32_t>(std::lround(count));
+  if (neighbors > most_neighbors_ || neighbors < LeastNeighborCount(method)) return;
+  for (const Fit& fit : fits_) {
+    if (fit.method == method && fit.count == neighbors) return;
+  }
+  NormalFit fit;
+  fit.method = method;
+  fit.neighborhood = NeighborCount{neighbors};
+  fits_.push_back({method, neighbors, NormalPlan(fit, index_)});
+}
+
+size_t FitProbe::NearestFit(NormalMethod method, uint32_t count) const {
+  size_t nearest = fits_.size();
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t f = 0; f < fits_.size(); ++f) {
+    const double distance = std::abs(std::log2(static_cast<double>(fits_[f].count) / count));
+    if (fits_[f].method != method || distance >= least) continue;
+    nearest = f;
+    least = distance;
+  }
+  return nearest;
+}
+
+absl::Status FitProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
+  std::unique_ptr<NormalScratch>& scratch = scratch_[static_cast<size_t>(worker)];
+  if (scratch == nullptr) {
+    scratch = std::make_unique<NormalScratch>();
+    scratch->most_work = std::numeric_limits<uint64_t>::max();  // four points are few
+  }
+  NormalScratch& s = *scratch;
+  s.stopped = &stopped;
+  const size_t f = first_new_ + block / groups_.size(), first_sample = block % groups_.size() * kPointsPerGroup;
+  const size_t group = groups_[block % groups_.size()];
+  const absl::Status status = FitGroup(index_, fits_[f].plan, group, GroupSample::kOneOfEachLeaf, s);
+  if (!status.ok()) return status;
+  for (size_t i = 0; i < s.points.size; ++i) {
+    if (s.points.status[i] != PointStatus::kOk) continue;
+    const auto place = static_cast<size_t>(s.points.place[i]);
+    const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
+    const size_t sample = first_sample + leaf - group * SpatialIndex::kGroupLeaves;
+    const float radius = s.frames.rho[i];
+    fitted_[f * sample_count() + sample] = {
+        {static_cast<float>(s.normal.x[i]), static_cast<float>(s.normal.y[i]), static_cast<float>(s.normal.z[i])},
+        radius,
+        static_cast<float>(s.mean_square[i]) * radius * radius};
+    const SpatialIndex::LeafNormals& normals = index_.normals(leaf);
+    // Of the first fit alone, so that no two blocks write it.
+    if (f == 0) given_[sample] = {normals.x[lane], normals.y[lane], normals.z[lane]};
+  }
+  return absl::OkStatus();
+}
+
+FitProbe::Vector FitProbe::NormalOf(size_t fit, size_t sample) const {
+  const Normal &normal = fitted(fit, sample).normal, &given = given_[sample];
+  const float along = normal[0] * given[0] + normal[1] * given[1] + normal[2] * given[2];
+  const double sign = along < 0.0f ? -1.0 : 1.0;
+  return {sign * normal[0], sign * normal[1], sign * normal[2]};
+}
+
+double FitProbe::LeftBy(size_t jet) const {
+  const double count = fits_[jet].count, freedom = count - JetSize(fits_[jet].plan.degree);
+  std::vector<double> variances;
+  for (size_t i = 0; i < sample_count(); ++i) {
+    const double mean_square = fitted(jet, i).mean_square;
+    if (!std::isnan(mean_square)) variances.push_back(mean_square * count / freedom);
+  }
+  return variances.empty() ? std::numeric_limits<double>::infinity() : Median(variances);
+}
+
+double FitProbe::NoiseOfPositions() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t f = 0; f < fits_.size(); ++f) {
+    if (fits_[f].method != NormalMethod::kPca) least = std::min(least, LeftBy(f));
+  }
+  return least;
+}
+
+bool FitProbe::IsCandidate(size_t fit) const {
+  if (fits_[fit].method == NormalMethod::kPca) return true;
+  const size_t jet = NearestFit(NormalMethod::kJet2, kNoiseCounts[0]);
+  return noise_ >= kLeastOfNoise * LeftBy(jet);
+}
+
+double FitProbe::NoiseOfFew() const {
+  const size_t few = NearestFit(NormalMethod::kPca, kFewNeighbors);
+  std::vector<double> noises;
+  for (size_t i = 0; i < sample_count(); ++i) {
+    const double noise = NoiseOf(few, i);
+    if (!std::isnan(noise)) noises.push_back(noise);
+  }
+  return noises.empty() ? 0.0 : Median(noises);
+}
+
+double FitProbe::NoiseOf(size_t fit, size_t sample) const {
+  // Of the two slopes of least squares, over an even disc.
+  const double times = fits_[fit].method == NormalMethod::kJet4 ? 8.0 * kNoiseOfQuartics * kNoiseOfQuartics : 8.0;
+  const double radius = fitted(fit, sample).radius;
+  return times * noise_ / (fits_[fit].count * radius * radius);
+}
+
+double FitProbe::DifferenceOf(size_t fit, std::optional<size_t> other) const {
+  const size_t jet = NearestFit(NormalMethod::kJet2, fits_[fit].count);
+  const size_t plane = NearestFit(NormalMethod::kPca, fits_[jet].count);
+  std::vector<double> ratios;
+  for (size_t i = 0; i < sample_count(); ++i) {
+    double error = NoiseOf(fit, i);
+    if (fits_[fit].method == NormalMethod::kPca) error += Square(Minus(NormalOf(plane, i), NormalOf(jet, i)));
+    const Vector from = other.has_value() ? NormalOf(*other, i) : GivenOf(i);
+    const double ratio = Square(Minus(NormalOf(fit, i), from)) / error;
+    if (!std::isnan(ratio)) ratios.push_back(ratio);
+  }
+  // As sums of two squared Gaussians the squares are distributed exponentially.
+  return ratios.empty() ? std::numeric_limits<double>::infinity() : Median(ratios) / std::numbers::ln2;
+}
+
+double FitProbe::LeastSlope(size_t smooth, size_t fit) const {
+  std::vector<double> products, squares, given_squares;
+  for (size_t i = 0; i < sample_count(); ++i) {
+    const Vector at = NormalOf(smooth, i), fits = Minus(NormalOf(fit, i), at), given = Minus(GivenOf(i), at);
+    const double product = Dot(fits, given);
+    if (std::isnan(product)) continue;
+    products.push_back(product);
+    squares.push_back(Dot(fits, fits));
+    given_squares.push_back(Dot(given, given));
+  }
+  if (products.size() < kFewestSlopeSamples) return 0.0;
+  std::vector<double> ordered = squares;
+  const double most = kMostOfMedian * Median(ordered);
+  ordered = given_squares;
+  const double most_given = kMostOfMedian * Median(ordered);
+  double sum = 0.0, variance = 0.0, square = 0.0;
+  for (size_t i = 0; i < products.size(); ++i) {
+    if (squares[i] > most || given_squares[i] > most_given) continue;
+    sum += products[i];
+    variance += products[i] * products[i];
+    square += squares[i];
+  }
+  return (sum - kSure * std::sqrt(variance)) / square;
+}
+
+bool FitProbe::HaveMoreThan(const Nearest& at) const {
+  const auto& [fit, difference] = at;
+  if (fits_[fit].method != NormalMethod::kPca || difference > kMostOfTheirOwn) return false;
+  if (std::ranges::find(kSlopeCounts, fits_[fit].count) == std::end(kSlopeCounts)) return false;
+  const size_t smooth = NearestFit(NormalMethod::kJet4, kSmoothCount);
+  if (smooth == fits_.size() || fits_[smooth].count != kSmoothCount) return false;
+  return LeastSlope(smooth, fit) >= kLeastSlope && DifferenceOf(fit, smooth) <= kMostlyNoise;
+}
+
+FitProbe::Nearest FitProbe::FindNearest(const std::function<bool(const Nearest&)>& is_like) const {
+  Nearest nearest{0, std::numeric_limits<double>::infinity()};
+  for (size_t f = 0; f < fits_.size(); ++f) {
+    if (!IsCandidate(f)) continue;
+    const Nearest here = {f, DifferenceOf(f, std::nullopt)};
+    if (here.difference < nearest.difference && is_like(here)) nearest = here;
+  }
+  return nearest;
+}
+
+void FitProbe::Find() {
+  const double most = kMostDifference * (1.0 - 2.0 / std::sqrt(static_cast<double>(sample_count())));
+  const Nearest nearest = FindNearest([&](const Nearest& at) { return at.difference <= most || HaveMoreThan(at); });
+  if (!std::isfinite(nearest.difference)) return;
+  const Fit& fit = fits_[nearest.fit];
+  found_.emplace();
+  found_->method = fit.method;
+  found_->neighborhood = NeighborCount{fit.count};
+  // Of few neighbors, halves determine planes at most, of as many as have that noise.
+  if (fit.count >= LeastNeighborCountOfHalves(fit.method)) return;
+  const uint32_t count = fit.method == NormalMethod::kJet4 ? fit.count / kNoiseOfQuartics : fit.count;
+  found_->method = NormalMethod::kPca;
+  found_->neighborhood = NeighborCount{std::max(count, LeastNeighborCountOfHalves(NormalMethod::kPca))};
+}
+
+size_t FitProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
+  NormalFit largest;
+  largest.method = NormalMethod::kJet4;
+  constexpr uint32_t kMost = 2 * kProbedCounts[std::size(kProbedCounts) - 1];
+  largest.neighborhood = NeighborCount{std::min(kMost, max_neighbor_count)};
+  return NormalScratch::MostBytes(largest, point_count);
+}
+
+std::unique_ptr<Phase> MakeFitProbePhase(FitProbe& probe, std::string_view name) {
+  return std::make_unique<FitProbePhase>(probe, name);
+}
+
+}  // namespace curvd
