@@ -23,27 +23,22 @@ constexpr uint32_t kProbedCounts[] = {8, 12, 17, 24, 34, 48, 68, 96, 136, 192};
 constexpr uint32_t kFewestOfJets[] = {17, 24};
 // Those that tell noise.
 constexpr uint32_t kNoiseCounts[] = {17, 24};
-// The smoother surface is a jet of degree 4 of so many neighbors, which has little noise and little bend.
+// A smoother surface is a jet of degree 4 of so many neighbors, which has little noise and little bend.
 constexpr uint32_t kSmoothCount = 96;
 // What noise may do to a plane of 12 neighbors without being looked at: squared radians.
 constexpr uint32_t kFewNeighbors = 12;
 constexpr double kNegligibleNoise = 1e-6;
-// Where a rung is this near, those between are tried: they are a twelfth apart.
-constexpr double kNearEnough = 1.5;
-constexpr int kFineSteps = 3, kFineStepsPerDoubling = 8;
+// Around the nearest rung those between are tried, which are 4 % apart.
+constexpr int kFineSteps = 4, kFineStepsPerDoubling = 16;
 // Normals are those of fits where their difference is less than this, and more so where it is a median of few samples.
 // Measured: 0 to 0.3 where they are, 0.6 and more where they are not.
 constexpr double kMostDifference = 0.45;
-// Or where they surely have this much of what moves a plane of few neighbors from the smoother surface, which is mostly
-// noise, and not too much of their own. Measured: normals of 8 to 17 neighbors, and of jets of degree 4 of 20 to 40,
-// have 0.5 to 1.2 of it; exact ones, and those with noise of their own, 0.1, or 0.4 where the points are too few for
-// the surface.
-constexpr double kLeastSlope = 0.4, kSure = 2.5;  // standard errors
-constexpr double kMostlyNoise = 2.0, kMostOfTheirOwn = 15.0;
-constexpr uint32_t kSlopeCounts[] = {12, 17};
-constexpr size_t kFewestSlopeSamples = 32;
-// Squared differences that are more than so many times the median are of edges and points that lie elsewhere.
-constexpr double kMostOfMedian = 8.0;
+// Fits of few and of many neighbors must differ by hardly more than noise: else the points are too few for the surface,
+// or lie on lines, or on two sheets, and nothing tells what noise does to fits. Measured: 1.5 to 1.9 where they do, 4
+// and more where they do not.
+constexpr double kMostBetweenFits = 3.0;
+// Of samples, for a median.
+constexpr size_t kFewestSamples = 32;
 // What jets of degree 2 of few neighbors leave is noise where others leave nearly as much: else jets fit the surface's
 // detail, and not all of what they leave of it turns their normals.
 constexpr double kLeastOfNoise = 0.5;
@@ -110,15 +105,11 @@ bool FitProbe::AddFits() {
     case Stage::kCoarse: {
       stage_ = Stage::kFine;
       noise_ = NoiseOfPositions();
-      const Nearest nearest = FindNearest([](const Nearest&) { return true; });
-      if (nearest.difference <= kNearEnough) {
-        for (int step = -kFineSteps; step <= kFineSteps; ++step) {
-          Add(fits_[nearest.fit].method,
-              fits_[nearest.fit].count * std::exp2(static_cast<double>(step) / kFineStepsPerDoubling));
-        }
-        break;
+      const Fit nearest = fits_[FindNearest().fit];
+      for (int step = -kFineSteps; step <= kFineSteps; ++step) {
+        Add(nearest.method, nearest.count * std::exp2(static_cast<double>(step) / kFineStepsPerDoubling));
       }
-      [[fallthrough]];
+      break;
     }
     case Stage::kFine:
       stage_ = Stage::kDone;
@@ -233,68 +224,37 @@ double FitProbe::NoiseOf(size_t fit, size_t sample) const {
 }
 
 double FitProbe::DifferenceOf(size_t fit, std::optional<size_t> other) const {
-  const size_t jet = NearestFit(NormalMethod::kJet2, fits_[fit].count);
-  const size_t plane = NearestFit(NormalMethod::kPca, fits_[jet].count);
   std::vector<double> ratios;
   for (size_t i = 0; i < sample_count(); ++i) {
-    double error = NoiseOf(fit, i);
-    if (fits_[fit].method == NormalMethod::kPca) error += Square(Minus(NormalOf(plane, i), NormalOf(jet, i)));
     const Vector from = other.has_value() ? NormalOf(*other, i) : GivenOf(i);
-    const double ratio = Square(Minus(NormalOf(fit, i), from)) / error;
+    const double ratio = Square(Minus(NormalOf(fit, i), from)) / NoiseOf(fit, i);
     if (!std::isnan(ratio)) ratios.push_back(ratio);
   }
   // As sums of two squared Gaussians the squares are distributed exponentially.
-  return ratios.empty() ? std::numeric_limits<double>::infinity() : Median(ratios) / std::numbers::ln2;
+  return ratios.size() < kFewestSamples ? std::numeric_limits<double>::infinity() : Median(ratios) / std::numbers::ln2;
 }
 
-double FitProbe::LeastSlope(size_t smooth, size_t fit) const {
-  std::vector<double> products, squares, given_squares;
-  for (size_t i = 0; i < sample_count(); ++i) {
-    const Vector at = NormalOf(smooth, i), fits = Minus(NormalOf(fit, i), at), given = Minus(GivenOf(i), at);
-    const double product = Dot(fits, given);
-    if (std::isnan(product)) continue;
-    products.push_back(product);
-    squares.push_back(Dot(fits, fits));
-    given_squares.push_back(Dot(given, given));
-  }
-  if (products.size() < kFewestSlopeSamples) return 0.0;
-  std::vector<double> ordered = squares;
-  const double most = kMostOfMedian * Median(ordered);
-  ordered = given_squares;
-  const double most_given = kMostOfMedian * Median(ordered);
-  double sum = 0.0, variance = 0.0, square = 0.0;
-  for (size_t i = 0; i < products.size(); ++i) {
-    if (squares[i] > most || given_squares[i] > most_given) continue;
-    sum += products[i];
-    variance += products[i] * products[i];
-    square += squares[i];
-  }
-  return (sum - kSure * std::sqrt(variance)) / square;
+bool FitProbe::AreSettled() const {
+  const size_t few = NearestFit(NormalMethod::kJet2, kNoiseCounts[0]),
+               many = NearestFit(NormalMethod::kJet4, kSmoothCount);
+  if (many == fits_.size() || fits_[many].count != kSmoothCount) return false;
+  return DifferenceOf(few, many) <= kMostBetweenFits;
 }
 
-bool FitProbe::HaveMoreThan(const Nearest& at) const {
-  const auto& [fit, difference] = at;
-  if (fits_[fit].method != NormalMethod::kPca || difference > kMostOfTheirOwn) return false;
-  if (std::ranges::find(kSlopeCounts, fits_[fit].count) == std::end(kSlopeCounts)) return false;
-  const size_t smooth = NearestFit(NormalMethod::kJet4, kSmoothCount);
-  if (smooth == fits_.size() || fits_[smooth].count != kSmoothCount) return false;
-  return LeastSlope(smooth, fit) >= kLeastSlope && DifferenceOf(fit, smooth) <= kMostlyNoise;
-}
-
-FitProbe::Nearest FitProbe::FindNearest(const std::function<bool(const Nearest&)>& is_like) const {
+FitProbe::Nearest FitProbe::FindNearest() const {
   Nearest nearest{0, std::numeric_limits<double>::infinity()};
   for (size_t f = 0; f < fits_.size(); ++f) {
     if (!IsCandidate(f)) continue;
-    const Nearest here = {f, DifferenceOf(f, std::nullopt)};
-    if (here.difference < nearest.difference && is_like(here)) nearest = here;
+    const double difference = DifferenceOf(f, std::nullopt);
+    if (difference < nearest.difference) nearest = {f, difference};
   }
   return nearest;
 }
 
 void FitProbe::Find() {
   const double most = kMostDifference * (1.0 - 2.0 / std::sqrt(static_cast<double>(sample_count())));
-  const Nearest nearest = FindNearest([&](const Nearest& at) { return at.difference <= most || HaveMoreThan(at); });
-  if (!std::isfinite(nearest.difference)) return;
+  const Nearest nearest = FindNearest();
+  if (nearest.difference > most || !AreSettled()) return;
   const Fit& fit = fits_[nearest.fit];
   found_.emplace();
   found_->method = fit.method;

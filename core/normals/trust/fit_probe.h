@@ -3,17 +3,15 @@
 // for detail of the surface.
 //
 // Planes and jets are fitted to the neighbors of each sampled point. The noise of the positions, which shows in what
-// jets leave of them, moves these fits; and where neighbors lie unevenly on a bent surface, they turn its planes.
-// Normals that do not come from the positions differ from a fit's by this much at least, as exact ones do. Those that
-// were made of about as many neighbors have most of it in common with the fit. Those that were made of fewer have all
-// of it in theirs, beside much of their own: how both differ from a smoother surface is correlated.
+// jets leave of them, moves these fits. Normals that do not come from the positions differ from a fit's by this much at
+// least, as exact ones do. Those that were made of about as many neighbors have most of it in common with the fit.
+// Where jets of few and of many neighbors find distinct surfaces, nothing can be told.
 #pragma once
 
 #include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -84,22 +82,17 @@ class FitProbe {
   // The squared error of a fit's normal that such noise makes; and the median of that of a plane of few neighbors.
   double NoiseOf(size_t fit, size_t sample) const;
   double NoiseOfFew() const;
-  // The squared differences of a fit's normals from those of another, or the given ones, over their errors, a plane's
-  // bends included: the mean, for errors that are Gaussian. Infinity where there are none. REQUIRES: there are fits of
-  // kJet2 and kPca.
+  // The squared differences of a fit's normals from those of another, or the given ones, over what noise makes of the
+  // fit's: the mean, for errors that are Gaussian. Infinity where there are too few.
   double DifferenceOf(size_t fit, std::optional<size_t> other) const;
-  // How much the given normals differ from the smoother surface for each difference of the fit's (the slope of a
-  // regression), at least; 0 where there are too few.
-  double LeastSlope(size_t smooth, size_t fit) const;
+  // Whether fits of few and of many neighbors find the same surface, but for noise.
+  bool AreSettled() const;
+  // The candidate that is nearest to the given normals; if there is none, with a difference of infinity.
   struct Nearest {
     size_t fit;
-    double difference;  // from the given normals
+    double difference;
   };
-  // Whether the given normals have all of the fit's noise, and some of their own.
-  bool HaveMoreThan(const Nearest& at) const;
-  // The candidate that is nearest to the given normals, of those that are like them; if there is none, with a
-  // difference of infinity.
-  Nearest FindNearest(const std::function<bool(const Nearest&)>& is_like) const;
+  Nearest FindNearest() const;
   void Find();
 
   const SpatialIndex& index_;

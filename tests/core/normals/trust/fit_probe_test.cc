@@ -69,12 +69,12 @@ TEST(FitProbeTest, FindsTheFitThatNormalsAreThoseOf) {
     NormalMethod method;
     uint32_t count;
   };
-  for (const double sigma : {0.01, 0.1}) {
+  for (const double sigma : {0.05, 0.1}) {
     for (const Case& made : {Case{NormalMethod::kPca, 12},
                              {NormalMethod::kPca, 20},
                              {NormalMethod::kPca, 29},
                              {NormalMethod::kPca, 50},
-                             {NormalMethod::kPca, 128},
+
                              {NormalMethod::kJet2, 24},
                              {NormalMethod::kJet2, 60},
                              {NormalMethod::kJet4, 80}}) {
@@ -87,18 +87,16 @@ TEST(FitProbeTest, FindsTheFitThatNormalsAreThoseOf) {
   }
 }
 
-// Of few neighbors, normals have noise of their own beside a plane's; halves of so few would tell nothing.
-TEST(FitProbeTest, FindsThatNormalsOfFewNeighborsShareNoise) {
-  for (const uint32_t count : {7, 8, 10}) {
-    const auto found = ProbedFit(WithFittedNormals(NoisyTorus(0.05), NormalMethod::kPca, count));
-    ASSERT_TRUE(found.has_value()) << count;
-    EXPECT_EQ(found->method, NormalMethod::kPca);
-    EXPECT_GE(CountOf(*found), 12u);
-    EXPECT_LE(CountOf(*found), 17u);
-  }
-  const auto quartic = ProbedFit(WithFittedNormals(NoisyTorus(0.05), NormalMethod::kJet4, 30));
+// Halves of so few neighbors would tell nothing: planes of more have that noise, too.
+TEST(FitProbeTest, HalvesAreOfEnoughNeighbors) {
+  const auto few = ProbedFit(WithFittedNormals(NoisyTorus(0.05), NormalMethod::kPca, 8));
+  ASSERT_TRUE(few.has_value());
+  EXPECT_EQ(few->method, NormalMethod::kPca);
+  EXPECT_EQ(CountOf(*few), 12u);
+  const auto quartic = ProbedFit(WithFittedNormals(NoisyTorus(0.05), NormalMethod::kJet4, 48));
   ASSERT_TRUE(quartic.has_value());
-  EXPECT_EQ(quartic->method, NormalMethod::kPca) << "half of 30 neighbors determine no jet of degree 4";
+  EXPECT_EQ(quartic->method, NormalMethod::kPca) << "half of 48 neighbors determine no jet of degree 4";
+  EXPECT_NEAR(CountOf(*quartic), 16.0, 2.0);
 }
 
 TEST(FitProbeTest, ExactNormalsAreThoseOfNoFit) {
@@ -116,6 +114,38 @@ TEST(FitProbeTest, NormalsWithNoiseOfTheirOwnAreThoseOfNoFit) {
       AddNormalNoise(of_normals, torus);
       EXPECT_FALSE(ProbedFit(torus).has_value()) << sigma << " " << of_normals;
     }
+  }
+}
+
+// Where planes and jets of few neighbors are turned by chance across a line, much seems to be noise.
+TEST(FitProbeTest, ExactNormalsOnLinesAreThoseOfNoFit) {
+  for (const double sigma : {0.0005, 0.002, 0.005}) {
+    for (const double width : {0.0, 0.005, 0.02}) {
+      TestPoints rings;
+      for (size_t i = 0; i < 4'000; ++i) {
+        const double turn = 2.39996 * static_cast<double>(i),
+                     height = width * (static_cast<double>(i % 97) / 97.0 - 0.5);
+        rings.Add(std::cos(turn), std::sin(turn), width > 0.0 ? height : 0.125 * static_cast<double>(i % 16),
+                  std::cos(turn), std::sin(turn), 0.0);
+      }
+      AddNoise(sigma, 4, rings);
+      EXPECT_FALSE(ProbedFit(rings).has_value()) << sigma << " " << width;
+    }
+  }
+}
+
+// Nine points to a wave, which planes follow better than jets of many neighbors.
+TEST(FitProbeTest, ExactNormalsOfTooFewPointsAreThoseOfNoFit) {
+  for (const double sigma : {0.0, 0.002, 0.01}) {
+    TestPoints waves;
+    for (int i = 0; i < 3'600; ++i) {
+      const double x = (i % 60) / 30.0 - 1.0, y = (i / 60) / 30.0 - 1.0, f = 20.0;
+      const double dx = -0.4 * std::cos(f * x) * std::cos(f * y), dy = 0.4 * std::sin(f * x) * std::sin(f * y);
+      const double length = std::sqrt(1.0 + dx * dx + dy * dy);
+      waves.Add(x, y, 0.4 / f * std::sin(f * x) * std::cos(f * y), dx / length, dy / length, 1.0 / length);
+    }
+    AddNoise(sigma, 4, waves);
+    EXPECT_FALSE(ProbedFit(waves).has_value()) << sigma;
   }
 }
 
