@@ -19,8 +19,10 @@ constexpr size_t kMostProbedGroups = 64;
 // A neighborhood of more than this share of the cloud is no neighborhood.
 constexpr size_t kLargestProbedShare = 8;
 // Two rungs double the number of neighbors, of planes, jets of degree 2, and of degree 4.
-constexpr uint32_t kProbedCounts[] = {8, 12, 17, 24, 34, 48, 68, 96, 136, 192};
+constexpr uint32_t kProbedCounts[] = {12, 17, 24, 34, 48, 68, 96, 136, 192};
 constexpr uint32_t kFewestOfJets[] = {17, 24};
+// Planes of fewer neighbors lie on one of two sheets where all jets mix these, and take them for noise.
+constexpr uint32_t kFewestProbed = 10;
 // Those that tell noise.
 constexpr uint32_t kNoiseCounts[] = {17, 24};
 // A smoother surface is a jet of degree 4 of so many neighbors, which has little noise and little bend.
@@ -37,6 +39,10 @@ constexpr double kMostDifference = 0.45;
 // or lie on lines, or on two sheets, and nothing tells what noise does to fits. Measured: 1.5 to 1.9 where they do, 4
 // and more where they do not.
 constexpr double kMostBetweenFits = 3.0;
+// Noise may differ from place to place: there it is the least that jets of degree 4 of so many neighbors leave, and
+// this many times that of the whole cloud at most, since they leave detail as well.
+constexpr uint32_t kLocalNoiseCounts[] = {48, 96};
+constexpr double kMostOverNoise = 2.0;
 // Of samples, for a median.
 constexpr size_t kFewestSamples = 32;
 // What jets of degree 2 of few neighbors leave is noise where others leave nearly as much: else jets fit the surface's
@@ -124,7 +130,7 @@ bool FitProbe::AddFits() {
 
 void FitProbe::Add(NormalMethod method, double count) {
   const auto neighbors = static_cast<uint32_t>(std::lround(count));
-  if (neighbors > most_neighbors_ || neighbors < LeastNeighborCount(method)) return;
+  if (neighbors > most_neighbors_ || neighbors < kFewestProbed) return;
   for (const Fit& fit : fits_) {
     if (fit.method == method && fit.count == neighbors) return;
   }
@@ -182,12 +188,16 @@ FitProbe::Vector FitProbe::NormalOf(size_t fit, size_t sample) const {
   return {sign * normal[0], sign * normal[1], sign * normal[2]};
 }
 
+double FitProbe::VarianceLeftBy(size_t jet, size_t sample) const {
+  const double count = fits_[jet].count, freedom = count - JetSize(std::max(fits_[jet].plan.degree, 1));
+  return fitted(jet, sample).mean_square * count / freedom;
+}
+
 double FitProbe::LeftBy(size_t jet) const {
-  const double count = fits_[jet].count, freedom = count - JetSize(fits_[jet].plan.degree);
   std::vector<double> variances;
   for (size_t i = 0; i < sample_count(); ++i) {
-    const double mean_square = fitted(jet, i).mean_square;
-    if (!std::isnan(mean_square)) variances.push_back(mean_square * count / freedom);
+    const double variance = VarianceLeftBy(jet, i);
+    if (!std::isnan(variance)) variances.push_back(variance);
   }
   return variances.empty() ? std::numeric_limits<double>::infinity() : Median(variances);
 }
@@ -195,7 +205,7 @@ double FitProbe::LeftBy(size_t jet) const {
 double FitProbe::NoiseOfPositions() const {
   double least = std::numeric_limits<double>::infinity();
   for (size_t f = 0; f < fits_.size(); ++f) {
-    if (fits_[f].method != NormalMethod::kPca) least = std::min(least, LeftBy(f));
+    least = std::min(least, LeftBy(f));
   }
   return least;
 }
@@ -204,6 +214,15 @@ bool FitProbe::IsCandidate(size_t fit) const {
   if (fits_[fit].method == NormalMethod::kPca) return true;
   const size_t jet = NearestFit(NormalMethod::kJet2, kNoiseCounts[0]);
   return noise_ >= kLeastOfNoise * LeftBy(jet);
+}
+
+double FitProbe::NoiseAt(size_t sample) const {
+  double noise = kMostOverNoise * noise_;
+  for (const uint32_t count : kLocalNoiseCounts) {
+    const size_t jet = NearestFit(NormalMethod::kJet4, count);
+    if (jet < fits_.size()) noise = std::min(noise, VarianceLeftBy(jet, sample));
+  }
+  return noise;
 }
 
 double FitProbe::NoiseOfFew() const {
@@ -220,7 +239,7 @@ double FitProbe::NoiseOf(size_t fit, size_t sample) const {
   // Of the two slopes of least squares, over an even disc.
   const double times = fits_[fit].method == NormalMethod::kJet4 ? 8.0 * kNoiseOfQuartics * kNoiseOfQuartics : 8.0;
   const double radius = fitted(fit, sample).radius;
-  return times * noise_ / (fits_[fit].count * radius * radius);
+  return times * NoiseAt(sample) / (fits_[fit].count * radius * radius);
 }
 
 double FitProbe::DifferenceOf(size_t fit, std::optional<size_t> other) const {

@@ -73,13 +73,17 @@ class FitProbe {
   Vector GivenOf(size_t sample) const { return {given_[sample][0], given_[sample][1], given_[sample][2]}; }
   // On the side of the given one.
   Vector NormalOf(size_t fit, size_t sample) const;
-  // The median of the variances of the positions that a jet leaves; infinity where it fits nothing.
+  // The variance of the positions that a jet leaves at a sample, and the median over all; infinity where it fits
+  // nothing.
+  double VarianceLeftBy(size_t jet, size_t sample) const;
   double LeftBy(size_t jet) const;
   // Whether normals may be told to be those of the fit.
   bool IsCandidate(size_t fit) const;
   // The variance of the positions' noise, in the index's unit: the least that a jet leaves.
   double NoiseOfPositions() const;
-  // The squared error of a fit's normal that such noise makes; and the median of that of a plane of few neighbors.
+  // Such noise around a sample; the squared error of a fit's normal that it makes; and the median of that of a plane of
+  // few neighbors.
+  double NoiseAt(size_t sample) const;
   double NoiseOf(size_t fit, size_t sample) const;
   double NoiseOfFew() const;
   // The squared differences of a fit's normals from those of another, or the given ones, over what noise makes of the

@@ -54,7 +54,7 @@ double ShareWithin(const EstimationResult& result) {
 }
 
 TEST(FittedNormalsTest, ErrorsThatNeighborsShareAreNotTakenForDetail) {
-  for (const uint32_t count : {8, 20, 30}) {
+  for (const uint32_t count : {12, 20, 30}) {
     const TestPoints sphere = SphereOfPlanes(count);
     const EstimationResult result = Estimate(sphere, WithChoice(Automatic()));
     EXPECT_LT(MeanError(result, 1.0), 1.1 * LeastError(sphere)) << count;

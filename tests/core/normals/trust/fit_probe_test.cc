@@ -89,7 +89,7 @@ TEST(FitProbeTest, FindsTheFitThatNormalsAreThoseOf) {
 
 // Halves of so few neighbors would tell nothing: planes of more have that noise, too.
 TEST(FitProbeTest, HalvesAreOfEnoughNeighbors) {
-  const auto few = ProbedFit(WithFittedNormals(NoisyTorus(0.05), NormalMethod::kPca, 8));
+  const auto few = ProbedFit(WithFittedNormals(NoisyTorus(0.05), NormalMethod::kPca, 10));
   ASSERT_TRUE(few.has_value());
   EXPECT_EQ(few->method, NormalMethod::kPca);
   EXPECT_EQ(CountOf(*few), 12u);
@@ -146,6 +146,19 @@ TEST(FitProbeTest, ExactNormalsOfTooFewPointsAreThoseOfNoFit) {
     }
     AddNoise(sigma, 4, waves);
     EXPECT_FALSE(ProbedFit(waves).has_value()) << sigma;
+  }
+}
+
+TEST(FitProbeTest, ExactNormalsOfTwoSheetsAreThoseOfNoFit) {
+  for (const double sigma : {0.0, 0.002, 0.005}) {
+    for (const double gap : {0.05, 0.1, 0.2}) {
+      TestPoints shell = Sphere(2'000, 1.0);
+      TestPoints inner = Sphere(2'000, 1.0 - gap);
+      for (auto& normal : inner.normals) normal = {-normal[0], -normal[1], -normal[2]};
+      Append(inner, shell);
+      AddNoise(sigma, 4, shell);
+      EXPECT_FALSE(ProbedFit(shell).has_value()) << sigma << " " << gap;
+    }
   }
 }
 
