@@ -81,12 +81,6 @@ std::vector<std::array<double, 3>> ViewpointsOf(const Samples& samples) {
   return viewpoints;
 }
 
-NormalMethod MethodNamed(std::string_view name) {
-  NormalMethod method = NormalMethod::kPca;
-  while (NormalMethodName(method) != name) method = static_cast<NormalMethod>(static_cast<int>(method) + 1);
-  return method;
-}
-
 }  // namespace
 
 Samples SampleEvenly(const std::string& surface_name, size_t points, uint64_t seed) {
@@ -193,10 +187,10 @@ Cloud ToCloud(const Samples& samples) {
   return cloud;
 }
 
-Samples WithFittedNormals(const Samples& samples, std::string_view method, uint32_t neighbor_count, WorkerPool& pool) {
+Samples WithFittedNormals(const Samples& samples, NormalMethod method, uint32_t neighbor_count, WorkerPool& pool) {
   const auto viewpoints = ViewpointsOf(samples);
   const NormalOptions options{.source = NormalSource::kEstimate,
-                              .method = MethodNamed(method),
+                              .method = method,
                               .neighborhood = NeighborCount{neighbor_count},
                               .sides = SidesTowardViewpoints{viewpoints}};
   const auto made = MakeNormals(ToCloud(samples), options, pool);

@@ -49,9 +49,8 @@ double NoiseUnit(const std::string& surface);
 Samples Perturbed(const Samples& samples, double position_noise, double normal_noise, uint64_t seed);
 
 // The same samples with normals that are made of their positions, each of `neighbor_count` neighbors, on the side of
-// the samples' own: as other programs make them, whose errors neighbors share. REQUIRES: `method` is one of "pca",
-// "jet-1", "jet-2" and "jet-4".
-Samples WithFittedNormals(const Samples& samples, std::string_view method, uint32_t neighbor_count, WorkerPool& pool);
+// the samples' own: as other programs make them, whose errors neighbors share. Where no fit is made, the own one stays.
+Samples WithFittedNormals(const Samples& samples, NormalMethod method, uint32_t neighbor_count, WorkerPool& pool);
 
 // As the core takes them: float32.
 Cloud ToCloud(const Samples& samples);

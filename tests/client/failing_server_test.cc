@@ -169,6 +169,19 @@ TEST(CurvatureClientRetryTest, GoesOnToAnotherServer) {
   }
 }
 
+// Each client begins with a server of its own choice.
+TEST(CurvatureClientRetryTest, TriesEachServerHoweverLongTheFirstTook) {
+  const auto server = StartServer();
+  const SphereCloud cloud = Sphere(1000);
+  EstimateOptions options;
+  options.connect_timeout = absl::ZeroDuration();
+  for (int i = 0; i < 20; ++i) {
+    const auto client = *CurvatureClient::Connect(absl::StrCat("127.0.0.1:1,", AddressOf(server->port())));
+    const absl::StatusOr<CurvatureResult> result = client->Estimate(cloud.view(), options);
+    EXPECT_TRUE(result.ok()) << result.status();
+  }
+}
+
 TEST(CurvatureClientRetryTest, EndsAtTheTimeout) {
   // Accepts, and then says nothing until the client is gone.
   ScriptedService service([](int, ScriptedService::Stream& stream, grpc::ServerContext& context) {

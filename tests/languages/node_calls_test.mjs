@@ -65,6 +65,16 @@ test("a server that never answered is given up early, unless the caller has more
   assert.ok((await elapsed({ connectTimeoutMs: 2_500 })) > 1_200);
 });
 
+test("each replica is tried, however long the first took", async () => {
+  const [positions, normals] = sphere(100, 1);
+  for (let i = 0; i < 20; ++i) {
+    const client = new CurvatureClient(`127.0.0.1:1,${server}`);
+    const { status } = await client.estimateCurvature(positions, normals, { connectTimeoutMs: 0 });
+    assert.equal(status.length, 100);
+    client.close();
+  }
+});
+
 test("a signal ends a call that runs, and one that has not begun", async () => {
   const [positions, normals] = sphere(200_000, 1);
   const controller = new AbortController();

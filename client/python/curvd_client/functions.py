@@ -105,7 +105,8 @@ def estimate_curvature(
     timeout:               seconds for the whole call with its retries, above 0. DEFAULT: no limit.
     max_attempts:          times the cloud is sent at most, while servers are unavailable or ask to wait: at once to the
                            next replica, then with growing pauses. DEFAULT: 6, over about 8 seconds.
-    connect_timeout:       seconds after which a call gives up if no server has ever answered and each was tried, from 0. DEFAULT: 1.5.
+    connect_timeout:       seconds, from 0, after which a call gives up if no server has ever answered and each was tried.
+                           DEFAULT: 1.5.
     cancel:                a Cancel, whose method cancel ends the call from another thread.
     progress:              a function that is called with a Progress now and then, in this thread; or True: a line on
                            stderr, if that is a terminal. What it raises ends the call.
