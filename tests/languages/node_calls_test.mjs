@@ -87,7 +87,7 @@ test("a signal ends a call that runs, and one that has not begun", async () => {
 test("any reason of a signal comes back as it is", async () => {
   const controller = new AbortController();
   const onProgress = () => controller.abort(null);
-  const options = { server, neighborCount: 1_000, signal: controller.signal, onProgress };
+  const options = { server, neighborCount: 4_000, signal: controller.signal, onProgress };
   const reason = await estimateCurvature(...sphere(200_000, 1), options).catch((error) => error);
   assert.equal(reason, null);
 });
@@ -123,7 +123,7 @@ test("a signal ends the pauses between tries", async () => {
 test("progress names phases and counts points", async () => {
   const seen = [];
   const [positions, normals] = sphere(200_000, 1);
-  await estimateCurvature(positions, normals, { server, neighborCount: 1_000, onProgress: (each) => seen.push(each) });
+  await estimateCurvature(positions, normals, { server, neighborCount: 4_000, onProgress: (each) => seen.push(each) });
   assert.ok(seen.some(({ phase }) => phase === "estimating"));
   assert.ok(seen.every((each) => each.pointCount === 200_000 && each.pointsEstimated <= 200_000));
 });
@@ -133,7 +133,7 @@ test("what a caller's function throws ends the call", async () => {
     throw new RangeError("enough");
   };
   const [positions, normals] = sphere(200_000, 1);
-  const options = { server, neighborCount: 1_000, onProgress };
+  const options = { server, neighborCount: 4_000, onProgress };
   await assert.rejects(estimateCurvature(positions, normals, options), RangeError);
 });
 
@@ -143,7 +143,7 @@ test("a failure of another call that a caller's function throws is no reason to 
     ++tries;
     throw new CurvdError(grpc.status.UNAVAILABLE, "elsewhere", { transient: true });
   };
-  const options = { server, neighborCount: 1_000, onProgress };
+  const options = { server, neighborCount: 4_000, onProgress };
   await assert.rejects(estimateCurvature(...sphere(200_000, 1), options), /elsewhere/);
   assert.equal(tries, 1);
 });
@@ -153,11 +153,11 @@ test("what a caller's promise rejects with ends the call", async () => {
     throw new RangeError("enough");
   };
   const cloud = sphere(200_000, 1);
-  const options = { server, neighborCount: 1_000, onProgress };
+  const options = { server, neighborCount: 4_000, onProgress };
   await assert.rejects(estimateCurvature(...cloud, options), RangeError);
   const client = new CurvatureClient(server);
   const iterate = async () => {
-    for await (const chunk of client.estimateChunks(...cloud, { neighborCount: 1_000, onProgress })) assert.ok(chunk);
+    for await (const chunk of client.estimateChunks(...cloud, { neighborCount: 4_000, onProgress })) assert.ok(chunk);
   };
   await assert.rejects(iterate(), RangeError);
   client.close();
