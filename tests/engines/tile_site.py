@@ -14,16 +14,18 @@ from curvd_process import Curvd
 # A tile is to take long enough to be hit. Draws depend on the ids of points, which tiles must keep.
 _ESTIMATE = ("--estimator=uniform", "--triangles=2000", "--k=60")
 
-# Stands for curv on the engines' PATH: notes which tiles are begun that have no result yet, and becomes curv.
+# Stands for curv on the engines' PATH: notes beside a plan's directory which of its tiles are begun that have no result yet, and
+# becomes curv.
 _WRAPPER = """\
 #!/bin/sh
+work= tile=
 for word; do
   case $word in
-    --tile=*)
-      [ -e "$CURV_TRIAL_WORK/results/$(printf 'tile-%06d' "${{word#--tile=}}")" ] || echo "${{word#--tile=}}" >>"{begun}"
-      ;;
+    {scratch}/work-*) work=$word ;;
+    --tile=*) tile=${{word#--tile=}} ;;
   esac
 done
+[ -z "$tile" ] || [ -e "$work/results/$(printf 'tile-%06d' "$tile")" ] || echo "$tile" >>"$work.begun"
 exec "{curv}" "$@"
 """
 
@@ -35,15 +37,15 @@ class TileSite:
         self.scratch = pathlib.Path(scratch)
         self.programs = pathlib.Path(programs).resolve()
         self.curv_binary = str(self.programs / "curv")
-        self.work = self.scratch / "work"
-        self.begun = self.scratch / "begun"
+        self.work = None  # the directory of the plan that is under way
         self.servers = []
+        self._begins = 0
         bin_folder = self.scratch / "bin"
         bin_folder.mkdir()
         wrapper = bin_folder / "curv"
-        wrapper.write_text(_WRAPPER.format(begun=self.begun, curv=self.curv_binary), encoding="ascii")
+        wrapper.write_text(_WRAPPER.format(scratch=self.scratch, curv=self.curv_binary), encoding="ascii")
         wrapper.chmod(0o755)
-        self.environment = {"PATH": f"{bin_folder}:{os.environ['PATH']}", "CURV_TRIAL_WORK": str(self.work)}
+        self.environment = {"PATH": f"{bin_folder}:{os.environ['PATH']}"}
         self.cloud, whole = self.scratch / "cloud.ply", self.scratch / "whole.ply"
         self.curv("generate", "goursat", f"--points={points}", "--noise-position=0.05", "--noise-normal=0.1", "-o", self.cloud)
         self.curv("estimate", self.cloud, "-o", whole, "--threads=1", *_ESTIMATE)
@@ -81,16 +83,24 @@ class TileSite:
         return self.curv("tiles", "status", directory, "--left").split()
 
     def begin(self):
-        """A new directory with the plan, in which nothing is done."""
-        shutil.rmtree(self.work, ignore_errors=True)
+        """A directory of its own with the plan, in which nothing is done.
+
+        What an engine has left of an earlier one, such as a task that Slurm puts back when all its tiles are done, then finds that one.
+        """
+        self._begins += 1
+        self.work = self.scratch / f"work-{self._begins}"
         shutil.copytree(self.scratch / "plan", self.work)
-        self.begun.write_text("", encoding="ascii")
+        self._begun.write_text("", encoding="ascii")
 
     def left(self):
         return self._left(self.work)
 
+    @property
+    def _begun(self):
+        return self.work.with_suffix(".begun")
+
     def begun_tiles(self):
-        return len(self.begun.read_text(encoding="ascii").split())
+        return len(self._begun.read_text(encoding="ascii").split())
 
     def results(self):
         """What tells a file of results from one that was written again, by name."""
@@ -117,7 +127,7 @@ class TileSite:
 
     def tiles_at_hand(self):
         """Tiles that were begun and have no result: also those whose process is about to become curv."""
-        begun = {f"tile-{int(tile):06d}" for tile in self.begun.read_text(encoding="ascii").split()}
+        begun = {f"tile-{int(tile):06d}" for tile in self._begun.read_text(encoding="ascii").split()}
         return len(begun - self.results().keys())
 
     def check(self):
