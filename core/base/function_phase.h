@@ -42,6 +42,17 @@ inline std::unique_ptr<Phase> MakeStep(std::string_view name, std::function<absl
                                                         .end = std::move(step)});
 }
 
+// Runs the blocks that a probe has when the phase begins: block_count() calls of RunBlock(block, worker, stopped).
+// REQUIRES: the probe outlives the phase.
+template <typename Probe>
+std::unique_ptr<Phase> MakeProbePhase(std::string_view name, Probe& probe) {
+  const auto run = [&probe](const BlockContext& context) {
+    return probe.RunBlock(context.block, context.worker, context.stopped);
+  };
+  return std::make_unique<FunctionPhase>(name,
+                                         PhaseFunctions{.begin = [&probe] { return probe.block_count(); }, .run = run});
+}
+
 // Calls run(first, last) for runs of at most so many of the numbers below `count`, which together hold each of them
 // once; then `end`.
 inline std::unique_ptr<Phase> MakeLoop(

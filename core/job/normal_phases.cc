@@ -115,11 +115,11 @@ void NormalPhases::AddLooks() {
   const std::string_view name = is_estimated ? kNormalsPhase : kOrientationPhase;
   if (is_estimated && IsAutomatic(options_)) {
     pilot_.emplace(index_, options_.method, options_.max_neighbor_count, thread_count_, aim_);
-    add_phase_(MakePilotPhase(*pilot_));
+    add_phase_(MakeProbePhase(kNormalsPhase, *pilot_));
   }
   if (std::holds_alternative<ConsistentSides>(options_.sides)) {
     sheet_probe_.emplace(index_, options_.max_neighbor_count, thread_count_);
-    add_phase_(MakeSheetPhase(*sheet_probe_, name));
+    add_phase_(MakeProbePhase(name, *sheet_probe_));
   }
   add_phase_(MakeStep(name, [this] {
     if (sheet_probe_.has_value()) sheets_ = sheet_probe_->Find();
@@ -218,7 +218,7 @@ absl::Status NormalPhases::EndOrientation() {
       !std::holds_alternative<ConsistentSides>(options_.sides))
     return Decide();
   side_probe_.emplace(index_, scale_.fit, thread_count_);
-  add_phase_(MakeSideProbePhase(*side_probe_, kOrientationPhase));
+  add_phase_(MakeProbePhase(kOrientationPhase, *side_probe_));
   add_phase_(MakeStep(kOrientationPhase, [this] {
     fit_report_.torn_share = side_probe_->TornShare();
     if (!scale_.fit.two_sheets) {

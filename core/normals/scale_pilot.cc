@@ -63,19 +63,6 @@ NormalFit FallbackFit(size_t points, std::optional<NormalMethod> wanted, uint32_
   return fit;
 }
 
-class PilotPhase final : public Phase {
- public:
-  explicit PilotPhase(ScalePilot& pilot) : pilot_(pilot) {}
-  std::string_view name() const override { return "normals"; }
-  absl::StatusOr<size_t> Begin() override { return pilot_.block_count(); }
-  absl::Status RunBlock(const BlockContext& context) override {
-    return pilot_.RunBlock(context.block, context.worker, context.stopped);
-  }
-
- private:
-  ScalePilot& pilot_;
-};
-
 }  // namespace
 
 double MeanCopies(const SpatialIndex& index, size_t group) {
@@ -183,7 +170,5 @@ size_t ScalePilot::ScratchBytes(size_t point_count, uint32_t max_neighbor_count)
   largest.neighborhood = NeighborCount{std::min<uint32_t>(kLadder[std::size(kLadder) - 1], max_neighbor_count)};
   return NormalScratch::MostBytes(largest, point_count);
 }
-
-std::unique_ptr<Phase> MakePilotPhase(ScalePilot& pilot) { return std::make_unique<PilotPhase>(pilot); }
 
 }  // namespace curvd

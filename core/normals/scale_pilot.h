@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/base/phase.h"
 #include "core/index/spatial_index.h"
 #include "core/normals/normal_fit.h"
 
@@ -143,8 +142,5 @@ class ScalePilot {
   std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
   ChosenScale fallback_;
 };
-
-// Runs the pilot's blocks, under the name "normals". REQUIRES: it outlives the phase.
-std::unique_ptr<Phase> MakePilotPhase(ScalePilot& pilot);
 
 }  // namespace curvd

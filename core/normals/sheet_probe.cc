@@ -75,20 +75,6 @@ Quadric FitQuadric(const NormalScratch& s, size_t i) {
   return moments.ldlt().solve(heights);
 }
 
-class SheetPhase final : public Phase {
- public:
-  SheetPhase(SheetProbe& probe, std::string_view name) : probe_(probe), name_(name) {}
-  std::string_view name() const override { return name_; }
-  absl::StatusOr<size_t> Begin() override { return probe_.block_count(); }
-  absl::Status RunBlock(const BlockContext& context) override {
-    return probe_.RunBlock(context.block, context.worker, context.stopped);
-  }
-
- private:
-  SheetProbe& probe_;
-  const std::string_view name_;
-};
-
 NormalFit PlaneOf(uint32_t count) {
   NormalFit fit;
   fit.method = NormalMethod::kPca;
@@ -189,10 +175,6 @@ SheetFinding SheetProbe::Find() const {
 
 size_t SheetProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
   return NormalScratch::MostBytes(PlaneOf(std::min(kLadder[std::size(kLadder) - 1], max_neighbor_count)), point_count);
-}
-
-std::unique_ptr<Phase> MakeSheetPhase(SheetProbe& probe, std::string_view name) {
-  return std::make_unique<SheetPhase>(probe, name);
 }
 
 }  // namespace curvd

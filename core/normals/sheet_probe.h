@@ -12,11 +12,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/base/phase.h"
 #include "core/index/spatial_index.h"
 #include "core/normals/normal_fit.h"
 
@@ -81,8 +79,5 @@ class SheetProbe {
   std::vector<Outcome> outcomes_;                        // of each count and sampled point
   std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
 };
-
-// Runs the probe's blocks, under the name of a phase. REQUIRES: it outlives the phase.
-std::unique_ptr<Phase> MakeSheetPhase(SheetProbe& probe, std::string_view name);
 
 }  // namespace curvd

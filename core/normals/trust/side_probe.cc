@@ -95,20 +95,6 @@ constexpr size_t kMostGroups = 128;
 // Of smaller clouds all points are looked at; of larger ones, the first of each leaf of those groups.
 constexpr size_t kSmallCloud = kMostGroups * SpatialIndex::kGroupPoints;
 
-class SideProbePhase final : public Phase {
- public:
-  SideProbePhase(SideProbe& probe, std::string_view name) : probe_(probe), name_(name) {}
-  std::string_view name() const override { return name_; }
-  absl::StatusOr<size_t> Begin() override { return probe_.block_count(); }
-  absl::Status RunBlock(const BlockContext& context) override {
-    return probe_.RunBlock(context.block, context.worker, context.stopped);
-  }
-
- private:
-  SideProbe& probe_;
-  const std::string_view name_;
-};
-
 }  // namespace
 
 SideProbe::SideProbe(const SpatialIndex& index, const NormalFit& fit, int thread_count)
@@ -146,10 +132,6 @@ double SideProbe::TornShare() const {
     pairs += static_cast<double>(counts.pairs);
   }
   return pairs > 0.0 ? torn / pairs : 0.0;
-}
-
-std::unique_ptr<Phase> MakeSideProbePhase(SideProbe& probe, std::string_view name) {
-  return std::make_unique<SideProbePhase>(probe, name);
 }
 
 }  // namespace curvd

@@ -13,11 +13,9 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/base/phase.h"
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
 #include "core/index/spatial_index.h"
@@ -64,8 +62,5 @@ class SideProbe {
   std::vector<SideCounts> counts_;                 // by block
   std::vector<std::unique_ptr<Scratch>> scratch_;  // by worker
 };
-
-// Runs the blocks, under the name of a phase. REQUIRES: `probe` outlives the phase.
-std::unique_ptr<Phase> MakeSideProbePhase(SideProbe& probe, std::string_view name);
 
 }  // namespace curvd
