@@ -16,6 +16,7 @@
 #include "core/index/index_builder.h"
 #include "core/index/spatial_index.h"
 #include "core/job/group_phase.h"
+#include "core/job/half_normal_phases.h"
 #include "core/job/index_phases.h"
 #include "core/job/normal_phases.h"
 #include "core/job/phased_job.h"
@@ -38,7 +39,7 @@ NormalOptions Returning(NormalOptions normals) {
 
 // What an estimate needs of normals.
 NormalOptions ForEstimate(const EstimatorOptions& options, NormalOptions normals) {
-  normals.makes_halves = normals.source == NormalSource::kEstimate && ComparesNormalsOfHalves(options);
+  normals.makes_halves = ComparesNormalsOfHalves(options);
   return normals;
 }
 
@@ -114,7 +115,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   absl::Status AddNormals() {
     index_ = builder_->Take();
     builder_.reset();  // the index holds all that is needed
-    if (normal_options_.source == NormalSource::kGiven && !normal_options_.returns_normals) return AddField();
+    if (normal_options_.source == NormalSource::kGiven && !normal_options_.returns_normals) return AddHalves();
     if (normal_options_.source != NormalSource::kEstimate && !index_.has_normals()) {
       return MakeCoreError(ErrorKind::kInvalid, "the cloud has no normals; ask for estimated ones");
     }
@@ -125,8 +126,19 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   }
 
   absl::Status CollectNormals() {
-    if (!normal_options_.returns_normals) return AddField();
-    return normals_->AddCollection(normal_field_, [this] { return AddField(); });
+    if (!normal_options_.returns_normals) return AddHalves();
+    return normals_->AddCollection(normal_field_, [this] { return AddHalves(); });
+  }
+
+  // Adds the phases that make normals of halves, where the estimate compares these.
+  absl::Status AddHalves() {
+    if (!normal_options_.makes_halves || !index_.has_normals()) return AddField();
+    const bool are_made = normal_options_.source == NormalSource::kEstimate;
+    halves_.emplace(index_, thread_count_, are_made ? kNormalsPhase : kFieldPhase,
+                    [this](auto phase) { AddPhase(std::move(phase)); });
+    if (!are_made) return halves_->MakeOfGiven(options_.max_neighbor_count, [this] { return AddField(); });
+    const NormalFit* const fit = normals_->fit();
+    return fit != nullptr ? halves_->MakeOf(*fit, [this] { return AddField(); }) : AddField();
   }
 
   absl::Status AddField() {
@@ -236,9 +248,11 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   }
 
   // Whether neighbors may share errors of their normals that the sample of the cloud takes for detail: those of normals
-  // that were made of noisy positions, unless there are normals of halves.
+  // that were made of noisy positions, by whomever, unless there are normals of halves.
   bool NeighborsShareErrors() const {
-    if (normal_options_.source != NormalSource::kEstimate || index_.has_half_normals()) return false;
+    const bool are_fitted =
+        normal_options_.source == NormalSource::kEstimate || (halves_.has_value() && halves_->given_are_fitted());
+    if (!are_fitted || index_.has_half_normals()) return false;
     const ScaleReport* const report = run_ != nullptr ? run_->scale_report() : nullptr;
     return report != nullptr && !report->positions_are_exact;
   }
@@ -274,7 +288,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 
   size_t HeldBytes() const override {
     const size_t building = builder_.has_value() ? builder_->bytes() : 0;
-    const size_t normals = normal_field_.bytes() + (normals_.has_value() ? normals_->bytes() : 0);
+    const size_t normals = normal_field_.bytes() + (normals_.has_value() ? normals_->bytes() : 0) +
+                           (halves_.has_value() ? halves_->bytes() : 0);
     return building + index_.bytes() + normals + fields_.bytes() + choices_.bytes() +
            (run_ != nullptr ? run_->bytes() : 0) + (agreement_run_.has_value() ? agreement_run_->bytes() : 0);
   }
@@ -296,6 +311,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       if (normal_options_.source == NormalSource::kGiven) report.reset();
     }
     normals_.reset();
+    halves_.reset();
     builder_.reset();
     fields_.FreeMarks();
     index_ = SpatialIndex();
@@ -337,7 +353,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   const size_t invalid_count_;
   std::optional<IndexBuilder> builder_;
   SpatialIndex index_;
-  std::optional<NormalPhases> normals_;  // none where they stay as they came
+  std::optional<NormalPhases> normals_;     // none where they stay as they came
+  std::optional<HalfNormalPhases> halves_;  // none where the estimate does not compare halves
   NormalField normal_field_;
   ScaleFields fields_;
   std::array<uint64_t, kPointStatusEnd> status_counts_{};  // over all scales
@@ -383,7 +400,7 @@ size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_coun
   const size_t shared = strategy.shared_bytes != nullptr ? strategy.shared_bytes(options, point_count) : 0;
   // Normals are done, and their scratch is gone, before the strategy begins.
   return std::max(shared + std::min<size_t>(thread_count, blocks) * strategy.scratch_bytes(options, point_count),
-                  NormalScratchBytes(normals, point_count, thread_count));
+                  NormalScratchBytes(ForEstimate(options, normals), point_count, thread_count));
 }
 
 std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,

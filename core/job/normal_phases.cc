@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "core/base/function_phase.h"
-#include "core/normals/half_normals.h"
+#include "core/job/half_normal_phases.h"
 
 namespace curvd {
 namespace {
@@ -48,14 +48,6 @@ NormalFit WantedFit(const NormalOptions& options) {
   return fit;
 }
 
-// Options of an estimate that takes about as long for a point.
-EstimatorOptions OptionsForOnePoint(const NormalFit& fit) {
-  EstimatorOptions options = fit.ToEstimatorOptions();
-  auto* const neighbors = std::get_if<NeighborCount>(&options.neighborhood);
-  if (fit.shares && neighbors != nullptr) neighbors->count /= SpatialIndex::kLeafSize;
-  return options;
-}
-
 PointNormal Undefined(PointStatus status) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   return {{kNan, kNan, kNan}, kNan, kNan, status};
@@ -65,15 +57,18 @@ PointNormal Undefined(PointStatus status) {
 
 size_t NormalBytesPerPoint(const NormalOptions& options) {
   size_t bytes = options.returns_normals ? sizeof(PointNormal) : 0;
+  if (options.makes_halves) bytes += 3 * sizeof(float);
   if (options.source == NormalSource::kEstimate) {
-    bytes += (options.makes_halves ? 6 : 3) * sizeof(float) + sizeof(PointStatus) +
-             (options.returns_normals ? 2 * sizeof(float) : 0);
+    bytes += 3 * sizeof(float) + sizeof(PointStatus) + (options.returns_normals ? 2 * sizeof(float) : 0);
   }
   return bytes + Orientation::BytesPerPoint(options);
 }
 
 size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count) {
-  if (options.source == NormalSource::kGiven) return 0;
+  const size_t threads = static_cast<size_t>(thread_count);
+  const size_t probe =
+      options.makes_halves ? threads * HalfNormalPhases::ScratchBytes(point_count, options.max_neighbor_count) : 0;
+  if (options.source == NormalSource::kGiven) return probe;
   size_t most = std::max(Orientation::ScratchBytes(options, point_count),
                          SheetProbe::ScratchBytes(point_count, options.max_neighbor_count));
   if (options.source == NormalSource::kEstimate) {
@@ -81,8 +76,7 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
                                             : NormalScratch::MostBytes(WantedFit(options), point_count);
     most = std::max(most, fit);
   }
-  return std::max(static_cast<size_t>(thread_count) * most, Orientation::FieldBytes(options, point_count)) +
-         SideCheck::kMostBytes;
+  return std::max({probe, threads * most, Orientation::FieldBytes(options, point_count)}) + SideCheck::kMostBytes;
 }
 
 NormalPhases::NormalPhases(const NormalOptions& options, NormalAim aim, const std::array<double, 3>& origin,
@@ -205,6 +199,10 @@ void NormalPhases::Orient() {
   orientations_.back()->Start();
 }
 
+const NormalFit* NormalPhases::fit() const {
+  return options_.source == NormalSource::kEstimate && HasFit() ? &scale_.fit : nullptr;
+}
+
 bool NormalPhases::HasFit() const {
   const auto* count = std::get_if<NeighborCount>(&scale_.fit.neighborhood);
   return index_.point_count() > 0 && (count == nullptr || count->count <= index_.point_count());
@@ -238,7 +236,7 @@ absl::Status NormalPhases::Decide() {
   const double certificate = is_closed ? *found.certificate : kNoCertificate;
   switch (attempt_) {
     case Attempt::kOneSheet:
-      if (certificate <= MaxTrustedCertificate(0.0) && !IsRepairedRim(found)) return Finish();
+      if (certificate <= MaxTrustedCertificate(0.0) && !IsRepairedRim(found)) return then_();
       NoteThin(found, certificate);
       return thin_certificate_ < kNoCertificate && !scale_.fit.two_sheets ? TryRims() : ChooseThin();
     case Attempt::kThin:
@@ -251,12 +249,12 @@ absl::Status NormalPhases::Decide() {
       chosen_certificate_ = found.certificate.value_or(0.0);
       if (found.mixes_sides) return AvoidMixing();
       if (WantsCheck(found)) return Check(Attempt::kOther);
-      return WantsFew(found) ? TryFew() : Finish();
+      return WantsFew(found) ? TryFew() : then_();
     case Attempt::kKept:
       if (chosen_certificate_ < kNoCertificate || certificate > MaxTrustedCertificate(0.0) || IsRepairedRim(found)) {
         return Check(Attempt::kOtherThin);
       }
-      return Finish();
+      return then_();
     case Attempt::kOther: {
       TakeCheck();
       NormalReport chosen = report();
@@ -271,16 +269,16 @@ absl::Status NormalPhases::Decide() {
       if (!scale_.fit.two_sheets || certificate >= thin_certificate_) return MakeLast(thin_);
       // The better ones of both stay, and may be right where the others were not.
       if (*fit_report_.turned_share <= kMostTurnedShareOfThin || found.neighbor_count > kMostRimNeighbors)
-        return Finish();
+        return then_();
       thin_ = scale_;
       thin_certificate_ = certificate;
       return Check(Attempt::kOtherThin);
     case Attempt::kFew:
-      return certificate <= kMuchBetter * chosen_certificate_ ? Finish() : MakeLast(chosen_);
+      return certificate <= kMuchBetter * chosen_certificate_ ? then_() : MakeLast(chosen_);
     case Attempt::kLast:
       break;
   }
-  return Finish();
+  return then_();
 }
 
 bool NormalPhases::IsRepairedRim(const NormalReport& found) const {
@@ -301,7 +299,7 @@ absl::Status NormalPhases::ChooseThin() {
 
 absl::Status NormalPhases::AvoidMixing() {
   if (thin_certificate_ < kNoCertificate) return Try(Attempt::kKept, thin_);
-  return sheets_.two_sheets ? Finish() : Try(Attempt::kThin, ScaleOf(kFewNeighbors));
+  return sheets_.two_sheets ? then_() : Try(Attempt::kThin, ScaleOf(kFewNeighbors));
 }
 
 absl::Status NormalPhases::TryRims() {
@@ -316,25 +314,6 @@ absl::Status NormalPhases::MakeLast(const ChosenScale& scale) { return Try(Attem
 absl::Status NormalPhases::Try(Attempt attempt, const ChosenScale& scale) {
   attempt_ = attempt;
   return AddFit(scale);
-}
-
-absl::Status NormalPhases::Finish() {
-  const bool is_fitted = options_.source == NormalSource::kEstimate && HasFit();
-  if (!options_.makes_halves || !is_fitted || !HasHalves(scale_.fit, index_)) return then_();
-  if (absl::Status status = index_.MakeHalfNormals(); !status.ok()) return status;
-  fit_ = StartHalfNormals(scale_.fit, index_);
-  scratch_.emplace(*fit_, thread_count_);
-  for (GroupPhase& groups : fit_->Phases()) {
-    add_phase_(
-        MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(OptionsForOnePoint(scale_.fit)), *scratch_, nullptr));
-  }
-  add_phase_(MakeStep(kNormalsPhase, [this] {
-    if (!AreHalfNormals(scratch_->status_counts())) index_.DropHalfNormals();
-    scratch_.reset();
-    fit_.reset();
-    return then_();
-  }));
-  return absl::OkStatus();
 }
 
 absl::Status NormalPhases::Check(Attempt other) {

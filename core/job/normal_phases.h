@@ -59,6 +59,9 @@ class NormalPhases {
   // What was found out; of normals that were given, the status counts are those of AddCollection. REQUIRES: `then` was
   // called.
   NormalReport report() const;
+  // What the normals in use were made by; null where they were given, or no fit could be made. REQUIRES: `then` was
+  // called, or is.
+  const NormalFit* fit() const;
   // Whether the point has a normal, and why not. REQUIRES: `then` was called, or is.
   PointStatus status(size_t place) const;
   // Copies the normals in use to a field, in phases that call `then` at their end. REQUIRES: `then` was called, or is.
@@ -99,8 +102,6 @@ class NormalPhases {
   absl::Status TryFew();
   absl::Status TryRims();
   absl::Status MakeLast(const ChosenScale& scale);
-  // Makes normals of halves, if they are wanted, and is done.
-  absl::Status Finish();
   // Whether a repair chose sides of both sheets, which a low certificate alone does not vouch for.
   bool IsRepairedRim(const NormalReport& found) const;
   // Remembers the scale of now, if it is the best one so far for a thin closed part.

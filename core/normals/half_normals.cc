@@ -71,11 +71,14 @@ class HalfNormalsRun final : public StrategyRun {
 
 }  // namespace
 
+uint32_t LeastNeighborCountOfHalves(NormalMethod method) {
+  return kLeastNeighborsPerCoefficient * static_cast<uint32_t>(JetSize(std::max(JetDegree(method), 1)));
+}
+
 bool HasHalves(const NormalFit& fit, const SpatialIndex& index) {
   if (fit.two_sheets) return false;
   const auto* const neighbors = std::get_if<NeighborCount>(&fit.neighborhood);
-  const auto coefficients = static_cast<uint32_t>(JetSize(std::max(JetDegree(fit.method), 1)));
-  if (neighbors != nullptr && neighbors->count < kLeastNeighborsPerCoefficient * coefficients) return false;
+  if (neighbors != nullptr && neighbors->count < LeastNeighborCountOfHalves(fit.method)) return false;
   const std::vector<size_t> groups = SampleGroups(index, kMostGroups);
   double copies = 0.0;
   for (const size_t group : groups) copies += MeanCopies(index, group);

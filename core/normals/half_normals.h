@@ -11,6 +11,9 @@
 
 namespace curvd {
 
+// The fewest neighbors of a fit of this method of which a half tells enough.
+uint32_t LeastNeighborCountOfHalves(NormalMethod method);
+
 // Whether normals may be made of each half of the neighbors of a fit: a fixed number of them is large enough for
 // halves, they are of one sheet, and few points lie at the place of others, whose noise they share.
 bool HasHalves(const NormalFit& fit, const SpatialIndex& index);

@@ -17,7 +17,7 @@ NormalOptions AutomaticNormals() {
   return options;
 }
 
-TestPoints NoisyTorus(size_t points, double spacings) {
+TestPoints TorusWithNoise(size_t points, double spacings) {
   TestPoints torus = Torus(points, 1);
   AddNoise(spacings * std::sqrt(48.0 * std::numbers::pi * std::numbers::pi / static_cast<double>(points)), 2, torus);
   return torus;
@@ -28,7 +28,7 @@ TEST(SideCheckTest, SmallNoisyCloudsAreTrustedOnlyIfAnotherScaleAgrees) {
   size_t wrong = 0;
   for (const size_t points : {300u, 1000u}) {
     for (const double noise : {0.7, 1.0, 1.5}) {
-      const TestPoints torus = NoisyTorus(points, noise);
+      const TestPoints torus = TorusWithNoise(points, noise);
       const NormalResult result = MustMakeNormals(BareCloud(torus), AutomaticNormals());
       const bool is_wrong = FlippedShare(result.normals, torus) > 0.02;
       wrong += is_wrong ? 1 : 0;
@@ -52,7 +52,7 @@ TEST(SideCheckTest, NoisyOpenSheetsAreTrusted) {
 
 // What is handed out are the normals of the scale that was chosen, as if no other had been tried.
 TEST(SideCheckTest, TheOtherScaleLeavesNoTrace) {
-  const TestPoints torus = NoisyTorus(5000, 0.3);
+  const TestPoints torus = TorusWithNoise(5000, 0.3);
   const NormalResult result = MustMakeNormals(BareCloud(torus), AutomaticNormals());
   ASSERT_TRUE(result.report.turned_share.has_value());
   const NormalResult fixed =

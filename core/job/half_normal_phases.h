@@ -1,0 +1,70 @@
+// The phases that make normals of halves, for estimates that tell noise by them (core/normals/half_normals.h).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "core/index/spatial_index.h"
+#include "core/job/group_phase.h"
+#include "core/normals/normal_fit.h"
+#include "core/normals/orientation.h"
+#include "core/normals/sheet_probe.h"
+#include "core/normals/trust/jet_probe.h"
+#include "core/normals/trust/plane_probe.h"
+
+namespace curvd {
+
+// Options of an estimate that takes about as long for a point as the fit.
+EstimatorOptions OptionsForOnePoint(const NormalFit& fit);
+
+class HalfNormalPhases {
+ public:
+  // Phases have the name. REQUIRES: `index`, and this, outlive them.
+  HalfNormalPhases(SpatialIndex& index, int thread_count, std::string_view name, PhaseSink add_phase)
+      : index_(index), thread_count_(thread_count), name_(name), add_phase_(std::move(add_phase)) {}
+
+  // Makes half normals as the index's normals were made, if a half of the neighbors tells enough, then calls `then`,
+  // which adds the phases that follow. REQUIRES: index.has_normals(), and they have their sides.
+  // Errors: ErrorKind::kOutOfMemory; may throw std::bad_alloc.
+  absl::Status MakeOf(const NormalFit& fit, std::function<absl::Status()> then);
+  // The same for normals that somebody else made: finds out whether they are those of planes or jets that were fitted
+  // to the positions, and of how many neighbors. Where they are not, or neighborhoods hold two sheets, which fits mix
+  // in both halves, there are none.
+  absl::Status MakeOfGiven(uint32_t max_neighbor_count, std::function<absl::Status()> then);
+
+  // Whether MakeOfGiven has found that neighbors share what the noise of the positions does to their normals.
+  bool given_are_fitted() const { return given_are_fitted_; }
+  size_t bytes() const {
+    return (planes_.has_value() ? planes_->bytes() : 0) + (jets_.has_value() ? jets_->bytes() : 0) +
+           (sheets_.has_value() ? sheets_->bytes() : 0);
+  }
+  // Of the scratch of one worker, at most, until halves are made.
+  static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
+    return PlaneProbe::ScratchBytes(point_count, max_neighbor_count) +
+           JetProbe::ScratchBytes(point_count, max_neighbor_count) +
+           SheetProbe::ScratchBytes(point_count, max_neighbor_count);
+  }
+
+ private:
+  // Goes on with the probes, then makes halves of what they have found.
+  absl::Status Probe(uint32_t max_neighbor_count, std::function<absl::Status()> then);
+
+  SpatialIndex& index_;
+  const int thread_count_;
+  const std::string_view name_;
+  const PhaseSink add_phase_;
+  std::optional<PlaneProbe> planes_;
+  std::optional<JetProbe> jets_;
+  std::optional<SheetProbe> sheets_;
+  bool given_are_fitted_ = false;
+  std::unique_ptr<StrategyRun> run_;
+  std::optional<ScratchSet> scratch_;
+};
+
+}  // namespace curvd
