@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "client/normal_options.h"
+
 namespace curv {
 
 // As many nearest points as noise and detail ask for, at each point.
@@ -29,11 +31,18 @@ struct ScaleOutcome {
   double share = 0.0;  // mean weight in the results; 0: not chosen
 };
 
+// The fits to noisy positions that given normals prove to be those of.
+struct FittedNormals {
+  NormalMethod method = NormalMethod::kPca;
+  uint32_t neighbor_count = 0;  // the point itself included
+};
+
 struct ScaleReport {
   std::vector<ScaleOutcome> outcomes;  // by estimator, then by neighbor count; empty: nothing could be judged
   uint32_t sampled_points = 0;
   double position_noise = 0.0;           // standard deviation from the fitted surfaces, in the cloud's length unit
   std::optional<double> normal_noise{};  // of normals, along each tangent, in radians; none: the cloud is too small
+  std::optional<FittedNormals> fitted_normals{};  // none: given normals prove to be those of no fit, or none were given
 };
 
 }  // namespace curv

@@ -96,6 +96,10 @@ ScaleReport FromProto(const v1::ScaleReport& report) {
   out.sampled_points = report.sampled_point_count();
   out.position_noise = report.position_noise();
   if (report.has_normal_noise()) out.normal_noise = report.normal_noise();
+  if (report.has_fitted_normals()) {
+    out.fitted_normals = {static_cast<NormalMethod>(report.fitted_normals().method()),
+                          report.fitted_normals().neighbor_count()};
+  }
   return out;
 }
 

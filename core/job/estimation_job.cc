@@ -250,8 +250,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   // Whether neighbors may share errors of their normals that the sample of the cloud takes for detail: those of normals
   // that were made of noisy positions, by whomever, unless there are normals of halves.
   bool NeighborsShareErrors() const {
-    const bool are_fitted =
-        normal_options_.source == NormalSource::kEstimate || (halves_.has_value() && halves_->given_are_fitted());
+    const bool are_fitted = normal_options_.source == NormalSource::kEstimate ||
+                            (halves_.has_value() && halves_->given_made_by().has_value());
     if (!are_fitted || index_.has_half_normals()) return false;
     const ScaleReport* const report = run_ != nullptr ? run_->scale_report() : nullptr;
     return report != nullptr && !report->positions_are_exact;
@@ -267,7 +267,10 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   absl::Status AddAgreement() {
     const auto counts = scratch_->status_counts();
     for (int i = 0; i < kPointStatusEnd; ++i) status_counts_[i] += counts[i];
-    if (const ScaleReport* scale = run_->scale_report()) scale_report_ = *scale;
+    if (const ScaleReport* scale = run_->scale_report()) {
+      scale_report_ = *scale;
+      if (halves_.has_value()) scale_report_->fitted_normals = halves_->given_made_by();
+    }
     shown_seam_ = fields_.ShownSeam();
     if (shown_seam_ == nullptr) return absl::OkStatus();
     agreement_run_.emplace(index_, *shown_seam_);

@@ -46,16 +46,18 @@ absl::Status HalfNormalPhases::Probe(uint32_t max_neighbor_count, std::function<
     add_phase_(MakeStep(name_, [=, this, then = std::move(then)] { return Probe(max_neighbor_count, then); }));
     return absl::OkStatus();
   }
-  const std::optional<NormalFit> fit = planes_->found().has_value() ? planes_->found() : jets_->found();
+  const std::optional<FoundFit> fit = planes_->found().has_value() ? planes_->found() : jets_->found();
   planes_.reset();
   jets_.reset();
   if (!fit.has_value()) return then();
   sheets_.emplace(index_, max_neighbor_count, thread_count_);
   add_phase_(MakeProbePhase(name_, *sheets_));
   add_phase_(MakeStep(name_, [this, fit = *fit, then = std::move(then)] {
-    given_are_fitted_ = !sheets_->Find().two_sheets;
+    const bool has_two_sheets = sheets_->Find().two_sheets;
     sheets_.reset();
-    return given_are_fitted_ ? MakeOf(fit, then) : then();
+    if (has_two_sheets) return then();
+    given_made_by_ = fit.made_by;
+    return MakeOf(fit.of_halves, then);
   }));
   return absl::OkStatus();
 }

@@ -38,8 +38,9 @@ class HalfNormalPhases {
   // in both halves, there are none.
   absl::Status MakeOfGiven(uint32_t max_neighbor_count, std::function<absl::Status()> then);
 
-  // Whether MakeOfGiven has found that neighbors share what the noise of the positions does to their normals.
-  bool given_are_fitted() const { return given_are_fitted_; }
+  // What given normals were made by, where MakeOfGiven has found that neighbors share what noise of the positions does
+  // to them.
+  const std::optional<FittedNormals>& given_made_by() const { return given_made_by_; }
   size_t bytes() const {
     return (planes_.has_value() ? planes_->bytes() : 0) + (jets_.has_value() ? jets_->bytes() : 0) +
            (sheets_.has_value() ? sheets_->bytes() : 0);
@@ -62,7 +63,7 @@ class HalfNormalPhases {
   std::optional<PlaneProbe> planes_;
   std::optional<JetProbe> jets_;
   std::optional<SheetProbe> sheets_;
-  bool given_are_fitted_ = false;
+  std::optional<FittedNormals> given_made_by_;
   std::unique_ptr<StrategyRun> run_;
   std::optional<ScratchSet> scratch_;
 };

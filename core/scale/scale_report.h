@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/normals/normal_options.h"
+
 namespace curvd {
 
 // One way to estimate that the choice has looked at.
@@ -23,6 +25,12 @@ struct ScaleOutcome {
   double share;
 };
 
+// The fits to the positions that given normals prove to be those of.
+struct FittedNormals {
+  NormalMethod method;
+  uint32_t neighbor_count;  // the point itself included; the median over a sample where all within a radius were taken
+};
+
 struct ScaleReport {
   // By estimator, then by neighbor count; empty: the cloud is too small to judge. Of the degrees of a polynomial that
   // there are at one count, that which is expected to be off less, with the share of all. Where two parts of the cloud
@@ -35,6 +43,9 @@ struct ScaleReport {
   // The same of the noise of normals along each tangent, in radians, beyond what noise of positions makes of it; none
   // where no sampled point has enough neighbors. Of two parts of the cloud, the larger one.
   std::optional<double> normal_sigma = std::nullopt;
+  // What given normals were made by, where they err by noise of the positions that neighbors share: normals of halves
+  // of these fits told it (core/normals/trust/).
+  std::optional<FittedNormals> fitted_normals = std::nullopt;
   // Whether that of positions is known to be nothing beside the smallest neighborhoods, in all parts.
   bool positions_are_exact = true;
 

@@ -179,6 +179,8 @@ absl::Status ReadNormals(const v1::NormalOptions& proto, const CallLimits& limit
   return ReadOrientation(proto, options);
 }
 
+v1::NormalMethod WireNormalMethod(NormalMethod method) { return kMethods[static_cast<size_t>(method)]; }
+
 void WriteNormals(const NormalOptions& options, v1::NormalOptions& proto) {
   constexpr std::array kSources = {v1::NORMAL_SOURCE_GIVEN, v1::NORMAL_SOURCE_ORIENT, v1::NORMAL_SOURCE_ESTIMATE};
   proto.set_source(kSources[static_cast<size_t>(options.source)]);
@@ -189,11 +191,11 @@ void WriteNormals(const NormalOptions& options, v1::NormalOptions& proto) {
   if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) proto.set_radius(radius->radius);
   const bool is_automatic = std::holds_alternative<AutoNeighborhood>(options.neighborhood);
   if (!options.method.has_value() && is_automatic) return;
-  proto.set_method(kMethods[static_cast<size_t>(options.method.value_or(NormalMethod::kJet2))]);
+  proto.set_method(WireNormalMethod(options.method.value_or(NormalMethod::kJet2)));
 }
 
 void WriteReport(const NormalReport& report, v1::NormalsReport& proto) {
-  if (report.method.has_value()) proto.set_method(kMethods[static_cast<size_t>(*report.method)]);
+  if (report.method.has_value()) proto.set_method(WireNormalMethod(*report.method));
   proto.set_neighbor_count(report.neighbor_count);
   if (report.sigma.has_value()) proto.set_noise(*report.sigma);
   uint64_t points = 0;

@@ -15,6 +15,8 @@ namespace curvd {
 // - RESOURCE_EXHAUSTED: neighbor_count is over the limit of this server.
 absl::Status ReadNormals(const curvature::v1::NormalOptions& proto, const CallLimits& limits, NormalOptions& options);
 
+curvature::v1::NormalMethod WireNormalMethod(NormalMethod method);
+
 // The answer to that, with every default but those that the points decide.
 void WriteNormals(const NormalOptions& options, curvature::v1::NormalOptions& proto);
 

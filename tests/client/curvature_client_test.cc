@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <stop_token>
 #include <string_view>
 #include <vector>
@@ -138,6 +139,30 @@ TEST(CurvatureClientTest, TellsHowSureValuesAreAndWhatWasChosen) {
   ASSERT_TRUE(result->summary.scale.has_value());
   EXPECT_TRUE(result->summary.scale->normal_noise.has_value());
   EXPECT_TRUE(result->others.empty());
+}
+
+TEST(CurvatureClientTest, TellsWhatGivenNormalsWereMadeBy) {
+  const auto server = StartServer();
+  const auto client = *CurvatureClient::Connect(AddressOf(server->port()));
+  SphereCloud sphere = Sphere(4000);
+  std::mt19937 random(5);
+  std::normal_distribution<float> noise(0.0f, 0.01f);
+  for (float& coordinate : sphere.points) coordinate += noise(random);
+  EstimateOptions make;
+  make.quantities = {"normals"};
+  make.normals.source = NormalSource::kEstimate;
+  make.normals.method = NormalMethod::kPca;
+  make.normals.neighbor_count = 20;
+  const absl::StatusOr<CurvatureResult> made = client->Estimate(CloudView(sphere.points), make);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EstimateOptions options;
+  options.estimator = Estimator::kAuto;
+  options.automatic_scale.emplace();
+  const auto result = client->Estimate(CloudView(sphere.points, made->normals), options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  ASSERT_TRUE(result->summary.scale.has_value() && result->summary.scale->fitted_normals.has_value());
+  EXPECT_EQ(result->summary.scale->fitted_normals->method, NormalMethod::kPca);
+  EXPECT_EQ(result->summary.scale->fitted_normals->neighbor_count, 20u);
 }
 
 TEST(CurvatureClientTest, NormalCurvatureTakesOneDirectionOrOneForEachPoint) {

@@ -47,6 +47,10 @@ std::string ScaleText(const ScaleReport& report) {
   if (report.normal_noise) {
     absl::StrAppendFormat(&text, "  noise of normals: %.3g rad along each tangent\n", *report.normal_noise);
   }
+  if (report.fitted_normals) {
+    absl::StrAppendFormat(&text, "  given normals: %s of %u points, whose halves told their noise\n",
+                          NormalMethodName(report.fitted_normals->method), report.fitted_normals->neighbor_count);
+  }
   return text;
 }
 
@@ -60,9 +64,15 @@ nlohmann::ordered_json ScaleJson(const ScaleReport& report) {
                         {"bias", o.bias},
                         {"share", o.share}});
   }
+  nlohmann::ordered_json fitted_normals = nullptr;
+  if (report.fitted_normals) {
+    fitted_normals = {{"method", NormalMethodName(report.fitted_normals->method)},
+                      {"neighbor_count", report.fitted_normals->neighbor_count}};
+  }
   return {{"sampled_points", report.sampled_points},
           {"position_noise", report.position_noise},
           {"normal_noise", report.normal_noise ? nlohmann::ordered_json(*report.normal_noise) : nullptr},
+          {"fitted_normals", std::move(fitted_normals)},
           {"outcomes", std::move(outcomes)}};
 }
 

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "core/base/median.h"
+#include "core/normals/normal_fit.h"
+#include "core/scale/scale_report.h"
 
 namespace curvd {
 
@@ -41,6 +43,13 @@ class FitMatch {
 
   double least_ = kNone, least_of_others_ = kNone;
   uint32_t count_ = 0;
+};
+
+// What a probe finds: the fit that the normals were made by, and the one whose halves tell of their noise: the same, or
+// planes of about its errors, if it has too few neighbors for halves.
+struct FoundFit {
+  FittedNormals made_by;
+  NormalFit of_halves;
 };
 
 // A sample whose normal was made by a fit: squared differences of the normals of other fits.

@@ -259,13 +259,11 @@ void JetProbe::Find() {
   const FitVotes votes = Votes();
   auto [count, agreement] = votes.Most();
   if (!agreement.IsEnough(votes.known()) || !agreement.IsMadeByNoise()) return;
-  if (count >= LeastNeighborCountOfHalves(method_)) {
-    found_ = FitOf(method_, count);
-    return;
-  }
+  found_ = {{method_, count}, FitOf(method_, count)};
+  if (count >= LeastNeighborCountOfHalves(method_)) return;
   // Of few neighbors, halves determine planes at most, of as many as have that noise.
   if (method_ == NormalMethod::kJet4) count /= kNoiseOfQuartics;
-  found_ = FitOf(NormalMethod::kPca, std::max(count, LeastNeighborCountOfHalves(NormalMethod::kPca)));
+  found_->of_halves = FitOf(NormalMethod::kPca, std::max(count, LeastNeighborCountOfHalves(NormalMethod::kPca)));
 }
 
 size_t JetProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {

@@ -33,9 +33,8 @@ class JetProbe {
   size_t block_count() const { return (jets_.size() - first_new_) * groups_.size(); }
   // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
   absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
-  // The fit that the normals are those of, or one of about its errors whose halves have enough neighbors. REQUIRES:
-  // AddBlocks has returned false.
-  const std::optional<NormalFit>& found() const { return found_; }
+  // The jets that the normals are those of, if they are. REQUIRES: AddBlocks has returned false.
+  const std::optional<FoundFit>& found() const { return found_; }
 
   size_t bytes() const { return fitted_.capacity() * sizeof(Vector) + jets_.capacity() * sizeof(Jet) + kFixedBytes; }
   // Of the scratch of one worker, at most.
@@ -91,7 +90,7 @@ class JetProbe {
   std::vector<float> noise_;                             // by sample, of the first jet: its mean square
   std::vector<Vector> fitted_;                           // by jet and sample; NaN where there is none
   std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
-  std::optional<NormalFit> found_;
+  std::optional<FoundFit> found_;
 };
 
 }  // namespace curvd

@@ -216,7 +216,8 @@ void PlaneProbe::Find() {
   auto most = OfOneCount(), of_radius = OfOneRadius();
   if (of_radius.second.size() > most.second.size()) most = std::move(of_radius);
   if (most.first < kFewestFound || !most.second.IsEnough(KnownCount()) || !most.second.IsMadeByNoise()) return;
-  found_ = PlaneOfNeighbors(std::max(most.first, LeastNeighborCountOfHalves(NormalMethod::kPca)));
+  found_ = {{NormalMethod::kPca, most.first},
+            PlaneOfNeighbors(std::max(most.first, LeastNeighborCountOfHalves(NormalMethod::kPca)))};
 }
 
 size_t PlaneProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {

@@ -36,9 +36,8 @@ class PlaneProbe {
   size_t block_count() const { return groups_.size(); }
   // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
   absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
-  // The fit that the normals are those of, or, where planes have all neighbors within a radius, have about the errors
-  // of. REQUIRES: AddBlocks has returned false.
-  const std::optional<NormalFit>& found() const { return found_; }
+  // The planes that the normals are those of, if they are. REQUIRES: AddBlocks has returned false.
+  const std::optional<FoundFit>& found() const { return found_; }
 
   size_t bytes() const { return matches_.capacity() * sizeof(Match) + groups_.capacity() * sizeof(size_t); }
   // Of the scratch of one worker, at most.
@@ -70,7 +69,7 @@ class PlaneProbe {
   std::vector<size_t> groups_;
   std::vector<Match> matches_;                           // by sample: one point of each leaf of the groups
   std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
-  std::optional<NormalFit> found_;
+  std::optional<FoundFit> found_;
 };
 
 }  // namespace curvd

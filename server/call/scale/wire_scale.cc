@@ -10,6 +10,7 @@
 #include "core/estimators/scale_ladder.h"
 #include "core/estimators/strategies.h"
 #include "server/call/invalid_option.h"
+#include "server/call/wire_normals.h"
 #include "server/call/wire_strategies.h"
 
 namespace curvd {
@@ -121,6 +122,10 @@ void WriteReport(const ScaleReport& report, v1::ScaleReport& proto) {
   proto.set_sampled_point_count(report.sampled_points);
   proto.set_position_noise(report.sigma);
   if (report.normal_sigma.has_value()) proto.set_normal_noise(*report.normal_sigma);
+  if (report.fitted_normals.has_value()) {
+    proto.mutable_fitted_normals()->set_method(WireNormalMethod(report.fitted_normals->method));
+    proto.mutable_fitted_normals()->set_neighbor_count(report.fitted_normals->neighbor_count);
+  }
 }
 
 }  // namespace curvd

@@ -137,6 +137,7 @@ TEST(ScaleTextTest, FitsInEightyColumns) {
   ScaleReport report = TriedScales();
   report.position_noise = 1.23456e-15;
   report.normal_noise = 1.23456e-15;
+  report.fitted_normals = {NormalMethod::kJet4, 1536};
   for (ScaleOutcome& outcome : report.outcomes)
     outcome = {outcome.estimator, 2048, 1.2345e-100, 1.2345e-100, 1.2345e-100, 1.0};
   const std::string text = ScaleText(report);
@@ -147,7 +148,15 @@ TEST(ScaleTextTest, FitsInEightyColumns) {
 
 TEST(ScaleTextTest, SaysWhenNothingCouldBeJudged) {
   EXPECT_THAT(ScaleText({}), HasSubstr("too few points"));
-  EXPECT_EQ(ScaleJson({}).dump(), R"({"sampled_points":0,"position_noise":0.0,"normal_noise":null,"outcomes":[]})");
+  EXPECT_EQ(ScaleJson({}).dump(),
+            R"({"sampled_points":0,"position_noise":0.0,"normal_noise":null,"fitted_normals":null,"outcomes":[]})");
+}
+
+TEST(ScaleTextTest, TellsWhatGivenNormalsWereMadeBy) {
+  ScaleReport report = TriedScales();
+  report.fitted_normals = {NormalMethod::kPca, 30};
+  EXPECT_THAT(ScaleText(report), HasSubstr("\n  given normals: pca of 30 points, whose halves told their noise\n"));
+  EXPECT_EQ(ScaleJson(report)["fitted_normals"].dump(), R"({"method":"pca","neighbor_count":30})");
 }
 
 TEST(ScaleTextTest, JsonTellsEverythingThatWasJudged) {

@@ -72,6 +72,9 @@ TEST(FittedNormalsTest, ErrorsThatNeighborsShareAreNotTakenForDetail) {
     EXPECT_GT(ShareWithin(result), 0.8) << count;
     ASSERT_TRUE(result.scale_report.has_value());
     EXPECT_FALSE(result.scale_report->normal_sigma.has_value()) << "no noise of their own";
+    ASSERT_TRUE(result.scale_report->fitted_normals.has_value()) << count;
+    EXPECT_EQ(result.scale_report->fitted_normals->method, NormalMethod::kPca);
+    EXPECT_EQ(result.scale_report->fitted_normals->neighbor_count, count);
     EXPECT_FALSE(result.normal_report.has_value()) << "nobody asked for normals";
     EXPECT_FALSE(result.cost.seconds.normals.has_value());
   }
@@ -92,6 +95,17 @@ TEST(FittedNormalsTest, JetsAreKnownAsWell) {
   EXPECT_LT(MeanError(result, 1.0), 1.1 * LeastError(sphere));
   ASSERT_TRUE(result.scale_report.has_value());
   EXPECT_FALSE(result.scale_report->normal_sigma.has_value()) << "no noise of their own";
+  ASSERT_TRUE(result.scale_report->fitted_normals.has_value());
+  EXPECT_EQ(result.scale_report->fitted_normals->method, NormalMethod::kJet2);
+  EXPECT_EQ(result.scale_report->fitted_normals->neighbor_count, 24u);
+}
+
+TEST(FittedNormalsTest, NormalsThatTheServerMakesAreNotGivenOnes) {
+  NormalOptions make;
+  make.source = NormalSource::kEstimate;
+  const EstimationResult result = Estimate(NoisySphere(kSpherePoints, 0.01), WithChoice(Automatic()), make);
+  ASSERT_TRUE(result.scale_report.has_value());
+  EXPECT_FALSE(result.scale_report->fitted_normals.has_value());
 }
 
 // Planes mix the sheets, in both halves alike: such normals are taken as they come, like those that are slightly

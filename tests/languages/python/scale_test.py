@@ -5,7 +5,7 @@
 import numpy as np
 
 from clouds import sphere
-from curvd_client import DEFAULT_QUANTITIES, CurvdError, PointStatus, estimate_curvature
+from curvd_client import DEFAULT_QUANTITIES, CurvdError, PointStatus, estimate_curvature, estimate_normals
 from curvd_client import curvature_pb2 as pb
 from real_server import RealServerTest
 
@@ -67,6 +67,14 @@ class ScaleTest(RealServerTest):
         weights = sum(points[f"{name}_weight"] for name in ("avg_hexagram", "normal_regression", "jet", "aso"))
         np.testing.assert_allclose(weights, 1, rtol=1e-5)
         self.assertTrue(summary.scale.HasField("normal_noise"))
+        self.assertFalse(summary.scale.HasField("fitted_normals"))
+
+    def test_normals_of_planes_are_known_again(self):
+        positions, _ = sphere(10_000, radius=2.0)
+        positions += np.random.default_rng(3).normal(scale=0.02, size=positions.shape).astype(np.float32)
+        made, _ = estimate_normals(positions, method="pca", neighbor_count=30, server=self.server)
+        _, summary = estimate_curvature(positions, made["normal"], server=self.server, estimator="auto")
+        self.assertEqual(summary.scale.fitted_normals.neighbor_count, 30)
 
     def test_normal_curvature_takes_one_direction_or_one_for_each_point(self):
         positions, normals = sphere(2_000, radius=2.0)

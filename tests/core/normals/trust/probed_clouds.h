@@ -16,7 +16,8 @@
 
 namespace curvd::testing {
 
-// What the probe finds in a cloud's own normals; the blocks run in order, or the last ones first.
+// The fit whose halves tell noise, of what the probe finds in a cloud's own normals; the blocks run in order, or the
+// last ones first.
 template <typename Probe>
 std::optional<NormalFit> Probed(const TestPoints& points, uint32_t max_neighbor_count, bool backwards) {
   const SpatialIndex index = BuildIndex(points.ToCloud());
@@ -28,7 +29,10 @@ std::optional<NormalFit> Probed(const TestPoints& points, uint32_t max_neighbor_
       EXPECT_TRUE(probe.RunBlock(backwards ? count - 1 - i : i, 0, stopped).ok());
     }
   }
-  return probe.found();
+  if (!probe.found().has_value()) return std::nullopt;
+  EXPECT_TRUE(probe.found()->made_by.method == probe.found()->of_halves.method ||
+              probe.found()->of_halves.method == NormalMethod::kPca);
+  return probe.found()->of_halves;
 }
 
 inline uint32_t ProbedCount(const NormalFit& fit) { return std::get<NeighborCount>(fit.neighborhood).count; }

@@ -202,6 +202,7 @@ TEST(WriteReportTest, TellsEveryOutcome) {
   report.sampled_points = 512;
   report.sigma = 0.01;
   report.normal_sigma = 0.02;
+  report.fitted_normals = {NormalMethod::kJet2, 24};
   v1::ScaleReport proto;
   WriteReport(report, proto);
   ASSERT_EQ(proto.outcomes_size(), 2);
@@ -215,6 +216,14 @@ TEST(WriteReportTest, TellsEveryOutcome) {
   EXPECT_EQ(proto.sampled_point_count(), 512u);
   EXPECT_EQ(proto.position_noise(), 0.01);
   EXPECT_EQ(proto.normal_noise(), 0.02);
+  EXPECT_EQ(proto.fitted_normals().method(), v1::NORMAL_METHOD_JET_2);
+  EXPECT_EQ(proto.fitted_normals().neighbor_count(), 24u);
+}
+
+TEST(WriteReportTest, NormalsThatAreThoseOfNoFitAreUnset) {
+  v1::ScaleReport proto;
+  WriteReport(ScaleReport(), proto);
+  EXPECT_FALSE(proto.has_fitted_normals());
 }
 
 }  // namespace
