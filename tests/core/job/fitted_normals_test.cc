@@ -142,12 +142,20 @@ TEST(FittedNormalsTest, FixedEstimatesAreThoseOfTheGivenNormals) {
   EXPECT_GT(ShareWithin(with), 0.8);
 }
 
+// Also where the probes hold more than all else, as in small clouds.
 TEST(FittedNormalsTest, MemoryIsReserved) {
-  const TestPoints sphere = SphereOfPlanes(20);
-  const EstimatorOptions options = WithChoice(Automatic());
-  const EstimationResult result = Estimate(sphere, options);
-  EXPECT_LE(result.cost.peak_bytes, sphere.size() * EstimationBytesPerPoint(options, {}) +
-                                        EstimationScratchBytes(options, sphere.size(), 2, {}));
+  for (const size_t count : {size_t{300}, size_t{1'000}, size_t{2'000}, kSpherePoints}) {
+    const TestPoints exact = NoisySphere(count, 0.01);
+    for (const TestPoints& points : {exact, WithFittedNormals(exact, NormalMethod::kJet2, 24)}) {
+      for (const EstimatorOptions& options :
+           {WithChoice(Automatic()), WithChoice({.neighborhood = NeighborCount{32}})}) {
+        const EstimationResult result = Estimate(points, options);
+        EXPECT_LE(result.cost.peak_bytes, points.size() * EstimationBytesPerPoint(options, {}) +
+                                              EstimationScratchBytes(options, points.size(), 2, {}))
+            << count;
+      }
+    }
+  }
 }
 
 }  // namespace
