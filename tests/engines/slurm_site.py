@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import time
+from random import randrange
 
 START_SECONDS = 60
 # slurmctld waits as long until it lets a job that was requeued start again; the default is 120.
@@ -58,9 +59,13 @@ def missing():
 
 
 def _free_port():
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return free.getsockname()[1]
+    """A port that nobody has, below those that the system gives to connections: one of these could take it meanwhile."""
+    first_given = int(pathlib.Path("/proc/sys/net/ipv4/ip_local_port_range").read_text(encoding="ascii").split()[0])
+    while True:
+        port = randrange(first_given // 2, first_given)
+        with socket.socket() as free, contextlib.suppress(OSError):
+            free.bind(("", port))
+            return port
 
 
 class SlurmSite:
