@@ -1,5 +1,6 @@
 #include "core/job/half_normal_phases.h"
 
+#include <algorithm>
 #include <utility>
 #include <variant>
 
@@ -33,31 +34,57 @@ absl::Status HalfNormalPhases::MakeOf(const NormalFit& fit, std::function<absl::
   return absl::OkStatus();
 }
 
-absl::Status HalfNormalPhases::MakeOfGiven(uint32_t max_neighbor_count, std::function<absl::Status()> then) {
-  planes_.emplace(index_, max_neighbor_count, thread_count_);
-  jets_.emplace(index_, max_neighbor_count, thread_count_);
-  return Probe(max_neighbor_count, std::move(then));
+size_t HalfNormalPhases::ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count) {
+  // Workers make scratch with their first block, which is one group, or one group and one of so many fits at once.
+  constexpr size_t kMostFits = JetProbe::kMostAtOnce;
+  const size_t groups = (point_count + SpatialIndex::kGroupPoints - 1) / SpatialIndex::kGroupPoints;
+  const size_t threads = static_cast<size_t>(thread_count);
+  const size_t planes = PlaneProbe::ScratchBytes(point_count, max_neighbor_count);
+  const size_t jets = JetProbe::ScratchBytes(point_count, max_neighbor_count);
+  if (planes == 0 && jets == 0) return 0;
+  const size_t sheets = SheetProbe::ScratchBytes(point_count, max_neighbor_count);
+  return std::max(std::min(threads, groups) * planes, std::min(threads, kMostFits * groups) * std::max(jets, sheets));
 }
 
-absl::Status HalfNormalPhases::Probe(uint32_t max_neighbor_count, std::function<absl::Status()> then) {
-  const bool looks_at_planes = planes_->AddBlocks();
-  if (looks_at_planes || (!planes_->found().has_value() && jets_->AddBlocks())) {
-    add_phase_(looks_at_planes ? MakeProbePhase(name_, *planes_) : MakeProbePhase(name_, *jets_));
-    add_phase_(MakeStep(name_, [=, this, then = std::move(then)] { return Probe(max_neighbor_count, then); }));
+absl::Status HalfNormalPhases::MakeOfGiven(uint32_t max_neighbor_count, std::function<absl::Status()> then) {
+  planes_.emplace(index_, max_neighbor_count, thread_count_);
+  return ProbePlanes(max_neighbor_count, std::move(then));
+}
+
+absl::Status HalfNormalPhases::ProbePlanes(uint32_t max_neighbor_count, std::function<absl::Status()> then) {
+  if (planes_->AddBlocks()) {
+    add_phase_(MakeProbePhase(name_, *planes_));
+    add_phase_(MakeStep(name_, [=, this, then = std::move(then)] { return ProbePlanes(max_neighbor_count, then); }));
     return absl::OkStatus();
   }
-  const std::optional<FoundFit> fit = planes_->found().has_value() ? planes_->found() : jets_->found();
+  const std::optional<FoundFit> planes = planes_->found();
   planes_.reset();
+  if (planes.has_value()) return ProbeSheets(*planes, max_neighbor_count, std::move(then));
+  jets_.emplace(index_, max_neighbor_count, thread_count_);
+  return ProbeJets(max_neighbor_count, std::move(then));
+}
+
+absl::Status HalfNormalPhases::ProbeJets(uint32_t max_neighbor_count, std::function<absl::Status()> then) {
+  if (jets_->AddBlocks()) {
+    add_phase_(MakeProbePhase(name_, *jets_));
+    add_phase_(MakeStep(name_, [=, this, then = std::move(then)] { return ProbeJets(max_neighbor_count, then); }));
+    return absl::OkStatus();
+  }
+  const std::optional<FoundFit> jets = jets_->found();
   jets_.reset();
-  if (!fit.has_value()) return then();
+  return jets.has_value() ? ProbeSheets(*jets, max_neighbor_count, std::move(then)) : then();
+}
+
+absl::Status HalfNormalPhases::ProbeSheets(const FoundFit& found, uint32_t max_neighbor_count,
+                                           std::function<absl::Status()> then) {
   sheets_.emplace(index_, max_neighbor_count, thread_count_);
   add_phase_(MakeProbePhase(name_, *sheets_));
-  add_phase_(MakeStep(name_, [this, fit = *fit, then = std::move(then)] {
+  add_phase_(MakeStep(name_, [this, found, then = std::move(then)] {
     const bool has_two_sheets = sheets_->Find().two_sheets;
     sheets_.reset();
     if (has_two_sheets) return then();
-    given_made_by_ = fit.made_by;
-    return MakeOf(fit.of_halves, then);
+    given_made_by_ = found.made_by;
+    return MakeOf(found.of_halves, then);
   }));
   return absl::OkStatus();
 }

@@ -45,16 +45,14 @@ class HalfNormalPhases {
     return (planes_.has_value() ? planes_->bytes() : 0) + (jets_.has_value() ? jets_->bytes() : 0) +
            (sheets_.has_value() ? sheets_->bytes() : 0);
   }
-  // Of the scratch of one worker, at most, until halves are made.
-  static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
-    return PlaneProbe::ScratchBytes(point_count, max_neighbor_count) +
-           JetProbe::ScratchBytes(point_count, max_neighbor_count) +
-           SheetProbe::ScratchBytes(point_count, max_neighbor_count);
-  }
+  // Of the scratch of all workers together, at most, until halves are made of given normals.
+  static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count);
 
  private:
-  // Goes on with the probes, then makes halves of what they have found.
-  absl::Status Probe(uint32_t max_neighbor_count, std::function<absl::Status()> then);
+  // Each goes on with its probe, then with the next one; the last makes halves of what was found.
+  absl::Status ProbePlanes(uint32_t max_neighbor_count, std::function<absl::Status()> then);
+  absl::Status ProbeJets(uint32_t max_neighbor_count, std::function<absl::Status()> then);
+  absl::Status ProbeSheets(const FoundFit& found, uint32_t max_neighbor_count, std::function<absl::Status()> then);
 
   SpatialIndex& index_;
   const int thread_count_;

@@ -66,8 +66,9 @@ size_t NormalBytesPerPoint(const NormalOptions& options) {
 
 size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count) {
   const size_t threads = static_cast<size_t>(thread_count);
+  const bool looks_at_given = options.makes_halves && options.source != NormalSource::kEstimate;
   const size_t probe =
-      options.makes_halves ? threads * HalfNormalPhases::ScratchBytes(point_count, options.max_neighbor_count) : 0;
+      looks_at_given ? HalfNormalPhases::ScratchBytes(point_count, options.max_neighbor_count, thread_count) : 0;
   if (options.source == NormalSource::kGiven) return probe;
   size_t most = std::max(Orientation::ScratchBytes(options, point_count),
                          SheetProbe::ScratchBytes(point_count, options.max_neighbor_count));

@@ -23,13 +23,14 @@ constexpr size_t kLargestPartOfJets = 8;
 constexpr uint32_t kNoiseCount = 24;
 // What noise may do to a plane of half as many neighbors without being looked at: squared radians.
 constexpr double kNegligibleTurn = 1e-6;
-// The given normals are looked at more closely where they are not farther from a rung than this part of what noise
-// makes of twice its neighbors. Measured: 0.3 to 0.8 where they were made by jets, 1.2 and more where they
-// are exact.
+// The given normals are looked at more closely where they are not farther from a rung than this part of the distance to
+// a rung beside it. Measured: 0.8 at most where they were made by jets. Other normals may come as near: this saves
+// work, and what it lets pass is told by what follows.
 constexpr double kMostFromRung = 1.2;
 // Each narrowing makes steps smaller by this factor, and tries so many of them to both sides.
 constexpr double kNarrowing = 4.0;
 constexpr int kStepsToSide = 5, kMostNarrowings = 8;
+static_assert(size_t{4} * kStepsToSide + 2 <= JetProbe::kMostAtOnce);
 constexpr size_t kFewestForMedian = 16;
 // Over an even disc, slopes of degree 4 have the noise of those of a degree less than 3 of so many times fewer
 // neighbors.
@@ -267,7 +268,8 @@ void JetProbe::Find() {
 }
 
 size_t JetProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
-  return NormalScratch::MostBytes(FitOf(NormalMethod::kJet4, MostOfJets(point_count, max_neighbor_count)), point_count);
+  const uint32_t most = MostOfJets(point_count, max_neighbor_count);
+  return most < kNoiseCount ? 0 : NormalScratch::MostBytes(FitOf(NormalMethod::kJet4, most), point_count);
 }
 
 }  // namespace curvd

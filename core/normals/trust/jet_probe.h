@@ -25,6 +25,9 @@ namespace curvd {
 // workers.
 class JetProbe {
  public:
+  // Jets that are fitted in one go, at most: two methods of eight rungs, or steps around one number of neighbors.
+  static constexpr size_t kMostAtOnce = 22;
+
   // No neighborhood is larger than max_neighbor_count. REQUIRES: index.has_normals(); it outlives this.
   JetProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count);
 
@@ -37,7 +40,7 @@ class JetProbe {
   const std::optional<FoundFit>& found() const { return found_; }
 
   size_t bytes() const { return fitted_.capacity() * sizeof(Vector) + jets_.capacity() * sizeof(Jet) + kFixedBytes; }
-  // Of the scratch of one worker, at most.
+  // Of the scratch of one worker, at most; 0 where the cloud is too small for jets.
   static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count);
 
  private:

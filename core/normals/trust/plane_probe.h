@@ -40,7 +40,7 @@ class PlaneProbe {
   const std::optional<FoundFit>& found() const { return found_; }
 
   size_t bytes() const { return matches_.capacity() * sizeof(Match) + groups_.capacity() * sizeof(size_t); }
-  // Of the scratch of one worker, at most.
+  // Of the scratch of one worker, at most; 0 where the cloud is too small.
   static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count);
 
  private:

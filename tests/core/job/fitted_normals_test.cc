@@ -158,5 +158,12 @@ TEST(FittedNormalsTest, MemoryIsReserved) {
   }
 }
 
+// As many workers as a call has blocks can have scratch, however many threads the server has.
+TEST(FittedNormalsTest, SmallCallsReserveNoMoreForManyThreads) {
+  const EstimatorOptions options = WithChoice(Automatic());
+  EXPECT_EQ(EstimationScratchBytes(options, 10, 64, {}), EstimationScratchBytes(options, 10, 2, {}));
+  EXPECT_LT(EstimationScratchBytes(options, 60, 64, {}), 4 * EstimationScratchBytes(options, 60, 2, {}));
+}
+
 }  // namespace
 }  // namespace curvd::testing
