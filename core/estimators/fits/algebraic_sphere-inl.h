@@ -17,6 +17,7 @@
 #define CURVD_CORE_ESTIMATORS_FITS_ALGEBRAIC_SPHERE_INL_H_
 #endif
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -33,14 +34,40 @@ namespace HWY_NAMESPACE {
 // derivative. (The second one jumps there, so rounding would decide.)
 inline constexpr double kRim = 1e-6;
 
-// The columns of one neighborhood.
+// Where neighbors are more than the columns hold, these are filled with so many at a time, which stay in the first
+// cache, and what is needed again is computed again.
+inline constexpr size_t kSphereBlock = 128;
+
+// What a vector of neighbors comes to, in units of rho. What pads the last vector has no weight.
+struct SphereNeighbors {
+  DoubleTriple q, n;
+  DoubleVec qn;  // q n
+  DoubleVec qq;  // q q
+  DoubleVec t;   // 1 - |q|^2, or 0 from the rim on
+};
+
+HWY_INLINE SphereNeighbors LoadSphereNeighbors(const NeighborArrays& neighbors, size_t j, DoubleVec unit) {
+  const DoubleTag d;
+  SphereNeighbors s;
+  s.q = {hn::Mul(Widen(neighbors.dx.data() + j), unit), hn::Mul(Widen(neighbors.dy.data() + j), unit),
+         hn::Mul(Widen(neighbors.dz.data() + j), unit)};
+  s.n = {Widen(neighbors.nx.data() + j), Widen(neighbors.ny.data() + j), Widen(neighbors.nz.data() + j)};
+  const DoubleVec qq = Dot(s.q, s.q), inner = hn::Sub(hn::Set(d, 1.0), qq);
+  s.qn = Dot(s.q, s.n);
+  s.qq = Odd(qq);
+  const DoubleMask used = hn::FirstN(d, neighbors.count - j);
+  s.t = hn::IfThenElseZero(hn::And(used, hn::Gt(inner, hn::Set(d, kRim))), inner);
+  return s;
+}
+
+// The columns of a block of neighbors. w and t q are Odd, and so is q q.
 struct SphereColumns {
   const double* moment[SphereSums::kMoments];  // 1, q, n, q n, q q
   double* q[3];
   double* n[3];
   double *one, *qn, *qq;
   double* w;
-  double* t;
+  double* t;  // 1 - |q|^2, or 0 from the rim on
   double* tq[3];
 
   SphereColumns(size_t size, FitColumns& fits) {
@@ -58,54 +85,66 @@ struct SphereColumns {
   }
 };
 
-HWY_INLINE void FillSphereColumns(const NeighborArrays& neighbors, double unit, const SphereColumns& columns) {
+// Fills the columns with neighbors [first, last).
+HWY_INLINE void FillSphereColumns(const NeighborArrays& neighbors, size_t first, size_t last, DoubleVec unit,
+                                  const SphereColumns& columns) {
   const DoubleTag d;
-  const DoubleVec scale = hn::Set(d, unit), one = hn::Set(d, 1.0);
-  for (size_t j = 0; j < neighbors.count; j += hn::Lanes(d)) {
-    const DoubleTriple q{hn::Mul(Widen(neighbors.dx.data() + j), scale), hn::Mul(Widen(neighbors.dy.data() + j), scale),
-                         hn::Mul(Widen(neighbors.dz.data() + j), scale)};
-    const DoubleTriple n{Widen(neighbors.nx.data() + j), Widen(neighbors.ny.data() + j),
-                         Widen(neighbors.nz.data() + j)};
-    const DoubleVec qq = Dot(q, q);
-    const DoubleMask used = hn::FirstN(d, neighbors.count - j);
-    const DoubleVec inner = hn::Sub(one, qq);
-    const DoubleVec t = hn::IfThenElseZero(hn::And(used, hn::Gt(inner, hn::Set(d, kRim))), inner);
-    hn::Store(one, d, columns.one + j);
-    hn::Store(q.x, d, columns.q[0] + j);
-    hn::Store(q.y, d, columns.q[1] + j);
-    hn::Store(q.z, d, columns.q[2] + j);
-    hn::Store(n.x, d, columns.n[0] + j);
-    hn::Store(n.y, d, columns.n[1] + j);
-    hn::Store(n.z, d, columns.n[2] + j);
-    hn::Store(Dot(q, n), d, columns.qn + j);
-    hn::Store(Odd(qq), d, columns.qq + j);
-    hn::Store(OddProduct(t, t), d, columns.w + j);
-    hn::Store(t, d, columns.t + j);
-    hn::Store(OddProduct(t, q.x), d, columns.tq[0] + j);
-    hn::Store(OddProduct(t, q.y), d, columns.tq[1] + j);
-    hn::Store(OddProduct(t, q.z), d, columns.tq[2] + j);
+  for (size_t k = 0; first + k < last; k += hn::Lanes(d)) {
+    const SphereNeighbors s = LoadSphereNeighbors(neighbors, first + k, unit);
+    hn::Store(hn::Set(d, 1.0), d, columns.one + k);
+    hn::Store(s.q.x, d, columns.q[0] + k);
+    hn::Store(s.q.y, d, columns.q[1] + k);
+    hn::Store(s.q.z, d, columns.q[2] + k);
+    hn::Store(s.n.x, d, columns.n[0] + k);
+    hn::Store(s.n.y, d, columns.n[1] + k);
+    hn::Store(s.n.z, d, columns.n[2] + k);
+    hn::Store(s.qn, d, columns.qn + k);
+    hn::Store(s.qq, d, columns.qq + k);
+    hn::Store(OddProduct(s.t, s.t), d, columns.w + k);
+    hn::Store(s.t, d, columns.t + k);
+    hn::Store(OddProduct(s.t, s.q.x), d, columns.tq[0] + k);
+    hn::Store(OddProduct(s.t, s.q.y), d, columns.tq[1] + k);
+    hn::Store(OddProduct(s.t, s.q.z), d, columns.tq[2] + k);
   }
 }
 
-// Sums the weights and their gradients times each moment for point i.
-HWY_INLINE void SumMoments(const SphereColumns& columns, size_t count, size_t i, SphereSums& out) {
-  constexpr double kGradient = 4.0;
-  double sums[4];
-  for (int first : {0, 4}) {
-    const FourColumns four{
-        {columns.moment[first], columns.moment[first + 1], columns.moment[first + 2], columns.moment[first + 3]}};
-    DotFour(columns.w, four, count, sums);
-    for (int k = 0; k < 4; ++k) out.weighted[first + k][i] = sums[k];
-    for (int a = 0; a < 3; ++a) {
-      DotFour(columns.tq[a], four, count, sums);
-      for (int k = 0; k < 4; ++k) out.gradient[a][first + k][i] = kGradient * sums[k];
+HWY_INLINE SphereNeighbors LoadSphereNeighbors(const SphereColumns& columns, size_t j) {
+  const DoubleTag d;
+  const auto load = [&](const double* column) HWY_ATTR { return hn::Load(d, column + j); };
+  return {{load(columns.q[0]), load(columns.q[1]), load(columns.q[2])},
+          {load(columns.n[0]), load(columns.n[1]), load(columns.n[2])},
+          load(columns.qn),
+          load(columns.qq),
+          load(columns.t)};
+}
+
+// Sums of the weight, and of its derivatives along each axis over 4, times each moment.
+struct MomentSums {
+  double of_factor[4][SphereSums::kMoments] = {};
+
+  // Adds the first `count` neighbors of the columns.
+  HWY_INLINE void Add(const SphereColumns& columns, size_t count, DoubleVec anchor) {
+    const double* const factors[4] = {columns.w, columns.tq[0], columns.tq[1], columns.tq[2]};
+    double sums[4];
+    for (int first : {0, 4}) {
+      const FourColumns four{
+          {columns.moment[first], columns.moment[first + 1], columns.moment[first + 2], columns.moment[first + 3]}};
+      for (int f = 0; f < 4; ++f) {
+        DotFour(factors[f], four, count, anchor, sums);
+        for (int k = 0; k < 4; ++k) of_factor[f][first + k] += sums[k];
+      }
+    }
+    DotFour(columns.qq, {{factors[0], factors[1], factors[2], factors[3]}}, count, anchor, sums);
+    for (int f = 0; f < 4; ++f) of_factor[f][SphereSums::kMoments - 1] += sums[f];
+  }
+
+  void Store(size_t i, SphereSums& out) const {
+    for (int m = 0; m < SphereSums::kMoments; ++m) {
+      out.weighted[m][i] = of_factor[0][m];
+      for (int axis = 0; axis < 3; ++axis) out.gradient[axis][m][i] = 4.0 * of_factor[1 + axis][m];
     }
   }
-  constexpr int kLast = SphereSums::kMoments - 1;
-  DotFour(columns.qq, {{columns.w, columns.tq[0], columns.tq[1], columns.tq[2]}}, count, sums);
-  out.weighted[kLast][i] = sums[0];
-  for (int a = 0; a < 3; ++a) out.gradient[a][kLast][i] = kGradient * sums[1 + a];
-}
+};
 
 // The sphere, and how c depends on the weights: d c / d w of a neighbor is `constant` + q `by_q` + n `by_n` + q n
 // `by_qn`
@@ -146,57 +185,86 @@ HWY_INLINE Sphere FitSphere(const DoubleVec* weighted) {
   return f;
 }
 
-// Sums d c / d w times the Hessian of w for point i.
-HWY_INLINE void SumInfluence(const SphereColumns& columns, const Sphere& f, size_t count, size_t i, SphereSums& out) {
-  const DoubleTag d;
-  // What an influence is at most.
-  const auto size = [](DoubleVec v) HWY_ATTR { return std::abs(hn::GetLane(v)); };
-  const double most = size(f.constant) + size(f.by_qn) + size(f.by_qq) + size(f.by_q.x) + size(f.by_q.y) +
-                      size(f.by_q.z) + size(f.by_n.x) + size(f.by_n.y) + size(f.by_n.z);
-  // In units of a power of two above that, if it is within what has an inverse; where it is not, there is no result.
-  const bool is_usable = most > 0x1p-1000 && most < 0x1p1000;
-  const double unit =
-      is_usable ? 2.0 * std::bit_cast<double>(std::bit_cast<uint64_t>(most) & 0xFFF0000000000000u) : 1.0;
-  const DoubleVec per_unit = hn::Set(d, 1.0 / unit), anchor = hn::Set(d, AnchorOf(count));
-  DoubleVec xx = anchor, xy = xx, xz = xx, yy = xx, yz = xx, zz = xx, trace = xx;
-  for (size_t j = 0; j < count; j += hn::Lanes(d)) {
-    const DoubleTriple q{hn::Load(d, columns.q[0] + j), hn::Load(d, columns.q[1] + j), hn::Load(d, columns.q[2] + j)};
-    const DoubleTriple n{hn::Load(d, columns.n[0] + j), hn::Load(d, columns.n[1] + j), hn::Load(d, columns.n[2] + j)};
-    const DoubleVec by_products =
-        hn::MulAdd(f.by_qn, hn::Load(d, columns.qn + j), hn::MulAdd(f.by_qq, hn::Load(d, columns.qq + j), f.constant));
-    const DoubleVec t = hn::Load(d, columns.t + j);
-    const DoubleVec influence =
-        hn::IfThenElseZero(hn::Gt(t, hn::Zero(d)), hn::Add(hn::Add(Dot(f.by_q, q), Dot(f.by_n, n)), by_products));
-    const DoubleVec relative = OddProduct(influence, per_unit);
-    const DoubleTriple along{OddProduct(relative, q.x), OddProduct(relative, q.y), OddProduct(relative, q.z)};
-    xx = AddProduct(along.x, q.x, xx, anchor), xy = AddProduct(along.x, q.y, xy, anchor);
-    xz = AddProduct(along.x, q.z, xz, anchor), yy = AddProduct(along.y, q.y, yy, anchor);
-    yz = AddProduct(along.y, q.z, yz, anchor), zz = AddProduct(along.z, q.z, zz, anchor);
-    trace = AddProduct(relative, t, trace, anchor);
+// d c / d w times the Hessian of w, summed over neighbors. What is summed is in units of `scale`, a power of two above
+// all influences, if these are within what has an inverse; where they are not, there is no result.
+class InfluenceSums {
+ public:
+  InfluenceSums(const Sphere& f, DoubleVec anchor)
+      : anchor_(anchor), xx_(anchor), xy_(anchor), xz_(anchor), yy_(anchor), yz_(anchor), zz_(anchor), trace_(anchor) {
+    const auto size = [](DoubleVec v) HWY_ATTR { return std::abs(hn::GetLane(v)); };
+    const double most = size(f.constant) + size(f.by_qn) + size(f.by_qq) + size(f.by_q.x) + size(f.by_q.y) +
+                        size(f.by_q.z) + size(f.by_n.x) + size(f.by_n.y) + size(f.by_n.z);
+    if (most > 0x1p-1000 && most < 0x1p1000) {
+      scale_ = 2.0 * std::bit_cast<double>(std::bit_cast<uint64_t>(most) & 0xFFF0000000000000u);
+    }
   }
-  double sums[8];
-  StoreAnchoredSums(xx, xy, xz, trace, anchor, sums);
-  StoreAnchoredSums(yy, yz, zz, trace, anchor, sums + 4);
-  const double scale = 8.0 * unit / hn::GetLane(f.weight), identity = -4.0 * unit / hn::GetLane(f.weight) * sums[3];
-  out.influence_hessian[0][i] = scale * sums[0] + identity;
-  out.influence_hessian[1][i] = scale * sums[1];
-  out.influence_hessian[2][i] = scale * sums[2];
-  out.influence_hessian[3][i] = scale * sums[4] + identity;
-  out.influence_hessian[4][i] = scale * sums[5];
-  out.influence_hessian[5][i] = scale * sums[6] + identity;
-}
 
-// Sums what the sphere of point i and its derivatives need over its neighbors.
+  // Adds `count` neighbors, of which load(j) has a vector.
+  template <class Load>
+  HWY_INLINE void Add(const Load& load, const Sphere& f, size_t count) {
+    const DoubleTag d;
+    const DoubleVec per_scale = hn::Set(d, 1.0 / scale_), anchor = anchor_;
+    DoubleVec xx = xx_, xy = xy_, xz = xz_, yy = yy_, yz = yz_, zz = zz_, trace = trace_;
+    for (size_t j = 0; j < count; j += hn::Lanes(d)) {
+      const SphereNeighbors s = load(j);
+      const DoubleTriple& q = s.q;
+      const DoubleVec by_products = hn::MulAdd(f.by_qn, s.qn, hn::MulAdd(f.by_qq, s.qq, f.constant));
+      const DoubleVec influence =
+          hn::IfThenElseZero(hn::Gt(s.t, hn::Zero(d)), hn::Add(hn::Add(Dot(f.by_q, q), Dot(f.by_n, s.n)), by_products));
+      const DoubleVec relative = OddProduct(influence, per_scale);
+      const DoubleTriple along{OddProduct(relative, q.x), OddProduct(relative, q.y), OddProduct(relative, q.z)};
+      xx = AddProduct(along.x, q.x, xx, anchor), xy = AddProduct(along.x, q.y, xy, anchor);
+      xz = AddProduct(along.x, q.z, xz, anchor), yy = AddProduct(along.y, q.y, yy, anchor);
+      yz = AddProduct(along.y, q.z, yz, anchor), zz = AddProduct(along.z, q.z, zz, anchor);
+      trace = AddProduct(relative, s.t, trace, anchor);
+    }
+    xx_ = xx, xy_ = xy, xz_ = xz, yy_ = yy, yz_ = yz, zz_ = zz, trace_ = trace;
+  }
+
+  void Store(const Sphere& f, size_t i, SphereSums& out) const {
+    double sums[8];
+    StoreAnchoredSums(xx_, xy_, xz_, trace_, anchor_, sums);
+    StoreAnchoredSums(yy_, yz_, zz_, trace_, anchor_, sums + 4);
+    const double weight = hn::GetLane(f.weight), scale = 8.0 * scale_ / weight;
+    const double identity = -4.0 * scale_ / weight * sums[3];
+    out.influence_hessian[0][i] = scale * sums[0] + identity;
+    out.influence_hessian[1][i] = scale * sums[1];
+    out.influence_hessian[2][i] = scale * sums[2];
+    out.influence_hessian[3][i] = scale * sums[4] + identity;
+    out.influence_hessian[4][i] = scale * sums[5];
+    out.influence_hessian[5][i] = scale * sums[6] + identity;
+  }
+
+ private:
+  double scale_ = 1.0;
+  DoubleVec anchor_, xx_, xy_, xz_, yy_, yz_, zz_, trace_;
+};
+
+// Sums what the sphere of point i and its derivatives need over its neighbors: first the moments, then what follows
+// from the sphere that they determine.
 HWY_NOINLINE inline void SumSphere(const NeighborArrays& neighbors, float rho, size_t i, FitColumns& column_room,
                                    SphereSums& sums) {
   const DoubleTag d;
-  const size_t count = neighbors.count;
-  const SphereColumns columns(count, column_room);
-  FillSphereColumns(neighbors, 1.0 / rho, columns);
-  SumMoments(columns, count, i, sums);
+  const size_t block = neighbors.count <= kMostInSphereColumns ? neighbors.count : kSphereBlock;
+  const SphereColumns columns(block, column_room);
+  const DoubleVec unit = hn::Set(d, 1.0 / rho), anchor = hn::Set(d, AnchorOf(neighbors.count));
+  MomentSums moments;
+  for (size_t first = 0; first < neighbors.count; first += block) {
+    const size_t count = std::min(neighbors.count - first, block);
+    FillSphereColumns(neighbors, first, first + count, unit, columns);
+    moments.Add(columns, count, anchor);
+  }
+  moments.Store(i, sums);
   DoubleVec weighted[SphereSums::kMoments];
-  for (int m = 0; m < SphereSums::kMoments; ++m) weighted[m] = hn::Set(d, sums.weighted[m][i]);
-  SumInfluence(columns, FitSphere(weighted), count, i, sums);
+  for (int m = 0; m < SphereSums::kMoments; ++m) weighted[m] = hn::Set(d, moments.of_factor[0][m]);
+  const Sphere sphere = FitSphere(weighted);
+  InfluenceSums influence(sphere, anchor);
+  if (block == neighbors.count) {
+    influence.Add([&](size_t j) HWY_ATTR { return LoadSphereNeighbors(columns, j); }, sphere, neighbors.count);
+  } else {
+    influence.Add([&](size_t j) HWY_ATTR { return LoadSphereNeighbors(neighbors, j, unit); }, sphere, neighbors.count);
+  }
+  influence.Store(sphere, i, sums);
 }
 
 }  // namespace HWY_NAMESPACE

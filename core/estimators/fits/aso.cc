@@ -57,7 +57,7 @@ absl::Status EstimateGroup(const SpatialIndex& index, const SpherePlan& plan, si
 }
 
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
-  return SphereScratch::MostBytes(options, point_count, kSphereColumns);
+  return SphereScratch::MostBytes(options, point_count, kSphereColumns, kMostInSphereColumns);
 }
 
 std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const SpatialIndex& index,

@@ -7,8 +7,9 @@
 
 namespace curvd {
 
-// Columns of one number a neighbor. Each begins at a whole vector; what follows its last number up to the next is for
-// the kernels to set. Not thread-safe.
+// Columns of one number a neighbor. Each begins at a whole vector; what follows its last number up to the end of that
+// is for the kernels to set. They lie an odd number of vectors apart: were that a power of two, all of them would meet
+// in a few sets of a cache. Not thread-safe.
 class FitColumns {
  public:
   // Makes room for `count` columns of `size` numbers, and forgets what they held.
@@ -27,7 +28,7 @@ class FitColumns {
  private:
   static constexpr size_t Stride(size_t size) {
     constexpr size_t kLongestVector = 8;
-    return (size + kLongestVector - 1) / kLongestVector * kLongestVector;
+    return ((size + kLongestVector - 1) / kLongestVector | 1) * kLongestVector;
   }
 
   size_t stride_ = 0;

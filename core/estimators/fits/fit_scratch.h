@@ -1,6 +1,7 @@
 // What the strategies that fit surfaces keep for each worker.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
 #include "core/estimators/fits/fit_columns.h"
@@ -25,11 +26,12 @@ struct FitScratch : GroupScratch {
   GroupShapes shapes{};      // of each point of the group, once all are solved
 
   size_t bytes() const override { return sizeof(*this) + search.bytes() + neighbors.bytes() + columns.bytes(); }
-  // `column_count`: columns that the fit uses at most.
-  static size_t MostBytes(const EstimatorOptions& options, size_t point_count, size_t column_count) {
+  // `column_count`: columns that the fit uses at most, each of up to `most_in_columns` neighbors.
+  static size_t MostBytes(const EstimatorOptions& options, size_t point_count, size_t column_count = 0,
+                          size_t most_in_columns = 0) {
     const size_t most = MostNeighbors(options, point_count);
     return sizeof(FitScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
-           NeighborArrays::MostBytes(most) + FitColumns::MostBytes(column_count, most);
+           NeighborArrays::MostBytes(most) + FitColumns::MostBytes(column_count, std::min(most, most_in_columns));
   }
 };
 
@@ -39,7 +41,7 @@ struct JetScratch : FitScratch<JetSystems> {
   size_t bytes() const override { return FitScratch::bytes() - sizeof(FitScratch) + sizeof(*this) + qr_room.bytes(); }
   static size_t MostBytes(const EstimatorOptions& options, size_t point_count) {
     const auto degree = static_cast<int>(options.jet_degree);
-    return FitScratch::MostBytes(options, point_count, JetColumnCount(degree)) - sizeof(FitScratch) +
+    return FitScratch::MostBytes(options, point_count, JetColumnCount(degree), kMostInJetColumns) - sizeof(FitScratch) +
            sizeof(JetScratch) + JetQrBytes(MostNeighbors(options, point_count), degree);
   }
 };

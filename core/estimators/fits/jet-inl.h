@@ -98,9 +98,6 @@ struct JetColumns {
   }
 };
 
-// Neighbors whose columns are filled at a time: those of degree 6 take 32 kB, which stay in the first cache.
-inline constexpr size_t kColumnBlock = 128;
-
 // Fills the columns with neighbors [first, last) of point i in its fitting frame. All but the ones are Odd.
 HWY_INLINE void FillJetColumns(const NeighborArrays& n, size_t first, size_t last, double unit, size_t i,
                                const JetSystems& jets, const JetColumns& columns) {
@@ -146,14 +143,14 @@ HWY_INLINE void AddSums(double* const* left, int degree, const JetColumns& colum
 // Sets up the least squares problem of point i, whose fitting frame is set, from its neighbors.
 HWY_INLINE void SumJetInFrame(const NeighborArrays& n, double unit, int degree, size_t i, FitColumns& column_room,
                               JetSystems& jets) {
-  const JetColumns columns(degree, std::min(n.count, kColumnBlock), column_room);
+  const JetColumns columns(degree, std::min(n.count, kMostInJetColumns), column_room);
   // Sums that began at one anchor are exact in its quanta, and so are their sums.
   const DoubleVec anchor = hn::Set(DoubleTag(), AnchorOf(n.count));
   for (int m = 0; m < JetSize(2 * degree); ++m) jets.moments[m][i] = 0.0;
   for (int m = 0; m < JetSize(degree); ++m) jets.heights[m][i] = 0.0;
   jets.squared_heights[i] = 0.0;
-  for (size_t first = 0; first < n.count; first += kColumnBlock) {
-    const size_t count = std::min(n.count - first, kColumnBlock);
+  for (size_t first = 0; first < n.count; first += kMostInJetColumns) {
+    const size_t count = std::min(n.count - first, kMostInJetColumns);
     FillJetColumns(n, first, first + count, unit, i, jets, columns);
     AddSums(columns.x, 2 * degree, columns, count, anchor, i, jets.moments);
     AddSums(columns.zx, degree, columns, count, anchor, i, jets.heights);

@@ -13,6 +13,9 @@ constexpr int JetIndex(int i, int j) { return (i + j) * (i + j + 1) / 2 + j; }
 // Columns that setting up one problem uses: 1, x .. x^2d, y .. y^2d, z, z x .. z x^d for degree d.
 constexpr size_t JetColumnCount(int degree) { return 5 * static_cast<size_t>(degree) + 2; }
 
+// Neighbors whose columns are filled at a time: those of degree 6 take 32 kB, which stay in the first cache.
+inline constexpr size_t kMostInJetColumns = 128;
+
 // The highest degree that is fitted: of what the automatic choice knows, which is more than callers may ask for.
 inline constexpr int kMaxFittedDegree = 6;
 inline constexpr int kMaxJetSize = JetSize(kMaxFittedDegree);

@@ -90,7 +90,7 @@ absl::Status EstimateLinearScales(const SpatialIndex& index, std::span<const Nei
 }  // namespace
 
 size_t LinearRegressionBytes(const EstimatorOptions& options, size_t point_count) {
-  const size_t largest = LinearScratch::MostBytes(options, point_count, 0);
+  const size_t largest = LinearScratch::MostBytes(options, point_count);
   if (options.scale_count() == 1) return largest;
   return ScalesScratch<LinearScratch>::MostBytes(largest, sizeof(LinearScratch), options.scale_count());
 }

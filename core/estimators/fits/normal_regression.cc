@@ -86,7 +86,7 @@ bool IsLinear(const EstimatorOptions& options) { return options.regression_degre
 
 size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   if (IsLinear(options)) return LinearRegressionBytes(options, point_count);
-  const size_t largest = RegressionScratch::MostBytes(options, point_count, 0);
+  const size_t largest = RegressionScratch::MostBytes(options, point_count);
   if (options.scale_count() == 1) return largest;
   return ScalesScratch<RegressionScratch>::MostBytes(largest, sizeof(RegressionScratch), options.scale_count());
 }

@@ -26,7 +26,8 @@ inline constexpr double kLeastNearness = 0.1;
 // surface between them is none to project on.
 inline constexpr double kLeastSquaredMean = 0.25;
 
-// Columns that summing one sphere uses.
+// Columns that summing one sphere uses, and the most neighbors that they hold.
 inline constexpr size_t kSphereColumns = SphereSums::kMoments + 5;
+inline constexpr size_t kMostInSphereColumns = 512;
 
 }  // namespace curvd
