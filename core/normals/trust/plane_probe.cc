@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kFewProbedGroups = 8, kMostProbedGroups = 64;
 // Planes have so many neighbors at least, and fewer than so many.
-constexpr uint32_t kFewestOfPlanes = 5, kMostOfPlanes = 400;
+constexpr uint32_t kFewestOfPlanes = 5, kMostOfPlanes = 800;
 // Halves of 12 neighbors say too little of what noise does to planes of fewer than so many.
 constexpr uint32_t kFewestFound = 10;
 // A neighborhood of more than this share of the cloud is no neighborhood.

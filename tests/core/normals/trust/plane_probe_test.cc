@@ -29,6 +29,15 @@ TEST(PlaneProbeTest, FindsThePlanesThatNormalsAreThoseOf) {
   }
 }
 
+// As of scans that are much denser than their noise is small.
+TEST(PlaneProbeTest, FindsPlanesOfHundredsOfNeighbors) {
+  TestPoints sphere = Sphere(8'000, 1.0);
+  AddNoise(0.05, 6, sphere);
+  const auto found = ProbedPlane(WithFittedNormals(sphere, NormalMethod::kPca, 250));
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(ProbedCount(*found), 250u);
+}
+
 // Halves of ten neighbors would tell nothing: planes of twelve have about that noise, too. Of fewer, nothing is told.
 TEST(PlaneProbeTest, HalvesAreOfEnoughNeighbors) {
   const auto few = ProbedPlane(WithFittedNormals(TorusWithNoise(0.05), NormalMethod::kPca, 10));
