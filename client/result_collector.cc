@@ -96,10 +96,11 @@ ScaleReport FromProto(const v1::ScaleReport& report) {
   out.sampled_points = report.sampled_point_count();
   out.position_noise = report.position_noise();
   if (report.has_normal_noise()) out.normal_noise = report.normal_noise();
-  if (report.has_fitted_normals()) {
-    out.fitted_normals = {static_cast<NormalMethod>(report.fitted_normals().method()),
-                          report.fitted_normals().neighbor_count()};
-  }
+  const auto fit_of = [](const v1::FittedNormals& fit) {
+    return FittedNormals{static_cast<NormalMethod>(fit.method()), fit.neighbor_count()};
+  };
+  if (report.has_fitted_normals()) out.fitted_normals = fit_of(report.fitted_normals());
+  if (report.has_normals_made_anew()) out.normals_made_anew = fit_of(report.normals_made_anew());
   return out;
 }
 

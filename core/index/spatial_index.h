@@ -95,6 +95,11 @@ class SpatialIndex {
   // Makes room for them, with any values. Errors: ErrorKind::kOutOfMemory. REQUIRES: point_count() > 0.
   absl::Status MakeHalfNormals() { return MakeRoom(half_normals_); }
   void DropHalfNormals() { half_normals_ = {}; }
+  // Makes the normals of what was written in the place of half normals, which there are none of then.
+  void TakeHalfNormals() {
+    normals_ = std::move(half_normals_);
+    DropHalfNormals();
+  }
   // Whether there are points without a normal: theirs is NaN, and a sum of normals that holds it is worth nothing.
   bool lacks_normals() const { return lacks_normals_; }
   void set_lacks_normals() { lacks_normals_ = true; }

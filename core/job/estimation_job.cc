@@ -40,6 +40,7 @@ NormalOptions Returning(NormalOptions normals) {
 // What an estimate needs of normals.
 NormalOptions ForEstimate(const EstimatorOptions& options, NormalOptions normals) {
   normals.makes_halves = ComparesNormalsOfHalves(options);
+  normals.makes_fits_anew = options.estimator == kAutomaticEstimator;
   return normals;
 }
 
@@ -136,7 +137,10 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     const bool are_made = normal_options_.source == NormalSource::kEstimate;
     halves_.emplace(index_, thread_count_, are_made ? kNormalsPhase : kFieldPhase,
                     [this](auto phase) { AddPhase(std::move(phase)); });
-    if (!are_made) return halves_->MakeOfGiven(options_.max_neighbor_count, [this] { return AddField(); });
+    if (!are_made) {
+      return halves_->MakeOfGiven(options_.max_neighbor_count, normal_options_.makes_fits_anew,
+                                  [this] { return AddField(); });
+    }
     const NormalFit* const fit = normals_->fit();
     return fit != nullptr ? halves_->MakeOf(*fit, [this] { return AddField(); }) : AddField();
   }
@@ -270,6 +274,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
     if (const ScaleReport* scale = run_->scale_report()) {
       scale_report_ = *scale;
       if (halves_.has_value()) scale_report_->fitted_normals = halves_->given_made_by();
+      if (halves_.has_value()) scale_report_->normals_made_anew = halves_->made_anew_by();
     }
     shown_seam_ = fields_.ShownSeam();
     if (shown_seam_ == nullptr) return absl::OkStatus();

@@ -9,13 +9,6 @@
 
 namespace curvd {
 
-EstimatorOptions OptionsForOnePoint(const NormalFit& fit) {
-  EstimatorOptions options = fit.ToEstimatorOptions();
-  auto* const neighbors = std::get_if<NeighborCount>(&options.neighborhood);
-  if (fit.shares && neighbors != nullptr) neighbors->count /= SpatialIndex::kLeafSize;
-  return options;
-}
-
 absl::Status HalfNormalPhases::MakeOf(const NormalFit& fit, std::function<absl::Status()> then) {
   if (!HasHalves(fit, index_)) return then();
   if (absl::Status status = index_.MakeHalfNormals(); !status.ok()) return status;
@@ -23,7 +16,7 @@ absl::Status HalfNormalPhases::MakeOf(const NormalFit& fit, std::function<absl::
   scratch_.emplace(*run_, thread_count_);
   for (GroupPhase& groups : run_->Phases()) {
     groups.name = name_;
-    add_phase_(MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(OptionsForOnePoint(fit)), *scratch_, nullptr));
+    add_phase_(MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(fit.OptionsForOnePoint()), *scratch_, nullptr));
   }
   add_phase_(MakeStep(name_, [this, then = std::move(then)] {
     if (!AreHalfNormals(scratch_->status_counts())) index_.DropHalfNormals();
@@ -34,7 +27,8 @@ absl::Status HalfNormalPhases::MakeOf(const NormalFit& fit, std::function<absl::
   return absl::OkStatus();
 }
 
-size_t HalfNormalPhases::ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count) {
+size_t HalfNormalPhases::ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count,
+                                      bool makes_anew) {
   // Workers make scratch with their first block, which is one group, or one group and one of so many fits at once.
   constexpr size_t kMostFits = JetProbe::kMostAtOnce;
   const size_t groups = (point_count + SpatialIndex::kGroupPoints - 1) / SpatialIndex::kGroupPoints;
@@ -43,49 +37,72 @@ size_t HalfNormalPhases::ScratchBytes(size_t point_count, uint32_t max_neighbor_
   const size_t jets = JetProbe::ScratchBytes(point_count, max_neighbor_count);
   if (planes == 0 && jets == 0) return 0;
   const size_t sheets = SheetProbe::ScratchBytes(point_count, max_neighbor_count);
-  return std::max(std::min(threads, groups) * planes, std::min(threads, kMostFits * groups) * std::max(jets, sheets));
+  const size_t refit = makes_anew ? RefitPhases::ScratchBytes(point_count, max_neighbor_count, thread_count) : 0;
+  return std::max(
+      {std::min(threads, groups) * planes, std::min(threads, kMostFits * groups) * std::max(jets, sheets), refit});
 }
 
-absl::Status HalfNormalPhases::MakeOfGiven(uint32_t max_neighbor_count, std::function<absl::Status()> then) {
+absl::Status HalfNormalPhases::MakeOfGiven(uint32_t max_neighbor_count, bool makes_anew,
+                                           std::function<absl::Status()> then) {
+  max_neighbor_count_ = max_neighbor_count;
+  makes_anew_ = makes_anew;
   planes_.emplace(index_, max_neighbor_count, thread_count_);
-  return ProbePlanes(max_neighbor_count, std::move(then));
+  return ProbePlanes(std::move(then));
 }
 
-absl::Status HalfNormalPhases::ProbePlanes(uint32_t max_neighbor_count, std::function<absl::Status()> then) {
+absl::Status HalfNormalPhases::ProbePlanes(std::function<absl::Status()> then) {
   if (planes_->AddBlocks()) {
     add_phase_(MakeProbePhase(name_, *planes_));
-    add_phase_(MakeStep(name_, [=, this, then = std::move(then)] { return ProbePlanes(max_neighbor_count, then); }));
+    add_phase_(MakeStep(name_, [this, then = std::move(then)] { return ProbePlanes(then); }));
     return absl::OkStatus();
   }
   const std::optional<FoundFit> planes = planes_->found();
   planes_.reset();
-  if (planes.has_value()) return ProbeSheets(*planes, max_neighbor_count, std::move(then));
-  jets_.emplace(index_, max_neighbor_count, thread_count_);
-  return ProbeJets(max_neighbor_count, std::move(then));
+  if (IsOfUse(planes)) return ProbeSheets(*planes, std::move(then));
+  jets_.emplace(index_, max_neighbor_count_, thread_count_);
+  return ProbeJets(std::move(then));
 }
 
-absl::Status HalfNormalPhases::ProbeJets(uint32_t max_neighbor_count, std::function<absl::Status()> then) {
+absl::Status HalfNormalPhases::ProbeJets(std::function<absl::Status()> then) {
   if (jets_->AddBlocks()) {
     add_phase_(MakeProbePhase(name_, *jets_));
-    add_phase_(MakeStep(name_, [=, this, then = std::move(then)] { return ProbeJets(max_neighbor_count, then); }));
+    add_phase_(MakeStep(name_, [this, then = std::move(then)] { return ProbeJets(then); }));
     return absl::OkStatus();
   }
   const std::optional<FoundFit> jets = jets_->found();
   jets_.reset();
-  return jets.has_value() ? ProbeSheets(*jets, max_neighbor_count, std::move(then)) : then();
+  return IsOfUse(jets) ? ProbeSheets(*jets, std::move(then)) : then();
 }
 
-absl::Status HalfNormalPhases::ProbeSheets(const FoundFit& found, uint32_t max_neighbor_count,
-                                           std::function<absl::Status()> then) {
-  sheets_.emplace(index_, max_neighbor_count, thread_count_);
+bool HalfNormalPhases::IsOfUse(const std::optional<FoundFit>& found) const {
+  return found.has_value() && (makes_anew_ || found->of_halves.has_value());
+}
+
+absl::Status HalfNormalPhases::ProbeSheets(const FoundFit& found, std::function<absl::Status()> then) {
+  sheets_.emplace(index_, max_neighbor_count_, thread_count_);
   add_phase_(MakeProbePhase(name_, *sheets_));
   add_phase_(MakeStep(name_, [this, found, then = std::move(then)] {
     const bool has_two_sheets = sheets_->Find().two_sheets;
     sheets_.reset();
-    if (has_two_sheets) return then();
-    given_made_by_ = found.made_by;
-    return MakeOf(found.of_halves, then);
+    return has_two_sheets ? then() : UseFit(found, then);
   }));
+  return absl::OkStatus();
+}
+
+absl::Status HalfNormalPhases::UseFit(const FoundFit& found, std::function<absl::Status()> then) {
+  const auto keep_given = [this, found, then] {
+    if (!found.of_halves.has_value()) return then();
+    given_made_by_ = found.made_by;
+    return MakeOf(*found.of_halves, then);
+  };
+  if (!makes_anew_) return keep_given();
+  refit_.emplace(index_, max_neighbor_count_, thread_count_, name_, add_phase_);
+  refit_->Start(found.made_by, [this, found, then, keep_given](const NormalFit* fit) {
+    if (fit == nullptr) return keep_given();
+    given_made_by_ = found.made_by;
+    made_anew_by_ = {fit->method, std::get<NeighborCount>(fit->neighborhood).count};
+    return MakeOf(*fit, then);
+  });
   return absl::OkStatus();
 }
 

@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
 #include "core/job/group_phase.h"
+#include "core/job/refit_phases.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/orientation.h"
 #include "core/normals/sheet_probe.h"
@@ -19,9 +20,6 @@
 #include "core/normals/trust/plane_probe.h"
 
 namespace curvd {
-
-// Options of an estimate that takes about as long for a point as the fit.
-EstimatorOptions OptionsForOnePoint(const NormalFit& fit);
 
 class HalfNormalPhases {
  public:
@@ -34,25 +32,31 @@ class HalfNormalPhases {
   // Errors: ErrorKind::kOutOfMemory; may throw std::bad_alloc.
   absl::Status MakeOf(const NormalFit& fit, std::function<absl::Status()> then);
   // The same for normals that somebody else made: finds out whether they are those of planes or jets that were fitted
-  // to the positions, and of how many neighbors. Where they are not, or neighborhoods hold two sheets, which fits mix
-  // in both halves, there are none.
-  absl::Status MakeOfGiven(uint32_t max_neighbor_count, std::function<absl::Status()> then);
+  // to the positions, and of how many neighbors. If `makes_anew`, the normals themselves are then made anew where that
+  // is better (core/job/refit_phases.h). There are no halves where the normals are those of no fit, or err by bends of
+  // the surface as much as by noise, or where neighborhoods hold two sheets, which fits mix in both halves.
+  absl::Status MakeOfGiven(uint32_t max_neighbor_count, bool makes_anew, std::function<absl::Status()> then);
 
   // What given normals were made by, where MakeOfGiven has found that neighbors share what noise of the positions does
-  // to them.
+  // to them, or has made them anew.
   const std::optional<FittedNormals>& given_made_by() const { return given_made_by_; }
+  // What they were made anew by, if they were.
+  const std::optional<FittedNormals>& made_anew_by() const { return made_anew_by_; }
   size_t bytes() const {
     return (planes_.has_value() ? planes_->bytes() : 0) + (jets_.has_value() ? jets_->bytes() : 0) +
-           (sheets_.has_value() ? sheets_->bytes() : 0);
+           (sheets_.has_value() ? sheets_->bytes() : 0) + (refit_.has_value() ? refit_->bytes() : 0);
   }
   // Of the scratch of all workers together, at most, until halves are made of given normals.
-  static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count);
+  static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count, bool makes_anew);
 
  private:
-  // Each goes on with its probe, then with the next one; the last makes halves of what was found.
-  absl::Status ProbePlanes(uint32_t max_neighbor_count, std::function<absl::Status()> then);
-  absl::Status ProbeJets(uint32_t max_neighbor_count, std::function<absl::Status()> then);
-  absl::Status ProbeSheets(const FoundFit& found, uint32_t max_neighbor_count, std::function<absl::Status()> then);
+  // Each goes on with its probe, then with the next one; the last makes use of what was found.
+  absl::Status ProbePlanes(std::function<absl::Status()> then);
+  absl::Status ProbeJets(std::function<absl::Status()> then);
+  absl::Status ProbeSheets(const FoundFit& found, std::function<absl::Status()> then);
+  // Whether something follows from such a fit.
+  bool IsOfUse(const std::optional<FoundFit>& found) const;
+  absl::Status UseFit(const FoundFit& found, std::function<absl::Status()> then);
 
   SpatialIndex& index_;
   const int thread_count_;
@@ -61,7 +65,10 @@ class HalfNormalPhases {
   std::optional<PlaneProbe> planes_;
   std::optional<JetProbe> jets_;
   std::optional<SheetProbe> sheets_;
-  std::optional<FittedNormals> given_made_by_;
+  std::optional<RefitPhases> refit_;
+  uint32_t max_neighbor_count_ = 0;
+  bool makes_anew_ = false;
+  std::optional<FittedNormals> given_made_by_, made_anew_by_;
   std::unique_ptr<StrategyRun> run_;
   std::optional<ScratchSet> scratch_;
 };

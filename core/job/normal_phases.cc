@@ -67,8 +67,9 @@ size_t NormalBytesPerPoint(const NormalOptions& options) {
 size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count) {
   const size_t threads = static_cast<size_t>(thread_count);
   const bool looks_at_given = options.makes_halves && options.source != NormalSource::kEstimate;
-  const size_t probe =
-      looks_at_given ? HalfNormalPhases::ScratchBytes(point_count, options.max_neighbor_count, thread_count) : 0;
+  const size_t probe = looks_at_given ? HalfNormalPhases::ScratchBytes(point_count, options.max_neighbor_count,
+                                                                       thread_count, options.makes_fits_anew)
+                                      : 0;
   if (options.source == NormalSource::kGiven) return probe;
   size_t most = std::max(Orientation::ScratchBytes(options, point_count),
                          SheetProbe::ScratchBytes(point_count, options.max_neighbor_count));
@@ -166,7 +167,7 @@ absl::Status NormalPhases::AddFit(const ChosenScale& scale) {
   scratch_.emplace(*fit_, thread_count_);
   GroupPhase groups = std::move(fit_->Phases().front());
   add_phase_(
-      MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(OptionsForOnePoint(scale_.fit)), *scratch_, nullptr));
+      MakeGroupPhase(std::move(groups), index_, GroupsPerBlock(scale_.fit.OptionsForOnePoint()), *scratch_, nullptr));
   add_phase_(MakeStep(kNormalsPhase, [this] { return EndFit(); }));
   return absl::OkStatus();
 }

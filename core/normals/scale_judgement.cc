@@ -255,7 +255,26 @@ ChosenScale ScalePilot::Choose() const {
   chosen.fit = cheapest != nullptr ? cheapest->fit : LargestOf(candidates_.front().fit.method).fit;
   chosen.fit.max_neighbor_count = fallback_.fit.max_neighbor_count;
   chosen.sigma = std::ldexp(*sigma, -index_.scale_exponent());
+  if (cheapest != nullptr) chosen.squared_error = errors[static_cast<size_t>(cheapest - candidates_.data())];
   return chosen;
+}
+
+std::optional<double> ScalePilot::NoiseOf(NormalMethod method, uint32_t neighbor_count) const {
+  const std::optional<double> sigma = candidates_.empty() ? std::nullopt : Sigma();
+  if (!sigma.has_value()) return std::nullopt;
+  // The slopes of planes have the noise of those of quadrics, where neighbors lie evenly around a point.
+  const NormalMethod like = method == NormalMethod::kJet4 ? NormalMethod::kJet4 : NormalMethod::kJet2;
+  const double wanted = std::log(neighbor_count);
+  const auto distance = [&](const Candidate& candidate) { return std::abs(std::log(candidate.count()) - wanted); };
+  std::optional<size_t> nearest;
+  for (size_t c = 0; c < candidates_.size(); ++c) {
+    if (candidates_[c].fit.method != like) continue;
+    if (!nearest.has_value() || distance(candidates_[c]) < distance(candidates_[*nearest])) nearest = c;
+  }
+  if (!nearest.has_value()) return std::nullopt;
+  // The variance falls with the number of neighbors and with the square of their radius.
+  const double times = static_cast<double>(candidates_[*nearest].count()) / neighbor_count;
+  return Noise(*nearest, *sigma) * times * times;
 }
 
 }  // namespace curvd

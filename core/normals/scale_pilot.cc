@@ -164,6 +164,12 @@ ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, double cop
   return out;
 }
 
+size_t ScalePilot::MostBlocks(size_t point_count, uint32_t max_neighbor_count) {
+  if (std::min<size_t>(point_count / kLargestShare, max_neighbor_count) < kLadder[0]) return 0;
+  const size_t groups = (point_count + SpatialIndex::kGroupPoints - 1) / SpatialIndex::kGroupPoints;
+  return 2 * std::size(kLadder) * std::min(groups, kMostGroups);
+}
+
 size_t ScalePilot::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
   NormalFit largest;
   largest.method = NormalMethod::kJet4;

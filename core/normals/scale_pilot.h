@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -24,6 +25,9 @@ namespace curvd {
 struct ChosenScale {
   NormalFit fit;
   std::optional<double> sigma;  // of the positions' noise, in the caller's unit; none where no point of the sample told
+  // What its normals are expected to err by, squared, in radians: by noise, and by bends with their weight. Infinity
+  // where the sample tells nothing.
+  double squared_error = std::numeric_limits<double>::infinity();
 };
 
 // What normals are made for.
@@ -58,6 +62,9 @@ class ScalePilot {
   absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
   // REQUIRES: all blocks have run.
   ChosenScale Choose() const;
+  // The squared error that noise makes of normals of such a fit, as the nearest scale of the sample shows it; none
+  // where no point of the sample told. REQUIRES: as Choose; both methods are looked at.
+  std::optional<double> NoiseOf(NormalMethod method, uint32_t neighbor_count) const;
 
   // Bytes that the pilot holds, but for its workers' scratch; and that the scratch of one worker holds at most.
   size_t bytes() const {
@@ -65,6 +72,8 @@ class ScalePilot {
            copies_.capacity() * sizeof(double);
   }
   static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count);
+  // What block_count is at most for so many points.
+  static size_t MostBlocks(size_t point_count, uint32_t max_neighbor_count);
 
  private:
   struct Candidate {

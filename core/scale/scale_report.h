@@ -44,8 +44,10 @@ struct ScaleReport {
   // where no sampled point has enough neighbors. Of two parts of the cloud, the larger one.
   std::optional<double> normal_sigma = std::nullopt;
   // What given normals were made by, where they err by noise of the positions that neighbors share: normals of halves
-  // of these fits told it (core/normals/trust/).
+  // of these fits told it (core/normals/trust/), or those of the fit that is named next.
   std::optional<FittedNormals> fitted_normals = std::nullopt;
+  // What they were made anew by, where that is better (core/job/refit_phases.h).
+  std::optional<FittedNormals> normals_made_anew = std::nullopt;
   // Whether that of positions is known to be nothing beside the smallest neighborhoods, in all parts.
   bool positions_are_exact = true;
 

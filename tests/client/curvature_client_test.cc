@@ -163,6 +163,8 @@ TEST(CurvatureClientTest, TellsWhatGivenNormalsWereMadeBy) {
   ASSERT_TRUE(result->summary.scale.has_value() && result->summary.scale->fitted_normals.has_value());
   EXPECT_EQ(result->summary.scale->fitted_normals->method, NormalMethod::kPca);
   EXPECT_EQ(result->summary.scale->fitted_normals->neighbor_count, 20u);
+  ASSERT_TRUE(result->summary.scale->normals_made_anew.has_value());
+  EXPECT_GT(result->summary.scale->normals_made_anew->neighbor_count, 20u);
 }
 
 TEST(CurvatureClientTest, NormalCurvatureTakesOneDirectionOrOneForEachPoint) {

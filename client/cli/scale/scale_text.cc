@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
 namespace curv {
@@ -32,6 +35,15 @@ std::vector<ScaleOutcome> WorthTelling(const ScaleReport& report) {
   return told;
 }
 
+std::string TextOf(const FittedNormals& fit) {
+  return absl::StrFormat("%s of %u points", NormalMethodName(fit.method), fit.neighbor_count);
+}
+
+nlohmann::ordered_json JsonOf(const std::optional<FittedNormals>& fit) {
+  if (!fit) return nullptr;
+  return {{"method", NormalMethodName(fit->method)}, {"neighbor_count", fit->neighbor_count}};
+}
+
 }  // namespace
 
 std::string ScaleText(const ScaleReport& report) {
@@ -48,8 +60,10 @@ std::string ScaleText(const ScaleReport& report) {
     absl::StrAppendFormat(&text, "  noise of normals: %.3g rad along each tangent\n", *report.normal_noise);
   }
   if (report.fitted_normals) {
-    absl::StrAppendFormat(&text, "  given normals: %s of %u points, whose halves told their noise\n",
-                          NormalMethodName(report.fitted_normals->method), report.fitted_normals->neighbor_count);
+    absl::StrAppend(&text, "  given normals: ", TextOf(*report.fitted_normals), ", ",
+                    report.normals_made_anew ? absl::StrCat("made anew: ", TextOf(*report.normals_made_anew))
+                                             : "whose halves told their noise",
+                    "\n");
   }
   return text;
 }
@@ -64,15 +78,11 @@ nlohmann::ordered_json ScaleJson(const ScaleReport& report) {
                         {"bias", o.bias},
                         {"share", o.share}});
   }
-  nlohmann::ordered_json fitted_normals = nullptr;
-  if (report.fitted_normals) {
-    fitted_normals = {{"method", NormalMethodName(report.fitted_normals->method)},
-                      {"neighbor_count", report.fitted_normals->neighbor_count}};
-  }
   return {{"sampled_points", report.sampled_points},
           {"position_noise", report.position_noise},
           {"normal_noise", report.normal_noise ? nlohmann::ordered_json(*report.normal_noise) : nullptr},
-          {"fitted_normals", std::move(fitted_normals)},
+          {"fitted_normals", JsonOf(report.fitted_normals)},
+          {"normals_made_anew", JsonOf(report.normals_made_anew)},
           {"outcomes", std::move(outcomes)}};
 }
 

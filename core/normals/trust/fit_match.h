@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -46,10 +47,10 @@ class FitMatch {
 };
 
 // What a probe finds: the fit that the normals were made by, and the one whose halves tell of their noise: the same, or
-// planes of about its errors, if it has too few neighbors for halves.
+// planes of about its errors, if it has too few neighbors for halves; none where halves would share most of its errors.
 struct FoundFit {
   FittedNormals made_by;
-  NormalFit of_halves;
+  std::optional<NormalFit> of_halves;
 };
 
 // A sample whose normal was made by a fit: squared differences of the normals of other fits.

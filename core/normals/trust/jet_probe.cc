@@ -259,8 +259,10 @@ FitVotes JetProbe::Votes() const {
 void JetProbe::Find() {
   const FitVotes votes = Votes();
   auto [count, agreement] = votes.Most();
-  if (!agreement.IsEnough(votes.known()) || !agreement.IsMadeByNoise()) return;
-  found_ = {{method_, count}, FitOf(method_, count)};
+  if (!agreement.IsEnough(votes.known())) return;
+  found_ = FoundFit{{method_, count}, std::nullopt};
+  if (!agreement.IsMadeByNoise()) return;
+  found_->of_halves = FitOf(method_, count);
   if (count >= LeastNeighborCountOfHalves(method_)) return;
   // Of few neighbors, halves determine planes at most, of as many as have that noise.
   if (method_ == NormalMethod::kJet4) count /= kNoiseOfQuartics;

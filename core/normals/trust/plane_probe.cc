@@ -220,9 +220,10 @@ std::pair<uint32_t, FitAgreement> PlaneProbe::OfOneRadius() const {
 void PlaneProbe::Find() {
   auto most = OfOneCount(), of_radius = OfOneRadius();
   if (of_radius.second.size() > most.second.size()) most = std::move(of_radius);
-  if (most.first < kFewestFound || !most.second.IsEnough(KnownCount()) || !most.second.IsMadeByNoise()) return;
-  found_ = {{NormalMethod::kPca, most.first},
-            PlaneOfNeighbors(std::max(most.first, LeastNeighborCountOfHalves(NormalMethod::kPca)))};
+  if (!most.second.IsEnough(KnownCount())) return;
+  found_ = FoundFit{{NormalMethod::kPca, most.first}, std::nullopt};
+  if (most.first < kFewestFound || !most.second.IsMadeByNoise()) return;
+  found_->of_halves = PlaneOfNeighbors(std::max(most.first, LeastNeighborCountOfHalves(NormalMethod::kPca)));
 }
 
 size_t PlaneProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {

@@ -122,10 +122,12 @@ void WriteReport(const ScaleReport& report, v1::ScaleReport& proto) {
   proto.set_sampled_point_count(report.sampled_points);
   proto.set_position_noise(report.sigma);
   if (report.normal_sigma.has_value()) proto.set_normal_noise(*report.normal_sigma);
-  if (report.fitted_normals.has_value()) {
-    proto.mutable_fitted_normals()->set_method(WireNormalMethod(report.fitted_normals->method));
-    proto.mutable_fitted_normals()->set_neighbor_count(report.fitted_normals->neighbor_count);
-  }
+  const auto set_fit = [](const FittedNormals& fit, v1::FittedNormals& to) {
+    to.set_method(WireNormalMethod(fit.method));
+    to.set_neighbor_count(fit.neighbor_count);
+  };
+  if (report.fitted_normals.has_value()) set_fit(*report.fitted_normals, *proto.mutable_fitted_normals());
+  if (report.normals_made_anew.has_value()) set_fit(*report.normals_made_anew, *proto.mutable_normals_made_anew());
 }
 
 }  // namespace curvd

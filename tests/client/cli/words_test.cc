@@ -138,6 +138,7 @@ TEST(ScaleTextTest, FitsInEightyColumns) {
   report.position_noise = 1.23456e-15;
   report.normal_noise = 1.23456e-15;
   report.fitted_normals = {NormalMethod::kJet4, 1536};
+  report.normals_made_anew = {NormalMethod::kJet4, 1086};
   for (ScaleOutcome& outcome : report.outcomes)
     outcome = {outcome.estimator, 2048, 1.2345e-100, 1.2345e-100, 1.2345e-100, 1.0};
   const std::string text = ScaleText(report);
@@ -149,7 +150,8 @@ TEST(ScaleTextTest, FitsInEightyColumns) {
 TEST(ScaleTextTest, SaysWhenNothingCouldBeJudged) {
   EXPECT_THAT(ScaleText({}), HasSubstr("too few points"));
   EXPECT_EQ(ScaleJson({}).dump(),
-            R"({"sampled_points":0,"position_noise":0.0,"normal_noise":null,"fitted_normals":null,"outcomes":[]})");
+            R"({"sampled_points":0,"position_noise":0.0,"normal_noise":null,"fitted_normals":null,)"
+            R"("normals_made_anew":null,"outcomes":[]})");
 }
 
 TEST(ScaleTextTest, TellsWhatGivenNormalsWereMadeBy) {
@@ -157,6 +159,9 @@ TEST(ScaleTextTest, TellsWhatGivenNormalsWereMadeBy) {
   report.fitted_normals = {NormalMethod::kPca, 30};
   EXPECT_THAT(ScaleText(report), HasSubstr("\n  given normals: pca of 30 points, whose halves told their noise\n"));
   EXPECT_EQ(ScaleJson(report)["fitted_normals"].dump(), R"({"method":"pca","neighbor_count":30})");
+  report.normals_made_anew = {NormalMethod::kJet2, 192};
+  EXPECT_THAT(ScaleText(report), HasSubstr("\n  given normals: pca of 30 points, made anew: jet-2 of 192 points\n"));
+  EXPECT_EQ(ScaleJson(report)["normals_made_anew"].dump(), R"({"method":"jet-2","neighbor_count":192})");
 }
 
 TEST(ScaleTextTest, JsonTellsEverythingThatWasJudged) {

@@ -80,6 +80,63 @@ TEST(FittedNormalsTest, ErrorsThatNeighborsShareAreNotTakenForDetail) {
   }
 }
 
+// Each normal a little off, so that nobody knows the fit again.
+TestPoints Disguised(TestPoints points, float by) {
+  for (size_t i = 0; i < points.size(); ++i) points.normals[i][i % 3] += by;
+  return points;
+}
+
+EstimatorOptions AutomaticHexagrams() { return {.estimator = "avg-hexagram", .neighborhood = AutomaticScale()}; }
+
+// Planes of few neighbors have much more noise than what curvd makes of the same positions.
+TEST(FittedNormalsTest, AreMadeAnewWhereThatIsBetter) {
+  for (const uint32_t count : {8, 12, 30}) {
+    const TestPoints sphere = SphereOfPlanes(count);
+    const EstimationResult result = Estimate(sphere, Automatic());
+    ASSERT_TRUE(result.scale_report.has_value() && result.scale_report->normals_made_anew.has_value()) << count;
+    EXPECT_EQ(result.scale_report->fitted_normals->neighbor_count, count);
+    EXPECT_GT(result.scale_report->normals_made_anew->neighbor_count, 2 * count);
+    EXPECT_LT(MeanError(result, 1.0), 0.5 * MeanError(Estimate(Disguised(sphere, 0.02f), Automatic()), 1.0)) << count;
+    NormalOptions make;
+    make.source = NormalSource::kEstimate;
+    make.sides = ConsistentSides{.closed = true};
+    const EstimationResult made = Estimate(sphere, Automatic(), make);
+    EXPECT_EQ(FirstDifference(result.field.points.span(), made.field.points.span()), sphere.size())
+        << "the normals of the same positions, on the same sides";
+  }
+}
+
+// Who names an estimator gets it by the normals that he gives.
+TEST(FittedNormalsTest, OnlyTheChoiceMakesThemAnew) {
+  const EstimationResult result = Estimate(SphereOfPlanes(20), AutomaticHexagrams());
+  ASSERT_TRUE(result.scale_report.has_value() && result.scale_report->fitted_normals.has_value());
+  EXPECT_FALSE(result.scale_report->normals_made_anew.has_value());
+}
+
+TEST(FittedNormalsTest, GoodOnesAndThoseOfNoFitStay) {
+  const TestPoints exact = NoisySphere(kSpherePoints, 0.01);
+  NormalOptions make;
+  make.source = NormalSource::kEstimate;
+  const NormalResult best = MustMakeNormals(BareCloud(exact), make);
+  for (const TestPoints& points : {exact, WithFittedNormals(exact, *best.report.method, best.report.neighbor_count)}) {
+    const EstimationResult result = Estimate(points, Automatic());
+    ASSERT_TRUE(result.scale_report.has_value());
+    EXPECT_FALSE(result.scale_report->normals_made_anew.has_value()) << best.report.neighbor_count;
+  }
+}
+
+// Those that point inward stay inward.
+TEST(FittedNormalsTest, NewOnesKeepTheSides) {
+  TestPoints sphere = SphereOfPlanes(12), inward = sphere;
+  for (auto& normal : inward.normals) normal = {-normal[0], -normal[1], -normal[2]};
+  const EstimationResult outward = Estimate(sphere, Automatic()), turned = Estimate(inward, Automatic());
+  ASSERT_TRUE(turned.scale_report.has_value() && turned.scale_report->normals_made_anew.has_value());
+  for (size_t i = 0; i < sphere.size(); ++i) {
+    ASSERT_EQ(turned.field.points[i].status, outward.field.points[i].status);
+    ASSERT_NEAR(turned.field.points[i].mean, -outward.field.points[i].mean, 1e-4);
+  }
+}
+
 TEST(FittedNormalsTest, NormalsThatAreTurnedAreLikeThoseThatWere) {
   const TestPoints sphere = SphereOfPlanes(20), mixed = SphereOfPlanes(20, false);
   NormalOptions orient;
@@ -111,9 +168,7 @@ TEST(FittedNormalsTest, NormalsThatTheServerMakesAreNotGivenOnes) {
 // Planes mix the sheets, in both halves alike: such normals are taken as they come, like those that are slightly
 // turned, and are not known again.
 TEST(FittedNormalsTest, NormalsOfThinShellsHaveNoHalves) {
-  const TestPoints shell = ShellOfPlanes(24);
-  TestPoints turned = shell;
-  for (size_t i = 0; i < turned.size(); ++i) turned.normals[i][i % 3] += 1e-3f;
+  const TestPoints shell = ShellOfPlanes(24), turned = Disguised(shell, 1e-3f);
   const auto error_of = [&](const TestPoints& points) {
     const EstimationResult result = Estimate(points, WithChoice(Automatic()));
     double error = 0.0;

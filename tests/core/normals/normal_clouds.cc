@@ -121,6 +121,11 @@ void MakeHalfNormals(SpatialIndex& index, const NormalFit& fit, uint64_t most_wo
   RunInParts(*StartHalfNormals(fit, index), index, most_work);
 }
 
+void RefitNormals(SpatialIndex& index, const NormalFit& fit, uint64_t most_work) {
+  EXPECT_TRUE(index.MakeHalfNormals().ok());
+  RunInParts(*StartNormalRefit(fit, index), index, most_work);
+}
+
 PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t most_work) {
   NormalQuality quality;
   EXPECT_TRUE(quality.Create(index.leaf_count() * SpatialIndex::kLeafSize, true).ok());

@@ -49,6 +49,9 @@ PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t mo
 // Makes normals of halves, likewise. REQUIRES: the index has normals.
 void MakeHalfNormals(SpatialIndex& index, const NormalFit& fit, uint64_t most_work = WorkerScratch::kMostRunWork);
 
+// Makes normals anew, in the place of half normals, likewise. REQUIRES: the index has normals.
+void RefitNormals(SpatialIndex& index, const NormalFit& fit, uint64_t most_work = WorkerScratch::kMostRunWork);
+
 // Mean angle in degrees between the lines of the normals made and those of `points`, over the points that have one.
 double MeanAngle(const NormalField& normals, const TestPoints& points);
 // The share of the points with a normal whose normal points to the other side than that of `points`.

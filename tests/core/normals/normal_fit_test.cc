@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
+#include <utility>
 
 #include "tests/core/instruction_sets.h"
 #include "tests/core/normals/normal_clouds.h"
@@ -29,6 +31,42 @@ TEST_P(NormalFitTest, HigherDegreesAreMoreExactOnCleanSurfaces) {
     const NormalResult result = MustMakeNormals(BareCloud(torus), EstimateBy(kMethods[m], 24));
     EXPECT_EQ(CountOf(result, PointStatus::kOk), torus.size());
     EXPECT_LT(MeanAngle(result.normals, torus), most[m]) << NormalMethodName(kMethods[m]);
+  }
+}
+
+// Some of the given normals are far from the new ones: those take the side of the others in their leaf.
+TEST_P(NormalFitTest, RefitsKeepTheSides) {
+  TestPoints torus = Torus(3000, 2);
+  const TestPoints exact = torus;
+  AddNoise(0.02, 3, torus);
+  constexpr size_t kFar = 7;
+  for (size_t i = 0; i < torus.size(); ++i) {
+    if (i % kFar != 0) continue;
+    auto& n = torus.normals[i];
+    const float length = std::hypot(n[0], n[1]);
+    n = {-0.1f * n[0] - n[1] / length, -0.1f * n[1] + n[0] / length, -0.1f * n[2]};
+  }
+  SpatialIndex index = BuildIndex(torus.ToCloud());
+  RefitNormals(index, {.method = NormalMethod::kJet2, .neighborhood = NeighborCount{48}});
+  for (size_t place = 0; place < index.point_count(); ++place) {
+    const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
+    const auto& n = exact.normals[index.point_set().slot_of(index.positions(leaf).id[lane])];
+    const SpatialIndex::LeafNormals& made = index.half_normals(leaf);
+    ASSERT_GT(n[0] * made.x[lane] + n[1] * made.y[lane] + n[2] * made.z[lane], 0.9f) << place;
+  }
+}
+
+// A run that leaves the rest of a group to others makes the same ones, since it writes none of those that it reads.
+TEST_P(NormalFitTest, RefitsInPartsAreTheSame) {
+  TestPoints torus = Torus(3000, 2);
+  AddNoise(0.5, 3, torus);
+  for (size_t i = 0; i < torus.size(); i += 2) std::swap(torus.normals[i][0], torus.normals[i][2]);
+  SpatialIndex whole = BuildIndex(torus.ToCloud()), parts = BuildIndex(torus.ToCloud());
+  const NormalFit fit{.method = NormalMethod::kJet2, .neighborhood = NeighborCount{24}};
+  RefitNormals(whole, fit);
+  RefitNormals(parts, fit, 1);
+  for (size_t leaf = 0; leaf < whole.leaf_count(); ++leaf) {
+    ASSERT_EQ(std::memcmp(&whole.half_normals(leaf), &parts.half_normals(leaf), sizeof(SpatialIndex::LeafNormals)), 0);
   }
 }
 

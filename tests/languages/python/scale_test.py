@@ -75,6 +75,7 @@ class ScaleTest(RealServerTest):
         made, _ = estimate_normals(positions, method="pca", neighbor_count=30, server=self.server)
         _, summary = estimate_curvature(positions, made["normal"], server=self.server, estimator="auto")
         self.assertEqual(summary.scale.fitted_normals.neighbor_count, 30)
+        self.assertGreater(summary.scale.normals_made_anew.neighbor_count, 30)
 
     def test_normal_curvature_takes_one_direction_or_one_for_each_point(self):
         positions, normals = sphere(2_000, radius=2.0)

@@ -29,9 +29,9 @@ std::optional<NormalFit> Probed(const TestPoints& points, uint32_t max_neighbor_
       EXPECT_TRUE(probe.RunBlock(backwards ? count - 1 - i : i, 0, stopped).ok());
     }
   }
-  if (!probe.found().has_value()) return std::nullopt;
-  EXPECT_TRUE(probe.found()->made_by.method == probe.found()->of_halves.method ||
-              probe.found()->of_halves.method == NormalMethod::kPca);
+  if (!probe.found().has_value() || !probe.found()->of_halves.has_value()) return std::nullopt;
+  const NormalMethod of_halves = probe.found()->of_halves->method;
+  EXPECT_TRUE(of_halves == probe.found()->made_by.method || of_halves == NormalMethod::kPca);
   return probe.found()->of_halves;
 }
 

@@ -203,6 +203,7 @@ TEST(WriteReportTest, TellsEveryOutcome) {
   report.sigma = 0.01;
   report.normal_sigma = 0.02;
   report.fitted_normals = {NormalMethod::kJet2, 24};
+  report.normals_made_anew = {NormalMethod::kJet4, 96};
   v1::ScaleReport proto;
   WriteReport(report, proto);
   ASSERT_EQ(proto.outcomes_size(), 2);
@@ -218,12 +219,15 @@ TEST(WriteReportTest, TellsEveryOutcome) {
   EXPECT_EQ(proto.normal_noise(), 0.02);
   EXPECT_EQ(proto.fitted_normals().method(), v1::NORMAL_METHOD_JET_2);
   EXPECT_EQ(proto.fitted_normals().neighbor_count(), 24u);
+  EXPECT_EQ(proto.normals_made_anew().method(), v1::NORMAL_METHOD_JET_4);
+  EXPECT_EQ(proto.normals_made_anew().neighbor_count(), 96u);
 }
 
 TEST(WriteReportTest, NormalsThatAreThoseOfNoFitAreUnset) {
   v1::ScaleReport proto;
   WriteReport(ScaleReport(), proto);
   EXPECT_FALSE(proto.has_fitted_normals());
+  EXPECT_FALSE(proto.has_normals_made_anew());
 }
 
 }  // namespace

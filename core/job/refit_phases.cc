@@ -1,0 +1,51 @@
+#include "core/job/refit_phases.h"
+
+#include <algorithm>
+
+#include "core/base/function_phase.h"
+
+namespace curvd {
+namespace {
+
+// Of the squared error that noise makes of given normals, what new ones may err by at most. Measured on 455 clouds of
+// all all kinds: with a half, and with a fifth, they have 0.4 times the errors of H in the mean, and 2.6 times at most
+// where planes have 10 neighbors and more.
+constexpr double kMostOfGivenError = 0.5;
+
+}  // namespace
+
+void RefitPhases::Start(const FittedNormals& made_by, Then then) {
+  pilot_.emplace(index_, std::nullopt, max_neighbor_count_, thread_count_, NormalAim::kCurvature);
+  add_phase_(MakeProbePhase(name_, *pilot_));
+  add_phase_(MakeStep(name_, [this, made_by, then = std::move(then)] { return Decide(made_by, then); }));
+}
+
+absl::Status RefitPhases::Decide(const FittedNormals& made_by, const Then& then) {
+  const ChosenScale chosen = pilot_->Choose();
+  const double given_error = pilot_->NoiseOf(made_by.method, made_by.neighbor_count).value_or(0.0);
+  pilot_.reset();
+  if (!(chosen.squared_error <= kMostOfGivenError * given_error)) return then(nullptr);
+  if (absl::Status status = index_.MakeHalfNormals(); !status.ok()) return status;
+  run_ = StartNormalRefit(chosen.fit, index_);
+  scratch_.emplace(*run_, thread_count_);
+  for (GroupPhase& groups : run_->Phases()) {
+    groups.name = name_;
+    const size_t groups_per_block = GroupsPerBlock(chosen.fit.OptionsForOnePoint());
+    add_phase_(MakeGroupPhase(std::move(groups), index_, groups_per_block, *scratch_, nullptr));
+  }
+  add_phase_(MakeStep(name_, [this, fit = chosen.fit, then] {
+    scratch_.reset();
+    run_.reset();
+    index_.TakeHalfNormals();
+    return then(&fit);
+  }));
+  return absl::OkStatus();
+}
+
+size_t RefitPhases::ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count) {
+  const size_t blocks = ScalePilot::MostBlocks(point_count, max_neighbor_count);
+  return std::min(static_cast<size_t>(thread_count), blocks) *
+         ScalePilot::ScratchBytes(point_count, max_neighbor_count);
+}
+
+}  // namespace curvd
