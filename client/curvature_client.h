@@ -198,10 +198,10 @@ struct EstimateOptions {
   // Where normals come from. DEFAULT: with the cloud.
   NormalOptions normals;
   // Quantities to send, of QuantityNames(), each at most once; of the others the result has empty arrays. If none is of
-  // curvature, none is estimated. "standard_errors" takes an automatic scale, or kAvgHexagram, kNormalRegression or
-  // kJetFitting of degree 4 with 16 to 2,048 neighbors; "chosen_neighbor_count" and "estimator_weights" take an
-  // automatic scale or kAuto; "normal_curvature" a direction. DEFAULT: empty, which asks for DefaultQuantityNames(),
-  // and for the normals unless they are given.
+  // curvature, none is estimated. "standard_errors" is of kAuto, kAvgHexagram, kNormalRegression, kJetFitting of
+  // degree 4, and kAlgebraicShapeOperator with project, with an automatic scale or 16 to 2,048 neighbors;
+  // "chosen_neighbor_count" and "estimator_weights" take an automatic scale or kAuto; "normal_curvature" a direction.
+  // DEFAULT: empty, which asks for DefaultQuantityNames(), and for the normals unless they are given.
   std::vector<std::string> quantities;
   // Of the quantity normal_curvature, one direction for all points: finite, of any length but 0. DEFAULT: none; the
   // cloud then has one for each point (CloudView::Toward).

@@ -1,32 +1,17 @@
 // curv: curvature of point clouds from the command line.
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <iostream>
 #include <new>
-#include <optional>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "CLI/CLI.hpp"
 #include "about/version_line.h"
-#include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
+#include "client/cli/usage/usage_message.h"
 
 namespace {
-
-// What to say of arguments that no flag and no file takes. One that is mistyped is often missed elsewhere: that a flag
-// is missing, which the parser finds first, would hide it. None, if all arguments have a place.
-std::optional<std::string> UnexpectedArguments(const CLI::App& app) {
-  std::vector<std::string> unexpected = app.remaining(/*recurse=*/true);
-  std::erase(unexpected, "--");  // the mark between flags and files is no argument
-  if (unexpected.empty()) return std::nullopt;
-  std::error_code ignored;
-  const bool is_file = unexpected[0].starts_with('-') && std::filesystem::exists(unexpected[0], ignored);
-  return absl::StrCat(CLI::ExtrasError("curv", unexpected).what(),
-                      is_file ? absl::StrCat(": the file of that name is ./", unexpected[0]) : "");
-}
 
 int Run(int argc, char** argv) {
   CLI::App app("curv estimates the curvature of point clouds, and their normals, with a curvd server.", "curv");
@@ -53,8 +38,8 @@ int Run(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app.exit(asked);  // --help, --version
   } catch (const CLI::ParseError& error) {
-    const std::string message = UnexpectedArguments(app).value_or(error.what());
-    std::fprintf(stderr, "curv: %s\nRun with --help for what is possible.\n", curv::Visible(message).c_str());
+    const std::string message = curv::UsageMessage(app, {argv + 1, argv + argc}, error);
+    std::fprintf(stderr, "curv: %s\n", curv::Visible(message).c_str());
     return static_cast<int>(curv::ExitCode::kUsage);
   }
   if (action == nullptr) {

@@ -1,12 +1,20 @@
 #include "server/flags.h"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <limits>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "proto/nearest_word.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
 
@@ -25,8 +33,9 @@ constexpr char kFooter[] =
     "  curv generate torus --points=100000 -o torus.ply\n"
     "  curv estimate torus.ply -o out.ply --server=127.0.0.1:50061\n"
     "  curl http://127.0.0.1:9461/metrics\n"
-    "\nExit codes: 0 drained after SIGTERM or SIGINT; 1 cannot serve: an address is in use or not permitted;\n"
-    "2 wrong flags; 3 a second signal ended the drain.\n";
+    "\nExit codes: 0 drained after SIGTERM or SIGINT; 1 cannot serve: an address is in use or not permitted,\n"
+    "or a certificate or token file holds none; 2 wrong flags, or a file that they name cannot be read;\n"
+    "3 a second signal ended the drain.\n";
 
 // An empty value cannot be told from a missing one on a command line.
 constexpr char kNoAddress[] = "none";
@@ -40,17 +49,38 @@ std::string EnvironmentName(const std::string& flag) {
 
 // CLI11 reads 0100 as 64, by the rules of C, and -1 as the largest number there is.
 std::string CheckDecimal(const std::string& text) {
-  if (text.empty() || std::isdigit(static_cast<unsigned char>(text.front())) == 0) {
-    return absl::StrCat("\"", text, "\" must be a whole number of 0 or more");
+  if (text.size() > 1 && text[0] == '0') return absl::StrCat(text, " must be a decimal number without zeros before it");
+  const bool is_whole =
+      !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  return is_whole ? "" : absl::StrCat("\"", text, "\" must be a whole number of 0 or more, written in digits");
+}
+
+template <typename Value>
+std::string CheckWhole(const std::string& text) {
+  Value value;
+  if (std::string fault = CheckDecimal(text); !fault.empty()) return fault;
+  return absl::SimpleAtoi(text, &value)
+             ? ""
+             : absl::StrCat("\"", text, "\" must be a whole number of at most ", std::numeric_limits<Value>::max());
+}
+
+std::string CheckBool(const std::string& text) {
+  try {
+    CLI::detail::to_flag_value(text);
+    return "";
+  } catch (const std::invalid_argument&) {
+    return absl::StrCat("\"", text, "\" must be true or false");
   }
-  const bool is_decimal = text.size() < 2 || text[0] != '0';
-  return is_decimal ? "" : absl::StrCat(text, " must be a decimal number without zeros before it");
 }
 
 template <typename Value>
 CLI::Option* AddFlag(CLI::App& app, const char* flag, Value& value, const std::string& help) {
   CLI::Option* option = app.add_option(flag, value, help)->envname(EnvironmentName(flag))->capture_default_str();
-  if constexpr (std::is_integral_v<Value> && !std::is_same_v<Value, bool>) option->check(CheckDecimal, "");
+  if constexpr (std::is_same_v<Value, bool>) {
+    option->check(CheckBool, "");
+  } else if constexpr (std::is_integral_v<Value>) {
+    option->check(CheckWhole<Value>, "");
+  }
   return option;
 }
 
@@ -74,8 +104,17 @@ void AddBytes(CLI::App& app, const char* flag, uint64_t& value, const std::strin
   // A transformation comes before all checks.
   const CLI::Validator checked(
       [with_unit](std::string& text) {
-        const std::string fault = CheckDecimal(text);
-        return fault.empty() ? with_unit(text) : fault;
+        try {
+          const size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
+          std::string bytes = text;
+          if (digits > 1 && text[0] == '0') return CheckDecimal(text);
+          if (digits > 0 && with_unit(bytes).empty()) {
+            text = bytes;
+            return std::string();
+          }
+        } catch (const CLI::ValidationError&) {  // of a unit that there is not
+        }
+        return absl::StrCat("\"", text, "\" must be a whole number of 0 or more, of bytes or with a unit as in 8GiB");
       },
       "");
   AddFlag(app, flag, value, help)->transform(checked)->type_name("BYTES");
@@ -104,7 +143,8 @@ void AddAddresses(CLI::App& app, ServerOptions& options) {
   AddFlag(app, "--listen", options.listen, "Where calls are taken; port 0 picks a free one. Also unix:PATH")
       ->type_name("HOST:PORT");
   app.add_flag("--insecure", options.insecure, "Take plain text from other machines as well: encrypt in front of curvd")
-      ->envname(EnvironmentName("--insecure"));
+      ->envname(EnvironmentName("--insecure"))
+      ->check(CheckBool, "");
   AddFlag(app, "--health-listen", options.health_listen,
           "Where probes ask for health alone, in plain text and without a token: as --listen")
       ->type_name("HOST:PORT");
@@ -158,6 +198,52 @@ void AddLimits(CLI::App& app, ServerOptions& options) {
   AddFlag(app, "--log", options.log, "One JSON line on stderr for each call")->type_name("BOOL");
 }
 
+std::vector<std::string> FlagNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+// What the parser says, in words for people where its own are none.
+std::string ParserText(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> unexpected = app.remaining();
+  if (!unexpected.empty()) {
+    return absl::StrCat("this argument was not expected: ", unexpected.front(),
+                        DidYouMean(unexpected.front().substr(0, unexpected.front().find('=')), FlagNames(app)));
+  }
+  // "--max-points: 1 required N missing"
+  const std::string text = error.what();
+  const size_t required = text.find(": 1 required ");
+  return required != std::string::npos && absl::EndsWith(text, " missing")
+             ? absl::StrCat(text.substr(0, required), ": its value is missing or empty")
+             : text;
+}
+
+// Whether Kubernetes, or a link between containers, sets such a variable for a service with the name curvd.
+bool IsOfAService(absl::string_view variable) {
+  return variable == "CURVD_PORT" || absl::StartsWith(variable, "CURVD_PORT_") ||
+         absl::StartsWith(variable, "CURVD_SERVICE_");
+}
+
+// A warning for each variable that may be a mistyped one of a flag.
+std::vector<std::string> UnknownVariables(const CLI::App& app) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : app.get_options()) {
+    if (!option->get_envname().empty()) known.push_back(option->get_envname());
+  }
+  std::vector<std::string> warnings;
+  for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry) {
+    const std::string text = *entry, name = text.substr(0, text.find('='));
+    if (!absl::StartsWith(name, "CURVD_") || IsOfAService(name)) continue;
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    warnings.push_back(absl::StrCat("no flag reads the environment variable ", name, DidYouMean(name, known)));
+  }
+  std::sort(warnings.begin(), warnings.end());
+  return warnings;
+}
+
 }  // namespace
 
 absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv, const std::string& version_line) {
@@ -178,9 +264,10 @@ absl::StatusOr<CommandLine> ParseCommandLine(int argc, const char* const* argv, 
     line.answer = absl::StrCat(version.what(), "\n");
     return line;
   } catch (const CLI::ParseError& error) {
-    return absl::InvalidArgumentError(absl::StrCat(error.what(), " (curvd --help lists all flags)"));
+    return absl::InvalidArgumentError(absl::StrCat(ParserText(app, error), " (curvd --help lists all flags)"));
   }
   if (absl::Status status = CheckAccessFlags(app); !status.ok()) return status;
+  line.warnings = UnknownVariables(app);
   if (line.options.metrics_listen == kNoAddress) line.options.metrics_listen.clear();
   if (absl::Status status = line.options.Validate(); !status.ok()) return status;
   return line;

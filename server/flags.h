@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "server/server_options.h"
@@ -13,6 +14,8 @@ struct CommandLine {
   ServerOptions options;
   // Set by --help and --version: what to print on stdout instead of serving.
   std::string answer;
+  // What the operator should know: variables that no flag reads.
+  std::vector<std::string> warnings;
 };
 
 // Every flag --some-name may also be given as the environment variable CURVD_SOME_NAME; the command line wins. A flag

@@ -4,12 +4,15 @@
 
 #include <cstdio>
 #include <future>
+#include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "about/version_line.h"
 #include "absl/strings/str_cat.h"
 #include "google/protobuf/stubs/logging.h"
+#include "server/access/watched_file.h"
 #include "server/curvature_server.h"
 #include "server/flags.h"
 #include "server/host/descriptor_limit.h"
@@ -57,7 +60,21 @@ std::string WithPort(const std::string& listen, int port) {
   return port == 0 ? listen : absl::StrCat(listen.substr(0, listen.rfind(':')), ":", port);
 }
 
-int Serve(const ServerOptions& options) {
+// Whether the files that flags name can be read. What they hold is looked at later.
+absl::Status CheckFiles(const ServerOptions& options) {
+  for (const auto& [flag, path] : {std::pair("--tls-cert", &options.tls_cert),
+                                   {"--tls-key", &options.tls_key},
+                                   {"--tls-client-ca", &options.tls_client_ca},
+                                   {"--tls-client-names", &options.tls_client_names},
+                                   {"--token-file", &options.token_file}}) {
+    if (path->empty()) continue;
+    const absl::Status status = WatchedFile(*path).Read().status();
+    if (!status.ok()) return absl::Status(status.code(), absl::StrCat(flag, ": ", status.message()));
+  }
+  return absl::OkStatus();
+}
+
+int Serve(const ServerOptions& options, const std::vector<std::string>& warnings) {
   ServerLog log(options.log);
   const GrpcLogRoute grpc_log(log);
   absl::StatusOr<std::unique_ptr<CurvatureServer>> server = CurvatureServer::Create(options);
@@ -70,6 +87,9 @@ int Serve(const ServerOptions& options) {
             JsonLine()
                 .Add("listen", options.listen)
                 .Add("message", "--insecure: what other machines send, tokens included, is not encrypted"));
+  }
+  for (const std::string& warning : warnings) {
+    log.Log(ServerLog::Level::kWarning, "unknown_variable", JsonLine().Add("message", warning));
   }
   std::future<int> stopped = WatchSignals();
   log.Log(ServerLog::Level::kInfo, "serving",
@@ -110,10 +130,14 @@ int Main(int argc, char** argv) {
     std::fputs(line->answer.c_str(), stdout);
     return kOk;
   }
+  if (const absl::Status status = CheckFiles(line->options); !status.ok()) {
+    std::fprintf(stderr, "curvd: %s\n", std::string(status.message()).c_str());
+    return kBadFlags;
+  }
   ReuseFreedMemory(line->options.Resolved().memory_limit_bytes);
   ServerOptions options = line->options;
   options.owns_process = true;
-  return Serve(options);
+  return Serve(options, line->warnings);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "client/cli/flags.h"
 #include "client/cli/pem/pem_checks.h"
 #include "client/server_target.h"
+#include "proto/access_list.h"
 
 namespace curv {
 namespace {
@@ -27,6 +28,12 @@ absl::Status ReadFile(const char* flag, const std::string& path, std::string& te
   if (file.is_open() && !text.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat(flag, ": ", path, ": ", errno == 0 ? "the file is empty" : std::strerror(errno)));
+}
+
+// Whether the text is that of the server's file of tokens.
+bool HoldsHashes(const std::string& text) {
+  const auto entries = curvd::ParseTokenFile(text);
+  return entries.ok() && !entries->empty();
 }
 
 absl::Status CheckPemFiles(const ConnectionFlags& flags, const ConnectOptions& options) {
@@ -112,6 +119,12 @@ absl::StatusOr<ConnectOptions> ReadConnectOptions(const ConnectionFlags& flags) 
   absl::StripAsciiWhitespace(&options.token);
   if (!flags.token_file.empty() && options.token.empty()) {
     return absl::InvalidArgumentError(absl::StrCat("--token-file: ", flags.token_file, " holds no token"));
+  }
+  if (!flags.token_file.empty() && HoldsHashes(options.token)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--token-file: ", flags.token_file,
+                     " holds hashes of tokens, which are for curvd --token-file: name the file with the token itself, "
+                     "which curv token -o wrote"));
   }
   return options;
 }

@@ -107,8 +107,10 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
       ->option_text("DEGREE [3]");
   command.add_flag("--even-weights", flags.options.even_weights,
                    "count all triangles of delaunay alike, as the paper does");
-  command.add_flag("--project", flags.options.project,
-                   "estimate, by aso, the surface beside the point and not the level through it: for noisy positions");
+  command.add_flag(
+      "--project", flags.options.project,
+      "with aso: measure the fitted surface at the place nearest to the point, not its level through the point: for "
+      "noisy positions; --k=auto always does");
   command.add_option("--seed", flags.options.seed, "of the random estimators")
       ->check(Whole(0, ~uint64_t{0}))
       ->option_text("NUMBER [0]");

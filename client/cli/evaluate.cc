@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -54,11 +55,18 @@ absl::StatusOr<std::vector<ScaleAccuracy>> MeasureAll(const PointTable& table) {
 
 std::string Text(const std::string& input, const ScaleAccuracy& scale) {
   const Accuracy& accuracy = scale.accuracy;
-  std::string text = absl::StrFormat("%s%s: %s of %s points compared with the truth\n", ShownInput(input),
+  std::string text = absl::StrFormat("%s%s: %s of %s compared with the truth\n", ShownInput(input),
                                      scale.suffix.empty() ? "" : absl::StrCat(", K = ", scale.NeighborCount()),
-                                     WithCommas(accuracy.compared), WithCommas(accuracy.points));
+                                     WithCommas(accuracy.compared), CountOf(accuracy.points, "point"));
+  if (accuracy.compared == 0) {
+    return absl::StrCat(text, "  nothing to compare: no point is ok and has finite values\n");
+  }
   absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", "absolute error", "mean", "RMS", "largest");
   for (const QuantityError& error : accuracy.errors) {
+    if (std::isnan(error.mean)) {
+      absl::StrAppendFormat(&text, "  %-22s %14s %14s %14s\n", error.quantity, "none", "none", "none");
+      continue;
+    }
     absl::StrAppendFormat(&text, "  %-22s %14.6g %14.6g %14.6g\n", error.quantity, error.mean, error.rms,
                           error.largest);
   }

@@ -47,6 +47,24 @@ CLI::Validator Whole(uint64_t low, uint64_t high) {
       "");
 }
 
+CLI::Validator ByteSize(uint64_t least) {
+  return CLI::Validator(
+      [=, with_unit = CLI::AsSizeValue(false)](std::string& text) -> std::string {
+        std::string bytes = text;
+        uint64_t value;
+        try {
+          if (with_unit(bytes).empty() && ParseNumber(bytes, value) && value >= least) {
+            text = bytes;
+            return "";
+          }
+        } catch (const CLI::ValidationError&) {  // of a unit that there is not
+        }
+        return absl::StrCat("\"", text, "\" must be a size of ", least >> 20,
+                            "MiB or more, such as 512MiB; a number without a unit counts bytes");
+      },
+      "");
+}
+
 CLI::Validator AutoOrCount(uint32_t most) {
   return CLI::Validator(
       [=](std::string& text) -> std::string {

@@ -15,6 +15,8 @@ CLI::Validator FinitePositive();
 CLI::Validator FiniteNotNegative();
 CLI::Validator UpTo(double most);
 CLI::Validator Whole(uint64_t low, uint64_t high);
+// Transforms a size such as 512MiB, of `least` or more, which is a whole number of MiB, into its bytes.
+CLI::Validator ByteSize(uint64_t least);
 // Accepts "auto", and the sizes of neighborhoods from 4 to `most`.
 CLI::Validator AutoOrCount(uint32_t most);
 

@@ -109,8 +109,8 @@ ExitCode Run(const GenerateFlags& flags) {
   const PointTable table = MakeTable(**surface, *std::move(positions), flags);
   if (absl::Status status = SaveTable(table, flags.output, flags.save); !status.ok())
     return Fail(ExitCode::kOutput, status);
-  std::fprintf(SummaryStream(flags.output), "%s: %s points of the surface %s\n", ShownOutput(flags.output).c_str(),
-               WithCommas(flags.points).c_str(), flags.surface.c_str());
+  std::fprintf(SummaryStream(flags.output), "%s: %s of the surface %s\n", ShownOutput(flags.output).c_str(),
+               CountOf(flags.points, "point").c_str(), flags.surface.c_str());
   return ExitCode::kOk;
 }
 

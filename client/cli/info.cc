@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
 #include "client/cli/command.h"
 #include "client/cli/connection.h"
 #include "client/cli/flags.h"
@@ -22,6 +23,11 @@ struct InfoFlags {
   bool health = false;
 };
 
+// What Highway calls AVX3 is AVX-512; AVX3_DL, AVX3_ZEN4 and AVX3_SPR have more of it.
+std::string InstructionSet(const std::string& cpu_kind) {
+  return absl::StrReplaceAll(cpu_kind, {{"AVX3", "AVX-512"}, {"_", " "}});
+}
+
 std::string Text(const ServerInfo& info) {
   std::string text;
   const auto line = [&text](const char* name, const std::string& value) {
@@ -31,7 +37,7 @@ std::string Text(const ServerInfo& info) {
   line("health", info.health);
   line("estimators", absl::StrJoin(info.estimators, ", "));
   line("worker threads", absl::StrCat(info.worker_threads));
-  line("instruction set", info.cpu_kind);
+  line("instruction set", InstructionSet(info.cpu_kind));
   line("points in a cloud", absl::StrCat("at most ", WithCommas(info.max_points)));
   line("points in a neighborhood", absl::StrCat("at most ", WithCommas(info.max_neighbor_count)));
   line("bytes of a chunk", absl::StrCat("at most ", WithCommas(info.max_chunk_bytes)));

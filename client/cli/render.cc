@@ -184,7 +184,7 @@ std::pair<View, std::string> ChooseView(const RenderFlags& flags, const std::vec
   const Pose pose = ChoosePose(positions, normals, flags.up.empty() ? std::nullopt : std::optional(flags.up[0]));
   const std::string view = flags.view.empty() ? absl::StrCat(pose.azimuth, ":", pose.elevation) : flags.view;
   std::string words = absl::StrCat(", --up=", std::string(1, pose.up_axis));
-  if (flags.up.empty()) absl::StrAppend(&words, " (", pose.reason, ")");
+  if (flags.up.empty() && *pose.reason != '\0') absl::StrAppend(&words, " (", pose.reason, ")");
   return {*MakeView(view, pose.up_axis), absl::StrCat(words, " --view=", view)};
 }
 

@@ -41,6 +41,9 @@ std::string MakeToken() {
 // Writes the token to a new file that nobody else may read. Returns why it could not, or "".
 std::string Save(const std::string& token, const std::string& path) {
   const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (fd < 0 && errno == EEXIST) {
+    return "the file exists, and may hold a token that is in use: name another file, or remove this one";
+  }
   if (fd < 0) return std::strerror(errno);
   const std::string line = token + "\n";
   const bool written = write(fd, line.data(), line.size()) == static_cast<ssize_t>(line.size());

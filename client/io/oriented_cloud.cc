@@ -91,10 +91,11 @@ absl::StatusOr<OrientedCloud> ExtractCloud(const PointTable& table, const CloudN
         "the file has no complete positions: x, y and z are needed, it has the columns: ", NamesOf(table)));
   }
   if (needs.normals && !IsComplete(columns.normals)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("the file has no normals: nx, ny and nz are needed, it has the columns: ", NamesOf(table),
-                     ". Curvature needs a normal at every point, whose side tells its sign. With --normals=estimate, "
-                     "curv estimate makes them of the positions; curv normals writes them into a file"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the file has no normals: nx, ny and nz are needed, it has the columns: ", NamesOf(table),
+        ". Curvature needs a normal at every point, whose side tells its sign. curv normals makes them of the "
+        "positions and writes them into a file; curv estimate --normals=estimate makes them on the way, but "
+        "not in tiles"));
   }
   const auto names = needs.viewpoints ? FindViewpoints(table) : std::nullopt;
   if (needs.viewpoints && !names.has_value()) {

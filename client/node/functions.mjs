@@ -51,9 +51,9 @@ const MOST_KEPT_CLIENTS = 16;
 //   quantities            what the result shall have beside status, of "meanCurvature", "gaussianCurvature",
 //                         "principalCurvatures" (k1, k2), "principalDirections" (d1, d2), "radius", "normals" (normal),
 //                         "normalQuality" (normalResidual, normalVarianceRatio), "shapeIndex", "curvedness",
-//                         "standardErrors" (meanCurvatureStandardError, k1StandardError, k2StandardError) with
-//                         neighborCount "auto" or from 16 to 2,048 and an estimator that "auto" chooses among ("jet" with
-//                         jetDegree 4), "chosenNeighborCount" and "estimatorWeights" (avgHexagramWeight,
+//                         "standardErrors" (meanCurvatureStandardError, k1StandardError, k2StandardError) of "auto",
+//                         "avg-hexagram", "normal-regression", "jet" of degree 4, and "aso" with project, with neighborCount
+//                         "auto" or from 16 to 2,048, "chosenNeighborCount" and "estimatorWeights" (avgHexagramWeight,
 //                         normalRegressionWeight, jetWeight, asoWeight) of "auto", "normalCurvature". DEFAULT, and []: the first five,
 //                         DEFAULT_QUANTITIES, and "normals" unless they stay as they are given
 //   curvatureDirection    of "normalCurvature": the direction in which it is wanted, [x, y, z]; it is projected on the tangent

@@ -3,12 +3,31 @@
 #include <algorithm>
 #include <string>
 
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/string_view.h"
 #include "server/call/scale/wire_scale.h"
 #include "server/call/wire_normals.h"
 
 namespace curvd {
 namespace {
+
+// Of a plane, the least that is fitted.
+constexpr uint64_t kFewestPoints = 3;
+
+// "12,345".
+std::string WithSeparators(uint64_t number) {
+  std::string digits = absl::StrCat(number);
+  for (size_t at = digits.size(); at > 3;) digits.insert(at -= 3, 1, ',');
+  return digits;
+}
+
+// "1 patch", "12,345 patches".
+std::string Counted(uint64_t number, absl::string_view thing) {
+  const char* plural = number == 1 ? "" : absl::EndsWith(thing, "ch") ? "es" : "s";
+  return absl::StrCat(WithSeparators(number), " ", thing, plural);
+}
 
 // What to do where normals contradict each other, which depends on who made them.
 const char* RemedyFor(const CallRecord& record) {
@@ -30,20 +49,22 @@ std::string OpposedNormalsText(uint64_t points, const CallRecord& record) {
   const double share = static_cast<double>(record.agreement.opposed_pairs) /
                        static_cast<double>(std::max<uint64_t>(record.agreement.near_pairs, 1));
   return absl::StrFormat(
-      "normals point to opposite sides of one surface around %u of %u points, which therefore have no curvature "
-      "(opposed_normals); %.2g %% of the pairs of nearest neighbors are opposed, %u patches flipped. Elsewhere the "
-      "sign of curvature may be wrong: %s",
-      points, record.points_received, 100.0 * share, record.agreement.flipped_patches, RemedyFor(record));
+      "normals point to opposite sides of one surface around %s of %s, which therefore have no curvature "
+      "(opposed_normals); %.2g %% of the pairs of nearest neighbors are opposed, %s flipped. Elsewhere the sign of "
+      "curvature may be wrong: %s",
+      WithSeparators(points), Counted(record.points_received, "point"), 100.0 * share,
+      Counted(record.agreement.flipped_patches, "patch"), RemedyFor(record));
 }
 
 // What a person should know whose normals the server could not orient.
 std::string DoubtfulOrientationText(const NormalReport& report) {
   if (report.ambiguous_piece_count > 0) {
     return absl::StrFormat(
-        "some of the oriented normals may point to the wrong side: %u closed pieces lie within others, and nothing "
-        "tells whether they bound hollows there or are bodies of their own, as which their normals point outward; the "
-        "sign of curvature is as doubtful. Send such pieces in calls of their own, or say where they were seen from",
-        report.ambiguous_piece_count);
+        "some of the oriented normals may point to the wrong side: %s within others, and nothing tells whether "
+        "such a piece bounds a hollow there or is a body of its own, as which its normals point outward; the sign of "
+        "curvature is as doubtful. Send such pieces in calls of their own, or say where they were seen from",
+        absl::StrCat(Counted(report.ambiguous_piece_count, "closed piece"),
+                     report.ambiguous_piece_count == 1 ? " lies" : " lie"));
   }
   if (report.mixes_sides) {
     return absl::StrFormat(
@@ -115,9 +136,13 @@ std::string LackText(PointStatus status, const CallRecord& record) {
     case PointStatus::kTooFewNeighbors:
       if (record.least_neighbor_count.value_or(0) > record.points_received) {
         return absl::StrFormat(
-            "neighborhoods of %u points or more were asked for, and the cloud has %u: send more points, or ask for "
-            "fewer neighbors",
-            *record.least_neighbor_count, record.points_received);
+            "neighborhoods of %s or more were asked for, and the cloud has %s: send more points, or ask for fewer "
+            "neighbors",
+            Counted(*record.least_neighbor_count, "point"), WithSeparators(record.points_received));
+      }
+      if (record.points_received < kFewestPoints) {
+        return absl::StrFormat("each needs %u points or more, and the cloud has %u: send more points", kFewestPoints,
+                               record.points_received);
       }
       return "too few points that can be used lie within reach: ask for a larger radius, or for fewer neighbors";
     case PointStatus::kDegenerateArea:

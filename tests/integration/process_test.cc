@@ -136,5 +136,18 @@ TEST(ProcessTest, BadFlagsAreNamed) {
   EXPECT_EQ(curvd.WaitForExit(), 2);
 }
 
+TEST(ProcessTest, FilesThatCannotBeReadAreWrongFlags) {
+  Process curvd({"--listen=127.0.0.1:0", "--metrics-listen=none", "--token-file=/nowhere/file"});
+  curvd.WaitForLine("--token-file: cannot read /nowhere/file: No such file");
+  EXPECT_EQ(curvd.WaitForExit(), 2);
+  Process holds_no_token({"--listen=127.0.0.1:0", "--metrics-listen=none", "--token-file=/etc/passwd"});
+  EXPECT_EQ(holds_no_token.WaitForExit(), 1);
+}
+
+TEST(ProcessTest, LogsVariablesThatNoFlagReads) {
+  Process curvd(kAnyPort, {{"CURVD_LISTN", "0.0.0.0:1"}});
+  EXPECT_THAT(curvd.WaitForLine("unknown_variable"), HasSubstr("did you mean CURVD_LISTEN?"));
+}
+
 }  // namespace
 }  // namespace curvd

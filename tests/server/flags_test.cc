@@ -192,11 +192,36 @@ TEST(ParseCommandLineTest, NamesTheFlagThatItCannotUnderstand) {
                                                         {"--max-streams=0", "--max-streams"},
                                                         {"--max-streams=0100", "0100 must be a decimal number"},
                                                         {"--threads=0x2", "0x2 must be a decimal number"},
-                                                        {"--log=maybe", "--log"}}) {
+                                                        {"--memory-limit=0100", "0100 must be a decimal number"},
+                                                        {"--memory-limit=8qb", "\"8qb\" must be a whole number"},
+                                                        {"--max-points=1e9", "\"1e9\" must be a whole number"},
+                                                        {"--threads=99999999999", "at most 2147483647"},
+                                                        {"--max-points=", "--max-points: its value is missing"},
+                                                        {"--memory-limt=8GiB", "did you mean --memory-limit?"},
+                                                        {"--log=maybe", "--log: \"maybe\" must be true or false"},
+                                                        {"--insecure=maybe", "--insecure: \"maybe\" must be"}}) {
     const auto line = Parse({flag});
     EXPECT_EQ(line.status().code(), absl::StatusCode::kInvalidArgument) << flag;
     EXPECT_THAT(std::string(line.status().message()), HasSubstr(name));
   }
+}
+
+TEST(ParseCommandLineTest, WarnsOfVariablesThatNoFlagReads) {
+  // As Kubernetes sets them for a service with the name curvd.
+  const std::vector<const char*> known = {"CURVD_SERVICE_HOST", "CURVD_PORT_50061_TCP_ADDR", "CURVD_PORT"};
+  for (const char* name : known) setenv(name, "x", 1);
+  setenv("CURVD_MAX_STREAM", "5", 1);
+  setenv("CURVD_NOTHING_LIKE_A_FLAG_OF_THE_SERVER", "5", 1);
+  const auto line = Parse({});
+  for (const char* name : known) unsetenv(name);
+  unsetenv("CURVD_MAX_STREAM");
+  unsetenv("CURVD_NOTHING_LIKE_A_FLAG_OF_THE_SERVER");
+  ASSERT_TRUE(line.ok()) << line.status();
+  ASSERT_EQ(line->warnings.size(), 2u);
+  EXPECT_EQ(line->warnings[0],
+            "no flag reads the environment variable CURVD_MAX_STREAM; did you mean CURVD_MAX_STREAMS?");
+  EXPECT_EQ(line->warnings[1], "no flag reads the environment variable CURVD_NOTHING_LIKE_A_FLAG_OF_THE_SERVER");
+  EXPECT_EQ(Parse({})->warnings.size(), 0u);
 }
 
 }  // namespace

@@ -80,10 +80,10 @@ class BatchReport {
                  stdout);
       return;
     }
-    std::string text = absl::StrFormat("%d %s: %d done, %d skipped, %d failed", files_, files_ == 1 ? "file" : "files",
-                                       done_, skipped_, failed_.size());
+    std::string text =
+        absl::StrFormat("%s: %d done, %d skipped, %d failed", CountOf(files_, "file"), done_, skipped_, failed_.size());
     if (left > 0) absl::StrAppend(&text, ", ", left, " not tried");
-    absl::StrAppendFormat(&text, "; %s points in %.3f s", WithCommas(points_), seconds);
+    absl::StrAppendFormat(&text, "; %s in %.3f s", CountOf(points_, "point"), seconds);
     for (const std::string& input : failed_) absl::StrAppend(&text, "\n  failed: ", Visible(input));
     std::printf("%s\n", text.c_str());
   }

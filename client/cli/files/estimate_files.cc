@@ -30,7 +30,7 @@ double SecondsSince(absl::Time start) { return absl::ToDoubleSeconds(absl::Now()
 absl::Status WithRemedy(const absl::Status& status, size_t points) {
   const std::string reason = ErrorReason(status);
   if (reason == "TOO_MANY_POINTS" || reason == "MEMORY_LIMIT") {
-    return {status.code(), absl::StrCat("the cloud has ", WithCommas(points), " points, more than the server takes: ",
+    return {status.code(), absl::StrCat("the cloud has ", CountOf(points, "point"), ", more than the server takes: ",
                                         status.message(), ". --tiles estimates them in parts, with the same result")};
   }
   const char* remedy = nullptr;
@@ -153,7 +153,7 @@ ExitCode RunOne(const EstimateFlags& flags) {
 
 // One line about a file that is done.
 std::string ShortSummary(const EstimateReport& report) {
-  return absl::StrFormat("%s points, %s ok, %.3f s", WithCommas(report.summary.points),
+  return absl::StrFormat("%s, %s ok, %.3f s", CountOf(report.summary.points, "point"),
                          WithCommas(report.summary.status_counts[static_cast<size_t>(PointStatus::kOk)]),
                          report.read_seconds + report.call_seconds + report.write_seconds);
 }

@@ -72,11 +72,11 @@ void PrintSummary(const MakeNormalsFlags& flags, const EstimateSummary& summary,
                                    {"warnings", WarningsJson(summary)}};
     std::fputs(ToJsonLine(json).c_str(), SummaryStream(flags.output));
   } else if (flags.normals.source == NormalSource::kOrient) {
-    std::fprintf(SummaryStream(flags.output), "%s: negated %s of %s normals\n", ShownOutput(flags.output).c_str(),
-                 WithCommas(turned).c_str(), WithCommas(summary.points).c_str());
+    std::fprintf(SummaryStream(flags.output), "%s: negated %s of %s\n", ShownOutput(flags.output).c_str(),
+                 WithCommas(turned).c_str(), CountOf(summary.points, "normal").c_str());
   } else {
-    std::fprintf(SummaryStream(flags.output), "%s: %s points, %s\n", ShownOutput(flags.output).c_str(),
-                 WithCommas(summary.points).c_str(), NormalsText(*summary.normals).c_str());
+    std::fprintf(SummaryStream(flags.output), "%s: %s, %s\n", ShownOutput(flags.output).c_str(),
+                 CountOf(summary.points, "point").c_str(), NormalsText(*summary.normals).c_str());
   }
 }
 

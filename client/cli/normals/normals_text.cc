@@ -10,9 +10,9 @@ namespace curv {
 namespace {
 
 std::string MethodText(const NormalsReport& report) {
-  if (!report.method.has_value()) return absl::StrCat(WithCommas(report.turned), " normals turned");
+  if (!report.method.has_value()) return absl::StrCat(CountOf(report.turned, "normal"), " turned");
   std::string text = absl::StrCat("normals by ", std::string(NormalMethodName(*report.method)));
-  if (report.neighbor_count > 0) absl::StrAppend(&text, " of ", report.neighbor_count, " points");
+  if (report.neighbor_count > 0) absl::StrAppend(&text, " of ", CountOf(report.neighbor_count, "point"));
   if (report.noise.has_value()) absl::StrAppendFormat(&text, ", noise %.3g", *report.noise);
   return text;
 }
@@ -22,15 +22,14 @@ std::string MethodText(const NormalsReport& report) {
 std::string NormalsText(const NormalsReport& report) {
   std::string text = MethodText(report);
   if (report.pieces > 0) {
-    absl::StrAppend(&text, "; ", WithCommas(report.pieces), report.pieces == 1 ? " piece" : " pieces", ", ",
+    absl::StrAppend(&text, "; ", CountOf(report.pieces, "piece"), ", ",
                     report.closed_pieces == report.pieces ? "closed" : absl::StrCat(report.closed_pieces, " closed"));
   }
   if (report.inner_walls > 0) absl::StrAppend(&text, ", ", report.inner_walls, " the inside of a wall");
   if (report.certificate.has_value()) absl::StrAppendFormat(&text, ", certificate %.2g", *report.certificate);
-  if (report.repaired > 0) absl::StrAppend(&text, ", ", WithCommas(report.repaired), " normals repaired");
+  if (report.repaired > 0) absl::StrAppend(&text, ", ", CountOf(report.repaired, "normal"), " repaired");
   if (report.missing > 0) {
-    absl::StrAppend(&text, "; ", WithCommas(report.missing),
-                    report.missing == 1 ? " point has none" : " points have none");
+    absl::StrAppend(&text, "; ", CountOf(report.missing, "point"), report.missing == 1 ? " has none" : " have none");
   }
   return text;
 }

@@ -31,8 +31,9 @@ void AddQuantitiesFlag(CLI::App& command, QuantityFlags& flags) {
 void AddQuantityFlags(CLI::App& command, QuantityFlags& flags) {
   AddQuantitiesFlag(command, flags);
   AddList(command, "--also",
-          "what to estimate beside that: shape_index, curvedness; standard_errors, of --auto, and of avg-hexagram, "
-          "normal-regression and jet of degree 4 with 16 to 2,048 neighbors; chosen_neighbor_count and "
+          "what to estimate beside that: shape_index, curvedness; standard_errors, of auto, avg-hexagram, "
+          "normal-regression, jet of degree 4, and aso with --project, with --k=auto or 16 to 2,048 neighbors; "
+          "chosen_neighbor_count and "
           "estimator_weights, of --auto",
           flags.also);
   CLI::Option* direction =

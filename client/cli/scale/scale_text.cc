@@ -48,8 +48,8 @@ nlohmann::ordered_json JsonOf(const std::optional<FittedNormals>& fit) {
 
 std::string ScaleText(const ScaleReport& report) {
   if (report.outcomes.empty()) return "  nothing to choose by: too few points, or none could be estimated\n";
-  std::string text = absl::StrFormat("  chosen by %u points, noise up to %.3g; expected error of mean_curvature:\n",
-                                     report.sampled_points, report.position_noise);
+  std::string text = absl::StrFormat("  chosen by %s, noise up to %.3g; expected error of mean_curvature:\n",
+                                     CountOf(report.sampled_points, "point"), report.position_noise);
   absl::StrAppendFormat(&text, "  %-22s %6s %13s %12s %12s %8s\n", "estimator", "K", "error", "by noise",
                         "by smoothing", "weight");
   for (const ScaleOutcome& o : WorthTelling(report)) {

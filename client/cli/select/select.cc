@@ -43,13 +43,13 @@ ExitCode Run(const SelectFlags& flags) {
   if (!condition.ok()) return Fail(ExitCode::kUsage, absl::StrCat("--where: ", condition.status().message()));
   const std::vector<size_t> rows = condition->Rows();
   if (rows.empty()) {
-    return Fail(ExitCode::kFailed, absl::StrCat("the condition holds for none of ", WithCommas(table->size()),
-                                                " points: nothing was written"));
+    return Fail(ExitCode::kFailed, absl::StrCat("the condition holds for none of ", CountOf(table->size(), "point"),
+                                                ": nothing was written"));
   }
   const absl::Status saved = SaveTable(SelectRows(*table, rows), flags.output, flags.save);
   if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
-  std::fprintf(SummaryStream(flags.output), "%s: %s of %s points\n", ShownOutput(flags.output).c_str(),
-               WithCommas(rows.size()).c_str(), WithCommas(table->size()).c_str());
+  std::fprintf(SummaryStream(flags.output), "%s: %s of %s\n", ShownOutput(flags.output).c_str(),
+               WithCommas(rows.size()).c_str(), CountOf(table->size(), "point").c_str());
   return ExitCode::kOk;
 }
 

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
 #include "client/cli/estimate_flags.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
@@ -63,6 +64,9 @@ void HideRefusedFlags(CLI::App& command) {
   for (const char* flag : {"--auto", "--k-range", "--max-radius", "--per-cloud", "--normals", "--orient"}) {
     command.get_option(flag)->group("");
   }
+  CLI::Option* estimator = command.get_option("--estimator");
+  estimator->description(
+      absl::StrReplaceAll(estimator->get_description(), {{", normal-regression or auto", " or normal-regression"}}));
   command.get_option("--k")->description("points in a neighborhood, itself included [50]");
   command.get_option("--jet-degree")->description("degree of jet's polynomial, 2 to 4; 4: exact positions [2]");
   command.get_option("--quantities")
@@ -111,8 +115,7 @@ void AddTilesPlan(CLI::App& tiles, Action& action) {
   command
       ->add_option("--memory", flags->request.memory_bytes,
                    "what plan and merge may take, such as 512MiB; 16MiB or more [1GiB]")
-      ->transform(CLI::AsSizeValue(false).description(""))
-      ->check(CLI::Range(kLeastMemory, ~uint64_t{0}).description(""))
+      ->transform(ByteSize(kLeastMemory))
       ->option_text("SIZE");
   command
       ->add_option("--lattice", flags->lattice,

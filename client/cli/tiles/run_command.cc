@@ -55,9 +55,11 @@ void PrintOutcome(const RunOutcome& outcome, double seconds, bool json) {
   std::printf("%s with %s in %s", CountOf(outcome.tiles, "tile").c_str(), CountOf(outcome.points, "point").c_str(),
               Clock(seconds).c_str());
   if (outcome.points > 0) {
-    std::printf("; halo %.1f %%; %s estimated again, for which %.2f %% were sent",
-                PercentOf(outcome.halo_points, outcome.points), CountOf(outcome.uncertain_points, "point").c_str(),
-                PercentOf(outcome.repair_points, outcome.points));
+    std::printf("; halo %.1f %%", PercentOf(outcome.halo_points, outcome.points));
+  }
+  if (outcome.points > 0 && outcome.uncertain_points > 0) {
+    std::printf("; %s estimated again, with %.2f %% of all points sent for that",
+                CountOf(outcome.uncertain_points, "point").c_str(), PercentOf(outcome.repair_points, outcome.points));
   }
   std::printf("\n");
 }

@@ -37,9 +37,12 @@ std::string TextOf(const TilePlan& plan, const TileStatus& status) {
   if (status.tiles_damaged > 0) {
     absl::StrAppend(&text, row("damaged", WithCommas(status.tiles_damaged), "they are done again"));
   }
-  absl::StrAppend(&text, row("halo", WithCommas(status.halo_points), percent(status.halo_points, status.points_done)),
-                  row("repaired", WithCommas(status.uncertain_points),
-                      "for which were sent " + percent(status.repair_points, status.points_done)));
+  absl::StrAppend(&text, row("halo", WithCommas(status.halo_points), percent(status.halo_points, status.points_done)));
+  if (status.uncertain_points > 0) {
+    const std::string sent = percent(status.repair_points, status.points_done);
+    absl::StrAppend(&text, row("repaired", WithCommas(status.uncertain_points),
+                               absl::StrCat("estimated again, with ", sent, " of all points sent for that")));
+  }
   if (status.coarse_points > 0) {
     absl::StrAppend(&text, row("coarse", WithCommas(status.coarse_points), "too far from others for the lattice"));
   }

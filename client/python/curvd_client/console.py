@@ -75,7 +75,7 @@ def _parser() -> argparse.ArgumentParser:
 
     info = commands.add_parser("info", parents=[server], help="print what the server is and accepts, as JSON")
     info.set_defaults(run=_info)
-    health = commands.add_parser("health", parents=[server], help="print SERVING, exit with 0; or another state, 1")
+    health = commands.add_parser("health", parents=[server], help="print SERVING, exit with 0; or another state, 5")
     health.set_defaults(run=_health)
     return parser
 
@@ -167,7 +167,7 @@ def _estimate(options: argparse.Namespace) -> int:
         write_points(options.output, positions, points)
     except OSError as error:
         return _fail(_BAD_OUTPUT, f"{options.output}: {error.strerror or error}")
-    return _say(f"{len(points):,} points, {summary.status_counts.ok:,} estimated{_scales(options.k)}: {options.output}")
+    return _say(f"{len(points):,} {'point' if len(points) == 1 else 'points'}, {summary.status_counts.ok:,} estimated{_scales(options.k)}: {options.output}")
 
 
 def _scales(k: object) -> str:
@@ -183,7 +183,7 @@ def _info(options: argparse.Namespace) -> int:
 def _health(options: argparse.Namespace) -> int:
     with _client(options) as client:
         state = client.health(**_waits(options))
-    return _say(state) or (0 if state == "SERVING" else 1)
+    return _say(state) or (0 if state == "SERVING" else _NO_SERVER)
 
 
 def _say(text: str) -> int:

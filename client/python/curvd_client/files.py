@@ -28,17 +28,23 @@ def read_cloud(file: pathlib.Path) -> tuple[_Array, _Array | None]:
 
     Raises ValueError, saying what is wrong, for files that hold no cloud, and OSError for those that cannot be read.
     """
+    if file.is_dir():
+        raise ValueError("it is a directory; name the file of a cloud")
     kind = file.suffix.lower()
     if kind not in (".npy", ".npz", *_TEXT):
         raise ValueError(f"it is of no kind that is read here: .npy, .npz or text ({', '.join(_TEXT)})")
-    if file.exists() and not file.is_file() and not file.is_dir():
+    if file.exists() and not file.is_file():
         raise ValueError("it is no regular file")
+    if file.exists() and file.stat().st_size == 0:
+        raise ValueError("the file is empty: it holds no points")
     positions, normals = _from_text(file) if kind in _TEXT else _from_numpy(file)
     for name, values in (("positions", positions), ("normals", normals)):
         if values is None:
             continue
         if values.dtype.kind not in "fiu" or values.ndim != 2 or values.shape != (len(positions), 3):
             raise ValueError(f"its {name} are {values.dtype} of shape {values.shape}; they must be numbers of shape (N, 3)")
+    if len(positions) == 0:
+        raise ValueError("it holds no points")
     return positions, normals
 
 

@@ -89,9 +89,9 @@ def estimate_curvature(
     quantities:            names of QUANTITIES that the result shall have, beside `status`. DEFAULT (none, or []): all
                            of curvature that comes without being asked for, DEFAULT_QUANTITIES, and "normals" unless
                            they stay as they are given. [*DEFAULT_QUANTITIES, "standard_errors"] asks for more:
-                           "shape_index", "curvedness"; "standard_errors" of mean_curvature, k1 and k2, with
-                           neighbor_count "auto" or from 16 to 2,048, and an estimator that "auto" chooses among ("jet"
-                           with jet_degree 4); "chosen_neighbor_count" and "estimator_weights" of "auto";
+                           "shape_index", "curvedness"; "standard_errors" of mean_curvature, k1 and k2, of the
+                           estimators "auto", "avg-hexagram", "normal-regression", "jet" of degree 4, and "aso" with
+                           project, with neighbor_count "auto" or from 16 to 2,048; "chosen_neighbor_count" and "estimator_weights" of "auto";
                            "normal_curvature".
     curvature_direction:   of the quantity "normal_curvature": the direction in which it is wanted, shape (3,), or one for
                            each point, (N, 3), of any length; it is projected on the tangent plane. NaN where nothing

@@ -272,13 +272,39 @@ TEST_F(CurvTest, GenerateIsReproducibleAndNoisyOnRequest) {
 TEST_F(CurvTest, NamesAMistypedFlagBeforeWhatIsMissingForIt) {
   const CurvRun mistyped = RunCurv({"estimate", Cloud(), "--outptu=" + dir_.File("r.ply")});
   EXPECT_EQ(mistyped.exit_code, 2);
-  EXPECT_THAT(mistyped.err, AllOf(HasSubstr("not expected: --outptu="), Not(HasSubstr("required"))));
+  EXPECT_THAT(mistyped.err, AllOf(HasSubstr("not expected: --outptu="), HasSubstr("did you mean --output?"),
+                                  HasSubstr("Run curv estimate --help"), Not(HasSubstr("required"))));
   EXPECT_THAT(RunCurv({"estimate", Cloud()}).err, HasSubstr("--output is required"));
   EXPECT_THAT(RunCurv({"estimate", "--", Cloud()}).err, HasSubstr("--output is required"));
   const CurvRun very_long = RunCurv({"estimate", Cloud(), "--" + std::string(300, 'x')});
   EXPECT_EQ(very_long.exit_code, 2);
   EXPECT_THAT(very_long.err, HasSubstr("not expected: --xxx"));
   EXPECT_THAT(RunCurv({"info", Cloud()}).err, Not(HasSubstr("./")));
+}
+
+TEST_F(CurvTest, NamesTheNearestCommand) {
+  const CurvRun mistyped = RunCurv({"estmate", "x"});
+  EXPECT_EQ(mistyped.exit_code, 2);
+  EXPECT_EQ(mistyped.err,
+            "curv: there is no command estmate; did you mean estimate?\nRun curv --help for what is possible.\n");
+  EXPECT_THAT(
+      RunCurv({"tiles", "sttus", "x"}).err,
+      AllOf(HasSubstr("no command sttus of curv tiles; did you mean status?"), HasSubstr("Run curv tiles --help")));
+  EXPECT_THAT(RunCurv({"paint"}).err, AllOf(HasSubstr("no command paint\n"), Not(HasSubstr("did you mean"))));
+  EXPECT_THAT(RunCurv({"info", "first", "second"}).err, HasSubstr("not expected: first second"));
+}
+
+TEST_F(CurvTest, SaysWhichValueIsMissingAndWhichSizesThereAre) {
+  EXPECT_THAT(RunCurv({"estimate", Cloud(), "-o", dir_.File("r.ply"), "--k="}).err,
+              HasSubstr("--k: its value is missing or empty: points in a neighborhood, itself included\n"));
+  for (const char* size : {"512", "lots", "1.5MiB", "-1GiB", ""}) {
+    const CurvRun run = RunCurv({"tiles", "plan", Cloud(), "-o", dir_.File("work"), absl::StrCat("--memory=", size)});
+    EXPECT_EQ(run.exit_code, 2) << size;
+    EXPECT_THAT(run.err,
+                HasSubstr(*size == 0 ? "--memory: its value is missing"
+                                     : absl::StrCat("--memory: \"", size, "\" must be a size of 16MiB or more")));
+  }
+  EXPECT_EQ(RunCurv({"tiles", "plan", Cloud(), "-o", dir_.File("work"), "--memory=16MiB"}).exit_code, 0);
 }
 
 TEST_F(CurvTest, RefusesFlagsOfAServerWithoutOne) {
@@ -295,7 +321,47 @@ TEST_F(CurvTest, RefusesFlagsOfAServerWithoutOne) {
 TEST_F(CurvTest, SaysWhenNoPointCouldBeEstimated) {
   const CurvRun run = RunCurv({"estimate", Cloud(), "-o", dir_.File("r.ply"), "--k=5000"});
   EXPECT_EQ(run.exit_code, 0);
-  EXPECT_THAT(run.err, HasSubstr("no point has a result; most are too_few_neighbors: neighborhoods of 5000 points"));
+  EXPECT_THAT(run.err, HasSubstr("no point has a result; most are too_few_neighbors: neighborhoods of 5,000 points"));
+}
+
+TEST_F(CurvTest, CountsOnePoint) {
+  const std::string cloud = dir_.File("one.ply"), result = dir_.File("r.ply");
+  EXPECT_THAT(RunCurv({"generate", "torus", "--points=1", "-o", cloud}).out, HasSubstr(": 1 point of the surface"));
+  const CurvRun normals = RunCurv({"normals", cloud, "-o", dir_.File("n.ply")});
+  EXPECT_THAT(normals.out, HasSubstr(": 1 point, normals by pca of 1 point; 1 point has none"));
+  EXPECT_THAT(normals.err, AllOf(HasSubstr("needs 3 points or more, and the cloud has 1: send more points"),
+                                 Not(HasSubstr("radius"))));
+  EXPECT_THAT(RunCurv({"orient", cloud, "-o", dir_.File("o.ply")}).out, HasSubstr("negated 0 of 1 normal\n"));
+  EXPECT_THAT(RunCurv({"select", cloud, "-o", dir_.File("s.ply"), "--where=x > -99"}).out,
+              HasSubstr(": 1 of 1 point\n"));
+  EXPECT_EQ(RunCurv({"estimate", cloud, "-o", result}).exit_code, 0);
+  const CurvRun evaluated = RunCurv({"evaluate", result});
+  EXPECT_EQ(evaluated.exit_code, 0);
+  EXPECT_THAT(evaluated.out, AllOf(HasSubstr(": 0 of 1 point compared"), HasSubstr("nothing to compare"),
+                                   Not(HasSubstr("nan")), Not(HasSubstr("degrees"))));
+  const CurvRun rendered = RunCurv({"render", result, "-o", dir_.File("r.png")});
+  EXPECT_EQ(rendered.exit_code, 0) << rendered.err;
+  EXPECT_THAT(rendered.out, AllOf(HasSubstr("--up=z --view="), Not(HasSubstr("()"))));
+}
+
+TEST_F(CurvTest, InfoNamesInstructionSetsAsProcessorsDo) {
+  EXPECT_THAT(RunCurv({"info"}).out, AllOf(HasSubstr("instruction set"), Not(HasSubstr("AVX3"))));
+}
+
+TEST_F(CurvTest, PlansOfTilesAdviseNormals) {
+  const std::string cloud = dir_.Write("bare.xyz", "0 0 0\n1 0 0\n0 1 0\n1 1 0\n");
+  const CurvRun run = RunCurv({"tiles", "plan", cloud, "-o", dir_.File("work")});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("curv normals makes them of the positions and writes them into a file"));
+  EXPECT_THAT(RunCurv({"tiles", "plan", "--help"}).out,
+              AllOf(HasSubstr("normal-regression"), Not(HasSubstr("or auto")), Not(HasSubstr(", auto"))));
+}
+
+TEST_F(CurvTest, StatusOfTilesIsSilentOnWhatWasNotRepaired) {
+  const std::string work = dir_.File("work");
+  EXPECT_EQ(RunCurv({"tiles", "plan", Cloud(), "-o", work}).exit_code, 0);  // one tile
+  EXPECT_THAT(RunCurv({"tiles", "run", work}).out, Not(HasSubstr("again")));
+  EXPECT_THAT(RunCurv({"tiles", "status", work}).out, AllOf(HasSubstr("done"), Not(HasSubstr("repaired"))));
 }
 
 TEST_F(CurvTest, OrientsNormals) {

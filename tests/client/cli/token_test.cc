@@ -104,8 +104,16 @@ TEST_F(TokenTest, NoFileIsOverwritten) {
   const std::string file = dir_.Write("alice.token", "an older one");
   const CurvRun run = RunCurv({"token", "alice", "-o", file});
   EXPECT_EQ(run.exit_code, 4);
-  EXPECT_THAT(run.err, HasSubstr(file));
+  EXPECT_THAT(run.err, HasSubstr(file + ": the file exists, and may hold a token that is in use: name another file"));
   EXPECT_EQ(dir_.Read("alice.token"), "an older one");
+}
+
+TEST_F(TokenTest, TheServersFileIsNoToken) {
+  const CurvRun made = RunCurv({"token", "alice", "-o", dir_.File("alice.token")});
+  const std::string file = dir_.Write("tokens", made.out);
+  const CurvRun run = RunCurv({"info", "--server=localhost:1", "--token-file=" + file});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("--token-file: " + file + " holds hashes of tokens"));
 }
 
 TEST_F(TokenTest, NamesThatNoFileCanHoldAreRefused) {

@@ -1,5 +1,7 @@
 """The command curvd-client, as a person types it."""
 
+import contextlib
+import io
 import json
 import os
 import pathlib
@@ -7,10 +9,12 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 import numpy as np
 
 from clouds import sphere
+from curvd_client import console
 
 
 class ConsoleTest(unittest.TestCase):
@@ -67,6 +71,10 @@ class ConsoleTest(unittest.TestCase):
         (self.folder / "shifted.csv").write_text("x,y,z\n1,0.5,0.25,0.75\n", encoding="utf-8")
         (self.folder / "twice.csv").write_text("x,y,z,x\n1,2,3,4\n", encoding="utf-8")
         (self.folder / "empty.csv").write_text("", encoding="utf-8")
+        (self.folder / "nothing.npy").write_bytes(b"")
+        np.savez(self.folder / "none.npz", positions=np.zeros((0, 3)))
+        (self.folder / "folder.npy").mkdir()
+        (self.folder / "folder").mkdir()
         for code, words, arguments, server in (
             (1, "max_neighbor_count", ["cloud.npy", "-o", "out.npz", "--k=1000000"], None),
             (2, '"3" must be auto, or whole numbers from 4 to 1000000', ["cloud.npy", "-o", "out.npz", "--k=3"], None),
@@ -101,6 +109,10 @@ class ConsoleTest(unittest.TestCase):
             (3, "no points", ["empty.csv", "-o", "out.npz"], None),
             (3, "no kind that is read", ["cloud.las", "-o", "out.npz"], None),
             (3, "No such file", ["none.npy", "-o", "out.npz"], None),
+            (3, "nothing.npy: the file is empty", ["nothing.npy", "-o", "out.npz"], None),
+            (3, "none.npz: it holds no points", ["none.npz", "-o", "out.npz"], None),
+            (3, "folder.npy: it is a directory", ["folder.npy", "-o", "out.npz"], None),
+            (3, "folder: it is a directory", ["folder", "-o", "out.npz"], None),
             (3, "no normals", ["cloud.npy", "-o", "out.npz", "--normals=given"], None),
             (4, "No such file", ["cloud.npy", "-o", "nowhere/out.npz"], None),
             (5, "UNAVAILABLE", ["cloud.npy", "-o", "out.npz"], "127.0.0.1:1"),
@@ -111,6 +123,21 @@ class ConsoleTest(unittest.TestCase):
                 self.assertIn(words, done.stderr)
                 self.assertNotIn("Traceback", done.stderr)
                 self.assertEqual(list(self.folder.glob("out*")), [])
+
+    def test_a_server_that_does_not_serve_is_none(self):
+        with mock.patch("curvd_client.console.CurvatureClient") as client, contextlib.redirect_stdout(io.StringIO()) as out:
+            client.return_value.__enter__.return_value.health.return_value = "NOT_SERVING"
+            self.assertEqual(console.main(["health"]), 5)
+        self.assertEqual(out.getvalue(), "NOT_SERVING\n")
+
+    def test_the_package_is_the_command(self):
+        done = subprocess.run([sys.executable, "-m", "curvd_client", "--version"], capture_output=True, text=True, check=False)
+        self.assertEqual((done.returncode, done.stdout.split()[0]), (0, "curvd-client"), done.stderr)
+
+    def test_one_point_is_no_points(self):
+        np.save(self.folder / "one.npy", np.zeros((1, 6)) + 1)
+        done = self.run_command("estimate", "one.npy", "-o", "out.npz")
+        self.assertEqual(done.stdout, "1 point, 0 estimated: out.npz\n")
 
     def test_info_and_health(self):
         info = json.loads(self.run_command("info").stdout)

@@ -65,8 +65,15 @@ TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {
   EXPECT_EQ(warning.opposed_pair_count(), 750u);
   EXPECT_EQ(warning.flipped_patch_count(), 4u);
   EXPECT_THAT(warning.message(),
-              AllOf(HasSubstr("around 700 of 2000 points"), HasSubstr("6.2 % of the pairs"),
+              AllOf(HasSubstr("around 700 of 2,000 points"), HasSubstr("6.2 % of the pairs"),
                     HasSubstr("4 patches flipped"), HasSubstr("make all normals point to one side")));
+
+  record.points_received = 1'000'000;
+  record.agreement.flipped_patches = 1;
+  curvature::v1::Summary of_one_patch;
+  FillSummary(record, &of_one_patch);
+  EXPECT_THAT(of_one_patch.warnings(0).message(),
+              AllOf(HasSubstr("of 1,000,000 points"), HasSubstr("1 patch flipped")));
 
   record.normal_report.emplace().piece_count = 1;
   curvature::v1::Summary of_oriented;

@@ -57,7 +57,7 @@ TEST(SelectTest, SaysWhatIsWrong) {
               HasSubstr("--where: character 1: there is no column \"k2\". The columns are: x y z nx ny nz"));
   const CurvRun none = RunCurv({"select", cloud, "--where", "x > 1", "-o", out});
   EXPECT_EQ(none.exit_code, 1);
-  EXPECT_THAT(none.err, HasSubstr("holds for none of 1 points"));
+  EXPECT_THAT(none.err, HasSubstr("holds for none of 1 point:"));
   EXPECT_EQ(RunCurv({"select", cloud, "-o", out}).exit_code, 2);
   EXPECT_EQ(RunCurv({"select", dir.File("none.ply"), "--where=x>0", "-o", out}).exit_code, 3);
   EXPECT_EQ(RunCurv({"select", cloud, "--where=x>0", "-o", dir.File("out.doc")}).exit_code, 4);
