@@ -17,14 +17,37 @@ namespace {
 // A longer one names no columns: there are at most kMaxColumns.
 constexpr size_t kMaxComment = 1 << 20;
 
+bool IsSeparator(char c) { return c == ',' || c == ';'; }
+
 // A line with its commas and semicolons, if any, made blanks.
 std::string_view WithBlanks(std::string_view line, std::string& scratch) {
   if (line.find_first_of(",;") == std::string_view::npos) return line;
   scratch.assign(line);
   for (char& c : scratch) {
-    if (c == ',' || c == ';') c = ' ';
+    if (IsSeparator(c)) c = ' ';
   }
   return scratch;
+}
+
+// Where a line, which has values, has an empty cell: before a separator without a value of its own. What follows the
+// last separator may be empty.
+std::optional<size_t> FindEmptyCell(std::string_view line) {
+  size_t values = 0;
+  bool in_value = false, is_empty = true;
+  for (const char c : line) {
+    if (IsSeparator(c)) {
+      if (is_empty) return values;
+      is_empty = true;
+      in_value = false;
+    } else if (IsBlank(c)) {
+      in_value = false;
+    } else if (!in_value) {
+      in_value = true;
+      is_empty = false;
+      ++values;
+    }
+  }
+  return std::nullopt;
 }
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
@@ -104,6 +127,18 @@ std::vector<Column> MakeColumns(size_t count) {
   return columns;
 }
 
+// The columns, or, before there are any, those of a line without names.
+absl::Status EmptyCellError(size_t line, size_t cell, const std::vector<Column>& columns) {
+  std::string name;
+  if (columns.empty()) {
+    name = absl::StrCat(" (", MakeColumns(cell + 1)[cell].name, ")");
+  } else if (cell < columns.size()) {
+    name = absl::StrCat(" (", Printable(columns[cell].name), ")");
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("line ", line, ": value ", cell + 1, name, " is \"\": expected a number"));
+}
+
 // Whether columns 4 to 6 of more than six hold unit vectors, as they are written with few digits: where they do not,
 // they are no normals, but intensities and colors as PTS files have them. A vector of zeros says nothing.
 bool HoldUnitVectors(const std::vector<Column>& columns) {
@@ -164,6 +199,9 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
           absl::StrCat("line ", lines.number(), ": ", Quoted(raw),
                        " seems to have decimal commas: write points for them, or the same "
                        "separator between all values"));
+    }
+    if (const std::optional<size_t> cell = FindEmptyCell(raw); cell.has_value()) {
+      return EmptyCellError(lines.number(), *cell, columns);
     }
     if (columns.empty()) {
       const size_t count = CountFields(line);

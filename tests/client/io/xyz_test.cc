@@ -34,6 +34,21 @@ TEST(XyzTest, TakesCommasAndSemicolons) {
   EXPECT_THAT(Values(*table, "nz"), ElementsAre(1));
 }
 
+// The cells behind it would be taken for those of other columns.
+TEST(XyzTest, RefusesEmptyCells) {
+  EXPECT_THAT(Message("1,2,3\n0,0,,7\n"), HasSubstr("line 2: value 3 (z) is \"\": expected a number"));
+  EXPECT_THAT(Message("0;;2;3\n"), HasSubstr("line 1: value 2 (y) is \"\": expected a number"));
+  EXPECT_THAT(Message("# x y z k1\n1,2,3,\t,4\n"), HasSubstr("line 2: value 4 (column4) is \"\""));
+  EXPECT_THAT(Message("# x y z k1\n1,2,3,4\n1,2,3,,\n"), HasSubstr("line 3: value 4 (k1) is \"\""));
+  EXPECT_THAT(Message(",1,2,3\n"), HasSubstr("value 1 (x) is \"\""));
+  EXPECT_THAT(Message("1,2,3\n1,2,3,,\n"), HasSubstr("line 2: value 4 is \"\""));
+  for (const char* file : {"1,2,3,\n4,5,6,\n", "1, 2; 3 ;\n4 5 6\n", "1,2,3\n,,\n4,5,6\n"}) {
+    const absl::StatusOr<PointTable> table = ReadXyz(file);
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_THAT(Values(*table, "z"), ElementsAre(3, 6)) << file;
+  }
+}
+
 TEST(XyzTest, TakesCarriageReturnsForLineEnds) {
   const auto table = ReadXyz("1 2 3\r4 5 6\r7 8 9\r");
   ASSERT_TRUE(table.ok()) << table.status();
@@ -122,9 +137,9 @@ TEST(XyzTest, TakesNamesFromTheCommentBeforeThePoints) {
   EXPECT_THAT(Values(*table, "k1"), ElementsAre(4, 4));
   EXPECT_THAT(Values(*table, "nx"), ElementsAre(6, 255));
   for (const char* comment : {"# x y z", "# x y z a b a", "# x and z of a b", "# x y z a b c d", "#"}) {
-    table = ReadXyz(std::string(comment) + "\n1 2 3 4.5 5 6\n");
+    table = ReadXyz(std::string(comment) + "\n1 2 3 0.6 0 0.8\n");
     ASSERT_TRUE(table.ok()) << table.status();
-    EXPECT_THAT(Values(*table, "nx"), ElementsAre(4.5)) << comment;
+    EXPECT_THAT(Values(*table, "nx"), ElementsAre(0.6)) << comment;
   }
   for (const char* comment : {"# id x y z a b", "# x z y a b c", "//z,y,x,a,b,c"}) {
     EXPECT_THAT(Message(std::string(comment) + "\n1 2 3 4.5 5 6\n"), HasSubstr("but does not begin with x y z"))
