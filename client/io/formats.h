@@ -25,9 +25,10 @@ absl::StatusOr<PointTable> ReadPcd(std::string_view bytes);
 // Reads text with one point a line: x y z, then nx ny nz, then any further columns, which are named column7, column8
 // and so on. Fields are separated by blanks, commas or semicolons. Lines that start with # or // are comments; a first
 // line of one integer is the number of points. Six columns whose last three are integers from 0 to 255, some above 1,
-// hold colors: they become red green blue. Where the comment right before the first point, or before the number of
-// points, starts with x y z and has a word for each column, these are the columns' names (X Y Z Nx Ny Nz in either
-// case).
+// hold colors: they become red green blue; other columns 4 to 6 are normals only if they hold vectors of length 1, to a
+// tenth, and are column4 and so on otherwise, with a note. Where the comment right before the first point, or before
+// the number of points, starts with x y z and has a word for each column, these are the columns' names (X Y Z Nx Ny Nz
+// in either case).
 absl::StatusOr<PointTable> ReadXyz(std::string_view bytes);
 
 // Reads the v and vn lines of OBJ. Where faces pair vertices with normals (f v//vn or v/vt/vn), a vertex gets the sum

@@ -139,9 +139,9 @@ absl::Status EmptyCellError(size_t line, size_t cell, const std::vector<Column>&
       absl::StrCat("line ", line, ": value ", cell + 1, name, " is \"\": expected a number"));
 }
 
-// Whether columns 4 to 6 of more than six hold unit vectors, as they are written with few digits: where they do not,
-// they are no normals, but intensities and colors as PTS files have them. A vector of zeros says nothing.
-bool HoldUnitVectors(const std::vector<Column>& columns) {
+// Why columns 4 to 6 are no normals; empty if they are, which are unit vectors, written with few digits maybe. Others
+// are intensities and colors, as PTS files have them. A vector of zeros says nothing.
+std::string WhyNoNormals(const std::vector<Column>& columns) {
   constexpr double kSlack = 0.1;
   bool any = false;
   const auto axis = [&](size_t c) -> const std::vector<double>& {
@@ -150,10 +150,10 @@ bool HoldUnitVectors(const std::vector<Column>& columns) {
   for (size_t row = 0; row < columns[0].size(); ++row) {
     const double length = std::hypot(axis(3)[row], axis(4)[row], axis(5)[row]);
     if (length == 0.0 || std::isnan(length)) continue;
-    if (std::abs(length - 1.0) > kSlack) return false;
+    if (std::abs(length - 1.0) > kSlack) return absl::StrCat("the vector of point ", row, " has the length ", length);
     any = true;
   }
-  return any;
+  return any ? "" : "no point has a vector there";
 }
 
 // Whether columns 4 to 6 of exactly six hold colors rather than normals.
@@ -235,8 +235,13 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
   if (columns.empty()) columns = MakeColumns(6);
   PointTable table;
   const bool colors = !named && HoldColors(columns);
-  if (!named && columns.size() > 6 && !HoldUnitVectors(columns)) {
-    for (size_t i = 3; i < 6; ++i) columns[i].name = absl::StrCat("column", i + 1);
+  if (!named && !colors && rows > 0 && columns.size() >= 6) {
+    if (const std::string why = WhyNoNormals(columns); !why.empty()) {
+      for (size_t i = 3; i < 6; ++i) columns[i].name = absl::StrCat("column", i + 1);
+      table.notes.push_back(absl::StrCat("columns 4 to 6 are no normals: ", why,
+                                         ". If they are, put the line \"# x y z nx ny nz\" before the points, with ",
+                                         "a name for each further column"));
+    }
   }
   static constexpr const char* kColorNames[] = {"red", "green", "blue"};
   for (size_t i = 0; i < columns.size(); ++i) {

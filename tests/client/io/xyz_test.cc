@@ -94,6 +94,23 @@ TEST(XyzTest, IntensityAndColorsAreNoNormals) {
   EXPECT_NE(ReadXyz("1 2 3 0.6 0.6 0.6 9\n4 5 6 0 0 0 9\n")->Find("nx"), nullptr);
 }
 
+TEST(XyzTest, SixColumnsWithoutUnitVectorsHaveNoNormals) {
+  for (const char* rows : {"1 2 3 65535 0 300\n4 5 6 0 0 0\n", "1 2 3 0.2 0.3 0.4\n4 5 6 1 0 0\n", "1 2 3 0 0 0\n"}) {
+    const absl::StatusOr<PointTable> table = ReadXyz(rows);
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_EQ(table->Find("nx"), nullptr) << rows;
+    EXPECT_NE(table->Find("column6"), nullptr) << rows;
+    EXPECT_THAT(table->notes, ElementsAre(HasSubstr("columns 4 to 6 are no normals"))) << rows;
+  }
+  EXPECT_THAT(ReadXyz("1 2 3 0 0 1\n4 5 6 3 0.0 -4\n")->notes,
+              ElementsAre(HasSubstr("the vector of point 1 has the length 5")));
+  // Rounded ones, those of a point without a normal, and what a comment says.
+  const absl::StatusOr<PointTable> rounded = ReadXyz("1 2 3 0.6 0.6 0.6\n4 5 6 0 0 0\n7 8 9 nan nan nan\n");
+  EXPECT_NE(rounded->Find("nx"), nullptr);
+  EXPECT_THAT(rounded->notes, ::testing::IsEmpty());
+  EXPECT_NE(ReadXyz("# x y z nx ny nz\n1 2 3 0 3 4\n")->Find("nx"), nullptr);
+}
+
 TEST(XyzTest, RefusesDecimalCommas) {
   for (const char* row : {"0,25 1,5 3,75", "0,25;1,5;3,75", "1 2 3,5 0 0 1", "-1,5\t2,5\t-3,5e3"}) {
     EXPECT_THAT(Message(std::string("1 2 3\n") + row), HasSubstr("line 2: \"")) << row;
