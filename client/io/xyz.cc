@@ -83,6 +83,14 @@ size_t CountFields(std::string_view line) {
   return count;
 }
 
+// Whether no field of a line is a number, as in a line of names.
+bool HoldsNoNumber(std::string_view line) {
+  for (std::string_view field; !(field = NextField(line)).empty();) {
+    if (double value; ParseNumber(field, value)) return false;
+  }
+  return true;
+}
+
 // The columns' names in a comment, if it starts with x y z and has a word for each of `count` columns. INVALID_ARGUMENT
 // where x y z come later: it may be a header, by which other columns were the coordinates, or prose.
 absl::StatusOr<std::vector<std::string>> NamesIn(std::string_view comment, size_t count) {
@@ -214,6 +222,10 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
       if (count < 3) {
         return absl::InvalidArgumentError(absl::StrCat("line ", lines.number(), ": expected x y z nx ny nz, found ",
                                                        count, " values: ", Quoted(raw)));
+      }
+      if (HoldsNoNumber(line)) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("line ", lines.number(), ": ", Quoted(raw), " looks like a line of names: put # before it"));
       }
       if (count > kMaxColumns) {
         return absl::InvalidArgumentError(

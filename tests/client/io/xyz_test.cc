@@ -138,6 +138,15 @@ TEST(XyzTest, NamesLineAndValue) {
   EXPECT_THAT(Message(std::string("1 2 \0\x01\n", 7)), HasSubstr("\"??\""));
 }
 
+TEST(XyzTest, TellsALineOfNames) {
+  EXPECT_THAT(Message("x y z\n1 2 3\n"), HasSubstr("line 1: \"x y z\" looks like a line of names: put # before it"));
+  EXPECT_THAT(Message("2\nX,Y,Z,Intensity\n1,2,3,4\n"), HasSubstr("line 2: \"X,Y,Z,Intensity\" looks like a line"));
+  for (const char* file : {"1 2 3\nx y z\n", "x 2 3\n", "x y\n"}) {
+    EXPECT_THAT(Message(file), ::testing::Not(HasSubstr("looks like"))) << file;
+  }
+  EXPECT_THAT(Message("1 2 x\n"), ::testing::EndsWith("is \"x\": expected a number"));
+}
+
 TEST(XyzTest, SurvivesTruncationAndDamage) {
   AcceptedPrefixes(ReadXyz, "2\n# c\n1.5 -2e3 +3 0 0 1\n4, 5; 6 nan inf 1\n");
 }
