@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "client/io/formats.h"
+#include "client/io/names/column_names.h"
 #include "client/io/point_status.h"
 #include "client/io/text.h"
 
@@ -57,25 +57,19 @@ absl::Status ErrorAt(size_t line, const std::string& problem) {
   return absl::InvalidArgumentError(absl::StrCat("line ", line, ": ", problem));
 }
 
-// The name of a column: that of a coordinate in lower case, as some programs write it in upper case.
-std::string ColumnName(std::string_view name) {
-  const std::string lower = absl::AsciiStrToLower(std::string(name));
-  for (const char* known : {"x", "y", "z", "nx", "ny", "nz"}) {
-    if (lower == known) return lower;
-  }
-  return std::string(name);
-}
-
 absl::StatusOr<std::vector<Column>> ReadNames(Cells cells) {
-  std::vector<Column> columns;
+  std::vector<std::string> spellings;
   for (std::string_view cell; cells.Next(cell);) {
-    const std::string name = ColumnName(cell);
-    if (columns.size() == kMaxColumns) return ErrorAt(1, absl::StrCat("more than ", kMaxColumns, " columns"));
-    if (name.empty()) return ErrorAt(1, absl::StrCat("column ", columns.size() + 1, " has no name"));
-    for (const Column& other : columns) {
-      if (other.name == name) return ErrorAt(1, absl::StrCat("two columns have the name ", Quoted(name)));
-    }
-    columns.push_back({name, MakeValues(IsStatusName(name) ? ScalarKind::kUint8 : ScalarKind::kFloat64)});
+    if (spellings.size() == kMaxColumns) return ErrorAt(1, absl::StrCat("more than ", kMaxColumns, " columns"));
+    if (cell.empty()) return ErrorAt(1, absl::StrCat("column ", spellings.size() + 1, " has no name"));
+    spellings.emplace_back(cell);
+  }
+  absl::StatusOr<std::vector<std::string>> names = TableNames(spellings, "columns");
+  if (!names.ok()) return ErrorAt(1, std::string(names.status().message()));
+  std::vector<Column> columns;
+  for (std::string& name : *names) {
+    const ScalarKind kind = IsStatusName(name) ? ScalarKind::kUint8 : ScalarKind::kFloat64;
+    columns.push_back({std::move(name), MakeValues(kind)});
   }
   return columns;
 }

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "client/io/formats.h"
+#include "client/io/names/column_names.h"
 #include "client/io/text.h"
 
 namespace curv {
@@ -98,12 +98,8 @@ absl::StatusOr<std::vector<std::string>> NamesIn(std::string_view comment, size_
   comment.remove_prefix(std::min(comment.find_first_not_of(" \t#/"), comment.size()));
   std::vector<std::string> names;
   while (names.size() <= count) {
-    std::string name(NextField(comment));
+    std::string name = TableName(NextField(comment));
     if (name.empty()) break;
-    const std::string lower = absl::AsciiStrToLower(name);
-    for (const char* known : {"x", "y", "z", "nx", "ny", "nz"}) {
-      if (lower == known) name = known;
-    }
     if (std::find(names.begin(), names.end(), name) != names.end()) return std::vector<std::string>();
     names.push_back(std::move(name));
   }
