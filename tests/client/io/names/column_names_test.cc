@@ -38,6 +38,29 @@ TEST(ColumnNamesTest, RefusesTwoOfOneName) {
   EXPECT_THAT(*TableNames({"X", "I", "i", "NormalZ"}, "fields"), ElementsAre("x", "I", "i", "nz"));
 }
 
+TEST(ColumnNamesTest, HeadersHaveEachNameOnce) {
+  EXPECT_THAT(HeaderNames(TableOfNames({"a b", "a_b", "a,b", "c", ""}), HeaderName),
+              ElementsAre("a_b_2", "a_b", "a_b_3", "c", "column"));
+  EXPECT_THAT(HeaderNames(TableOfNames({"normal_x", "nx", "X", "x"}), HeaderName),
+              ElementsAre("normal_x_2", "nx", "X_2", "x"));
+}
+
+TEST(ColumnNamesTest, FilesWithNamesThatWouldCollideAreReadAgain) {
+  const TempDir dir;
+  const PointTable table = TableOfNames({"k 1", "x", "y", "z", "k_1", "normal_x", "nx", "ny", "nz", "k;1"});
+  for (const char* file : {"t.ply", "t.pcd", "t.csv", "t.xyz", "t.las"}) {
+    ASSERT_TRUE(SaveTable(table, dir.File(file)).ok());
+    const absl::StatusOr<PointTable> read = LoadTable(dir.File(file));
+    ASSERT_TRUE(read.ok()) << file << ": " << read.status();
+    EXPECT_THAT(Values(*read, "x"), ElementsAre(1)) << file;
+    EXPECT_THAT(Values(*read, "nx"), ElementsAre(6)) << file;
+    EXPECT_THAT(Values(*read, "normal_x_2"), ElementsAre(5)) << file;
+    EXPECT_NE(read->Find("k_1"), nullptr) << file;
+    EXPECT_NE(read->Find("k_1_2"), nullptr) << file;
+    EXPECT_GE(read->columns().size(), table.columns().size()) << file;
+  }
+}
+
 TEST(ColumnNamesTest, EveryFormatTakesEverySpelling) {
   const TempDir dir;
   for (const char* spelling : {"N", "normal_", "Normal", "n_"}) {
