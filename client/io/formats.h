@@ -31,9 +31,10 @@ absl::StatusOr<PointTable> ReadPcd(std::string_view bytes);
 // in either case).
 absl::StatusOr<PointTable> ReadXyz(std::string_view bytes);
 
-// Reads the v and vn lines of OBJ. Where faces pair vertices with normals (f v//vn or v/vt/vn), a vertex gets the sum
-// of its corners' normals; otherwise vertices and normals correspond in order, if there are as many. Everything else is
-// left out.
+// Reads the v and vn lines of OBJ. Where faces pair vertices with normals (f v//vn or v/vt/vn), a vertex gets the unit
+// vector along the sum of its corners' normals, NaN if it has none; otherwise vertices and normals correspond in order,
+// if there are as many. Colors after x y z become red green blue, of bytes if they are from 0 to 1 or whole numbers up
+// to 255; a number w there, and everything else, is left out.
 absl::StatusOr<PointTable> ReadObj(std::string_view bytes);
 
 // Reads comma-separated values under a line with the columns' names, as WriteCsv makes them: doubles, save `status`,
