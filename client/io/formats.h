@@ -39,6 +39,10 @@ absl::StatusOr<PointTable> ReadObj(std::string_view bytes);
 
 // Reads comma-separated values under a line with the columns' names, as WriteCsv makes them: doubles, save `status`,
 // which is a word. If that line has no comma, semicolons separate them, or tabs if it has none of these either.
+// Cells and names may be in quotes, and hold separators then. Empty cells are NaN, but errors in x y z nx ny nz. A
+// `status` with values that are no bytes is of doubles. A column whose first value is a word is left out, with a note.
+// A first column without a name is the index; the line of names may be a comment (# or //), and end with a separator,
+// as others may then.
 absl::StatusOr<PointTable> ReadCsv(std::string_view bytes);
 
 // Reads LAS 1.0 to 1.4, point formats 0 to 10 (ASPRS LAS 1.4 R15): x y z in doubles, every attribute of the format, and

@@ -24,7 +24,8 @@ void Scatter(const Column& column, size_t begin, size_t count, size_t row_bytes,
 }
 
 void AppendValue(const Column& column, bool as_word, size_t row, std::string& out) {
-  if (as_word) {
+  // Another program's status may have values that no word stands for.
+  if (as_word && column.At(row) < static_cast<double>(kStatusWords.size())) {
     out.append(StatusWord(std::get<std::vector<uint8_t>>(column.values)[row]));
   } else {
     std::visit([&](const auto& values) { AppendNumber(values[row], out); }, column.values);
