@@ -135,7 +135,7 @@ std::vector<Column> MakeColumns(size_t count) {
 absl::Status EmptyCellError(size_t line, size_t cell, const std::vector<Column>& columns) {
   std::string name;
   if (columns.empty()) {
-    name = absl::StrCat(" (", MakeColumns(cell + 1)[cell].name, ")");
+    name = absl::StrCat(" (", cell < 3 ? std::string(1, "xyz"[cell]) : absl::StrCat("column", cell + 1), ")");
   } else if (cell < columns.size()) {
     name = absl::StrCat(" (", Printable(columns[cell].name), ")");
   }
