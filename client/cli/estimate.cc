@@ -151,11 +151,8 @@ void AddEstimate(CLI::App& app, Action& action) {
   command->add_option("input", flags->inputs, absl::StrCat("the cloud, or several: ", kReadableFiles))
       ->required()
       ->option_text("IN...");
-  command
-      ->add_option("-o,--output", flags->output,
-                   absl::StrCat("the result: ", kWritableFiles, "; or a directory, for a result of each input"))
-      ->required()
-      ->option_text("OUT");
+  AddOutput(*command, flags->output,
+            absl::StrCat("the result: ", kWritableFiles, "; or a directory, for a result of each input"));
   command->add_flag("--force", flags->force, "with a directory: estimate finished files again");
   CLI::Option* tiles = command->add_flag(
       "--tiles", flags->tiles,

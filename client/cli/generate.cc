@@ -139,9 +139,7 @@ void AddGenerate(CLI::App& app, Action& action) {
       ->check(Whole(0, ~uint64_t{0}))
       ->option_text("NUMBER [0]");
   command->add_flag("--double", flags->doubles, "64-bit columns instead of 32-bit");
-  command->add_option("-o,--output", flags->output, absl::StrCat("the cloud: ", kWritableFiles))
-      ->required()
-      ->option_text("OUT");
+  AddOutput(*command, flags->output, absl::StrCat("the cloud: ", kWritableFiles));
   AddFormatFlags(*command, flags->save);
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }

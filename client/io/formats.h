@@ -25,18 +25,24 @@ absl::StatusOr<PointTable> ReadPcd(std::string_view bytes);
 // Reads text with one point a line: x y z, then nx ny nz, then any further columns, which are named column7, column8
 // and so on. Fields are separated by blanks, commas or semicolons. Lines that start with # or // are comments; a first
 // line of one integer is the number of points. Six columns whose last three are integers from 0 to 255, some above 1,
-// hold colors: they become red green blue. Where the comment right before the first point, or before the number of
-// points, starts with x y z and has a word for each column, these are the columns' names (X Y Z Nx Ny Nz in either
-// case).
+// hold colors: they become red green blue; other columns 4 to 6 are normals only if they hold vectors of length 1, to a
+// tenth, and are column4 and so on otherwise, with a note. Where the comment right before the first point, or before
+// the number of points, starts with x y z and has a word for each column, these are the columns' names (X Y Z Nx Ny Nz
+// in either case).
 absl::StatusOr<PointTable> ReadXyz(std::string_view bytes);
 
-// Reads the v and vn lines of OBJ. Where faces pair vertices with normals (f v//vn or v/vt/vn), a vertex gets the sum
-// of its corners' normals; otherwise vertices and normals correspond in order, if there are as many. Everything else is
-// left out.
+// Reads the v and vn lines of OBJ. Where faces pair vertices with normals (f v//vn or v/vt/vn), a vertex gets the unit
+// vector along the sum of its corners' normals, NaN if it has none; otherwise vertices and normals correspond in order,
+// if there are as many. Colors after x y z become red green blue, of bytes if they are from 0 to 1 or whole numbers up
+// to 255; a number w there, and everything else, is left out.
 absl::StatusOr<PointTable> ReadObj(std::string_view bytes);
 
 // Reads comma-separated values under a line with the columns' names, as WriteCsv makes them: doubles, save `status`,
 // which is a word. If that line has no comma, semicolons separate them, or tabs if it has none of these either.
+// Cells and names may be in quotes, and hold separators then. Empty cells are NaN, but errors in x y z nx ny nz. A
+// `status` with values that are no bytes is of doubles. A column whose first value is a word is left out, with a note.
+// A first column without a name is the index; the line of names may be a comment (# or //), and end with a separator,
+// as others may then.
 absl::StatusOr<PointTable> ReadCsv(std::string_view bytes);
 
 // Reads LAS 1.0 to 1.4, point formats 0 to 10 (ASPRS LAS 1.4 R15): x y z in doubles, every attribute of the format, and

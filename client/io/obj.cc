@@ -1,6 +1,8 @@
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -34,9 +36,9 @@ class ObjParser {
       const std::string_view keyword = NextField(line);
       absl::Status status;
       if (keyword == "v") {
-        status = ReadTriple("v", line, vertices_);
+        status = ReadVertex(line);
       } else if (keyword == "vn") {
-        status = ReadTriple("vn", line, normals_);
+        status = ReadNormal(line);
       } else if (keyword == "f" || keyword == "p" || keyword == "l") {
         status = ReadCorners(line);
       }
@@ -50,7 +52,7 @@ class ObjParser {
     return absl::InvalidArgumentError(absl::StrCat("line ", number_, ": ", problem));
   }
 
-  absl::Status ReadTriple(const char* keyword, std::string_view line, std::vector<Triple>& triples) {
+  absl::Status ReadTriple(const char* keyword, std::string_view& line, std::vector<Triple>& triples) {
     Triple triple;
     for (double& value : triple) {
       const std::string_view field = NextField(line);
@@ -60,6 +62,36 @@ class ObjParser {
     }
     triples.push_back(triple);
     return absl::OkStatus();
+  }
+
+  // The next field; empty also where a comment begins.
+  static std::string_view NextOf(std::string_view& line) {
+    const std::string_view field = NextField(line);
+    return field.starts_with('#') ? std::string_view() : field;
+  }
+
+  // x y z, then nothing, a weight w, or a color.
+  absl::Status ReadVertex(std::string_view line) {
+    if (absl::Status status = ReadTriple("v", line, vertices_); !status.ok()) return status;
+    std::array<double, 4> more;
+    size_t count = 0;
+    for (std::string_view field; count < more.size() && !(field = NextOf(line)).empty(); ++count) {
+      if (!ParseNumber(field, more[count])) {
+        return Error(absl::StrCat("v has ", Quoted(field), " after x y z: expected a color r g b, or a weight w"));
+      }
+    }
+    if (count == 2 || count == 4) {
+      return Error(absl::StrCat("v has ", count, count == 4 ? " or more" : "",
+                                " numbers after x y z: expected a color r g b, or a weight w"));
+    }
+    if (count == 3) colors_.push_back({more[0], more[1], more[2]});
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadNormal(std::string_view line) {
+    if (absl::Status status = ReadTriple("vn", line, normals_); !status.ok()) return status;
+    const std::string_view more = NextOf(line);
+    return more.empty() ? absl::OkStatus() : Error(absl::StrCat("vn has ", Quoted(more), " after its three numbers"));
   }
 
   // Resolves a reference: from 1, or from the end if negative. False if it refers to nothing so far.
@@ -98,6 +130,7 @@ class ObjParser {
     AddColumns({"x", "y", "z"}, vertices_, table);
     if (paired_) {
       sums_.resize(vertices_.size(), Triple{});
+      for (Triple& sum : sums_) MakeUnit(sum);
       AddColumns({"nx", "ny", "nz"}, sums_, table);
     } else if (normals_.size() == vertices_.size()) {
       AddColumns({"nx", "ny", "nz"}, normals_, table);
@@ -105,7 +138,40 @@ class ObjParser {
       table.notes.push_back(absl::StrCat("left out the normals: ", normals_.size(), " vn lines do not correspond to ",
                                          vertices_.size(), " v lines, and no face pairs them"));
     }
+    AddColors(table);
     return table;
+  }
+
+  // NaN where a vertex has no normal: no face uses it, or those of its corners cancel.
+  static void MakeUnit(Triple& sum) {
+    const double length = std::hypot(sum[0], sum[1], sum[2]);
+    for (double& component : sum) component /= length;
+  }
+
+  // Bytes, as other formats have them, where colors are from 0 to 1 or whole numbers up to 255.
+  void AddColors(PointTable& table) {
+    if (colors_.empty()) return;
+    if (colors_.size() < vertices_.size()) {
+      table.notes.push_back(absl::StrCat("left out the colors: ", colors_.size(), " of ", vertices_.size(), " v lines ",
+                                         colors_.size() == 1 ? "has" : "have", " one"));
+      return;
+    }
+    bool are_shares = true, are_bytes = true;
+    for (const Triple& color : colors_) {
+      for (const double value : color) {
+        are_shares = are_shares && value >= 0.0 && value <= 1.0;
+        are_bytes = are_bytes && value >= 0.0 && value <= 255.0 && value == std::floor(value);
+      }
+    }
+    AddColumns({"red", "green", "blue"}, colors_, table);
+    if (!are_shares && !are_bytes) return;
+    for (const char* name : {"red", "green", "blue"}) {
+      std::vector<uint8_t> bytes;
+      for (const double value : std::get<std::vector<double>>(table.Find(name)->values)) {
+        bytes.push_back(static_cast<uint8_t>(are_shares ? std::lround(255.0 * value) : std::lround(value)));
+      }
+      table.Set({name, std::move(bytes)});
+    }
   }
 
   static void AddColumns(const std::array<const char*, 3>& names, const std::vector<Triple>& triples,
@@ -121,7 +187,8 @@ class ObjParser {
   size_t number_ = 0;
   std::vector<Triple> vertices_;
   std::vector<Triple> normals_;
-  std::vector<Triple> sums_;  // of the corner normals of each vertex
+  std::vector<Triple> colors_;  // of the vertices that have one
+  std::vector<Triple> sums_;    // of the corner normals of each vertex
   bool paired_ = false;
 };
 

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/io/binary.h"
 #include "client/io/formats.h"
+#include "client/io/names/column_names.h"
 #include "client/io/pcd_header.h"
 #include "client/io/text.h"
 
@@ -35,13 +36,6 @@ ScalarKind KindOf(const PcdField& field) {
   }
 }
 
-std::string TableName(const std::string& name) {
-  if (name == "normal_x") return "nx";
-  if (name == "normal_y") return "ny";
-  if (name == "normal_z") return "nz";
-  return name;
-}
-
 // Appends one field of many points. 64-bit integers, for which tables have no type, become doubles.
 void AppendField(const PcdField& field, const char* first, size_t count, size_t stride, Column& column) {
   if (field.type == 'F' || field.bytes < 8) return AppendStrided(first, count, stride, /*swap=*/false, column);
@@ -61,12 +55,13 @@ class PcdBody {
     columns_.reserve(header.fields.size());
     for (const PcdField& field : header.fields) {
       row_bytes_ += field.row_bytes();
-      if (field.kept()) columns_.push_back({TableName(field.name), MakeValues(KindOf(field))});
+      if (field.kept()) columns_.push_back({field.name, MakeValues(KindOf(field))});
     }
   }
 
   absl::StatusOr<PointTable> Read() {
-    absl::Status status;
+    absl::Status status = NameColumns();
+    if (!status.ok()) return status;
     if (header_.encoding == "ascii") {
       status = ReadText();
     } else if (header_.encoding == "binary") {
@@ -82,6 +77,15 @@ class PcdBody {
   }
 
  private:
+  absl::Status NameColumns() {
+    std::vector<std::string> spellings;
+    for (const Column& column : columns_) spellings.push_back(column.name);
+    absl::StatusOr<std::vector<std::string>> names = TableNames(spellings, "FIELDS");
+    if (!names.ok()) return ErrorAt(header_.lines, std::string(names.status().message()));
+    for (size_t i = 0; i < columns_.size(); ++i) columns_[i].name = std::move((*names)[i]);
+    return absl::OkStatus();
+  }
+
   PointTable Finish() {
     PointTable table;
     table.viewpoint = header_.viewpoint;

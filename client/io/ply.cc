@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/io/binary.h"
 #include "client/io/formats.h"
+#include "client/io/names/column_names.h"
 #include "client/io/ply_header.h"
 #include "client/io/point_status.h"
 #include "client/io/text.h"
@@ -32,10 +33,11 @@ class PlyBody {
         return absl::InvalidArgumentError(
             absl::StrCat("the header declares ", element.count, " vertices without a property"));
       }
-      if (is_vertex) MakeColumns(element);
-      absl::Status status = header_.format == PlyFormat::kAscii ? ReadText(element, is_vertex)
-                            : element.has_lists()               ? ReadRowByRow(element, is_vertex)
-                                                                : ReadBlock(element, is_vertex);
+      absl::Status status = is_vertex ? MakeColumns(element) : absl::OkStatus();
+      if (!status.ok()) return status;
+      status = header_.format == PlyFormat::kAscii ? ReadText(element, is_vertex)
+               : element.has_lists()               ? ReadRowByRow(element, is_vertex)
+                                                   : ReadBlock(element, is_vertex);
       if (!status.ok()) return status;
       if (is_vertex) return Finish();
     }
@@ -43,16 +45,24 @@ class PlyBody {
   }
 
  private:
-  void MakeColumns(const PlyElement& vertex) {
+  absl::Status MakeColumns(const PlyElement& vertex) {
     columns_.reserve(vertex.properties.size());
+    std::vector<std::string> spellings;
     for (const PlyProperty& property : vertex.properties) {
       if (property.count_kind) {
         table_.notes.push_back(
             absl::StrCat("left out property ", Printable(property.name), " of the vertices: it is a list"));
       } else {
         columns_.push_back({property.name, MakeValues(property.kind)});
+        spellings.push_back(property.name);
       }
     }
+    absl::StatusOr<std::vector<std::string>> names = TableNames(spellings, "properties");
+    if (!names.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat("line ", header_.lines, ": ", names.status().message()));
+    }
+    for (size_t i = 0; i < columns_.size(); ++i) columns_[i].name = std::move((*names)[i]);
+    return absl::OkStatus();
   }
 
   PointTable Finish() {
@@ -76,7 +86,7 @@ class PlyBody {
     for (Column& column : columns_) {
       const std::string_view name = column.name;
       if (name.substr(0, kScalarPrefix.size()) != kScalarPrefix || name == kScalarPrefix) continue;
-      const std::string own(name.substr(kScalarPrefix.size()));
+      const std::string own = TableName(name.substr(kScalarPrefix.size()));
       if (names.contains(own)) continue;
       names.erase(name);
       column.name = own;

@@ -22,7 +22,16 @@ absl::Status CountError(std::string_view line, size_t line_number, size_t expect
       absl::StrCat("line ", line_number, ": expected ", expected, " values, found ", found));
 }
 
-const char* Expectation(ScalarKind kind) {
+// Whether a field that no float or double can hold is a number nonetheless.
+bool IsTooLarge(std::string_view field) {
+  if (!field.empty() && field.front() == '+') field.remove_prefix(1);
+  const char* end = field.data() + field.size();
+  float value;
+  const auto [stop, error] = std::from_chars(field.data(), end, value);
+  return error == std::errc::result_out_of_range && stop == end;
+}
+
+const char* Expectation(ScalarKind kind, std::string_view field) {
   static constexpr const char* kExpectations[] = {"an integer from -128 to 127",
                                                   "an integer from 0 to 255",
                                                   "an integer from -32768 to 32767",
@@ -31,6 +40,7 @@ const char* Expectation(ScalarKind kind) {
                                                   "an unsigned 32-bit integer",
                                                   "a number in the range of float",
                                                   "a number in the range of double"};
+  if (kind >= ScalarKind::kFloat32 && !IsTooLarge(field)) return "a number";
   return kExpectations[static_cast<size_t>(kind)];
 }
 
@@ -106,7 +116,7 @@ absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Colu
         columns[i]->values);
     if (!parsed) {
       return FieldError(line_number, i, columns[i]->name,
-                        absl::StrCat("is ", Quoted(field), ": expected ", Expectation(columns[i]->kind())));
+                        absl::StrCat("is ", Quoted(field), ": expected ", Expectation(columns[i]->kind(), field)));
     }
   }
   if (!NextField(rest).empty()) return CountError(line, line_number, columns.size());

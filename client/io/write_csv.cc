@@ -1,5 +1,6 @@
 #include <string>
 
+#include "client/io/names/column_names.h"
 #include "client/io/writers.h"
 #include "client/io/writing/rows.h"
 
@@ -7,9 +8,9 @@ namespace curv {
 
 std::string CsvHead(const PointTable& like, uint64_t /*rows*/) {
   std::string header;
-  for (const Column& column : like.columns()) {
+  for (const std::string& name : HeaderNames(like, HeaderName)) {
     if (!header.empty()) header += ',';
-    header += HeaderName(column.name);
+    header += name;
   }
   return header + '\n';
 }

@@ -2,8 +2,10 @@
 #include <iterator>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "client/io/names/column_names.h"
 #include "client/io/ply_header.h"
 #include "client/io/point_status.h"
 #include "client/io/writers.h"
@@ -18,11 +20,11 @@ bool IsPartOfPoint(const std::string& name) {
   return std::find(std::begin(kParts), std::end(kParts), name) != std::end(kParts);
 }
 
+// `column` is one of the names that all columns have in a header.
 std::string PropertyName(const PointTable& table, const std::string& column, PlyNames names) {
-  if (names == PlyNames::kCloudCompare && !IsPartOfPoint(column))
-    return std::string(kScalarPrefix) + HeaderName(column);
+  if (names == PlyNames::kCloudCompare && !IsPartOfPoint(column)) return std::string(kScalarPrefix) + column;
   const bool is_quality = column == "mean_curvature" && table.Find("quality") == nullptr;
-  return names == PlyNames::kMeshLab && is_quality ? "quality" : HeaderName(column);
+  return names == PlyNames::kMeshLab && is_quality ? "quality" : column;
 }
 
 }  // namespace
@@ -38,9 +40,10 @@ std::string PlyHead(const PointTable& table, uint64_t rows, const PlyForm& form)
     absl::StrAppend(&header, "\n");
   }
   absl::StrAppend(&header, "element vertex ", rows, "\n");
-  for (const Column& column : table.columns()) {
-    absl::StrAppend(&header, "property ", std::string(PlyTypeName(column.kind())), " ",
-                    PropertyName(table, column.name, form.names), "\n");
+  const std::vector<std::string> names = HeaderNames(table, HeaderName);
+  for (size_t i = 0; i < names.size(); ++i) {
+    absl::StrAppend(&header, "property ", std::string(PlyTypeName(table.columns()[i].kind())), " ",
+                    PropertyName(table, names[i], form.names), "\n");
   }
   return absl::StrCat(header, "end_header\n");
 }
@@ -49,7 +52,7 @@ std::string HeaderName(std::string_view name) {
   std::string result(name);
   for (char& c : result) {
     // Bytes from 0x80 on are of letters in UTF-8.
-    if (static_cast<unsigned char>(c) <= ' ' || c == ',' || c == '"' || c == '\x7f') c = '_';
+    if (static_cast<unsigned char>(c) <= ' ' || c == ',' || c == ';' || c == '"' || c == '\x7f') c = '_';
   }
   return result;
 }

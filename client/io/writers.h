@@ -41,8 +41,8 @@ std::string AsciiPcdHead(const PointTable& like, uint64_t rows);
 std::string XyzHead(const PointTable& like, uint64_t rows);
 std::string NpyHead(const PointTable& like, uint64_t rows);
 
-// Returns `name` with underscores in place of characters that would break a header: blanks, control characters, commas
-// and double quotes. Letters of other alphabets stay, in UTF-8.
+// Returns `name` with underscores in place of characters that would break a header: blanks, control characters, commas,
+// semicolons and double quotes. Letters of other alphabets stay, in UTF-8.
 std::string HeaderName(std::string_view name);
 
 }  // namespace curv

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "client/io/formats.h"
+#include "client/io/names/column_names.h"
 #include "client/io/text.h"
 
 namespace curv {
@@ -17,14 +17,37 @@ namespace {
 // A longer one names no columns: there are at most kMaxColumns.
 constexpr size_t kMaxComment = 1 << 20;
 
+bool IsSeparator(char c) { return c == ',' || c == ';'; }
+
 // A line with its commas and semicolons, if any, made blanks.
 std::string_view WithBlanks(std::string_view line, std::string& scratch) {
   if (line.find_first_of(",;") == std::string_view::npos) return line;
   scratch.assign(line);
   for (char& c : scratch) {
-    if (c == ',' || c == ';') c = ' ';
+    if (IsSeparator(c)) c = ' ';
   }
   return scratch;
+}
+
+// Where a line, which has values, has an empty cell: before a separator without a value of its own. What follows the
+// last separator may be empty.
+std::optional<size_t> FindEmptyCell(std::string_view line) {
+  size_t values = 0;
+  bool in_value = false, is_empty = true;
+  for (const char c : line) {
+    if (IsSeparator(c)) {
+      if (is_empty) return values;
+      is_empty = true;
+      in_value = false;
+    } else if (IsBlank(c)) {
+      in_value = false;
+    } else if (!in_value) {
+      in_value = true;
+      is_empty = false;
+      ++values;
+    }
+  }
+  return std::nullopt;
 }
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
@@ -60,6 +83,14 @@ size_t CountFields(std::string_view line) {
   return count;
 }
 
+// Whether no field of a line is a number, as in a line of names.
+bool HoldsNoNumber(std::string_view line) {
+  for (std::string_view field; !(field = NextField(line)).empty();) {
+    if (double value; ParseNumber(field, value)) return false;
+  }
+  return true;
+}
+
 // The columns' names in a comment, if it starts with x y z and has a word for each of `count` columns. INVALID_ARGUMENT
 // where x y z come later: it may be a header, by which other columns were the coordinates, or prose.
 absl::StatusOr<std::vector<std::string>> NamesIn(std::string_view comment, size_t count) {
@@ -67,12 +98,8 @@ absl::StatusOr<std::vector<std::string>> NamesIn(std::string_view comment, size_
   comment.remove_prefix(std::min(comment.find_first_not_of(" \t#/"), comment.size()));
   std::vector<std::string> names;
   while (names.size() <= count) {
-    std::string name(NextField(comment));
+    std::string name = TableName(NextField(comment));
     if (name.empty()) break;
-    const std::string lower = absl::AsciiStrToLower(name);
-    for (const char* known : {"x", "y", "z", "nx", "ny", "nz"}) {
-      if (lower == known) name = known;
-    }
     if (std::find(names.begin(), names.end(), name) != names.end()) return std::vector<std::string>();
     names.push_back(std::move(name));
   }
@@ -104,9 +131,21 @@ std::vector<Column> MakeColumns(size_t count) {
   return columns;
 }
 
-// Whether columns 4 to 6 of more than six hold unit vectors, as they are written with few digits: where they do not,
-// they are no normals, but intensities and colors as PTS files have them. A vector of zeros says nothing.
-bool HoldUnitVectors(const std::vector<Column>& columns) {
+// The columns, or, before there are any, those of a line without names.
+absl::Status EmptyCellError(size_t line, size_t cell, const std::vector<Column>& columns) {
+  std::string name;
+  if (columns.empty()) {
+    name = absl::StrCat(" (", cell < 3 ? std::string(1, "xyz"[cell]) : absl::StrCat("column", cell + 1), ")");
+  } else if (cell < columns.size()) {
+    name = absl::StrCat(" (", Printable(columns[cell].name), ")");
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("line ", line, ": value ", cell + 1, name, " is \"\": expected a number"));
+}
+
+// Why columns 4 to 6 are no normals; empty if they are, which are unit vectors, written with few digits maybe. Others
+// are intensities and colors, as PTS files have them. A vector of zeros says nothing.
+std::string WhyNoNormals(const std::vector<Column>& columns) {
   constexpr double kSlack = 0.1;
   bool any = false;
   const auto axis = [&](size_t c) -> const std::vector<double>& {
@@ -115,10 +154,10 @@ bool HoldUnitVectors(const std::vector<Column>& columns) {
   for (size_t row = 0; row < columns[0].size(); ++row) {
     const double length = std::hypot(axis(3)[row], axis(4)[row], axis(5)[row]);
     if (length == 0.0 || std::isnan(length)) continue;
-    if (std::abs(length - 1.0) > kSlack) return false;
+    if (std::abs(length - 1.0) > kSlack) return absl::StrCat("the vector of point ", row, " has the length ", length);
     any = true;
   }
-  return any;
+  return any ? "" : "no point has a vector there";
 }
 
 // Whether columns 4 to 6 of exactly six hold colors rather than normals.
@@ -165,6 +204,9 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
                        " seems to have decimal commas: write points for them, or the same "
                        "separator between all values"));
     }
+    if (const std::optional<size_t> cell = FindEmptyCell(raw); cell.has_value()) {
+      return EmptyCellError(lines.number(), *cell, columns);
+    }
     if (columns.empty()) {
       const size_t count = CountFields(line);
       std::string_view rest = line;
@@ -176,6 +218,10 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
       if (count < 3) {
         return absl::InvalidArgumentError(absl::StrCat("line ", lines.number(), ": expected x y z nx ny nz, found ",
                                                        count, " values: ", Quoted(raw)));
+      }
+      if (HoldsNoNumber(line)) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("line ", lines.number(), ": ", Quoted(raw), " looks like a line of names: put # before it"));
       }
       if (count > kMaxColumns) {
         return absl::InvalidArgumentError(
@@ -197,8 +243,13 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
   if (columns.empty()) columns = MakeColumns(6);
   PointTable table;
   const bool colors = !named && HoldColors(columns);
-  if (!named && columns.size() > 6 && !HoldUnitVectors(columns)) {
-    for (size_t i = 3; i < 6; ++i) columns[i].name = absl::StrCat("column", i + 1);
+  if (!named && !colors && rows > 0 && columns.size() >= 6) {
+    if (const std::string why = WhyNoNormals(columns); !why.empty()) {
+      for (size_t i = 3; i < 6; ++i) columns[i].name = absl::StrCat("column", i + 1);
+      table.notes.push_back(absl::StrCat("columns 4 to 6 are no normals: ", why,
+                                         ". If they are, put the line \"# x y z nx ny nz\" before the points, with ",
+                                         "a name for each further column"));
+    }
   }
   static constexpr const char* kColorNames[] = {"red", "green", "blue"};
   for (size_t i = 0; i < columns.size(); ++i) {

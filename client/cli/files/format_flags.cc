@@ -34,6 +34,17 @@ void AddFormatFlags(CLI::App& command, SaveOptions& options) {
       ->option_text("PROGRAM");
 }
 
+CLI::Option* AddOutput(CLI::App& command, std::string& output, const std::string& help) {
+  const auto name_standard_output = [](std::string& path) {
+    if (path == "/dev/stdout" || path == "/dev/fd/1" || path == "/proc/self/fd/1") path = "-";
+    return std::string();
+  };
+  return command.add_option("-o,--output", output, help)
+      ->transform(CLI::Validator(name_standard_output, ""))
+      ->required()
+      ->option_text("OUT");
+}
+
 std::FILE* SummaryStream(const std::string& output) { return output == "-" ? stderr : stdout; }
 
 }  // namespace curv

@@ -8,6 +8,7 @@
 
 namespace CLI {
 class App;
+class Option;
 }  // namespace CLI
 
 namespace curv {
@@ -17,6 +18,10 @@ void AddInputFormat(CLI::App& command, std::string& format);
 
 // Adds --format, --ascii and --names to a command that writes. `options` must outlive it.
 void AddFormatFlags(CLI::App& command, SaveOptions& options);
+
+// Adds the required -o to a command that writes a cloud. Other names of standard output become "-": as a file it would
+// be replaced, and share its place with the summary. `output` must outlive the command.
+CLI::Option* AddOutput(CLI::App& command, std::string& output, const std::string& help);
 
 // Returns where a summary goes: to standard output, unless the result goes there.
 std::FILE* SummaryStream(const std::string& output);

@@ -126,9 +126,7 @@ CLI::App* AddCommand(CLI::App& app, const char* name, const char* what, const ch
   command->add_option("input", flags->input, absl::StrCat("the cloud: ", kReadableFiles))
       ->required()
       ->option_text("IN");
-  command->add_option("-o,--output", flags->output, absl::StrCat("the cloud: ", kWritableFiles))
-      ->required()
-      ->option_text("OUT");
+  AddOutput(*command, flags->output, absl::StrCat("the cloud: ", kWritableFiles));
   AddFormatFlags(*command, flags->save);
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")

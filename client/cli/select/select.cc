@@ -65,9 +65,7 @@ void AddSelect(CLI::App& app, Action& action) {
   command->add_option("--where", flags->where, "the condition, as \"k2 > 0.5 and status == ok\"")
       ->required()
       ->option_text("CONDITION");
-  command->add_option("-o,--output", flags->output, absl::StrCat("the points: ", kWritableFiles))
-      ->required()
-      ->option_text("OUT");
+  AddOutput(*command, flags->output, absl::StrCat("the points: ", kWritableFiles));
   AddFormatFlags(*command, flags->save);
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }

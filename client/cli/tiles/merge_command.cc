@@ -60,11 +60,8 @@ void AddTilesMerge(CLI::App& tiles, Action& action) {
   CLI::App* command = tiles.add_subcommand("merge", "Write the points of a plan with their results, in their order");
   command->footer(kExitCodesHelp);
   AddPlanDirectory(*command, flags->directory);
-  command
-      ->add_option("-o,--output", flags->output,
-                   absl::StrCat("the result: ", kWritableFiles, ". .las and .npz as far as memory goes"))
-      ->required()
-      ->option_text("OUT");
+  AddOutput(*command, flags->output,
+            absl::StrCat("the result: ", kWritableFiles, ". .las and .npz as far as memory goes"));
   AddFormatFlags(*command, flags->save);
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))

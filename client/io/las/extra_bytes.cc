@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/io/bytes.h"
+#include "client/io/names/column_names.h"
 #include "client/io/point_status.h"
 #include "client/io/text.h"
 #include "client/io/writers.h"
@@ -24,9 +25,8 @@ constexpr size_t kTypeAt = 2, kOptionsAt = 3, kNameAt = 4, kNoDataAt = 40, kMinA
 // Bits of its options.
 constexpr uint8_t kHasNoData = 1, kHasMin = 2, kHasMax = 4, kHasScale = 8, kHasOffset = 16;
 
-constexpr std::pair<std::string_view, std::string_view> kNormals[] = {{"normal_x", "nx"}, {"normal_y", "ny"},
-                                                                      {"normal_z", "nz"}, {"NormalX", "nx"},
-                                                                      {"NormalY", "ny"},  {"NormalZ", "nz"}};
+constexpr std::pair<std::string_view, std::string_view> kNormals[] = {
+    {"normal_x", "nx"}, {"normal_y", "ny"}, {"normal_z", "nz"}};
 
 uint8_t ByteAt(std::string_view bytes, size_t at) { return static_cast<uint8_t>(bytes[at]); }
 
@@ -77,10 +77,10 @@ void ReserveHalves(const std::string& name, std::set<std::string>& used) {
   used.insert({name + "_low", name + "_high"});
 }
 
+// Positions are no extra attributes, whatever one is called.
 std::string ColumnName(std::string_view name) {
-  for (const auto& [in_file, in_table] : kNormals) {
-    if (name == in_file) return std::string(in_table);
-  }
+  const std::string in_table = TableName(name);
+  if (in_table.size() == 2) return in_table;
   return name.empty() ? "extra" : std::string(name);
 }
 
@@ -228,7 +228,6 @@ LasExtra DescribeColumn(const Column& column, std::set<std::string>& used) {
   std::string name = column.name;
   for (const auto& [in_file, in_table] : kNormals) {
     if (name == in_table) name = in_file;
-    if (name == in_file) break;
   }
   std::string short_name = Shortened(HeaderName(name), kMaxLasName);
   for (int number = 2; !used.insert(short_name).second; ++number) {

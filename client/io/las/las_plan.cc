@@ -126,15 +126,23 @@ class Planner {
   }
 
   void AddExtras() {
-    for (const Column& column : table_.columns()) {
-      if (!left_.contains(column.name)) continue;
-      const LasExtra extra = DescribeColumn(column, names_);
-      std::vector<LasSlot> slots;
-      for (LasField& field : FieldsOf(extra, plan_.record_bytes)) {
-        slots.push_back({std::move(field), LasSource{.column = &column}});
-      }
-      Add(extra, std::move(slots));
+    // First, so that no column that is called normal_x takes their names.
+    for (const char* normal : {"nx", "ny", "nz"}) {
+      if (left_.contains(normal)) AddExtra(*table_.Find(normal));
+      left_.erase(normal);
     }
+    for (const Column& column : table_.columns()) {
+      if (left_.contains(column.name)) AddExtra(column);
+    }
+  }
+
+  void AddExtra(const Column& column) {
+    const LasExtra extra = DescribeColumn(column, names_);
+    std::vector<LasSlot> slots;
+    for (LasField& field : FieldsOf(extra, plan_.record_bytes)) {
+      slots.push_back({std::move(field), LasSource{.column = &column}});
+    }
+    Add(extra, std::move(slots));
   }
 
   void Add(const LasExtra& extra, std::vector<LasSlot> slots) {

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/io/archive/zip.h"
 #include "client/io/formats.h"
+#include "client/io/names/column_names.h"
 #include "client/io/numpy/npy_columns.h"
 #include "client/io/text.h"
 
@@ -19,6 +20,7 @@ constexpr char kNpyEnding[] = ".npy";
 // Puts columns of equal length into a table, each name once.
 void SetAll(std::vector<Column> columns, PointTable& table) {
   for (Column& column : columns) {
+    column.name = TableName(column.name);
     if (table.Find(column.name) != nullptr) {
       table.notes.push_back(absl::StrCat("left out a second column ", Printable(column.name)));
       continue;
@@ -44,7 +46,7 @@ std::string ArrayName(const ZipMember& member) {
 }
 
 bool HoldsPositions(const std::string& name) {
-  return name == "positions" || name == "points" || name == "xyz" || name == "x";
+  return name == "positions" || name == "points" || name == "xyz" || TableName(name) == "x";
 }
 
 // The member that says how many points there are: that of the positions.

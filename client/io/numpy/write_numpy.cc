@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cstring>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/io/archive/zip.h"
 #include "client/io/bytes.h"
+#include "client/io/names/column_names.h"
 #include "client/io/writers.h"
 #include "client/io/writing/rows.h"
 
@@ -47,25 +47,17 @@ bool IsAscii(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
 }
 
-// Names that stand in a header and an archive as they are, each once: without control characters, quotes, backslashes
-// and slashes, in UTF-8.
-std::vector<std::string> NamesOf(const PointTable& table) {
-  std::set<std::string> used;
-  std::vector<std::string> names;
-  for (const Column& column : table.columns()) {
-    std::string name = column.name;
-    const bool is_utf8 = IsUtf8(name);
-    for (char& c : name) {
-      const auto byte = static_cast<unsigned char>(c);
-      const bool is_plain = byte >= ' ' && byte != 0x7f && (is_utf8 || byte < 0x80);
-      if (!is_plain || c == '\'' || c == '"' || c == '\\' || c == '/') c = '_';
-    }
-    if (name.empty()) name = "column";
-    const std::string first = name;
-    for (int number = 2; !used.insert(name).second; ++number) name = absl::StrCat(first, "_", number);
-    names.push_back(std::move(name));
+// A name that stands in a header and an archive as it is: without control characters, quotes, backslashes and slashes,
+// in UTF-8.
+std::string NumpyName(std::string_view column) {
+  std::string name(column);
+  const bool is_utf8 = IsUtf8(name);
+  for (char& c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool is_plain = byte >= ' ' && byte != 0x7f && (is_utf8 || byte < 0x80);
+    if (!is_plain || c == '\'' || c == '"' || c == '\\' || c == '/') c = '_';
   }
-  return names;
+  return name;
 }
 
 // The start of an array: version 1.0, 2.0 where the text is long, 3.0 where it is not all ASCII. Its size is a multiple
@@ -98,7 +90,7 @@ std::string_view BytesOfValues(const Column& column) {
 }  // namespace
 
 std::string NpyHead(const PointTable& like, uint64_t rows) {
-  const std::vector<std::string> names = NamesOf(like);
+  const std::vector<std::string> names = HeaderNames(like, NumpyName);
   std::string type = "[";
   for (size_t i = 0; i < names.size(); ++i) {
     absl::StrAppend(&type, i == 0 ? "" : ", ", "('", names[i], "', ", TypeOf(like.columns()[i]), ")");
@@ -112,7 +104,7 @@ absl::Status WriteNpy(const PointTable& table, ByteSink& file) {
 }
 
 absl::Status WriteNpz(const PointTable& table, ByteSink& file) {
-  const std::vector<std::string> names = NamesOf(table);
+  const std::vector<std::string> names = HeaderNames(table, NumpyName);
   ZipWriter archive(file);
   for (size_t i = 0; i < names.size(); ++i) {
     const Column& column = table.columns()[i];

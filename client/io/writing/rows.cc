@@ -4,6 +4,7 @@
 #include <cstring>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "client/io/point_status.h"
 
@@ -23,7 +24,8 @@ void Scatter(const Column& column, size_t begin, size_t count, size_t row_bytes,
 }
 
 void AppendValue(const Column& column, bool as_word, size_t row, std::string& out) {
-  if (as_word) {
+  // Another program's status may have values that no word stands for.
+  if (as_word && column.At(row) < static_cast<double>(kStatusWords.size())) {
     out.append(StatusWord(std::get<std::vector<uint8_t>>(column.values)[row]));
   } else {
     std::visit([&](const auto& values) { AppendNumber(values[row], out); }, column.values);
@@ -50,14 +52,21 @@ absl::Status AppendBinaryRows(const PointTable& table, ByteSink& file) {
 }
 
 absl::Status AppendTextRows(const PointTable& table, char separator, bool status_words, ByteSink& file) {
+  std::vector<const Column*> columns;
+  for (const Column& column : table.columns()) columns.push_back(&column);
+  return AppendTextRows(columns, separator, status_words, file);
+}
+
+absl::Status AppendTextRows(std::span<const Column* const> columns, char separator, bool status_words, ByteSink& file) {
   std::string block;
-  for (size_t row = 0; row < table.size(); ++row) {
+  const size_t rows = columns.empty() ? 0 : columns.front()->size();
+  for (size_t row = 0; row < rows; ++row) {
     bool first = true;
-    for (const Column& column : table.columns()) {
+    for (const Column* column : columns) {
       if (!first) block += separator;
       first = false;
-      const bool as_word = status_words && IsStatusName(column.name) && column.kind() == ScalarKind::kUint8;
-      AppendValue(column, as_word, row, block);
+      const bool as_word = status_words && IsStatusName(column->name) && column->kind() == ScalarKind::kUint8;
+      AppendValue(*column, as_word, row, block);
     }
     block += '\n';
     if (block.size() < kBlockBytes) continue;

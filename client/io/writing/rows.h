@@ -2,6 +2,7 @@
 #pragma once
 
 #include <charconv>
+#include <span>
 #include <string>
 
 #include "absl/status/status.h"
@@ -23,7 +24,14 @@ void AppendNumber(T value, std::string& out) {
 absl::Status AppendBinaryRows(const PointTable& table, ByteSink& file);
 
 // Appends a line for each row, with `separator` between values, in the shortest digits that read back as the same
-// value. With `status_words` the column `status` of type uint8 is a word. Errors are those of ByteSink::Append.
+// value. With `status_words` the column `status` of type uint8 is a word, where its value has one. Errors are those of
+// ByteSink::Append.
 absl::Status AppendTextRows(const PointTable& table, char separator, bool status_words, ByteSink& file);
+// The same of some columns, in their order. REQUIRES: they are as long as each other.
+absl::Status AppendTextRows(std::span<const Column* const> columns, char separator, bool status_words, ByteSink& file);
+
+// Appends a line for each row as WriteXyz does: with x, y and z before all other columns, if the table has them. Errors
+// are those of ByteSink::Append.
+absl::Status AppendXyzRows(const PointTable& table, ByteSink& file);
 
 }  // namespace curv

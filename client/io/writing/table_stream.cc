@@ -35,7 +35,7 @@ std::optional<StreamedFormat> FormatFor(const std::string& extension, const Save
   if (extension == ".pcd") {
     return ascii ? StreamedFormat{AsciiPcdHead, AppendBlanked} : StreamedFormat{PcdHead, AppendBinaryRows};
   }
-  if (extension == ".xyz") return StreamedFormat{XyzHead, AppendBlanked};
+  if (extension == ".xyz") return StreamedFormat{XyzHead, AppendXyzRows};
   if (extension == ".csv") return StreamedFormat{CsvHead, AppendCommas};
   if (extension == ".npy") return StreamedFormat{NpyHead, AppendBinaryRows};
   return std::nullopt;

@@ -1,7 +1,9 @@
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "client/io/names/column_names.h"
 #include "client/io/writers.h"
 #include "client/io/writing/rows.h"
 
@@ -12,18 +14,20 @@ namespace {
 constexpr char kTypes[] = {'I', 'U', 'I', 'U', 'I', 'U', 'F', 'F'};
 
 // The names that PCL gives normals.
-std::string FieldName(const std::string& name) {
+std::string FieldName(std::string name) {
   for (const auto& [in_table, in_file] : {std::pair("nx", "normal_x"), {"ny", "normal_y"}, {"nz", "normal_z"}}) {
     if (name == in_table) return in_file;
   }
-  return HeaderName(name);
+  return name;
 }
 
 // PCD 0.7, whose readers want the lines in this order.
 std::string Header(const PointTable& table, uint64_t rows, const char* encoding) {
   std::string fields, sizes, types, counts;
-  for (const Column& column : table.columns()) {
-    absl::StrAppend(&fields, " ", FieldName(column.name));
+  const std::vector<std::string> names = HeaderNames(table, HeaderName);
+  for (size_t i = 0; i < names.size(); ++i) {
+    const Column& column = table.columns()[i];
+    absl::StrAppend(&fields, " ", FieldName(names[i]));
     absl::StrAppend(&sizes, " ", BytesOf(column.kind()));
     absl::StrAppend(&types, " ", std::string(1, kTypes[static_cast<size_t>(column.kind())]));
     absl::StrAppend(&counts, " 1");

@@ -506,5 +506,19 @@ TEST_F(CurvTest, NotesWhatItLeavesOut) {
   EXPECT_THAT(run.err, Not(HasSubstr("terminate")));
 }
 
+TEST_F(CurvTest, NewNormalsReplaceThoseOfEverySpelling) {
+  const std::string cloud = Cloud("torus", "500");
+  ASSERT_EQ(RunCurv({"select", cloud, "--where", "x == x", "-o", dir_.File("in.csv")}).exit_code, 0);
+  std::string csv = dir_.Read("in.csv");
+  for (const char* axis : {"x", "y", "z"}) {
+    csv.replace(csv.find(std::string("n") + axis), 2, std::string("Normal_") + axis);
+  }
+  const CurvRun run = RunCurv({"normals", dir_.Write("in.csv", csv), "-o", dir_.File("out.pcd"), "--ascii"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(dir_.Read("out.pcd"), HasSubstr("FIELDS x y z normal_x normal_y normal_z normal_residual"));
+  const absl::StatusOr<PointTable> read = LoadTable(dir_.File("out.pcd"));
+  EXPECT_TRUE(read.ok()) << read.status();
+}
+
 }  // namespace
 }  // namespace curv

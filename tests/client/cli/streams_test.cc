@@ -63,6 +63,24 @@ TEST_F(StreamsTest, WhatAFullDiskTakesOfStandardOutputIsNoSuccess) {
   }
 }
 
+// By that name a file behind it would be replaced, and the summary be written over its start.
+TEST_F(StreamsTest, OtherNamesOfStandardOutputAreStandardOutput) {
+  const std::string cloud = Cloud("cloud.ply");
+  for (const std::string name : {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"}) {
+    const std::vector<std::string> runs[] = {{"estimate", cloud, "-o", name, "--format=csv"},
+                                             {"normals", cloud, "-o", name, "--format=csv"},
+                                             {"select", cloud, "--where", "x > 0", "-o", name, "--format=csv"},
+                                             {"generate", "sphere", "--points=100", "-o", name, "--format=csv"}};
+    for (const std::vector<std::string>& arguments : runs) {
+      const CurvRun run = RunCurv(arguments, "", dir_.Write("redirected", ""));
+      EXPECT_EQ(run.exit_code, 0) << run.err;
+      EXPECT_THAT(run.err, HasSubstr("standard output")) << arguments.front();
+      const absl::StatusOr<PointTable> table = LoadTable(dir_.File("redirected"), "csv");
+      EXPECT_TRUE(table.ok()) << arguments.front() << " " << name << ": " << table.status();
+    }
+  }
+}
+
 TEST_F(StreamsTest, FilesKeepTheFormatOfTheirNames) {
   const CurvRun run = RunCurv({"estimate", Cloud("in.csv"), "-o", "-", "--format=ply", "--summary=json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;

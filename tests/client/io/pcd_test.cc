@@ -121,6 +121,15 @@ TEST(PcdTest, RefusesBadHeaders) {
   EXPECT_THAT(Message("BOUNDS 1 2\n"), HasSubstr("unknown keyword \"BOUNDS\""));
 }
 
+// One of them would be read, and nobody knows which was meant.
+TEST(PcdTest, RefusesTwoFieldsOfOneName) {
+  EXPECT_THAT(Message("FIELDS x y z i i\nPOINTS 1\nDATA ascii\n1 2 3 4 5\n"),
+              HasSubstr("line 3: two FIELDS have the name \"i\""));
+  EXPECT_THAT(Message("FIELDS x y z nx normal_x\nPOINTS 1\nDATA ascii\n1 2 3 4 5\n"),
+              HasSubstr("two FIELDS have the name \"nx\": \"nx\" and \"normal_x\": rename or remove one"));
+  EXPECT_TRUE(ReadPcd("FIELDS x _ _ y\nPOINTS 1\nDATA ascii\n1 2 3 4\n").ok());
+}
+
 TEST(PcdTest, ShowsNoNameThatATerminalObeys) {
   EXPECT_THAT(Message("FIELDS \x1b[2J\nSIZE x\n"), HasSubstr("SIZE of field ?[2J is"));
   EXPECT_THAT(Message("FIELDS \x1b[2J\nTYPE \x1b\nPOINTS 1\nDATA ascii\n"), HasSubstr("field ?[2J has TYPE ?,"));

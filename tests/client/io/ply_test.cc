@@ -213,5 +213,13 @@ TEST(PlyNamesTest, AStatusThatIsNoByteStaysAFloat) {
   EXPECT_EQ(table->Find("status")->kind(), ScalarKind::kFloat32);
 }
 
+TEST(PlyTest, RefusesTwoPropertiesOfOneName) {
+  const absl::Status status = ReadPly(
+                                  "ply\nformat ascii 1.0\nelement vertex 1\nproperty float nx\nproperty float "
+                                  "NormalX\nend_header\n1 2\n")
+                                  .status();
+  EXPECT_THAT(std::string(status.message()), HasSubstr("line 6: two properties have the name \"nx\""));
+}
+
 }  // namespace
 }  // namespace curv

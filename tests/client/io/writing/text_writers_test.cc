@@ -75,6 +75,18 @@ TEST(TextWritersTest, NamesKeepTheirLetters) {
   }
 }
 
+// Readers take the first columns for x y z.
+TEST(TextWritersTest, XyzHasPositionsFirst) {
+  const TempDir dir;
+  PointTable table;
+  for (const char* name : {"id", "z", "x", "y"}) table.Set({name, std::vector<double>{static_cast<double>(*name)}});
+  ASSERT_TRUE(SaveTable(table, dir.File("t.xyz")).ok());
+  EXPECT_EQ(dir.Read("t.xyz"), "# x y z id\n120 121 122 105\n");
+  const absl::StatusOr<PointTable> read = LoadTable(dir.File("t.xyz"));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(Values(*read, "id"), std::vector<double>{105});
+}
+
 TEST(TextWritersTest, WriteWhatOthersRead) {
   const TempDir dir;
   PointTable table = Sample();
