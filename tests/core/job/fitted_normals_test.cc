@@ -106,7 +106,7 @@ TEST(FittedNormalsTest, AreMadeAnewWhereThatIsBetter) {
   }
 }
 
-// Who names an estimator gets it by the normals that he gives.
+// Whoever names an estimator gets it by the normals that were given.
 TEST(FittedNormalsTest, OnlyTheChoiceMakesThemAnew) {
   const EstimationResult result = Estimate(SphereOfPlanes(20), AutomaticHexagrams());
   ASSERT_TRUE(result.scale_report.has_value() && result.scale_report->fitted_normals.has_value());
