@@ -3,13 +3,14 @@
 #include <algorithm>
 
 #include "core/base/function_phase.h"
+#include "core/normals/normal_refit.h"
 
 namespace curvd {
 namespace {
 
 // Of the squared error that noise makes of given normals, what new ones may err by at most. Measured on 455 clouds of
-// all kinds whose normals were fits: where that is so, H errs by half as much in the geometric mean, and by 2.6 times
-// at most with planes of ten neighbors and more; where it is not, by up to 60 times.
+// all kinds whose normals were fits: where that is so, H errs by half as much in the geometric mean; where it is
+// not, by up to 60 times as much.
 constexpr double kMostOfGivenError = 0.5;
 
 }  // namespace

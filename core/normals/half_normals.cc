@@ -7,6 +7,7 @@
 
 #include "core/base/halves.h"
 #include "core/estimators/fits/jet_systems.h"
+#include "core/normals/fit_run.h"
 #include "core/normals/scale_pilot.h"
 
 namespace curvd {
@@ -20,41 +21,22 @@ constexpr double kMostCopies = 1.05;
 // The least share of the points whose half normals are made of their half.
 constexpr double kLeastMade = 0.9;
 
-class HalfNormalsRun final : public StrategyRun {
+NormalPlan PlanOf(NormalFit fit, Half half, const SpatialIndex& index) {
+  fit.half = half;
+  return {fit, index};
+}
+
+class HalfNormalsRun final : public FitRun {
  public:
   HalfNormalsRun(const NormalFit& fit, SpatialIndex& index)
-      : index_(index), plans_{PlanOf(fit, Half::kEven, index), PlanOf(fit, Half::kOdd, index)} {}
-
-  std::unique_ptr<WorkerScratch> MakeScratch() const override { return std::make_unique<NormalScratch>(); }
-
-  std::vector<GroupPhase> Phases() override {
-    std::vector<GroupPhase> phases;
-    for (const NormalPlan& plan : plans_) {
-      phases.push_back({"normals", nullptr, [this, &plan](size_t group, WorkerScratch& scratch) {
-                          return RunGroup(plan, group, static_cast<NormalScratch&>(scratch));
-                        }});
-    }
-    return phases;
-  }
+      : FitRun(index, {PlanOf(fit, Half::kEven, index), PlanOf(fit, Half::kOdd, index)}) {}
 
  private:
-  static NormalPlan PlanOf(NormalFit fit, Half half, const SpatialIndex& index) {
-    fit.half = half;
-    return {fit, index};
-  }
-
-  absl::Status RunGroup(const NormalPlan& plan, size_t group, NormalScratch& s) const {
-    if (absl::Status status = FitGroup(index_, plan, group, GroupSample::kAll, s); !status.ok()) return status;
-    for (size_t i = 0; i < s.points.size; ++i) Write(i, s);
-    s.LeaveRestAfterLast(group);
-    return absl::OkStatus();
-  }
-
-  void Write(size_t i, NormalScratch& s) const {
+  void Write(size_t i, NormalScratch& s) const override {
     const auto place = static_cast<size_t>(s.points.place[i]);
     const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
-    const SpatialIndex::LeafNormals& whole = index_.normals(leaf);
-    SpatialIndex::LeafNormals& half = index_.mutable_half_normals(leaf);
+    const SpatialIndex::LeafNormals& whole = index().normals(leaf);
+    SpatialIndex::LeafNormals& half = index().mutable_half_normals(leaf);
     const double along = s.normal.x[i] * whole.x[lane] + s.normal.y[i] * whole.y[lane] + s.normal.z[i] * whole.z[lane];
     // Where there is no normal, what is along it is NaN.
     const bool is_known = s.points.status[i] == PointStatus::kOk && along * along > 0.0;
@@ -64,9 +46,6 @@ class HalfNormalsRun final : public StrategyRun {
     half.y[lane] = is_known ? static_cast<float>(sign * s.normal.y[i]) : whole.y[lane];
     half.z[lane] = is_known ? static_cast<float>(sign * s.normal.z[i]) : whole.z[lane];
   }
-
-  SpatialIndex& index_;
-  const NormalPlan plans_[2];
 };
 
 }  // namespace

@@ -8,12 +8,12 @@
 #if HWY_ONCE
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "core/normals/fit_run.h"
 #include "core/normals/normal_fit.h"
 
 namespace curvd {
@@ -23,29 +23,15 @@ HWY_EXPORT(FitGroupKernel);
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-class NormalFitRun final : public StrategyRun {
+class NormalFitRun final : public FitRun {
  public:
   NormalFitRun(const NormalFit& fit, SpatialIndex& index, NormalQuality& quality)
-      : index_(index), plan_(fit, index), quality_(quality) {}
-
-  std::unique_ptr<WorkerScratch> MakeScratch() const override { return std::make_unique<NormalScratch>(); }
-
-  std::vector<GroupPhase> Phases() override {
-    return {{"normals", nullptr, [this](size_t group, WorkerScratch& scratch) {
-               return RunGroup(group, static_cast<NormalScratch&>(scratch));
-             }}};
-  }
+      : FitRun(index, {NormalPlan(fit, index)}), quality_(quality) {}
 
  private:
-  absl::Status RunGroup(size_t group, NormalScratch& s) const {
-    if (absl::Status status = FitGroup(index_, plan_, group, GroupSample::kAll, s); !status.ok()) return status;
-    for (size_t i = 0; i < s.points.size; ++i) Write(i, s);
-    return absl::OkStatus();
-  }
-
-  void Write(size_t i, NormalScratch& s) const {
+  void Write(size_t i, NormalScratch& s) const override {
     const auto place = static_cast<size_t>(s.points.place[i]);
-    SpatialIndex::LeafNormals& normals = index_.mutable_normals(place / SpatialIndex::kLeafSize);
+    SpatialIndex::LeafNormals& normals = index().mutable_normals(place / SpatialIndex::kLeafSize);
     const size_t lane = place % SpatialIndex::kLeafSize;
     const PointStatus status = s.points.status[i];
     const bool ok = status == PointStatus::kOk;
@@ -60,74 +46,7 @@ class NormalFitRun final : public StrategyRun {
     if (s.points.slot[i] != GroupPoints::kNoSlot) ++s.status_counts[static_cast<size_t>(status)];
   }
 
-  SpatialIndex& index_;
-  const NormalPlan plan_;
   NormalQuality& quality_;
-};
-
-class NormalRefitRun final : public StrategyRun {
-  using Vec = std::array<double, 3>;
-
- public:
-  NormalRefitRun(const NormalFit& fit, SpatialIndex& index) : index_(index), plan_(fit, index) {}
-
-  std::unique_ptr<WorkerScratch> MakeScratch() const override { return std::make_unique<NormalScratch>(); }
-
-  std::vector<GroupPhase> Phases() override {
-    return {{"normals", nullptr, [this](size_t group, WorkerScratch& scratch) {
-               return RunGroup(group, static_cast<NormalScratch&>(scratch));
-             }}};
-  }
-
- private:
-  // Where a given normal is farther from the new one than this, chance has hardly told its side.
-  static constexpr double kLeastCosine = 0.5;
-
-  absl::Status RunGroup(size_t group, NormalScratch& s) const {
-    if (absl::Status status = FitGroup(index_, plan_, group, GroupSample::kAll, s); !status.ok()) return status;
-    for (size_t i = 0; i < s.points.size; ++i) Write(i, s);
-    return absl::OkStatus();
-  }
-
-  void Write(size_t i, NormalScratch& s) const {
-    const auto place = static_cast<size_t>(s.points.place[i]);
-    const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
-    Vec normal = GivenNormal(leaf, lane);
-    const bool is_made = s.points.status[i] == PointStatus::kOk && !std::isnan(normal[0]);
-    ++s.status_counts[static_cast<size_t>(is_made ? PointStatus::kOk : PointStatus::kTooFewNeighbors)];
-    if (is_made) {
-      const Vec made = {s.normal.x[i], s.normal.y[i], s.normal.z[i]};
-      const double along = Dot(made, normal), side = std::abs(along) < kLeastCosine ? SideOf(made, leaf, lane) : along;
-      for (size_t axis = 0; axis < 3; ++axis) normal[axis] = side < 0.0 ? -made[axis] : made[axis];
-    }
-    SpatialIndex::LeafNormals& out = index_.mutable_half_normals(leaf);
-    out.x[lane] = static_cast<float>(normal[0]);
-    out.y[lane] = static_cast<float>(normal[1]);
-    out.z[lane] = static_cast<float>(normal[2]);
-  }
-
-  // How much the given normals of the others in the leaf, the nearest above all, are on the side of `made`.
-  double SideOf(const Vec& made, size_t leaf, size_t lane) const {
-    const SpatialIndex::LeafPositions& at = index_.positions(leaf);
-    double side = 0.0;
-    for (size_t other = 0; other < static_cast<size_t>(index_.LeafPoints(leaf)); ++other) {
-      const Vec offset = {static_cast<double>(at.x[other]) - at.x[lane], static_cast<double>(at.y[other]) - at.y[lane],
-                          static_cast<double>(at.z[other]) - at.z[lane]};
-      const double squared = Dot(offset, offset), along = Dot(made, GivenNormal(leaf, other));
-      if (squared > 0.0 && !std::isnan(along)) side += along / squared;
-    }
-    return side;
-  }
-
-  Vec GivenNormal(size_t leaf, size_t lane) const {
-    const SpatialIndex::LeafNormals& given = index_.normals(leaf);
-    return {given.x[lane], given.y[lane], given.z[lane]};
-  }
-
-  static double Dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-  SpatialIndex& index_;
-  const NormalPlan plan_;
 };
 
 }  // namespace
@@ -200,10 +119,6 @@ double LatticeStep(const SpatialIndex& index) {
 
 std::unique_ptr<StrategyRun> StartNormalFit(const NormalFit& fit, SpatialIndex& index, NormalQuality& quality) {
   return std::make_unique<NormalFitRun>(fit, index, quality);
-}
-
-std::unique_ptr<StrategyRun> StartNormalRefit(const NormalFit& fit, SpatialIndex& index) {
-  return std::make_unique<NormalRefitRun>(fit, index);
 }
 
 }  // namespace curvd

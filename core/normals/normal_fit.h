@@ -139,11 +139,4 @@ double LatticeStep(const SpatialIndex& index);
 // REQUIRES: index.has_normals(); `quality` has a place for each point of each leaf; both outlive the run.
 std::unique_ptr<StrategyRun> StartNormalFit(const NormalFit& fit, SpatialIndex& index, NormalQuality& quality);
 
-// A run of one phase, "normals", which fits every point, halo included, and writes its normal in the place of half
-// normals: on the side of the index's normal, or, where that is 60 degrees from the new one or more, of its neighbors'
-// in the leaf. Points without a fit keep the normal that they have, or none. The counts of its scratch are of all
-// points: kOk, or kTooFewNeighbors for those that keep it. REQUIRES: index.has_normals(), and room for half normals; it
-// outlives the run.
-std::unique_ptr<StrategyRun> StartNormalRefit(const NormalFit& fit, SpatialIndex& index);
-
 }  // namespace curvd

@@ -11,6 +11,7 @@
 
 #include "core/estimators/triangles/random_stream.h"
 #include "core/normals/half_normals.h"
+#include "core/normals/normal_refit.h"
 #include "tests/core/estimators/run_in_parts.h"
 
 namespace curvd::testing {
