@@ -1,6 +1,7 @@
 #include "core/normals/orientation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <variant>
@@ -296,6 +297,13 @@ void Orientation::TurnDirectly(size_t chunk) {
   const auto* each = std::get_if<SidesTowardViewpoints>(&options_.sides);
   const auto* along = std::get_if<SidesAlongDirection>(&options_.sides);
   const int to_input = -index_.scale_exponent();
+  // Of a length at which no product is lost to underflow.
+  std::array<double, 3> direction{};
+  if (along != nullptr) {
+    const auto& d = along->direction;
+    const int exponent = std::ilogb(std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])}));
+    for (size_t axis = 0; axis < 3; ++axis) direction[axis] = std::ldexp(d[axis], -exponent);
+  }
   TurnChunk(chunk, [&](size_t place) {
     const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
     const SpatialIndex::LeafPositions& p = index_.positions(leaf);
@@ -309,7 +317,7 @@ void Orientation::TurnDirectly(size_t chunk) {
                           : each != nullptr ? each->viewpoints[index_.point_set().place_of(p.id[lane])][axis]
                                             : 0;
       const double here = std::ldexp(static_cast<double>(position[axis]), to_input) + origin_[axis];
-      toward += normal[axis] * (along != nullptr ? along->direction[axis] : from - here);
+      toward += normal[axis] * (along != nullptr ? direction[axis] : from - here);
     }
     return toward < 0.0;
   });

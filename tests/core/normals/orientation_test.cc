@@ -333,10 +333,13 @@ TEST(OrientationSidesTest, ViewpointsAndDirectionsDecideEachPoint) {
   for (const auto& p : sphere.positions) viewpoints.push_back({2.0 * p[0], 2.0 * p[1], 2.0 * p[2]});
   options.sides = SidesTowardViewpoints{viewpoints};
   EXPECT_EQ(FlippedShare(MustMakeNormals(BareCloud(sphere), options).normals, sphere), 0.0);
-  options.sides = SidesAlongDirection{{0, 0, -1e-9}};
-  const NormalResult down = MustMakeNormals(BareCloud(sphere), options);
-  for (size_t i = 0; i < sphere.size(); ++i) ASSERT_LE(down.normals[i].normal[2], 0.0f);
-  EXPECT_EQ(down.report.piece_count, 0u);
+  // Of any length: products with the shortest would be 0.
+  for (const double length : {1e-9, 5e-324, 1e308}) {
+    options.sides = SidesAlongDirection{{0, 0, -length}};
+    const NormalResult down = MustMakeNormals(BareCloud(sphere), options);
+    for (size_t i = 0; i < sphere.size(); ++i) ASSERT_LE(down.normals[i].normal[2], 0.0f) << length;
+    EXPECT_EQ(down.report.piece_count, 0u);
+  }
 }
 
 // Doubles are kept relative to an origin, and the index scales: a viewpoint is in the input's coordinates.
