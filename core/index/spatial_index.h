@@ -87,8 +87,8 @@ class SpatialIndex {
   // Makes room for normals, which have any values, in an index without. Errors: ErrorKind::kOutOfMemory.
   absl::Status MakeNormals() { return has_normals() ? absl::OkStatus() : MakeRoom(normals_); }
   LeafNormals& mutable_normals(size_t leaf) { return normals_[leaf]; }
-  // Normals of which each was made of the points of its own half of the cloud alone (core/normals/half_normals.h), so
-  // that those of distinct halves err independently. REQUIRES: has_half_normals().
+  // Normals of which each was made of the points of its own half of the cloud alone (core/normals/runs/half_normals.h),
+  // so that those of distinct halves err independently. REQUIRES: has_half_normals().
   const LeafNormals& half_normals(size_t leaf) const { return half_normals_[leaf]; }
   LeafNormals& mutable_half_normals(size_t leaf) { return half_normals_[leaf]; }
   bool has_half_normals() const { return half_normals_.size() > 0; }

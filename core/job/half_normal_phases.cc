@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "core/base/function_phase.h"
-#include "core/normals/half_normals.h"
+#include "core/normals/runs/half_normals.h"
 
 namespace curvd {
 

@@ -1,4 +1,4 @@
-// The phases that make normals of halves, for estimates that tell noise by them (core/normals/half_normals.h), and
+// The phases that make normals of halves, for estimates that tell noise by them (core/normals/runs/half_normals.h), and
 // those that find out before what given normals were made by.
 #pragma once
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/base/function_phase.h"
-#include "core/normals/normal_refit.h"
+#include "core/normals/runs/normal_refit.h"
 
 namespace curvd {
 namespace {

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/normals/fit_run.h"
 #include "core/normals/normal_fit.h"
+#include "core/normals/runs/fit_run.h"
 
 namespace curvd {
 namespace {

@@ -70,7 +70,8 @@ struct NormalOptions {
   // Whether the job hands out the normals in use, with their quality, at 24 bytes a point. DEFAULT: no.
   bool returns_normals = false;
   // Whether normals that are estimated are made once more, each of its own half of the points alone, for estimates that
-  // tell noise by halves (core/normals/half_normals.h), at 12 bytes a point. Jobs set it as the estimate asks for it.
+  // tell noise by halves (core/normals/runs/half_normals.h), at 12 bytes a point. Jobs set it as the estimate asks for
+  // it.
   bool makes_halves = false;
   // Whether given normals that prove to be fits to the positions are made anew where that is better, with makes_halves.
   // Jobs set it where the estimate is left to the choice.

@@ -7,7 +7,7 @@
 
 #include "core/base/median.h"
 #include "core/estimators/fits/jet_systems.h"
-#include "core/normals/half_normals.h"
+#include "core/normals/runs/half_normals.h"
 
 namespace curvd {
 namespace {

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-#include "core/normals/half_normals.h"
+#include "core/normals/runs/half_normals.h"
 
 namespace curvd {
 namespace {

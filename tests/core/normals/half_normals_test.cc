@@ -1,5 +1,5 @@
 // Normals that are made of one half of the cloud each, on each instruction set that this machine has.
-#include "core/normals/half_normals.h"
+#include "core/normals/runs/half_normals.h"
 
 #include <gtest/gtest.h>
 

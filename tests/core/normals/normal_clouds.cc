@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "core/estimators/triangles/random_stream.h"
-#include "core/normals/half_normals.h"
-#include "core/normals/normal_refit.h"
+#include "core/normals/runs/half_normals.h"
+#include "core/normals/runs/normal_refit.h"
 #include "tests/core/estimators/run_in_parts.h"
 
 namespace curvd::testing {

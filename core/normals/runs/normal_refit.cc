@@ -1,10 +1,10 @@
-#include "core/normals/normal_refit.h"
+#include "core/normals/runs/normal_refit.h"
 
 #include <array>
 #include <cmath>
 #include <cstddef>
 
-#include "core/normals/fit_run.h"
+#include "core/normals/runs/fit_run.h"
 
 namespace curvd {
 namespace {

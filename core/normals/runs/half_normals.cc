@@ -1,4 +1,4 @@
-#include "core/normals/half_normals.h"
+#include "core/normals/runs/half_normals.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 #include "core/base/halves.h"
 #include "core/estimators/fits/jet_systems.h"
-#include "core/normals/fit_run.h"
+#include "core/normals/runs/fit_run.h"
 #include "core/normals/scale_pilot.h"
 
 namespace curvd {
