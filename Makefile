@@ -183,7 +183,7 @@ format-check: ## Fail where `make format` would change something
 
 # The sources of what ships whose paths begin with $(1), but for those that a program wrote: sixteen in a file that includes them,
 # so that headers are read the less often; or as the build in $(2) has them.
-lint_sources = sed -nE '\|/proto/generated/|d; \|/page_template\.cc"|d; \|/laz_codec\.cc"|d; s|^ *"file": "($(1).*)",?$$|\1|p' $(or $(2),build/lint)/compile_commands.json
+lint_sources = sed -nE '\|/proto/generated/|d; \|/page_template\.cc"|d; \|/laz_codec\.cc"|d; s@^ *"file": "($(1).*)",?$$@\1@p' $(or $(2),build/lint)/compile_commands.json
 
 .PHONY: lint
 lint: deps ## Run clang-tidy on the sources of what ships
