@@ -71,8 +71,8 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
                                                                        thread_count, options.makes_fits_anew)
                                       : 0;
   if (options.source == NormalSource::kGiven) return probe;
-  size_t most = std::max(Orientation::ScratchBytes(options, point_count),
-                         SheetProbe::ScratchBytes(point_count, options.max_neighbor_count));
+  size_t most = std::max({Orientation::ScratchBytes(options, point_count), LinkProbe::ScratchBytes(point_count),
+                          SheetProbe::ScratchBytes(point_count, options.max_neighbor_count)});
   if (options.source == NormalSource::kEstimate) {
     const size_t fit = IsAutomatic(options) ? ScalePilot::ScratchBytes(point_count, options.max_neighbor_count)
                                             : NormalScratch::MostBytes(WantedFit(options), point_count);
@@ -106,10 +106,13 @@ absl::Status NormalPhases::Start() {
   return absl::OkStatus();
 }
 
+std::string_view NormalPhases::LookPhase() const {
+  return options_.source == NormalSource::kEstimate ? kNormalsPhase : kOrientationPhase;
+}
+
 void NormalPhases::AddLooks() {
-  const bool is_estimated = options_.source == NormalSource::kEstimate;
-  const std::string_view name = is_estimated ? kNormalsPhase : kOrientationPhase;
-  if (is_estimated && IsAutomatic(options_)) {
+  const std::string_view name = LookPhase();
+  if (options_.source == NormalSource::kEstimate && IsAutomatic(options_)) {
     pilot_.emplace(index_, options_.method, options_.max_neighbor_count, thread_count_, aim_);
     add_phase_(MakeProbePhase(kNormalsPhase, *pilot_));
   }
@@ -120,8 +123,21 @@ void NormalPhases::AddLooks() {
   add_phase_(MakeStep(name, [this] {
     if (sheet_probe_.has_value()) sheets_ = sheet_probe_->Find();
     sheet_probe_.reset();
-    return Fit();
+    if (!std::holds_alternative<ConsistentSides>(options_.sides)) return Fit();
+    link_probe_.emplace(index_, thread_count_);
+    return LookAtLinks();
   }));
+}
+
+absl::Status NormalPhases::LookAtLinks() {
+  if (link_probe_->AddBlocks()) {
+    add_phase_(MakeProbePhase(LookPhase(), *link_probe_));
+    add_phase_(MakeStep(LookPhase(), [this] { return LookAtLinks(); }));
+    return absl::OkStatus();
+  }
+  links_per_point_ = link_probe_->LinksPerPoint();
+  link_probe_.reset();
+  return Fit();
 }
 
 absl::Status NormalPhases::Fit() {
@@ -197,7 +213,8 @@ absl::Status NormalPhases::EndFit() {
 
 void NormalPhases::Orient() {
   orientations_.push_back(std::make_unique<Orientation>(
-      index_, options_, origin_, thread_count_, add_phase_, [this] { return EndOrientation(); }, sheets_.two_sheets));
+      index_, options_, origin_, thread_count_, add_phase_, [this] { return EndOrientation(); }, sheets_.two_sheets,
+      links_per_point_));
   orientations_.back()->Start();
 }
 
@@ -399,8 +416,8 @@ void NormalPhases::Collect(size_t first, size_t last, NormalField& field) {
 
 size_t NormalPhases::bytes() const {
   return quality_.bytes() + (pilot_.has_value() ? pilot_->bytes() : 0) +
-         (sheet_probe_.has_value() ? sheet_probe_->bytes() : 0) + (side_check_.has_value() ? side_check_->bytes() : 0) +
-         (side_probe_.has_value() ? side_probe_->bytes() : 0) +
+         (sheet_probe_.has_value() ? sheet_probe_->bytes() : 0) + (link_probe_.has_value() ? link_probe_->bytes() : 0) +
+         (side_check_.has_value() ? side_check_->bytes() : 0) + (side_probe_.has_value() ? side_probe_->bytes() : 0) +
          (orientations_.empty() ? 0 : orientations_.back()->bytes());
 }
 

@@ -8,11 +8,13 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
 #include "core/job/group_phase.h"
+#include "core/normals/link_probe.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
@@ -85,6 +87,8 @@ class NormalPhases {
 
   // Adds the phases that look at a sample of the cloud, and call Fit at their end.
   void AddLooks();
+  absl::Status LookAtLinks();
+  std::string_view LookPhase() const;
   // Makes normals and orients them, by the first attempt.
   absl::Status Fit();
   absl::Status AddFit(const ChosenScale& scale);
@@ -127,6 +131,8 @@ class NormalPhases {
   const PhaseSink add_phase_;
   NormalQuality quality_;  // empty for given normals
   std::optional<ScalePilot> pilot_;
+  std::optional<LinkProbe> link_probe_;
+  size_t links_per_point_ = kLinksPerPoint;
   std::optional<SheetProbe> sheet_probe_;
   SheetFinding sheets_;
   std::optional<SideProbe> side_probe_;

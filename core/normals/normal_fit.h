@@ -89,6 +89,7 @@ struct NormalScratch : JetScratch {
   GroupDoubleVectors normal{};              // of unit length
   GroupDoubles mean_square{};               // distance of the neighbors from the fit, squared, in units of rho
   GroupDoubles variance_ratio{};            // as PointNormal has it
+  GroupDoubles breadth{};                   // middle variance of the neighbors' positions over the widest: 0 a line
   bool is_rim[SpatialIndex::kGroupPoints];  // whether `normal` is that of a rim (NormalFit::two_sheets)
   GroupDoubles mean_square_height{};        // of the neighbors along the axis of least spread, in units of rho
   // If not empty, called once the neighbors of point i of a sample and its frame are known.

@@ -20,8 +20,7 @@ namespace HWY_NAMESPACE {
 
 // The neighbors of one point, itself included, with room for a vector more.
 struct alignas(64) LinkNeighbors {
-  static constexpr size_t kRoom = size_t{2} * SpatialIndex::kLeafSize;
-  static_assert(kLinksPerPoint + 1 <= SpatialIndex::kLeafSize);
+  static constexpr size_t kRoom = kMostLinksPerPoint + size_t{2} * SpatialIndex::kLeafSize;
 
   float dx[kRoom], dy[kRoom], dz[kRoom];  // offsets
   float nx[kRoom], ny[kRoom], nz[kRoom];  // normals
@@ -133,6 +132,9 @@ inline absl::Status AppendLinksKernel(const SpatialIndex& index, const Neighborh
   LoadGroup<true>(index, group, s.points, s.first_point);
   LinkNeighbors neighbors;
   QueryPoint query;
+  // kPointsPerArea is that of kLinksPerPoint neighbors.
+  const size_t count = std::max(plan.search.searched_count, kLinksPerPoint + 1);
+  const float area_factor = static_cast<float>(kLinksPerPoint + 1) / static_cast<float>(count);
   const auto compare = [&](size_t i, const LeafList&) HWY_ATTR {
     const auto place = static_cast<uint32_t>(s.points.place[i]);
     areas[place] = 0;
@@ -141,7 +143,7 @@ inline absl::Status AppendLinksKernel(const SpatialIndex& index, const Neighborh
     CompareNormals(s.points.normal.x[i], s.points.normal.y[i], s.points.normal.z[i], neighbors);
     AppendLinksOf(place, neighbors, s);
     s.reaches[place - s.first_reach] = s.neighborhoods.squared_radius[i];
-    areas[place] = PackArea(MiddleDistance(neighbors));
+    areas[place] = PackArea(area_factor * MiddleDistance(neighbors));
   };
   return ForEachNeighborhood(index, plan, query, kNoNormals, LinkCollector(index, query, neighbors), s, compare);
 }

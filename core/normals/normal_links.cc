@@ -18,9 +18,9 @@ HWY_EXPORT(AppendLinksKernel);
 PackedArea PackArea(float area) { return static_cast<PackedArea>(std::bit_cast<uint32_t>(area) >> 16); }
 float UnpackArea(PackedArea area) { return std::bit_cast<float>(static_cast<uint32_t>(area) << 16); }
 
-NeighborhoodPlan LinkSearch(const SpatialIndex& index) {
+NeighborhoodPlan LinkSearch(const SpatialIndex& index, size_t links_per_point) {
   EstimatorOptions options;
-  options.neighborhood = NeighborCount{static_cast<uint32_t>(std::min(kLinksPerPoint + 1, index.point_count()))};
+  options.neighborhood = NeighborCount{static_cast<uint32_t>(std::min(links_per_point + 1, index.point_count()))};
   return NeighborhoodPlan::Make(options, index);
 }
 

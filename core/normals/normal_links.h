@@ -12,8 +12,8 @@
 
 namespace curvd {
 
-// Neighbors that a point's normal is compared with.
-inline constexpr size_t kLinksPerPoint = 12;
+// Neighbors that a point's normal is compared with, and how many they are at most where these lie on lines (LinkProbe).
+inline constexpr size_t kLinksPerPoint = 12, kMostLinksPerPoint = 192;
 
 // Says how surely the normals of two points can be compared, and what the comparison says. Points are named by their
 // place in the tree order.
@@ -50,8 +50,8 @@ struct LinkScratch : GroupScratch {
   size_t bytes() const override { return sizeof(*this) + search.bytes() + links.bytes() + reaches.bytes(); }
 };
 
-// The search for the neighbors that points are compared with.
-NeighborhoodPlan LinkSearch(const SpatialIndex& index);
+// The search for the neighbors that points are compared with. REQUIRES: links_per_point <= kMostLinksPerPoint.
+NeighborhoodPlan LinkSearch(const SpatialIndex& index, size_t links_per_point = kLinksPerPoint);
 
 // Appends the links of each point of the group to its neighbors to scratch.links, those left out that scratch.reaches
 // tells to be there already, and writes the areas of the points, by place. Points without a normal (NaN) have no links,

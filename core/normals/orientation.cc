@@ -19,14 +19,15 @@ struct Orientation::Step {
 };
 
 Orientation::Orientation(SpatialIndex& index, const NormalOptions& options, const std::array<double, 3>& origin,
-                         int thread_count, PhaseSink add_phase, std::function<absl::Status()> then, bool two_sheets)
+                         int thread_count, PhaseSink add_phase, std::function<absl::Status()> then, bool two_sheets,
+                         size_t links_per_point)
     : index_(index),
       options_(options),
       origin_(origin),
       add_phase_(std::move(add_phase)),
       then_(std::move(then)),
       two_sheets_(two_sheets),
-      tree_(index),
+      tree_(index, links_per_point),
       scratch_(static_cast<size_t>(thread_count)) {}
 
 void Orientation::Add(Step step) {

@@ -33,10 +33,12 @@ class Orientation {
  public:
   // `origin`: what was subtracted from the input's positions (Cloud::origin). `then` is called once all normals point
   // where they should; it adds the phases that follow. `two_sheets`: whether pieces that look open may be thin closed
-  // ones, so that each large piece gets a certificate. REQUIRES: index.has_normals(); NaN where a point has none.
+  // ones, so that each large piece gets a certificate. `links_per_point`: as SideTree has it. REQUIRES:
+  // index.has_normals(); NaN where a point has none.
   // `index`, what `options` refers to, and the orientation outlive the phases.
   Orientation(SpatialIndex& index, const NormalOptions& options, const std::array<double, 3>& origin, int thread_count,
-              PhaseSink add_phase, std::function<absl::Status()> then, bool two_sheets = false);
+              PhaseSink add_phase, std::function<absl::Status()> then, bool two_sheets = false,
+              size_t links_per_point = kLinksPerPoint);
 
   // Adds the first phase.
   void Start();

@@ -40,6 +40,16 @@ constexpr double kTurned = 1.0;  // the squared chord of 60 degrees
 // no normal, such as a wire, to what has one.
 constexpr double kMostLost = 0.25;
 
+// Points of scan lines that are farther from one another than the points of one are have neighbors on few lines, or on
+// one: by where these lie they determine no polynomial, but by their noise, which the fit then follows. Where the noise
+// of a normal is more than so many times that of neighbors that fill a disc, and the noise is more than this share of
+// the width that they have (squared), or where it is so many times more that nothing else makes it, the fit is
+// undetermined. At the border of a surface the noise is 16 times that of a disc, in narrow strips up to 100 times.
+constexpr double kDetermined = 30.0, kUndetermined = 300.0, kMostNoiseOfWidth = 0.05;
+// Scales are unusable where more than this share of the fits is undetermined, but less of those of a larger scale: so
+// it is where there are lines; in strips, and along wires, the larger scales are the undetermined ones.
+constexpr double kMostUndetermined = 0.03;
+
 struct Clipped {
   double mean;
   double standard_error;
@@ -83,12 +93,27 @@ double ScalePilot::FreedomAt(size_t candidate, size_t sample) const {
   return candidates_[candidate].count() - coefficients * copies_[sample / kPointsPerGroup];
 }
 
+bool ScalePilot::IsDetermined(const Outcome& point, double sigma) {
+  const double noise_of_width = point.excess * sigma * sigma / (static_cast<double>(point.radius) * point.radius);
+  return point.excess <= kDetermined || (point.excess <= kUndetermined && noise_of_width <= kMostNoiseOfWidth);
+}
+
+size_t ScalePilot::DeterminedCount(size_t candidate) const {
+  size_t count = 0;
+  for (size_t i = 0; i < sample_count(); ++i) {
+    const Outcome& point = outcome(candidate, i);
+    count += point.ok && point.excess <= kDetermined ? 1 : 0;
+  }
+  return count;
+}
+
 std::optional<ScalePilot::Medians> ScalePilot::MediansOf(size_t candidate) const {
   const double count = candidates_[candidate].count();
+  const bool has_determined = DeterminedCount(candidate) > 0;
   std::vector<double> radii, variances;
   for (size_t i = 0; i < sample_count(); ++i) {
     const Outcome& point = outcome(candidate, i);
-    if (!point.ok) continue;
+    if (!point.ok || (has_determined && point.excess > kDetermined)) continue;
     radii.push_back(point.radius);
     const double freedom = FreedomAt(candidate, i);
     if (freedom > 0.0) variances.push_back(point.mean_square * count / freedom);
@@ -107,10 +132,15 @@ double ScalePilot::MedianFreedom(size_t candidate) const {
 // large beside the noise. In smaller ones the residual is that of a ball of points.
 std::optional<double> ScalePilot::Sigma() const {
   constexpr double kLeastFreedom = 8.0;  // of the fit, for a median that means something
+  const NormalMethod method = candidates_.back().fit.method;
+  size_t most_determined = 0;
+  for (size_t c = 0; c < candidates_.size(); ++c) {
+    if (candidates_[c].fit.method == method) most_determined = std::max(most_determined, DeterminedCount(c));
+  }
   std::optional<double> sigma;
   for (size_t c = 0; c < candidates_.size(); ++c) {
-    if (candidates_[c].fit.method != candidates_.back().fit.method) continue;
-    if (MedianFreedom(c) < kLeastFreedom) continue;
+    if (candidates_[c].fit.method != method || MedianFreedom(c) < kLeastFreedom) continue;
+    if (2 * DeterminedCount(c) < most_determined) continue;
     const std::optional<Medians> medians = MediansOf(c);
     if (!medians.has_value()) continue;
     sigma = std::sqrt(medians->variance);
@@ -151,6 +181,17 @@ double ScalePilot::MostUnsettled() const {
   return std::max(kMostUnsettled, kAboveCalmest * least);
 }
 
+double ScalePilot::UndeterminedShare(size_t candidate, double sigma) const {
+  double fitted = 0.0, undetermined = 0.0;
+  for (size_t i = 0; i < sample_count(); ++i) {
+    const Outcome& point = outcome(candidate, i);
+    if (!point.ok) continue;
+    fitted += 1.0;
+    undetermined += IsDetermined(point, sigma) ? 0.0 : 1.0;
+  }
+  return fitted > 0.0 ? undetermined / fitted : 1.0;
+}
+
 size_t ScalePilot::FittedCount(size_t candidate) const {
   size_t fitted = 0;
   for (size_t i = 0; i < sample_count(); ++i) fitted += outcome(candidate, i).ok ? 1 : 0;
@@ -169,6 +210,13 @@ std::vector<bool> ScalePilot::Usable(double sigma) const {
     // What is settled stays so: larger neighborhoods have more to average.
     if (is_first || !is_settled) is_settled = UnsettledShare(c).value_or(is_first ? 0.0 : 1.0) <= most_unsettled;
     usable[c] = is_settled && static_cast<double>(FittedCount(c)) >= least_fitted && IsLargeEnough(c, sigma);
+  }
+  bool has_determined = false;  // among the larger ones
+  for (size_t c = candidates_.size(); c-- > 0;) {
+    const bool is_last = c + 1 == candidates_.size() || candidates_[c + 1].fit.method != candidates_[c].fit.method;
+    const bool is_determined = UndeterminedShare(c, sigma) <= kMostUndetermined;
+    has_determined = is_determined || (has_determined && !is_last);
+    if (!is_determined && has_determined) usable[c] = false;
   }
   return usable;
 }

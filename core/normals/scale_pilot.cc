@@ -49,8 +49,8 @@ double SlopeVariance(const JetSystems& jets, int degree, const FittedPoint& fitt
   return solution.cwiseProduct(slopes).sum();
 }
 
-// The same for a plane, over an even disc.
-double PlaneVariance(size_t count) { return 8.0 / static_cast<double>(count); }
+// The same for neighbors that fill a disc evenly.
+double DiscVariance(int degree, size_t count) { return (degree == 4 ? 72.0 : 8.0) / static_cast<double>(count); }
 
 NormalFit FallbackFit(size_t points, std::optional<NormalMethod> wanted, uint32_t max_neighbor_count) {
   constexpr size_t kEnough = 24;
@@ -158,9 +158,14 @@ ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, double cop
   for (size_t axis = 0; axis < 3; ++axis) out.normal[axis] = static_cast<float>(fitted.normal[axis]);
   out.radius = fits.frames.rho[fitted.system];
   const int degree = candidate.plan.degree;
-  const double variance = degree == 0 ? PlaneVariance(candidate.count()) : SlopeVariance(fits.system, degree, fitted);
+  const double variance =
+      degree == 0 ? DiscVariance(degree, candidate.count()) : SlopeVariance(fits.system, degree, fitted);
   out.mean_square = static_cast<float>(fitted.mean_square) * out.radius * out.radius;
   out.noise = static_cast<float>(copies * variance) / (out.radius * out.radius);
+  // A plane errs as much along the width of its neighbors as they are narrow.
+  const double even = DiscVariance(degree, candidate.count());
+  out.excess =
+      static_cast<float>(degree == 0 ? 0.5 + 0.5 / std::max(fits.breadth[fitted.system], 1e-6) : variance / even);
   return out;
 }
 

@@ -92,6 +92,7 @@ class ScalePilot {
     float radius;
     float mean_square;  // of the distances of the neighbors from the fit
     float noise;        // the squared error of the normal that noise of unit standard deviation makes
+    float excess;       // how many times the noise is that of as many neighbors that fill a disc
     bool ok;
   };
 
@@ -109,13 +110,18 @@ class ScalePilot {
   double MedianFreedom(size_t candidate) const;  // over the groups
   size_t sample_count() const { return groups_.size() * kPointsPerGroup; }
   void AddCandidates(NormalMethod method, size_t most);
-  // Over the points that the candidate fits: the median radius, and the median variance of the noise as its residuals
-  // show it; none where no point is fitted.
+  // Over the points that the candidate fits, and whose neighbors determine the fit if there are such: the median
+  // radius, and the median variance of the noise as its residuals show it; none where no point is fitted.
   struct Medians {
     double radius;
     double variance;
   };
   std::optional<Medians> MediansOf(size_t candidate) const;
+  // Whether the places of the neighbors determine the fit, and not the noise of that standard deviation.
+  static bool IsDetermined(const Outcome& point, double sigma);
+  // How many points have fits that their neighbors determine beyond doubt.
+  size_t DeterminedCount(size_t candidate) const;
+  double UndeterminedShare(size_t candidate, double sigma) const;  // of the fits; 1 where there is none
   std::optional<double> Sigma() const;
   // The squared error of a candidate's normals that noise makes.
   double Noise(size_t candidate, double sigma) const;

@@ -53,7 +53,7 @@ absl::StatusOr<size_t> SideTree::Link(size_t first, LinkScratch& scratch, Forest
   scratch.reaches.Reserve(kChunkPoints);
   const uint64_t began = scratch.work();
   size_t next = first;
-  while (next < last && scratch.work() - began <= WorkerScratch::kMostRunWork) {
+  do {
     const size_t group = next / SpatialIndex::kGroupPoints;
     scratch.first_point = next % SpatialIndex::kGroupPoints;
     scratch.rest = 0;
@@ -61,7 +61,7 @@ absl::StatusOr<size_t> SideTree::Link(size_t first, LinkScratch& scratch, Forest
     if (!status.ok()) return status;
     next = scratch.rest > 0 ? group * SpatialIndex::kGroupPoints + scratch.rest
                             : std::min((group + 1) * SpatialIndex::kGroupPoints, last);
-  }
+  } while (next < last && scratch.work() - began <= WorkerScratch::kMostRunWork && scratch.link_count < kManyLinks);
   NormalLink* const links = scratch.links.data();
   const size_t kept =
       KeepForest(links, scratch.link_count, static_cast<uint32_t>(begin), static_cast<uint32_t>(last), forest);
@@ -262,8 +262,9 @@ size_t SideTree::bytes() const {
 }
 
 size_t SideTree::ScratchBytes(size_t point_count) {
-  const size_t points = std::min(point_count, kChunkPoints), links = points * (kLinksPerPoint + 1);
-  const SearchPlan search = SearchPlan::ByCount(std::min(kLinksPerPoint + 1, point_count));
+  const size_t points = std::min(point_count, kChunkPoints), most = std::min(kMostLinksPerPoint + 1, point_count);
+  const size_t links = std::min(points * most, kManyLinks + SpatialIndex::kGroupPoints * most);
+  const SearchPlan search = SearchPlan::ByCount(most);
   return sizeof(LinkScratch) + sizeof(ForestScratch) + SearchScratchBytes(search, point_count) +
          ScratchArray<NormalLink>::MostBytes(links) + ScratchArray<float>::MostBytes(kChunkPoints) +
          ForestScratch::MostBytes(points, links);

@@ -44,7 +44,9 @@ class SideTree {
   // A cluster is large if it has so many points, and this share of all.
   static constexpr size_t kLeastCluster = 30, kMostLargeClusters = 1024;
 
-  explicit SideTree(const SpatialIndex& index) : index_(index), plan_(LinkSearch(index)) {}
+  // REQUIRES: links_per_point <= kMostLinksPerPoint.
+  explicit SideTree(const SpatialIndex& index, size_t links_per_point = kLinksPerPoint)
+      : index_(index), plan_(LinkSearch(index, links_per_point)) {}
 
   size_t chunk_count() const { return (index_.point_count() + kChunkPoints - 1) / kChunkPoints; }
   // Takes memory. Errors: ErrorKind::kOutOfMemory; may throw std::bad_alloc.
@@ -52,7 +54,8 @@ class SideTree {
 
   // Compares the normals of a chunk's points with their neighbors', from the place `first` on, which is that of the
   // chunk's first point, or what another call has returned; and keeps the links that matter. Returns kNoRest, or once
-  // the searches have become long (WorkerScratch::kMostRunWork), the place from which another call is to go on.
+  // the searches have become long (WorkerScratch::kMostRunWork) or the links many, the place from which another call is
+  // to go on.
   // Errors: ErrorKind::kCancelled once the scratch is stopped. May throw std::bad_alloc.
   absl::StatusOr<size_t> Link(size_t first, LinkScratch& links, ForestScratch& forest);
 
@@ -92,6 +95,8 @@ class SideTree {
   static constexpr uint64_t kNoLink = ~uint64_t{0};
   // Links of one chunk are named by 13 bits, chunks by the other 19 of 32.
   static constexpr size_t kMostKept = 2 * kChunkPoints;
+  // A call ends when it has so many links or more, by at most those of a group.
+  static constexpr size_t kManyLinks = kChunkPoints * (kLinksPerPoint + 1);
   static constexpr int kLinkBits = 13;
   static_assert(kMostKept == size_t{1} << kLinkBits);
   static_assert(sizeof(NormalLink) == 12);

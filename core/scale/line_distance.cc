@@ -5,28 +5,70 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "core/scale/pilot/neighbor_copies.h"
 
 namespace curvd {
 namespace {
 
-// A neighbor lies on the line through the point and its nearest one if the sine of the angle between them is at most
-// this. Points lie on lines if so many of the nearest do, and the first that does not is so many times as far away as
-// the last of these.
-constexpr float kSineOnLine = 0.26f;
-constexpr size_t kLeastOnLine = 4;
-constexpr float kLeastGap = 1.25f;
+// Points lie on a line if the nearest ones spread across it by at most this part of what they do along it, in standard
+// deviations: eight of them, or six, or four if each of these does, since four are easily in a row by chance.
+constexpr double kAcrossPerAlong = 0.26;
+constexpr std::array<size_t, 3> kOnLine = {8, 6, 4};
+// Beyond them, neighbors are off the line that are so many standard deviations away from it, and as far as that part of
+// their distance. The first of these is so many times as far away as the fourth neighbor.
+constexpr double kDeviationsOffLine = 4.0, kLeastGap = 1.25;
 // Small neighborhoods see detail if what they show otherwise along lines is more than this part of the difference of
 // the mean curvature.
 constexpr double kMostAlongLines = 0.5;
+// Of the points on lines, so many may have neighborhoods that cross too few: where distances of lines differ, what
+// would be told at all of them is too large for most.
+constexpr double kMostUntold = 0.25;
 
-using Offset = std::array<float, 3>;
+// A neighbor in the tangent plane.
+struct Place {
+  double x, y;
+  double squared;  // of its distance from the point, in space
+};
 
-float SquaredLength(const Offset& v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
+struct Axis {
+  double x, y;
+  double deviation;  // standard, of the points across it
 
-Offset Cross(const Offset& a, const Offset& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  bool IsOff(const Place& place) const {
+    const double across = std::abs(place.y * x - place.x * y);
+    return across > kAcrossPerAlong * std::sqrt(place.squared) && across > kDeviationsOffLine * deviation;
+  }
+};
+
+// The line through the point along which its nearest neighbors lie, if they do.
+std::optional<Axis> AxisOf(std::span<const Place> nearest) {
+  double xx = 0.0, xy = 0.0, yy = 0.0;
+  for (const Place& place : nearest) {
+    xx += place.x * place.x;
+    xy += place.x * place.y;
+    yy += place.y * place.y;
+  }
+  const double half = 0.5 * (xx - yy), root = std::hypot(half, xy), middle = 0.5 * (xx + yy);
+  const double along = middle + root, across = std::max(middle - root, 0.0);
+  if (!(across <= kAcrossPerAlong * kAcrossPerAlong * along)) return std::nullopt;
+  const double angle = 0.5 * std::atan2(xy, half);
+  return Axis{std::cos(angle), std::sin(angle), std::sqrt(across / static_cast<double>(nearest.size()))};
+}
+
+// The axis of as many of the nearest neighbors as lie along one.
+std::optional<Axis> LongestAxisOf(std::span<const Place> nearest) {
+  for (const size_t count : kOnLine) {
+    const std::span<const Place> first = nearest.first(std::min(count, nearest.size()));
+    std::optional<Axis> axis = AxisOf(first);
+    if (!axis.has_value()) continue;
+    if (count > kOnLine.back()) return axis;
+    axis->deviation = 0.0;
+    if (std::none_of(first.begin(), first.end(), [&](const Place& place) { return axis->IsOff(place); })) return axis;
+  }
+  return std::nullopt;
 }
 
 // The least radius of a neighborhood, in distances of lines, that tells the polynomials of a method. The outermost
@@ -82,34 +124,45 @@ bool HasTold(const PilotPoint& point, const ScaleBounds& bounds) {
   return false;
 }
 
-void DropAt(PilotPoint& point) {
-  for (size_t method = 0; method < kMethodCount; ++method) {
-    for (size_t rung = 0; rung < kRungCount && !IsTold(point, method, rung); ++rung) {
-      for (PilotPoint::Estimates* const estimates : {&point.mean, &point.difference, &point.twist}) {
-        (*estimates)[method][rung].fill(PilotPoint::kNone);
-      }
-    }
+void Drop(size_t method, size_t rung, PilotPoint& point) {
+  for (PilotPoint::Estimates* const estimates : {&point.mean, &point.difference, &point.twist}) {
+    (*estimates)[method][rung].fill(PilotPoint::kNone);
   }
+  // What is left of the heights, of which noise across the lines explains some.
+  if (method == kQuarticMethod) point.residual[rung] = PilotPoint::kNone;
 }
 
 }  // namespace
 
-PointLine LineOf(const PilotScratch& s) {
+PointLine LineOf(const PilotScratch& s, const std::array<double, 3>& x_axis, const std::array<double, 3>& y_axis) {
   const NeighborArrays& n = s.neighbors;
-  size_t on_line = 0;
-  Offset nearest{};
-  float last_squared = 0.0f;  // of those that must lie on the line
+  const auto along = [&](const std::array<double, 3>& to, uint32_t j) {
+    return to[0] * n.dx[j] + to[1] * n.dy[j] + to[2] * n.dz[j];
+  };
+  std::vector<Place> nearest;
+  std::optional<Axis> axis;
+  // Those of the nearest that are not needed for the axis, and all others.
+  const auto ends = [&](const Place& place) { return axis->IsOff(place); };
+  const auto line_before = [&](const Place& place) {
+    PointLine line;
+    if (place.squared <= kLeastGap * kLeastGap * nearest[kOnLine.back() - 1].squared) return line;
+    line.distance = std::sqrt(place.squared);
+    for (size_t k = 0; k < 3; ++k) line.direction[k] = axis->x * x_axis[k] + axis->y * y_axis[k];
+    return line;
+  };
   for (const uint32_t j : s.order) {
     if (!(s.squared[j] > 0.0f) || IsCopy(s.ids[j])) continue;
-    const Offset offset = {n.dx[j], n.dy[j], n.dz[j]};
-    if (on_line == 0) nearest = offset;
-    const float squared_sine = SquaredLength(Cross(nearest, offset)) / (SquaredLength(nearest) * s.squared[j]);
-    if (squared_sine > kSineOnLine * kSineOnLine) {
-      if (on_line < kLeastOnLine || s.squared[j] <= kLeastGap * kLeastGap * last_squared) return {};
-      const double length = std::sqrt(double{SquaredLength(nearest)});
-      return {std::sqrt(double{s.squared[j]}), {nearest[0] / length, nearest[1] / length, nearest[2] / length}};
+    const Place place = {along(x_axis, j), along(y_axis, j), s.squared[j]};
+    if (axis.has_value()) {
+      if (ends(place)) return line_before(place);
+      continue;
     }
-    if (++on_line == kLeastOnLine) last_squared = s.squared[j];
+    nearest.push_back(place);
+    if (nearest.size() < kOnLine.front()) continue;
+    axis = LongestAxisOf(nearest);
+    if (!axis.has_value()) return {};
+    const auto end = std::find_if(nearest.begin(), nearest.end(), ends);
+    if (end != nearest.end()) return line_before(*end);
   }
   return {};
 }
@@ -128,8 +181,16 @@ void DropUntoldAcrossLines(const ScaleBounds& bounds, std::span<PilotPoint> poin
   }
   if (2 * on_lines < points.size() || 2 * with_told < on_lines || !(difference.mean > 0.0)) return;
   if (difference.along_line > kMostAlongLines * difference.mean) return;
-  for (PilotPoint& point : points) {
-    if (point.line_distance > 0.0f) DropAt(point);
+  for (size_t method = 0; method < kMethodCount; ++method) {
+    for (size_t rung = 0; rung < kRungCount; ++rung) {
+      const auto untold = std::count_if(points.begin(), points.end(), [&](const PilotPoint& point) {
+        return point.line_distance > 0.0f && !IsTold(point, method, rung);
+      });
+      if (static_cast<double>(untold) <= kMostUntold * static_cast<double>(on_lines)) continue;
+      for (PilotPoint& point : points) {
+        if (point.line_distance > 0.0f) Drop(method, rung, point);
+      }
+    }
   }
 }
 

@@ -15,8 +15,10 @@ struct PointLine {
   std::array<double, 3> direction{};  // along the point's own, of unit length
 };
 
-// The line of the sampled point of the moment. REQUIRES: s.order, s.squared and the copies are those of the point.
-PointLine LineOf(const PilotScratch& s);
+// The line of the sampled point of the moment, as seen in the tangent plane of these axes: noise along the normal makes
+// lines no wider. REQUIRES: s.order, s.squared and the copies are those of the point; the axes have unit length and are
+// at right angles.
+PointLine LineOf(const PilotScratch& s, const std::array<double, 3>& x_axis, const std::array<double, 3>& y_axis);
 
 // Takes away the estimates that too few lines tell, at points on lines: across lines a polynomial is told by one more
 // of them than its degree, and by chance otherwise, on which neighborhoods of the same lines agree. Takes none away

@@ -227,6 +227,7 @@ HWY_NOINLINE inline void FitLanes(int degree, size_t count, size_t i, NormalScra
   hn::Store(least, d, s.mean_square + i);
   hn::Store(ProductOf(axis, spread.squares, axis), d, s.mean_square_height + i);
   hn::Store(hn::Min(hn::Div(least, middle), one), d, s.variance_ratio + i);
+  hn::Store(hn::Div(middle, widest), d, s.breadth + i);
 
   const double others = static_cast<double>(count) / static_cast<double>(count - 1);
   const DoubleVec squared_mean = hn::Mul(Dot(spread.mean, spread.mean), hn::Set(d, others * others));

@@ -110,6 +110,7 @@ inline PointStatus SetPlane(const NeighborSpread& spread, size_t count, size_t i
   s.mean_square[i] = least;
   s.mean_square_height[i] = SymmetricProduct(axis, spread.squares, axis);
   s.variance_ratio[i] = std::min(least / middle, 1.0);
+  s.breadth[i] = middle / widest;
   if (IsSecluded(spread, count)) return PointStatus::kTooFewNeighbors;
   return middle > kMinLineSpread * widest ? PointStatus::kOk : PointStatus::kSingularFit;
 }

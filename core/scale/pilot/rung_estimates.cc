@@ -192,7 +192,8 @@ void EstimateRungs(size_t rung_count, const MethodSet& methods, PilotScratch& s,
   if (frame.isZero() || !(farthest > 0.0)) return;
   const double unit = 1.0 / std::sqrt(farthest);
   std::array<PilotHalf, 2> halves;
-  SetLine(LineOf(s), frame, point);
+  const auto axis = [&](int row) { return std::array{frame(row, 0), frame(row, 1), frame(row, 2)}; };
+  SetLine(LineOf(s, axis(0), axis(1)), frame, point);
   RungEstimates estimates(unit, methods, point);
   const bool with_spheres = methods[kSphereMethod];
   size_t next = 0;

@@ -30,6 +30,24 @@ double Dot(const std::array<float, 3>& a, const std::array<float, 3>& b) {
 
 }  // namespace
 
+TestPoints ScannedSaddle(size_t points, double gap, double noise, uint64_t seed) {
+  const int on_line = static_cast<int>(std::sqrt(static_cast<double>(points) * gap));
+  const int lines = static_cast<int>(points) / on_line;
+  const double step = 2.0 / on_line;
+  RandomStream random(seed, 0);
+  TestPoints saddle;
+  for (int line = 0; line < lines; ++line) {
+    const double y = 2.0 * (line + 0.5) / lines - 1.0;
+    for (int i = 0; i < on_line; ++i) {
+      const double x = (i + 0.5) * step - 1.0, length = std::sqrt(1.0 + x * x + y * y);
+      const double off = noise * step * Gaussian(random);
+      const double nx = -x / length, ny = y / length, nz = 1.0 / length;
+      saddle.Add(x + off * nx, y + off * ny, 0.5 * (x * x - y * y) + off * nz, nx, ny, nz);
+    }
+  }
+  return saddle;
+}
+
 TestPoints Torus(size_t points, uint64_t seed) {
   TestPoints torus;
   for (uint64_t i = 0; torus.size() < points; ++i) {

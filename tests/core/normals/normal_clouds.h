@@ -19,6 +19,10 @@ TestPoints Torus(size_t points, uint64_t seed);
 // A box of 2 x 2 x thickness, its narrow sides included, of about `points` points on a grid that is shaken by a third
 // of its spacing.
 TestPoints ClosedPlate(size_t points, double thickness, uint64_t seed);
+// The saddle z = (x^2 - y^2) / 2 over a square of side 2, as a scanner leaves it: on lines along x, each `gap` times as
+// far from the next one as its points lie from each other. These are off along the normal by Gaussians of `noise` times
+// that.
+TestPoints ScannedSaddle(size_t points, double gap, double noise, uint64_t seed);
 // Moves each coordinate by a Gaussian of standard deviation sigma.
 void AddNoise(double sigma, uint64_t seed, TestPoints& points);
 void Shift(double x, double y, double z, TestPoints& points);

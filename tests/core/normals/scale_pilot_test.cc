@@ -37,6 +37,32 @@ TEST(ScalePilotTest, FindsTheNoise) {
   }
 }
 
+// Along one line, or across few, fits follow the noise.
+TEST(ScalePilotTest, ScanLinesAreCrossed) {
+  for (const double gap : {3.0, 8.0, 20.0, 40.0}) {
+    for (const double noise : {0.0, 0.3, 1.0}) {
+      constexpr size_t kPoints = 12'000;
+      const TestPoints saddle = ScannedSaddle(kPoints, gap, noise, 1);
+      const NormalResult result = MustMakeNormals(BareCloud(saddle), Automatic());
+      const double sigma = noise * 2.0 / std::sqrt(kPoints * gap);
+      EXPECT_NEAR(*result.report.sigma, sigma, 0.12 * sigma + 1e-5) << gap << " " << noise;
+      EXPECT_LT(MeanAngle(result.normals, saddle), noise == 0.0 ? 0.05 : 0.4) << gap << " " << noise;
+      EXPECT_EQ(FlippedShare(result.normals, saddle), 0.0) << gap << " " << noise;
+    }
+  }
+}
+
+// Along a strip the largest neighborhoods are narrow, too: that is no reason to take small ones.
+TEST(ScalePilotTest, StripsKeepTheirLargeNeighborhoods) {
+  TestPoints strip;
+  RandomStream random(3, 4);
+  for (int i = 0; i < 8'000; ++i) strip.Add(4.0 * Uniform(random), 0.04 * Uniform(random), 0.0, 0, 0, 1);
+  AddNoise(0.002, 5, strip);
+  const NormalResult result = MustMakeNormals(BareCloud(strip), Automatic());
+  EXPECT_GE(result.report.neighbor_count, 384u);
+  EXPECT_LT(MeanAngle(result.normals, strip), 3.0);
+}
+
 // Fits pass nearly through points that are there twice, and freedom counts less than it seems.
 TEST(ScalePilotTest, CopiesOfNoisyPointsAreNoNews) {
   TestPoints torus = Torus(10'000, 1);

@@ -50,6 +50,20 @@ TEST(AutomaticSurfacesTest, LinesOfAScannerAreCrossed) {
   }
 }
 
+// Normals are exact and positions noisy, so that points on a line of their own seem to lie anywhere.
+TEST(AutomaticSurfacesTest, NoiseDoesNotHideLines) {
+  struct Scan {
+    double gap, noise;  // 0.3 times as far as points of a line are apart at the waist
+  };
+  for (const auto [gap, noise] : {Scan{8.0, 0.0047}, Scan{20.0, 0.003}}) {
+    TruePoints catenoid = ScannedCatenoid(12'000, gap, 2);
+    AddNoise(noise, 0.0, 3, catenoid.points);
+    const MeanErrors found = AutomaticErrors(catenoid), least = LeastErrors(catenoid);
+    EXPECT_LT(found.mean, 1.5 * least.mean) << gap;
+    EXPECT_LT(found.gaussian, 1.5 * least.gaussian) << gap;
+  }
+}
+
 TEST(AutomaticSurfacesTest, ANoisyTorusIsBetterThanByAnyFixedEstimate) {
   for (const double of_normals : {0.05, 0.15}) {
     TruePoints torus = TrueTorus(16'000, 3);

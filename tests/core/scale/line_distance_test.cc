@@ -38,24 +38,40 @@ class PilotNeighbors {
   PilotScratch scratch_;
 };
 
-// Points of lines along x that lie `gap` apart, moved along them by `shift` times their distance of 1.
-double DistanceOfLines(double gap, double shift) {
-  std::mt19937_64 random(5);
+// In the plane of x and y.
+PointLine LineIn(PilotNeighbors& neighbors) { return LineOf(neighbors.scratch(), {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}); }
+
+// Points of lines along x that lie `gap` apart, moved along them by `shift` times their distance of 1, and across the
+// lines and away from the plane by `noise` times it.
+double DistanceOfLines(double gap, double shift, double noise = 0.0, uint64_t seed = 5) {
+  std::mt19937_64 random(seed);
   std::normal_distribution<double> gaussian(0.0, 1.0);
   PilotNeighbors neighbors;
   for (int line = -5; line <= 5; ++line) {
     for (int i = -20; i <= 20; ++i) {
       const bool is_own = line == 0 && i == 0;
-      neighbors.Add(i + (is_own ? 0.0 : shift * gaussian(random)), line * gap, 0.0);
+      const auto off = [&](double by) { return is_own ? 0.0 : by * gaussian(random); };
+      const double x = i + off(shift), y = line * gap + off(noise), z = off(noise);
+      neighbors.Add(x, y, z);
     }
   }
-  return LineOf(neighbors.scratch()).distance;
+  return LineIn(neighbors).distance;
 }
 
 TEST(LineDistanceTest, LinesAreAsFarAsTheNextOne) {
   EXPECT_NEAR(DistanceOfLines(3.0, 0.0), 3.0, 1e-5);
   EXPECT_NEAR(DistanceOfLines(5.0, 0.1), 5.0, 0.2);
   EXPECT_NEAR(DistanceOfLines(10.0, 0.1), 10.0, 0.2);
+}
+
+TEST(LineDistanceTest, NoiseHidesFewLines) {
+  for (const double gap : {5.0, 10.0}) {
+    int found = 0;
+    for (uint64_t seed = 0; seed < 100; ++seed) {
+      found += std::abs(DistanceOfLines(gap, 0.1, 0.3, seed) - gap) < 0.2 * gap ? 1 : 0;
+    }
+    EXPECT_GE(found, 90) << gap;
+  }
 }
 
 TEST(LineDistanceTest, EvenAndRandomPointsLieOnNone) {
@@ -68,17 +84,17 @@ TEST(LineDistanceTest, EvenAndRandomPointsLieOnNone) {
     PilotNeighbors neighbors;
     neighbors.Add(0.0, 0.0, 0.0);
     for (int i = 0; i < 100; ++i) neighbors.Add(coordinate(random), coordinate(random), 0.0);
-    on_lines += LineOf(neighbors.scratch()).distance > 0.0 ? 1 : 0;
+    on_lines += LineIn(neighbors).distance > 0.0 ? 1 : 0;
   }
-  EXPECT_LE(on_lines, 5u);
+  EXPECT_LE(on_lines, 10u);
 }
 
 TEST(LineDistanceTest, OneLineAloneHasNoNext) {
   PilotNeighbors neighbors;
   for (int i = -20; i <= 20; ++i) neighbors.Add(i, 0.0, 0.0);
-  EXPECT_EQ(LineOf(neighbors.scratch()).distance, 0.0);
+  EXPECT_EQ(LineIn(neighbors).distance, 0.0);
   neighbors.Add(0.0, 10.0, 0.0);
-  const PointLine line = LineOf(neighbors.scratch());
+  const PointLine line = LineIn(neighbors);
   EXPECT_NEAR(line.distance, 10.0, 1e-5);
   EXPECT_NEAR(std::abs(line.direction[0]), 1.0, 1e-6);
 }
@@ -125,6 +141,24 @@ TEST(DropUntoldAcrossLinesTest, DetailAlongLinesKeepsSmallNeighborhoods) {
   PilotTable table = TableOnLines(0.1f, 2.0f);
   DropUntoldAcrossLines({}, table);
   EXPECT_EQ(FirstCount(table[7], kSexticMethod), 16u);
+}
+
+// What is told at all of them would be too large for most.
+TEST(DropUntoldAcrossLinesTest, AFewPointsBetweenWiderLinesDoNotCount) {
+  for (const size_t wider : {size_t{20}, size_t{40}}) {
+    PilotTable table = TableOnLines(0.1f, 0.0f);
+    for (size_t i = 0; i < wider; ++i) table[i].line_distance = 20.0f;
+    DropUntoldAcrossLines({}, table);
+    EXPECT_EQ(FirstCount(table[80], kRegressionMethod), wider == 20 ? 64u : 1024u);
+  }
+}
+
+TEST(DropUntoldAcrossLinesTest, ResidualsOfUntoldFitsAreNotNoise) {
+  PilotTable table = TableOnLines(0.1f, 0.0f);
+  for (PilotPoint& point : table) point.residual.fill(0.01f);
+  DropUntoldAcrossLines({}, table);
+  EXPECT_TRUE(std::isnan(table[7].residual[5]));
+  EXPECT_EQ(table[7].residual[6], 0.01f);
 }
 
 TEST(DropUntoldAcrossLinesTest, SoDoPointsThatMostlyLieOnNone) {

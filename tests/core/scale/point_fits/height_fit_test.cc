@@ -1,0 +1,54 @@
+#include "core/scale/point_fits/height_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace curvd::testing {
+namespace {
+
+constexpr uint32_t kLeastCount = 16;
+
+// The fit of the height over the plane of x and y, of neighbors that come in the order of their distance.
+std::optional<PointFit> FitOf(const std::vector<Eigen::Vector3d>& offsets) {
+  std::vector<NeighborNormal> neighbors;
+  for (const Eigen::Vector3d& offset : offsets) neighbors.push_back({offset, Eigen::Vector3d::UnitZ()});
+  std::vector<const NeighborNormal*> nearest;
+  for (const NeighborNormal& neighbor : neighbors) nearest.push_back(&neighbor);
+  return EstimateByHeights(NormalFrame(Eigen::Vector3d::UnitZ()), nearest, kLeastCount);
+}
+
+// Of the paraboloid with H = -1 at the origin, over a spiral of 64 points that fills the disc of radius 0.1, or the
+// part of it where x is positive.
+std::vector<Eigen::Vector3d> Paraboloid(bool is_half) {
+  std::vector<Eigen::Vector3d> offsets;
+  for (int i = 0; offsets.size() < 64; ++i) {
+    const double r = 0.1 * std::sqrt((i + 0.5) / (is_half ? 128.0 : 64.0)), turn = 2.4 * i;
+    const double x = r * std::cos(turn), y = r * std::sin(turn);
+    if (!is_half || x > 0.0) offsets.emplace_back(x, y, 0.5 * (x * x + y * y));
+  }
+  return offsets;
+}
+
+TEST(HeightFitTest, DiscsAndBordersTell) {
+  for (const bool is_half : {false, true}) {
+    const auto fit = FitOf(Paraboloid(is_half));
+    ASSERT_TRUE(fit.has_value()) << is_half;
+    EXPECT_NEAR(fit->point.mean, -1.0, 0.01) << is_half;
+  }
+}
+
+// A line that bends within the plane is nearly a conic: polynomials of degree 2 pass through it and do what they like
+// beside it.
+TEST(HeightFitTest, NeighborsOnOneLineTellNothing) {
+  std::vector<Eigen::Vector3d> offsets;
+  for (int i = 0; i < 64; ++i) {
+    const double x = 0.003 * ((i + 1) / 2) * (i % 2 == 0 ? 1.0 : -1.0), y = x * x * (1.0 + x);
+    offsets.emplace_back(x, y, 0.5 * (x * x + y * y));
+  }
+  EXPECT_FALSE(FitOf(offsets).has_value());
+}
+
+}  // namespace
+}  // namespace curvd::testing
