@@ -19,6 +19,7 @@
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/table_vectors.h"
+#include "client/cli/usage/flag_words.h"
 #include "client/io/oriented_cloud.h"
 
 namespace curv {
@@ -113,7 +114,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   absl::StatusOr<CurvatureResult> result =
       CallServer(*task.connection, *cloud, report.options, task.interrupt.token(), task.share);
   if (!result.ok()) {
-    return FailCall(WithRemedy(result.status(), table->size()),
+    return FailCall(WithRemedy(InFlags(result.status(), "normal-"), table->size()),
                     absl::StrCat(input == "-" ? "standard input" : input, ": "));
   }
   report.call_seconds = SecondsSince(call_start);

@@ -18,6 +18,8 @@
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/table_vectors.h"
+#include "client/cli/usage/flag_words.h"
+#include "client/cli/usage/option_conflicts.h"
 #include "client/io/oriented_cloud.h"
 #include "client/io/table_file.h"
 
@@ -108,7 +110,7 @@ ExitCode Run(MakeNormalsFlags& flags) {
   if (!were_given) options.quantities.emplace_back("normal_quality");
   options.skip_invalid = true;
   absl::StatusOr<CurvatureResult> result = CallServer(**connection, *cloud, options, interrupt.token());
-  if (!result.ok()) return FailCall(result.status());
+  if (!result.ok()) return FailCall(InFlags(result.status(), ""));
   const EstimateSummary summary = result->summary;
   const uint64_t turned = TakeNormals(were_given, *std::move(result), *table);
   for (const EstimateWarning& warning : summary.warnings) PrintWarning(warning.message);
@@ -141,6 +143,7 @@ CLI::App* AddCommand(CLI::App& app, const char* name, const char* what, const ch
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");
   command->callback([flags, &action] {
+    CheckNormalCount("", flags->normals);
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     action = [flags] { return Run(*flags); };
   });
