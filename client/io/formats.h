@@ -18,8 +18,9 @@ namespace curv {
 absl::StatusOr<PointTable> ReadPly(std::string_view bytes);
 
 // Reads PCD 0.5 to 0.7, ascii, binary or binary_compressed. normal_x normal_y normal_z become nx ny nz. Fields with a
-// COUNT other than 1 and padding ("_") are left out, with a note; 64-bit integers become doubles. A VIEWPOINT other
-// than 0 0 0 becomes that of the table.
+// COUNT other than 1 and padding ("_") are left out, with a note; 64-bit integers become doubles. Packed colors, rgb or
+// rgba, become red green blue and alpha. A VIEWPOINT other than 0 0 0 becomes that of the table; its rotation, and
+// WIDTH and HEIGHT, its PointTable::pcd.
 absl::StatusOr<PointTable> ReadPcd(std::string_view bytes);
 
 // Reads text with one point a line: x y z, then nx ny nz, then any further columns, which are named column7, column8

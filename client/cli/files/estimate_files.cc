@@ -15,6 +15,7 @@
 #include "client/cli/files/batch.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/files/kept_inputs.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
@@ -134,7 +135,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   PrintWarnings(report.summary, !were_given, title);
   PrintAdvice(report.summary, flags.options, !were_given, title);
   if (task.interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
-  const absl::Status saved = SaveTable(made, output, flags.save);
+  const absl::Status saved = SaveOutput(made, output, flags.save);
   if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
   report.write_seconds = SecondsSince(write_start);
   summary = flags.summary == "json" ? SummaryJson(report, made) : SummaryText(report, made);

@@ -10,6 +10,7 @@
 #include "client/cli/connection.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/files/kept_inputs.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/flags.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
@@ -115,7 +116,7 @@ ExitCode Run(MakeNormalsFlags& flags) {
   const uint64_t turned = TakeNormals(were_given, *std::move(result), *table);
   for (const EstimateWarning& warning : summary.warnings) PrintWarning(warning.message);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
-  if (absl::Status status = SaveTable(*table, flags.output, flags.save); !status.ok())
+  if (absl::Status status = SaveOutput(*table, flags.output, flags.save); !status.ok())
     return Fail(ExitCode::kOutput, status);
   PrintSummary(flags, summary, turned);
   return ExitCode::kOk;

@@ -267,6 +267,8 @@ std::vector<size_t> Condition::Rows() const {
 PointTable SelectRows(const PointTable& table, const std::vector<size_t>& rows) {
   PointTable selected;
   selected.viewpoint = table.viewpoint;
+  selected.pcd.rotation = table.pcd.rotation;
+  if (rows.size() == table.size()) selected.pcd = table.pcd;
   selected.las = table.las;
   for (const Column& column : table.columns()) {
     std::visit(

@@ -38,7 +38,8 @@ class Condition {
   size_t rows_;
 };
 
-// Returns a table of these rows, in their order, with all that the table says beside its columns.
+// Returns a table of these rows, in their order, with all that the table says beside its columns; the grid of an
+// organized cloud only with all rows.
 // REQUIRES: each is less than table.size().
 PointTable SelectRows(const PointTable& table, const std::vector<size_t>& rows);
 

@@ -8,6 +8,7 @@
 #include "client/cli/command.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/files/kept_inputs.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/numbers.h"
 #include "client/cli/select/condition.h"
 #include "client/io/table_file.h"
@@ -46,7 +47,7 @@ ExitCode Run(const SelectFlags& flags) {
     return Fail(ExitCode::kFailed, absl::StrCat("the condition holds for none of ", CountOf(table->size(), "point"),
                                                 ": nothing was written"));
   }
-  const absl::Status saved = SaveTable(SelectRows(*table, rows), flags.output, flags.save);
+  const absl::Status saved = SaveOutput(SelectRows(*table, rows), flags.output, flags.save);
   if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
   std::fprintf(SummaryStream(flags.output), "%s: %s of %s\n", ShownOutput(flags.output).c_str(),
                WithCommas(rows.size()).c_str(), CountOf(table->size(), "point").c_str());

@@ -96,5 +96,19 @@ TEST(SelectTest, NamesPropertiesForOtherPrograms) {
               HasSubstr("the output must be .ply"));
 }
 
+TEST(SelectTest, KeepsTheFrameOfPcdOrSaysThatItIsLost) {
+  const TempDir dir;
+  const std::string frame = "WIDTH 2\nHEIGHT 2\nVIEWPOINT 0 0 5 0 1 0 0\n";
+  const std::string cloud = dir.Write(
+      "grid.pcd", "FIELDS x rgb\nSIZE 4 4\nTYPE F U\n" + frame + "POINTS 4\nDATA ascii\n1 255\n2 0\n3 0\n4 0\n");
+  const CurvRun all = RunCurv({"select", cloud, "--where=x > 0", "-o", dir.File("all.pcd"), "--ascii"});
+  EXPECT_EQ(all.err, "");
+  EXPECT_THAT(dir.Read("all.pcd"), HasSubstr(frame));
+  ASSERT_EQ(RunCurv({"select", cloud, "--where=blue == 0", "-o", dir.File("some.pcd")}).exit_code, 0);
+  EXPECT_THAT(dir.Read("some.pcd"), HasSubstr("WIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 5 0 1 0 0\n"));
+  EXPECT_THAT(RunCurv({"select", cloud, "--where=x > 0", "-o", dir.File("all.ply")}).err,
+              HasSubstr("all.ply: left out the viewpoint 0,0,5 and the grid of 2 x 2 points"));
+}
+
 }  // namespace
 }  // namespace curv

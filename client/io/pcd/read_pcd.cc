@@ -1,5 +1,6 @@
 #include <lzf.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -11,7 +12,8 @@
 #include "client/io/binary.h"
 #include "client/io/formats.h"
 #include "client/io/names/column_names.h"
-#include "client/io/pcd_header.h"
+#include "client/io/pcd/packed_colors.h"
+#include "client/io/pcd/pcd_header.h"
 #include "client/io/text.h"
 
 namespace curv {
@@ -89,13 +91,35 @@ class PcdBody {
   PointTable Finish() {
     PointTable table;
     table.viewpoint = header_.viewpoint;
-    for (Column& column : columns_) table.Set(std::move(column));
+    table.pcd = header_.frame;
+    for (Column& column : columns_) Keep(std::move(column), table);
     for (const PcdField& field : header_.fields) {
       if (field.kept() || field.name == "_") continue;
       table.notes.push_back(
           absl::StrCat("left out field ", Printable(field.name), ": it has ", field.count, " values a point"));
     }
     return table;
+  }
+
+  // Sets a column, or the colors that it packs where the table has no such columns.
+  void Keep(Column column, PointTable& table) const {
+    const auto is_color = [&column](const PcdField& field) {
+      return field.name == column.name && IsPackedColor(field);
+    };
+    const auto is_taken = [this](const char* name) {
+      return std::any_of(header_.fields.begin(), header_.fields.end(),
+                         [name](const PcdField& field) { return field.name == name; });
+    };
+    if (std::none_of(header_.fields.begin(), header_.fields.end(), is_color) || is_taken("red") || is_taken("green") ||
+        is_taken("blue") || is_taken("alpha") || (is_taken("rgb") && is_taken("rgba"))) {
+      return table.Set(std::move(column));
+    }
+    std::vector<Column> colors = UnpackColors(column, header_.encoding == "ascii");
+    if (colors.empty()) {
+      table.notes.push_back(
+          absl::StrCat("left out field ", column.name, ": text does not say which colors its nan stand for"));
+    }
+    for (Column& color : colors) table.Set(std::move(color));
   }
 
   absl::Status ReadText() {
