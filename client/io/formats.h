@@ -18,7 +18,8 @@ namespace curv {
 absl::StatusOr<PointTable> ReadPly(std::string_view bytes);
 
 // Reads PCD 0.5 to 0.7, ascii, binary or binary_compressed. normal_x normal_y normal_z become nx ny nz. Fields with a
-// COUNT other than 1 and padding ("_") are left out, with a note; 64-bit integers become doubles. Packed colors, rgb or
+// COUNT other than 1 and padding ("_") are left out, with a note; 64-bit integers become doubles, with a note
+// if one is rounded. Packed colors, rgb or
 // rgba, become red green blue and alpha. A VIEWPOINT other than 0 0 0 becomes that of the table; its rotation, and
 // WIDTH and HEIGHT, its PointTable::pcd.
 absl::StatusOr<PointTable> ReadPcd(std::string_view bytes);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "client/io/formats.h"
+#include "client/io/long_integers.h"
 #include "client/io/names/column_names.h"
 #include "client/io/text.h"
 
@@ -188,6 +190,7 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
   std::string scratch;
   std::vector<Column> columns;
   std::vector<Column*> targets;
+  std::set<std::string> rounded;
   std::optional<uint64_t> declared;
   size_t rows = 0;
   std::string comment;
@@ -233,7 +236,7 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
       columns = named ? MakeColumns(*names) : MakeColumns(count);
       for (Column& column : columns) targets.push_back(&column);
     }
-    if (absl::Status status = AppendRow(line, lines.number(), targets); !status.ok()) return status;
+    if (absl::Status status = AppendRow(line, lines.number(), targets, &rounded); !status.ok()) return status;
     ++rows;
   }
   if (declared && *declared != rows) {
@@ -242,6 +245,7 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
   }
   if (columns.empty()) columns = MakeColumns(6);
   PointTable table;
+  NoteRounded(rounded, table.notes);
   const bool colors = !named && HoldColors(columns);
   if (!named && !colors && rows > 0 && columns.size() >= 6) {
     if (const std::string why = WhyNoNormals(columns); !why.empty()) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/io/binary.h"
 #include "client/io/formats.h"
+#include "client/io/long_integers.h"
 #include "client/io/names/column_names.h"
 #include "client/io/pcd/packed_colors.h"
 #include "client/io/pcd/pcd_header.h"
@@ -34,19 +36,7 @@ ScalarKind KindOf(const PcdField& field) {
     case 4:
       return is_signed ? ScalarKind::kInt32 : ScalarKind::kUint32;
     default:
-      return ScalarKind::kFloat64;  // of the integer's value, see AppendField
-  }
-}
-
-// Appends one field of many points. 64-bit integers, for which tables have no type, become doubles.
-void AppendField(const PcdField& field, const char* first, size_t count, size_t stride, Column& column) {
-  if (field.type == 'F' || field.bytes < 8) return AppendStrided(first, count, stride, /*swap=*/false, column);
-  auto& values = std::get<std::vector<double>>(column.values);
-  for (size_t i = 0; i < count; ++i) {
-    int64_t integer;
-    std::memcpy(&integer, first + i * stride, sizeof(integer));
-    values.push_back(field.type == 'I' ? static_cast<double>(integer)
-                                       : static_cast<double>(static_cast<uint64_t>(integer)));
+      return ScalarKind::kFloat64;  // of the integer's value, see Append
   }
 }
 
@@ -93,6 +83,7 @@ class PcdBody {
     table.viewpoint = header_.viewpoint;
     table.pcd = header_.frame;
     for (Column& column : columns_) Keep(std::move(column), table);
+    NoteRounded(rounded_, table.notes);
     for (const PcdField& field : header_.fields) {
       if (field.kept() || field.name == "_") continue;
       table.notes.push_back(
@@ -122,6 +113,15 @@ class PcdBody {
     for (Column& color : colors) table.Set(std::move(color));
   }
 
+  // Appends one field of all points. 64-bit integers, for which tables have no type, become doubles.
+  void Append(const PcdField& field, const char* first, size_t stride, Column& column) {
+    if (field.type == 'F' || field.bytes < 8) {
+      AppendStrided(first, points_, stride, /*swap=*/false, column);
+    } else if (!AppendLongIntegers(first, points_, stride, /*swap=*/false, field.type == 'I', column)) {
+      rounded_.insert(column.name);
+    }
+  }
+
   absl::Status ReadText() {
     std::vector<Column*> targets;
     size_t next_column = 0;
@@ -133,7 +133,7 @@ class PcdBody {
     uint64_t row = 0;
     for (std::string_view line; row < points_ && lines.Next(line);) {
       if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
-      if (absl::Status status = AppendRow(line, lines.number(), targets); !status.ok()) return status;
+      if (absl::Status status = AppendRow(line, lines.number(), targets, &rounded_); !status.ok()) return status;
       ++row;
     }
     if (row == points_) return absl::OkStatus();
@@ -148,7 +148,7 @@ class PcdBody {
     }
     size_t offset = 0, next_column = 0;
     for (const PcdField& field : header_.fields) {
-      if (field.kept()) AppendField(field, body_.data() + offset, points_, row_bytes_, columns_[next_column++]);
+      if (field.kept()) Append(field, body_.data() + offset, row_bytes_, columns_[next_column++]);
       offset += field.row_bytes();
     }
     return absl::OkStatus();
@@ -182,7 +182,7 @@ class PcdBody {
     const char* at = plain.data();
     size_t next_column = 0;
     for (const PcdField& field : header_.fields) {
-      if (field.kept()) AppendField(field, at, points_, field.bytes, columns_[next_column++]);
+      if (field.kept()) Append(field, at, field.bytes, columns_[next_column++]);
       at += field.row_bytes() * points_;
     }
     return absl::OkStatus();
@@ -193,6 +193,7 @@ class PcdBody {
   std::string_view body_;
   size_t row_bytes_ = 0;
   std::vector<Column> columns_;
+  std::set<std::string> rounded_;  // names of columns
 };
 
 }  // namespace

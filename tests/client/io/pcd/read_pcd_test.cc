@@ -94,6 +94,11 @@ TEST(PcdTest, TurnsLongIntegersIntoDoubles) {
   ASSERT_TRUE(table.ok()) << table.status();
   EXPECT_THAT(Values(*table, "t"), ElementsAre(-5.0));
   EXPECT_THAT(Values(*table, "u"), ElementsAre(0x1p64));
+  EXPECT_THAT(table->notes, ElementsAre(HasSubstr("column u is rounded: integers beyond 2^53")));
+  const absl::StatusOr<PointTable> text =
+      ReadPcd("FIELDS t u\nSIZE 8 8\nTYPE I U\nPOINTS 1\nDATA ascii\n-9007199254740993 9007199254740994\n");
+  ASSERT_TRUE(text.ok()) << text.status();
+  EXPECT_THAT(text->notes, ElementsAre(HasSubstr("column t is rounded")));
 }
 
 TEST(PcdTest, UnpacksColors) {
