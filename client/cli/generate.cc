@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/files/format_flags.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/flags.h"
 #include "client/cli/numbers.h"
 #include "client/io/table_file.h"
@@ -100,8 +101,7 @@ PointTable MakeTable(const Surface& surface, std::vector<Vec3> positions, const 
 }
 
 ExitCode Run(const GenerateFlags& flags) {
-  if (absl::Status status = CheckWritable(flags.output, flags.save); !status.ok())
-    return Fail(ExitCode::kOutput, status);
+  if (const ExitCode code = CheckOutput(flags.output, flags.save); code != ExitCode::kOk) return code;
   absl::StatusOr<std::unique_ptr<Surface>> surface = MakeSurface(flags.surface);
   if (!surface.ok()) return Fail(ExitCode::kUsage, surface.status());
   absl::StatusOr<std::vector<Vec3>> positions = SampleEvenly(**surface, flags.points, flags.seed);

@@ -84,8 +84,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   const std::string title = task.share ? task.share->title : "";  // before messages
   report = {.input = input, .output = output, .options = flags.options};
   report.server = flags.connection.server.empty() ? "embedded" : flags.connection.server;
-  const absl::Status writable = CheckWritable(output, flags.save);
-  if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+  if (const ExitCode code = CheckOutput(output, flags.save); code != ExitCode::kOk) return code;
 
   const absl::Time start = absl::Now();
   absl::StatusOr<PointTable> table = LoadTable(input, flags.save.format);

@@ -19,7 +19,7 @@ void AddInputFormat(CLI::App& command, std::string& format) {
 
 void AddFormatFlags(CLI::App& command, SaveOptions& options) {
   AddInputFormat(command, options.format);
-  command.add_flag("--ascii", options.ascii, "write PLY and PCD as text");
+  command.add_flag("--ascii", options.ascii, "write PLY and PCD as text; LAS, NPY and NPZ have no such form");
   command
       .add_option_function<std::string>(
           "--names",

@@ -85,8 +85,7 @@ void PrintSummary(const MakeNormalsFlags& flags, const EstimateSummary& summary,
 
 ExitCode Run(MakeNormalsFlags& flags) {
   const InterruptWatch interrupt;
-  if (absl::Status status = CheckWritable(flags.output, flags.save); !status.ok())
-    return Fail(ExitCode::kOutput, status);
+  if (const ExitCode code = CheckOutput(flags.output, flags.save); code != ExitCode::kOk) return code;
   if (absl::Status status = KeptInputs({flags.input}).Check(flags.output); !status.ok())
     return Fail(ExitCode::kUsage, status);
   if (absl::Status status = CheckNoneNeedsAServer(flags.connection); !status.ok())

@@ -33,8 +33,7 @@ struct SelectFlags {
 };
 
 ExitCode Run(const SelectFlags& flags) {
-  const absl::Status writable = CheckWritable(flags.output, flags.save);
-  if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+  if (const ExitCode code = CheckOutput(flags.output, flags.save); code != ExitCode::kOk) return code;
   if (absl::Status status = KeptInputs({flags.input}).Check(flags.output); !status.ok())
     return Fail(ExitCode::kUsage, status);
   const absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);

@@ -15,6 +15,7 @@
 #include "client/cli/estimate_summary.h"
 #include "client/cli/files/batch.h"
 #include "client/cli/files/kept_inputs.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
 #include "client/cli/numbers.h"
@@ -45,8 +46,7 @@ class TiledEstimate {
 
   ExitCode Run() {
     const absl::Time start = absl::Now();
-    const absl::Status writable = CheckWritable(flags_.output, flags_.save);
-    if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+    if (const ExitCode code = CheckOutput(flags_.output, flags_.save); code != ExitCode::kOk) return code;
     if (absl::Status status = KeptInputs(flags_.inputs).Check(flags_.output); !status.ok())
       return Fail(ExitCode::kUsage, status);
     absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags_.connection, flags_.threads);

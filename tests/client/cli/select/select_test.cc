@@ -92,8 +92,16 @@ TEST(SelectTest, NamesPropertiesForOtherPrograms) {
   const PointTable back = *LoadTable(dir.File("cloudcompare.ply"));
   EXPECT_EQ(back.Find("k1")->At(0), 0.25);
   EXPECT_EQ(back.Find("status")->At(0), 1.0);
-  EXPECT_THAT(RunCurv({"select", cloud, "--where=x > 0", "-o", dir.File("o.las"), "--names=meshlab"}).err,
-              HasSubstr("the output must be .ply"));
+  const CurvRun las = RunCurv({"select", cloud, "--where=x > 0", "-o", dir.File("o.las"), "--names=meshlab"});
+  EXPECT_EQ(las.exit_code, 2);
+  EXPECT_THAT(las.err, HasSubstr("the output must be .ply"));
+}
+
+TEST(SelectTest, TextIsRefusedOfFormatsWithoutIt) {
+  const TempDir dir;
+  const CurvRun run = RunCurv({"select", dir.File("absent.ply"), "--where=x > 0", "-o", dir.File("o.npz"), "--ascii"});
+  EXPECT_EQ(run.exit_code, 2) << "before the input is looked for";
+  EXPECT_THAT(run.err, HasSubstr("o.npz: --ascii: .npz has no form of text"));
 }
 
 TEST(SelectTest, KeepsTheFrameOfPcdOrSaysThatItIsLost) {
