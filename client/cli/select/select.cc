@@ -40,6 +40,9 @@ ExitCode Run(const SelectFlags& flags) {
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
   const absl::StatusOr<Condition> condition = Condition::Parse(flags.where, *table);
+  if (absl::IsNotFound(condition.status())) {
+    return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": --where: ", condition.status().message()));
+  }
   if (!condition.ok()) return Fail(ExitCode::kUsage, absl::StrCat("--where: ", condition.status().message()));
   const std::vector<size_t> rows = condition->Rows();
   if (rows.empty()) {

@@ -52,9 +52,11 @@ TEST(SelectTest, SaysWhatIsWrong) {
   const TempDir dir;
   const std::string cloud = dir.Write("a.xyz", "1 2 3 0 0 1\n"), out = dir.File("out.ply");
   const CurvRun unknown = RunCurv({"select", cloud, "--where", "k2 > 0", "-o", out});
-  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_EQ(unknown.exit_code, 3) << "the input lacks what is needed, as for curv render";
+  EXPECT_EQ(RunCurv({"select", cloud, "--where", "k2 >", "-o", out}).exit_code, 3);
+  EXPECT_EQ(RunCurv({"select", cloud, "--where", "x >", "-o", out}).exit_code, 2);
   EXPECT_THAT(unknown.err,
-              HasSubstr("--where: character 1: there is no column \"k2\". The columns are: x y z nx ny nz"));
+              HasSubstr("a.xyz: --where: character 1: there is no column \"k2\". The columns are: x y z nx ny nz"));
   const CurvRun none = RunCurv({"select", cloud, "--where", "x > 1", "-o", out});
   EXPECT_EQ(none.exit_code, 1);
   EXPECT_THAT(none.err, HasSubstr("holds for none of 1 point:"));
