@@ -164,7 +164,7 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->needs(tiles)
       ->check(NotEmpty())
       ->option_text("DIR");
-  AddFormatFlags(*command, flags->save);
+  AddFormats(*command, flags->input_format, flags->save);
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))

@@ -140,7 +140,7 @@ void AddGenerate(CLI::App& app, Action& action) {
       ->option_text("NUMBER [0]");
   command->add_flag("--double", flags->doubles, "64-bit columns instead of 32-bit");
   AddOutput(*command, flags->output, absl::StrCat("the cloud: ", kWritableFiles));
-  AddFormatFlags(*command, flags->save);
+  AddOutputFormat(*command, flags->save);
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }
 

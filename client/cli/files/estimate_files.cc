@@ -87,7 +87,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   if (const ExitCode code = CheckOutput(output, flags.save); code != ExitCode::kOk) return code;
 
   const absl::Time start = absl::Now();
-  absl::StatusOr<PointTable> table = LoadTable(input, flags.save.format);
+  absl::StatusOr<PointTable> table = LoadTable(input, flags.input_format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(input, ": ", note));
   if (const std::string dropped = NoteOnDroppedColumns(*table); !dropped.empty()) {

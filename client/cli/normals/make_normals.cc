@@ -49,6 +49,7 @@ constexpr char kOrientExamples[] =
 struct MakeNormalsFlags {
   std::string input;
   std::string output;
+  std::string input_format;
   SaveOptions save;
   ConnectionFlags connection;
   NormalFlags normals;
@@ -90,7 +91,7 @@ ExitCode Run(MakeNormalsFlags& flags) {
     return Fail(ExitCode::kUsage, status);
   if (absl::Status status = CheckNoneNeedsAServer(flags.connection); !status.ok())
     return Fail(ExitCode::kUsage, status);
-  absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);
+  absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.input_format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
   std::string note;
@@ -129,7 +130,7 @@ CLI::App* AddCommand(CLI::App& app, const char* name, const char* what, const ch
       ->required()
       ->option_text("IN");
   AddOutput(*command, flags->output, absl::StrCat("the cloud: ", kWritableFiles));
-  AddFormatFlags(*command, flags->save);
+  AddFormats(*command, flags->input_format, flags->save);
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))

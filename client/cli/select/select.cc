@@ -29,6 +29,7 @@ struct SelectFlags {
   std::string input;
   std::string output;
   std::string where;
+  std::string input_format;
   SaveOptions save;
 };
 
@@ -36,7 +37,7 @@ ExitCode Run(const SelectFlags& flags) {
   if (const ExitCode code = CheckOutput(flags.output, flags.save); code != ExitCode::kOk) return code;
   if (absl::Status status = KeptInputs({flags.input}).Check(flags.output); !status.ok())
     return Fail(ExitCode::kUsage, status);
-  const absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);
+  const absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.input_format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
   const absl::StatusOr<Condition> condition = Condition::Parse(flags.where, *table);
@@ -69,7 +70,7 @@ void AddSelect(CLI::App& app, Action& action) {
       ->required()
       ->option_text("CONDITION");
   AddOutput(*command, flags->output, absl::StrCat("the points: ", kWritableFiles));
-  AddFormatFlags(*command, flags->save);
+  AddFormats(*command, flags->input_format, flags->save);
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }
 

@@ -85,7 +85,7 @@ class TiledEstimate {
     if (!reach.ok()) return Fail(ExitCode::kUsage, reach.status());
     PlanRequest request;
     request.inputs = flags_.inputs;
-    request.format = flags_.save.format;
+    request.format = flags_.input_format;
     request.directory = directory_;
     request.tile_points = std::clamp(max_points / kPartOfLimit, kLeastTilePoints, kTilePoints);
     request.skip_invalid = options_.skip_invalid;
@@ -113,7 +113,7 @@ class TiledEstimate {
     std::error_code error;
     const std::string path = fs::canonical(flags_.inputs.front(), error).string();
     const bool is_same = plan->inputs.size() == 1 && plan->inputs[0].path == path &&
-                         plan->inputs[0].format == flags_.save.format && plan->inputs[0].stamp == input->stamp() &&
+                         plan->inputs[0].format == flags_.input_format && plan->inputs[0].stamp == input->stamp() &&
                          plan->options == JsonOf(options_);
     if (!is_same) {
       return absl::AlreadyExistsError(

@@ -62,7 +62,7 @@ void AddTilesMerge(CLI::App& tiles, Action& action) {
   AddPlanDirectory(*command, flags->directory);
   AddOutput(*command, flags->output,
             absl::StrCat("the result: ", kWritableFiles, ". .las and .npz as far as memory goes"));
-  AddFormatFlags(*command, flags->save);
+  AddOutputFormat(*command, flags->save);
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");
