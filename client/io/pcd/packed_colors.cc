@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -78,8 +79,26 @@ void AddColors(const Colors& colors, bool is_text, PcdFields& fields) {
   fields.columns.insert(fields.columns.end(), {colors.blue, colors.green, colors.red, alpha});
 }
 
-// The bits of a column whose values take 4 bytes each.
-std::vector<uint32_t> BitsOf(const Column& column) {
+// The bits of colors that text has as floats; nothing if one is unknown.
+std::optional<std::vector<uint32_t>> BitsOfText(const std::vector<double>& values) {
+  std::vector<uint32_t> bits;
+  const bool are_integers = std::any_of(values.begin(), values.end(), [](double value) { return value >= 1.0; });
+  for (const double value : values) {
+    if (std::isnan(value)) return std::nullopt;
+    if (!are_integers) {
+      bits.push_back(std::bit_cast<uint32_t>(static_cast<float>(value)));
+    } else if (value >= 0.0 && value <= 0xffffffff && value == std::floor(value)) {
+      bits.push_back(static_cast<uint32_t>(value));
+    } else {
+      return std::nullopt;
+    }
+  }
+  return bits;
+}
+
+// The bits of a column whose values take 4 bytes each, or are those of text.
+std::optional<std::vector<uint32_t>> BitsOf(const Column& column) {
+  if (const auto* text = std::get_if<std::vector<double>>(&column.values)) return BitsOfText(*text);
   return std::visit(
       [](const auto& values) {
         std::vector<uint32_t> bits(values.size());
@@ -98,16 +117,14 @@ bool IsPackedColor(const PcdField& field) {
   return (field.name == "rgb" || field.name == "rgba") && field.bytes == sizeof(uint32_t) && field.count == 1;
 }
 
-std::vector<Column> UnpackColors(const Column& packed, bool is_text) {
-  if (const auto* floats = std::get_if<std::vector<float>>(&packed.values); is_text && floats != nullptr) {
-    if (std::any_of(floats->begin(), floats->end(), [](float value) { return std::isnan(value); })) return {};
-  }
+std::vector<Column> UnpackColors(const Column& packed) {
   std::vector<Column> colors;
-  const std::vector<uint32_t> bits = BitsOf(packed);
+  const std::optional<std::vector<uint32_t>> bits = BitsOf(packed);
+  if (!bits.has_value()) return colors;
   for (const auto& [name, shift] : {std::pair("red", 16), {"green", 8}, {"blue", 0}, {"alpha", 24}}) {
     if (name == std::string("alpha") && packed.name != "rgba") continue;
-    Bytes bytes(bits.size());
-    std::transform(bits.begin(), bits.end(), bytes.begin(),
+    Bytes bytes(bits->size());
+    std::transform(bits->begin(), bits->end(), bytes.begin(),
                    [shift = shift](uint32_t color) { return static_cast<uint8_t>(color >> shift); });
     colors.push_back({name, std::move(bytes)});
   }

@@ -11,10 +11,12 @@ namespace curv {
 // Returns whether the field holds packed colors: rgb or rgba, one value of 4 bytes.
 bool IsPackedColor(const PcdField& field);
 
-// Returns the columns red green blue of packed colors, with alpha after them if the column is called rgba. Returns none
-// if `is_text` and a value is NaN, as text does not say which of the many NaN it is.
-// REQUIRES: the column is of a field for which IsPackedColor holds.
-std::vector<Column> UnpackColors(const Column& packed, bool is_text);
+// Returns the columns red green blue of packed colors, with alpha after them if the column is called rgba. Doubles are
+// floats as text has them: of the bits of colors or, where one is 1 or more, which no color is whose alpha is 0 or 255,
+// the integers themselves. Returns none if a double is NaN, as text does not say which of the many NaN it is, or is no
+// 32-bit integer where others are.
+// REQUIRES: the column is of a field for which IsPackedColor holds, with doubles in place of the floats of text.
+std::vector<Column> UnpackColors(const Column& packed);
 
 // What the rows of a PCD file hold.
 struct PcdFields {

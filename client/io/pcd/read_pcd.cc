@@ -1,6 +1,5 @@
 #include <lzf.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <set>
@@ -40,14 +39,32 @@ ScalarKind KindOf(const PcdField& field) {
   }
 }
 
+// The name of the field of packed colors; empty if there is none, or if columns of its colors would not be alone.
+std::string PackedField(const std::vector<PcdField>& fields) {
+  std::string packed;
+  for (const PcdField& field : fields) {
+    for (const char* color : {"red", "green", "blue", "alpha"}) {
+      if (field.name == color) return "";
+    }
+    if (!IsPackedColor(field)) continue;
+    if (!packed.empty()) return "";
+    packed = field.name;
+  }
+  return packed;
+}
+
 // The columns that are kept, parallel to the fields; a field without a column is left out.
 class PcdBody {
  public:
-  explicit PcdBody(const PcdHeader& header) : header_(header), points_(header.points), body_(header.body) {
+  explicit PcdBody(const PcdHeader& header)
+      : header_(header), points_(header.points), body_(header.body), packed_(PackedField(header.fields)) {
     columns_.reserve(header.fields.size());
     for (const PcdField& field : header.fields) {
       row_bytes_ += field.row_bytes();
-      if (field.kept()) columns_.push_back({field.name, MakeValues(KindOf(field))});
+      if (!field.kept()) continue;
+      // Colors in text may be integers that no float holds, whatever TYPE says.
+      const bool is_wide = field.name == packed_ && field.type == 'F' && header.encoding == "ascii";
+      columns_.push_back({field.name, MakeValues(is_wide ? ScalarKind::kFloat64 : KindOf(field))});
     }
   }
 
@@ -84,6 +101,9 @@ class PcdBody {
     table.pcd = header_.frame;
     for (Column& column : columns_) Keep(std::move(column), table);
     NoteRounded(rounded_, table.notes);
+    if (left_.find_first_not_of(std::string_view(" \t\r\n\0", 5)) != std::string_view::npos) {
+      table.notes.push_back(absl::StrCat("left out ", left_.size(), " bytes after the last point"));
+    }
     for (const PcdField& field : header_.fields) {
       if (field.kept() || field.name == "_") continue;
       table.notes.push_back(
@@ -92,23 +112,13 @@ class PcdBody {
     return table;
   }
 
-  // Sets a column, or the colors that it packs where the table has no such columns.
+  // Sets a column, or the colors that it packs.
   void Keep(Column column, PointTable& table) const {
-    const auto is_color = [&column](const PcdField& field) {
-      return field.name == column.name && IsPackedColor(field);
-    };
-    const auto is_taken = [this](const char* name) {
-      return std::any_of(header_.fields.begin(), header_.fields.end(),
-                         [name](const PcdField& field) { return field.name == name; });
-    };
-    if (std::none_of(header_.fields.begin(), header_.fields.end(), is_color) || is_taken("red") || is_taken("green") ||
-        is_taken("blue") || is_taken("alpha") || (is_taken("rgb") && is_taken("rgba"))) {
-      return table.Set(std::move(column));
-    }
-    std::vector<Column> colors = UnpackColors(column, header_.encoding == "ascii");
+    if (column.name != packed_) return table.Set(std::move(column));
+    std::vector<Column> colors = UnpackColors(column);
     if (colors.empty()) {
       table.notes.push_back(
-          absl::StrCat("left out field ", column.name, ": text does not say which colors its nan stand for"));
+          absl::StrCat("left out field ", column.name, ": text does not say which colors its numbers stand for"));
     }
     for (Column& color : colors) table.Set(std::move(color));
   }
@@ -136,6 +146,7 @@ class PcdBody {
       if (absl::Status status = AppendRow(line, lines.number(), targets, &rounded_); !status.ok()) return status;
       ++row;
     }
+    left_ = lines.rest();
     if (row == points_) return absl::OkStatus();
     return ErrorAt(lines.number() + 1, absl::StrCat("the file ends after ", row, " of ", points_, " points"));
   }
@@ -151,6 +162,7 @@ class PcdBody {
       if (field.kept()) Append(field, body_.data() + offset, row_bytes_, columns_[next_column++]);
       offset += field.row_bytes();
     }
+    left_ = body_.substr(points_ * row_bytes_);
     return absl::OkStatus();
   }
 
@@ -185,15 +197,18 @@ class PcdBody {
       if (field.kept()) Append(field, at, field.bytes, columns_[next_column++]);
       at += field.row_bytes() * points_;
     }
+    left_ = body_.substr(sizeof(sizes) + sizes[0]);
     return absl::OkStatus();
   }
 
   const PcdHeader& header_;
   uint64_t points_;
   std::string_view body_;
+  const std::string packed_;  // the field whose colors become columns; empty if there is none
   size_t row_bytes_ = 0;
   std::vector<Column> columns_;
   std::set<std::string> rounded_;  // names of columns
+  std::string_view left_;          // what follows the last point
 };
 
 }  // namespace

@@ -127,12 +127,34 @@ TEST(PcdTest, UnpacksColors) {
   EXPECT_THAT(Values(*floats, "blue"), ElementsAre(0, 7)) << "0x00000007";
 }
 
-TEST(PcdTest, LeavesOutColorsThatTextHasLost) {
+TEST(PcdTest, TakesIntegersInTextForPackedColors) {
   const absl::StatusOr<PointTable> table =
-      ReadPcd("FIELDS x rgb\nSIZE 4 4\nTYPE F F\nPOINTS 2\nDATA ascii\n1 nan\n2 1e-38\n");
+      ReadPcd("FIELDS x rgb\nSIZE 4 4\nTYPE F F\nPOINTS 3\nDATA ascii\n1 16711680\n2 0\n3 4294952967\n");
   ASSERT_TRUE(table.ok()) << table.status();
-  EXPECT_EQ(table->columns().size(), 1u);
-  EXPECT_THAT(table->notes, ElementsAre(HasSubstr("left out field rgb: text does not say which colors")));
+  EXPECT_THAT(Values(*table, "red"), ElementsAre(255, 0, 255));
+  EXPECT_THAT(Values(*table, "blue"), ElementsAre(0, 0, 7)) << "which a float would have rounded";
+}
+
+TEST(PcdTest, LeavesOutColorsThatTextHasLost) {
+  for (const char* rows : {"1 nan\n2 1e-38\n", "1 7\n2 0.5\n", "1 7\n2 4294967296\n"}) {
+    const absl::StatusOr<PointTable> table =
+        ReadPcd(std::string("FIELDS x rgb\nSIZE 4 4\nTYPE F F\nPOINTS 2\nDATA ascii\n") + rows);
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_EQ(table->columns().size(), 1u);
+    EXPECT_THAT(table->notes, ElementsAre(HasSubstr("left out field rgb: text does not say which colors")));
+  }
+}
+
+TEST(PcdTest, TellsOfWhatFollowsTheLastPoint) {
+  const std::string text = "1.5 0.25 65535\n-2.5 0.5 3\n";
+  for (const std::string& file : {Header("ascii") + text + "7 8 9\n", Header("binary") + kRows + "more",
+                                  Header("binary_compressed") + Compressed(kColumns) + "more"}) {
+    const absl::StatusOr<PointTable> table = ReadPcd(file);
+    ExpectTwoPoints(table);
+    EXPECT_THAT(table->notes, ElementsAre(HasSubstr(" bytes after the last point")));
+  }
+  EXPECT_TRUE(ReadPcd(Header("ascii") + text + "\n \n")->notes.empty());
+  EXPECT_TRUE(ReadPcd(Header("binary") + kRows + std::string(8, '\0'))->notes.empty());
 }
 
 TEST(PcdTest, KeepsPackedColorsBesideOthers) {
