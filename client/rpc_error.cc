@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <map>
 #include <string>
+#include <string_view>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
 #include "client/curvature_client.h"
@@ -33,6 +35,17 @@ std::string WithoutControls(std::string text) {
   return text;
 }
 
+// Whether a text has the words, and no longer ones in their place: "at most 64" does not say 6.
+bool Says(std::string_view text, std::string_view words) {
+  const auto goes_on = [](char c) { return absl::ascii_isalnum(static_cast<unsigned char>(c)); };
+  if (words.empty()) return true;
+  for (size_t at = text.find(words); at != std::string_view::npos; at = text.find(words, at + 1)) {
+    const size_t end = at + words.size();
+    if ((at == 0 || !goes_on(text[at - 1])) && (end == text.size() || !goes_on(text[end]))) return true;
+  }
+  return false;
+}
+
 // curvd explains each of its own errors, so that an unexplained one came from something on the way.
 bool IsTransient(const grpc::Status& status) {
   switch (status.error_code()) {
@@ -55,10 +68,13 @@ absl::Status ToAbslStatus(const grpc::Status& status) {
   const std::optional<google::rpc::ErrorInfo> info = FindDetail<google::rpc::ErrorInfo>(status);
   if (!info) return absl::Status(code, WithoutControls(status.error_message()));
 
-  std::string message = absl::StrCat(status.error_message(), " [reason ", info->reason());
+  const std::string& said = status.error_message();
+  std::string message = absl::StrCat(said, " [reason ", info->reason());
   // In the order of their names: the map's own changes from run to run.
   const std::map<std::string, std::string> metadata(info->metadata().begin(), info->metadata().end());
-  for (const auto& [key, value] : metadata) absl::StrAppend(&message, "; ", key, " ", value);
+  for (const auto& [key, value] : metadata) {
+    if (!Says(said, value)) absl::StrAppend(&message, "; ", key, " ", value);
+  }
   absl::Status result(code, WithoutControls(absl::StrCat(message, "]")));
   result.SetPayload(kReasonUrl, absl::Cord(info->reason()));
   return result;

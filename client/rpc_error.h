@@ -9,9 +9,9 @@
 
 namespace curv {
 
-// Keeps code and message, and adds what ErrorInfo says to the message: "... [reason K_TOO_LARGE; limit 10000]". The
-// reason is kept apart too, see ErrorReason. Damaged details are ignored,
-// control characters become '?': a server must not write on the caller's terminal, nor lines into its log.
+// Keeps code and message, and adds what ErrorInfo says and the message does not: "... [reason K_TOO_LARGE; limit
+// 10000]". The reason is kept apart too, see ErrorReason. Damaged details are ignored, and control characters become
+// '?': a server must not write on the caller's terminal, nor lines into its log.
 absl::Status ToAbslStatus(const grpc::Status& status);
 
 // How long to wait at least before the same call is tried again; nothing where trying again cannot help. RetryInfo says

@@ -17,6 +17,7 @@
 #include "client/cli/result_columns.h"
 #include "client/cli/scale/scale_flags.h"
 #include "client/cli/tiles/estimate_in_tiles.h"
+#include "client/cli/usage/option_conflicts.h"
 #include "client/io/table_file.h"
 
 namespace curv {
@@ -163,7 +164,7 @@ void AddEstimate(CLI::App& app, Action& action) {
       ->needs(tiles)
       ->check(NotEmpty())
       ->option_text("DIR");
-  AddFormatFlags(*command, flags->save);
+  AddFormats(*command, flags->input_format, flags->save);
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))
@@ -218,6 +219,8 @@ void AddEstimate(CLI::App& app, Action& action) {
     CheckSource(flags->normals);
     ApplyScale(flags->scale, flags->options);
     CheckEstimatorFlags(*command, flags->options);
+    CheckConflicts(flags->options);
+    CheckNormalCount("normal-", flags->normals);
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     flags->options.connect_timeout = absl::Seconds(flags->connect_timeout);
     if (flags->tiles) CheckEstimateInTiles(*flags);

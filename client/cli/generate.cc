@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/files/format_flags.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/flags.h"
 #include "client/cli/numbers.h"
 #include "client/io/table_file.h"
@@ -100,8 +101,7 @@ PointTable MakeTable(const Surface& surface, std::vector<Vec3> positions, const 
 }
 
 ExitCode Run(const GenerateFlags& flags) {
-  if (absl::Status status = CheckWritable(flags.output, flags.save); !status.ok())
-    return Fail(ExitCode::kOutput, status);
+  if (const ExitCode code = CheckOutput(flags.output, flags.save); code != ExitCode::kOk) return code;
   absl::StatusOr<std::unique_ptr<Surface>> surface = MakeSurface(flags.surface);
   if (!surface.ok()) return Fail(ExitCode::kUsage, surface.status());
   absl::StatusOr<std::vector<Vec3>> positions = SampleEvenly(**surface, flags.points, flags.seed);
@@ -140,7 +140,7 @@ void AddGenerate(CLI::App& app, Action& action) {
       ->option_text("NUMBER [0]");
   command->add_flag("--double", flags->doubles, "64-bit columns instead of 32-bit");
   AddOutput(*command, flags->output, absl::StrCat("the cloud: ", kWritableFiles));
-  AddFormatFlags(*command, flags->save);
+  AddOutputFormat(*command, flags->save);
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }
 

@@ -137,6 +137,7 @@ PointTable JoinResults(PointTable input, std::vector<Column> results) {
   PointTable table;
   table.las = std::move(input.las);
   table.viewpoint = input.viewpoint;
+  table.pcd = input.pcd;
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) Move(columns, name, table);
   for (Column& column : results) table.Set(std::move(column));  // normals in the place of the input's
   // An earlier estimate must not stand beside this one as if it were a part of it.

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <climits>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -20,18 +22,39 @@ absl::Status SystemError(std::string_view action, const std::string& path, int e
       absl::StrCat("cannot ", std::string(action), " ", path, ": ", std::strerror(error_number)));
 }
 
-// Where symbolic links lead, so that a link to a file stays a link; `path` itself if it leads nowhere yet.
-std::string Resolved(const std::string& path) {
-  char* resolved = realpath(path.c_str(), nullptr);
-  if (resolved == nullptr) return path;
-  std::string result = resolved;
-  std::free(resolved);
-  return result;
-}
-
 std::string DirectoryOf(const std::string& path) {
   const size_t slash = path.rfind('/');
   return slash == std::string::npos ? "." : path.substr(0, slash + 1);
+}
+
+// What a symbolic link says, seen from where curv runs; nothing if it is none.
+std::optional<std::string> LinkTarget(const std::string& path) {
+  std::string target(PATH_MAX, '\0');
+  const ssize_t size = readlink(path.c_str(), target.data(), target.size());
+  if (size <= 0) return std::nullopt;
+  target.resize(static_cast<size_t>(size));
+  return target.front() == '/' ? target
+                               : absl::StrCat(DirectoryOf(path), path.rfind('/') == path.npos ? "/" : "", target);
+}
+
+// Where symbolic links lead, so that a link to a file stays a link, also to one that is yet to be made.
+absl::StatusOr<std::string> Resolved(const std::string& path) {
+  constexpr int kMostLinks = 40;  // as in the system
+  if (char* resolved = realpath(path.c_str(), nullptr); resolved != nullptr) {
+    std::string result = resolved;
+    std::free(resolved);
+    return result;
+  }
+  // What is open may have a name that leads nowhere, as that of a pipe.
+  struct stat existing {};
+  if (stat(path.c_str(), &existing) == 0) return path;
+  std::string at = path;
+  for (int links = 0; links <= kMostLinks; ++links) {
+    const std::optional<std::string> target = LinkTarget(at);
+    if (!target.has_value()) return at;
+    at = *target;
+  }
+  return SystemError("write", path, ELOOP);
 }
 
 mode_t DefaultMode() {
@@ -48,7 +71,9 @@ absl::StatusOr<AtomicFile> AtomicFile::Create(const std::string& path) {
     if (descriptor < 0) return SystemError("write", "standard output", errno);
     return AtomicFile("standard output", "", descriptor);
   }
-  const std::string target = Resolved(path);
+  const absl::StatusOr<std::string> resolved = Resolved(path);
+  if (!resolved.ok()) return resolved.status();
+  const std::string& target = *resolved;
   struct stat existing {};
   const bool exists = stat(target.c_str(), &existing) == 0;
   if (exists && S_ISDIR(existing.st_mode)) return SystemError("write", path, EISDIR);

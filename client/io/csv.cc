@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "client/io/formats.h"
+#include "client/io/long_integers.h"
 #include "client/io/names/column_names.h"
 #include "client/io/point_status.h"
 #include "client/io/text.h"
@@ -91,6 +92,7 @@ struct CsvColumn {
   bool may_lack = true;     // whether an empty cell is NaN: not in positions and normals
   bool has_number = false;  // so far
   bool is_words = false;    // which are left out
+  bool is_rounded = false;  // whether an integer became another double
 };
 
 struct CsvColumns {
@@ -169,6 +171,7 @@ bool AppendCell(std::string_view cell, CsvColumn& target) {
   double value = std::numeric_limits<double>::quiet_NaN();
   if (ParseNumber(cell, value)) {
     target.has_number = true;
+    target.is_rounded = target.is_rounded || IsRounded(cell, value);
   } else if (!target.may_lack) {
     return false;
   } else if (!cell.empty()) {
@@ -226,6 +229,7 @@ absl::StatusOr<PointTable> ReadCsv(std::string_view bytes) {
     if (target.is_words) {
       table.notes.push_back(absl::StrCat("left out column ", Printable(target.column.name), ": it holds words"));
     } else {
+      if (target.is_rounded) NoteRounded({target.column.name}, table.notes);
       table.Set(std::move(target.column));
     }
   }

@@ -18,8 +18,10 @@ namespace curv {
 absl::StatusOr<PointTable> ReadPly(std::string_view bytes);
 
 // Reads PCD 0.5 to 0.7, ascii, binary or binary_compressed. normal_x normal_y normal_z become nx ny nz. Fields with a
-// COUNT other than 1 and padding ("_") are left out, with a note; 64-bit integers become doubles. A VIEWPOINT other
-// than 0 0 0 becomes that of the table.
+// COUNT other than 1 and padding ("_") are left out, with a note; 64-bit integers become doubles, with a note
+// if one is rounded. Packed colors, rgb or
+// rgba, become red green blue and alpha. A VIEWPOINT other than 0 0 0 becomes that of the table; its rotation, and
+// WIDTH and HEIGHT, its PointTable::pcd.
 absl::StatusOr<PointTable> ReadPcd(std::string_view bytes);
 
 // Reads text with one point a line: x y z, then nx ny nz, then any further columns, which are named column7, column8
@@ -52,14 +54,14 @@ absl::StatusOr<PointTable> ReadCsv(std::string_view bytes);
 absl::StatusOr<PointTable> ReadLas(std::string_view bytes);
 
 // Reads an array that numpy has saved: (N, 3), x y z; (N, 6), with nx ny nz; wider ones, whose further columns are
-// named column7 and so on; or a structured one of shape (N,), whose fields are the columns (a field of three scalars is
-// NAMEx NAMEy NAMEz, of `positions` x y z, of `normals` nx ny nz). Floats and integers of either byte order, C or
-// Fortran order; integers of 64 bits become doubles.
+// named column7 and so on (columns 4 to 6 as in text, but that zeros are normals); or a structured one of shape (N,),
+// whose fields are the columns (a field of three scalars is NAMEx NAMEy NAMEz, of `positions` x y z, of `normals` nx ny
+// nz). Floats and integers of either byte order, C or Fortran order; integers of 64 bits become doubles.
 absl::StatusOr<PointTable> ReadNpy(std::string_view bytes);
 
 // Reads arrays that numpy has saved together, stored or deflated: each of shape (N,) is a column, each of shape (N, 3)
-// three, named as above. One must be positions, points or xyz, or all of x, y and z. Others than of N points are left
-// out, with a note.
+// three, named as above; positions may be wider. One must be positions, points or xyz, or all of x, y and z. Others
+// than of N points are left out, with a note.
 absl::StatusOr<PointTable> ReadNpz(std::string_view bytes);
 
 // Refuses E57 with a remedy.

@@ -11,6 +11,8 @@
 #include <variant>
 #include <vector>
 
+#include "client/io/pcd/pcd_frame.h"
+
 namespace curv {
 
 struct LasFrame;
@@ -60,6 +62,9 @@ class PointTable {
 
   // From where the points were seen, if the file tells: in the coordinates of x y z.
   std::optional<std::array<double, 3>> viewpoint;
+
+  // What else the PCD file that the points come from says; a PCD file made of the table says it too.
+  PcdFrame pcd;
 
   // What the LAS file that the points come from says beside their values; a LAS file made of the table says it too.
   // Null for other tables.

@@ -106,6 +106,19 @@ Writer WriterFor(const std::string& extension, const SaveOptions& options) {
   return nullptr;
 }
 
+// Whether a format has the form that is asked for. What is text in any case, as CSV, is text with --ascii too.
+absl::Status CheckForm(const std::string& path, const std::string& extension, const SaveOptions& options) {
+  const auto shown = [&path] { return path == kStandard ? "standard output" : path; };
+  if (options.names != PlyNames::kOwn && extension != ".ply") {
+    return absl::FailedPreconditionError(
+        absl::StrCat(shown(), ": --names says what the properties of PLY are called: the output must be .ply"));
+  }
+  const bool is_binary = extension == ".las" || extension == ".npy" || extension == ".npz";
+  if (!options.ascii || !is_binary) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      shown(), ": --ascii: ", extension, " has no form of text: the output must be .ply, .pcd, .xyz or .csv"));
+}
+
 struct NamedWriter {
   Writer write;
   bool gzip;
@@ -117,10 +130,7 @@ absl::StatusOr<NamedWriter> FindWriter(const std::string& path, const SaveOption
   if (!named.ok()) return named.status();
   const Writer writer = WriterFor(named->extension, options);
   if (writer == nullptr) return ExtensionError(path, named->extension, kWritableExtensions, "cannot be written");
-  if (options.names != PlyNames::kOwn && named->extension != ".ply") {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": --names says what the properties of PLY are called: the output must be .ply"));
-  }
+  if (absl::Status status = CheckForm(path, named->extension, options); !status.ok()) return status;
   return NamedWriter{writer, named->gzip};
 }
 

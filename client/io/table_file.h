@@ -44,7 +44,7 @@ absl::StatusOr<PointTable> TableOf(const FileBytes& file);
 absl::StatusOr<std::string> ReadableExtension(const std::string& path, const std::string& format = "");
 
 struct SaveOptions {
-  bool ascii = false;               // text in place of binary numbers, in PLY and PCD; other formats have one form
+  bool ascii = false;               // text in place of binary numbers, in PLY and PCD; refused for LAS, NPY and NPZ
   std::string format{};             // of standard output, and of files whose extension is not known
   PlyNames names = PlyNames::kOwn;  // others than kOwn are refused for other formats than PLY
 };
@@ -54,14 +54,14 @@ struct WritableName {
   std::string extension;  // in lower case, with the dot, without .gz
   bool gzip = false;
 };
-// INVALID_ARGUMENT if SaveTable can write no such file.
+// INVALID_ARGUMENT if SaveTable can write no such file; FAILED_PRECONDITION if it can, but not as the options say.
 absl::StatusOr<WritableName> WritableNameOf(const std::string& path, const SaveOptions& options = {});
 
 // Returns whether SaveTable can write a file of that name.
 bool IsWritable(const std::string& name);
 
-// INVALID_ARGUMENT if SaveTable could not write such a file: unknown format, or no file can be created there.
-// Leaves no trace.
+// INVALID_ARGUMENT if SaveTable could not write such a file: unknown format, or no file can be created there;
+// FAILED_PRECONDITION if the format has no such form as the options say. Leaves no trace.
 absl::Status CheckWritable(const std::string& path, const SaveOptions& options = {});
 
 // Writes all columns in order, whole or not at all ("-" is standard output), packed with gzip if the name ends in .gz

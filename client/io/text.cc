@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "client/io/long_integers.h"
 
 namespace curv {
 namespace {
@@ -100,17 +101,22 @@ std::string_view NextField(std::string_view& line) {
   return field;
 }
 
-absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Column* const> columns) {
+absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Column* const> columns,
+                       std::set<std::string>* rounded) {
   std::string_view rest = line;
   for (size_t i = 0; i < columns.size(); ++i) {
     const std::string_view field = NextField(rest);
     if (field.empty()) return CountError(line, line_number, columns.size());
     if (columns[i] == nullptr) continue;
     const bool parsed = std::visit(
-        [field](auto& values) {
-          typename std::decay_t<decltype(values)>::value_type value;
+        [&](auto& values) {
+          using Value = typename std::decay_t<decltype(values)>::value_type;
+          Value value;
           if (!ParseNumber(field, value)) return false;
           values.push_back(value);
+          if constexpr (std::is_same_v<Value, double>) {
+            if (rounded != nullptr && IsRounded(field, value)) rounded->insert(columns[i]->name);
+          }
           return true;
         },
         columns[i]->values);

@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <cstddef>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -48,7 +49,9 @@ bool ParseNumber(std::string_view field, T& value);
 
 // Appends the fields of `line` to `columns`, one each; a null column drops its field. INVALID_ARGUMENT naming line,
 // column and field if there are more or fewer fields than columns, or one is not a number that fits its column.
-absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Column* const> columns);
+// Where integers become other doubles, the names of their columns go into `rounded`, unless it is null.
+absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Column* const> columns,
+                       std::set<std::string>* rounded = nullptr);
 
 // Returns text from a file as messages may show it: shortened, and with '?' for bytes that a terminal could obey.
 std::string Printable(std::string_view text);

@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <cmath>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,7 +8,9 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "client/io/formats.h"
+#include "client/io/long_integers.h"
 #include "client/io/names/column_names.h"
+#include "client/io/names/columns_by_place.h"
 #include "client/io/text.h"
 
 namespace curv {
@@ -143,44 +145,6 @@ absl::Status EmptyCellError(size_t line, size_t cell, const std::vector<Column>&
       absl::StrCat("line ", line, ": value ", cell + 1, name, " is \"\": expected a number"));
 }
 
-// Why columns 4 to 6 are no normals; empty if they are, which are unit vectors, written with few digits maybe. Others
-// are intensities and colors, as PTS files have them. A vector of zeros says nothing.
-std::string WhyNoNormals(const std::vector<Column>& columns) {
-  constexpr double kSlack = 0.1;
-  bool any = false;
-  const auto axis = [&](size_t c) -> const std::vector<double>& {
-    return std::get<std::vector<double>>(columns[c].values);
-  };
-  for (size_t row = 0; row < columns[0].size(); ++row) {
-    const double length = std::hypot(axis(3)[row], axis(4)[row], axis(5)[row]);
-    if (length == 0.0 || std::isnan(length)) continue;
-    if (std::abs(length - 1.0) > kSlack) return absl::StrCat("the vector of point ", row, " has the length ", length);
-    any = true;
-  }
-  return any ? "" : "no point has a vector there";
-}
-
-// Whether columns 4 to 6 of exactly six hold colors rather than normals.
-bool HoldColors(const std::vector<Column>& columns) {
-  if (columns.size() != 6) return false;
-  bool above_one = false;
-  for (size_t c = 3; c < 6; ++c) {
-    for (const double value : std::get<std::vector<double>>(columns[c].values)) {
-      if (!(value >= 0.0 && value <= 255.0) || value != static_cast<uint8_t>(value)) return false;
-      above_one |= value > 1.0;
-    }
-  }
-  return above_one;
-}
-
-Column ToColor(const Column& column, const char* name) {
-  std::vector<uint8_t> values;
-  for (const double value : std::get<std::vector<double>>(column.values)) {
-    values.push_back(static_cast<uint8_t>(value));
-  }
-  return {name, std::move(values)};
-}
-
 }  // namespace
 
 absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
@@ -188,6 +152,7 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
   std::string scratch;
   std::vector<Column> columns;
   std::vector<Column*> targets;
+  std::set<std::string> rounded;
   std::optional<uint64_t> declared;
   size_t rows = 0;
   std::string comment;
@@ -233,7 +198,7 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
       columns = named ? MakeColumns(*names) : MakeColumns(count);
       for (Column& column : columns) targets.push_back(&column);
     }
-    if (absl::Status status = AppendRow(line, lines.number(), targets); !status.ok()) return status;
+    if (absl::Status status = AppendRow(line, lines.number(), targets, &rounded); !status.ok()) return status;
     ++rows;
   }
   if (declared && *declared != rows) {
@@ -242,19 +207,13 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
   }
   if (columns.empty()) columns = MakeColumns(6);
   PointTable table;
-  const bool colors = !named && HoldColors(columns);
-  if (!named && !colors && rows > 0 && columns.size() >= 6) {
-    if (const std::string why = WhyNoNormals(columns); !why.empty()) {
-      for (size_t i = 3; i < 6; ++i) columns[i].name = absl::StrCat("column", i + 1);
-      table.notes.push_back(absl::StrCat("columns 4 to 6 are no normals: ", why,
-                                         ". If they are, put the line \"# x y z nx ny nz\" before the points, with ",
-                                         "a name for each further column"));
-    }
+  NoteRounded(rounded, table.notes);
+  if (!named) {
+    NameByPlace(NoVectors::kAreNone,
+                "put the line \"# x y z nx ny nz\" before the points, with a name for each further column", columns,
+                table.notes);
   }
-  static constexpr const char* kColorNames[] = {"red", "green", "blue"};
-  for (size_t i = 0; i < columns.size(); ++i) {
-    table.Set(colors && i >= 3 ? ToColor(columns[i], kColorNames[i - 3]) : std::move(columns[i]));
-  }
+  for (Column& column : columns) table.Set(std::move(column));
   return table;
 }
 

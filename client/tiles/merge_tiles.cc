@@ -207,6 +207,7 @@ class Output {
 PointTable KeptColumns(const PointTable& input, const TilePlan& plan) {
   PointTable kept;
   kept.viewpoint = input.viewpoint;
+  kept.pcd = input.pcd;
   kept.las = input.las;
   for (const std::string& column : plan.columns) {
     const Column* found = input.Find(column.substr(0, column.rfind(' ')));

@@ -33,6 +33,21 @@ TEST(RpcErrorTest, PutsDetailsIntoTheMessage) {
   EXPECT_EQ(ErrorReason(status), "K_TOO_LARGE");
 }
 
+TEST(RpcErrorTest, RepeatsNothingThatTheMessageSays) {
+  google::rpc::ErrorInfo info;
+  info.set_reason("K_TOO_LARGE");
+  (*info.mutable_metadata())["value"] = "200";
+  (*info.mutable_metadata())["limit"] = "at most 100 (max_k)";
+  (*info.mutable_metadata())["seconds"] = "20";
+  (*info.mutable_metadata())["nothing"] = "";
+  google::rpc::Status details;
+  details.add_details()->PackFrom(info);
+  const grpc::Status status(grpc::StatusCode::RESOURCE_EXHAUSTED, "k is 200; it must be at most 100 (max_k)",
+                            details.SerializeAsString());
+  EXPECT_EQ(ToAbslStatus(status).message(),
+            "k is 200; it must be at most 100 (max_k) [reason K_TOO_LARGE; seconds 20]");
+}
+
 TEST(RpcErrorTest, LetsNoServerWriteOnATerminal) {
   EXPECT_EQ(ToAbslStatus(grpc::Status(grpc::StatusCode::INTERNAL, "a\x1b[2J\r\nb\x7f \u00e9")).message(),
             "a?[2J??b? \u00e9");

@@ -15,10 +15,12 @@
 #include "client/cli/files/batch.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/files/kept_inputs.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/table_vectors.h"
+#include "client/cli/usage/flag_words.h"
 #include "client/io/oriented_cloud.h"
 
 namespace curv {
@@ -82,11 +84,10 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   const std::string title = task.share ? task.share->title : "";  // before messages
   report = {.input = input, .output = output, .options = flags.options};
   report.server = flags.connection.server.empty() ? "embedded" : flags.connection.server;
-  const absl::Status writable = CheckWritable(output, flags.save);
-  if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+  if (const ExitCode code = CheckOutput(output, flags.save); code != ExitCode::kOk) return code;
 
   const absl::Time start = absl::Now();
-  absl::StatusOr<PointTable> table = LoadTable(input, flags.save.format);
+  absl::StatusOr<PointTable> table = LoadTable(input, flags.input_format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(input, ": ", note));
   if (const std::string dropped = NoteOnDroppedColumns(*table); !dropped.empty()) {
@@ -113,7 +114,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   absl::StatusOr<CurvatureResult> result =
       CallServer(*task.connection, *cloud, report.options, task.interrupt.token(), task.share);
   if (!result.ok()) {
-    return FailCall(WithRemedy(result.status(), table->size()),
+    return FailCall(WithRemedy(InFlags(result.status(), "normal-"), table->size()),
                     absl::StrCat(input == "-" ? "standard input" : input, ": "));
   }
   report.call_seconds = SecondsSince(call_start);
@@ -133,7 +134,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   PrintWarnings(report.summary, !were_given, title);
   PrintAdvice(report.summary, flags.options, !were_given, title);
   if (task.interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
-  const absl::Status saved = SaveTable(made, output, flags.save);
+  const absl::Status saved = SaveOutput(made, output, flags.save);
   if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
   report.write_seconds = SecondsSince(write_start);
   summary = flags.summary == "json" ? SummaryJson(report, made) : SummaryText(report, made);

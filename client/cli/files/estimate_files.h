@@ -17,6 +17,7 @@ namespace curv {
 struct EstimateFlags {
   std::vector<std::string> inputs;
   std::string output;
+  std::string input_format;  // of inputs whose name does not tell it
   SaveOptions save;
   bool force = false;
   bool tiles = false;           // whether the file is estimated in tiles

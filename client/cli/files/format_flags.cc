@@ -1,25 +1,28 @@
 #include "client/cli/files/format_flags.h"
 
 #include <iterator>
+#include <utility>
 #include <vector>
 
 #include "CLI/CLI.hpp"
 
 namespace curv {
 
-void AddInputFormat(CLI::App& command, std::string& format) {
-  command
-      .add_option(
-          "--format", format,
-          "of - (standard input and output), and of files whose name does not tell it: ply, pcd, xyz, csv, las, "
-          "npy, npz or, to read, obj")
-      ->check(CLI::IsMember(std::vector<std::string>(std::begin(kFormats), std::end(kFormats))).description(""))
-      ->option_text("NAME");
+namespace {
+
+CLI::Option* NameAFormat(CLI::Option* flag, const char* without = "") {
+  std::vector<std::string> formats(std::begin(kFormats), std::end(kFormats));
+  std::erase(formats, without);
+  return flag->check(CLI::IsMember(std::move(formats)).description(""))->option_text("NAME");
 }
 
-void AddFormatFlags(CLI::App& command, SaveOptions& options) {
-  AddInputFormat(command, options.format);
-  command.add_flag("--ascii", options.ascii, "write PLY and PCD as text");
+constexpr char kFormatHelp[] =
+    "of - (standard input and output), and of files whose name does not tell it: ply, pcd, xyz, csv, las, "
+    "npy, npz or, to read, obj";
+
+// How a format is written.
+void AddFormFlags(CLI::App& command, SaveOptions& options) {
+  command.add_flag("--ascii", options.ascii, "write PLY and PCD as text; LAS, NPY and NPZ have no such form");
   command
       .add_option_function<std::string>(
           "--names",
@@ -32,6 +35,26 @@ void AddFormatFlags(CLI::App& command, SaveOptions& options) {
           "CloudCompare keeps (cloudcompare), or the mean curvature quality, as MeshLab calls its one scalar (meshlab)")
       ->check(CLI::IsMember({"own", "cloudcompare", "meshlab"}).description(""))
       ->option_text("PROGRAM");
+}
+
+}  // namespace
+
+void AddInputFormat(CLI::App& command, std::string& format) {
+  NameAFormat(command.add_option("--format", format, kFormatHelp));
+}
+
+void AddFormats(CLI::App& command, std::string& input_format, SaveOptions& options) {
+  // Flags take effect in the order in which they are added: those of one end win, wherever they stand.
+  NameAFormat(command.add_option_function<std::string>(
+      "--format", [&](const std::string& name) { input_format = options.format = name; }, kFormatHelp));
+  NameAFormat(command.add_option("--input-format", input_format, "the same of what is read alone"));
+  NameAFormat(command.add_option("--output-format", options.format, "the same of what is written alone"), "obj");
+  AddFormFlags(command, options);
+}
+
+void AddOutputFormat(CLI::App& command, SaveOptions& options) {
+  AddInputFormat(command, options.format);
+  AddFormFlags(command, options);
 }
 
 CLI::Option* AddOutput(CLI::App& command, std::string& output, const std::string& help) {

@@ -17,7 +17,11 @@ namespace curv {
 void AddInputFormat(CLI::App& command, std::string& format);
 
 // Adds --format, --ascii and --names to a command that writes. `options` must outlive it.
-void AddFormatFlags(CLI::App& command, SaveOptions& options);
+void AddOutputFormat(CLI::App& command, SaveOptions& options);
+
+// Adds them to a command that does both, and --input-format and --output-format, which count for one end in place of
+// --format. Both must outlive it.
+void AddFormats(CLI::App& command, std::string& input_format, SaveOptions& options);
 
 // Adds the required -o to a command that writes a cloud. Other names of standard output become "-": as a file it would
 // be replaced, and share its place with the summary. `output` must outlive the command.

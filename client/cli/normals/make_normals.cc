@@ -10,6 +10,7 @@
 #include "client/cli/connection.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/files/kept_inputs.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/flags.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
@@ -18,6 +19,8 @@
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/table_vectors.h"
+#include "client/cli/usage/flag_words.h"
+#include "client/cli/usage/option_conflicts.h"
 #include "client/io/oriented_cloud.h"
 #include "client/io/table_file.h"
 
@@ -46,6 +49,7 @@ constexpr char kOrientExamples[] =
 struct MakeNormalsFlags {
   std::string input;
   std::string output;
+  std::string input_format;
   SaveOptions save;
   ConnectionFlags connection;
   NormalFlags normals;
@@ -82,13 +86,12 @@ void PrintSummary(const MakeNormalsFlags& flags, const EstimateSummary& summary,
 
 ExitCode Run(MakeNormalsFlags& flags) {
   const InterruptWatch interrupt;
-  if (absl::Status status = CheckWritable(flags.output, flags.save); !status.ok())
-    return Fail(ExitCode::kOutput, status);
+  if (const ExitCode code = CheckOutput(flags.output, flags.save); code != ExitCode::kOk) return code;
   if (absl::Status status = KeptInputs({flags.input}).Check(flags.output); !status.ok())
     return Fail(ExitCode::kUsage, status);
   if (absl::Status status = CheckNoneNeedsAServer(flags.connection); !status.ok())
     return Fail(ExitCode::kUsage, status);
-  absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);
+  absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.input_format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
   std::string note;
@@ -108,12 +111,12 @@ ExitCode Run(MakeNormalsFlags& flags) {
   if (!were_given) options.quantities.emplace_back("normal_quality");
   options.skip_invalid = true;
   absl::StatusOr<CurvatureResult> result = CallServer(**connection, *cloud, options, interrupt.token());
-  if (!result.ok()) return FailCall(result.status());
+  if (!result.ok()) return FailCall(InFlags(result.status(), ""));
   const EstimateSummary summary = result->summary;
   const uint64_t turned = TakeNormals(were_given, *std::move(result), *table);
   for (const EstimateWarning& warning : summary.warnings) PrintWarning(warning.message);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
-  if (absl::Status status = SaveTable(*table, flags.output, flags.save); !status.ok())
+  if (absl::Status status = SaveOutput(*table, flags.output, flags.save); !status.ok())
     return Fail(ExitCode::kOutput, status);
   PrintSummary(flags, summary, turned);
   return ExitCode::kOk;
@@ -127,7 +130,7 @@ CLI::App* AddCommand(CLI::App& app, const char* name, const char* what, const ch
       ->required()
       ->option_text("IN");
   AddOutput(*command, flags->output, absl::StrCat("the cloud: ", kWritableFiles));
-  AddFormatFlags(*command, flags->save);
+  AddFormats(*command, flags->input_format, flags->save);
   AddConnectionFlags(*command, flags->connection);
   command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
       ->check(Whole(0, 1024))
@@ -141,6 +144,7 @@ CLI::App* AddCommand(CLI::App& app, const char* name, const char* what, const ch
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");
   command->callback([flags, &action] {
+    CheckNormalCount("", flags->normals);
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     action = [flags] { return Run(*flags); };
   });

@@ -211,8 +211,9 @@ class Parser {
     if (status.has_value() && !name.quoted) return Part{ConditionNode::Constant(*status), name.at, name.text};
     std::string columns;
     for (const Column& column : table_.columns()) absl::StrAppend(&columns, " ", Printable(column.name));
-    return ConditionError(name.at,
-                          absl::StrCat("there is no column ", Quoted(name.text), ". The columns are:", columns));
+    const absl::Status error =
+        ConditionError(name.at, absl::StrCat("there is no column ", Quoted(name.text), ". The columns are:", columns));
+    return absl::NotFoundError(error.message());
   }
 
   template <typename Read>
@@ -267,6 +268,8 @@ std::vector<size_t> Condition::Rows() const {
 PointTable SelectRows(const PointTable& table, const std::vector<size_t>& rows) {
   PointTable selected;
   selected.viewpoint = table.viewpoint;
+  selected.pcd.rotation = table.pcd.rotation;
+  if (rows.size() == table.size()) selected.pcd = table.pcd;
   selected.las = table.las;
   for (const Column& column : table.columns()) {
     std::visit(

@@ -20,8 +20,8 @@ class Condition {
   // tighter than "and", that tighter than "or"). Numbers are columns, constants, and what + - * / and abs() make of
   // them, in doubles. The words of PointStatus ("ok", "singular_fit") stand for their values beside the column
   // `status`, with == or !=. A column whose name is a keyword, or has other characters than letters, digits and _,
-  // stands in double quotes. INVALID_ARGUMENT naming the character if the text is anything else; for an unknown column
-  // it lists those there are. `table` must outlive the condition.
+  // stands in double quotes. INVALID_ARGUMENT naming the character if the text is anything else; NOT_FOUND for an
+  // unknown column, with those that there are. `table` must outlive the condition.
   static absl::StatusOr<Condition> Parse(std::string_view text, const PointTable& table);
 
   Condition(Condition&&) noexcept;
@@ -38,7 +38,8 @@ class Condition {
   size_t rows_;
 };
 
-// Returns a table of these rows, in their order, with all that the table says beside its columns.
+// Returns a table of these rows, in their order, with all that the table says beside its columns; the grid of an
+// organized cloud only with all rows.
 // REQUIRES: each is less than table.size().
 PointTable SelectRows(const PointTable& table, const std::vector<size_t>& rows);
 

@@ -8,6 +8,7 @@
 #include "client/cli/command.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/files/kept_inputs.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/numbers.h"
 #include "client/cli/select/condition.h"
 #include "client/io/table_file.h"
@@ -28,25 +29,28 @@ struct SelectFlags {
   std::string input;
   std::string output;
   std::string where;
+  std::string input_format;
   SaveOptions save;
 };
 
 ExitCode Run(const SelectFlags& flags) {
-  const absl::Status writable = CheckWritable(flags.output, flags.save);
-  if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+  if (const ExitCode code = CheckOutput(flags.output, flags.save); code != ExitCode::kOk) return code;
   if (absl::Status status = KeptInputs({flags.input}).Check(flags.output); !status.ok())
     return Fail(ExitCode::kUsage, status);
-  const absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.save.format);
+  const absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.input_format);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
   const absl::StatusOr<Condition> condition = Condition::Parse(flags.where, *table);
+  if (absl::IsNotFound(condition.status())) {
+    return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": --where: ", condition.status().message()));
+  }
   if (!condition.ok()) return Fail(ExitCode::kUsage, absl::StrCat("--where: ", condition.status().message()));
   const std::vector<size_t> rows = condition->Rows();
   if (rows.empty()) {
     return Fail(ExitCode::kFailed, absl::StrCat("the condition holds for none of ", CountOf(table->size(), "point"),
                                                 ": nothing was written"));
   }
-  const absl::Status saved = SaveTable(SelectRows(*table, rows), flags.output, flags.save);
+  const absl::Status saved = SaveOutput(SelectRows(*table, rows), flags.output, flags.save);
   if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
   std::fprintf(SummaryStream(flags.output), "%s: %s of %s\n", ShownOutput(flags.output).c_str(),
                WithCommas(rows.size()).c_str(), CountOf(table->size(), "point").c_str());
@@ -66,7 +70,7 @@ void AddSelect(CLI::App& app, Action& action) {
       ->required()
       ->option_text("CONDITION");
   AddOutput(*command, flags->output, absl::StrCat("the points: ", kWritableFiles));
-  AddFormatFlags(*command, flags->save);
+  AddFormats(*command, flags->input_format, flags->save);
   command->callback([flags, &action] { action = [flags] { return Run(*flags); }; });
 }
 

@@ -15,6 +15,7 @@
 #include "client/cli/estimate_summary.h"
 #include "client/cli/files/batch.h"
 #include "client/cli/files/kept_inputs.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
 #include "client/cli/numbers.h"
@@ -45,8 +46,7 @@ class TiledEstimate {
 
   ExitCode Run() {
     const absl::Time start = absl::Now();
-    const absl::Status writable = CheckWritable(flags_.output, flags_.save);
-    if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+    if (const ExitCode code = CheckOutput(flags_.output, flags_.save); code != ExitCode::kOk) return code;
     if (absl::Status status = KeptInputs(flags_.inputs).Check(flags_.output); !status.ok())
       return Fail(ExitCode::kUsage, status);
     absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Create(flags_.connection, flags_.threads);
@@ -85,7 +85,7 @@ class TiledEstimate {
     if (!reach.ok()) return Fail(ExitCode::kUsage, reach.status());
     PlanRequest request;
     request.inputs = flags_.inputs;
-    request.format = flags_.save.format;
+    request.format = flags_.input_format;
     request.directory = directory_;
     request.tile_points = std::clamp(max_points / kPartOfLimit, kLeastTilePoints, kTilePoints);
     request.skip_invalid = options_.skip_invalid;
@@ -113,7 +113,7 @@ class TiledEstimate {
     std::error_code error;
     const std::string path = fs::canonical(flags_.inputs.front(), error).string();
     const bool is_same = plan->inputs.size() == 1 && plan->inputs[0].path == path &&
-                         plan->inputs[0].format == flags_.save.format && plan->inputs[0].stamp == input->stamp() &&
+                         plan->inputs[0].format == flags_.input_format && plan->inputs[0].stamp == input->stamp() &&
                          plan->options == JsonOf(options_);
     if (!is_same) {
       return absl::AlreadyExistsError(

@@ -8,6 +8,7 @@
 #include "client/cli/estimate_summary.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/files/kept_inputs.h"
+#include "client/cli/files/save_output.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/json.h"
 #include "client/cli/numbers.h"
@@ -39,8 +40,7 @@ void PrintSummary(const MergeFlags& flags, const TilePlan& plan, const StatusCou
 }
 
 ExitCode Run(const MergeFlags& flags) {
-  const absl::Status writable = CheckWritable(flags.output, flags.save);
-  if (!writable.ok()) return Fail(ExitCode::kOutput, writable);
+  if (const ExitCode code = CheckOutput(flags.output, flags.save); code != ExitCode::kOk) return code;
   const absl::StatusOr<TilePlan> plan = LoadPlan(flags.directory);
   if (!plan.ok()) return FailTiles(plan.status());
   std::vector<std::string> inputs;
@@ -62,7 +62,7 @@ void AddTilesMerge(CLI::App& tiles, Action& action) {
   AddPlanDirectory(*command, flags->directory);
   AddOutput(*command, flags->output,
             absl::StrCat("the result: ", kWritableFiles, ". .las and .npz as far as memory goes"));
-  AddFormatFlags(*command, flags->save);
+  AddOutputFormat(*command, flags->save);
   command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->option_text("FORMAT");

@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/io/bytes.h"
 #include "client/io/numpy/npy_header.h"
-#include "client/io/pcd_header.h"
+#include "client/io/pcd/pcd_header.h"
 #include "client/io/ply_header.h"
 #include "client/io/text.h"
 

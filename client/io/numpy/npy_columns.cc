@@ -1,12 +1,11 @@
 #include "client/io/numpy/npy_columns.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "client/io/binary.h"
+#include "client/io/long_integers.h"
 #include "client/io/text.h"
 
 namespace curv {
@@ -27,30 +26,13 @@ ScalarKind KindOf(const NpyField& field) {
   }
 }
 
-// Appends 64-bit integers as doubles. Returns whether all of them are.
-bool AppendWide(const char* first, size_t count, size_t stride, const NpyField& field, Column& column) {
-  auto& values = std::get<std::vector<double>>(column.values);
-  values.reserve(count);
-  bool exact = true;
-  for (size_t i = 0; i < count; ++i) {
-    uint64_t bits;
-    std::memcpy(&bits, first + i * stride, sizeof(bits));
-    if (field.swap) bits = __builtin_bswap64(bits);
-    const auto value = field.sort == 'i' ? static_cast<double>(static_cast<int64_t>(bits)) : static_cast<double>(bits);
-    exact &= std::abs(value) <= 9'007'199'254'740'992.0;  // 2^53
-    values.push_back(value);
-  }
-  return exact;
-}
-
 // Appends one column; its first scalar is at `first`, the others `stride` bytes apart.
 void AppendColumn(const char* first, uint64_t count, size_t stride, const NpyField& field, std::string name,
                   std::vector<Column>& columns, std::vector<std::string>& notes) {
   Column column{std::move(name), MakeValues(KindOf(field))};
   if (field.bytes == 8 && field.sort != 'f') {
-    if (!AppendWide(first, count, stride, field, column)) {
-      notes.push_back(
-          absl::StrCat("column ", Printable(column.name), " is rounded: integers beyond 2^53 are not all doubles"));
+    if (!AppendLongIntegers(first, count, stride, field.swap, field.sort == 'i', column)) {
+      NoteRounded({column.name}, notes);
     }
   } else {
     AppendStrided(first, count, stride, field.swap, column);

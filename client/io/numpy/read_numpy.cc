@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <set>
 #include <string>
 #include <utility>
@@ -9,6 +11,7 @@
 #include "client/io/archive/zip.h"
 #include "client/io/formats.h"
 #include "client/io/names/column_names.h"
+#include "client/io/names/columns_by_place.h"
 #include "client/io/numpy/npy_columns.h"
 #include "client/io/text.h"
 
@@ -29,13 +32,10 @@ void SetAll(std::vector<Column> columns, PointTable& table) {
   }
 }
 
-// Positions, then normals, as text files have them.
-void NameByPlace(std::vector<Column>& columns) {
-  static constexpr const char* kNames[] = {"x", "y", "z", "nx", "ny", "nz"};
-  const size_t known = columns.size() >= 6 ? 6 : 3;
-  for (size_t i = 0; i < columns.size(); ++i) {
-    columns[i].name = i < known ? kNames[i] : absl::StrCat("column", i + 1);
-  }
+// Columns 4 to 6 are taken for normals unless they cannot be: where a large file is read in parts, one of them may have
+// no normals but 0 0 0.
+void NameArray(std::vector<Column>& columns, std::vector<std::string>& notes) {
+  NameByPlace(NoVectors::kAreNormals, "save them as the array normals of an .npz", columns, notes);
 }
 
 // The name of the array in a member; empty if there is none.
@@ -74,7 +74,14 @@ absl::Status AppendMember(std::string_view file, const ZipMember& member, uint64
                                  ShapeText(header->shape), ", there are ", points, " points"));
     return absl::OkStatus();
   }
+  const auto before = static_cast<std::ptrdiff_t>(columns.size());
   AppendColumns(file, *header, ArrayName(member), columns, notes);
+  if (!HoldsPositions(ArrayName(member)) || header->structured) return absl::OkStatus();
+  // Positions with more beside them, as .npy has them.
+  std::vector<Column> own(std::move_iterator(columns.begin() + before), std::move_iterator(columns.end()));
+  columns.erase(columns.begin() + before, columns.end());
+  if (own.size() > 3) NameArray(own, notes);
+  std::move(own.begin(), own.end(), std::back_inserter(columns));
   return absl::OkStatus();
 }
 
@@ -105,7 +112,7 @@ absl::StatusOr<PointTable> ReadNpy(std::string_view bytes) {
   PointTable table;
   std::vector<Column> columns;
   AppendColumns(bytes, *header, "", columns, table.notes);
-  if (!header->structured) NameByPlace(columns);
+  if (!header->structured) NameArray(columns, table.notes);
   SetAll(std::move(columns), table);
   return table;
 }

@@ -32,18 +32,29 @@ void AppendValue(const Column& column, bool as_word, size_t row, std::string& ou
   }
 }
 
+std::vector<const Column*> ColumnsOfTable(const PointTable& table) {
+  std::vector<const Column*> columns;
+  for (const Column& column : table.columns()) columns.push_back(&column);
+  return columns;
+}
+
 }  // namespace
 
 absl::Status AppendBinaryRows(const PointTable& table, ByteSink& file) {
+  return AppendBinaryColumns(ColumnsOfTable(table), file);
+}
+
+absl::Status AppendBinaryColumns(std::span<const Column* const> columns, ByteSink& file) {
+  const size_t rows = columns.empty() ? 0 : columns.front()->size();
   size_t row_bytes = 0;
-  for (const Column& column : table.columns()) row_bytes += BytesOf(column.kind());
+  for (const Column* column : columns) row_bytes += BytesOf(column->kind());
   std::string block(kBlockRows * row_bytes, '\0');
-  for (size_t begin = 0; begin < table.size(); begin += kBlockRows) {
-    const size_t count = std::min(kBlockRows, table.size() - begin);
+  for (size_t begin = 0; begin < rows; begin += kBlockRows) {
+    const size_t count = std::min(kBlockRows, rows - begin);
     size_t offset = 0;
-    for (const Column& column : table.columns()) {
-      Scatter(column, begin, count, row_bytes, block.data() + offset);
-      offset += BytesOf(column.kind());
+    for (const Column* column : columns) {
+      Scatter(*column, begin, count, row_bytes, block.data() + offset);
+      offset += BytesOf(column->kind());
     }
     absl::Status status = file.Append(std::string_view(block).substr(0, count * row_bytes));
     if (!status.ok()) return status;
@@ -52,9 +63,7 @@ absl::Status AppendBinaryRows(const PointTable& table, ByteSink& file) {
 }
 
 absl::Status AppendTextRows(const PointTable& table, char separator, bool status_words, ByteSink& file) {
-  std::vector<const Column*> columns;
-  for (const Column& column : table.columns()) columns.push_back(&column);
-  return AppendTextRows(columns, separator, status_words, file);
+  return AppendTextRows(ColumnsOfTable(table), separator, status_words, file);
 }
 
 absl::Status AppendTextRows(std::span<const Column* const> columns, char separator, bool status_words, ByteSink& file) {

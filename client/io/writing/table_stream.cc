@@ -33,7 +33,7 @@ std::optional<StreamedFormat> FormatFor(const std::string& extension, const Save
                           ascii ? AppendBlanked : AppendBinaryRows};
   }
   if (extension == ".pcd") {
-    return ascii ? StreamedFormat{AsciiPcdHead, AppendBlanked} : StreamedFormat{PcdHead, AppendBinaryRows};
+    return ascii ? StreamedFormat{AsciiPcdHead, AppendAsciiPcdRows} : StreamedFormat{PcdHead, AppendPcdRows};
   }
   if (extension == ".xyz") return StreamedFormat{XyzHead, AppendXyzRows};
   if (extension == ".csv") return StreamedFormat{CsvHead, AppendCommas};

@@ -29,8 +29,20 @@ class Progress(typing.NamedTuple):
     @property
     def fraction(self) -> float:
         """Share of the points that the present phase is done with, from 0 to 1; 0 where the phase counts none."""
-        done = {"receiving": self.points_received, "estimating": self.points_estimated, "sending": self.point_count}
-        return min(1.0, done.get(self.phase, 0) / self.point_count) if self.point_count else 1.0
+        return min(1.0, (self._done() or 0) / self.point_count) if self.point_count else 1.0
+
+    def counted(self) -> str:
+        """How many points the phase is done with, as "1,000 of 2,000 points"; where it counts none, how many there are."""
+        done = self._done()
+        points = f"{self.point_count:,} {'point' if self.point_count == 1 else 'points'}"
+        return points if done is None else f"{done:,} of {points}"
+
+    def _done(self) -> int | None:
+        return {
+            "receiving": self.points_received,
+            "estimating": self.points_estimated,
+            "sending": self.point_count,
+        }.get(self.phase)
 
 
 class ProgressFailed(Exception):
@@ -113,7 +125,7 @@ class TerminalLine:
         bar = "#" * round(self._BAR * progress.fraction)
         self._stream.write(
             f"\r\x1b[K{progress.phase.replace('_', ' ')} {progress.fraction:4.0%} |{bar:<{self._BAR}}| "
-            f"{progress.points_estimated:,} of {progress.point_count:,} points, {now - self._began:.1f} s"
+            f"{progress.counted()}, {now - self._began:.1f} s"
         )
         self._stream.flush()
 

@@ -50,6 +50,28 @@ TEST_F(StreamsTest, EstimatesWhatComesIn) {
   }
 }
 
+TEST_F(StreamsTest, EachEndMayHaveAFormatOfItsOwn) {
+  const std::string cloud = Cloud("in.xyz");
+  const std::vector<std::string> kFormats[] = {{"--input-format=xyz", "--output-format=csv"},
+                                               {"--format=xyz", "--output-format=csv"},
+                                               {"--output-format=csv", "--format=xyz"},
+                                               {"--input-format=xyz", "--format=csv"}};
+  for (const std::vector<std::string>& formats : kFormats) {
+    for (std::vector<std::string> arguments : {std::vector<std::string>{"estimate", "-", "-o", "-"},
+                                               {"normals", "-", "-o", "-"},
+                                               {"select", "-", "-o", "-", "--where=x > 0"}}) {
+      arguments.insert(arguments.end(), formats.begin(), formats.end());
+      const CurvRun run = RunCurv(arguments, cloud);
+      EXPECT_EQ(run.exit_code, 0) << arguments.front() << formats.front() << run.err;
+      EXPECT_THAT(run.out, StartsWith("x,y,z,nx,ny,nz")) << arguments.front();
+    }
+  }
+  const CurvRun obj = RunCurv({"estimate", "-", "-o", "-", "--input-format=xyz", "--output-format=obj"}, cloud);
+  EXPECT_EQ(obj.exit_code, 2);
+  EXPECT_THAT(RunCurv({"estimate", "-", "-o", "-", "--output-format=csv"}, cloud).err,
+              HasSubstr("the name - does not tell a format"));
+}
+
 TEST_F(StreamsTest, WhatAFullDiskTakesOfStandardOutputIsNoSuccess) {
   const std::string cloud = Cloud("cloud.ply");
   const std::vector<std::string> runs[] = {{"estimate", cloud, "-o", dir_.File("out.ply"), "--summary=json"},

@@ -70,6 +70,29 @@ TEST(AtomicFileTest, FollowsLinks) {
   EXPECT_EQ(dir.Read("real"), "new");
 }
 
+TEST(AtomicFileTest, MakesTheFileThatALinkLeadsTo) {
+  namespace fs = std::filesystem;
+  const TempDir dir;
+  fs::create_directory(dir.File("sub"));
+  fs::create_symlink("second", dir.File("sub/first"));
+  fs::create_symlink(dir.File("real"), dir.File("sub/second"));
+  const fs::path before = fs::current_path();
+  for (const char* path : {"sub/first", "first"}) {
+    fs::current_path(path == std::string("first") ? dir.File("sub") : dir.File(""));
+    absl::StatusOr<AtomicFile> file = AtomicFile::Create(path);
+    EXPECT_TRUE(file.ok() && file->Append("new").ok() && file->Commit().ok());
+    EXPECT_EQ(dir.Read("real"), "new") << path;
+    EXPECT_TRUE(fs::is_symlink(dir.File("sub/first")) && fs::is_symlink(dir.File("sub/second")));
+    fs::remove(dir.File("real"));
+  }
+  fs::current_path(before);
+  fs::create_symlink(dir.File("no/file"), dir.File("nowhere"));
+  EXPECT_THAT(AtomicFile::Create(dir.File("nowhere")).status().message(), HasSubstr("nowhere: No such file"));
+  fs::create_symlink("circle", dir.File("circle"));
+  EXPECT_THAT(AtomicFile::Create(dir.File("circle")).status().message(), HasSubstr("symbolic links"));
+  EXPECT_TRUE(fs::is_symlink(dir.File("circle")));
+}
+
 TEST(AtomicFileTest, NamesPathAndReason) {
   const TempDir dir;
   EXPECT_THAT(AtomicFile::Create(dir.File("missing/out")).status().message(),

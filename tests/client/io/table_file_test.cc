@@ -169,6 +169,20 @@ TEST(TableFileTest, ReportsAFullDevice) {
   EXPECT_THAT(SaveTable(Sample(), dir.File("full.ply")).message(), HasSubstr("No space left"));
 }
 
+TEST(TableFileTest, RefusesFormsThatAFormatLacks) {
+  const TempDir dir;
+  for (const char* name : {"a.las", "a.npy", "a.npz", "a.las.gz"}) {
+    const absl::Status status = CheckWritable(dir.File(name), {.ascii = true});
+    EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+    EXPECT_THAT(status.message(), HasSubstr(" has no form of text: the output must be .ply, .pcd, .xyz or .csv"));
+  }
+  EXPECT_THAT(CheckWritable("-", {.ascii = true, .format = "npz"}).message(),
+              HasSubstr("standard output: --ascii: .npz has no form of text"));
+  for (const char* name : {"a.ply", "a.pcd", "a.xyz", "a.csv", "a.csv.gz"}) {
+    EXPECT_TRUE(CheckWritable(dir.File(name), {.ascii = true}).ok()) << name;
+  }
+}
+
 TEST(TableFileTest, CheckWritableLeavesNoTrace) {
   const TempDir dir;
   EXPECT_TRUE(CheckWritable(dir.File("new.ply")).ok());

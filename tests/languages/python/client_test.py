@@ -150,6 +150,11 @@ class ProgressTest(unittest.TestCase):
         self.assertIn("estimating  50% |############            | 500 of 1,000 points", stream.getvalue())
         self.assertTrue(stream.getvalue().endswith("\n"))
 
+    def test_points_are_those_that_the_phase_counts(self):
+        self.assertEqual(Progress("receiving", 1_000, 0, 2_000).counted(), "1,000 of 2,000 points")
+        self.assertEqual(Progress("indexing", 2_000, 0, 2_000).counted(), "2,000 points")
+        self.assertEqual(Progress("estimating", 1, 0, 1).counted(), "0 of 1 point")
+
     def test_what_is_no_function_is_refused(self):
         with self.assertRaisesRegex(TypeError, "progress is 'yes'"):
             estimate_curvature(np.zeros((4, 3)), server="127.0.0.1:1", progress="yes")

@@ -52,9 +52,11 @@ TEST(SelectTest, SaysWhatIsWrong) {
   const TempDir dir;
   const std::string cloud = dir.Write("a.xyz", "1 2 3 0 0 1\n"), out = dir.File("out.ply");
   const CurvRun unknown = RunCurv({"select", cloud, "--where", "k2 > 0", "-o", out});
-  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_EQ(unknown.exit_code, 3) << "the input lacks what is needed, as for curv render";
+  EXPECT_EQ(RunCurv({"select", cloud, "--where", "k2 >", "-o", out}).exit_code, 3);
+  EXPECT_EQ(RunCurv({"select", cloud, "--where", "x >", "-o", out}).exit_code, 2);
   EXPECT_THAT(unknown.err,
-              HasSubstr("--where: character 1: there is no column \"k2\". The columns are: x y z nx ny nz"));
+              HasSubstr("a.xyz: --where: character 1: there is no column \"k2\". The columns are: x y z nx ny nz"));
   const CurvRun none = RunCurv({"select", cloud, "--where", "x > 1", "-o", out});
   EXPECT_EQ(none.exit_code, 1);
   EXPECT_THAT(none.err, HasSubstr("holds for none of 1 point:"));
@@ -92,8 +94,30 @@ TEST(SelectTest, NamesPropertiesForOtherPrograms) {
   const PointTable back = *LoadTable(dir.File("cloudcompare.ply"));
   EXPECT_EQ(back.Find("k1")->At(0), 0.25);
   EXPECT_EQ(back.Find("status")->At(0), 1.0);
-  EXPECT_THAT(RunCurv({"select", cloud, "--where=x > 0", "-o", dir.File("o.las"), "--names=meshlab"}).err,
-              HasSubstr("the output must be .ply"));
+  const CurvRun las = RunCurv({"select", cloud, "--where=x > 0", "-o", dir.File("o.las"), "--names=meshlab"});
+  EXPECT_EQ(las.exit_code, 2);
+  EXPECT_THAT(las.err, HasSubstr("the output must be .ply"));
+}
+
+TEST(SelectTest, TextIsRefusedOfFormatsWithoutIt) {
+  const TempDir dir;
+  const CurvRun run = RunCurv({"select", dir.File("absent.ply"), "--where=x > 0", "-o", dir.File("o.npz"), "--ascii"});
+  EXPECT_EQ(run.exit_code, 2) << "before the input is looked for";
+  EXPECT_THAT(run.err, HasSubstr("o.npz: --ascii: .npz has no form of text"));
+}
+
+TEST(SelectTest, KeepsTheFrameOfPcdOrSaysThatItIsLost) {
+  const TempDir dir;
+  const std::string frame = "WIDTH 2\nHEIGHT 2\nVIEWPOINT 0 0 5 0 1 0 0\n";
+  const std::string cloud = dir.Write(
+      "grid.pcd", "FIELDS x rgb\nSIZE 4 4\nTYPE F U\n" + frame + "POINTS 4\nDATA ascii\n1 255\n2 0\n3 0\n4 0\n");
+  const CurvRun all = RunCurv({"select", cloud, "--where=x > 0", "-o", dir.File("all.pcd"), "--ascii"});
+  EXPECT_EQ(all.err, "");
+  EXPECT_THAT(dir.Read("all.pcd"), HasSubstr(frame));
+  ASSERT_EQ(RunCurv({"select", cloud, "--where=blue == 0", "-o", dir.File("some.pcd")}).exit_code, 0);
+  EXPECT_THAT(dir.Read("some.pcd"), HasSubstr("WIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 5 0 1 0 0\n"));
+  EXPECT_THAT(RunCurv({"select", cloud, "--where=x > 0", "-o", dir.File("all.ply")}).err,
+              HasSubstr("all.ply: left out the viewpoint 0,0,5 and the grid of 2 x 2 points"));
 }
 
 }  // namespace

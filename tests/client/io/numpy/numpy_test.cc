@@ -53,11 +53,23 @@ TEST(NpyTest, ReadsPositionsOfEveryTypeAndOrder) {
 }
 
 TEST(NpyTest, ReadsNormalsAndFurtherColumns) {
-  PointTable table = Read(Matrix("<f4", "(1, 7)", Pack(1.f, 2.f, 3.f, 4.f, 5.f, 6.f, 7.f)));
-  EXPECT_THAT(Values(table, "nz"), ElementsAre(6));
+  PointTable table = Read(Matrix("<f4", "(1, 7)", Pack(1.f, 2.f, 3.f, 0.f, 0.6f, 0.8f, 7.f)));
+  EXPECT_THAT(Values(table, "nz"), ElementsAre(0.8f));
   EXPECT_THAT(Values(table, "column7"), ElementsAre(7));
   table = Read(Matrix("<f4", "(1, 4)", Pack(1.f, 2.f, 3.f, 4.f)));
   EXPECT_THAT(Values(table, "column4"), ElementsAre(4));
+}
+
+TEST(NpyTest, TakesNothingElseForNormals) {
+  PointTable table = Read(Matrix("<f4", "(1, 6)", Pack(1.f, 2.f, 3.f, 4.f, 5.f, 6.5f)));
+  EXPECT_EQ(table.Find("nx"), nullptr);
+  EXPECT_THAT(Values(table, "column6"), ElementsAre(6.5));
+  EXPECT_THAT(table.notes, ElementsAre(HasSubstr("no normals: the vector of point 0 has the length 9.1")));
+  table = Read(Matrix("<f4", "(1, 6)", Pack(1.f, 2.f, 3.f, 255.f, 0.f, 7.f)));
+  EXPECT_THAT(Values(table, "red"), ElementsAre(255));
+  EXPECT_EQ(table.Find("blue")->kind(), ScalarKind::kUint8);
+  table = Read(Matrix("<f4", "(1, 6)", Pack(1.f, 2.f, 3.f, 0.f, 0.f, 0.f)));
+  EXPECT_THAT(Values(table, "nx"), ElementsAre(0)) << "a part of a large file may have no other normals";
 }
 
 TEST(NpyTest, TellsOfBytesThatFollowTheArray) {
@@ -203,6 +215,23 @@ TEST(NpzTest, ReadsArraysOfNumpy) {
   EXPECT_THAT(Values(*table, "k1"), ElementsAre(7, 8));
   EXPECT_THAT(table->notes, ElementsAre(HasSubstr("array scale: its shape is (), there are 2 points"),
                                         HasSubstr("array other: its shape is (1,)"), HasSubstr("member readme")));
+}
+
+TEST(NpzTest, ReadsNormalsBesidePositions) {
+  const auto read = [](const std::string& shape, const std::string& array) {
+    const absl::StatusOr<PointTable> table = ReadNpz(Archive(
+        {{"k1.npy", Matrix("<f4", "(1,)", Pack(7.f))}, {"points.npy", Matrix("<f4", "(1, " + shape + ")", array)}}));
+    EXPECT_TRUE(table.ok()) << table.status();
+    return table.ok() ? *table : PointTable();
+  };
+  PointTable table = read("6", Pack(1.f, 2.f, 3.f, 0.f, 0.f, 1.f));
+  EXPECT_THAT(Values(table, "x"), ElementsAre(1));
+  EXPECT_THAT(Values(table, "nz"), ElementsAre(1));
+  EXPECT_THAT(Values(table, "k1"), ElementsAre(7));
+  table = read("6", Pack(1.f, 2.f, 3.f, 9.f, 8.f, 200.f));
+  EXPECT_THAT(Values(table, "blue"), ElementsAre(200));
+  table = read("4", Pack(1.f, 2.f, 3.f, 9.f));
+  EXPECT_THAT(Values(table, "column4"), ElementsAre(9));
 }
 
 TEST(NpzTest, RefusesOtherArchives) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,8 +11,10 @@
 #include "absl/strings/str_cat.h"
 #include "client/io/binary.h"
 #include "client/io/formats.h"
+#include "client/io/long_integers.h"
 #include "client/io/names/column_names.h"
-#include "client/io/pcd_header.h"
+#include "client/io/pcd/packed_colors.h"
+#include "client/io/pcd/pcd_header.h"
 #include "client/io/text.h"
 
 namespace curv {
@@ -32,30 +35,36 @@ ScalarKind KindOf(const PcdField& field) {
     case 4:
       return is_signed ? ScalarKind::kInt32 : ScalarKind::kUint32;
     default:
-      return ScalarKind::kFloat64;  // of the integer's value, see AppendField
+      return ScalarKind::kFloat64;  // of the integer's value, see Append
   }
 }
 
-// Appends one field of many points. 64-bit integers, for which tables have no type, become doubles.
-void AppendField(const PcdField& field, const char* first, size_t count, size_t stride, Column& column) {
-  if (field.type == 'F' || field.bytes < 8) return AppendStrided(first, count, stride, /*swap=*/false, column);
-  auto& values = std::get<std::vector<double>>(column.values);
-  for (size_t i = 0; i < count; ++i) {
-    int64_t integer;
-    std::memcpy(&integer, first + i * stride, sizeof(integer));
-    values.push_back(field.type == 'I' ? static_cast<double>(integer)
-                                       : static_cast<double>(static_cast<uint64_t>(integer)));
+// The name of the field of packed colors; empty if there is none, or if columns of its colors would not be alone.
+std::string PackedField(const std::vector<PcdField>& fields) {
+  std::string packed;
+  for (const PcdField& field : fields) {
+    for (const char* color : {"red", "green", "blue", "alpha"}) {
+      if (field.name == color) return "";
+    }
+    if (!IsPackedColor(field)) continue;
+    if (!packed.empty()) return "";
+    packed = field.name;
   }
+  return packed;
 }
 
 // The columns that are kept, parallel to the fields; a field without a column is left out.
 class PcdBody {
  public:
-  explicit PcdBody(const PcdHeader& header) : header_(header), points_(header.points), body_(header.body) {
+  explicit PcdBody(const PcdHeader& header)
+      : header_(header), points_(header.points), body_(header.body), packed_(PackedField(header.fields)) {
     columns_.reserve(header.fields.size());
     for (const PcdField& field : header.fields) {
       row_bytes_ += field.row_bytes();
-      if (field.kept()) columns_.push_back({field.name, MakeValues(KindOf(field))});
+      if (!field.kept()) continue;
+      // Colors in text may be integers that no float holds, whatever TYPE says.
+      const bool is_wide = field.name == packed_ && field.type == 'F' && header.encoding == "ascii";
+      columns_.push_back({field.name, MakeValues(is_wide ? ScalarKind::kFloat64 : KindOf(field))});
     }
   }
 
@@ -89,13 +98,38 @@ class PcdBody {
   PointTable Finish() {
     PointTable table;
     table.viewpoint = header_.viewpoint;
-    for (Column& column : columns_) table.Set(std::move(column));
+    table.pcd = header_.frame;
+    for (Column& column : columns_) Keep(std::move(column), table);
+    NoteRounded(rounded_, table.notes);
+    if (left_.find_first_not_of(std::string_view(" \t\r\n\0", 5)) != std::string_view::npos) {
+      table.notes.push_back(absl::StrCat("left out ", left_.size(), " bytes after the last point"));
+    }
     for (const PcdField& field : header_.fields) {
       if (field.kept() || field.name == "_") continue;
       table.notes.push_back(
           absl::StrCat("left out field ", Printable(field.name), ": it has ", field.count, " values a point"));
     }
     return table;
+  }
+
+  // Sets a column, or the colors that it packs.
+  void Keep(Column column, PointTable& table) const {
+    if (column.name != packed_) return table.Set(std::move(column));
+    std::vector<Column> colors = UnpackColors(column);
+    if (colors.empty()) {
+      table.notes.push_back(
+          absl::StrCat("left out field ", column.name, ": text does not say which colors its numbers stand for"));
+    }
+    for (Column& color : colors) table.Set(std::move(color));
+  }
+
+  // Appends one field of all points. 64-bit integers, for which tables have no type, become doubles.
+  void Append(const PcdField& field, const char* first, size_t stride, Column& column) {
+    if (field.type == 'F' || field.bytes < 8) {
+      AppendStrided(first, points_, stride, /*swap=*/false, column);
+    } else if (!AppendLongIntegers(first, points_, stride, /*swap=*/false, field.type == 'I', column)) {
+      rounded_.insert(column.name);
+    }
   }
 
   absl::Status ReadText() {
@@ -109,9 +143,10 @@ class PcdBody {
     uint64_t row = 0;
     for (std::string_view line; row < points_ && lines.Next(line);) {
       if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
-      if (absl::Status status = AppendRow(line, lines.number(), targets); !status.ok()) return status;
+      if (absl::Status status = AppendRow(line, lines.number(), targets, &rounded_); !status.ok()) return status;
       ++row;
     }
+    left_ = lines.rest();
     if (row == points_) return absl::OkStatus();
     return ErrorAt(lines.number() + 1, absl::StrCat("the file ends after ", row, " of ", points_, " points"));
   }
@@ -124,9 +159,10 @@ class PcdBody {
     }
     size_t offset = 0, next_column = 0;
     for (const PcdField& field : header_.fields) {
-      if (field.kept()) AppendField(field, body_.data() + offset, points_, row_bytes_, columns_[next_column++]);
+      if (field.kept()) Append(field, body_.data() + offset, row_bytes_, columns_[next_column++]);
       offset += field.row_bytes();
     }
+    left_ = body_.substr(points_ * row_bytes_);
     return absl::OkStatus();
   }
 
@@ -158,17 +194,21 @@ class PcdBody {
     const char* at = plain.data();
     size_t next_column = 0;
     for (const PcdField& field : header_.fields) {
-      if (field.kept()) AppendField(field, at, points_, field.bytes, columns_[next_column++]);
+      if (field.kept()) Append(field, at, field.bytes, columns_[next_column++]);
       at += field.row_bytes() * points_;
     }
+    left_ = body_.substr(sizeof(sizes) + sizes[0]);
     return absl::OkStatus();
   }
 
   const PcdHeader& header_;
   uint64_t points_;
   std::string_view body_;
+  const std::string packed_;  // the field whose colors become columns; empty if there is none
   size_t row_bytes_ = 0;
   std::vector<Column> columns_;
+  std::set<std::string> rounded_;  // names of columns
+  std::string_view left_;          // what follows the last point
 };
 
 }  // namespace

@@ -94,6 +94,77 @@ TEST(PcdTest, TurnsLongIntegersIntoDoubles) {
   ASSERT_TRUE(table.ok()) << table.status();
   EXPECT_THAT(Values(*table, "t"), ElementsAre(-5.0));
   EXPECT_THAT(Values(*table, "u"), ElementsAre(0x1p64));
+  EXPECT_THAT(table->notes, ElementsAre(HasSubstr("column u is rounded: integers beyond 2^53")));
+  const absl::StatusOr<PointTable> text =
+      ReadPcd("FIELDS t u\nSIZE 8 8\nTYPE I U\nPOINTS 1\nDATA ascii\n-9007199254740993 9007199254740994\n");
+  ASSERT_TRUE(text.ok()) << text.status();
+  EXPECT_THAT(text->notes, ElementsAre(HasSubstr("column t is rounded")));
+}
+
+TEST(PcdTest, UnpacksColors) {
+  const auto head = [](const std::string& field, char type, const std::string& data) {
+    return "FIELDS x " + field + "\nSIZE 4 4\nTYPE F " + type + "\nPOINTS 2\nDATA " + data + "\n";
+  };
+  // 0xff7f8081 is not NaN, 0xffffc807 and 0xff80a0c0 are, the latter a signaling one.
+  const std::string rows = Pack(1.0f, 0xffffc807) + Pack(2.0f, 0xff80a0c0);
+  for (const std::string& file :
+       {head("rgb", 'F', "binary") + rows, head("rgb", 'U', "binary") + rows, head("rgba", 'I', "binary") + rows,
+        head("rgb", 'F', "binary_compressed") + Compressed(Pack(1.0f, 2.0f, 0xffffc807, 0xff80a0c0)),
+        head("rgb", 'U', "ascii") + "1 4294952967\n2 4286619840\n",
+        head("rgb", 'I', "ascii") + "1 -14329\n2 -8347456\n"}) {
+    const absl::StatusOr<PointTable> table = ReadPcd(file);
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_THAT(Values(*table, "red"), ElementsAre(255, 128));
+    EXPECT_THAT(Values(*table, "green"), ElementsAre(200, 160));
+    EXPECT_THAT(Values(*table, "blue"), ElementsAre(7, 192));
+    EXPECT_EQ(table->Find("red")->kind(), ScalarKind::kUint8);
+    EXPECT_EQ(table->Find("rgb"), nullptr);
+    EXPECT_EQ(table->Find("alpha") != nullptr, file.find("rgba") != std::string::npos);
+  }
+  const absl::StatusOr<PointTable> floats = ReadPcd(head("rgb", 'F', "ascii") + "1 2.3418052e-38\n2 9.809e-45\n");
+  ASSERT_TRUE(floats.ok()) << floats.status();
+  EXPECT_THAT(Values(*floats, "red"), ElementsAre(255, 0)) << "0x00ff0000";
+  EXPECT_THAT(Values(*floats, "blue"), ElementsAre(0, 7)) << "0x00000007";
+}
+
+TEST(PcdTest, TakesIntegersInTextForPackedColors) {
+  const absl::StatusOr<PointTable> table =
+      ReadPcd("FIELDS x rgb\nSIZE 4 4\nTYPE F F\nPOINTS 3\nDATA ascii\n1 16711680\n2 0\n3 4294952967\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "red"), ElementsAre(255, 0, 255));
+  EXPECT_THAT(Values(*table, "blue"), ElementsAre(0, 0, 7)) << "which a float would have rounded";
+}
+
+TEST(PcdTest, LeavesOutColorsThatTextHasLost) {
+  for (const char* rows : {"1 nan\n2 1e-38\n", "1 7\n2 0.5\n", "1 7\n2 4294967296\n"}) {
+    const absl::StatusOr<PointTable> table =
+        ReadPcd(std::string("FIELDS x rgb\nSIZE 4 4\nTYPE F F\nPOINTS 2\nDATA ascii\n") + rows);
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_EQ(table->columns().size(), 1u);
+    EXPECT_THAT(table->notes, ElementsAre(HasSubstr("left out field rgb: text does not say which colors")));
+  }
+}
+
+TEST(PcdTest, TellsOfWhatFollowsTheLastPoint) {
+  const std::string text = "1.5 0.25 65535\n-2.5 0.5 3\n";
+  for (const std::string& file : {Header("ascii") + text + "7 8 9\n", Header("binary") + kRows + "more",
+                                  Header("binary_compressed") + Compressed(kColumns) + "more"}) {
+    const absl::StatusOr<PointTable> table = ReadPcd(file);
+    ExpectTwoPoints(table);
+    EXPECT_THAT(table->notes, ElementsAre(HasSubstr(" bytes after the last point")));
+  }
+  EXPECT_TRUE(ReadPcd(Header("ascii") + text + "\n \n")->notes.empty());
+  EXPECT_TRUE(ReadPcd(Header("binary") + kRows + std::string(8, '\0'))->notes.empty());
+}
+
+TEST(PcdTest, KeepsPackedColorsBesideOthers) {
+  for (const std::string other : {"red", "rgba"}) {
+    const absl::StatusOr<PointTable> table =
+        ReadPcd("FIELDS rgb " + other + "\nSIZE 4 4\nTYPE U U\nPOINTS 1\n" + "DATA ascii\n65536 7\n");
+    ASSERT_TRUE(table.ok()) << table.status();
+    EXPECT_THAT(Values(*table, "rgb"), ElementsAre(65536));
+    EXPECT_THAT(Values(*table, other), ElementsAre(7));
+  }
 }
 
 TEST(PcdTest, DoesNotTrustCounts) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/io/pcd/pcd_frame.h"
 
 namespace curv {
 
@@ -28,7 +29,8 @@ struct PcdHeader {
   std::vector<PcdField> fields;  // of 1, 2, 4 or 8 bytes; at most 65,536 values in a row
   uint64_t points;
   std::optional<std::array<double, 3>> viewpoint;  // unless it is 0 0 0, which is what writers say who do not know it
-  std::string encoding;                            // the word after DATA, which may be none that is known
+  PcdFrame frame;
+  std::string encoding;  // the word after DATA, which may be none that is known
   size_t lines;
   std::string_view body;  // the bytes after the header
 };

@@ -1,4 +1,4 @@
-#include "client/io/pcd_header.h"
+#include "client/io/pcd/pcd_header.h"
 
 #include <array>
 #include <cmath>
@@ -21,6 +21,7 @@ struct HeaderLines {
   std::optional<uint64_t> width;
   std::optional<uint64_t> height;
   std::optional<std::array<double, 3>> viewpoint;
+  std::array<double, 4> rotation = PcdFrame().rotation;
   std::string encoding;
 };
 
@@ -59,14 +60,24 @@ absl::Status ReadCount(std::string_view rest, size_t line, const std::string& ke
   return absl::OkStatus();
 }
 
-// The position in "x y z" and the scanner's turn; nothing where it is 0 0 0, or no position.
-std::optional<std::array<double, 3>> ReadViewpoint(std::string_view rest) {
-  std::array<double, 3> position;
-  for (double& coordinate : position) {
-    if (!ParseNumber(NextField(rest), coordinate) || !std::isfinite(coordinate)) return std::nullopt;
+// Reads that many finite numbers from the start of a line; nothing where they are not there.
+template <size_t kSize>
+std::optional<std::array<double, kSize>> ReadFinite(std::string_view& rest) {
+  std::array<double, kSize> numbers;
+  for (double& number : numbers) {
+    if (!ParseNumber(NextField(rest), number) || !std::isfinite(number)) return std::nullopt;
   }
-  if (position == std::array<double, 3>{}) return std::nullopt;
-  return position;
+  return numbers;
+}
+
+// The position "x y z" unless it is 0 0 0, then how the sensor was turned. Neither has an effect on the points, so that
+// nothing is refused.
+void ReadViewpoint(std::string_view rest, HeaderLines& header) {
+  header.rotation = PcdFrame().rotation;
+  header.viewpoint = ReadFinite<3>(rest);
+  if (!header.viewpoint.has_value()) return;
+  if (header.viewpoint == std::array<double, 3>{}) header.viewpoint.reset();
+  header.rotation = ReadFinite<4>(rest).value_or(header.rotation);
 }
 
 absl::Status ReadHeaderLine(std::string_view line, size_t number, HeaderLines& header) {
@@ -88,7 +99,7 @@ absl::Status ReadHeaderLine(std::string_view line, size_t number, HeaderLines& h
   if (keyword == "HEIGHT") return ReadCount(line, number, keyword, header.height);
   if (keyword == "POINTS") return ReadCount(line, number, keyword, header.points);
   if (keyword == "VIEWPOINT") {
-    header.viewpoint = ReadViewpoint(line);
+    ReadViewpoint(line, header);
     return absl::OkStatus();
   }
   if (keyword == "DATA") {
@@ -133,6 +144,17 @@ absl::Status CheckHeader(size_t line, HeaderLines& header) {
   return absl::OkStatus();
 }
 
+// REQUIRES: the header has been checked.
+PcdFrame FrameOf(const HeaderLines& header) {
+  PcdFrame frame{.rotation = header.rotation};
+  const uint64_t width = header.width.value_or(0), height = header.height.value_or(0);
+  if (height > 1 && width == *header.points / height && *header.points % height == 0) {
+    frame.width = width;
+    frame.height = height;
+  }
+  return frame;
+}
+
 }  // namespace
 
 absl::StatusOr<PcdHeader> ReadPcdHeader(std::string_view bytes) {
@@ -144,7 +166,7 @@ absl::StatusOr<PcdHeader> ReadPcdHeader(std::string_view bytes) {
     if (absl::Status status = ReadHeaderLine(line, lines.number(), header); !status.ok()) return status;
   }
   if (absl::Status status = CheckHeader(lines.number(), header); !status.ok()) return status;
-  return PcdHeader{std::move(header.fields),   *header.points, header.viewpoint,
+  return PcdHeader{std::move(header.fields),   *header.points, header.viewpoint, FrameOf(header),
                    std::move(header.encoding), lines.number(), lines.rest()};
 }
 
