@@ -43,7 +43,7 @@ class LogTest(unittest.TestCase):
         self.assertEqual((failed["level"], failed["code"], failed["reason"]),
                          ("warning", "RESOURCE_EXHAUSTED", "NEIGHBORHOOD_TOO_LARGE"))
         # What the caller reports leads to the line.
-        self.assertIn(f"request_id {failed['request_id']}", refused.stderr)
+        self.assertIn(f"(request {failed['request_id']})", refused.stderr)
         self.assertNotEqual(failed["request_id"], served["request_id"])
         self.assertTrue(re.fullmatch("[0-9a-f]{8}-[0-9]+", failed["request_id"]))
 
