@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/number_text.h"
 #include "core/estimators/scale_ladder.h"
 #include "core/estimators/strategies.h"
 #include "server/call/invalid_option.h"
@@ -64,7 +65,7 @@ absl::Status ReadScale(const v1::AutomaticScale& proto, const CallLimits& limits
   scale.per_cloud = proto.per_cloud();
   scale.max_radius = proto.max_radius();
   if (!std::isfinite(scale.max_radius) || scale.max_radius < 0.0) {
-    return InvalidOption(ScaleField("max_radius"), absl::StrCat(scale.max_radius), "finite, and 0 or more");
+    return InvalidOption(ScaleField("max_radius"), NumberText(scale.max_radius), "finite, and 0 or more");
   }
   if (proto.least_neighbor_count() != 0) scale.least_count = proto.least_neighbor_count();
   scale.most_count = std::min(kMostAutomaticCount, std::max(kLeastAutomaticCount, limits.max_neighbor_count));
@@ -79,7 +80,7 @@ absl::Status ReadScale(const v1::AutomaticScale& proto, const CallLimits& limits
 
 absl::Status CheckChoice(const EstimatorOptions& options) {
   if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) {
-    return InvalidOption("header.options.radius", absl::StrCat(radius->radius),
+    return InvalidOption("header.options.radius", NumberText(radius->radius),
                          "unset where the estimator is auto, which knows automatic_scale.max_radius");
   }
   if (options.estimator == kAutomaticEstimator) return absl::OkStatus();
