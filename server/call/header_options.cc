@@ -81,8 +81,7 @@ absl::Status ResolveEstimatorOptions(const v1::EstimatorOptions& proto, const Ca
     if (absl::Status status = CheckChoice(options); !status.ok()) return status;
   }
   absl::Status status = options.Validate();
-  if (!status.ok()) return WithDetail(std::move(status), {kReasonInvalidOption, "header.options", "", "", {}});
-  return status;
+  return status.ok() ? status : InvalidOptionAt("header.options.", status);
 }
 
 absl::Status ResolveQuantities(const v1::CloudHeader& header, NormalSource normals, QuantitySet& set) {
