@@ -74,7 +74,7 @@ std::vector<std::pair<const char*, double>> PhaseSeconds(const EstimateReport& r
 std::string NeighborhoodText(const EstimateOptions& options) {
   if (!options.neighbor_counts.empty()) return absl::StrCat("K = ", absl::StrJoin(options.neighbor_counts, ", "));
   if (options.automatic_scale) return "K = auto";
-  return options.radius ? absl::StrFormat("radius %g", *options.radius)
+  return options.radius ? absl::StrCat("radius ", ExactText(*options.radius))
                         : absl::StrFormat("K = %d", static_cast<int>(options.neighbor_count));
 }
 

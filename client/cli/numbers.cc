@@ -1,5 +1,6 @@
 #include "client/cli/numbers.h"
 
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <iterator>
@@ -13,6 +14,15 @@ std::string WithCommas(uint64_t number) {
   std::string digits = std::to_string(number);
   for (size_t at = digits.size(); at > 3;) digits.insert(at -= 3, 1, ',');
   return digits;
+}
+
+std::string ExactText(double number) {
+  char text[32];
+  char* const room_end = text + sizeof(text);
+  const std::to_chars_result six = std::to_chars(text, room_end, number, std::chars_format::general, 6);
+  double read = 0.0;
+  std::from_chars(text, six.ptr, read);
+  return {text, read == number ? six.ptr : std::to_chars(text, room_end, number).ptr};
 }
 
 std::string CountOf(uint64_t number, const char* thing) {

@@ -8,10 +8,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/base/number_text.h"
 #include "core/base/out_of_memory.h"
+#include "core/cloud/invalid_point.h"
 #include "core/cloud/unit_normals.h"
 
 namespace curvd {
@@ -75,13 +76,6 @@ Triple<float> Normalized(const Triple<Scalar>& v, double length) {
   const double per_length = 1.0 / length;
   return {static_cast<float>(v[0] * per_length), static_cast<float>(v[1] * per_length),
           static_cast<float>(v[2] * per_length)};
-}
-
-template <typename Scalar>
-absl::Status InvalidPointError(size_t index, const char* field, const Triple<Scalar>& value, const char* demand) {
-  return MakeCoreError(ErrorKind::kInvalid,
-                       absl::StrFormat("%s of point %u is (%g, %g, %g); it must be %s; %s", field, index, value[0],
-                                       value[1], value[2], demand, kInvalidPointRemedy));
 }
 
 PointRecord MakeRecord(const Triple<float>& position, size_t id) {
@@ -205,8 +199,8 @@ bool Cloud::Take(Triple<Scalar>& position, const Triple<Scalar>& normal, Triple<
 
 template <typename Scalar>
 absl::Status Cloud::RefusalOf(const Triple<Scalar>& position, const Triple<Scalar>& normal) const {
-  return AllFinite(position) ? InvalidPointError(size_, "normal", normal, "finite and not zero")
-                             : InvalidPointError(size_, "position", position, "finite");
+  return AllFinite(position) ? InvalidPoint("normal", size_, VectorText(normal), "finite and not zero")
+                             : InvalidPoint("position", size_, VectorText(position), "finite");
 }
 
 absl::Status Cloud::AppendFloats(const char* positions, const char* normals, size_t count) {
@@ -274,9 +268,10 @@ absl::Status Cloud::AppendOnLattice(const char* positions, const char* normals, 
     std::optional<Triple<float>> placed;
     if (AllFinite(given)) placed = lattice_->Place(exact);
     if (AllFinite(given) && !placed.has_value() && policy_ == InvalidPointPolicy::kReject) {
-      return InvalidPointError(
-          size_, "position", exact,
-          "within 2^23 lattice.spacing of lattice.origin; choose another origin, or a larger spacing");
+      return InvalidPoint("position", size_, VectorText(given),
+                          absl::StrCat("within 2^23 times lattice.spacing, ", NumberText(lattice_->spacing),
+                                       ", of lattice.origin, ", VectorText(lattice_->origin)),
+                          "choose another origin or a larger spacing");
     }
     Triple<float> position = placed.value_or(Triple<float>{kNaN, kNaN, kNaN}), unit;
     if (placed.has_value()) {
@@ -353,7 +348,7 @@ absl::Status Cloud::StorePending() {
     }
     if (!std::isnan(point.position[0]) && !AllFinite(position)) {
       if (policy_ == InvalidPointPolicy::kReject) {
-        status = InvalidPointError(stored_, "position", point.position, "within 3e38 of the other points");
+        status = InvalidPoint("position", stored_, VectorText(point.position), "within 3e38 of the other points");
         break;
       }
       CountInvalid(stored_);
@@ -376,7 +371,9 @@ absl::Status Cloud::Rank() {
     if (const std::optional<PointSet::Twins> twins = point_set_.Rank()) {
       return MakeCoreError(ErrorKind::kRepeatedId,
                            absl::StrCat("ids of points ", twins->first, " and ", twins->second, " are both ", twins->id,
-                                        "; every point needs an id of its own"));
+                                        "; every point needs an id of its own"),
+                           {"ids", absl::StrCat(twins->id), absl::StrCat("other than that of point ", twins->first),
+                            absl::StrCat(twins->second)});
     }
     if (!point_set_.is_reordered()) return absl::OkStatus();
     for (size_t rank = 0; rank < size_; ++rank) {

@@ -27,10 +27,6 @@ enum class InvalidPointPolicy : uint8_t {
   kSkip,    // the point is nobody's neighbor and ends with PointStatus::kInvalidInput
 };
 
-// What errors about such a point end with, in the words of the contract and its clients.
-inline constexpr char kInvalidPointRemedy[] =
-    "mend the point, or have such points skipped (invalid_point_policy SKIP; skip_invalid, skipInvalid in Node.js)";
-
 enum class NormalsInput : uint8_t {
   kGiven,   // a normal comes with each point
   kAbsent,  // none comes, and no memory is taken for any

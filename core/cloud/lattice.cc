@@ -2,8 +2,9 @@
 
 #include <cmath>
 
-#include "absl/strings/str_format.h"
+#include "absl/strings/str_cat.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 
 namespace curvd {
 
@@ -11,17 +12,15 @@ absl::Status Lattice::Validate() const {
   int exponent = 0;
   const bool is_in_range = spacing >= 1.0 / kMostSpacing && spacing <= kMostSpacing;
   if (!is_in_range || std::frexp(spacing, &exponent) != 0.5) {
-    return MakeCoreError(
-        ErrorKind::kInvalid,
-        absl::StrFormat("lattice.spacing is %.17g; it must be a power of two from 2^-100 to 2^100", spacing));
+    return InvalidValue("lattice.spacing", NumberText(spacing), "a power of two from 2^-100 to 2^100");
   }
   for (size_t axis = 0; axis < 3; ++axis) {
     const double spacings = origin[axis] / spacing;  // exact, or too large
     if (std::abs(spacings) <= kMostOrigin && std::nearbyint(spacings) == spacings) continue;
-    return MakeCoreError(ErrorKind::kInvalid,
-                         absl::StrFormat("lattice.origin.%c is %.17g; it must be a whole multiple of lattice.spacing, "
-                                         "%.17g, and at most 2^52 of it",
-                                         "xyz"[axis], origin[axis], spacing));
+    constexpr const char* kFields[] = {"lattice.origin.x", "lattice.origin.y", "lattice.origin.z"};
+    return InvalidValue(
+        kFields[axis], NumberText(origin[axis]),
+        absl::StrCat("a whole multiple of lattice.spacing, ", NumberText(spacing), ", and at most 2^52 of it"));
   }
   return absl::OkStatus();
 }

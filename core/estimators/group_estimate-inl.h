@@ -95,7 +95,9 @@ HWY_INLINE absl::Status ForEachNeighborhood(const SpatialIndex& index, const Nei
     s.points.normal.Get(i, query.normal);
     const float squared_radius = search.Find(query.position, visitor);
     if (s.IsStopped()) return Stopped();
-    if (squared_radius == GroupSearch::kTooLarge) return NeighborhoodTooLarge(plan, s.points.rank[i]);
+    if (squared_radius == GroupSearch::kTooLarge) {
+      return NeighborhoodTooLarge(plan, index.point_set().place_of(s.points.rank[i]));
+    }
     RecordNeighborhood(index, query, i, squared_radius, normals, s.search, s.seams, s);
     visit(i, search.leaves());
     if (HWY_UNLIKELY(s.IsLongSince(began)) && i + 1 < s.points.size) s.LeaveRest(i + 1);

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
-#include "absl/strings/str_format.h"
+#include "absl/strings/str_cat.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 
 namespace curvd {
 
@@ -47,11 +49,16 @@ NeighborhoodPlan NeighborhoodPlan::Make(const EstimatorOptions& options, const S
 
 absl::Status Stopped() { return MakeCoreError(ErrorKind::kCancelled, "cancelled while a neighborhood was searched"); }
 
-absl::Status NeighborhoodTooLarge(const NeighborhoodPlan& plan, int32_t rank) {
-  return MakeCoreError(ErrorKind::kNeighborhoodTooLarge,
-                       absl::StrFormat("radius %g gives point %d more than %u neighbors, the limit of this server; use "
-                                       "a smaller radius, or neighbor_count",
-                                       plan.radius, rank, plan.search.max_neighbor_count));
+absl::Status NeighborhoodTooLarge(const NeighborhoodPlan& plan, size_t point) {
+  const std::string radius = NumberText(plan.radius);
+  return MakeCoreError(
+      ErrorKind::kNeighborhoodTooLarge,
+      absl::StrCat("radius ", radius, " gives point ", point, " more than ", plan.search.max_neighbor_count,
+                   " neighbors, the limit of this server; use a smaller radius, or neighbor_count"),
+      {"radius", radius,
+       absl::StrCat("so small that no point has more than ", plan.search.max_neighbor_count,
+                    " neighbors (max_neighbor_count)"),
+       absl::StrCat(point)});
 }
 
 }  // namespace curvd

@@ -41,7 +41,8 @@ size_t MostNeighbors(const EstimatorOptions& options, size_t point_count);
 // The error of a group whose scratch was stopped.
 absl::Status Stopped();
 
-// The error of a run whose radius gives the point of this rank more than plan.search.max_neighbor_count neighbors.
-absl::Status NeighborhoodTooLarge(const NeighborhoodPlan& plan, int32_t rank);
+// The error of a run whose radius gives the point at this place of the input more than plan.search.max_neighbor_count
+// neighbors.
+absl::Status NeighborhoodTooLarge(const NeighborhoodPlan& plan, size_t point);
 
 }  // namespace curvd

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/number_text.h"
 
 namespace curvd {
 
@@ -17,6 +18,7 @@ bool OptionSpec::InRange(const EstimatorOptions& options) const {
 }
 
 std::string OptionSpec::ValueText(const EstimatorOptions& options) const {
+  if (const auto* number = std::get_if<double EstimatorOptions::*>(&member)) return NumberText(options.**number);
   return std::visit([&options](auto field) { return absl::StrCat(options.*field); }, member);
 }
 

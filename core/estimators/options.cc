@@ -6,8 +6,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/estimators/option_specs.h"
 #include "core/estimators/scale_ladder.h"
 #include "core/estimators/strategies.h"
@@ -18,35 +18,32 @@ namespace {
 absl::Status ValidateEstimator(std::string_view estimator) {
   if (estimator == kAutomaticEstimator) return absl::OkStatus();
   if (FindStrategy(estimator) != nullptr) return absl::OkStatus();
-  return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("estimator is \"%s\"; it must be auto, or one of %s",
-                                                            estimator, StrategyNames()));
+  return InvalidValue("estimator", std::string(estimator), absl::StrCat("auto, or one of ", StrategyNames()));
 }
 
 absl::Status ValidateCount(uint32_t count, uint32_t max_count) {
   if (count >= kMinNeighborCount && count <= max_count) return absl::OkStatus();
-  return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("neighbor_count is %u; it must be from %u to %u", count,
-                                                            kMinNeighborCount, max_count));
+  return InvalidValue("neighbor_count", absl::StrCat(count),
+                      absl::StrCat("from ", kMinNeighborCount, " to ", max_count));
 }
 
 absl::Status ValidateRadius(double radius) {
   if (std::isfinite(radius) && radius > 0.0) return absl::OkStatus();
-  return MakeCoreError(ErrorKind::kInvalid,
-                       absl::StrFormat("radius is %g; it must be finite and greater than 0", radius));
+  return InvalidValue("radius", NumberText(radius), "finite and greater than 0");
 }
 
 // A count whose estimates a sample of the cloud can judge.
-absl::Status ValidateJudgedCount(uint32_t count, std::string_view with) {
+absl::Status ValidateJudgedCount(uint32_t count, const char* with) {
   if (count >= kLeastAutomaticCount && count <= kMostAutomaticCount) return absl::OkStatus();
-  return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("neighbor_count is %u; with %s it must be from %u to %u",
-                                                            count, with, kLeastAutomaticCount, kMostAutomaticCount));
+  return InvalidValue("neighbor_count", absl::StrCat(count),
+                      absl::StrCat("from ", kLeastAutomaticCount, " to ", kMostAutomaticCount, " with ", with));
 }
 
 // The estimators that a choice knows, with what it takes of them.
 absl::Status ValidateAutomatic(const EstimatorOptions& options) {
   if (options.estimator == kAutomaticEstimator) {
     if (std::holds_alternative<NeighborRadius>(options.neighborhood)) {
-      return MakeCoreError(ErrorKind::kInvalid,
-                           "neighborhood is a radius; with estimator auto it must be a neighbor_count or automatic");
+      return InvalidValue("neighborhood", "a radius", "a neighbor_count or automatic with estimator auto");
     }
     const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
     return count == nullptr ? absl::OkStatus() : ValidateJudgedCount(count->count, "estimator auto");
@@ -54,31 +51,27 @@ absl::Status ValidateAutomatic(const EstimatorOptions& options) {
   for (const ScaleMethod& method : kScaleMethods) {
     if (options.estimator != method.estimator) continue;
     if (method.is_sphere() && !options.project) {
-      return MakeCoreError(ErrorKind::kInvalid,
-                           "project is false; with aso and an automatic scale or standard errors it must be true");
+      return InvalidValue("project", "false", "true with aso and an automatic scale or standard errors");
     }
     if (!method.is_jet() || options.jet_degree == method.degree) return absl::OkStatus();
-    return MakeCoreError(ErrorKind::kInvalid,
-                         absl::StrFormat("jet_degree is %u; with an automatic scale or standard errors it must be %u",
-                                         options.jet_degree, method.degree));
+    return InvalidValue("jet_degree", absl::StrCat(options.jet_degree),
+                        absl::StrCat(method.degree, " with an automatic scale or standard errors"));
   }
   std::string known;
   for (const ScaleMethod& method : kScaleMethods) {
     const std::string name = absl::StrCat(", ", std::string(method.estimator));
     if (!absl::StrContains(known, name)) known += name;
   }
-  return MakeCoreError(
-      ErrorKind::kInvalid,
-      absl::StrFormat("estimator is \"%s\"; with an automatic scale or standard errors it must be one of %s%s",
-                      options.estimator, kAutomaticEstimator, known));
+  return InvalidValue(
+      "estimator", std::string(options.estimator),
+      absl::StrCat("one of ", std::string(kAutomaticEstimator), known, " with an automatic scale or standard errors"));
 }
 
 // A fixed estimate of which a sample can tell how sure it is.
 absl::Status ValidateChoice(const EstimatorOptions& options) {
   const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
   if (count == nullptr) {
-    return MakeCoreError(ErrorKind::kInvalid,
-                         "neighborhood is a radius; with standard errors it must be a neighbor_count or automatic");
+    return InvalidValue("neighborhood", "a radius", "a neighbor_count or automatic with standard errors");
   }
   return ValidateJudgedCount(count->count, "standard errors");
 }
@@ -86,35 +79,31 @@ absl::Status ValidateChoice(const EstimatorOptions& options) {
 absl::Status ValidateScale(const AutomaticScale& scale, uint32_t max_neighbor_count) {
   const uint32_t most = std::min(kMostAutomaticCount, max_neighbor_count);
   if (scale.most_count < kLeastAutomaticCount || scale.most_count > most) {
-    return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("most_count is %u; it must be from %u to %u",
-                                                              scale.most_count, kLeastAutomaticCount, most));
+    return InvalidValue("most_count", absl::StrCat(scale.most_count),
+                        absl::StrCat("from ", kLeastAutomaticCount, " to ", most));
   }
   if (scale.least_count < kLeastAutomaticCount || scale.least_count > scale.most_count) {
-    return MakeCoreError(ErrorKind::kInvalid,
-                         absl::StrFormat("least_count is %u; it must be from %u to most_count, %u", scale.least_count,
-                                         kLeastAutomaticCount, scale.most_count));
+    return InvalidValue("least_count", absl::StrCat(scale.least_count),
+                        absl::StrCat("from ", kLeastAutomaticCount, " to most_count, ", scale.most_count));
   }
   if (std::isfinite(scale.max_radius) && scale.max_radius >= 0.0) return absl::OkStatus();
-  return MakeCoreError(ErrorKind::kInvalid,
-                       absl::StrFormat("max_radius is %g; it must be finite, and 0 or more", scale.max_radius));
+  return InvalidValue("max_radius", NumberText(scale.max_radius), "finite, and 0 or more");
 }
 
 absl::Status ValidateScales(const EstimatorOptions& options) {
   if (options.smaller_counts.size == 0) return absl::OkStatus();
   const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
   if (count == nullptr || options.returns_choice) {
-    return MakeCoreError(ErrorKind::kInvalid,
-                         "smaller_counts are set; the neighborhood must be a neighbor_count, without standard errors");
+    return InvalidValue("smaller_counts", "set", "unset without a neighbor_count, and with standard errors");
   }
   const Strategy* strategy = FindStrategy(options.estimator);
   if (strategy == nullptr || strategy->start_scales == nullptr) {
-    return MakeCoreError(ErrorKind::kInvalid,
-                         absl::StrFormat("estimator is \"%s\"; with several neighbor counts it must be one of %s",
-                                         options.estimator, ScaledStrategyNames()));
+    return InvalidValue("estimator", std::string(options.estimator),
+                        absl::StrCat("one of ", ScaledStrategyNames(), " with several neighbor counts"));
   }
   if (options.smaller_counts.size >= kMaxScales) {
-    return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("there are %u smaller_counts; there must be at most %u",
-                                                              options.smaller_counts.size, kMaxScales - 1));
+    return InvalidValue("smaller_counts", absl::StrCat("a list of ", options.smaller_counts.size),
+                        absl::StrCat("a list of at most ", kMaxScales - 1));
   }
   uint32_t above = count->count;
   for (const uint32_t smaller : options.smaller_counts.span()) {
@@ -122,8 +111,8 @@ absl::Status ValidateScales(const EstimatorOptions& options) {
       above = smaller;
       continue;
     }
-    return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("a smaller count is %u; it must be from %u to %u",
-                                                              smaller, kMinNeighborCount, above - 1));
+    return InvalidValue("one of smaller_counts", absl::StrCat(smaller),
+                        absl::StrCat("from ", kMinNeighborCount, " to ", above - 1));
   }
   return absl::OkStatus();
 }
@@ -164,8 +153,8 @@ absl::Status EstimatorOptions::Validate() const {
   if (!status.ok()) return status;
   for (const OptionSpec& spec : OptionSpecs()) {
     if (spec.InRange(*this)) continue;
-    return MakeCoreError(ErrorKind::kInvalid, absl::StrFormat("%s is %s; it must be from %g to %g", spec.name,
-                                                              spec.ValueText(*this), spec.least, spec.most));
+    return InvalidValue(std::string(spec.name), spec.ValueText(*this),
+                        absl::StrCat("from ", NumberText(spec.least), " to ", NumberText(spec.most)));
   }
   return absl::OkStatus();
 }

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <string>
 
-#include "absl/strings/str_format.h"
+#include "absl/strings/str_cat.h"
 #include "core/base/error.h"
 #include "core/estimators/seams/seam_reach.h"
 
@@ -47,19 +48,23 @@ class SeamPhase final : public Phase {
   static constexpr std::chrono::milliseconds kLongBlock{5};
 
   absl::Status Refusal(uint64_t seam_points) const {
-    return MakeCoreError(
-        ErrorKind::kOpposedNormals,
-        absl::StrFormat(
-            "normals of %u points are opposed to those of neighbors on the same surface, such as around point "
-            "%d; make all normals point to one side",
-            seam_points, FirstSure()));
+    constexpr char kOpposed[] = "opposed to those of neighbors on the same surface";
+    const size_t first = FirstSure();
+    return MakeCoreError(ErrorKind::kOpposedNormals,
+                         absl::StrCat("normals of ", seam_points, " points are ", kOpposed, ", such as around point ",
+                                      first, "; make all normals point to one side"),
+                         {"normals", absl::StrCat(kOpposed, " at ", seam_points, " points"),
+                          "on one side of each surface (opposed_normals_policy)", absl::StrCat(first)});
   }
 
-  int32_t FirstSure() const {
-    int32_t first = SpatialIndex::kPaddingId;
+  // The place in the input of the first point that is surely beside a seam.
+  size_t FirstSure() const {
+    size_t first = work_.index.point_count();
     for (size_t place = 0; place < work_.index.point_count(); ++place) {
       constexpr size_t kLeaf = SpatialIndex::kLeafSize;
-      if (work_.marks.IsSure(place)) first = std::min(first, work_.index.positions(place / kLeaf).id[place % kLeaf]);
+      if (!work_.marks.IsSure(place)) continue;
+      const int32_t rank = work_.index.positions(place / kLeaf).id[place % kLeaf];
+      first = std::min(first, work_.index.point_set().place_of(rank));
     }
     return first;
   }

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "absl/strings/str_format.h"
+#include "absl/strings/str_cat.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/estimators/fits/jet_systems.h"
 
 namespace curvd {
@@ -14,39 +15,36 @@ bool IsFinite(const std::array<double, 3>& v) {
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
 }
 
-absl::Status Invalid(const std::string& message) { return MakeCoreError(ErrorKind::kInvalid, message); }
-
 absl::Status ValidateScale(const NormalOptions& options) {
   const NormalMethod method = options.method.value_or(NormalMethod::kJet2);
   if (const auto* neighbors = std::get_if<NeighborCount>(&options.neighborhood)) {
     const uint32_t least = LeastNeighborCount(method);
     if (neighbors->count >= least && neighbors->count <= options.max_neighbor_count) return absl::OkStatus();
-    return Invalid(absl::StrFormat("normals.neighbor_count is %u; for the method %s it must be from %u to %u",
-                                   neighbors->count, NormalMethodName(method), least, options.max_neighbor_count));
+    return InvalidValue("normals.neighbor_count", absl::StrCat(neighbors->count),
+                        absl::StrCat("from ", least, " to ", options.max_neighbor_count, " for the method ",
+                                     std::string(NormalMethodName(method))));
   }
   if (const auto* ball = std::get_if<NeighborRadius>(&options.neighborhood)) {
     if (std::isfinite(ball->radius) && ball->radius > 0.0) return absl::OkStatus();
-    return Invalid(absl::StrFormat("normals.radius is %g; it must be finite and greater than 0", ball->radius));
+    return InvalidValue("normals.radius", NumberText(ball->radius), "finite and greater than 0");
   }
   return absl::OkStatus();
 }
 
 absl::Status ValidateSides(const NormalOptions& options, size_t point_count) {
   if (const auto* one = std::get_if<SidesTowardViewpoint>(&options.sides)) {
-    const auto& v = one->viewpoint;
-    if (IsFinite(v)) return absl::OkStatus();
-    return Invalid(absl::StrFormat("normals.viewpoint is %g, %g, %g; it must be finite", v[0], v[1], v[2]));
+    if (IsFinite(one->viewpoint)) return absl::OkStatus();
+    return InvalidValue("normals.viewpoint", VectorText(one->viewpoint), "finite");
   }
   if (const auto* each = std::get_if<SidesTowardViewpoints>(&options.sides)) {
     if (each->viewpoints.size() == point_count) return absl::OkStatus();
-    return Invalid(absl::StrFormat("normals.viewpoints holds %u viewpoints for %u points; it must hold one for each",
-                                   each->viewpoints.size(), point_count));
+    return InvalidValue("normals.viewpoints", absl::StrCat("a list of ", each->viewpoints.size()),
+                        absl::StrCat("a list of ", point_count, ", one for each point"));
   }
   if (const auto* along = std::get_if<SidesAlongDirection>(&options.sides)) {
     const auto& d = along->direction;
     if (IsFinite(d) && (d[0] != 0.0 || d[1] != 0.0 || d[2] != 0.0)) return absl::OkStatus();
-    return Invalid(
-        absl::StrFormat("normals.direction is %g, %g, %g; it must be finite and not zero", d[0], d[1], d[2]));
+    return InvalidValue("normals.direction", VectorText(d), "finite and not zero");
   }
   return absl::OkStatus();
 }

@@ -17,6 +17,8 @@ namespace curvd {
 namespace {
 
 constexpr uint64_t kSmallLaneShare = 8;
+constexpr char kSmallLaneName[] = "1/8 of memory_limit";
+constexpr char kLargeLaneName[] = "7/8 of memory_limit";
 // A small call may take this part of its lane at most, so that several fit.
 constexpr uint64_t kSmallCallShare = 4;
 // What gRPC and the call's own objects hold beside the arrays.
@@ -58,8 +60,8 @@ uint64_t VectorBytes(uint64_t points, const CallOptions& options) {
 Admission::Admission(uint64_t memory_bytes, uint64_t max_chunk_bytes, size_t max_waiting, int thread_count)
     : max_chunk_bytes_(max_chunk_bytes),
       thread_count_(thread_count),
-      small_(memory_bytes / kSmallLaneShare, max_waiting),
-      large_(memory_bytes - memory_bytes / kSmallLaneShare, max_waiting) {}
+      small_(memory_bytes / kSmallLaneShare, max_waiting, MemoryBudget::Clock::now, kSmallLaneName),
+      large_(memory_bytes - memory_bytes / kSmallLaneShare, max_waiting, MemoryBudget::Clock::now, kLargeLaneName) {}
 
 uint64_t Admission::CallBytes(uint64_t points, const CallOptions& options, bool more_may_follow) const {
   const uint64_t chunk =
@@ -85,8 +87,9 @@ absl::StatusOr<std::unique_ptr<MemoryBudget::Reservation>> Admission::Enter(cons
     return MakeError(absl::StatusCode::kResourceExhausted,
                      {kReasonMemoryLimit,
                       "header.point_count",
-                      absl::StrCat(point_count, ", which takes ", bytes, " bytes of memory"),
-                      absl::StrCat("so small that it takes at most ", large_.limit(), " bytes (7/8 of memory_limit)"),
+                      absl::StrCat(point_count, point_count == 0 ? " (unknown)" : "", ", which takes ", bytes,
+                                   point_count == 0 ? " bytes of memory and more" : " bytes of memory"),
+                      absl::StrCat("so small that it takes at most ", large_.limit(), " bytes (", kLargeLaneName, ")"),
                       {}});
   }
   const bool is_small = point_count != 0 && bytes <= small_.limit() / kSmallCallShare;

@@ -188,8 +188,8 @@ void MemoryBudget::RefuseOneOfAllHolders(Answers& answers) {
   Refuse(victim,
          Exhausted(kReasonMemoryBusy, "memory of this call", absl::StrCat(victim.wanted_, " bytes"),
                    absl::StrCat("at most ", limit_ - reserved_ + victim.held_,
-                                " bytes now, as all other calls wait for more (memory_limit); a header.point_count "
-                                "lets the call wait for its turn"),
+                                " bytes now, as all other calls wait for more (", limit_name_,
+                                "); a header.point_count lets the call wait for its turn"),
                    kRetryAfter),
          answers);
 }
@@ -238,7 +238,8 @@ absl::StatusOr<bool> MemoryBudget::Reservation::GrowTo(uint64_t bytes, uint64_t 
     if (bytes <= held_) return true;
     if (bytes > budget_.limit_) {
       return Exhausted(kReasonMemoryLimit, "memory of this call", absl::StrCat(bytes, " bytes"),
-                       absl::StrCat("at most ", budget_.limit_, " bytes (memory_limit)"), absl::ZeroDuration());
+                       absl::StrCat("at most ", budget_.limit_, " bytes (", budget_.limit_name_, ")"),
+                       absl::ZeroDuration());
     }
     wanted_ = bytes;
     const Clock::time_point now = budget_.now_();

@@ -8,7 +8,9 @@
 #include <list>
 #include <memory>
 #include <optional>
+#include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
@@ -36,9 +38,10 @@ class MemoryBudget {
   using Clock = std::chrono::steady_clock;
 
   // At most `max_waiting` reservations that hold nothing may wait at a time. `now` tells the time, which must not go
-  // back.
-  MemoryBudget(uint64_t limit_bytes, size_t max_waiting, std::function<Clock::time_point()> now = Clock::now)
-      : limit_(limit_bytes), max_waiting_(max_waiting), now_(std::move(now)) {}
+  // back. `limit_name` says in errors what the limit is of what the operator has set.
+  MemoryBudget(uint64_t limit_bytes, size_t max_waiting, std::function<Clock::time_point()> now = Clock::now,
+               std::string limit_name = "memory_limit")
+      : limit_(limit_bytes), limit_name_(std::move(limit_name)), max_waiting_(max_waiting), now_(std::move(now)) {}
   MemoryBudget(const MemoryBudget&) = delete;
   MemoryBudget& operator=(const MemoryBudget&) = delete;
 
@@ -92,6 +95,7 @@ class MemoryBudget {
   static void Give(Answers answers);
 
   const uint64_t limit_;
+  const std::string limit_name_;
   const size_t max_waiting_;
   const std::function<Clock::time_point()> now_;
   mutable Mutex mutex_;

@@ -127,7 +127,9 @@ void EstimateCall::ReceiveEnd() {
   if (absl::Status status = requests_.HalfClose(); !status.ok()) return End(std::move(status));
   account().record().normals_rescaled = requests_.normals_rescaled();
   account().record().coarse_positions = requests_.FindCoarsePositions();
-  account().record().least_neighbor_count = LeastNeighborCount(requests_.options());
+  const CallOptions& options = requests_.options();
+  account().record().least_neighbor_count = LeastNeighborCount(options);
+  account().record().point_input = {options.has_normals(), options.has_viewpoints(), options.part.lattice.has_value()};
   {
     MutexLock lock(mutex_);
     receives_since_.reset();

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/base/number_text.h"
 #include "core/estimators/strategies.h"
 #include "proto/result_columns.h"
 #include "server/call/invalid_option.h"
@@ -61,7 +62,7 @@ absl::Status ResolveNeighborhood(const v1::EstimatorOptions& proto, const CallLi
     options.neighborhood = NeighborCount{proto.neighbor_count()};
   } else if (proto.has_radius()) {
     if (!std::isfinite(proto.radius()) || proto.radius() <= 0.0) {
-      return InvalidOption("header.options.radius", absl::StrCat(proto.radius()), "finite and above 0");
+      return InvalidOption("header.options.radius", NumberText(proto.radius()), "finite and above 0");
     }
     options.neighborhood = NeighborRadius{proto.radius()};
   } else if (proto.has_automatic_scale() || options.estimator == kAutomaticEstimator) {
@@ -80,8 +81,7 @@ absl::Status ResolveEstimatorOptions(const v1::EstimatorOptions& proto, const Ca
     if (absl::Status status = CheckChoice(options); !status.ok()) return status;
   }
   absl::Status status = options.Validate();
-  if (!status.ok()) return WithDetail(std::move(status), {kReasonInvalidOption, "header.options", "", "", {}});
-  return status;
+  return status.ok() ? status : InvalidOptionAt("header.options.", status);
 }
 
 absl::Status ResolveQuantities(const v1::CloudHeader& header, NormalSource normals, QuantitySet& set) {
@@ -127,7 +127,7 @@ absl::Status ResolveDirection(const v1::CloudHeader& header, CallOptions& option
   constexpr char kField[] = "header.curvature_direction";
   if (!header.has_curvature_direction()) return absl::OkStatus();
   const v1::Vector3& v = header.curvature_direction();
-  const std::string value = absl::StrFormat("(%g, %g, %g)", v.x(), v.y(), v.z());
+  const std::string value = VectorText(std::array{v.x(), v.y(), v.z()});
   if (!options.quantities.Has(v1::QUANTITY_NORMAL_CURVATURE)) {
     return InvalidOption(kField, value, "unset unless header.quantities has 13 (normal curvature)");
   }
@@ -194,7 +194,7 @@ absl::Status CheckOrigin(const v1::Vector3& origin) {
       {{"x", origin.x()}, {"y", origin.y()}, {"z", origin.z()}}};
   for (const auto& [name, value] : coordinates) {
     if (!std::isfinite(value)) {
-      return InvalidOption(absl::StrCat("header.origin.", name), absl::StrCat(value), "finite");
+      return InvalidOption(absl::StrCat("header.origin.", name), NumberText(value), "finite");
     }
   }
   return absl::OkStatus();

@@ -130,6 +130,15 @@ void AddSeamWarning(const CallRecord& record, curvature::v1::Summary* summary) {
   warning->set_flipped_patch_count(record.agreement.flipped_patches);
 }
 
+// What may be wrong with points that cannot be used.
+std::string UnusableText(const PointInput& input) {
+  std::string text = "their positions are not finite";
+  if (input.has_lattice) text += ", or lie farther than 2^23 times lattice.spacing from lattice.origin";
+  if (input.has_viewpoints) text += ", or their viewpoints are not finite";
+  if (input.has_normals) text += ", or their normals have no direction";
+  return text;
+}
+
 // What most points of a cloud without results lack, and what to do.
 std::string LackText(PointStatus status, const CallRecord& record) {
   switch (status) {
@@ -146,9 +155,10 @@ std::string LackText(PointStatus status, const CallRecord& record) {
       }
       return "too few points that can be used lie within reach: ask for a larger radius, or for fewer neighbors";
     case PointStatus::kDegenerateArea:
-      return "neighborhoods have no area, as where points lie on one line or in one place";
+      return "neighborhoods have no area, as where points lie on one line or in one place; or they are so small that "
+             "curvature is beyond 3e38, the largest float: choose a smaller unit of length";
     case PointStatus::kInvalidInput:
-      return "their positions are not finite, or their normals have no direction";
+      return UnusableText(record.point_input);
     case PointStatus::kInconsistentNormals:
       return "normals cancel out within neighborhoods: make them point to one side, or ask for fewer neighbors";
     default:

@@ -6,7 +6,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
+#include "core/base/number_text.h"
 #include "server/call/invalid_option.h"
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
@@ -19,9 +19,9 @@ namespace v1 = curvature::v1;
 constexpr std::array kMethods = {v1::NORMAL_METHOD_PCA, v1::NORMAL_METHOD_JET_1, v1::NORMAL_METHOD_JET_2,
                                  v1::NORMAL_METHOD_JET_4};  // by NormalMethod
 
-std::string Text(const v1::Vector3& v) { return absl::StrFormat("%g, %g, %g", v.x(), v.y(), v.z()); }
-
 std::array<double, 3> ToArray(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+std::string Text(const v1::Vector3& v) { return VectorText(ToArray(v)); }
 
 bool IsFinite(const v1::Vector3& v) { return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z()); }
 
@@ -53,7 +53,7 @@ absl::Status RefuseWithoutEffect(const v1::NormalOptions& proto, NormalSource so
     if (proto.has_neighbor_count()) {
       return InvalidOption("header.normals.neighbor_count", absl::StrCat(proto.neighbor_count()), kLimit);
     }
-    if (proto.has_radius()) return InvalidOption("header.normals.radius", absl::StrCat(proto.radius()), kLimit);
+    if (proto.has_radius()) return InvalidOption("header.normals.radius", NumberText(proto.radius()), kLimit);
   }
   if (source == NormalSource::kGiven && proto.orientation() != v1::ORIENTATION_UNSPECIFIED) {
     return InvalidOption("header.normals.orientation", absl::StrCat(static_cast<int>(proto.orientation())),
@@ -100,7 +100,7 @@ absl::Status ReadNeighborhood(const v1::NormalOptions& proto, const CallLimits& 
     options.neighborhood = NeighborCount{proto.neighbor_count()};
   } else if (proto.has_radius()) {
     if (!std::isfinite(proto.radius()) || proto.radius() <= 0.0) {
-      return InvalidOption("header.normals.radius", absl::StrCat(proto.radius()), "finite and above 0");
+      return InvalidOption("header.normals.radius", NumberText(proto.radius()), "finite and above 0");
     }
     options.neighborhood = NeighborRadius{proto.radius()};
   }

@@ -1,12 +1,15 @@
 #include "server/net/metrics_port.h"
 
+#include <CivetServer.h>
 #include <arpa/inet.h>
+#include <civetweb.h>
 #include <netinet/in.h>
 #include <prometheus/exposer.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <exception>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -30,6 +33,21 @@ void Connect(const std::string& listen, int port) {
   close(fd);
 }
 
+// Answers what the exposer answers with 404, though /metrics is there: HEAD, and methods that have no meaning here.
+// Returns the status code, or 0 where it leaves the request to the exposer.
+int AnswerOtherMethods(mg_connection* connection) {
+  const mg_request_info& request = *mg_get_request_info(connection);
+  const std::string_view method = request.request_method;
+  if (request.local_uri != std::string_view("/metrics") || method == "GET") return 0;
+  if (method == "HEAD") {
+    mg_printf(connection, "HTTP/1.1 200 OK\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n\r\n");
+    return 200;
+  }
+  mg_printf(connection,
+            "HTTP/1.1 405 Method Not Allowed\r\nAllow: GET, HEAD\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
+  return 405;
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<MetricsPort>> MetricsPort::Create(
@@ -38,8 +56,10 @@ absl::StatusOr<std::unique_ptr<MetricsPort>> MetricsPort::Create(
   // a thread is cheap, with a stack of 100 KiB.
   const std::vector<std::string> settings = {"listening_ports",    listen, "num_threads", "32",
                                              "request_timeout_ms", "1000"};
+  CivetCallbacks callbacks;
+  callbacks.begin_request = &AnswerOtherMethods;
   try {
-    auto exposer = std::make_unique<prometheus::Exposer>(settings);
+    auto exposer = std::make_unique<prometheus::Exposer>(settings, &callbacks);
     for (const auto& collectable : collectables) exposer->RegisterCollectable(collectable);
     const std::vector<int> ports = exposer->GetListeningPorts();
     const int port = ports.empty() ? 0 : ports.front();

@@ -14,7 +14,8 @@ class Exposer;
 
 namespace curvd {
 
-// Serves /metrics until destroyed. Those who do not finish their request delay others by a second for each 32 of them.
+// Serves GET and HEAD of /metrics until destroyed; answers other methods with 405. Those who do not finish their
+// request delay others by a second for each 32 of them.
 class MetricsPort {
  public:
   // Listens on HOST:PORT and shows all of `collectables`. UNAVAILABLE, naming the address, if it cannot be bound.

@@ -28,6 +28,13 @@ struct PhaseTimes {
   std::optional<double> send;  // first result to summary
 };
 
+// What comes with each point of a call, any of which may make the point unusable.
+struct PointInput {
+  bool has_normals = true;
+  bool has_viewpoints = false;
+  bool has_lattice = false;
+};
+
 struct CallRecord {
   RpcMethod method = RpcMethod::kEstimateCurvature;
   std::string request_id;
@@ -42,6 +49,7 @@ struct CallRecord {
   std::optional<ScaleReport> scale_report;                // of an automatic estimate
   std::optional<CoarsePositions> coarse_positions;        // of a call whose points came
   std::optional<uint32_t> least_neighbor_count;           // that was asked for; none by radius
+  PointInput point_input;
   uint64_t normals_rescaled = 0;
   uint64_t bytes_received = 0;
   uint64_t bytes_sent = 0;

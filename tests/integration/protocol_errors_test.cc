@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "server/rpc/error_reasons.h"
@@ -178,7 +180,46 @@ TEST_F(ProtocolErrorsTest, RadiusThatCoversTooManyPoints) {
   const CallResult result = Estimate(channel_, header, cloud);
   EXPECT_TRUE(FailedWith(result, StatusCode::RESOURCE_EXHAUSTED, kReasonNeighborhoodTooLarge,
                          {"radius 10", "10000 neighbors", "limit"}));
+  EXPECT_EQ(result.metadata.at("field"), "header.options.radius");
+  EXPECT_EQ(result.metadata.at("value"), "10");
+  EXPECT_EQ(result.metadata.at("limit"), "so small that no point has more than 10000 neighbors (max_neighbor_count)");
+  EXPECT_EQ(result.metadata.count("point"), 1u);
   EXPECT_FALSE(result.retry_seconds.has_value());
+}
+
+// What a cloud is refused for is told to programs as well, with the place of the point, whatever its id.
+TEST_F(ProtocolErrorsTest, PointsThatAreRefused) {
+  using Metadata = std::map<std::string, std::string>;
+  const auto refuse = [&](const v1::CloudHeader& header, const std::function<void(v1::PointChunk&)>& spoil) {
+    const CallResult result = Run([&](TestCall& call) {
+      call.SendHeader(header);
+      TestCall::Request message;
+      message.mutable_chunk()->set_positions(cloud_.PackedPositions(0, 100));
+      message.mutable_chunk()->set_normals(cloud_.PackedNormals(0, 100));
+      spoil(*message.mutable_chunk());
+      call.Send(message);
+    });
+    Metadata metadata = result.metadata;
+    metadata.erase("request_id");
+    return metadata;
+  };
+  const auto zero_at_7 = [](v1::PointChunk& chunk) { chunk.mutable_normals()->replace(7 * 12, 12, 12, '\0'); };
+  EXPECT_EQ(
+      refuse({}, zero_at_7),
+      (Metadata{{"field", "chunk.normals"}, {"point", "7"}, {"value", "(0, 0, 0)"}, {"limit", "finite and not zero"}}));
+  v1::CloudHeader part;
+  part.mutable_part()->set_has_roles(true);
+  EXPECT_EQ(refuse(part, [](v1::PointChunk& chunk) { chunk.set_roles(std::string(40, '\1') + std::string(60, '\3')); }),
+            (Metadata{{"field", "chunk.roles"}, {"point", "40"}, {"value", "3"}, {"limit", "1 (query) or 2 (halo)"}}));
+  part.mutable_part()->set_has_roles(false);
+  part.mutable_part()->set_has_ids(true);
+  std::vector<uint64_t> ids(100);
+  for (size_t i = 0; i < ids.size(); ++i) ids[i] = 1'000 - i;
+  ids[9] = ids[5];
+  const std::string packed(reinterpret_cast<const char*>(ids.data()), ids.size() * sizeof(uint64_t));
+  EXPECT_EQ(
+      refuse(part, [&](v1::PointChunk& chunk) { chunk.set_ids(packed); }),
+      (Metadata{{"field", "chunk.ids"}, {"point", "9"}, {"value", "995"}, {"limit", "other than that of point 5"}}));
 }
 
 TEST_F(ProtocolErrorsTest, TagThatALogCannotShow) {

@@ -7,7 +7,9 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
+#include "google/rpc/error_details.pb.h"
 #include "server/rpc/error_detail.h"
 
 namespace curvd {
@@ -24,6 +26,15 @@ inline ::testing::AssertionResult IsError(const absl::Status& status, absl::Stat
     }
   }
   return ::testing::AssertionSuccess();
+}
+
+// The entry of the ErrorInfo's metadata; empty where there is none.
+inline std::string MetadataOf(const absl::Status& status, const std::string& key) {
+  google::rpc::ErrorInfo info;
+  const auto payload = status.GetPayload("type.googleapis.com/google.rpc.ErrorInfo");
+  if (payload.has_value()) info.ParseFromString(std::string(*payload));
+  const auto found = info.metadata().find(key);
+  return found == info.metadata().end() ? "" : found->second;
 }
 
 }  // namespace curvd

@@ -9,7 +9,6 @@
 
 #include "CLI/CLI.hpp"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
 #include "client/cli/connection.h"
 #include "client/cli/estimate_summary.h"
@@ -99,7 +98,7 @@ class TiledEstimate {
     for (const std::string& note : outcome->notes) PrintNote(note);
     plan_ = std::move(outcome->plan);
     if (plan_.is_double) {
-      PrintNote(absl::StrFormat("coordinates in doubles are rounded to multiples of %g", plan_.spacing));
+      PrintNote(absl::StrCat("coordinates in doubles are rounded to multiples of ", ExactText(plan_.spacing)));
     }
     return ExitCode::kOk;
   }

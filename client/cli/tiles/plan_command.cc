@@ -54,7 +54,7 @@ void PrintPlan(const TilePlan& plan, bool json) {
     std::printf("not usable, with the status invalid_input: %s\n", CountOf(plan.unusable, "point").c_str());
   }
   if (plan.is_double) {
-    std::printf("coordinates are rounded to multiples of %g\n", plan.spacing);
+    std::printf("coordinates are rounded to multiples of %s\n", ExactText(plan.spacing).c_str());
   }
   std::printf("next: curv tiles run %s, with --server=HOST:PORT for a server\n", Visible(plan.directory).c_str());
 }

@@ -4,10 +4,13 @@
 #include <array>
 #include <limits>
 #include <span>
+#include <string>
 #include <string_view>
 
-#include "absl/strings/str_format.h"
+#include "absl/strings/str_cat.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/cloud/invalid_point.h"
 #include "curvature/v1/curvature.pb.h"
 #include "server/call/chunk/piece_reader.h"
 
@@ -56,13 +59,21 @@ void MakeNotANumber(ScalarType type, PieceReader::PointBytes& position) {
   }
 }
 
+// In as many digits as the caller sent.
+std::string TextOf(const std::array<double, 3>& v, ScalarType type) {
+  if (type == ScalarType::kFloat64) return VectorText(v);
+  return VectorText(std::array{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])});
+}
+
 absl::Status TakeRoles(PieceReader& reader, size_t first_point, std::span<PointRole> roles) {
   for (size_t i = 0; i < roles.size(); ++i) {
     const auto byte = static_cast<unsigned char>(reader.Take(1).front());
     if (byte > v1::POINT_ROLE_HALO) {
-      return MakeCoreError(
-          ErrorKind::kInvalid,
-          absl::StrFormat("role of point %u is %u; it must be 1 (query) or 2 (halo)", first_point + i, byte));
+      constexpr char kLimit[] = "1 (query) or 2 (halo)";
+      const std::string point = absl::StrCat(first_point + i), value = absl::StrCat(static_cast<int>(byte));
+      return MakeCoreError(ErrorKind::kInvalid,
+                           absl::StrCat("role of point ", point, " is ", value, "; it must be ", kLimit),
+                           {"roles", value, kLimit, point});
     }
     roles[i] = byte == v1::POINT_ROLE_HALO ? PointRole::kHalo : PointRole::kQuery;
   }
@@ -107,9 +118,7 @@ absl::Status AppendSeenPieces(const Pieces& positions, const Pieces& normals, Sc
           return absl::OkStatus();
         }
         const std::array<double, 3>& v = viewpoints[cloud.size()];
-        return MakeCoreError(ErrorKind::kInvalid,
-                             absl::StrFormat("viewpoint of point %u is (%g, %g, %g); it must be finite; %s",
-                                             cloud.size(), v[0], v[1], v[2], kInvalidPointRemedy));
+        return InvalidPoint("viewpoint", cloud.size(), TextOf(v, type), "finite");
       });
 }
 

@@ -1,9 +1,6 @@
 #include "server/call/chunk/wire_part.h"
 
-#include <utility>
-
-#include "server/rpc/error_detail.h"
-#include "server/rpc/error_reasons.h"
+#include "server/call/invalid_option.h"
 
 namespace curvd {
 
@@ -13,8 +10,7 @@ absl::Status ReadPart(const curvature::v1::CloudPart& proto, CloudPart& part) {
   const curvature::v1::Vector3& origin = proto.lattice().origin();
   part.lattice = Lattice{proto.lattice().spacing(), {origin.x(), origin.y(), origin.z()}};
   absl::Status status = part.lattice->Validate();
-  if (status.ok()) return status;
-  return WithDetail(std::move(status), {kReasonInvalidOption, "header.part.lattice", "", "", {}});
+  return status.ok() ? status : InvalidOptionAt("header.part.", status);
 }
 
 void WritePart(const CloudPart& part, curvature::v1::CloudPart& proto) {

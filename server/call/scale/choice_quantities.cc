@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/number_text.h"
 #include "server/call/invalid_option.h"
 #include "server/call/scale/wire_scale.h"
 
@@ -20,7 +21,7 @@ absl::Status CheckFixed(const EstimatorOptions& options) {
                          absl::StrCat("a list of one ", kWhere));
   }
   if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) {
-    return InvalidOption("header.options.radius", absl::StrCat(radius->radius), absl::StrCat("unset ", kWhere));
+    return InvalidOption("header.options.radius", NumberText(radius->radius), absl::StrCat("unset ", kWhere));
   }
   const uint32_t count = std::get<NeighborCount>(options.neighborhood).count;
   if (count < kLeastAutomaticCount || count > kMostAutomaticCount) {

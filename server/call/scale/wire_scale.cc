@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/number_text.h"
 #include "core/estimators/scale_ladder.h"
 #include "core/estimators/strategies.h"
 #include "server/call/invalid_option.h"
@@ -20,14 +21,23 @@ namespace v1 = curvature::v1;
 
 std::string ScaleField(const char* name) { return absl::StrCat("header.options.automatic_scale.", name); }
 
-absl::Status CheckCounts(const AutomaticScale& scale, const CallLimits& limits) {
+// The most that this server takes.
+uint32_t MostCount(const CallLimits& limits) {
+  return std::min(kMostAutomaticCount, std::max(kLeastAutomaticCount, limits.max_neighbor_count));
+}
+
+// `names_most`: whether the caller has set most_neighbor_count, or the server.
+absl::Status CheckCounts(const AutomaticScale& scale, bool names_most, const CallLimits& limits) {
   if (scale.most_count < kLeastAutomaticCount || scale.most_count > kMostAutomaticCount) {
     return InvalidOption(ScaleField("most_neighbor_count"), absl::StrCat(scale.most_count),
-                         absl::StrCat("from ", kLeastAutomaticCount, " to ", kMostAutomaticCount));
+                         absl::StrCat("from ", kLeastAutomaticCount, " to ", MostCount(limits)));
   }
   if (scale.least_count < kLeastAutomaticCount || scale.least_count > scale.most_count) {
+    const char* reason = names_most                               ? " (most_neighbor_count)"
+                         : scale.most_count < kMostAutomaticCount ? " (max_neighbor_count)"
+                                                                  : "";
     return InvalidOption(ScaleField("least_neighbor_count"), absl::StrCat(scale.least_count),
-                         absl::StrCat("from ", kLeastAutomaticCount, " to most_neighbor_count, ", scale.most_count));
+                         absl::StrCat("from ", kLeastAutomaticCount, " to ", scale.most_count, reason));
   }
   if (scale.most_count <= limits.max_neighbor_count) return absl::OkStatus();
   return MakeError(absl::StatusCode::kResourceExhausted,
@@ -64,12 +74,12 @@ absl::Status ReadScale(const v1::AutomaticScale& proto, const CallLimits& limits
   scale.per_cloud = proto.per_cloud();
   scale.max_radius = proto.max_radius();
   if (!std::isfinite(scale.max_radius) || scale.max_radius < 0.0) {
-    return InvalidOption(ScaleField("max_radius"), absl::StrCat(scale.max_radius), "finite, and 0 or more");
+    return InvalidOption(ScaleField("max_radius"), NumberText(scale.max_radius), "finite, and 0 or more");
   }
   if (proto.least_neighbor_count() != 0) scale.least_count = proto.least_neighbor_count();
-  scale.most_count = std::min(kMostAutomaticCount, std::max(kLeastAutomaticCount, limits.max_neighbor_count));
-  if (proto.most_neighbor_count() != 0) scale.most_count = proto.most_neighbor_count();
-  if (absl::Status status = CheckCounts(scale, limits); !status.ok()) return status;
+  const bool names_most = proto.most_neighbor_count() != 0;
+  scale.most_count = names_most ? proto.most_neighbor_count() : MostCount(limits);
+  if (absl::Status status = CheckCounts(scale, names_most, limits); !status.ok()) return status;
   options.neighborhood = scale;
   const ScaleMethod* method = MethodOf(options.estimator);
   if (method != nullptr && method->is_jet()) options.jet_degree = method->degree;
@@ -79,7 +89,7 @@ absl::Status ReadScale(const v1::AutomaticScale& proto, const CallLimits& limits
 
 absl::Status CheckChoice(const EstimatorOptions& options) {
   if (const auto* radius = std::get_if<NeighborRadius>(&options.neighborhood)) {
-    return InvalidOption("header.options.radius", absl::StrCat(radius->radius),
+    return InvalidOption("header.options.radius", NumberText(radius->radius),
                          "unset where the estimator is auto, which knows automatic_scale.max_radius");
   }
   if (options.estimator == kAutomaticEstimator) return absl::OkStatus();

@@ -26,6 +26,13 @@ TEST(NumbersTest, GroupsDigits) {
   EXPECT_EQ(WithCommas(12345678), "12,345,678");
 }
 
+TEST(NumbersTest, TellsNumbersApartThatDifferInTheLastDigit) {
+  EXPECT_EQ(ExactText(0.5), "0.5");
+  EXPECT_EQ(ExactText(100'000), "100000");
+  EXPECT_EQ(ExactText(1.0 / 1024), "0.0009765625");
+  EXPECT_EQ(ExactText(1.0000001), "1.0000001");
+}
+
 TEST(NumbersTest, TakesPrefixes) {
   EXPECT_EQ(WithPrefix(0), "0.00");
   EXPECT_EQ(WithPrefix(9.994), "9.99");

@@ -26,6 +26,23 @@ TEST(Error, KeepsItsKindAndHasTheCodeThatGoesWithIt) {
 
 TEST(Error, OfSomebodyElseHasNoKindOfOurs) {
   EXPECT_EQ(KindOf(absl::ResourceExhaustedError("out of memory")), ErrorKind::kOther);
+  EXPECT_EQ(SubjectOf(absl::ResourceExhaustedError("out of memory")).field, "");
+}
+
+TEST(Error, KeepsWhatItIsAbout) {
+  const ErrorSubject subject = SubjectOf(MakeCoreError(ErrorKind::kRepeatedId, "twins", {"ids", "5", "another", "7"}));
+  EXPECT_EQ(subject.field, "ids");
+  EXPECT_EQ(subject.value, "5");
+  EXPECT_EQ(subject.limit, "another");
+  EXPECT_EQ(subject.point, "7");
+}
+
+TEST(InvalidValueTest, SaysAllOfItsSubject) {
+  const absl::Status status = InvalidValue("radius", "0", "above 0");
+  EXPECT_EQ(KindOf(status), ErrorKind::kInvalid);
+  EXPECT_EQ(status.message(), "radius is 0; it must be above 0");
+  EXPECT_EQ(SubjectOf(status).field, "radius");
+  EXPECT_EQ(SubjectOf(status).limit, "above 0");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <latch>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -102,6 +103,39 @@ TEST(PointSetTest, IdsSeedTheRandomStrategies) {
       ASSERT_EQ(SameValues(other.field.points[i], whole.field.points[i]), !is_random) << estimator;
     }
   }
+}
+
+// `points` with ids that descend: the first point has the last rank.
+Cloud Reversed(const TestPoints& points) {
+  std::vector<uint64_t> ids;
+  for (size_t i = 0; i < points.size(); ++i) ids.push_back(points.size() - i);
+  Cloud cloud;
+  EXPECT_TRUE(cloud.AppendPart(Bytes(points.positions), Bytes(points.normals), ids, {}).ok());
+  EXPECT_TRUE(cloud.Finish().ok());
+  return cloud;
+}
+
+TEST(PointSetTest, RefusalsNamePlacesAndNotRanks) {
+  constexpr size_t kDense = 200;
+  TestPoints points = Sphere(1'000, 1.0);
+  for (size_t i = 0; i < kDense; ++i) {
+    for (float& coordinate : points.positions[i]) coordinate *= 1e-3f;
+  }
+  EstimatorOptions options;
+  options.neighborhood = NeighborRadius{0.01};
+  options.max_neighbor_count = 100;
+  WorkerPool pool(1);
+  const absl::Status dense = EstimateCurvature(Reversed(points), options, pool).status();
+  ASSERT_EQ(KindOf(dense), ErrorKind::kNeighborhoodTooLarge) << dense;
+  EXPECT_LT(std::stoul(SubjectOf(dense).point), kDense) << dense;
+
+  TestPoints flipped = Sphere(5'000, 1.0);
+  for (float& component : flipped.normals[100]) component = -component;
+  EstimatorOptions strict;
+  strict.opposed_normals = OpposedNormalsPolicy::kReject;
+  const absl::Status opposed = EstimateCurvature(Reversed(flipped), strict, pool).status();
+  ASSERT_EQ(KindOf(opposed), ErrorKind::kOpposedNormals) << opposed;
+  EXPECT_EQ(opposed, EstimateCurvature(flipped.ToCloud(), strict, pool).status());
 }
 
 TEST(PointSetTest, OnlyQueriesAreCounted) {

@@ -73,7 +73,7 @@ TEST(NormalOptionsTest, EachPointNeedsAViewpoint) {
   NormalOptions options = Estimated();
   options.sides = SidesTowardViewpoints{viewpoints};
   EXPECT_TRUE(options.Validate(5).ok());
-  EXPECT_THAT(std::string(options.Validate(6).message()), HasSubstr("5 viewpoints for 6 points"));
+  EXPECT_THAT(std::string(options.Validate(6).message()), HasSubstr("is a list of 5; it must be a list of 6"));
 }
 
 TEST(NormalOptionsTest, GivenNormalsLeaveTheRestUnread) {

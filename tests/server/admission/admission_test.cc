@@ -140,6 +140,15 @@ TEST(AdmissionTest, RefusesACloudThatCouldNeverFit) {
                       kReasonMemoryLimit, {"header.point_count", "10000000", absl::StrCat(56 * kMiB), "memory_limit"}));
 }
 
+TEST(AdmissionTest, TellsWhichPartOfTheMemoryACallMayHave) {
+  Admission admission(64 * kMiB, 4 * kMiB, 10, kThreads);
+  const auto reservation = admission.Enter(Call(kHexagram, 0), 0);
+  ASSERT_TRUE(reservation.ok()) << reservation.status();
+  const auto grown = (*reservation)->GrowTo(57 * kMiB, [](const absl::Status&) {});
+  EXPECT_TRUE(IsError(grown.status(), absl::StatusCode::kResourceExhausted, kReasonMemoryLimit,
+                      {absl::StrCat("at most ", 56 * kMiB, " bytes (7/8 of memory_limit)")}));
+}
+
 TEST(AdmissionTest, SmallCallsDoNotWaitForLargeOnes) {
   Admission admission(1024 * kMiB, 4 * kMiB, 10, kThreads);
   auto large = admission.Enter(Call(kHexagram, 8'000'000), 0);

@@ -165,6 +165,29 @@ TEST(ResolveHeaderTest, RefusesRadiiThatAreNoLength) {
   }
 }
 
+TEST(ResolveHeaderTest, RefusesCountsThatNoChoiceCanJudge) {
+  v1::CloudHeader header;
+  header.mutable_options()->set_estimator(v1::ESTIMATOR_AUTO);
+  header.mutable_options()->set_neighbor_count(10);
+  const absl::Status status = Refusal(header);
+  EXPECT_TRUE(IsError(status, kInvalid, kReasonInvalidOption, {"header.options.neighbor_count is 10", "from 16 to"}));
+  EXPECT_EQ(MetadataOf(status, "field"), "header.options.neighbor_count");
+  EXPECT_EQ(MetadataOf(status, "value"), "10");
+}
+
+TEST(ResolveHeaderTest, RefusesALatticeThatIsNone) {
+  v1::CloudHeader header;
+  header.mutable_part()->mutable_lattice()->set_spacing(0.3);
+  absl::Status status = Refusal(header);
+  EXPECT_TRUE(IsError(status, kInvalid, kReasonInvalidOption, {"header.part.lattice.spacing is 0.3", "power of two"}));
+  EXPECT_EQ(MetadataOf(status, "field"), "header.part.lattice.spacing");
+  header.mutable_part()->mutable_lattice()->set_spacing(0.25);
+  header.mutable_part()->mutable_lattice()->mutable_origin()->set_y(0.3);
+  status = Refusal(header);
+  EXPECT_TRUE(IsError(status, kInvalid, kReasonInvalidOption, {"header.part.lattice.origin.y is 0.3", "0.25"}));
+  EXPECT_EQ(MetadataOf(status, "value"), "0.3");
+}
+
 TEST(ResolveHeaderTest, RefusesTooManyTriangles) {
   v1::CloudHeader header;
   header.mutable_options()->set_triangle_count(10'001);

@@ -38,6 +38,25 @@ TEST(ExplainCloudErrorTest, TellsAnInvalidPointFromALackOfMemory) {
                       absl::StatusCode::kResourceExhausted, kReasonOutOfMemory, {"no pages"}));
 }
 
+TEST(ExplainJobErrorTest, TellsProgramsWhatTheCoreSays) {
+  const absl::Status status = ExplainJobError(
+      MakeCoreError(ErrorKind::kNeighborhoodTooLarge, "radius 9 gives 11", {"radius", "9", "less", "3"}),
+      "header.normals.radius");
+  EXPECT_EQ(MetadataOf(status, "field"), "header.normals.radius");
+  EXPECT_EQ(MetadataOf(status, "value"), "9");
+  EXPECT_EQ(MetadataOf(status, "limit"), "less");
+  EXPECT_EQ(MetadataOf(status, "point"), "3");
+}
+
+TEST(ExplainCloudErrorTest, NamesTheArrayOfTheRequest) {
+  const absl::Status status =
+      ExplainCloudError(MakeCoreError(ErrorKind::kInvalid, "role 3", {"roles", "3", "1 or 2", "40"}));
+  EXPECT_EQ(MetadataOf(status, "field"), "chunk.roles");
+  EXPECT_EQ(MetadataOf(status, "value"), "3");
+  EXPECT_EQ(MetadataOf(status, "limit"), "1 or 2");
+  EXPECT_EQ(MetadataOf(status, "point"), "40");
+}
+
 TEST(ExplainCloudErrorTest, LeavesNothingOfTheCoreAttached) {
   const absl::Status status = ExplainCloudError(MakeCoreError(ErrorKind::kInvalid, "point 7"));
   EXPECT_EQ(KindOf(status), ErrorKind::kOther);

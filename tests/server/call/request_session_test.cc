@@ -413,7 +413,7 @@ TEST(RequestSessionTest, RefusesAViewpointThatIsNotFinite) {
   RequestSession session(kLimits);
   ASSERT_TRUE(Receive(session, SeenHeader()).ok());
   EXPECT_TRUE(IsError(Receive(session, SeenChunk(0, 2, {1, 2, 3, 4, std::nanf(""), 6})), kInvalid, kReasonInvalidPoint,
-                      {"viewpoint of point 1", "nan"}));
+                      {"viewpoint of point 1", "(4, nan, 6)", "finite"}));
 }
 
 TEST(RequestSessionTest, CountsViewpointsInTheByteLimit) {

@@ -8,6 +8,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(FillSummaryTest, TellsWhatTheRecordHolds) {
   CallRecord record;
@@ -131,6 +132,30 @@ TEST(FillSummaryTest, WarnsWhereNoPointHasAResult) {
               HasSubstr("most are invalid_input: their"));
   EXPECT_EQ(warnings(PointStatus::kTooFewNeighbors, 50, 1).warnings_size(), 0);
   EXPECT_EQ(warnings(PointStatus::kOpposedNormals, 50).warnings_size(), 0);
+}
+
+TEST(FillSummaryTest, NamesAllThatMayMakePointsUnusable) {
+  const auto warning = [](const PointInput& input) {
+    CallRecord record;
+    record.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] = 10;
+    record.point_input = input;
+    curvature::v1::Summary summary;
+    FillSummary(record, &summary);
+    return summary.warnings_size() == 1 ? summary.warnings(0).message() : "";
+  };
+  EXPECT_THAT(warning({}), HasSubstr("their positions are not finite, or their normals have no direction"));
+  EXPECT_THAT(warning({.has_lattice = true}), HasSubstr("farther than 2^23 times lattice.spacing from lattice.origin"));
+  EXPECT_THAT(warning({.has_viewpoints = true}), HasSubstr("viewpoints"));
+  EXPECT_THAT(warning({.has_normals = false}), Not(HasSubstr("normals")));
+}
+
+TEST(FillSummaryTest, CurvatureBeyondTheFloatsIsNoLine) {
+  CallRecord record;
+  record.status_counts[static_cast<size_t>(PointStatus::kDegenerateArea)] = 10;
+  curvature::v1::Summary summary;
+  FillSummary(record, &summary);
+  ASSERT_EQ(summary.warnings_size(), 1);
+  EXPECT_THAT(summary.warnings(0).message(), HasSubstr("curvature is beyond 3e38"));
 }
 
 TEST(FillSummaryTest, WarnsOfSidesThatCannotBeTrusted) {

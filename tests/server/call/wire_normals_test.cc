@@ -126,8 +126,8 @@ TEST(ReadNormalsTest, RefusesWhatWouldHaveNoEffect) {
   orientation.set_orientation(v1::ORIENTATION_CONSISTENT);
   EXPECT_TRUE(Refuses(orientation, {"header.normals.orientation", "1", "2 (orient) or 3 (estimate)"}));
   v1::NormalOptions viewpoint = From(v1::NORMAL_SOURCE_ESTIMATE);
-  Set(1, 2, 3, viewpoint.mutable_viewpoint());
-  EXPECT_TRUE(Refuses(viewpoint, {"header.normals.viewpoint", "1, 2, 3", "header.normals.orientation is 3"}));
+  Set(1.0000001, 2, 3, viewpoint.mutable_viewpoint());
+  EXPECT_TRUE(Refuses(viewpoint, {"header.normals.viewpoint", "(1.0000001, 2, 3)", "header.normals.orientation is 3"}));
   v1::NormalOptions direction = Toward(v1::ORIENTATION_CLOSED);
   Set(0, 0, 1, direction.mutable_direction());
   EXPECT_TRUE(Refuses(direction, {"header.normals.direction", "0, 0, 1", "header.normals.orientation is 5"}));

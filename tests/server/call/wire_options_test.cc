@@ -68,6 +68,15 @@ TEST(WireOptionsTest, WhatIsWrittenIsReadAgain) {
   EXPECT_TRUE(read.even_weights && read.project);
 }
 
+TEST(WireOptionsTest, ANumberBesideTheBoundDoesNotLookLikeIt) {
+  EstimatorOptions options;
+  v1::EstimatorOptions proto;
+  proto.set_average_normal_weight(1.0000001);
+  const absl::Status status = ReadOptions(proto, options);
+  EXPECT_TRUE(IsError(status, kInvalidArgument, kReasonInvalidOption, {"is 1.0000001; it must be in [0, 1]"}));
+  EXPECT_EQ(MetadataOf(status, "value"), "1.0000001");
+}
+
 TEST(WireOptionsTest, RefusalsNameFieldValueAndRange) {
   EstimatorOptions options;
   v1::EstimatorOptions proto;

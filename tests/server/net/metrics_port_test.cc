@@ -52,6 +52,40 @@ TEST(MetricsPortTest, AnswersWithinAScrapesTimeBesideRequestsThatNeverEnd) {
   for (const int fd : connections) close(fd);
 }
 
+// What a port answers, to the end of the connection.
+std::string Answer(int port, const std::string& request) {
+  const int fd = Send(port, request);
+  std::string answer;
+  char bytes[4096];
+  for (ssize_t got = 0; (got = recv(fd, bytes, sizeof(bytes), 0)) > 0;) answer.append(bytes, static_cast<size_t>(got));
+  close(fd);
+  return answer;
+}
+
+TEST(MetricsPortTest, AnswersHeadAsGetWithoutABody) {
+  const ServerMetrics metrics([] { return ServerGauges(); });
+  const auto port = MetricsPort::Create("127.0.0.1:0", metrics.collectables());
+  ASSERT_TRUE(port.ok()) << port.status();
+  const std::string head = Answer((*port)->port(), "HEAD /metrics HTTP/1.1\r\nHost: a\r\n\r\n");
+  EXPECT_THAT(head, ::testing::StartsWith("HTTP/1.1 200 OK\r\nContent-Type: text/plain; charset=utf-8\r\n"));
+  EXPECT_THAT(head, ::testing::EndsWith("\r\n\r\n"));
+  EXPECT_THAT(Answer((*port)->port(), "GET /metrics HTTP/1.0\r\n\r\n"), ::testing::HasSubstr("curvd_streams_open"));
+}
+
+TEST(MetricsPortTest, SaysWhichMethodsItTakes) {
+  const ServerMetrics metrics([] { return ServerGauges(); });
+  const auto port = MetricsPort::Create("127.0.0.1:0", metrics.collectables());
+  ASSERT_TRUE(port.ok()) << port.status();
+  for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS"}) {
+    const std::string answer =
+        Answer((*port)->port(), absl::StrCat(method, " /metrics HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\n\r\nab"));
+    EXPECT_THAT(answer, ::testing::StartsWith("HTTP/1.1 405 ")) << method;
+    EXPECT_THAT(answer, ::testing::HasSubstr("Allow: GET, HEAD\r\n")) << method;
+  }
+  EXPECT_THAT(Answer((*port)->port(), "HEAD /other HTTP/1.1\r\nHost: a\r\n\r\n"),
+              ::testing::StartsWith("HTTP/1.1 404 "));
+}
+
 TEST(MetricsPortTest, NamesAnAddressThatItCannotBind) {
   const ServerMetrics metrics([] { return ServerGauges(); });
   const auto first = MetricsPort::Create("127.0.0.1:0", metrics.collectables());

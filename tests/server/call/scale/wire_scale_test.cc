@@ -90,8 +90,9 @@ TEST(ReadScaleTest, CountsHaveBounds) {
   EXPECT_EQ(ScaleOf(Asking(v1::ESTIMATOR_AUTO, 16, 16)).most_count, 16u);
   EXPECT_EQ(ScaleOf(Asking(v1::ESTIMATOR_AUTO, 2048, 2048)).least_count, 2048u);
   const std::string least = "automatic_scale.least_neighbor_count", most = "automatic_scale.most_neighbor_count";
-  EXPECT_TRUE(IsRefused(Asking(v1::ESTIMATOR_AUTO, 15), least, {"is 15", "from 16 to most_neighbor_count, 2048"}));
-  EXPECT_TRUE(IsRefused(Asking(v1::ESTIMATOR_AUTO, 65, 64), least, {"is 65", "from 16 to most_neighbor_count, 64"}));
+  EXPECT_TRUE(IsRefused(Asking(v1::ESTIMATOR_AUTO, 15), least, {"is 15; it must be from 16 to 2048"}));
+  EXPECT_TRUE(
+      IsRefused(Asking(v1::ESTIMATOR_AUTO, 65, 64), least, {"is 65; it must be from 16 to 64 (most_neighbor_count)"}));
   EXPECT_TRUE(IsRefused(Asking(v1::ESTIMATOR_AUTO, 0, 15), most, {"is 15", "from 16 to 2048"}));
   EXPECT_TRUE(IsRefused(Asking(v1::ESTIMATOR_AUTO, 0, 2049), most, {"is 2049", "from 16 to 2048"}));
 }
@@ -108,7 +109,14 @@ TEST(ReadScaleTest, TheServersLimitHolds) {
   EXPECT_TRUE(IsError(refusal(Asking(v1::ESTIMATOR_AUTO), 15), absl::StatusCode::kResourceExhausted,
                       kReasonNeighborhoodTooLarge, {"is 16", "at most 15 (max_neighbor_count)"}));
   EXPECT_TRUE(IsError(refusal(Asking(v1::ESTIMATOR_AUTO, 101), 100), absl::StatusCode::kInvalidArgument,
-                      kReasonInvalidOption, {"least_neighbor_count is 101", "most_neighbor_count, 100"}));
+                      kReasonInvalidOption,
+                      {"least_neighbor_count is 101; it must be from 16 to 100 (max_neighbor_count)"}));
+}
+
+TEST(ReadScaleTest, RefusalsNameABoundThatThisServerTakes) {
+  EXPECT_TRUE(IsError(ResolveScale(Asking(v1::ESTIMATOR_AUTO, 0, 2049), 100).status(),
+                      absl::StatusCode::kInvalidArgument, kReasonInvalidOption,
+                      {"most_neighbor_count is 2049; it must be from 16 to 100"}));
 }
 
 TEST(ReadScaleTest, RadiiThatAreNoBoundAreRefused) {
