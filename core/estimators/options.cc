@@ -94,7 +94,8 @@ absl::Status ValidateScales(const EstimatorOptions& options) {
   if (options.smaller_counts.size == 0) return absl::OkStatus();
   const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
   if (count == nullptr || options.returns_choice) {
-    return InvalidValue("smaller_counts", "set", "unset without a neighbor_count, and with standard errors");
+    return InvalidValue("smaller_counts", "set",
+                        "unset unless the neighborhood is a neighbor_count, without standard errors");
   }
   const Strategy* strategy = FindStrategy(options.estimator);
   if (strategy == nullptr || strategy->start_scales == nullptr) {

@@ -321,7 +321,7 @@ TEST(AutomaticTest, OptionsOutOfRangeAreRefused) {
   EXPECT_TRUE(refused(radius, "radius"));
   EstimatorOptions hexagram = Automatic();
   hexagram.estimator = "hexagram";
-  EXPECT_TRUE(refused(hexagram, "estimator is \"hexagram\""));
+  EXPECT_TRUE(refused(hexagram, "estimator is hexagram"));
   EstimatorOptions aso = Automatic();
   aso.estimator = "aso";
   EXPECT_TRUE(refused(aso, "project is false"));
