@@ -10,7 +10,7 @@ RUN make release && strip build/release/bin/curvd build/release/bin/curv
 FROM debian:bookworm-slim
 RUN apt-get update -qq \
     && apt-get install -qq --no-install-recommends \
-      libgrpc++1.51 libprotobuf32 libabsl20220623 libhwy1 libprometheus-cpp-pull1.0 libprometheus-cpp-core1.0 \
+      libgrpc++1.51 libprotobuf32 libabsl20220623 libhwy1 libprometheus-cpp-pull1.0 libprometheus-cpp-core1.0 libcivetweb1 \
       libspdlog1.10 libfmt9 libpng16-16 zlib1g libcairo2 libpangocairo-1.0-0 libfontconfig1 fontconfig fonts-dejavu-core liblzf1 \
       libssl3 ca-certificates >/dev/null \
     && rm -rf /var/lib/apt/lists/*

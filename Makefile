@@ -7,7 +7,7 @@ JOBS ?= $(shell nproc)
 
 # Debian 12 packages, by what they are for.
 BUILD_PACKAGES := cmake ninja-build g++ ccache pkg-config libgrpc++-dev libgrpc-dev protobuf-compiler \
-  protobuf-compiler-grpc libprotobuf-dev libabsl-dev libhwy-dev prometheus-cpp-dev libcli11-dev \
+  protobuf-compiler-grpc libprotobuf-dev libabsl-dev libhwy-dev prometheus-cpp-dev libcivetweb-dev libcli11-dev \
   libspdlog-dev liblzf-dev libpng-dev libssl-dev libeigen3-dev libnanoflann-dev nlohmann-json3-dev libcairo2-dev libpango1.0-dev \
   zlib1g-dev fonts-dejavu-core
 DEB_PACKAGES := dpkg-dev python3
