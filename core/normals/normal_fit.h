@@ -31,6 +31,10 @@ struct NormalFit {
   // where each of them lies. Points that are far from the mean, and those of leaves without a fit, have their own.
   // REQUIRES: by count; the degree is 2 or more; not two_sheets.
   bool shares = false;
+  // Whether points lie on lines that are farther from each other than the points of one. Where neighborhoods cross too
+  // few, noise decides a polynomial of the degree; such points get one of a lower degree. Elsewhere, as in narrow
+  // strips, one that noise decides in part is better.
+  bool crosses_lines = false;
   // Of which half of the cloud points are fitted, and are the neighbors that they are fitted to, which still lie among
   // as many of both halves. DEFAULT: of both. REQUIRES: not two_sheets.
   std::optional<Half> half{};
@@ -48,12 +52,14 @@ struct NormalPlan {
         degree(JetDegree(fit.method)),
         two_sheets(fit.two_sheets),
         shares(fit.shares),
+        crosses_lines(fit.crosses_lines),
         half(fit.half) {}
 
   NeighborhoodPlan neighborhood;
   int degree;  // of the polynomial; 0: no polynomial
   bool two_sheets;
   bool shares;
+  bool crosses_lines;
   std::optional<Half> half;
 };
 

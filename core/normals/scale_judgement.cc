@@ -192,6 +192,22 @@ double ScalePilot::UndeterminedShare(size_t candidate, double sigma) const {
   return fitted > 0.0 ? undetermined / fitted : 1.0;
 }
 
+bool ScalePilot::CrossesTooFew(size_t candidate, double sigma) const {
+  if (UndeterminedShare(candidate, sigma) <= kMostUndetermined) return false;
+  for (size_t c = candidate + 1; c < candidates_.size(); ++c) {
+    if (candidates_[c].fit.method != candidates_[candidate].fit.method) return false;
+    if (UndeterminedShare(c, sigma) <= kMostUndetermined) return true;
+  }
+  return false;
+}
+
+bool ScalePilot::HasUndetermined(double sigma) const {
+  for (size_t c = 0; c < candidates_.size(); ++c) {
+    if (CrossesTooFew(c, sigma)) return true;
+  }
+  return false;
+}
+
 size_t ScalePilot::FittedCount(size_t candidate) const {
   size_t fitted = 0;
   for (size_t i = 0; i < sample_count(); ++i) fitted += outcome(candidate, i).ok ? 1 : 0;
@@ -211,13 +227,7 @@ std::vector<bool> ScalePilot::Usable(double sigma) const {
     if (is_first || !is_settled) is_settled = UnsettledShare(c).value_or(is_first ? 0.0 : 1.0) <= most_unsettled;
     usable[c] = is_settled && static_cast<double>(FittedCount(c)) >= least_fitted && IsLargeEnough(c, sigma);
   }
-  bool has_determined = false;  // among the larger ones
-  for (size_t c = candidates_.size(); c-- > 0;) {
-    const bool is_last = c + 1 == candidates_.size() || candidates_[c + 1].fit.method != candidates_[c].fit.method;
-    const bool is_determined = UndeterminedShare(c, sigma) <= kMostUndetermined;
-    has_determined = is_determined || (has_determined && !is_last);
-    if (!is_determined && has_determined) usable[c] = false;
-  }
+  for (size_t c = 0; c < candidates_.size(); ++c) usable[c] = usable[c] && !CrossesTooFew(c, sigma);
   return usable;
 }
 
@@ -302,6 +312,7 @@ ChosenScale ScalePilot::Choose() const {
   }
   chosen.fit = cheapest != nullptr ? cheapest->fit : LargestOf(candidates_.front().fit.method).fit;
   chosen.fit.max_neighbor_count = fallback_.fit.max_neighbor_count;
+  chosen.fit.crosses_lines = HasUndetermined(*sigma);
   chosen.sigma = std::ldexp(*sigma, -index_.scale_exponent());
   if (cheapest != nullptr) chosen.squared_error = errors[static_cast<size_t>(cheapest - candidates_.data())];
   return chosen;

@@ -122,6 +122,10 @@ class ScalePilot {
   // How many points have fits that their neighbors determine beyond doubt.
   size_t DeterminedCount(size_t candidate) const;
   double UndeterminedShare(size_t candidate, double sigma) const;  // of the fits; 1 where there is none
+  // Whether too many fits are undetermined, but not at a larger scale of the method: where there are lines. And whether
+  // that is so at any scale.
+  bool CrossesTooFew(size_t candidate, double sigma) const;
+  bool HasUndetermined(double sigma) const;
   std::optional<double> Sigma() const;
   // The squared error of a candidate's normals that noise makes.
   double Noise(size_t candidate, double sigma) const;

@@ -247,21 +247,21 @@ HWY_INLINE void StoreJetShapes(const GroupVectors& normals, size_t i, const JetS
 // large (of degrees 3 and 4, that of the last monomial), at the rim of a surface as large or less from degree 3 on.
 inline constexpr double kDoubtfulJetPivot[kMaxFittedDegree + 1] = {0.0, 0.0, 3.5e-3, 8e-4, 1.8e-4, 1.2e-5, 2e-6};
 
-// Whether the neighbors of point i, whose sums are set, determine its jet (core/estimators/lines/curve_distance.h).
-HWY_NOINLINE inline bool IsDetermined(int degree, size_t i, const JetSystems& jets) {
+// The highest degree up to which the neighbors of point i, whose sums are set, determine a jet
+// (core/estimators/lines/curve_distance.h).
+HWY_NOINLINE inline int DeterminedJetDegree(int degree, size_t i, const JetSystems& jets) {
   double means[kMaxJetMoments], heights[kMaxJetSize];
   const double count = jets.moments[0][i];
   for (int m = 0; m < JetSize(2 * degree); ++m) means[m] = jets.moments[m][i] / count;
   for (int m = 0; m < JetSize(degree); ++m) heights[m] = jets.heights[m][i] / count;
-  return DeterminedDegree({degree, static_cast<size_t>(count), means, heights, jets.squared_heights[i] / count}) ==
-         degree;
+  return DeterminedDegree({degree, static_cast<size_t>(count), means, heights, jets.squared_heights[i] / count});
 }
 
-// Solves for a jet of the highest degree below `degree` that the neighbors of point i determine. Returns false if there
-// is none.
-HWY_NOINLINE inline bool SolveLowerJet(const NeighborArrays& neighbors, size_t i, double unit, int degree,
+// Solves for a jet of the highest degree up to `most` for which the neighbors of point i do, in the place of one of
+// `degree`. Returns false if there is none.
+HWY_NOINLINE inline bool SolveLowerJet(const NeighborArrays& neighbors, size_t i, double unit, int most, int degree,
                                        ScratchArray<double>& qr_room, JetSystems& jets) {
-  for (int lower = degree - 1; lower > 0; --lower) {
+  for (int lower = most; lower > 0; --lower) {
     if (!SolveJetByQr(neighbors, i, unit, lower, qr_room, jets)) continue;
     for (int c = JetSize(lower); c < JetSize(degree); ++c) jets.coefficients[c][i] = 0.0;
     return true;
@@ -271,26 +271,32 @@ HWY_NOINLINE inline bool SolveLowerJet(const NeighborArrays& neighbors, size_t i
 
 // Solves the problems of all points of the group. `find(i)` collects the neighbors of point i as `neighbors` once more,
 // where that is needed; `qr_room` is scratch for those. Where it returns false, no point from there on has a jet.
-// Lowers the status of points without a jet; with kNeedsCurvature also that of points whose jets noise decides, for
-// which squared_heights must be set. With `lowers_degree`, where only normals are wanted, points whose neighbors
-// determine no jet of the degree get one of a lower degree.
+// Lowers the status of points without a jet; with kNeedsCurvature also that of points whose jets noise decides. With
+// `lowers_degree`, where only normals are wanted, points whose neighbors determine no jet of the degree get one of a
+// lower degree; `without_noise`: so do those whose neighbors determine it by their noise alone. Where noise matters,
+// squared_heights must be set.
 template <bool kNeedsCurvature, typename FindNeighbors>
 HWY_NOINLINE void SolveJetSystems(int degree, const GroupScalars& rho, const NeighborArrays& neighbors,
                                   ScratchArray<double>& qr_room, GroupPoints& points, JetSystems& jets,
-                                  FindNeighbors find, bool lowers_degree = false) {
+                                  FindNeighbors find, bool lowers_degree = false, bool without_noise = false) {
   for (size_t i = 0; i < points.size; i += hn::Lanes(DoubleTag())) SolveNormalEquations(degree, i, jets);
   for (size_t i = 0; i < points.size; ++i) {
     if (points.status[i] != PointStatus::kOk) continue;
     const double pivot = jets.least_pivot[i] / jets.moments[0][i];
-    if (kNeedsCurvature && HWY_UNLIKELY(pivot < kDoubtfulJetPivot[degree]) && !IsDetermined(degree, i, jets)) {
+    const bool is_doubtful = (kNeedsCurvature || without_noise) && pivot < kDoubtfulJetPivot[degree];
+    int determined = HWY_UNLIKELY(is_doubtful) ? DeterminedJetDegree(degree, i, jets) : degree;
+    // A plane would be worse than what noise decides in part.
+    if (!kNeedsCurvature && determined < 2) determined = degree;
+    if (kNeedsCurvature && determined < degree) {
       points.status[i] = PointStatus::kSingularFit;
       continue;
     }
-    if (pivot > kMinJetPivot) continue;
+    if (pivot > kMinJetPivot && determined == degree) continue;
     if (!find(i)) break;
     const double unit = 1.0 / rho[i];
-    if (SolveJetByQr(neighbors, i, unit, degree, qr_room, jets)) continue;
-    if (lowers_degree && SolveLowerJet(neighbors, i, unit, degree, qr_room, jets)) continue;
+    if (determined == degree && SolveJetByQr(neighbors, i, unit, degree, qr_room, jets)) continue;
+    const int most = std::min(determined, degree - 1);
+    if (lowers_degree && SolveLowerJet(neighbors, i, unit, most, degree, qr_room, jets)) continue;
     points.status[i] = PointStatus::kSingularFit;
   }
 }

@@ -220,9 +220,12 @@ HWY_NOINLINE inline absl::Status FitPoints(const SpatialIndex& index, const Norm
     s.points.query.Get(i, query.position);
     search.Find(query.position, collector);
   };
+  for (size_t i = 0; i < s.points.size && plan.crosses_lines; ++i) {
+    s.system.squared_heights[i] = s.mean_square_height[i] * s.system.moments[0][i];
+  }
   SolveJetSystems</*kNeedsCurvature=*/false>(plan.degree, s.frames.rho, s.neighbors, s.qr_room, s.points, s.system,
                                              RepeatedSearch(index, plan.neighborhood.search, plan.degree, s, collect),
-                                             lowers_degree);
+                                             lowers_degree, lowers_degree && plan.crosses_lines);
   if (s.IsStopped()) return Stopped();
   TakeJets(plan.degree, s);
   return status;
