@@ -201,7 +201,7 @@ bool ScalePilot::CrossesTooFew(size_t candidate, double sigma) const {
   return false;
 }
 
-bool ScalePilot::HasUndetermined(double sigma) const {
+bool ScalePilot::SeesLines(double sigma) const {
   for (size_t c = 0; c < candidates_.size(); ++c) {
     if (CrossesTooFew(c, sigma)) return true;
   }
@@ -312,7 +312,7 @@ ChosenScale ScalePilot::Choose() const {
   }
   chosen.fit = cheapest != nullptr ? cheapest->fit : LargestOf(candidates_.front().fit.method).fit;
   chosen.fit.max_neighbor_count = fallback_.fit.max_neighbor_count;
-  chosen.fit.crosses_lines = HasUndetermined(*sigma);
+  chosen.fit.crosses_lines = SeesLines(*sigma);
   chosen.sigma = std::ldexp(*sigma, -index_.scale_exponent());
   if (cheapest != nullptr) chosen.squared_error = errors[static_cast<size_t>(cheapest - candidates_.data())];
   return chosen;

@@ -125,7 +125,7 @@ class ScalePilot {
   // Whether too many fits are undetermined, but not at a larger scale of the method: where there are lines. And whether
   // that is so at any scale.
   bool CrossesTooFew(size_t candidate, double sigma) const;
-  bool HasUndetermined(double sigma) const;
+  bool SeesLines(double sigma) const;
   std::optional<double> Sigma() const;
   // The squared error of a candidate's normals that noise makes.
   double Noise(size_t candidate, double sigma) const;

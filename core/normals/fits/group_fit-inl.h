@@ -144,7 +144,7 @@ HWY_NOINLINE inline absl::Status FitShared(const SpatialIndex& index, const Norm
   SetMeans(index, shared, s.points);
   // No run ends between the few means of a group.
   const uint64_t most_work = std::exchange(s.most_work, std::numeric_limits<uint64_t>::max());
-  absl::Status status = FitPoints(index, plan, /*lowers_degree=*/false, s);
+  absl::Status status = FitPoints(index, plan, lowers_degree && plan.crosses_lines, s);
   s.most_work = most_work;
   if (!status.ok()) return status;
   size_t alone[SpatialIndex::kGroupPoints], alone_count = 0;

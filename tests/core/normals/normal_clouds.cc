@@ -48,6 +48,27 @@ TestPoints ScannedSaddle(size_t points, double gap, double noise, uint64_t seed)
   return saddle;
 }
 
+TestPoints ScannedEllipsoid(double sigma, uint64_t seed) {
+  constexpr int kLines = 30, kOnLine = 489;
+  TestPoints ellipsoid;
+  RandomStream random(seed, 0);
+  for (int line = 0; line < kLines; ++line) {
+    const double h = 2.0 * (line + 0.5) / kLines - 1.0, away = std::sqrt(1.0 - h * h);
+    for (int i = 0; i < kOnLine; ++i) {
+      const double turn = 2.0 * std::numbers::pi * (i + 0.5) / kOnLine;
+      const double x = away * std::cos(turn), y = 0.7 * away * std::sin(turn), z = 0.4 * h;
+      const double length = std::hypot(x, y / 0.49, z / 0.16);
+      const double nx = x / length, ny = y / 0.49 / length, nz = z / 0.16 / length, off = sigma * Gaussian(random);
+      ellipsoid.Add(x + off * nx, y + off * ny, z + off * nz, nx, ny, nz);
+    }
+  }
+  return ellipsoid;
+}
+
+bool IsFarOff(const std::array<float, 3>& a, const std::array<float, 3>& b) {
+  return std::abs(Dot(a, b)) < std::cos(std::numbers::pi / 12.0);
+}
+
 TestPoints Torus(size_t points, uint64_t seed) {
   TestPoints torus;
   for (uint64_t i = 0; torus.size() < points; ++i) {

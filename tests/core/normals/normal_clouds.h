@@ -23,6 +23,11 @@ TestPoints ClosedPlate(size_t points, double thickness, uint64_t seed);
 // far from the next one as its points lie from each other. These are off along the normal by Gaussians of `noise` times
 // that.
 TestPoints ScannedSaddle(size_t points, double gap, double noise, uint64_t seed);
+// An ellipsoid with axes 1, 0.7 and 0.4 on 30 lines at even heights, of 489 points each: around the poles the lines are
+// the farthest from each other. Points are off along the normal by Gaussians of `sigma`.
+TestPoints ScannedEllipsoid(double sigma, uint64_t seed);
+// Whether two lines of unit vectors are 15 degrees apart and more.
+bool IsFarOff(const std::array<float, 3>& a, const std::array<float, 3>& b);
 // Moves each coordinate by a Gaussian of standard deviation sigma.
 void AddNoise(double sigma, uint64_t seed, TestPoints& points);
 void Shift(double x, double y, double z, TestPoints& points);

@@ -59,6 +59,27 @@ TEST_P(SharedFitTest, NoiseMattersLittleMore) {
   EXPECT_LT(shared, 1.15 * own);
 }
 
+// Around the poles 384 neighbors lie on two lines, and noise decides a polynomial of degree 4.
+TEST_P(SharedFitTest, ACloudOfLinesIsFittedWithoutNoise) {
+  for (const bool crosses_lines : {false, true}) {
+    const TestPoints ellipsoid = ScannedEllipsoid(0.0015, 1);
+    SpatialIndex index = BuildIndex(ellipsoid.ToCloud());
+    NormalFit fit = FitBy(NormalMethod::kJet4, 384, true);
+    fit.crosses_lines = crosses_lines;
+    const PlacedNormals made = MakeByPlace(index, fit);
+    size_t far_off = 0;
+    for (size_t place = 0; place < index.point_count(); ++place) {
+      const int32_t id = index.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
+      far_off += IsFarOff(made.normals[place], ellipsoid.normals[static_cast<size_t>(id)]) ? 1 : 0;
+    }
+    if (crosses_lines) {
+      EXPECT_LE(far_off, ellipsoid.size() / 1000);
+    } else {
+      EXPECT_GE(far_off, ellipsoid.size() / 200);
+    }
+  }
+}
+
 // Without noise, the error is that of the bends, which polynomials follow wherever they are read.
 TEST_P(SharedFitTest, BendsAreFollowed) {
   SpatialIndex index = BuildIndex(Sphere(20'000, 1.0).ToCloud());
