@@ -35,6 +35,20 @@ void AppendStrided(const char* first, size_t count, size_t stride, bool swap, Co
       column.values);
 }
 
+ScalarKind KindOfScalar(size_t bytes, bool is_float, bool is_signed) {
+  if (is_float) return bytes == 4 ? ScalarKind::kFloat32 : ScalarKind::kFloat64;
+  switch (bytes) {
+    case 1:
+      return is_signed ? ScalarKind::kInt8 : ScalarKind::kUint8;
+    case 2:
+      return is_signed ? ScalarKind::kInt16 : ScalarKind::kUint16;
+    case 4:
+      return is_signed ? ScalarKind::kInt32 : ScalarKind::kUint32;
+    default:
+      return ScalarKind::kFloat64;
+  }
+}
+
 void AppendRows(std::string_view rows, size_t count, size_t row_bytes, std::span<const RowField> fields, bool swap) {
   for (const RowField& field : fields) {
     std::visit([&](auto& values) { values.reserve(values.size() + count); }, field.column->values);

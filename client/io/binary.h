@@ -13,6 +13,9 @@ namespace curv {
 // Little-endian files hold scalars as this machine does.
 static_assert(std::endian::native == std::endian::little);
 
+// The kind of column that holds such scalars: integers of 8 bytes become doubles (AppendLongIntegers).
+ScalarKind KindOfScalar(size_t bytes, bool is_float, bool is_signed);
+
 // Says where in a row a column's scalar lies.
 struct RowField {
   size_t offset;   // bytes from the start of the row

@@ -11,20 +11,7 @@
 namespace curv {
 namespace {
 
-ScalarKind KindOf(const NpyField& field) {
-  if (field.sort == 'f') return field.bytes == 4 ? ScalarKind::kFloat32 : ScalarKind::kFloat64;
-  const bool is_signed = field.sort == 'i';
-  switch (field.bytes) {
-    case 1:
-      return is_signed ? ScalarKind::kInt8 : ScalarKind::kUint8;
-    case 2:
-      return is_signed ? ScalarKind::kInt16 : ScalarKind::kUint16;
-    case 4:
-      return is_signed ? ScalarKind::kInt32 : ScalarKind::kUint32;
-    default:
-      return ScalarKind::kFloat64;
-  }
-}
+ScalarKind KindOf(const NpyField& field) { return KindOfScalar(field.bytes, field.sort == 'f', field.sort == 'i'); }
 
 // Appends one column; its first scalar is at `first`, the others `stride` bytes apart.
 void AppendColumn(const char* first, uint64_t count, size_t stride, const NpyField& field, std::string name,

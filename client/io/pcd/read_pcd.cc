@@ -24,20 +24,7 @@ absl::Status ErrorAt(size_t line, const std::string& problem) {
   return absl::InvalidArgumentError(absl::StrCat("line ", line, ": ", problem));
 }
 
-ScalarKind KindOf(const PcdField& field) {
-  if (field.type == 'F') return field.bytes == 4 ? ScalarKind::kFloat32 : ScalarKind::kFloat64;
-  const bool is_signed = field.type == 'I';
-  switch (field.bytes) {
-    case 1:
-      return is_signed ? ScalarKind::kInt8 : ScalarKind::kUint8;
-    case 2:
-      return is_signed ? ScalarKind::kInt16 : ScalarKind::kUint16;
-    case 4:
-      return is_signed ? ScalarKind::kInt32 : ScalarKind::kUint32;
-    default:
-      return ScalarKind::kFloat64;  // of the integer's value, see Append
-  }
-}
+ScalarKind KindOf(const PcdField& field) { return KindOfScalar(field.bytes, field.type == 'F', field.type == 'I'); }
 
 // The name of the field of packed colors; empty if there is none, or if columns of its colors would not be alone.
 std::string PackedField(const std::vector<PcdField>& fields) {
