@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "core/normals/normal_links.h"
@@ -51,7 +50,7 @@ double WidestGap(const NormalScratch& s, size_t i) {
 }  // namespace
 
 LinkProbe::LinkProbe(const SpatialIndex& index, int thread_count)
-    : index_(index), groups_(SampleGroups(index, kMostProbedGroups)), scratch_(static_cast<size_t>(thread_count)) {
+    : index_(index), groups_(SampleGroups(index, kMostProbedGroups)), scratch_(thread_count) {
   static_assert(kLadder.front() == kLinksPerPoint && 2 * kLadder.back() == kMostLinksPerPoint);
   for (const size_t links : kLadder) {
     if (links < index.point_count()) plans_.emplace_back(PlaneThrough(links + 1), index);
@@ -67,26 +66,19 @@ bool LinkProbe::AddBlocks() {
 }
 
 absl::Status LinkProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
-  std::unique_ptr<NormalScratch>& scratch = scratch_[static_cast<size_t>(worker)];
-  if (scratch == nullptr) {
-    scratch = std::make_unique<NormalScratch>();
-    scratch->most_work = std::numeric_limits<uint64_t>::max();  // four points are few
-  }
-  scratch->stopped = &stopped;
+  NormalScratch& scratch = scratch_.Of(worker, stopped);
   const size_t rung = first_rung_ + block / groups_.size(), group = block % groups_.size();
   Tally& tally = tallies_[rung];
-  scratch->inspect = [scratch = scratch.get(), &tally](size_t i) {
-    tally.one_sided += WidestGap(*scratch, i) > kWidestGap ? 1 : 0;
-  };
-  const absl::Status status = FitGroup(index_, plans_[rung], groups_[group], GroupSample::kOneOfEachLeaf, *scratch);
+  scratch.inspect = [&scratch, &tally](size_t i) { tally.one_sided += WidestGap(scratch, i) > kWidestGap ? 1 : 0; };
+  const absl::Status status = FitGroup(index_, plans_[rung], groups_[group], GroupSample::kOneOfEachLeaf, scratch);
   if (!status.ok()) return status;
-  for (size_t i = 0; i < scratch->points.size; ++i) {
-    const PointStatus point = scratch->points.status[i];
+  for (size_t i = 0; i < scratch.points.size; ++i) {
+    const PointStatus point = scratch.points.status[i];
     const bool is_straight = point == PointStatus::kSingularFit;
     if (point != PointStatus::kOk && !is_straight) continue;
     tally.points += 1;
     tally.one_sided += is_straight ? 1 : 0;
-    tally.on_lines += is_straight || scratch->breadth[i] < kLeastBreadth ? 1 : 0;
+    tally.on_lines += is_straight || scratch.breadth[i] < kLeastBreadth ? 1 : 0;
   }
   return absl::OkStatus();
 }

@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -53,7 +52,7 @@ class LinkProbe {
   size_t first_rung_ = 0, looked_at_ = 0;  // of those of the moment, and after the last of them
   std::vector<size_t> groups_;
   std::array<Tally, kLadder.size()> tallies_;
-  std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
+  SampleScratch scratch_;
 };
 
 }  // namespace curvd

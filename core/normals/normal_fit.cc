@@ -72,6 +72,16 @@ absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t 
   return HWY_DYNAMIC_DISPATCH(FitGroupKernel)(index, plan, group, sample, scratch);
 }
 
+NormalScratch& SampleScratch::Of(int worker, const std::atomic<bool>& stopped) {
+  std::unique_ptr<NormalScratch>& scratch = of_worker_[static_cast<size_t>(worker)];
+  if (scratch == nullptr) {
+    scratch = std::make_unique<NormalScratch>();
+    scratch->most_work = std::numeric_limits<uint64_t>::max();  // a few points are no work
+  }
+  scratch->stopped = &stopped;
+  return *scratch;
+}
+
 absl::Status NormalQuality::Create(size_t places, bool wants_all) {
   auto statuses = PageArray<PointStatus>::Create(places);
   if (!statuses.ok()) return statuses.status();

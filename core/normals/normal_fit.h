@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -120,6 +121,18 @@ enum class GroupSample : uint8_t { kAll, kOneOfEachLeaf };
 // REQUIRES: index.has_normals(); they may have any values.
 absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
                       NormalScratch& scratch);
+
+// The scratch of each worker that fits the few points of samples. Thread-safe for distinct workers.
+class SampleScratch {
+ public:
+  explicit SampleScratch(int thread_count) : of_worker_(static_cast<size_t>(thread_count)) {}
+
+  // Made when it is asked for first. No run ends between the points of a sample. May throw std::bad_alloc.
+  NormalScratch& Of(int worker, const std::atomic<bool>& stopped);
+
+ private:
+  std::vector<std::unique_ptr<NormalScratch>> of_worker_;
+};
 
 // Quality of the normals of an index, by place in the tree order: leaf * SpatialIndex::kLeafSize + lane.
 struct NormalQuality {

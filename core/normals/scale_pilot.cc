@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "Eigen/Cholesky"
@@ -108,7 +107,7 @@ ScalePilot::ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> me
       aim_(aim),
       lattice_step_(LatticeStep(index)),
       groups_(SampleGroups(index, kMostGroups)),
-      scratch_(static_cast<size_t>(thread_count)) {
+      scratch_(thread_count) {
   for (const size_t group : groups_) copies_.push_back(MeanCopies(index, group));
   const size_t points = index.point_count();
   fallback_.fit = FallbackFit(points, method, max_neighbor_count);
@@ -138,17 +137,12 @@ void ScalePilot::AddCandidates(NormalMethod method, size_t most) {
 }
 
 absl::Status ScalePilot::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
-  std::unique_ptr<NormalScratch>& scratch = scratch_[static_cast<size_t>(worker)];
-  if (scratch == nullptr) {
-    scratch = std::make_unique<NormalScratch>();
-    scratch->most_work = std::numeric_limits<uint64_t>::max();  // four points are few
-  }
-  scratch->stopped = &stopped;
+  NormalScratch& scratch = scratch_.Of(worker, stopped);
   const size_t c = block / groups_.size(), group = block % groups_.size();
-  scratch->take = [this, c, group, &fits = *scratch](const FittedPoint& fitted) {
+  scratch.take = [this, c, group, &fits = scratch](const FittedPoint& fitted) {
     outcome(c, group * kPointsPerGroup + fitted.point) = OutcomeOf(candidates_[c], copies_[group], fits, fitted);
   };
-  return FitGroup(index_, candidates_[c].plan, groups_[group], GroupSample::kOneOfEachLeaf, *scratch);
+  return FitGroup(index_, candidates_[c].plan, groups_[group], GroupSample::kOneOfEachLeaf, scratch);
 }
 
 ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, double copies, const NormalScratch& fits,

@@ -12,7 +12,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -158,7 +157,7 @@ class ScalePilot {
   std::vector<double> copies_;  // by group: the mean number of points at the place of one
   std::vector<Candidate> candidates_;
   std::vector<Outcome> outcomes_;
-  std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
+  SampleScratch scratch_;
   ChosenScale fallback_;
 };
 

@@ -85,7 +85,7 @@ NormalFit PlaneOf(uint32_t count) {
 }  // namespace
 
 SheetProbe::SheetProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
-    : index_(index), groups_(SampleGroups(index, kMostGroups)), scratch_(static_cast<size_t>(thread_count)) {
+    : index_(index), groups_(SampleGroups(index, kMostGroups)), scratch_(thread_count) {
   const size_t most = std::min<size_t>(index.point_count() / kLargestShare, max_neighbor_count);
   for (const uint32_t count : kLadder) {
     if (count > most) break;
@@ -97,28 +97,23 @@ SheetProbe::SheetProbe(const SpatialIndex& index, uint32_t max_neighbor_count, i
 }
 
 absl::Status SheetProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
-  std::unique_ptr<NormalScratch>& scratch = scratch_[static_cast<size_t>(worker)];
-  if (scratch == nullptr) {
-    scratch = std::make_unique<NormalScratch>();
-    scratch->most_work = std::numeric_limits<uint64_t>::max();  // four points are few
-  }
-  scratch->stopped = &stopped;
+  NormalScratch& scratch = scratch_.Of(worker, stopped);
   Outcome* const outcomes = &outcomes_[block * SpatialIndex::kGroupLeaves];
-  scratch->inspect = [scratch = scratch.get(), outcomes](size_t i) {
-    const Quadric quadric = FitQuadric(*scratch, i);
+  scratch.inspect = [&scratch, outcomes](size_t i) {
+    const Quadric quadric = FitQuadric(scratch, i);
     double sum = 0.0, squares = 0.0;
-    ForEachPlace(*scratch, i, [&](const Place& place) {
+    ForEachPlace(scratch, i, [&](const Place& place) {
       const double residual = place.height - quadric.dot(MonomialsAt(place));
       sum += std::abs(residual);
       squares += residual * residual;
     });
-    const double count = static_cast<double>(scratch->neighbors.count), rho = scratch->frames.rho[i];
+    const double count = static_cast<double>(scratch.neighbors.count), rho = scratch.frames.rho[i];
     outcomes[i].radius = static_cast<float>(rho);
     outcomes[i].variance = static_cast<float>(squares / (count - kQuadricSize) * rho * rho);
     outcomes[i].evenness = squares > 0.0 ? static_cast<float>(sum * sum / (count * squares)) : 0.0f;
   };
   const size_t rung = block / groups_.size(), group = block % groups_.size();
-  return FitGroup(index_, plans_[rung], groups_[group], GroupSample::kOneOfEachLeaf, *scratch);
+  return FitGroup(index_, plans_[rung], groups_[group], GroupSample::kOneOfEachLeaf, scratch);
 }
 
 std::vector<SheetProbe::Rung> SheetProbe::Rungs() const {

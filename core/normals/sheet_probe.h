@@ -11,7 +11,6 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -76,8 +75,8 @@ class SheetProbe {
   std::vector<uint32_t> counts_;
   std::vector<NormalPlan> plans_;  // of each count
   std::vector<size_t> groups_;
-  std::vector<Outcome> outcomes_;                        // of each count and sampled point
-  std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
+  std::vector<Outcome> outcomes_;  // of each count and sampled point
+  SampleScratch scratch_;
 };
 
 }  // namespace curvd

@@ -69,7 +69,7 @@ JetProbe::JetProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int t
       most_neighbors_(MostOfJets(index.point_count(), max_neighbor_count)),
       given_(sample_count(), {kNoNormal, kNoNormal, kNoNormal}),
       noise_(sample_count(), kNoNormal),
-      scratch_(static_cast<size_t>(thread_count)) {}
+      scratch_(thread_count) {}
 
 bool JetProbe::AddBlocks() {
   first_new_ = jets_.size();
@@ -150,13 +150,7 @@ size_t JetProbe::FindJet(NormalMethod method, uint32_t count) const {
 }
 
 absl::Status JetProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
-  std::unique_ptr<NormalScratch>& scratch = scratch_[static_cast<size_t>(worker)];
-  if (scratch == nullptr) {
-    scratch = std::make_unique<NormalScratch>();
-    scratch->most_work = std::numeric_limits<uint64_t>::max();  // four points are few
-  }
-  NormalScratch& s = *scratch;
-  s.stopped = &stopped;
+  NormalScratch& s = scratch_.Of(worker, stopped);
   const size_t jet = first_new_ + block / groups_.size(), first_sample = block % groups_.size() * kPointsPerGroup;
   const size_t group = groups_[block % groups_.size()];
   const absl::Status status = FitGroup(index_, jets_[jet].plan, group, GroupSample::kOneOfEachLeaf, s);

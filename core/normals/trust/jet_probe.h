@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -89,10 +88,10 @@ class JetProbe {
   size_t methods_begun_ = 0;
   double step_ = 1.0;  // of their numbers of neighbors, in doublings
   int narrowings_ = 0;
-  std::vector<Vector> given_;                            // by sample; NaN where there is none
-  std::vector<float> noise_;                             // by sample, of the first jet: its mean square
-  std::vector<Vector> fitted_;                           // by jet and sample; NaN where there is none
-  std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
+  std::vector<Vector> given_;   // by sample; NaN where there is none
+  std::vector<float> noise_;    // by sample, of the first jet: its mean square
+  std::vector<Vector> fitted_;  // by jet and sample; NaN where there is none
+  SampleScratch scratch_;
   std::optional<FoundFit> found_;
 };
 

@@ -91,7 +91,7 @@ class PlaneSums {
 PlaneProbe::PlaneProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
     : index_(index),
       plan_(PlaneOfNeighbors(MostOfPlanes(index.point_count(), max_neighbor_count)), index),
-      scratch_(static_cast<size_t>(thread_count)) {
+      scratch_(thread_count) {
   if (!HasPlanes(index.point_count(), max_neighbor_count)) stage_ = Stage::kDone;
 }
 
@@ -124,15 +124,10 @@ void PlaneProbe::LookAt(size_t group_count) {
 }
 
 absl::Status PlaneProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
-  std::unique_ptr<NormalScratch>& scratch = scratch_[static_cast<size_t>(worker)];
-  if (scratch == nullptr) {
-    scratch = std::make_unique<NormalScratch>();
-    scratch->most_work = std::numeric_limits<uint64_t>::max();  // four points are few
-  }
-  scratch->stopped = &stopped;
+  NormalScratch& scratch = scratch_.Of(worker, stopped);
   Match* const matches = &matches_[block * SpatialIndex::kGroupLeaves];
-  scratch->inspect = [this, s = scratch.get(), matches](size_t i) { matches[i] = MatchOf(*s, i, index_); };
-  return FitGroup(index_, plan_, groups_[block], GroupSample::kOneOfEachLeaf, *scratch);
+  scratch.inspect = [this, &s = scratch, matches](size_t i) { matches[i] = MatchOf(s, i, index_); };
+  return FitGroup(index_, plan_, groups_[block], GroupSample::kOneOfEachLeaf, scratch);
 }
 
 PlaneProbe::Match PlaneProbe::MatchOf(const NormalScratch& s, size_t i, const SpatialIndex& index) {

@@ -10,7 +10,6 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -67,8 +66,8 @@ class PlaneProbe {
   const NormalPlan plan_;  // of the largest planes
   Stage stage_ = Stage::kNone;
   std::vector<size_t> groups_;
-  std::vector<Match> matches_;                           // by sample: one point of each leaf of the groups
-  std::vector<std::unique_ptr<NormalScratch>> scratch_;  // by worker
+  std::vector<Match> matches_;  // by sample: one point of each leaf of the groups
+  SampleScratch scratch_;
   std::optional<FoundFit> found_;
 };
 
