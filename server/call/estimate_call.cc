@@ -158,46 +158,49 @@ std::shared_ptr<EstimationJob> EstimateCall::MakeJob(EstimationJob::Callback don
 void EstimateCall::StartJob() {
   EstimationJob::Callback done;
   const absl::Status made = CatchBadAlloc([&] {
-    done = [self = shared_from_this(), this](absl::StatusOr<EstimationResult> result) {
-      // A callback must not throw.
-      const absl::Status status = CatchBadAlloc([&] {
-        OnJobDone(std::move(result));
-        return absl::OkStatus();
-      });
-      if (!status.ok()) End(ExplainJobError(status));
-    };
+    done = [self = shared_from_this(), this](JobResult result) { OnJobDone(std::move(result)); };
     return absl::OkStatus();
   });
   if (!made.ok()) return End(ExplainJobError(made));
   const std::shared_ptr<EstimationJob> job = MakeJob(std::move(done));
   bool cancel = false;
+  std::optional<JobResult> early;
   {
     MutexLock lock(mutex_);
     cancel = has_stopped_;
     if (cancel) NoteJobSeconds(job->progress());
-    if (!cancel && !job_is_done_) job_ = job;
+    job_ = job;
+    early = std::move(early_result_);
   }
   if (cancel) job->Cancel();
+  if (early.has_value()) OnJobDone(*std::move(early));
 }
 
-void EstimateCall::OnJobDone(absl::StatusOr<EstimationResult> result) {
+// A job may end before MakeJob returns it. Its result then waits for the job, which knows how long its phases took.
+void EstimateCall::OnJobDone(JobResult result) {
   std::shared_ptr<EstimationJob> job;
-  bool came_to_curvature = !std::holds_alternative<NeighborRadius>(requests_.options().normals.neighborhood);
   {
     MutexLock lock(mutex_);
-    job_is_done_ = true;
+    if (job_ == nullptr) {
+      early_result_ = std::move(result);
+      return;
+    }
     job = std::move(job_);
     if (has_stopped_) return;
-    if (!result.ok() && job != nullptr) {
-      const JobProgress progress = job->progress();
-      NoteJobSeconds(progress);
-      came_to_curvature |= progress.seconds.estimate.has_value();
-    }
+    if (!result.ok()) NoteJobSeconds(job->progress());
   }
-  if (!result.ok()) {
-    return End(ExplainJobError(result.status(), came_to_curvature ? "header.options.radius" : "header.normals.radius"));
-  }
-  SendResults(*std::move(result));
+  // A callback must not throw.
+  const absl::Status sent = CatchBadAlloc([&] {
+    result.ok() ? SendResults(*std::move(result)) : EndWithJobError(result.status(), job->progress());
+    return absl::OkStatus();
+  });
+  if (!sent.ok()) End(ExplainJobError(sent));
+}
+
+void EstimateCall::EndWithJobError(const absl::Status& error, const JobProgress& job) {
+  const bool came_to_curvature = job.seconds.estimate.has_value() ||
+                                 !std::holds_alternative<NeighborRadius>(requests_.options().normals.neighborhood);
+  End(ExplainJobError(error, came_to_curvature ? "header.options.radius" : "header.normals.radius"));
 }
 
 void EstimateCall::SendResults(EstimationResult result) {

@@ -38,6 +38,8 @@ class EstimateCall final : public BidiStream {
   EstimateCall(ServiceContext& service, const RpcArrival& arrival, BidiTransport& transport);
 
  private:
+  using JobResult = absl::StatusOr<EstimationResult>;
+
   // The reading chain.
   void Receive(grpc::ByteBuffer& message) override;
   void ReceiveEnd() override;
@@ -47,7 +49,8 @@ class EstimateCall final : public BidiStream {
   void StartJob();
   // Hands the cloud to a job of its kind.
   std::shared_ptr<EstimationJob> MakeJob(EstimationJob::Callback done);
-  void OnJobDone(absl::StatusOr<EstimationResult> result);
+  void OnJobDone(JobResult result);
+  void EndWithJobError(const absl::Status& error, const JobProgress& job);
   void SendResults(EstimationResult result);
 
   // The writing chain.
@@ -85,8 +88,8 @@ class EstimateCall final : public BidiStream {
   std::optional<curvature::v1::Progress> last_progress_ ABSL_GUARDED_BY(mutex_);  // that was sent
   Clock::time_point progress_due_at_ ABSL_GUARDED_BY(mutex_){};                   // the last
   PhaseClock phases_ ABSL_GUARDED_BY(mutex_);
-  std::shared_ptr<EstimationJob> job_ ABSL_GUARDED_BY(mutex_);  // while it runs
-  bool job_is_done_ ABSL_GUARDED_BY(mutex_) = false;
+  std::shared_ptr<EstimationJob> job_ ABSL_GUARDED_BY(mutex_);     // while it runs
+  std::optional<JobResult> early_result_ ABSL_GUARDED_BY(mutex_);  // of a job that ended before job_ was set
   std::shared_ptr<MemoryBudget::Reservation> reservation_ ABSL_GUARDED_BY(mutex_);
   // Since its memory was granted, until the half-close.
   std::optional<Clock::time_point> receives_since_ ABSL_GUARDED_BY(mutex_);

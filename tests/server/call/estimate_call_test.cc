@@ -304,6 +304,31 @@ TEST_F(EstimateCallTest, AJobThatFailsEndsTheCallAndCountsItsPhases) {
   EXPECT_EQ(MetricOf(service_.metrics, "curvd_phase_seconds_count{phase=\"index\"}"), 1);
 }
 
+// Such a job is often over before the call has its handle.
+TEST(SmallCallTest, JobsThatFailAtOnceCountTheirPhasesAllTheSame) {
+  ServerOptions options = TestServiceOptions();
+  options.max_neighbor_count = 10;
+  ServiceContext service(options);
+  v1::EstimateCurvatureRequest header;
+  header.mutable_header()->mutable_options()->set_radius(100.0);
+  const int calls = 1'000;
+  for (int i = 0; i < calls; ++i) {
+    WaitableTransport transport;
+    const auto call = std::make_shared<EstimateCall>(service, ArrivalFrom("ipv4:10.0.0.7:1234"), transport);
+    call->Start();
+    transport.Deliver(*call, header.SerializeAsString());
+    transport.WaitForGrpc();
+    transport.EndWrite(*call);
+    transport.Deliver(*call, Chunk(0, 20, 20));
+    transport.DeliverEnd(*call);
+    transport.WaitForGrpc();
+    ASSERT_TRUE(transport.finished.has_value());
+    call->OnDone();
+  }
+  EXPECT_EQ(MetricOf(service.metrics, "curvd_failures_total{reason=\"NEIGHBORHOOD_TOO_LARGE\"}"), calls);
+  EXPECT_EQ(MetricOf(service.metrics, "curvd_phase_seconds_count{phase=\"index\"}"), calls);
+}
+
 TEST_F(EstimateCallTest, ACancelWhileItEstimatesEndsTheJobAndFreesItsMemory) {
   const uint64_t points = 50'000;
   v1::EstimateCurvatureRequest header;
