@@ -91,6 +91,7 @@ class Run {
     outcome_.repair_points += result->repair_points;
     outcome_.coarse_points += result->coarse_points;
     outcome_.opposed_tiles += result->has_opposed_normals ? 1 : 0;
+    outcome_.off_surface_tiles += result->has_normals_off_surface ? 1 : 0;
     return Tried::kDone;
   }
 

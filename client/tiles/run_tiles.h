@@ -33,7 +33,8 @@ struct RunOutcome {
   uint64_t uncertain_points = 0;
   uint64_t repair_points = 0;
   uint64_t coarse_points = 0;
-  uint64_t opposed_tiles = 0;  // with normals to both sides of one surface
+  uint64_t opposed_tiles = 0;      // with normals to both sides of one surface
+  uint64_t off_surface_tiles = 0;  // with normals that do not fit the positions
 };
 
 // Estimates the tiles without a result, one after the other, each by one of `jobs` threads; waits for those that other

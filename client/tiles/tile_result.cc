@@ -66,6 +66,7 @@ nlohmann::ordered_json JsonOf(const TilePlan& plan, const TileResult& result) {
           {"repair_points", result.repair_points},
           {"coarse_points", result.coarse_points},
           {"opposed_normals", result.has_opposed_normals},
+          {"normals_off_surface", result.has_normals_off_surface},
           {"seconds", result.seconds},
           {"finished", result.finished}};
 }
@@ -85,6 +86,7 @@ TileResult FromJson(const nlohmann::ordered_json& json) {
   result.repair_points = UnsignedOf(json, "repair_points");
   result.coarse_points = UnsignedOf(json, "coarse_points");
   result.has_opposed_normals = FlagOf(json, "opposed_normals");
+  result.has_normals_off_surface = FlagOf(json, "normals_off_surface");
   result.seconds = NumberOf(json, "seconds", 0.0, kMostSeconds);
   result.finished = NumberOf(json, "finished", 0.0, kMostSeconds);
   return result;

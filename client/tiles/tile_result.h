@@ -28,6 +28,7 @@ struct TileResult {
   uint64_t repair_points = 0;     // that were sent to estimate these again
   uint64_t coarse_points = 0;     // whose surroundings are so long that the plan's lattice is too fine for them
   bool has_opposed_normals = false;
+  bool has_normals_off_surface = false;
   double seconds = 0.0;   // of work
   double finished = 0.0;  // seconds since 1970
 

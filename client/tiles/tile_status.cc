@@ -27,6 +27,7 @@ TileStatus StatusOf(const TilePlan& plan) {
     status.repair_points += result->repair_points;
     status.coarse_points += result->coarse_points;
     status.opposed_tiles += result->has_opposed_normals ? 1 : 0;
+    status.off_surface_tiles += result->has_normals_off_surface ? 1 : 0;
     status.work_seconds += result->seconds;
     begin = std::min(begin, result->finished - result->seconds);
     end = std::max(end, result->finished);

@@ -26,6 +26,7 @@ struct TileStatus {
   uint64_t repair_points = 0;
   uint64_t coarse_points = 0;
   uint64_t opposed_tiles = 0;
+  uint64_t off_surface_tiles = 0;
   double work_seconds = 0.0;
   double points_per_second = 0.0;      // since the first tile was begun, up to the last that was done; 0: not known
   std::optional<double> seconds_left;  // if it goes on like that; nothing while nobody works

@@ -127,7 +127,9 @@ class TileWork {
 
   absl::StatusOr<TileAnswer> Ask(const FloatArrays& arrays, const std::vector<uint32_t>& queries) {
     absl::StatusOr<TileAnswer> answer = estimator_(arrays, queries);
-    if (answer.ok()) result_.has_opposed_normals = result_.has_opposed_normals || answer->has_opposed_normals;
+    if (!answer.ok()) return answer;
+    result_.has_opposed_normals = result_.has_opposed_normals || answer->has_opposed_normals;
+    result_.has_normals_off_surface = result_.has_normals_off_surface || answer->has_normals_off_surface;
     return answer;
   }
 

@@ -22,6 +22,7 @@ struct TileAnswer {
   // Which points are out of question whatever is around them; their radii do not count.
   std::vector<bool> is_unusable;
   bool has_opposed_normals = false;
+  bool has_normals_off_surface = false;
 };
 
 // Estimates the points of a cloud and answers for those that `queries` tells. Called from several threads at once.

@@ -116,6 +116,25 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   absl::Status AddNormals() {
     index_ = builder_->Take();
     builder_.reset();  // the index holds all that is needed
+    if (normal_options_.source == NormalSource::kEstimate || !index_.has_normals()) return StartNormals();
+    surface_.emplace(index_, normal_options_.max_neighbor_count, thread_count_);
+    return LookAtSurface();
+  }
+
+  // Adds the phases that tell whether normals that were given stand on the surface.
+  absl::Status LookAtSurface() {
+    if (surface_->AddBlocks()) {
+      const std::string_view name = wants_curvature_ ? kFieldPhase : kOrientationPhase;
+      AddPhase(MakeProbePhase(name, *surface_));
+      AddPhase(MakeStep(name, [this] { return LookAtSurface(); }));
+      return absl::OkStatus();
+    }
+    off_surface_ = surface_->found();
+    surface_.reset();
+    return StartNormals();
+  }
+
+  absl::Status StartNormals() {
     if (normal_options_.source == NormalSource::kGiven && !normal_options_.returns_normals) return AddHalves();
     if (normal_options_.source != NormalSource::kEstimate && !index_.has_normals()) {
       return MakeCoreError(ErrorKind::kInvalid, "the cloud has no normals; ask for estimated ones");
@@ -296,7 +315,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
 
   size_t HeldBytes() const override {
     const size_t building = builder_.has_value() ? builder_->bytes() : 0;
-    const size_t normals = normal_field_.bytes() + (normals_.has_value() ? normals_->bytes() : 0) +
+    const size_t normals = normal_field_.bytes() + (surface_.has_value() ? surface_->bytes() : 0) +
+                           (normals_.has_value() ? normals_->bytes() : 0) +
                            (halves_.has_value() ? halves_->bytes() : 0);
     return building + index_.bytes() + normals + fields_.bytes() + choices_.bytes() +
            (run_ != nullptr ? run_->bytes() : 0) + (agreement_run_.has_value() ? agreement_run_->bytes() : 0);
@@ -335,6 +355,7 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
       return EstimationResult{.field = {std::move(fields_.points(0)), status_counts_},
                               .agreement = agreement,
                               .cost = Cost(),
+                              .off_surface = off_surface_,
                               .normal_report = report,
                               .normals = std::move(normal_field_),
                               .scale_report = std::move(scale_report_),
@@ -361,6 +382,8 @@ class CurvatureJob final : public EstimationJob, public PhasedJob {
   const size_t invalid_count_;
   std::optional<IndexBuilder> builder_;
   SpatialIndex index_;
+  std::optional<SurfaceProbe> surface_;
+  std::optional<NormalsOffSurface> off_surface_;
   std::optional<NormalPhases> normals_;     // none where they stay as they came
   std::optional<HalfNormalPhases> halves_;  // none where the estimate does not compare halves
   NormalField normal_field_;

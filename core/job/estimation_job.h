@@ -18,6 +18,7 @@
 #include "core/job/worker_pool.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
+#include "core/normals/trust/surface_probe.h"
 #include "core/scale/scale_report.h"
 
 namespace curvd {
@@ -51,10 +52,11 @@ struct EstimationResult {
   CurvatureField field;  // of the largest scale; the counts are over all scales
   NormalsAgreement agreement;
   JobCost cost;
-  std::optional<NormalReport> normal_report = std::nullopt;  // unless normals were taken as they came
-  NormalField normals = {};                                  // the ones in use, if NormalOptions::returns_normals
-  std::optional<ScaleReport> scale_report = std::nullopt;    // of an automatic estimate, or one with choices
-  ChoiceField choices = {};                                  // if EstimatorOptions::returns_choice
+  std::optional<NormalsOffSurface> off_surface = std::nullopt;  // of normals that came with the cloud, if it tells
+  std::optional<NormalReport> normal_report = std::nullopt;     // unless normals were taken as they came
+  NormalField normals = {};                                     // the ones in use, if NormalOptions::returns_normals
+  std::optional<ScaleReport> scale_report = std::nullopt;       // of an automatic estimate, or one with choices
+  ChoiceField choices = {};                                     // if EstimatorOptions::returns_choice
   // At each of EstimatorOptions::smaller_counts: what an estimate at that scale alone gives, to the byte.
   std::vector<PageArray<PointCurvature>> smaller = {};
 };

@@ -8,6 +8,7 @@
 
 #include "core/base/function_phase.h"
 #include "core/job/half_normal_phases.h"
+#include "core/normals/trust/surface_probe.h"
 
 namespace curvd {
 namespace {
@@ -67,9 +68,12 @@ size_t NormalBytesPerPoint(const NormalOptions& options) {
 size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count) {
   const size_t threads = static_cast<size_t>(thread_count);
   const bool looks_at_given = options.makes_halves && options.source != NormalSource::kEstimate;
-  const size_t probe = looks_at_given ? HalfNormalPhases::ScratchBytes(point_count, options.max_neighbor_count,
-                                                                       thread_count, options.makes_fits_anew)
-                                      : 0;
+  size_t probe = looks_at_given ? HalfNormalPhases::ScratchBytes(point_count, options.max_neighbor_count, thread_count,
+                                                                 options.makes_fits_anew)
+                                : 0;
+  if (options.source != NormalSource::kEstimate) {
+    probe = std::max(probe, SurfaceProbe::ScratchBytes(point_count, options.max_neighbor_count, thread_count));
+  }
   if (options.source == NormalSource::kGiven) return probe;
   size_t most = std::max({Orientation::ScratchBytes(options, point_count), LinkProbe::ScratchBytes(point_count),
                           SheetProbe::ScratchBytes(point_count, options.max_neighbor_count)});

@@ -222,6 +222,7 @@ void EstimateCall::SendResults(EstimationResult result) {
     CallRecord& record = account().record();
     record.status_counts = result.field.status_counts;
     record.agreement = result.agreement;
+    record.off_surface = result.off_surface;
     record.normal_report = result.normal_report;
     record.scale_report = std::move(result.scale_report);
     record.peak_bytes = result.cost.peak_bytes;

@@ -111,6 +111,19 @@ void AddCoarsePositionsWarning(const CallRecord& record, curvature::v1::Summary*
       coarse.farthest, coarse.step, coarse.spacing));
 }
 
+void AddOffSurfaceWarning(const CallRecord& record, curvature::v1::Summary* summary) {
+  if (!record.off_surface.has_value() || record.off_surface->share() < kMostOffSurface) return;
+  curvature::v1::Warning* warning = summary->add_warnings();
+  warning->set_code(curvature::v1::WARNING_CODE_NORMALS_OFF_SURFACE);
+  warning->set_message(absl::StrFormat(
+      "the normals do not fit the positions: at %.0f %% of %s that were looked at they are more than 30 degrees off "
+      "the "
+      "plane of the neighbors, so that curvature means little. That happens where positions were turned or mirrored "
+      "without their normals, where normals are placeholders or were made of neighbors on one scan line, and where the "
+      "points are too few for how the surface bends. Send more points, or have the normals estimated",
+      100.0 * record.off_surface->share(), Counted(record.off_surface->sampled_points, "point")));
+}
+
 void AddOrientationWarning(const CallRecord& record, curvature::v1::Summary* summary) {
   if (!record.normal_report.has_value() || !record.normal_report->is_doubtful()) return;
   curvature::v1::Warning* warning = summary->add_warnings();
@@ -204,6 +217,7 @@ void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
   seconds->set_estimate(record.seconds.estimate.value_or(0.0));
   seconds->set_send(record.seconds.send.value_or(0.0));
   AddCoarsePositionsWarning(record, summary);
+  AddOffSurfaceWarning(record, summary);
   AddSeamWarning(record, summary);
   AddOrientationWarning(record, summary);
   AddNoResultsWarning(record, summary);

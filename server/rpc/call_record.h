@@ -11,6 +11,7 @@
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/seams/normals_agreement.h"
 #include "core/normals/normals.h"
+#include "core/normals/trust/surface_probe.h"
 #include "core/scale/scale_report.h"
 #include "server/rpc/rpc_method.h"
 
@@ -45,6 +46,7 @@ struct CallRecord {
   uint64_t points_received = 0;
   std::array<uint64_t, kPointStatusEnd> status_counts{};  // of a call that was estimated
   NormalsAgreement agreement;                             // likewise
+  std::optional<NormalsOffSurface> off_surface;           // likewise, if it tells
   std::optional<NormalReport> normal_report;              // likewise, unless normals were taken as given
   std::optional<ScaleReport> scale_report;                // of an automatic estimate
   std::optional<CoarsePositions> coarse_positions;        // of a call whose points came

@@ -85,6 +85,16 @@ TEST_F(EstimateTest, FloatsFarFromZeroAreAWarning) {
   EXPECT_THAT(result.summary->warnings(0).message(), ::testing::HasSubstr("near 5e+06, which lie 0.5 apart there"));
 }
 
+TEST_F(EstimateTest, NormalsThatDoNotFitThePositionsAreAWarning) {
+  TestCloud cloud = Sphere(2'000, 1.0f);
+  for (size_t i = 0; i < cloud.normals.size(); i += 3)
+    std::rotate(&cloud.normals[i], &cloud.normals[i + 1], cloud.normals.data() + i + 3);
+  const CallResult result = Run(cloud);
+  ASSERT_TRUE(Succeeded(result, 2'000));
+  ASSERT_GE(result.summary->warnings_size(), 1);
+  EXPECT_EQ(result.summary->warnings(0).code(), v1::WARNING_CODE_NORMALS_OFF_SURFACE);
+}
+
 TEST_F(EstimateTest, AcceptedTellsOptionsLimitsAndRequestId) {
   TestCall call(channel_);
   ASSERT_TRUE(call.SendHeader({}));

@@ -45,8 +45,10 @@ absl::Status WithRemedy(const absl::Status& status, size_t points) {
 
 void PrintWarnings(const EstimateSummary& summary, bool oriented, const std::string& title) {
   for (const EstimateWarning& warning : summary.warnings) {
-    const bool can_orient = warning.code == "OPPOSED_NORMALS" && !oriented;
-    PrintWarning(absl::StrCat(title, warning.message, can_orient ? ": try --orient" : ""));
+    const char* flag = "";
+    if (warning.code == "OPPOSED_NORMALS" && !oriented) flag = ": try --orient";
+    if (warning.code == "NORMALS_OFF_SURFACE") flag = ": try --normals=estimate";
+    PrintWarning(absl::StrCat(title, warning.message, flag));
   }
 }
 

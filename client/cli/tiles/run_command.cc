@@ -47,6 +47,7 @@ void PrintOutcome(const RunOutcome& outcome, double seconds, bool json) {
                            {"repair_points", outcome.repair_points},
                            {"coarse_points", outcome.coarse_points},
                            {"tiles_with_opposed_normals", outcome.opposed_tiles},
+                           {"tiles_with_normals_off_surface", outcome.off_surface_tiles},
                            {"seconds", seconds}})
                    .c_str(),
                stdout);

@@ -50,6 +50,10 @@ std::string TextOf(const TilePlan& plan, const TileStatus& status) {
     absl::StrAppend(&text, row("opposed", WithCommas(status.opposed_tiles),
                                "tiles whose normals point to both sides of one surface: run curv orient before"));
   }
+  if (status.off_surface_tiles > 0) {
+    absl::StrAppend(&text, row("off", WithCommas(status.off_surface_tiles),
+                               "tiles whose normals do not fit the positions: run curv normals before"));
+  }
   if (status.points_per_second > 0.0) {
     absl::StrAppend(&text, row("rate", WithPrefix(status.points_per_second), "points/s"));
   }
@@ -76,6 +80,7 @@ std::string JsonOf(const TilePlan& plan, const TileStatus& status) {
                                  {"repair_points", status.repair_points},
                                  {"coarse_points", status.coarse_points},
                                  {"tiles_with_opposed_normals", status.opposed_tiles},
+                                 {"tiles_with_normals_off_surface", status.off_surface_tiles},
                                  {"work_seconds", status.work_seconds},
                                  {"points_per_second", status.points_per_second},
                                  {"seconds_left", nullptr},

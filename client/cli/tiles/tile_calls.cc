@@ -21,6 +21,7 @@ TileAnswer AnswerOf(CurvatureResult result, bool keep_radius) {
   }
   for (const EstimateWarning& warning : result.summary.warnings) {
     answer.has_opposed_normals = answer.has_opposed_normals || warning.code == "OPPOSED_NORMALS";
+    answer.has_normals_off_surface = answer.has_normals_off_surface || warning.code == "NORMALS_OFF_SURFACE";
   }
   if (!keep_radius) result.radius.clear();
   answer.columns = ColumnsOf(std::move(result));

@@ -54,6 +54,11 @@ absl::StatusOr<RunOutcome> RunWithProgress(const TilePlan& plan, const RunReques
                               " some normals point to opposite sides of one surface. Which points lose their "
                               "results there was decided tile by tile: run curv orient before"));
   }
+  if (outcome.ok() && outcome->off_surface_tiles > 0) {
+    PrintWarning(absl::StrCat("in ", CountOf(outcome->off_surface_tiles, "tile"),
+                              " the normals do not fit the positions, so that curvature means little there: run curv "
+                              "normals before"));
+  }
   return outcome;
 }
 

@@ -1,5 +1,6 @@
 #include "core/normals/runs/normal_refit.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -37,15 +38,21 @@ class NormalRefitRun final : public FitRun {
     out.z[lane] = static_cast<float>(normal[2]);
   }
 
-  // How much the given normals of the others in the leaf, the nearest above all, are on the side of `made`.
+  // How much the given normals of the others in the group, the nearest above all, are on the side of `made`.
   double SideOf(const Vec& made, size_t leaf, size_t lane) const {
     const SpatialIndex::LeafPositions& at = index().positions(leaf);
+    const size_t first = leaf / SpatialIndex::kGroupLeaves * SpatialIndex::kGroupLeaves;
+    const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index().leaf_count());
     double side = 0.0;
-    for (size_t other = 0; other < static_cast<size_t>(index().LeafPoints(leaf)); ++other) {
-      const Vec offset = {static_cast<double>(at.x[other]) - at.x[lane], static_cast<double>(at.y[other]) - at.y[lane],
-                          static_cast<double>(at.z[other]) - at.z[lane]};
-      const double squared = Dot(offset, offset), along = Dot(made, GivenNormal(leaf, other));
-      if (squared > 0.0 && !std::isnan(along)) side += along / squared;
+    for (size_t other_leaf = first; other_leaf < last; ++other_leaf) {
+      const SpatialIndex::LeafPositions& others = index().positions(other_leaf);
+      for (size_t other = 0; other < static_cast<size_t>(index().LeafPoints(other_leaf)); ++other) {
+        const Vec offset = {static_cast<double>(others.x[other]) - at.x[lane],
+                            static_cast<double>(others.y[other]) - at.y[lane],
+                            static_cast<double>(others.z[other]) - at.z[lane]};
+        const double squared = Dot(offset, offset), along = Dot(made, GivenNormal(other_leaf, other));
+        if (squared > 0.0 && !std::isnan(along)) side += along / std::sqrt(squared);
+      }
     }
     return side;
   }

@@ -326,6 +326,17 @@ class Tiles(unittest.TestCase):
             shutil.rmtree(self.work)
         self.assertEqual(results[0], results[1])
 
+    def test_says_in_how_many_tiles_normals_do_not_fit(self):
+        cloud = self.folder / "placeholders.xyz"
+        curv("generate", "sphere", f"--points={POINTS}", "-o", str(cloud))
+        rows = [line.split()[:3] + ["0", "0", "1"] for line in cloud.read_text().splitlines() if line[0] in "-.0123456789"]
+        cloud.write_text("".join(" ".join(row) + "\n" for row in rows))
+        self.plan(cloud=str(cloud))
+        outcome = json.loads(curv("tiles", "run", self.work, "--summary=json"))
+        self.assertGreater(outcome["tiles_with_normals_off_surface"], 5)
+        self.assertEqual(self.status()["tiles_with_normals_off_surface"], outcome["tiles_with_normals_off_surface"])
+        self.assertIn("tiles whose normals do not fit the positions", curv("tiles", "status", self.work))
+
     def test_says_that_no_server_answers(self):
         self.plan()
         started = time.monotonic()

@@ -105,6 +105,21 @@ TEST(FillSummaryTest, WarnsOfPositionsThatAreRoundedTooCoarsely) {
                     HasSubstr("Send doubles, or subtract an origin")));
 }
 
+TEST(FillSummaryTest, WarnsOfNormalsThatDoNotFitThePositions) {
+  CallRecord record;
+  record.off_surface = {.sampled_points = 128, .off_points = 30};
+  curvature::v1::Summary fits;
+  FillSummary(record, &fits);
+  EXPECT_EQ(fits.warnings_size(), 0);
+  record.off_surface->off_points = 64;
+  curvature::v1::Summary summary;
+  FillSummary(record, &summary);
+  ASSERT_EQ(summary.warnings_size(), 1);
+  EXPECT_EQ(summary.warnings(0).code(), curvature::v1::WARNING_CODE_NORMALS_OFF_SURFACE);
+  EXPECT_THAT(summary.warnings(0).message(),
+              AllOf(HasSubstr("at 50 % of 128 points that were looked at"), HasSubstr("have the normals estimated")));
+}
+
 TEST(FillSummaryTest, WarnsWhereNoPointHasAResult) {
   const auto warnings = [](PointStatus status, std::optional<uint32_t> neighbors, uint64_t ok = 0) {
     CallRecord record;
