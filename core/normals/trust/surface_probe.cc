@@ -5,9 +5,10 @@
 namespace curvd {
 namespace {
 
-// Four points of each are looked at. Of small clouds fewer, so that these take no longer than they must.
+// Four points of each group are looked at. Of small clouds fewer, so that these take no longer than they must.
 constexpr size_t kFewLookedAt = 16, kMostLookedAt = 32;
 constexpr size_t kQuickCloud = 20'000;
+size_t MostGroups(size_t point_count) { return point_count < kQuickCloud ? kFewLookedAt : kMostLookedAt; }
 // A neighborhood of more than this share of the cloud is no neighborhood.
 constexpr size_t kLargestPlanarShare = 3;
 // Neighbors lie near a plane if their variance across it is at most so much of the smaller one in it: noise of 0.35
@@ -35,9 +36,7 @@ uint32_t MostAmong(size_t point_count, uint32_t max_neighbor_count) {
 }  // namespace
 
 SurfaceProbe::SurfaceProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
-    : index_(index),
-      groups_(SampleGroups(index, index.point_count() < kQuickCloud ? kFewLookedAt : kMostLookedAt)),
-      scratch_(thread_count) {
+    : index_(index), groups_(SampleGroups(index, MostGroups(index.point_count()))), scratch_(thread_count) {
   for (const uint32_t count : kLadder) {
     if (count <= MostAmong(index.point_count(), max_neighbor_count)) plans_.emplace_back(PlaneAmong(count), index);
   }
@@ -58,10 +57,12 @@ bool SurfaceProbe::Tells() const {
 
 absl::Status SurfaceProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
   NormalScratch& scratch = scratch_.Of(worker, stopped);
-  const size_t rung = looked_at_ - 1;
-  const absl::Status status = FitGroup(index_, plans_[rung], groups_[block], GroupSample::kOneOfEachLeaf, scratch);
-  if (!status.ok()) return status;
-  for (size_t i = 0; i < scratch.points.size; ++i) Take(i, scratch, tallies_[rung]);
+  const size_t rung = looked_at_ - 1, first = block * kGroupsPerBlock;
+  for (size_t i = first; i < std::min(first + kGroupsPerBlock, groups_.size()); ++i) {
+    const absl::Status status = FitGroup(index_, plans_[rung], groups_[i], GroupSample::kOneOfEachLeaf, scratch);
+    if (!status.ok()) return status;
+    for (size_t point = 0; point < scratch.points.size; ++point) Take(point, scratch, tallies_[rung]);
+  }
   return absl::OkStatus();
 }
 
@@ -86,7 +87,7 @@ std::optional<NormalsOffSurface> SurfaceProbe::found() const {
 size_t SurfaceProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count) {
   const uint32_t most = MostAmong(point_count, max_neighbor_count);
   if (most < kLadder.front()) return 0;
-  return std::min(static_cast<size_t>(thread_count), kMostLookedAt) *
+  return std::min(static_cast<size_t>(thread_count), MostGroups(point_count) / kGroupsPerBlock) *
          NormalScratch::MostBytes(PlaneAmong(std::min(most, kLadder.back())), point_count);
 }
 

@@ -42,7 +42,7 @@ class SurfaceProbe {
   // Decides which neighborhoods are looked at next: small ones, and larger ones while these show planes at too few
   // points. false: none.
   bool AddBlocks();
-  size_t block_count() const { return groups_.size(); }
+  size_t block_count() const { return (groups_.size() + kGroupsPerBlock - 1) / kGroupsPerBlock; }
   // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
   absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
   // None where too few points lie on planes: the cloud is too small, or no surface. REQUIRES: AddBlocks has returned
@@ -58,6 +58,8 @@ class SurfaceProbe {
     std::atomic<uint32_t> points = 0;  // that were looked at
     std::atomic<uint32_t> on_planes = 0, off = 0;
   };
+  // So many take about a millisecond, and workers need no more scratch than blocks.
+  static constexpr size_t kGroupsPerBlock = 16;
   static constexpr std::array<uint32_t, 4> kLadder = {16, 48, 192, 768};
 
   // Whether the neighborhoods of the moment show enough planes.

@@ -371,12 +371,14 @@ TEST(EstimationJobTest, CancelEndsTheJobWhileUmbrellasAreBuilt) {
   WorkerPool pool(1);
   std::latch started(1), done(2);
   std::shared_ptr<EstimationJob> job;
-  // On the one thread blocks of both jobs take turns: this one comes after the first block of umbrellas.
+  // On the one thread blocks of both jobs take turns: this one comes after the two blocks that look at normals, and the
+  // first ones of umbrellas.
+  int turns = 0;
   pool.Submit(
       JobPriority::kBatch, 10'000,
       [&](size_t, int) {
         started.wait();
-        if (job->progress().phase == JobPhase::kEstimating) job->Cancel();
+        if (job->progress().phase == JobPhase::kEstimating && ++turns > 4) job->Cancel();
       },
       [&] { done.count_down(); });
   absl::Status status;

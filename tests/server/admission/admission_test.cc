@@ -53,7 +53,9 @@ TEST(AdmissionTest, ReservesScratchForEachWorkerThatHasABlock) {
     return eight.CallBytes(points, Call(options), false) - one.CallBytes(points, Call(options), false);
   };
   EXPECT_EQ(difference(1'000, kHexagram), 0u);
-  EXPECT_EQ(difference(1'000'000, kHexagram), 7 * EstimationScratchBytes(kHexagram, 1'000'000, 1));
+  const auto scratch = [](int threads) { return EstimationScratchBytes(kHexagram, 1'000'000, threads); };
+  EXPECT_EQ(difference(1'000'000, kHexagram), scratch(8) - scratch(1));
+  EXPECT_EQ(scratch(16), 2 * scratch(8)) << "two workers at most look at normals";
   EstimatorOptions by_radius;
   by_radius.neighborhood = NeighborRadius{1.0};
   EXPECT_GT(difference(1'000'000, by_radius), 7 * kMiB) << "a radius may reach max_neighbor_count points";
