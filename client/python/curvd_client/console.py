@@ -240,7 +240,7 @@ def _fail(code: int, message: str) -> int:
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:
-    prefix = "warning" if issubclass(category, CurvdWarning) else category.__name__
+    prefix = "warning" if issubclass(category, CurvdWarning) or category is UserWarning else category.__name__
     print(f"curvd-client: {prefix}: {message}", file=sys.stderr)
 
 
