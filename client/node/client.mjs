@@ -5,6 +5,7 @@ import { checkCallOptions, checkConnectionOptions } from "./arguments.mjs";
 import { callOnce } from "./call.mjs";
 import { receiveChunks } from "./chunks.mjs";
 import { fromServiceError } from "./errors.mjs";
+import { estimatorNames } from "./headers.mjs";
 import { checkHealth } from "./health.mjs";
 import { CurvatureService } from "./protocol.mjs";
 import { curvatureRequest, normalsRequest } from "./requests.mjs";
@@ -76,10 +77,12 @@ export class CurvatureClient {
     return this.#estimate(normalsRequest(positions, normals, options), options);
   }
 
-  // Resolves to the contract's GetServerInfoResponse: what the server is and accepts. Options: timeoutMs, maxAttempts,
+  // Resolves to the contract's GetServerInfoResponse, with estimators by the names that calls take: what the server is and
+  // accepts. Options: timeoutMs, maxAttempts,
   // connectTimeoutMs and signal, as estimateCurvature has them. Rejects with a CurvdError.
   async info(options = {}) {
-    return this.#ask((service, ...call) => service.getServerInfo({}, ...call), options);
+    const info = await this.#ask((service, ...call) => service.getServerInfo({}, ...call), options);
+    return { ...info, estimators: estimatorNames(info.estimators) };
   }
 
   // Resolves to "SERVING", to "NOT_SERVING" where the server drains, or to another word of grpc.health.v1. Needs no token.

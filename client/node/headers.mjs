@@ -16,6 +16,12 @@ const ESTIMATORS = Object.fromEntries(
     }),
 );
 
+// The names by which calls take what the server tells of; one of a newer contract stays as it is.
+export function estimatorNames(values) {
+  const names = new Map(Object.entries(ESTIMATORS).map(([name, value]) => [value, name]));
+  return values.map((value) => names.get(value) ?? value);
+}
+
 const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH" };
 
 function quantityNames(quantities = []) {
