@@ -247,6 +247,7 @@ TEST_F(CurvTest, UnreachableServersAndTimeoutsHaveTheirCodes) {
   ASSERT_EQ(RunCurv({"generate", "torus", "--points=100000", "-o", large}).exit_code, 0);
   const CurvRun late = RunCurv({"estimate", large, "-o", dir_.File("out.ply"), "--k=1000", "--timeout=0.000001"});
   EXPECT_EQ(late.exit_code, 6) << late.err;
+  EXPECT_THAT(late.err, HasSubstr("the call took longer than --timeout allows"));
   EXPECT_FALSE(dir_.Has("out.ply"));
 }
 
