@@ -42,7 +42,8 @@ def main(arguments: typing.Sequence[str] | None = None) -> int:
     try:
         return int(options.run(options))
     except CurvdError as error:
-        return _fail(_code_of(error), str(error))
+        is_late = error.code == grpc.StatusCode.DEADLINE_EXCEEDED and error.reason in ("", "DEADLINE_EXCEEDED")
+        return _fail(_code_of(error), f"{error}{': the call took longer than --timeout allows' if is_late else ''}")
     except (OSError, ValueError) as error:
         return _fail(2, str(error))
     except KeyboardInterrupt:

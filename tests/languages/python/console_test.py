@@ -115,6 +115,7 @@ class ConsoleTest(unittest.TestCase):
             (3, "folder: it is a directory", ["folder", "-o", "out.npz"], None),
             (3, "no normals", ["cloud.npy", "-o", "out.npz", "--normals=given"], None),
             (4, "No such file", ["cloud.npy", "-o", "nowhere/out.npz"], None),
+            (6, "the call took longer than --timeout allows", ["cloud.npy", "-o", "out.npz", "--timeout=0.000001"], None),
             (5, "UNAVAILABLE", ["cloud.npy", "-o", "out.npz"], "127.0.0.1:1"),
         ):
             with self.subTest(arguments):
