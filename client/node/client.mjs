@@ -58,9 +58,9 @@ export class CurvatureClient {
   // thousand points each, in the order of the points. Once all have come, its `summary` is there; before it is null.
   //
   // Each iteration is a call. Results are read as they are taken: while nobody takes any, the server is held up, and ends
-  // the call (STALLED) after its --stall-timeout. Leaving the loop cancels the call. A call is tried again until its
-  // first results have come; what fails afterwards ends the iteration with a CurvdError. Throws a TypeError at once if the
-  // arguments make no request.
+  // the call after its --stall-timeout: CANCELLED here, STALLED in its log. Leaving the loop cancels the call. A call is
+  // tried again until its first results have come; what fails afterwards ends the iteration with a CurvdError. Throws a
+  // TypeError at once if the arguments make no request.
   estimateChunks(positions, normals, options = {}) {
     const request = curvatureRequest(positions, normals, options);
     const iterate = (done) => this.#iterate(request, options, done);
