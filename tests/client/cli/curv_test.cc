@@ -325,6 +325,14 @@ TEST_F(CurvTest, SaysWhenNoPointCouldBeEstimated) {
   EXPECT_THAT(run.err, HasSubstr("no point has a result; most are too_few_neighbors: neighborhoods of 5,000 points"));
 }
 
+TEST_F(CurvTest, TellsHowManyPointsGetNoNormalSinceTheyAreUnusable) {
+  const std::string cloud = dir_.Write("holes.csv", "x,y,z,nx,ny,nz\nnan,0,0,0,0,1\n0,0,0,0,0,1\n0,0,1,0,0,0\n");
+  EXPECT_THAT(RunCurv({"normals", cloud, "-o", dir_.File("n.ply")}).err,
+              HasSubstr("note: 1 point cannot be used (invalid_input): its position, normal or viewpoint"));
+  EXPECT_THAT(RunCurv({"orient", cloud, "-o", dir_.File("o.ply")}).err,
+              HasSubstr("note: 2 points cannot be used (invalid_input): their position"));
+}
+
 TEST_F(CurvTest, CountsOnePoint) {
   const std::string cloud = dir_.File("one.ply"), result = dir_.File("r.ply");
   EXPECT_THAT(RunCurv({"generate", "torus", "--points=1", "-o", cloud}).out, HasSubstr(": 1 point of the surface"));
