@@ -22,6 +22,14 @@ ExitCode CodeFor(const absl::Status& status) {
   }
 }
 
+// What the message of an error lacks: where no server gave a reason, gRPC tells of one address and one try alone.
+const char* RemedyFor(ExitCode code, const std::string& reason) {
+  if (code == ExitCode::kUnavailable && reason.empty()) return ". curv doctor, with the same --server, finds out more";
+  // STALLED has the same code.
+  const bool is_callers = code == ExitCode::kTimedOut && (reason.empty() || reason == "DEADLINE_EXCEEDED");
+  return is_callers ? ": the call took longer than --timeout allows" : "";
+}
+
 }  // namespace
 
 std::string Visible(std::string_view text) {
@@ -58,10 +66,8 @@ ExitCode Fail(ExitCode code, const absl::Status& status) { return Fail(code, std
 ExitCode FailCall(const absl::Status& status, const std::string& title) {
   const ExitCode code = CodeFor(status);
   if (code == ExitCode::kInterrupted) return Fail(code, "interrupted");
-  // Where no server gave a reason, gRPC tells of one address and one try alone.
-  const bool is_unexplained = code == ExitCode::kUnavailable && ErrorReason(status).empty();
   return Fail(code, absl::StrCat(absl::StatusCodeToString(status.code()), ": ", title, status.message(),
-                                 is_unexplained ? ". curv doctor, with the same --server, finds out more" : ""));
+                                 RemedyFor(code, std::string(ErrorReason(status)))));
 }
 
 void PrintWarning(const std::string& message) { std::fprintf(stderr, "curv: warning: %s\n", Visible(message).c_str()); }

@@ -100,6 +100,11 @@ struct CsvColumns {
   bool has_end = false;  // whether the line of names ends with a separator, so that other lines may
 };
 
+bool IsNumber(std::string_view cell) {
+  double value;
+  return ParseNumber(cell, value);
+}
+
 // A first column without a name is that of the rows' names, as pandas and R write it.
 std::string IndexName(const std::vector<std::string>& others) {
   std::string name = "index";
@@ -121,6 +126,10 @@ absl::StatusOr<CsvColumns> ReadNames(Cells cells) {
     result.has_end = true;
   }
   if (spellings.size() > kMaxColumns) return ErrorAt(1, absl::StrCat("more than ", kMaxColumns, " columns"));
+  if (std::all_of(spellings.begin(), spellings.end(), IsNumber)) {
+    return ErrorAt(
+        1, "expected the columns' names, found numbers: write x,y,z, and a name for each further column, before it");
+  }
   if (spellings.size() > 1 && spellings.front().empty()) spellings.front() = IndexName(spellings);
   const auto nameless = std::find(spellings.begin(), spellings.end(), "");
   if (nameless != spellings.end()) {
@@ -200,7 +209,8 @@ absl::Status AppendCells(Cells cells, size_t number, CsvColumns& target) {
     }
   }
   if (count == columns.size() || (count == columns.size() + 1 && target.has_end)) return absl::OkStatus();
-  return ErrorAt(number, absl::StrCat("expected ", columns.size(), " values, found ", count));
+  return ErrorAt(
+      number, absl::StrCat("expected ", columns.size(), columns.size() == 1 ? " value" : " values", ", found ", count));
 }
 
 // The line of names, as some programs write it, which make it a comment.
@@ -216,6 +226,7 @@ absl::StatusOr<PointTable> ReadCsv(std::string_view bytes) {
   LineReader lines(bytes);
   std::string_view line;
   if (!lines.Next(line)) return ErrorAt(1, "the file is empty: expected a line with the columns' names");
+  if (absl::Status status = CheckEncoding(line, 1); !status.ok()) return status;
   line = WithoutCommentMark(WithoutByteOrderMark(line));
   const char separator = SeparatorOf(line);
   absl::StatusOr<CsvColumns> columns = ReadNames({line, separator});

@@ -151,6 +151,12 @@ class OpenFile {
   int descriptor_;
 };
 
+// By errno.
+absl::Status CannotRead(const std::string& path) {
+  const std::string shown = path == kStandard ? "standard input" : path;
+  return absl::InvalidArgumentError(absl::StrCat("cannot read ", shown, ": ", std::strerror(errno)));
+}
+
 // The most bytes of a file that are kept in memory: its table takes about as much again.
 uint64_t MostFileBytes() { return UsableMemory() / 2; }
 // The same for what comes without its size, in memory that grows by copies. Some of it never ends.
@@ -159,14 +165,10 @@ uint64_t MostStreamBytes() { return UsableMemory() / 4; }
 // Reads to the end, so that pipes work too. Not mapped: a mapped file that another program shortens kills the reader.
 absl::StatusOr<std::string> ReadBytes(const std::string& path) {
   constexpr size_t kFirstRead = 1 << 20;
-  const auto error = [&] {
-    const std::string shown = path == kStandard ? "standard input" : path;
-    return absl::InvalidArgumentError(absl::StrCat("cannot read ", shown, ": ", std::strerror(errno)));
-  };
   const OpenFile file(path);
-  if (file.descriptor() < 0) return error();
+  if (file.descriptor() < 0) return CannotRead(path);
   struct stat status {};
-  if (fstat(file.descriptor(), &status) != 0) return error();
+  if (fstat(file.descriptor(), &status) != 0) return CannotRead(path);
   const uint64_t most = S_ISREG(status.st_mode) ? MostFileBytes() : MostStreamBytes();
   const auto too_large = [&] {
     return absl::InvalidArgumentError(absl::StrCat("cannot read ", path == kStandard ? "standard input" : path,
@@ -180,7 +182,7 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
   while (true) {
     const ssize_t got = read(file.descriptor(), bytes.data() + size, bytes.size() - size);
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return error();
+    if (got < 0) return CannotRead(path);
     if (got == 0) break;
     size += static_cast<size_t>(got);
     if (size > most) return too_large();
@@ -200,8 +202,11 @@ absl::StatusOr<std::string> ReadableExtension(const std::string& path, const std
   if (IsDirectory(path)) return IsDirectoryError(path, "name the files in it");
   const absl::StatusOr<NamedFormat> named = FormatOfName(path, format, kReadableExtensions);
   if (!named.ok()) return named.status();
-  if (!FormatOf(named->extension)) return ExtensionError(path, named->extension, kReadableExtensions, "is not known");
-  return named->extension;
+  if (FormatOf(named->extension)) return named->extension;
+  // Without the file, no format would help.
+  if (access(path.c_str(), F_OK) != 0) return CannotRead(path);
+  const absl::Status error = ExtensionError(path, named->extension, kReadableExtensions, "is not known");
+  return absl::InvalidArgumentError(absl::StrCat(error.message(), "; or say --format=ply, or another"));
 }
 
 absl::StatusOr<FileBytes> LoadBytes(const std::string& path, const std::string& format) {

@@ -101,6 +101,12 @@ std::string_view NextField(std::string_view& line) {
   return field;
 }
 
+absl::Status CheckEncoding(std::string_view line, size_t line_number) {
+  if (line.find('\0') == std::string_view::npos) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("line ", line_number, " has bytes of 0, as text in UTF-16 has: save it as UTF-8, if it is text"));
+}
+
 absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Column* const> columns,
                        std::set<std::string>* rounded) {
   std::string_view rest = line;

@@ -39,6 +39,10 @@ bool IsBlank(char c);
 // Returns a text without the byte order mark that editors and spreadsheets write before UTF-8.
 std::string_view WithoutByteOrderMark(std::string_view text);
 
+// INVALID_ARGUMENT, naming the line, if it has bytes of 0: text in UTF-16 has, and looks like words or numbers
+// otherwise.
+absl::Status CheckEncoding(std::string_view line, size_t line_number);
+
 // Cuts the first field off `line` and returns it; blanks separate fields. Returns an empty one at the end of the line.
 std::string_view NextField(std::string_view& line);
 

@@ -163,6 +163,9 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
       if (columns.empty() && line.size() <= kMaxComment) comment = line;
       continue;
     }
+    if (columns.empty()) {
+      if (absl::Status status = CheckEncoding(raw, lines.number()); !status.ok()) return status;
+    }
     if (SeemsToHaveDecimalCommas(raw)) {
       return absl::InvalidArgumentError(
           absl::StrCat("line ", lines.number(), ": ", Quoted(raw),
@@ -182,7 +185,7 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
       }
       if (count < 3) {
         return absl::InvalidArgumentError(absl::StrCat("line ", lines.number(), ": expected x y z nx ny nz, found ",
-                                                       count, " values: ", Quoted(raw)));
+                                                       count, count == 1 ? " value: " : " values: ", Quoted(raw)));
       }
       if (HoldsNoNumber(line)) {
         return absl::InvalidArgumentError(

@@ -5,6 +5,7 @@ import { checkCallOptions, checkConnectionOptions } from "./arguments.mjs";
 import { callOnce } from "./call.mjs";
 import { receiveChunks } from "./chunks.mjs";
 import { fromServiceError } from "./errors.mjs";
+import { estimatorNames } from "./headers.mjs";
 import { checkHealth } from "./health.mjs";
 import { CurvatureService } from "./protocol.mjs";
 import { curvatureRequest, normalsRequest } from "./requests.mjs";
@@ -57,9 +58,9 @@ export class CurvatureClient {
   // thousand points each, in the order of the points. Once all have come, its `summary` is there; before it is null.
   //
   // Each iteration is a call. Results are read as they are taken: while nobody takes any, the server is held up, and ends
-  // the call (STALLED) after its --stall-timeout. Leaving the loop cancels the call. A call is tried again until its
-  // first results have come; what fails afterwards ends the iteration with a CurvdError. Throws a TypeError at once if the
-  // arguments make no request.
+  // the call after its --stall-timeout: CANCELLED here, STALLED in its log. Leaving the loop cancels the call. A call is
+  // tried again until its first results have come; what fails afterwards ends the iteration with a CurvdError. Throws a
+  // TypeError at once if the arguments make no request.
   estimateChunks(positions, normals, options = {}) {
     const request = curvatureRequest(positions, normals, options);
     const iterate = (done) => this.#iterate(request, options, done);
@@ -76,10 +77,12 @@ export class CurvatureClient {
     return this.#estimate(normalsRequest(positions, normals, options), options);
   }
 
-  // Resolves to the contract's GetServerInfoResponse: what the server is and accepts. Options: timeoutMs, maxAttempts,
+  // Resolves to the contract's GetServerInfoResponse, with estimators by the names that calls take: what the server is and
+  // accepts. Options: timeoutMs, maxAttempts,
   // connectTimeoutMs and signal, as estimateCurvature has them. Rejects with a CurvdError.
   async info(options = {}) {
-    return this.#ask((service, ...call) => service.getServerInfo({}, ...call), options);
+    const info = await this.#ask((service, ...call) => service.getServerInfo({}, ...call), options);
+    return { ...info, estimators: estimatorNames(info.estimators) };
   }
 
   // Resolves to "SERVING", to "NOT_SERVING" where the server drains, or to another word of grpc.health.v1. Needs no token.

@@ -1,6 +1,6 @@
 // The contract's CloudHeader, from the options of a call.
 import { vector } from "./normals.mjs";
-import { enumValues, QUANTITIES } from "./protocol.mjs";
+import { enumValues, QUANTITIES, quantityOfArray } from "./protocol.mjs";
 import { isTypedArray, show } from "./show.mjs";
 
 // Two estimators have shorter names than the contract gives them.
@@ -16,11 +16,21 @@ const ESTIMATORS = Object.fromEntries(
     }),
 );
 
+// The names by which calls take what the server tells of; one of a newer contract stays as it is.
+export function estimatorNames(values) {
+  const names = new Map(Object.entries(ESTIMATORS).map(([name, value]) => [value, name]));
+  return values.map((value) => names.get(value) ?? value);
+}
+
 const PRIORITIES = { interactive: "PRIORITY_INTERACTIVE", batch: "PRIORITY_BATCH" };
 
 function quantityNames(quantities = []) {
   const names = Array.isArray(quantities) ? quantities.map((name) => QUANTITIES.get(name)) : [undefined];
   if (names.includes(undefined) || new Set(names).size !== names.length) {
+    const array = Array.isArray(quantities) ? quantities.find(quantityOfArray) : undefined;
+    if (array !== undefined) {
+      throw new TypeError(`quantities has ${show(array)}, which comes with ${show(quantityOfArray(array))}: ask for that`);
+    }
     const known = [...QUANTITIES.keys()].join(", ");
     throw new TypeError(
       `quantities is ${show(quantities)}; it must be an array that has each of ${known} at most once`,

@@ -111,6 +111,7 @@ export interface Summary {
 
 export interface ServerInfo {
   version: string;
+  estimators: (EstimatorName | string)[];
   [field: string]: unknown;
 }
 

@@ -53,6 +53,9 @@ const ARRAYS_OF = new Map([
   ["standardErrors", ["meanCurvatureStandardError", "k1StandardError", "k2StandardError"]],
   ["estimatorWeights", ["avgHexagramWeight", "normalRegressionWeight", "jetWeight", "asoWeight"]],
 ]);
+// The quantity that an array of another name comes with; undefined for others.
+export const quantityOfArray = (array) => [...ARRAYS_OF.keys()].find((name) => ARRAYS_OF.get(name).includes(array));
+
 // These come without being asked for; normals as well where the server makes them.
 export const DEFAULT_QUANTITIES = Object.freeze([
   "meanCurvature",

@@ -169,6 +169,15 @@ class Planner {
     return absl::OkStatus();
   }
 
+  // What is there in place of a column of another type. `in_order` has names and types.
+  static std::string TypeHere(const std::string& name, const std::vector<std::string>& in_order) {
+    for (const std::string& column : in_order) {
+      if (column.starts_with(name + " "))
+        return absl::StrCat("its column ", name, " is ", column.substr(name.size() + 1));
+    }
+    return absl::StrCat("it has no column ", name);
+  }
+
   // The result has the columns that all inputs have.
   absl::Status LookAtColumns(const PointBlock& block) {
     for (const std::string& note : block.table->notes) {
@@ -188,8 +197,9 @@ class Planner {
       if (here.contains(column)) continue;
       const std::string name = column.substr(0, column.rfind(' '));
       if (name == "x" || name == "y" || name == "z" || name == "nx" || name == "ny" || name == "nz") {
-        return absl::InvalidArgumentError(
-            absl::StrCat(plan_.inputs[block.input].path, ": it has no ", column, ", which the inputs before it have"));
+        return absl::InvalidArgumentError(absl::StrCat(plan_.inputs[block.input].path, ": ", TypeHere(name, in_order),
+                                                       ", and ", column.substr(name.size() + 1),
+                                                       " in the inputs before it, which count as one cloud"));
       }
       notes_.push_back(
           absl::StrCat("the result has no column ", column, ": ", plan_.inputs[block.input].path, " has none"));

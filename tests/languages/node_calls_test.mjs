@@ -22,7 +22,9 @@ test("a client keeps its connection, and estimates, makes normals and tells of i
   assert.ok(meanCurvature.every((mean) => Math.abs(mean - 0.5) < 0.02));
   const made = await client.estimateNormals(positions);
   assert.ok(made.normal.every((component, i) => Math.abs(component - normals[i]) < 0.02));
-  assert.match((await client.info()).version, /^\d+\.\d+\.\d+/);
+  const info = await client.info();
+  assert.match(info.version, /^\d+\.\d+\.\d+/);
+  assert.ok(["jet", "aso", "avg-hexagram", "auto"].every((name) => info.estimators.includes(name)), info.estimators);
   client.close();
   client.close();
   await assert.rejects(client.info(), /the client is closed/);

@@ -18,6 +18,8 @@ test("unknown quantities are refused before a call", async () => {
   for (const quantities of [["curl"], ["radius", "radius"], ["unspecified"]]) {
     await assert.rejects(estimateCurvature(...sphere(10, 1), { server, quantities }), TypeError);
   }
+  const ofArray = estimateCurvature(...sphere(10, 1), { server, quantities: ["radius", "d1"] });
+  await assert.rejects(ofArray, /^TypeError: quantities has "d1", which comes with "principalDirections": ask for that$/);
   for (const quantities of ["radius", null, 5, { 0: "radius" }]) {
     const message = `quantities is ${JSON.stringify(quantities)}; it must be an array`;
     await assert.rejects(estimateCurvature(...sphere(10, 1), { server, quantities }), (error) => {

@@ -22,6 +22,7 @@
 #include "client/cli/usage/flag_words.h"
 #include "client/cli/usage/option_conflicts.h"
 #include "client/io/oriented_cloud.h"
+#include "client/io/point_status.h"
 #include "client/io/table_file.h"
 
 namespace curv {
@@ -64,6 +65,14 @@ uint64_t TakeNormals(bool were_given, CurvatureResult result, PointTable& table)
   if (were_given) return TurnTable(result.normals, table);
   table = MakeResultTable(std::move(table), std::move(result));
   return 0;
+}
+
+// Such points are skipped, and no count of normals has them.
+void NoteUnusable(const EstimateSummary& summary) {
+  const uint64_t count = summary.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)];
+  if (count == 0) return;
+  PrintNote(absl::StrCat(CountOf(count, "point"), " cannot be used (invalid_input): ", count == 1 ? "its" : "their",
+                         " position, normal or viewpoint is not finite, or the normal is 0"));
 }
 
 void PrintSummary(const MakeNormalsFlags& flags, const EstimateSummary& summary, uint64_t turned) {
@@ -115,6 +124,7 @@ ExitCode Run(MakeNormalsFlags& flags) {
   const EstimateSummary summary = result->summary;
   const uint64_t turned = TakeNormals(were_given, *std::move(result), *table);
   for (const EstimateWarning& warning : summary.warnings) PrintWarning(warning.message);
+  NoteUnusable(summary);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
   if (absl::Status status = SaveOutput(*table, flags.output, flags.save); !status.ok())
     return Fail(ExitCode::kOutput, status);

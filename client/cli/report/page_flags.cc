@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
 #include "client/cli/result_columns.h"
 #include "client/io/las/las_header.h"
@@ -33,7 +34,13 @@ absl::StatusOr<std::string> ChooseColumn(const Points& points, const std::string
                                                  "positions, normals, directions and colors"));
 }
 
-std::string BaseName(const std::string& path) { return path.substr(path.rfind('/') + 1); }
+// What messages call the input.
+std::string Shown(const PageFlags& flags) { return flags.input == "-" ? "standard input" : flags.input; }
+
+std::string TitleOf(const PageFlags& flags) {
+  const std::string shown = Shown(flags);
+  return shown.substr(shown.rfind('/') + 1);
+}
 
 // In a browser compressed points are taken apart by one thread.
 constexpr uint64_t kUsualLazPoints = 1'000'000;
@@ -41,11 +48,11 @@ constexpr uint64_t kUsualLazPoints = 1'000'000;
 bool IsLas(const std::string& extension) { return extension == ".las" || extension == ".laz"; }
 
 absl::Status BadInput(const PageFlags& flags, const absl::Status& status) {
-  return absl::InvalidArgumentError(absl::StrCat(flags.input, ": ", status.message()));
+  return absl::InvalidArgumentError(absl::StrCat(Shown(flags), ": ", status.message()));
 }
 
 ReportOptions OptionsOf(const PageFlags& flags, std::string column, uint64_t usual_points) {
-  return {.title = BaseName(flags.input),
+  return {.title = TitleOf(flags),
           .unit = flags.unit,
           .quantity = std::move(column),
           .up_axis = flags.up.empty() ? std::nullopt : std::optional(flags.up[0]),
@@ -79,6 +86,7 @@ absl::StatusOr<PageContent> TableContent(const PageFlags& flags, absl::StatusOr<
 void AddPageFlags(CLI::App& command, PageFlags& flags) {
   const std::string usual = absl::StrCat(flags.usual_points);
   command.add_option("result", flags.input, "a result of curv estimate")->required()->option_text("RESULT");
+  AddInputFormat(command, flags.format);
   command
       .add_option("--quantity", flags.quantity,
                   absl::StrCat("shown first: ", kQuantityWords, ", status, or the name of a column [mean]"))
@@ -97,7 +105,7 @@ void AddPageFlags(CLI::App& command, PageFlags& flags) {
 absl::StatusOr<PageContent> ReadContent(const PageFlags& flags) {
   absl::StatusOr<PointTable> table;
   {
-    absl::StatusOr<FileBytes> file = LoadBytes(flags.input);
+    absl::StatusOr<FileBytes> file = LoadBytes(flags.input, flags.format);
     if (!file.ok()) return file.status();
     if (!CanReadLaz() && IsLas(file->extension) && IsCompressedLas(file->bytes)) {
       return LazContent(flags, std::move(file->bytes));
@@ -108,7 +116,7 @@ absl::StatusOr<PageContent> ReadContent(const PageFlags& flags) {
 }
 
 bool NeedsCodec(const PageFlags& flags) {
-  const absl::StatusOr<std::string> extension = ReadableExtension(flags.input);
+  const absl::StatusOr<std::string> extension = ReadableExtension(flags.input, flags.format);
   if (CanReadLaz() || !extension.ok() || !IsLas(*extension)) return false;
   constexpr size_t kHeaderBytes = 227;
   std::string start(kHeaderBytes, '\0');
@@ -122,7 +130,7 @@ ExitCode MakePage(const PageFlags& flags, MadePage& page) {
   absl::StatusOr<std::string> html = content->laz.has_value() ? MakeLazPage(*content->laz, content->options)
                                                               : MakeReportPage(content->table, content->options);
   if (absl::IsResourceExhausted(html.status())) return Fail(ExitCode::kFailed, html.status());
-  if (!html.ok()) return Fail(ExitCode::kInput, absl::StrCat(flags.input, ": ", html.status().message()));
+  if (!html.ok()) return Fail(ExitCode::kInput, absl::StrCat(Shown(flags), ": ", html.status().message()));
   const uint64_t points = content->laz.has_value() ? content->laz->layout.header.points : content->table.size();
   page = {.html = *std::move(html),
           .points = points,

@@ -15,6 +15,7 @@ namespace curv {
 
 struct PageFlags {
   std::string input{};
+  std::string format{};  // of an input whose name does not tell it
   std::string quantity{};
   std::string unit{};
   std::string up{};  // "" chooses it from the cloud

@@ -41,7 +41,7 @@ ExitCode Run(const ReportFlags& flags) {
   if (const ExitCode code = MakePage(flags.page, page); code != ExitCode::kOk) return code;
   if (absl::Status status = SavePage(page.html, flags.output); !status.ok()) return Fail(ExitCode::kOutput, status);
   std::printf("%s: %s of %s of %s, %sB%s\n", ShownOutput(flags.output).c_str(), WithCommas(page.shown).c_str(),
-              CountOf(page.points, "point").c_str(), Visible(flags.page.input).c_str(),
+              CountOf(page.points, "point").c_str(), ShownInput(flags.page.input).c_str(),
               WithPrefix(static_cast<double>(page.html.size())).c_str(),
               page.decompresses ? ", which the page decompresses" : "");
   return ExitCode::kOk;

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "absl/status/status.h"
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/select/condition_node.h"
 #include "client/cli/select/tokens.h"
@@ -205,14 +206,20 @@ class Parser {
     return inside;
   }
 
+  static std::string HintAtStatus(const std::string& name) {
+    const std::string word = absl::AsciiStrToLower(name);
+    return StatusOfWord(word).has_value() ? absl::StrCat("; the word of a status is ", word, ", without quotes") : "";
+  }
+
   absl::StatusOr<Part> Named(const Token& name) const {
     if (const Column* column = table_.Find(name.text)) return Part{ConditionNode::Of(*column), name.at};
     const std::optional<uint8_t> status = StatusOfWord(name.text);
     if (status.has_value() && !name.quoted) return Part{ConditionNode::Constant(*status), name.at, name.text};
     std::string columns;
     for (const Column& column : table_.columns()) absl::StrAppend(&columns, " ", Printable(column.name));
-    const absl::Status error =
-        ConditionError(name.at, absl::StrCat("there is no column ", Quoted(name.text), ". The columns are:", columns));
+    const absl::Status error = ConditionError(
+        name.at,
+        absl::StrCat("there is no column ", Quoted(name.text), HintAtStatus(name.text), ". The columns are:", columns));
     return absl::NotFoundError(error.message());
   }
 

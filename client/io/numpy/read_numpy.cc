@@ -60,6 +60,22 @@ absl::StatusOr<const ZipMember*> FindPositions(const std::vector<ZipMember>& mem
       "the archive has no positions: expected an array positions, points or xyz, or x, y and z; it has:", names));
 }
 
+// Whether the array of the positions, `what` in messages, can hold them.
+absl::Status CheckPositions(const NpyHeader& header, const std::string& what) {
+  if (header.structured) return absl::OkStatus();
+  // No cloud of so few points has so many further columns.
+  constexpr uint64_t kMostBesideFew = 64;
+  const std::vector<uint64_t>& shape = header.shape;
+  if (shape.size() == 2 && (shape[0] == 3 || shape[0] == 6) && shape[1] > kMostBesideFew) {
+    return absl::InvalidArgumentError(absl::StrCat(what, " has the shape ", ShapeText(shape),
+                                                   ", that of a transposed one: expected (N, 3), x y z, or (N, 6)"));
+  }
+  const NpyField& scalars = header.fields[0];
+  if (scalars.kept() && scalars.sort != 'b') return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(what, " has the type ", Printable({&scalars.sort, 1}), scalars.bytes,
+                                                 ": expected f4, f8, or integers of 1, 2, 4 or 8 bytes"));
+}
+
 // Appends the columns of a member, if it has an element for each of `points`.
 absl::Status AppendMember(std::string_view file, const ZipMember& member, uint64_t points, std::vector<Column>& columns,
                           std::vector<std::string>& notes) {
@@ -98,17 +114,7 @@ absl::StatusOr<PointTable> ReadNpy(std::string_view bytes) {
         header->structured ? ": a structured one must have (N,)"
                            : ": expected (N, 3), x y z, or (N, 6), with nx ny nz; further columns may follow"));
   }
-  // No cloud of so few points has so many further columns.
-  constexpr uint64_t kMostBesideFew = 64;
-  if (is_matrix && (shape[0] == 3 || shape[0] == 6) && shape[1] > kMostBesideFew) {
-    return absl::InvalidArgumentError(absl::StrCat("the array has the shape ", ShapeText(shape),
-                                                   ", that of a transposed one: expected (N, 3), x y z, or (N, 6)"));
-  }
-  if (!header->structured && (!header->fields[0].kept() || header->fields[0].sort == 'b')) {
-    return absl::InvalidArgumentError(absl::StrCat("the array's type is ", Printable({&header->fields[0].sort, 1}),
-                                                   header->fields[0].bytes,
-                                                   ": expected f4, f8, or integers of 1, 2, 4 or 8 bytes"));
-  }
+  if (absl::Status status = CheckPositions(*header, "the array"); !status.ok()) return status;
   PointTable table;
   std::vector<Column> columns;
   AppendColumns(bytes, *header, "", columns, table.notes);
@@ -127,6 +133,8 @@ absl::StatusOr<PointTable> ReadNpz(std::string_view bytes) {
   const absl::StatusOr<NpyHeader> header = ReadNpyHeader(*first);
   if (!header.ok()) return header.status();
   if (header->shape.empty()) return absl::InvalidArgumentError("the positions are one number: expected (N, 3) or (N,)");
+  const std::string what = absl::StrCat("the array ", Printable(ArrayName(**positions)));
+  if (absl::Status status = CheckPositions(*header, what); !status.ok()) return status;
   PointTable table;
   std::vector<Column> columns;
   for (const ZipMember& member : *members) {

@@ -48,6 +48,8 @@ def real_array(name: str, values: npt.ArrayLike) -> npt.NDArray[typing.Any]:
     except (ValueError, TypeError, RuntimeError, Warning) as error:  # what a tensor's __array__ raises as well
         raise ValueError(f"{name} cannot be made an array of shape (N, 3): {error}") from None
     if array.dtype.kind not in "fiu":
+        if array.ndim == 0:  # a generator, a path, a dict: all in one
+            raise ValueError(f"{name} has the type {type(values).__name__}; it must be an array of numbers, or a list of such")
         # pandas makes objects of its nullable dtypes, such as Float64.
         is_of_pandas = array.dtype.kind == "O" and hasattr(values, "to_numpy")
         remedy = ", as .to_numpy(dtype=float, na_value=numpy.nan) makes of them" if is_of_pandas else ""

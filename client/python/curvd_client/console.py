@@ -31,6 +31,16 @@ _FLAGS = {
     "server_name": "--tls-server-name",
     "token": "--token-file: the token",
 }
+# What the arguments of a call, and fields of its header, are called here.
+_ARGUMENTS = {
+    r"^neighbor_counts exclude neighbor_count, radius\b": "several numbers of --k exclude --radius",
+    r"; max_radius says .*": "",
+    r"header\.options\.estimator\b": "--estimator",
+    r"(header\.options\.)?\bneighbor_counts?\b": "--k",
+    r"(header\.options\.|^|(?<=and ))radius\b": "--radius",
+    r"a curvature_direction\b": "--direction",
+    r"^quantity\b": "--quantities:",
+}
 _REFUSED, _BAD_INPUT, _BAD_OUTPUT, _NO_SERVER, _OUT_OF_TIME, _INTERRUPTED = 1, 3, 4, 5, 6, 130
 
 
@@ -42,9 +52,10 @@ def main(arguments: typing.Sequence[str] | None = None) -> int:
     try:
         return int(options.run(options))
     except CurvdError as error:
-        return _fail(_code_of(error), str(error))
+        is_late = error.code == grpc.StatusCode.DEADLINE_EXCEEDED and error.reason in ("", "DEADLINE_EXCEEDED")
+        return _fail(_code_of(error), f"{error.code.name}: {_in_flags(error.message)}{': the call took longer than --timeout allows' if is_late else ''}")
     except (OSError, ValueError) as error:
-        return _fail(2, str(error))
+        return _fail(2, _in_flags(str(error)))
     except KeyboardInterrupt:
         return _fail(_INTERRUPTED, "interrupted")
 
@@ -228,6 +239,12 @@ def _float(text: str) -> float:
         return math.nan
 
 
+def _in_flags(message: str) -> str:
+    for argument, flag in _ARGUMENTS.items():
+        message = re.sub(argument, flag, message)
+    return message
+
+
 def _code_of(error: CurvdError) -> int:
     if error.code == grpc.StatusCode.UNAVAILABLE:
         return _NO_SERVER
@@ -240,7 +257,7 @@ def _fail(code: int, message: str) -> int:
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:
-    prefix = "warning" if issubclass(category, CurvdWarning) else category.__name__
+    prefix = "warning" if issubclass(category, CurvdWarning) or category is UserWarning else category.__name__
     print(f"curvd-client: {prefix}: {message}", file=sys.stderr)
 
 

@@ -43,6 +43,10 @@ class CurvdError(Exception):
         self.transient = transient
         self.answered = True
 
+    def __reduce__(self) -> tuple[typing.Any, ...]:
+        # Pools of processes hand errors on as pickles, which would call the class with the text of the error alone.
+        return type(self), (self.code, self.message), self.__dict__
+
 
 class CurvdWarning(UserWarning):
     """A call succeeded, but something is wrong with its cloud; `code` is the contract's WarningCode, such as "NO_RESULTS"."""
@@ -50,6 +54,9 @@ class CurvdWarning(UserWarning):
     def __init__(self, code: str, message: str) -> None:
         super().__init__(message)
         self.code = code
+
+    def __reduce__(self) -> tuple[typing.Any, ...]:
+        return type(self), (self.code, str(self)), self.__dict__
 
 
 def from_rpc_error(error: typing.Any, answered: bool = True) -> CurvdError:

@@ -23,10 +23,14 @@ QUANTITIES = tuple(
 )
 
 
+def _quantity_name(number: int) -> str:
+    return str(curvature_pb2.Quantity.Name(number)).removeprefix(_PREFIX).lower()
+
+
 # Those of curvature that come without being asked for.
 DEFAULT_QUANTITIES = tuple(
     dict.fromkeys(
-        curvature_pb2.Quantity.Name(column.quantity).removeprefix(_PREFIX).lower()
+        _quantity_name(column.quantity)
         for _, column in result_columns()
         if column.quantity != curvature_pb2.QUANTITY_UNSPECIFIED and not column.on_request
     )
@@ -36,6 +40,9 @@ DEFAULT_QUANTITIES = tuple(
 def quantity_number(name: str) -> int:
     """The contract's number of a quantity. Raises ValueError if there is none of that name."""
     if not isinstance(name, str) or name not in QUANTITIES:
+        owner = next((column.quantity for column_name, column in result_columns() if column_name == name and column.quantity), None)
+        if owner is not None:
+            raise ValueError(f"quantity {shown(name)} is unknown; the column comes with {_quantity_name(owner)!r}")
         raise ValueError(f"quantity {shown(name)} is unknown; it must be one of {', '.join(QUANTITIES)}")
     return int(curvature_pb2.Quantity.Value(_PREFIX + name.upper()))
 

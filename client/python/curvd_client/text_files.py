@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import functools
 import operator
 import pathlib
 import re
@@ -12,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 COORDINATES = ("x", "y", "z", "nx", "ny", "nz")
-_OTHER_NAMES = {"normal_x": "nx", "normal_y": "ny", "normal_z": "nz"}
+_OTHER_NAMES = {f"{start}{axis}": f"n{axis}" for start in ("n_", "normal_", "normal") for axis in "xyz"}
 _COMMENTS = ("#", "//")
 
 
@@ -30,16 +31,23 @@ def read_text(file: pathlib.Path) -> tuple[dict[str, npt.NDArray[typing.Any]] | 
 
     Names are the first line, if it begins with a word; or the last comment before the values, if it has a name for each
     and begins with x y z, or has commas between them. Raises ValueError, naming the line, for what is
-    no table.
+    no table, as text in UTF-16.
     """
     with _open(file) as lines:
         layout = _layout_of(lines)
     if layout.names is None:
         values = _all_values(file, layout)
         return None, _checked(values, layout)
+    if not {"x", "y", "z"} <= set(layout.names):
+        raise ValueError(f"it has {_shown(layout.names)}; there must be x and y and z")
     wanted = [name for name in COORDINATES if name in layout.names]
     values = _checked(_values(file, layout, [layout.names.index(name) for name in wanted]), layout)
     return dict(zip(wanted, values.T)), values
+
+
+def _shown(names: list[str]) -> str:
+    more = f" and {len(names) - 30} more" if len(names) > 30 else ""
+    return ", ".join(name[:40] for name in names[:30]) + more
 
 
 def _open(file: pathlib.Path) -> typing.TextIO:
@@ -58,11 +66,14 @@ def _checked(values: npt.NDArray[typing.Any], layout: _Layout) -> npt.NDArray[ty
 def _layout_of(lines: typing.Iterable[str]) -> _Layout:
     comment, declared = "", None
     for number, line in enumerate(lines):
+        if "\0" in line:
+            raise ValueError(f"line {number + 1} has bytes of 0, as text in UTF-16 has: save it as UTF-8, if it is text")
         text = line.strip()
         if text.startswith(_COMMENTS):
             comment = text.removeprefix("#").removeprefix("//")
         elif text:
-            delimiter = next((each for each in ",;" if each in text), None)
+            unquoted = re.sub('"[^"]*"', "", text)
+            delimiter = next((each for each in ",;" if each in unquoted), None)
             cells = _cells(text, delimiter)
             if not _is_number(cells[0]):
                 delimiter = delimiter or ("\t" if "\t" in text else None)
@@ -83,8 +94,17 @@ def _without_comment(text: str) -> str:
 
 
 def _cells(text: str, delimiter: str | None) -> list[str]:
-    """Without the quotes around them. What is between quotes is cut at delimiters, too, as `curv` does."""
-    return [cell.strip().removeprefix('"').removesuffix('"').strip() for cell in text.split(delimiter)]
+    """Without the quotes around them, between which there may be delimiters, and quotes as two."""
+    if delimiter is None or '"' not in text:
+        return [cell.strip().removeprefix('"').removesuffix('"').strip() for cell in text.split(delimiter)]
+    return [match[1].replace('""', '"').strip() if match[1] is not None else match[2].strip() for match in _cell_pattern(delimiter).finditer(text)]
+
+
+@functools.lru_cache
+def _cell_pattern(delimiter: str) -> re.Pattern[str]:
+    end = re.escape(delimiter)
+    blank = f"[^\\S{end}]*"
+    return re.compile(f'(?:^|(?<={end}))(?:{blank}"((?:[^"]|"")*)"{blank}(?={end}|$)|([^{end}]*))')
 
 
 def _names(words: typing.Iterable[str]) -> list[str]:
@@ -134,9 +154,7 @@ def _values(file: pathlib.Path, layout: _Layout, wanted: list[int]) -> npt.NDArr
                 text = _without_comment(text)
             if number < layout.first or not text.strip():
                 continue
-            cells = text.split(layout.delimiter)
-            if '"' in text:
-                cells = [_unquoted(cell, number) for cell in cells]
+            cells = _cells(text, layout.delimiter) if '"' in text else text.split(layout.delimiter)
             if len(cells) != layout.width:
                 raise ValueError(f"line {number + 1} has {len(cells)} values, and there are {layout.width} columns")
             parse: typing.Callable[[str], float] = _number
@@ -148,15 +166,6 @@ def _values(file: pathlib.Path, layout: _Layout, wanted: list[int]) -> npt.NDArr
                 wrong = next(cell for cell in pick(cells) if not _is_number(cell))
                 raise ValueError(f'line {number + 1}: "{wrong.strip()[:40]}" is no number') from None
     return np.frombuffer(values, dtype=np.float64).reshape(-1, len(wanted))
-
-
-def _unquoted(cell: str, number: int) -> str:
-    cell = cell.strip()
-    if len(cell) > 1 and cell[0] == cell[-1] == '"':
-        cell = cell[1:-1]
-    if '"' in cell:
-        raise ValueError(f"line {number + 1} has a quote within a value")
-    return cell
 
 
 def _number(text: str) -> float:

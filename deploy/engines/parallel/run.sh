@@ -3,6 +3,10 @@
 #   run.sh DIR HOST:PORT[,HOST:PORT...] [FLAGS OF PARALLEL...]
 # Ends with the number of tiles that failed five times. Run again, it does what is left.
 set -euo pipefail
+if (($# < 2)); then
+  echo "usage: run.sh DIR HOST:PORT[,HOST:PORT...] [FLAGS OF PARALLEL...]" >&2
+  exit 2
+fi
 directory=$1 servers=$2
 IFS=, read -ra each <<<"$servers"
 

@@ -247,6 +247,7 @@ TEST_F(CurvTest, UnreachableServersAndTimeoutsHaveTheirCodes) {
   ASSERT_EQ(RunCurv({"generate", "torus", "--points=100000", "-o", large}).exit_code, 0);
   const CurvRun late = RunCurv({"estimate", large, "-o", dir_.File("out.ply"), "--k=1000", "--timeout=0.000001"});
   EXPECT_EQ(late.exit_code, 6) << late.err;
+  EXPECT_THAT(late.err, HasSubstr("the call took longer than --timeout allows"));
   EXPECT_FALSE(dir_.Has("out.ply"));
 }
 
@@ -322,6 +323,14 @@ TEST_F(CurvTest, SaysWhenNoPointCouldBeEstimated) {
   const CurvRun run = RunCurv({"estimate", Cloud(), "-o", dir_.File("r.ply"), "--k=5000"});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.err, HasSubstr("no point has a result; most are too_few_neighbors: neighborhoods of 5,000 points"));
+}
+
+TEST_F(CurvTest, TellsHowManyPointsGetNoNormalSinceTheyAreUnusable) {
+  const std::string cloud = dir_.Write("holes.csv", "x,y,z,nx,ny,nz\nnan,0,0,0,0,1\n0,0,0,0,0,1\n0,0,1,0,0,0\n");
+  EXPECT_THAT(RunCurv({"normals", cloud, "-o", dir_.File("n.ply")}).err,
+              HasSubstr("note: 1 point cannot be used (invalid_input): its position, normal or viewpoint"));
+  EXPECT_THAT(RunCurv({"orient", cloud, "-o", dir_.File("o.ply")}).err,
+              HasSubstr("note: 2 points cannot be used (invalid_input): their position"));
 }
 
 TEST_F(CurvTest, CountsOnePoint) {

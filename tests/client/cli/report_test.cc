@@ -64,6 +64,19 @@ TEST_F(ReportCommandTest, ViewRefusesWhatItCannotShow) {
   EXPECT_THAT(RunCurv({"view", "-", "--watch"}).err, HasSubstr("--watch needs a file"));
 }
 
+TEST_F(ReportCommandTest, ReadsWhatHasNoNameThatTellsItsFormat) {
+  const CurvRun nameless = RunCurv({"report", "-", "-o", dir_.File("r.html")}, cloud_);
+  EXPECT_THAT(nameless.err, HasSubstr("say --format=ply"));
+  const CurvRun run = RunCurv({"report", "-", "--format=csv", "-o", dir_.File("r.html")}, cloud_);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("3 of 3 points of standard input"));
+  std::stringstream page;
+  page << std::ifstream(dir_.File("r.html")).rdbuf();
+  EXPECT_THAT(page.str(), HasSubstr("standard input"));
+  EXPECT_THAT(RunCurv({"view", "-", "--format=csv"}, dir_.Write("flat", "x,y\n1,2\n")).err,
+              HasSubstr("standard input: the file has no"));
+}
+
 TEST_F(ReportCommandTest, ShowsWhatIsAskedFor) {
   for (const std::string quantity : {"k1", "status"}) {
     EXPECT_EQ(RunCurv({"report", cloud_, "-o", dir_.File("r.html"), "--quantity=" + quantity}).exit_code, 0);

@@ -140,6 +140,15 @@ TEST(CsvTest, NamesLineAndValue) {
   EXPECT_THAT(Message("x,status\n1,fine\n"), HasSubstr("expected a status word, or a number"));
 }
 
+TEST(CsvTest, TellsTextInUtf16) {
+  EXPECT_THAT(Message(std::string("x\0,\0y\0,\0z\0\n\0", 12)),
+              HasSubstr("line 1 has bytes of 0, as text in UTF-16 has"));
+}
+
+TEST(CsvTest, TellsNumbersInPlaceOfNames) {
+  EXPECT_THAT(Message("1,2.5,-3\n4,5,6\n"), HasSubstr("line 1: expected the columns' names, found numbers"));
+}
+
 TEST(CsvTest, SurvivesTruncationAndDamage) {
   AcceptedPrefixes(ReadCsv, "x,y,status\n1.5,-2e3,ok\nnan,inf,invalid_input\n");
 }

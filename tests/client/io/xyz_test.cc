@@ -135,7 +135,17 @@ TEST(XyzTest, NamesLineAndValue) {
   EXPECT_THAT(Message("# c\n1 2 3 4 5 6\n1 2 3\n"), HasSubstr("line 3: expected 6 values, found 3"));
   EXPECT_THAT(Message("1 2\n"), HasSubstr("line 1: expected x y z nx ny nz"));
   EXPECT_THAT(Message("1 2 1e400\n"), HasSubstr("in the range of double"));
-  EXPECT_THAT(Message(std::string("1 2 \0\x01\n", 7)), HasSubstr("\"??\""));
+  EXPECT_THAT(Message(std::string("1 2 \x02\x01\n", 7)), HasSubstr("\"??\""));
+}
+
+TEST(XyzTest, TellsTextInUtf16) {
+  const std::string text(
+      "\xff\xfe"
+      "1\0 \0"
+      "2\0 \0"
+      "3\0\n\0",
+      14);
+  EXPECT_THAT(Message(text), HasSubstr("line 1 has bytes of 0, as text in UTF-16 has: save it as UTF-8"));
 }
 
 TEST(XyzTest, TellsALineOfNames) {

@@ -264,6 +264,12 @@ class Tiles(unittest.TestCase):
                 self.assertIn(word, self.plan(*flags, code=USAGE))
         self.assertFalse(os.path.exists(self.work))
 
+    def test_refuses_inputs_whose_coordinates_have_other_types(self):
+        text = self.folder / "doubles.xyz"
+        text.write_text("".join(f"{i} {i * i} 0 0 0 1\n" for i in range(9)), encoding="utf-8")
+        said = curv("tiles", "plan", self.cloud, str(text), "-o", self.work, code=INPUT)
+        self.assertIn("doubles.xyz: its column x is float64, and float32 in the inputs before it", said)
+
     def test_the_help_of_plan_has_no_flag_that_it_refuses(self):
         flags = set(re.findall(r"^ +(?:-o,)?(--[a-z-]+)", curv("tiles", "plan", "--help"), re.MULTILINE))
         self.assertIn("--radius", flags)

@@ -106,6 +106,8 @@ class ArgumentTest(unittest.TestCase):
             with self.subTest((name, value)), self.assertRaises(ValueError) as refused:
                 estimate_curvature(np.zeros((4, 3)), server="127.0.0.1:1", **{name: value})
             self.assertIn(f"{name} is {value!r}; it must be {limit}", str(refused.exception))
+        with self.assertRaisesRegex(ValueError, "quantity 'd1' is unknown; the column comes with 'principal_directions'"):
+            estimate_curvature(np.zeros((4, 3)), server="127.0.0.1:1", quantities=["d1"])
         for name, value in (("normal_method", ["pca"]), ("quantities", [["k1"]]), ("neighbor_count_range", {16, 64})):
             options = {name: value, **({"estimator": "auto"} if "range" in name else {})}
             with self.subTest(name), self.assertRaisesRegex(ValueError, "(is .*; it|is unknown; it) must be"):

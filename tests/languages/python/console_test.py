@@ -76,7 +76,11 @@ class ConsoleTest(unittest.TestCase):
         (self.folder / "folder.npy").mkdir()
         (self.folder / "folder").mkdir()
         for code, words, arguments, server in (
-            (1, "max_neighbor_count", ["cloud.npy", "-o", "out.npz", "--k=1000000"], None),
+            (1, "--k is 1000000; it must be at most 10000 (max_neighbor_count)", ["cloud.npy", "-o", "out.npz", "--k=1000000"], None),
+            (2, "--k is [64, 16]; it must be a list", ["cloud.npy", "-o", "out.npz", "--k=64,16"], None),
+            (2, "several numbers of --k exclude --radius and", ["cloud.npy", "-o", "out.npz", "--k=16,64", "--radius=1"], None),
+            (2, "--quantities: 'mean' is unknown", ["cloud.npy", "-o", "out.npz", "--quantities=mean"], None),
+            (2, "needs --direction", ["cloud.npy", "-o", "out.npz", "--quantities=normal_curvature"], None),
             (2, '"3" must be auto, or whole numbers from 4 to 1000000', ["cloud.npy", "-o", "out.npz", "--k=3"], None),
             (2, '"9,ten" must be', ["cloud.npy", "-o", "out.npz", "--k=9,ten"], None),
             (2, "--radius: \"nan\" must be a finite number above 0", ["cloud.npy", "-o", "out.npz", "--radius=nan"], None),
@@ -96,7 +100,7 @@ class ConsoleTest(unittest.TestCase):
              ["cloud.npy", "-o", "out.npz", "--tls-cert=bad.xyz", "--tls-key=bad.xyz"], None),
             (2, "must end in .npz", ["cloud.npy", "-o", "out.ply"], None),
             (2, "would replace the input", ["other.npz", "-o", "./other.npz"], None),
-            (2, "exclude", ["cloud.npy", "-o", "out.npz", "--k=9", "--radius=1"], None),
+            (2, "--k and --radius exclude each other", ["cloud.npy", "-o", "out.npz", "--k=9", "--radius=1"], None),
             (2, "invalid choice", ["cloud.npy", "-o", "out.npz", "--estimator=best"], None),
             (3, "damaged.npz: numpy cannot read it", ["damaged.npz", "-o", "out.npz"], None),
             (3, "complex128", ["complex.npy", "-o", "out.npz"], None),
@@ -115,6 +119,7 @@ class ConsoleTest(unittest.TestCase):
             (3, "folder: it is a directory", ["folder", "-o", "out.npz"], None),
             (3, "no normals", ["cloud.npy", "-o", "out.npz", "--normals=given"], None),
             (4, "No such file", ["cloud.npy", "-o", "nowhere/out.npz"], None),
+            (6, "the call took longer than --timeout allows", ["cloud.npy", "-o", "out.npz", "--timeout=0.000001"], None),
             (5, "UNAVAILABLE", ["cloud.npy", "-o", "out.npz"], "127.0.0.1:1"),
         ):
             with self.subTest(arguments):

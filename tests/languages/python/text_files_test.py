@@ -37,7 +37,28 @@ class TextFilesTest(unittest.TestCase):
         self.expect("x,y,z,name\n1,2,3,a_\u00e9\n", [[1, 2, 3]], kind="csv")
         self.expect("x;y;z\n1;2;3\n", [[1, 2, 3]], kind="csv")
         self.expect("normal_x,normal_y,normal_z,x,y,z\n0,0,1,1,2,3\n", [[1, 2, 3]], [[0, 0, 1]], kind="csv")
+        self.expect("x,y,z,NormalX,NormalY,NormalZ\n1,2,3,0,0,1\n", [[1, 2, 3]], [[0, 0, 1]], kind="csv")
+        self.expect("x,y,z,n_x,N_Y,n_z\n1,2,3,0,0,1\n", [[1, 2, 3]], [[0, 0, 1]], kind="csv")
         self.expect("stra\xdfe,x,y,z\n1,1,2,3\n".encode("latin-1"), [[1, 2, 3]], kind="csv")
+
+    def test_delimiters_in_quotes_separate_nothing(self):
+        self.expect('"X","Y","Z","a,b"\n1,2,3,4\n', [[1, 2, 3]], kind="csv")
+        self.expect('"a;b,c",x,y,z\n"5, ""6""",1,"2",3\n,1,2,3\n', [[1, 2, 3], [1, 2, 3]], kind="csv")
+        self.expect('"a,b";x;y;z\n "4;5" ;1;2;3\n', [[1, 2, 3]], kind="csv")
+
+    def test_colors_of_other_ranges_are_no_normals(self):
+        for rows, words in (
+            ("1 2 3 0.1 0.2 0.3\n", "the vector of point 0 has the length 0.374166"),
+            ("1 2 3 0 0 1\n1 2 3 60000 9 9\n", "the vector of point 1 has the length 60000"),
+            ("1 2 3 0 0 0 7\n", "no point has a vector there"),
+        ):
+            with self.subTest(rows), self.assertWarnsRegex(UserWarning, f"columns 4 to 6 are no normals: {words}"):
+                self.assertIsNone(self.read(rows)[1])
+        file = self.folder / "cloud.npy"
+        np.save(file, [[1, 2, 3, 0.1, 0.2, 0.3]])
+        with self.assertWarnsRegex(UserWarning, "cloud.npy: .* save them as the array normals"):
+            self.assertIsNone(read_cloud(file)[1])
+        self.expect("1 2 3 0 0 0.95\n1 2 3 0 0 0\n", [[1, 2, 3], [1, 2, 3]], [[0, 0, 0.95], [0, 0, 0]])
 
     def test_a_comment_names_columns_only_where_it_is_a_header(self):
         self.expect("# x y z nx ny nz\n1 2 3 0 0 1\n", [[1, 2, 3]], [[0, 0, 1]])
@@ -50,7 +71,8 @@ class TextFilesTest(unittest.TestCase):
         self.expect("# my scan file\n1,2,3\n", [[1, 2, 3]], kind="csv")
 
     def test_without_names_places_tell(self):
-        self.expect("2\n1 2 3 0.5 9 9 9\n4 5 6 0.5 9 9 9\n", [[1, 2, 3], [4, 5, 6]], kind="pts")
+        with self.assertWarns(UserWarning):
+            self.expect("2\n1 2 3 0.5 9 9 9\n4 5 6 0.5 9 9 9\n", [[1, 2, 3], [4, 5, 6]], kind="pts")
         self.expect("1 2 3 10 20 30\n", [[1, 2, 3]])
         self.expect("1 2 3 0 0 1 50\n", [[1, 2, 3]], [[0, 0, 1]])
         self.expect("1\t2\t3\n", [[1, 2, 3]])
@@ -63,7 +85,10 @@ class TextFilesTest(unittest.TestCase):
             ("x,y,z,a_b\n1_000,2,3,4\n", 'line 2: "1_000" is no number'),
             ("x,y,z\n1,2,\n", 'line 2: "" is no number'),
             ("x;y;z\n1,5;2,5;3,5\n", 'line 2: "1,5" is no number'),
-            ("x,y,z\n1\"2,3,4\n", "line 2 has a quote within a value"),
+            ("x,y,z\n1\"2,3,4\n", 'line 2: "1"2" is no number'),
+            ("lon,lat,h\n1,2,3\n", "it has lon, lat, h; there must be x and y and z"),
+            ("x,y,z\n1,2,3\n".encode("utf-16"), "line 1 has bytes of 0, as text in UTF-16 has"),
+            ("1 2 3\n".encode("utf-16-be"), "line 1 has bytes of 0"),
             ("x,y,z\n# 1,2,3\n", "is no number|columns"),
             ("x,y,z,x\n1,2,3,4\n", "two columns have the name x"),
             ("x,y,nz\n1,2,3\n", "it has x, y, nz; there must be"),

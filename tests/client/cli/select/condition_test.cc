@@ -95,6 +95,9 @@ TEST(ConditionTest, ListsTheColumnsBesideAnUnknownOne) {
   EXPECT_THAT(Message("x > 0 and k3 > 1"),
               HasSubstr("character 11: there is no column \"k3\". The columns are: x k1 k2 status echo width or"));
   EXPECT_THAT(Message("exp(x) > 1"), HasSubstr("there is no column \"exp\""));
+  EXPECT_THAT(Message("status == OK"),
+              HasSubstr("no column \"OK\"; the word of a status is ok, without quotes. The columns"));
+  EXPECT_THAT(Message("status == \"singular_fit\""), HasSubstr("the word of a status is singular_fit, without quotes"));
 }
 
 TEST(ConditionTest, NamesWhatIsWrong) {

@@ -103,14 +103,14 @@ TEST(NpyTest, RefusesOtherArrays) {
   EXPECT_THAT(Message("ply"), HasSubstr("0x93 NUMPY"));
   EXPECT_THAT(Message(Matrix("<f4", "(3,)", three)), HasSubstr("has the shape (3,): expected (N, 3)"));
   EXPECT_THAT(Message(Matrix("<f4", "(3, 100)", std::string(1200, '\0'))), HasSubstr("that of a transposed one"));
-  EXPECT_THAT(Message(Matrix("|b1", "(1, 3)", std::string(3, '\1'))), HasSubstr("the array's type is b1"));
+  EXPECT_THAT(Message(Matrix("|b1", "(1, 3)", std::string(3, '\1'))), HasSubstr("the array has the type b1"));
   EXPECT_THAT(Message(Matrix("<f4", "(1, 2)", three)), HasSubstr("(1, 2)"));
   EXPECT_THAT(Message(Matrix("<f4", "(1, 3, 1)", three)), HasSubstr("(1, 3, 1)"));
-  EXPECT_THAT(Message(Matrix("<c8", "(1, 3)", three + three)), HasSubstr("type is c8: expected f4, f8"));
+  EXPECT_THAT(Message(Matrix("<c8", "(1, 3)", three + three)), HasSubstr("has the type c8: expected f4, f8"));
   EXPECT_THAT(Message(Matrix("<\xa3"
                              "6",
                              "(1, 3)", three + three)),
-              HasSubstr("type is ?6: expected f4, f8"));
+              HasSubstr("has the type ?6: expected f4, f8"));
   EXPECT_THAT(Message(Matrix("|O", "(1, 3)", three)), HasSubstr("holds Python objects"));
   EXPECT_THAT(Message(Matrix("<f4", "(2, 3)", three)),
               HasSubstr("the shape is (2, 3), 4 bytes an element, but only 12"));
@@ -244,6 +244,10 @@ TEST(NpzTest, RefusesOtherArchives) {
   damaged[damaged.find("descr") - 1] = '"';
   EXPECT_THAT(message(damaged), HasSubstr("member x.npy of the archive is damaged"));
   EXPECT_THAT(message(Archive({{"x.npy", "no array"}})), HasSubstr("0x93 NUMPY"));
+  EXPECT_THAT(message(Archive({{"points.npy", Matrix("<f2", "(1, 3)", std::string(6, '\0'))}})),
+              HasSubstr("the array points has the type f2: expected f4, f8"));
+  EXPECT_THAT(message(Archive({{"xyz.npy", Matrix("<f4", "(3, 100)", std::string(1200, '\0'))}})),
+              HasSubstr("the array xyz has the shape (3, 100), that of a transposed one"));
 }
 
 TEST(NpzTest, SurvivesTruncationAndDamage) {
