@@ -210,6 +210,14 @@ class Planner {
       if (plan_.spacing == 0.0) {
         plan_.spacing = LatticeSpacing(std::span(sample).first(std::min(sample.size(), kLatticeSample)), Usable());
       }
+      if (plan_.spacing < kLeastSpacing || plan_.spacing > kMostSpacing) {
+        return absl::InvalidArgumentError(absl::StrFormat(
+            "the lattice of the coordinates, which are doubles, is %g%s; it must be from 2^-100 to 2^100, about 8e-31 "
+            "to "
+            "1e30: choose another unit of length",
+            plan_.spacing,
+            request_.spacing == 0.0 ? ", at most 2^-12 of the distance between points" : " (--lattice)"));
+      }
       for (Position& p : sample) p = OnLattice(p, plan_.spacing);
     }
     const uint64_t tiles = std::max<uint64_t>((Usable() + request_.tile_points - 1) / request_.tile_points, 1);

@@ -330,6 +330,18 @@ class Tiles(unittest.TestCase):
         pathlib.Path(cloud).write_text("x,y,z,nx,ny,nz\n" + "\n".join(lines), encoding="ascii")
         self.assertIn("point 777 has a coordinate beyond 3e38", self.plan(cloud=cloud, code=INPUT))
 
+    def test_lattices_that_no_server_takes_are_refused(self):
+        cloud = str(self.folder / "doubles.ply")
+        curv("generate", "sphere", "--points=500", "--double", "-o", cloud)
+        for spacing in ("1e-300", "1e300"):
+            error = self.plan(f"--lattice={spacing}", cloud=cloud, code=INPUT)
+            self.assertRegex(error, r"is [\d.]+e[-+]?\d+ \(--lattice\); it must be from 2\^-100 to 2\^100")
+            shutil.rmtree(self.work)
+        small = self.folder / "small.csv"
+        lines = ["x,y,z,nx,ny,nz"] + [f"{i % 30}e-40,{i // 30}e-40,0,0,0,1" for i in range(900)]
+        small.write_text("\n".join(lines) + "\n", encoding="ascii")
+        self.assertIn("of the distance between points; it must be from", self.plan(cloud=str(small), code=INPUT))
+
     def test_doubles_have_the_same_bytes_for_other_tiles(self):
         far = str(self.folder / "far.csv")
         table = str(self.folder / "near.csv")
