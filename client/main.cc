@@ -9,6 +9,7 @@
 #include "CLI/CLI.hpp"
 #include "about/version_line.h"
 #include "client/cli/command.h"
+#include "client/cli/flags.h"
 #include "client/cli/usage/usage_message.h"
 
 namespace {
@@ -33,6 +34,7 @@ int Run(int argc, char** argv) {
   curv::AddDoctor(app, action);
   curv::AddToken(app, action);
   curv::AddCompletion(app, action);
+  curv::RefuseValuesOfSwitches(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {

@@ -7,7 +7,6 @@
 #include <cctype>
 #include <cstdlib>
 #include <limits>
-#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
@@ -34,8 +33,8 @@ constexpr char kFooter[] =
     "  curv estimate torus.ply -o out.ply --server=127.0.0.1:50061\n"
     "  curl http://127.0.0.1:9461/metrics\n"
     "\nExit codes: 0 drained after SIGTERM or SIGINT; 1 cannot serve: an address is in use or not permitted,\n"
-    "or a certificate or token file holds none; 2 wrong flags, or a file that they name cannot be read;\n"
-    "3 a second signal ended the drain.\n";
+    "or what a file of certificates, tokens or names holds is wrong; 2 wrong flags, or a file that they name\n"
+    "cannot be read; 3 a second signal ended the drain.\n";
 
 // An empty value cannot be told from a missing one on a command line.
 constexpr char kNoAddress[] = "none";
@@ -64,13 +63,12 @@ std::string CheckWhole(const std::string& text) {
              : absl::StrCat("\"", text, "\" must be a whole number of at most ", std::numeric_limits<Value>::max());
 }
 
+// CLI11 takes 1.5 and 4MiB for true, and aborts the program at numbers of 20 digits.
 std::string CheckBool(const std::string& text) {
-  try {
-    CLI::detail::to_flag_value(text);
-    return "";
-  } catch (const std::invalid_argument&) {
-    return absl::StrCat("\"", text, "\" must be true or false");
+  for (const char* word : {"true", "false", "yes", "no", "on", "off", "1", "0"}) {
+    if (absl::EqualsIgnoreCase(text, word)) return "";
   }
+  return absl::StrCat("\"", text, "\" must be true or false");
 }
 
 template <typename Value>
@@ -98,7 +96,8 @@ void AddDuration(CLI::App& app, const char* flag, absl::Duration& value, const s
       ->type_name("DURATION");
 }
 
-void AddBytes(CLI::App& app, const char* flag, uint64_t& value, const std::string& help) {
+template <typename Value>
+void AddBytes(CLI::App& app, const char* flag, Value& value, const std::string& help) {
   CLI::AsSizeValue with_unit(false);
   with_unit.description("");
   // A transformation comes before all checks.
@@ -149,7 +148,7 @@ void AddAddresses(CLI::App& app, ServerOptions& options) {
           "Where probes ask for health alone, in plain text and without a token: as --listen")
       ->type_name("HOST:PORT");
   AddFlag(app, "--metrics-listen", options.metrics_listen,
-          "Where Prometheus scrapes /metrics; port 0 picks a free one, \"none\" for no metrics")
+          "Where Prometheus scrapes /metrics, over IPv4; port 0 picks a free one, \"none\" for no metrics")
       ->type_name("HOST:PORT");
 }
 
@@ -185,7 +184,7 @@ void AddLimits(CLI::App& app, ServerOptions& options) {
       ->type_name("N");
   AddFlag(app, "--max-connections-per-peer", options.max_connections_per_peer, "Connections from one address")
       ->type_name("N");
-  AddFlag(app, "--max-header-bytes", options.max_header_bytes, "Bytes of one call's metadata")->type_name("BYTES");
+  AddBytes(app, "--max-header-bytes", options.max_header_bytes, "Bytes of one call's metadata; units as in 16KiB");
   AddDuration(app, "--idle-timeout", options.idle_timeout, "How long a connection may be open without a call");
   AddDuration(app, "--handshake-timeout", options.handshake_timeout, "How long a new connection's handshake may take");
   AddFlag(app, "--max-waiting", options.max_waiting, "Calls that wait for memory at a time; further ones are refused")

@@ -38,18 +38,36 @@ absl::Status CheckGoesWith(const char* flag, const std::string& value, const cha
                    {kReasonInvalidOption, flag, value, absl::StrCat("given together with ", other), {}});
 }
 
-// Looks at the port alone: whether the rest is an address of this machine shows when it is bound.
-absl::Status CheckPort(const char* flag, const std::string& address) {
-  if (address.empty() || absl::StartsWith(address, "unix:")) return absl::OkStatus();
-  const std::string port = SplitHostPort(address).port;
+bool HasHostAndPort(const std::string& address) {
+  const auto [host, port] = SplitHostPort(address);
   const bool is_number = !port.empty() && std::all_of(port.begin(), port.end(), absl::ascii_isdigit);
   uint32_t number = 0;
-  if (is_number && absl::SimpleAtoi(port, &number) && number <= kMaxPort) return absl::OkStatus();
+  return !host.empty() && is_number && absl::SimpleAtoi(port, &number) && number <= kMaxPort;
+}
+
+// Whether a host is an address of this machine shows when it is bound.
+absl::Status CheckAddress(const char* flag, const std::string& address) {
+  if (address.empty() || absl::StartsWith(address, "unix:") || HasHostAndPort(address)) return absl::OkStatus();
   return MakeError(absl::StatusCode::kInvalidArgument,
                    {kReasonInvalidOption,
                     flag,
                     address,
                     absl::StrCat("HOST:PORT with a port in [0, ", kMaxPort, "], or unix:PATH"),
+                    {}});
+}
+
+// Debian's civetweb, which answers scrapes, knows neither IPv6 nor Unix sockets.
+absl::Status CheckMetricsAddress(const std::string& address) {
+  const std::string host = SplitHostPort(address).host;
+  if (address.empty() || (HasHostAndPort(address) && host != "*" && !absl::StrContains(host, ':') &&
+                          !absl::StartsWith(address, "unix:"))) {
+    return absl::OkStatus();
+  }
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   {kReasonInvalidOption,
+                    "--metrics-listen",
+                    address,
+                    absl::StrCat("HOST:PORT with an IPv4 address, or a name of one, and a port in [0, ", kMaxPort, "]"),
                     {}});
 }
 
@@ -93,9 +111,9 @@ absl::Status ServerOptions::Validate() const {
       CheckGoesWith("--tls-key", tls_key, "--tls-cert", tls_cert),
       CheckGoesWith("--tls-client-ca", tls_client_ca, "--tls-cert", tls_cert),
       CheckGoesWith("--tls-client-names", tls_client_names, "--tls-client-ca", tls_client_ca),
-      CheckPort("--listen", listen),
-      CheckPort("--health-listen", health_listen),
-      CheckPort("--metrics-listen", metrics_listen),
+      CheckAddress("--listen", listen),
+      CheckAddress("--health-listen", health_listen),
+      CheckMetricsAddress(metrics_listen),
       CheckReach(*this),
   };
   for (const absl::Status& check : checks) {

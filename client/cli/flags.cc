@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/io/text.h"
 
@@ -96,6 +99,24 @@ CLI::Validator Direction() {
         return absl::StrCat("\"", text, "\" must be x, y, z, -x, -y, -z or three finite numbers, not all 0: X,Y,Z");
       },
       "");
+}
+
+void RefuseValuesOfSwitches(CLI::App& app) {
+  const CLI::Validator yes_or_no(
+      [](std::string& text) -> std::string {
+        for (const char* word : {"true", "false", "yes", "no", "on", "off", "1", "0"}) {
+          if (absl::EqualsIgnoreCase(text, word)) return "";
+        }
+        return absl::StrCat("\"", text, "\" must be true or false, or not be given: the flag takes no other value");
+      },
+      "");
+  for (CLI::Option* option : app.get_options()) {
+    // Flags such as --up{z} have a value of their own where none is given.
+    const std::vector<std::string>& names = option->get_lnames();
+    if (option->get_items_expected_max() > 0 || (!names.empty() && option->check_fname(names.front()))) continue;
+    option->check(yes_or_no);
+  }
+  for (CLI::App* command : app.get_subcommands({})) RefuseValuesOfSwitches(*command);
 }
 
 bool ParseVector(const std::string& text, std::array<double, 3>& vector) {

@@ -27,6 +27,10 @@ CLI::Validator NotEmpty();
 CLI::Validator FiniteVector();
 CLI::Validator Direction();
 
+// Has flags without a value, of the program and all of its commands, refuse one that does not say yes or no: CLI11
+// takes any text that begins with a number for yes, and `--tiles=20000` then asks for nothing of the kind.
+void RefuseValuesOfSwitches(CLI::App& app);
+
 // Parses what FiniteVector, or Direction, accepts. Returns false if `text` is anything else.
 bool ParseVector(const std::string& text, std::array<double, 3>& vector);
 bool ParseDirection(const std::string& text, std::array<double, 3>& direction);

@@ -224,20 +224,29 @@ std::string_view WithoutCommentMark(std::string_view line) {
 
 absl::StatusOr<PointTable> ReadCsv(std::string_view bytes) {
   LineReader lines(bytes);
-  std::string_view line;
-  if (!lines.Next(line)) return ErrorAt(1, "the file is empty: expected a line with the columns' names");
-  if (absl::Status status = CheckEncoding(line, 1); !status.ok()) return status;
-  line = WithoutCommentMark(WithoutByteOrderMark(line));
-  const char separator = SeparatorOf(line);
-  absl::StatusOr<CsvColumns> columns = ReadNames({line, separator});
+  std::string_view names;
+  if (!lines.Next(names)) return ErrorAt(1, "the file is empty: expected a line with the columns' names");
+  LinesBefore before{.count = 1, .words = {}};
+  return ReadCsvBlock(names, lines.rest(), before);
+}
+
+absl::StatusOr<PointTable> ReadCsvBlock(std::string_view start, std::string_view text, LinesBefore& before) {
+  if (absl::Status status = CheckEncoding(start, 1); !status.ok()) return status;
+  start = WithoutCommentMark(WithoutByteOrderMark(start));
+  const char separator = SeparatorOf(start);
+  absl::StatusOr<CsvColumns> columns = ReadNames({start, separator});
   if (!columns.ok()) return columns.status();
-  while (lines.Next(line)) {
+  for (CsvColumn& target : columns->columns) target.is_words = before.words.contains(target.column.name);
+  LineReader lines(text, before.count + 1);
+  for (std::string_view line; lines.Next(line);) {
     if (Trimmed(line).empty()) continue;
     if (absl::Status status = AppendCells({line, separator}, lines.number(), *columns); !status.ok()) return status;
   }
+  before.count = lines.number();
   PointTable table;
   for (CsvColumn& target : columns->columns) {
     if (target.is_words) {
+      before.words.insert(target.column.name);
       table.notes.push_back(absl::StrCat("left out column ", Printable(target.column.name), ": it holds words"));
     } else {
       if (target.is_rounded) NoteRounded({target.column.name}, table.notes);

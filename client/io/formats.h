@@ -5,6 +5,9 @@
 // the message names the line or byte, what was found and what was expected.
 #pragma once
 
+#include <cstddef>
+#include <set>
+#include <string>
 #include <string_view>
 
 #include "absl/status/statusor.h"
@@ -46,6 +49,16 @@ absl::StatusOr<PointTable> ReadObj(std::string_view bytes);
 // A first column without a name is the index; the line of names may be a comment (# or //), and end with a separator,
 // as others may then.
 absl::StatusOr<PointTable> ReadCsv(std::string_view bytes);
+
+// What the lines of a text file tell of those that follow, where it is read block by block.
+struct LinesBefore {
+  size_t count = 0;             // of the file, so that messages name lines by their numbers in it
+  std::set<std::string> words;  // columns of CSV that hold words, also where a block of them begins with a number
+};
+// The same of `lines`, whole lines that follow those of `before`, to which they are added. `start` is the line of
+// names, or the comment in its place, without its end.
+absl::StatusOr<PointTable> ReadXyzBlock(std::string_view start, std::string_view lines, LinesBefore& before);
+absl::StatusOr<PointTable> ReadCsvBlock(std::string_view start, std::string_view lines, LinesBefore& before);
 
 // Reads LAS 1.0 to 1.4, point formats 0 to 10 (ASPRS LAS 1.4 R15): x y z in doubles, every attribute of the format, and
 // the extra ones under their names; normal_x normal_y normal_z become nx ny nz. What else the file says is kept in

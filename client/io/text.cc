@@ -135,11 +135,40 @@ absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Colu
   return absl::OkStatus();
 }
 
+size_t LengthOfCharacter(std::string_view text) {
+  if (text.empty()) return 0;
+  const auto byte = static_cast<unsigned char>(text.front());
+  const size_t length = byte < 0x80                   ? 1
+                        : byte >= 0xc2 && byte < 0xe0 ? 2
+                        : (byte & 0xf0) == 0xe0       ? 3
+                        : byte >= 0xf0 && byte < 0xf5 ? 4
+                                                      : 0;
+  if (length > text.size()) return 0;
+  uint32_t code = byte & (0x7fu >> length);
+  for (size_t i = 1; i < length; ++i) {
+    const auto next = static_cast<unsigned char>(text[i]);
+    if ((next & 0xc0) != 0x80) return 0;
+    code = code << 6 | (next & 0x3fu);
+  }
+  const bool is_overlong = (length == 3 && code < 0x800) || (length == 4 && code < 0x10000);
+  const bool is_surrogate = code >= 0xd800 && code < 0xe000;
+  return is_overlong || is_surrogate || code > 0x10ffff ? 0 : length;
+}
+
 std::string Printable(std::string_view text) {
   constexpr size_t kMaxShown = 40;
   std::string shown;
-  for (const char c : text.substr(0, kMaxShown)) shown += c >= ' ' && c <= '~' ? c : '?';
-  if (text.size() > kMaxShown) shown += "...";
+  size_t at = 0;
+  while (at < text.size()) {
+    const std::string_view character = text.substr(at, std::max<size_t>(LengthOfCharacter(text.substr(at)), 1));
+    if (at + character.size() > kMaxShown) break;
+    const bool is_ascii = character[0] >= ' ' && character[0] <= '~';
+    // Below U+00A0 are control characters.
+    const bool is_beyond = character.size() > 1 && character >= "\xc2\xa0";
+    shown += is_ascii || is_beyond ? character : "?";
+    at += character.size();
+  }
+  if (at < text.size()) shown += "...";
   return shown;
 }
 

@@ -57,7 +57,12 @@ bool ParseNumber(std::string_view field, T& value);
 absl::Status AppendRow(std::string_view line, size_t line_number, std::span<Column* const> columns,
                        std::set<std::string>* rounded = nullptr);
 
-// Returns text from a file as messages may show it: shortened, and with '?' for bytes that a terminal could obey.
+// Returns how many bytes the character of UTF-8 takes that `text` begins with: 1 to 4, or 0 if it begins with none, as
+// with cut, overlong or stray bytes.
+size_t LengthOfCharacter(std::string_view text);
+
+// Returns text from a file as messages may show it: shortened, and with '?' for characters that a terminal could obey
+// and for bytes that are not UTF-8.
 std::string Printable(std::string_view text);
 // The same in quotes.
 std::string Quoted(std::string_view field);

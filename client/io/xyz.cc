@@ -148,14 +148,19 @@ absl::Status EmptyCellError(size_t line, size_t cell, const std::vector<Column>&
 }  // namespace
 
 absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
-  LineReader lines(WithoutByteOrderMark(bytes));
+  LinesBefore before;
+  return ReadXyzBlock("", WithoutByteOrderMark(bytes), before);
+}
+
+absl::StatusOr<PointTable> ReadXyzBlock(std::string_view start, std::string_view text, LinesBefore& before) {
+  LineReader lines(text, before.count + 1);
   std::string scratch;
   std::vector<Column> columns;
   std::vector<Column*> targets;
   std::set<std::string> rounded;
   std::optional<uint64_t> declared;
   size_t rows = 0;
-  std::string comment;
+  std::string comment(WithBlanks(start, scratch));
   bool named = false;
   for (std::string_view raw; lines.Next(raw);) {
     const std::string_view line = WithBlanks(raw, scratch);
@@ -204,6 +209,7 @@ absl::StatusOr<PointTable> ReadXyz(std::string_view bytes) {
     if (absl::Status status = AppendRow(line, lines.number(), targets, &rounded); !status.ok()) return status;
     ++rows;
   }
+  before.count = lines.number();
   if (declared && *declared != rows) {
     return absl::InvalidArgumentError(absl::StrCat("line ", lines.number(), ": the first line declares ", *declared,
                                                    " points, the file holds ", rows));

@@ -20,6 +20,10 @@ inline Position OnLattice(const Position& p, double spacing) {
   return {OnLattice(p[0], spacing), OnLattice(p[1], spacing), OnLattice(p[2], spacing)};
 }
 
+// The range of spacings that a server takes.
+inline constexpr double kLeastSpacing = 0x1p-100;
+inline constexpr double kMostSpacing = 0x1p100;
+
 // Returns a spacing for a cloud of `points` points: the largest power of two that is at most 2^-12 of the distance
 // between neighbors in places of middle density, so that a tile of half a million points is not too long even where
 // points are a few times as far apart; not less than the last digit of the coordinates. `sample` are points of the

@@ -145,9 +145,7 @@ class Planner {
 
   absl::Status LookAt(const PointBlock& block) {
     TileInput& input = plan_.inputs[block.input];
-    if (input.points == 0) {
-      if (absl::Status status = LookAtColumns(block); !status.ok()) return status;
-    }
+    if (absl::Status status = LookAtColumns(block); !status.ok()) return status;
     bool is_double = false;
     if (absl::Status status = ExtractPoints(block, points_, is_double); !status.ok()) {
       return absl::InvalidArgumentError(absl::StrCat(input.path, ": ", status.message()));
@@ -178,18 +176,17 @@ class Planner {
     return absl::StrCat("it has no column ", name);
   }
 
-  // The result has the columns that all inputs have.
+  // The result has the columns that all blocks of all inputs have.
   absl::Status LookAtColumns(const PointBlock& block) {
-    for (const std::string& note : block.table->notes) {
-      notes_.push_back(absl::StrCat(plan_.inputs[block.input].path, ": ", note));
-    }
+    const TileInput& input = plan_.inputs[block.input];
+    for (const std::string& note : block.table->notes) Note(absl::StrCat(input.path, ": ", note));
     std::set<std::string> here;
     std::vector<std::string> in_order;
     for (const Column& column : block.table->columns()) {
       in_order.push_back(ColumnText(column));
       here.insert(in_order.back());
     }
-    if (block.input == 0) {
+    if (block.first_id == 0) {
       plan_.columns = std::move(in_order);
       return absl::OkStatus();
     }
@@ -197,15 +194,22 @@ class Planner {
       if (here.contains(column)) continue;
       const std::string name = column.substr(0, column.rfind(' '));
       if (name == "x" || name == "y" || name == "z" || name == "nx" || name == "ny" || name == "nz") {
-        return absl::InvalidArgumentError(absl::StrCat(plan_.inputs[block.input].path, ": ", TypeHere(name, in_order),
-                                                       ", and ", column.substr(name.size() + 1),
+        return absl::InvalidArgumentError(absl::StrCat(input.path, ": ", TypeHere(name, in_order), ", and ",
+                                                       column.substr(name.size() + 1),
                                                        " in the inputs before it, which count as one cloud"));
       }
-      notes_.push_back(
-          absl::StrCat("the result has no column ", column, ": ", plan_.inputs[block.input].path, " has none"));
+      if (input.points == 0) {
+        Note(absl::StrCat("the result has no column ", column, ": ", input.path, " has none"));
+      } else if (block.table->Find(name) != nullptr) {  // where it has none, the reader's note says why
+        Note(absl::StrCat(input.path, ": left out column ", name, ": its values are not all of one kind"));
+      }
     }
     std::erase_if(plan_.columns, [&](const std::string& column) { return !here.contains(column); });
     return absl::OkStatus();
+  }
+
+  void Note(std::string note) {
+    if (std::find(notes_.begin(), notes_.end(), note) == notes_.end()) notes_.push_back(std::move(note));
   }
 
   absl::Status Divide() {
@@ -215,6 +219,14 @@ class Planner {
       plan_.spacing = request_.spacing;
       if (plan_.spacing == 0.0) {
         plan_.spacing = LatticeSpacing(std::span(sample).first(std::min(sample.size(), kLatticeSample)), Usable());
+      }
+      if (plan_.spacing < kLeastSpacing || plan_.spacing > kMostSpacing) {
+        return absl::InvalidArgumentError(absl::StrFormat(
+            "the lattice of the coordinates, which are doubles, is %g%s; it must be from 2^-100 to 2^100, about 8e-31 "
+            "to "
+            "1e30: choose another unit of length",
+            plan_.spacing,
+            request_.spacing == 0.0 ? ", at most 2^-12 of the distance between points" : " (--lattice)"));
       }
       for (Position& p : sample) p = OnLattice(p, plan_.spacing);
     }

@@ -81,8 +81,9 @@ absl::Status CredentialFiles::Load(const Group& group) {
 
 absl::Status CredentialFiles::LoadCertificate(const Group& group) {
   constexpr const char* kFlags[] = {"--tls-cert", "--tls-key", "--tls-client-ca"};
-  std::string texts[3];
+  std::string texts[3], what;
   for (size_t i = 0; i < group.files.size(); ++i) {
+    absl::StrAppend(&what, i == 0 ? "" : ", ", kFlags[i], " ", group.files[i].path());
     absl::StatusOr<std::string> text = group.files[i].Read();
     if (!text.ok()) return Explain(text.status(), absl::StrCat(kFlags[i], " ", group.files[i].path()));
     if (text->empty())
@@ -90,9 +91,7 @@ absl::Status CredentialFiles::LoadCertificate(const Group& group) {
     texts[i] = *std::move(text);
   }
   absl::StatusOr<TlsIdentity> identity = MakeTlsIdentity(std::move(texts[0]), std::move(texts[1]), std::move(texts[2]));
-  if (!identity.ok()) {
-    return Explain(identity.status(), absl::StrCat("--tls-cert ", group.files.front().path()));
-  }
+  if (!identity.ok()) return Explain(identity.status(), what);
   metrics_.SetCertificateExpiry(identity->expires);
   if (identity->expires < absl::Now() + kExpiryWarning) {
     log_.Log(ServerLog::Level::kWarning, "certificate_expires",

@@ -129,7 +129,8 @@ void EstimateCall::ReceiveEnd() {
   account().record().coarse_positions = requests_.FindCoarsePositions();
   const CallOptions& options = requests_.options();
   account().record().least_neighbor_count = LeastNeighborCount(options);
-  account().record().point_input = {options.has_normals(), options.has_viewpoints(), options.part.lattice.has_value()};
+  account().record().point_input = {options.has_normals(), options.has_viewpoints(), options.part.lattice.has_value(),
+                                    options.scalar_type == ScalarType::kFloat64};
   {
     MutexLock lock(mutex_);
     receives_since_.reset();

@@ -146,6 +146,7 @@ void AddSeamWarning(const CallRecord& record, curvature::v1::Summary* summary) {
 // What may be wrong with points that cannot be used.
 std::string UnusableText(const PointInput& input) {
   std::string text = "their positions are not finite";
+  if (input.has_doubles) text += ", or lie farther than 3e38, the largest float, from the others";
   if (input.has_lattice) text += ", or lie farther than 2^23 times lattice.spacing from lattice.origin";
   if (input.has_viewpoints) text += ", or their viewpoints are not finite";
   if (input.has_normals) text += ", or their normals have no direction";

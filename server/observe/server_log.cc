@@ -1,9 +1,12 @@
 #include "server/observe/server_log.h"
 
 #include <spdlog/async.h>
-#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 
+#include <atomic>
+#include <cstdio>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -35,16 +38,31 @@ ServerLog::Level LevelOf(const absl::Status& status) {
 }  // namespace
 
 struct ServerLog::Writer {
-  Writer() {
-    logger.set_pattern(R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v)", spdlog::pattern_time_type::utc);
-    logger.flush_on(spdlog::level::info);
-  }
+  // Writes lines to stderr, and counts those that it did not take, as where a file's disk is full.
+  class Sink final : public spdlog::sinks::base_sink<std::mutex> {
+   public:
+    uint64_t lines_lost() const { return lines_lost_.load(std::memory_order_relaxed); }
+
+   private:
+    void sink_it_(const spdlog::details::log_msg& message) override {
+      spdlog::memory_buf_t line;
+      formatter_->format(message, line);
+      if (std::fwrite(line.data(), 1, line.size(), stderr) == line.size() && std::fflush(stderr) == 0) return;
+      lines_lost_.fetch_add(1, std::memory_order_relaxed);
+      std::clearerr(stderr);
+    }
+    void flush_() override {}
+
+    std::atomic<uint64_t> lines_lost_ = 0;
+  };
+
+  Writer() { logger.set_pattern(R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v)", spdlog::pattern_time_type::utc); }
   std::shared_ptr<spdlog::details::thread_pool> thread =
       std::make_shared<spdlog::details::thread_pool>(kQueuedLines, 1);
+  const std::shared_ptr<Sink> sink = std::make_shared<Sink>();
   // Its lines go to the thread by shared_from_this.
   std::shared_ptr<spdlog::async_logger> shared =
-      std::make_shared<spdlog::async_logger>("curvd", std::make_shared<spdlog::sinks::stderr_sink_mt>(), thread,
-                                             spdlog::async_overflow_policy::overrun_oldest);
+      std::make_shared<spdlog::async_logger>("curvd", sink, thread, spdlog::async_overflow_policy::overrun_oldest);
   spdlog::async_logger& logger = *shared;
 };
 
@@ -71,7 +89,7 @@ void ServerLog::LogCall(const CallRecord& record) {
   Log(LevelOf(record.status), "call", line);
 }
 
-uint64_t ServerLog::lines_lost() const { return writer_->thread->overrun_counter(); }
+uint64_t ServerLog::lines_lost() const { return writer_->thread->overrun_counter() + writer_->sink->lines_lost(); }
 
 JsonLine CallLine(const CallRecord& record) {
   JsonLine line;

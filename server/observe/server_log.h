@@ -31,7 +31,7 @@ class ServerLog {
   // many were left out.
   void LogCall(const CallRecord& record);
 
-  // Lines that were dropped so far because stderr was not read.
+  // Lines that were dropped so far because stderr was not read, or did not take them.
   uint64_t lines_lost() const;
 
  private:

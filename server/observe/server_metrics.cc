@@ -78,7 +78,8 @@ class StateReader : public prometheus::Collectable {
     scrape.AddGauge("curvd_streams_limit", "EstimateCurvature calls that may be open before further ones are refused.",
                     static_cast<double>(gauges.streams_limit));
     scrape.AddGauge("curvd_draining", "1 once the server has begun to drain.", gauges.draining ? 1.0 : 0.0);
-    scrape.AddCounter("curvd_log_lines_lost_total", "Log lines that were dropped because nobody read them in time.",
+    scrape.AddCounter("curvd_log_lines_lost_total",
+                      "Log lines that were dropped because nobody read them in time, or that stderr did not take.",
                       static_cast<double>(gauges.log_lines_lost));
     return scrape.TakeFamilies();
   }

@@ -34,6 +34,7 @@ struct PointInput {
   bool has_normals = true;
   bool has_viewpoints = false;
   bool has_lattice = false;
+  bool has_doubles = false;
 };
 
 struct CallRecord {

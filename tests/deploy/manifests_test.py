@@ -1,9 +1,10 @@
 #!/usr/bin/python3
-"""Checks what deploy/ promises: manifests_test.py SOURCE_DIR CURVD
+"""Checks what deploy/ promises: manifests_test.py SOURCE_DIR CURVD CURV
 
 Every flag and variable of curvd there exists, and containers run as nobody, with a read-only root and no capability.
 """
 
+import os
 import pathlib
 import re
 import subprocess
@@ -13,12 +14,23 @@ import unittest
 import yaml
 
 SOURCE_DIR = pathlib.Path()
-CURVD = ""
+CURVD = CURV = ""
 
 
 def flags_of(curvd):
     help_text = subprocess.run([curvd, "--help"], capture_output=True, text=True, check=True).stdout
     return set(re.findall(r"--[a-z-]+", help_text))
+
+
+def packages_of_libraries(program):
+    """The Debian packages of the shared libraries that a program asks for itself."""
+    asked = subprocess.run(["readelf", "--dynamic", "--wide", program], capture_output=True, text=True, check=True).stdout
+    names = set(re.findall(r"\(NEEDED\).*\[(\S+)\]", asked))
+    loaded = subprocess.run(["ldd", program], capture_output=True, text=True, check=True).stdout
+    paths = [os.path.realpath(path) for name, path in re.findall(r"(\S+) => (\S+)", loaded) if name in names]
+    paths += [path.removeprefix("/usr") for path in paths]  # as packages name those that are older than the merge of both
+    owners = subprocess.run(["dpkg-query", "--search", *paths], capture_output=True, text=True, check=False).stdout
+    return set(re.findall(r"^([^:,\s]+)", owners, re.MULTILINE))
 
 
 def variable(flag):
@@ -34,6 +46,15 @@ class DockerfileTest(unittest.TestCase):
         used = set(re.findall(r"(CURVD_[A-Z_]+)=", self.text))
         self.assertTrue(used)
         self.assertLessEqual(used, known)
+
+    def test_installs_the_libraries_of_both_programs(self):
+        installed = set(self.text[self.text.rindex("\nFROM "):].split()) | {"libc6", "libgcc-s1", "libstdc++6"}
+        # Brought along, in the version that they were made with, by libgrpc++1.51 and libpango-1.0-0.
+        installed |= {"libgrpc29", "libglib2.0-0", "libpango-1.0-0"}
+        for program in (CURVD, CURV):
+            asked = packages_of_libraries(program)
+            self.assertIn("libprotobuf32", asked)
+            self.assertFalse(asked - installed, f"{program} asks for packages that the image lacks")
 
     def test_runs_as_nobody_and_not_in_plain_text_by_itself(self):
         self.assertRegex(self.text, r"(?m)^USER 65532:65532$")
@@ -105,5 +126,5 @@ class KubernetesTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    SOURCE_DIR, CURVD = pathlib.Path(sys.argv[1]), sys.argv[2]
+    SOURCE_DIR, CURVD, CURV = pathlib.Path(sys.argv[1]), *sys.argv[2:]
     unittest.main(argv=sys.argv[:1])

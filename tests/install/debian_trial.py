@@ -52,6 +52,11 @@ def check_contents(packages, source_dir):
         assert not missing, f"{name} lacks {missing}"
     depends = run("dpkg-deb", "--field", packages["curvd"], "Depends")
     assert "libgrpc++1.51" in depends and "libc6 (>=" in depends, depends
+    # This machine has all of them, so that no build here would miss one.
+    manual = (source_dir / "docs/cpp.md").read_text(encoding="utf-8")
+    needed = re.search(r"A program that uses it needs Debian's (.*?), whose programs", manual, re.DOTALL)[1]
+    depends = run("dpkg-deb", "--field", packages["libcurvd-client-dev"], "Depends").strip().split(", ")
+    assert sorted(re.findall(r"`(\S+)`", needed)) == sorted(depends), (needed, depends)
     version = re.search(r"^project\(curvd VERSION (\S+)", (source_dir / "CMakeLists.txt").read_text(), re.MULTILINE)[1]
     assert run("dpkg-deb", "--field", packages["curv"], "Version").strip() == version
     run("lintian", "--fail-on", "error,warning", "--allow-root", *packages.values())

@@ -55,7 +55,7 @@ TEST(ParseCommandLineTest, TakesEveryFlag) {
                            "--max-streams-per-peer=4",
                            "--max-connections=8",
                            "--max-connections-per-peer=9",
-                           "--max-header-bytes=4096",
+                           "--max-header-bytes=4KiB",
                            "--idle-timeout=2m",
                            "--handshake-timeout=3s"});
   ASSERT_TRUE(line.ok()) << line.status();
@@ -199,7 +199,11 @@ TEST(ParseCommandLineTest, NamesTheFlagThatItCannotUnderstand) {
                                                         {"--max-points=", "--max-points: its value is missing"},
                                                         {"--memory-limt=8GiB", "did you mean --memory-limit?"},
                                                         {"--log=maybe", "--log: \"maybe\" must be true or false"},
-                                                        {"--insecure=maybe", "--insecure: \"maybe\" must be"}}) {
+                                                        {"--insecure=maybe", "--insecure: \"maybe\" must be"},
+                                                        {"--insecure=4MiB", "--insecure: \"4MiB\" must be"},
+                                                        {"--insecure=-1", "--insecure: \"-1\" must be"},
+                                                        {"--log=18446744073709551615", "must be true or false"},
+                                                        {"--max-header-bytes=5GiB", "at most 4294967295"}}) {
     const auto line = Parse({flag});
     EXPECT_EQ(line.status().code(), absl::StatusCode::kInvalidArgument) << flag;
     EXPECT_THAT(std::string(line.status().message()), HasSubstr(name));

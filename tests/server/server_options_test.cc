@@ -21,17 +21,29 @@ TEST(ServerOptionsTest, RefusesPortsThatThereAreNot) {
       {"--health-listen", &ServerOptions::health_listen},
       {"--metrics-listen", &ServerOptions::metrics_listen}};
   for (const auto& [flag, member] : addresses) {
-    for (const char* address : {"127.0.0.1:120540", "127.0.0.1:65536", "127.0.0.1:-1", "127.0.0.1:", "127.0.0.1:http",
-                                "[::1]:99999999999999999999", "127.0.0.1:+1", "127.0.0.1: 1", "127.0.0.1:0x10"}) {
+    for (const char* address :
+         {"127.0.0.1:120540", "127.0.0.1:65536", "127.0.0.1:-1", "127.0.0.1:", "127.0.0.1:http", ":9461",
+          "[::1]:99999999999999999999", "127.0.0.1:+1", "127.0.0.1: 1", "127.0.0.1:0x10"}) {
       ServerOptions options;
       options.*member = address;
       EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {flag, address, "[0, 65535]"}));
     }
-    for (const char* address : {"127.0.0.1:0", "[::1]:65535", "localhost:00080", ""}) {
+    for (const char* address : {"127.0.0.1:0", "127.0.0.2:65535", "localhost:00080", ""}) {
       ServerOptions options;
       options.*member = address;
       EXPECT_TRUE(options.Validate().ok()) << flag << ' ' << options.Validate();
     }
+  }
+}
+
+TEST(ServerOptionsTest, RefusesAddressesWhereNoScrapesCanBeAnswered) {
+  for (const char* address : {"[::1]:9461", "::1:9461", "*:9461", "unix:/run/curvd.sock", "unix:80"}) {
+    ServerOptions options;
+    options.metrics_listen = address;
+    EXPECT_TRUE(IsError(options.Validate(), kInvalid, kReasonInvalidOption, {"--metrics-listen", address, "IPv4"}));
+    options = {};
+    options.health_listen = address;
+    EXPECT_TRUE(options.Validate().ok()) << options.Validate();
   }
 }
 

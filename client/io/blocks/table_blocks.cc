@@ -17,9 +17,18 @@ namespace curv {
 namespace {
 
 using Reader = absl::StatusOr<PointTable> (*)(std::string_view);
+using LinesReader = absl::StatusOr<PointTable> (*)(std::string_view, std::string_view, LinesBefore&);
 
-absl::Status Named(const std::string& path, const std::string& part, const absl::Status& status) {
-  return absl::InvalidArgumentError(absl::StrCat(path, ": ", part, status.message()));
+// The lines at the start of a text file that say what the columns are.
+struct TextStart {
+  std::string line;       // of names, or the comment before the first point
+  uint64_t bytes = 0;     // of all of them, after which others follow
+  size_t line_count = 0;  // of all of them
+  std::optional<uint64_t> declared;
+};
+
+absl::Status Named(const std::string& path, const absl::Status& status) {
+  return absl::InvalidArgumentError(absl::StrCat(path, ": ", status.message()));
 }
 
 // Rows of equal size, behind a start that is made for each block.
@@ -34,6 +43,12 @@ class RowBlocks : public TableBlocks {
   absl::StatusOr<PointTable> Next() override {
     const uint64_t rows = std::min(block_rows_, layout_.rows - next_row_);
     if (rows == 0) return PointTable();
+    const uint64_t bytes_left = file_.stamp().bytes - std::min(file_.stamp().bytes, layout_.rows_at);
+    if (bytes_left / layout_.row_bytes < layout_.rows) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(file_.path(), ": byte ", layout_.rows_at, ": the file ends too early: ", layout_.rows,
+                       " points of ", layout_.row_bytes, " bytes are declared, ", bytes_left, " bytes are left"));
+    }
     std::string bytes = layout_.start(rows);
     const size_t start = bytes.size();
     bytes.resize(start + rows * layout_.row_bytes);
@@ -41,7 +56,7 @@ class RowBlocks : public TableBlocks {
         file_.ReadAll(layout_.rows_at + next_row_ * layout_.row_bytes, rows * layout_.row_bytes, bytes.data() + start);
     if (!status.ok()) return status;
     absl::StatusOr<PointTable> table = reader_(bytes);
-    if (!table.ok()) return Named(file_.path(), "", table.status());
+    if (!table.ok()) return Named(file_.path(), table.status());
     next_row_ += rows;
     return table;
   }
@@ -56,32 +71,30 @@ class RowBlocks : public TableBlocks {
   uint64_t next_row_ = 0;
 };
 
-// Lines of text, behind those at the start of the file that say what the columns are.
+// Lines of text, behind those at the start of the file.
 class LineBlocks : public TableBlocks {
  public:
-  LineBlocks(InputFile file, std::string start, uint64_t lines_at, std::optional<uint64_t> declared, Reader reader,
-             uint64_t block_bytes)
+  LineBlocks(InputFile file, TextStart start, LinesReader reader, uint64_t block_bytes)
       : file_(std::move(file)),
         start_(std::move(start)),
-        declared_(declared),
         reader_(reader),
         block_bytes_(block_bytes),
-        at_(lines_at) {}
+        at_(start_.bytes),
+        before_{.count = start_.line_count, .words = {}} {}
 
   absl::StatusOr<PointTable> Next() override {
     while (at_ < file_.stamp().bytes) {
       absl::StatusOr<std::string> lines = ReadLines();
       if (!lines.ok()) return lines.status();
-      const uint64_t begin = at_;
       at_ += lines->size();
-      absl::StatusOr<PointTable> table = reader_(start_ + *lines);
-      if (!table.ok()) return Named(file_.path(), absl::StrCat("in the block at byte ", begin, ": "), table.status());
+      absl::StatusOr<PointTable> table = reader_(start_.line, *lines, before_);
+      if (!table.ok()) return Named(file_.path(), table.status());
       rows_ += table->size();
       if (table->size() > 0) return table;  // a block may hold nothing but comments
     }
-    if (declared_.has_value() && *declared_ != rows_) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(file_.path(), ": the first line declares ", *declared_, " points, the file holds ", rows_));
+    if (start_.declared.has_value() && *start_.declared != rows_) {
+      return absl::InvalidArgumentError(absl::StrCat(file_.path(), ": the first line declares ", *start_.declared,
+                                                     " points, the file holds ", rows_));
     }
     return PointTable();
   }
@@ -105,12 +118,12 @@ class LineBlocks : public TableBlocks {
   }
 
   const InputFile file_;
-  const std::string start_;
-  const std::optional<uint64_t> declared_;
-  const Reader reader_;
+  const TextStart start_;
+  const LinesReader reader_;
   const uint64_t block_bytes_;
   uint64_t at_;
   uint64_t rows_ = 0;
+  LinesBefore before_;
 };
 
 class WholeFile : public TableBlocks {
@@ -130,28 +143,24 @@ class WholeFile : public TableBlocks {
   bool was_read_ = false;
 };
 
-struct TextStart {
-  std::string start;
-  uint64_t lines_at = 0;
-  std::optional<uint64_t> declared;
-};
-
 // The comment before the first point, and the number of points if it is declared. See ReadXyz.
 TextStart XyzStart(std::string_view text) {
   TextStart found;
-  LineReader lines(text);
+  LineReader lines(WithoutByteOrderMark(text));
+  found.bytes = text.size() - lines.rest().size();
   for (std::string_view line; lines.Next(line);) {
     std::string_view rest = line;
     const std::string_view first = NextField(rest);
     uint64_t value = 0;
     if (first.starts_with('#') || first.starts_with("//")) {
-      found.start = absl::StrCat(std::string(line), "\n");
+      found.line = std::string(line);
     } else if (!first.empty() && NextField(rest).empty() && !found.declared && ParseNumber(first, value)) {
       found.declared = value;
     } else if (!first.empty()) {
       break;
     }
-    found.lines_at = text.size() - lines.rest().size();
+    found.bytes = text.size() - lines.rest().size();
+    found.line_count = lines.number();
   }
   return found;
 }
@@ -160,7 +169,7 @@ TextStart CsvStart(std::string_view text) {
   LineReader lines(text);
   std::string_view line;
   if (!lines.Next(line)) return {};
-  return {absl::StrCat(std::string(line), "\n"), text.size() - lines.rest().size(), std::nullopt};
+  return {std::string(line), text.size() - lines.rest().size(), 1, std::nullopt};
 }
 
 // Files of other formats are read as a whole.
@@ -170,17 +179,16 @@ std::unique_ptr<TableBlocks> OpenBlocks(InputFile& file, const std::string& exte
     if (!layout.has_value() || layout->rows == 0) return nullptr;
     return std::make_unique<RowBlocks>(std::move(file), *std::move(layout), reader, block_bytes);
   };
-  const auto lines = [&](TextStart found, Reader reader) {
-    return std::make_unique<LineBlocks>(std::move(file), std::move(found.start), found.lines_at, found.declared, reader,
-                                        block_bytes);
+  const auto lines = [&](TextStart found, LinesReader reader) {
+    return std::make_unique<LineBlocks>(std::move(file), std::move(found), reader, block_bytes);
   };
   if (extension == ".ply") return rows(PlyLayout(start), ReadPly);
   if (extension == ".pcd") return rows(PcdLayout(start), ReadPcd);
   if (extension == ".npy") return rows(NpyLayout(start), ReadNpy);
   if (extension == ".las") return rows(LasLayout(start), ReadLas);
-  if (extension == ".csv") return lines(CsvStart(start), ReadCsv);
+  if (extension == ".csv") return lines(CsvStart(start), ReadCsvBlock);
   for (const char* text : {".xyz", ".pts", ".xyzn", ".txt", ".asc"}) {
-    if (extension == text) return lines(XyzStart(start), ReadXyz);
+    if (extension == text) return lines(XyzStart(start), ReadXyzBlock);
   }
   return nullptr;
 }

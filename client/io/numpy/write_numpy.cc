@@ -7,6 +7,7 @@
 #include "client/io/archive/zip.h"
 #include "client/io/bytes.h"
 #include "client/io/names/column_names.h"
+#include "client/io/text.h"
 #include "client/io/writers.h"
 #include "client/io/writing/rows.h"
 
@@ -20,25 +21,10 @@ std::string TypeOf(const Column& column) { return absl::StrCat("'", kTypes[stati
 
 // Whether it is UTF-8, as far as a name must be for numpy to read the header: no cut, overlong or stray bytes.
 bool IsUtf8(std::string_view text) {
-  for (size_t i = 0; i < text.size();) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    const size_t length = byte < 0x80                   ? 1
-                          : byte >= 0xc2 && byte < 0xe0 ? 2
-                          : (byte & 0xf0) == 0xe0       ? 3
-                          : byte >= 0xf0 && byte < 0xf5 ? 4
-                                                        : 0;
-    if (length == 0 || i + length > text.size()) return false;
-    uint32_t code = length == 1 ? byte : byte & (0x7fu >> length);
-    for (size_t j = 1; j < length; ++j) {
-      const auto next = static_cast<unsigned char>(text[i + j]);
-      if ((next & 0xc0) != 0x80) return false;
-      code = code << 6 | (next & 0x3fu);
-    }
-    if ((length == 3 && (code < 0x800 || (code >= 0xd800 && code < 0xe000))) ||
-        (length == 4 && (code < 0x10000 || code > 0x10ffff))) {
-      return false;
-    }
-    i += length;
+  while (!text.empty()) {
+    const size_t length = LengthOfCharacter(text);
+    if (length == 0) return false;
+    text.remove_prefix(length);
   }
   return true;
 }

@@ -93,7 +93,21 @@ TEST(TextTest, QuotesShortAndPrintable) {
   EXPECT_EQ(Quoted(std::string(100, 'x')), "\"" + std::string(40, 'x') + "...\"");
 }
 
-TEST(TextTest, ShowsNothingThatATerminalObeys) { EXPECT_EQ(Printable("x\x1b[2J\x7f"), "x?[2J?"); }
+TEST(TextTest, ShowsNothingThatATerminalObeys) {
+  EXPECT_EQ(Printable("x\x1b[2J\x7f"), "x?[2J?");
+  EXPECT_EQ(Printable("\xc2\x9b"
+                      "2J"),
+            "?2J");
+}
+
+TEST(TextTest, ShowsTheLettersOfAllScripts) {
+  const std::string word =
+      "gr\xc3\xb6\xc3\x9f"
+      "e \xe5\x88\x97 \xf0\x9f\x93\x8f\xc2\xa0";
+  EXPECT_EQ(Printable(word), word);
+  EXPECT_EQ(Printable("\xc3 \xed\xa0\x80 \xc0\xaf"), "? ??? ??");
+  EXPECT_EQ(Printable(std::string(39, 'x') + "\xc3\xb6"), std::string(39, 'x') + "...");
+}
 
 }  // namespace
 }  // namespace curv

@@ -137,6 +137,29 @@ class Tiles(unittest.TestCase):
         for at in (1, 1 + POINTS):
             self.assertEqual([float(v) for v in lines[at].split(",")[:3]], [float(v) for v in first[:3]])
 
+    def test_columns_that_are_not_alike_throughout_are_left_out_before_anything_is_estimated(self):
+        cells_of = self.folder / "cells.csv"
+        curv("generate", "goursat", f"--points={POINTS}", "-o", str(cells_of))
+        rows = cells_of.read_text(encoding="ascii").splitlines()
+        late = [("", "3") if i < POINTS // 2 else ("tree", "2.5") for i in range(POINTS)]
+        early = [("tree", "3") if i % 5000 == 0 else (str(i % 7), "3") for i in range(POINTS)]
+        for name, cells, notes in (("late", late, ("class: it holds words", "status: its values are not all")),
+                                   ("early", early, ("class: it holds words",))):
+            mixed = self.folder / f"{name}.csv"
+            lines = [rows[0] + ",class,status"] + [f"{row},{word},{code}" for row, (word, code) in zip(rows[1:], cells)]
+            mixed.write_text("\n".join(lines) + "\n", encoding="ascii")
+            plan = subprocess.run([CURV, "tiles", "plan", str(mixed), "-o", self.work, "--memory=16MiB"],
+                                  capture_output=True, text=True, check=True)
+            for note in notes:
+                self.assertIn(f"left out column {note}", plan.stderr)
+            curv("tiles", "run", self.work)
+            out = self.folder / "mixed-result.csv"
+            curv("tiles", "merge", self.work, "-o", str(out))
+            with open(out, encoding="ascii") as result:
+                self.assertNotIn("class", result.readline())
+                self.assertEqual(sum(1 for _ in result), POINTS)
+            shutil.rmtree(self.work)
+
     def test_resumes_after_kills_of_run_and_server(self):
         whole = self.whole()
         self.plan()
@@ -312,6 +335,18 @@ class Tiles(unittest.TestCase):
         lines = [f"{i % 50},{i // 50},{'1e300' if i == 777 else 0},0,0,1" for i in range(2500)]
         pathlib.Path(cloud).write_text("x,y,z,nx,ny,nz\n" + "\n".join(lines), encoding="ascii")
         self.assertIn("point 777 has a coordinate beyond 3e38", self.plan(cloud=cloud, code=INPUT))
+
+    def test_lattices_that_no_server_takes_are_refused(self):
+        cloud = str(self.folder / "doubles.ply")
+        curv("generate", "sphere", "--points=500", "--double", "-o", cloud)
+        for spacing in ("1e-300", "1e300"):
+            error = self.plan(f"--lattice={spacing}", cloud=cloud, code=INPUT)
+            self.assertRegex(error, r"is [\d.]+e[-+]?\d+ \(--lattice\); it must be from 2\^-100 to 2\^100")
+            shutil.rmtree(self.work)
+        small = self.folder / "small.csv"
+        lines = ["x,y,z,nx,ny,nz"] + [f"{i % 30}e-40,{i // 30}e-40,0,0,0,1" for i in range(900)]
+        small.write_text("\n".join(lines) + "\n", encoding="ascii")
+        self.assertIn("of the distance between points; it must be from", self.plan(cloud=str(small), code=INPUT))
 
     def test_doubles_have_the_same_bytes_for_other_tiles(self):
         far = str(self.folder / "far.csv")

@@ -160,6 +160,7 @@ TEST(FillSummaryTest, NamesAllThatMayMakePointsUnusable) {
   };
   EXPECT_THAT(warning({}), HasSubstr("their positions are not finite, or their normals have no direction"));
   EXPECT_THAT(warning({.has_lattice = true}), HasSubstr("farther than 2^23 times lattice.spacing from lattice.origin"));
+  EXPECT_THAT(warning({.has_doubles = true}), HasSubstr("farther than 3e38"));
   EXPECT_THAT(warning({.has_viewpoints = true}), HasSubstr("viewpoints"));
   EXPECT_THAT(warning({.has_normals = false}), Not(HasSubstr("normals")));
 }

@@ -1,9 +1,13 @@
 #include "server/observe/server_log.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <string>
+#include <thread>
 
 #include "server/rpc/error_detail.h"
 #include "server/rpc/error_reasons.h"
@@ -107,6 +111,25 @@ TEST(ServerLogTest, CanBeSilentAboutCalls) {
   ::testing::internal::CaptureStderr();
   ServerLog(false).LogCall(Record());
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(ServerLogTest, CountsLinesThatStderrDoesNotTake) {
+  const int own = dup(STDERR_FILENO), full = open("/dev/full", O_WRONLY | O_CLOEXEC);
+  ASSERT_GE(full, 0);
+  dup2(full, STDERR_FILENO);
+  uint64_t lost = 0;
+  {
+    ServerLog log(/*calls=*/true);
+    log.LogCall(Record());
+    log.LogCall(Record());
+    // Another thread writes them.
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while ((lost = log.lines_lost()) < 2 && std::chrono::steady_clock::now() < give_up) std::this_thread::yield();
+  }
+  dup2(own, STDERR_FILENO);
+  close(own);
+  close(full);
+  EXPECT_EQ(lost, 2u);
 }
 
 }  // namespace

@@ -57,6 +57,18 @@ TEST(OptionConflictsTest, AreFoundBeforeAnythingIsRead) {
   }
 }
 
+TEST(SwitchesTest, TakeNoOtherValueThanYesOrNo) {
+  for (const char* flag : {"--tiles=20000", "--auto=maybe", "--ascii=99999999999999999999", "--tls=-1"}) {
+    const CurvRun run = RunOnNothing({"estimate", flag});
+    EXPECT_EQ(run.exit_code, 2) << flag;
+    EXPECT_THAT(run.err, HasSubstr("\" must be true or false")) << flag;
+  }
+  EXPECT_EQ(RunOnNothing({"normals", "--up=sideways"}).exit_code, 2);
+  for (const char* flag : {"--tiles=false", "--ascii=No", "--closed=TRUE", "--consistent", "--up", "--up=-z"}) {
+    EXPECT_EQ(RunOnNothing({flag[2] == 't' ? "estimate" : "normals", flag}).exit_code, 3) << flag;  // no such input
+  }
+}
+
 TEST(OptionConflictsTest, WhatGoesTogetherIsNotRefused) {
   const std::vector<std::string> kFine[] = {
       {"estimate", "--also=standard_errors", "--estimator=aso", "--project", "--k=2048"},

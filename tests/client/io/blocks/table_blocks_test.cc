@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "client/io/table_file.h"
@@ -108,9 +109,52 @@ TEST(TableBlocks, TellsThatAFileEndsTooEarly) {
   folder.Write("short.ply", folder.Read("cloud.ply").substr(0, 9'000));
   const auto blocks = TableBlocks::Open(folder.File("short.ply"), "", 1 << 10, 0);
   ASSERT_TRUE(blocks.ok()) << blocks.status();
-  absl::Status status;
-  while (status.ok()) status = (*blocks)->Next().status();
-  EXPECT_THAT(std::string(status.message()), HasSubstr("too early"));
+  EXPECT_THAT(std::string((*blocks)->Next().status().message()),
+              HasSubstr("the file ends too early: 1000 points of 13 bytes are declared, 8"));
+}
+
+// Reads a text file in blocks, of which there are several, and returns the error that it ends with.
+absl::Status ErrorOfBlocks(const std::string& ending, const std::string& text, PointTable* table = nullptr) {
+  const TempDir folder;
+  folder.Write("cloud" + ending, text);
+  const auto blocks = TableBlocks::Open(folder.File("cloud" + ending), "", 1 << 10, 0);
+  if (!blocks.ok()) return blocks.status();
+  while (true) {
+    absl::StatusOr<PointTable> block = (*blocks)->Next();
+    if (!block.ok() || block->size() == 0) return block.status();
+    if (table != nullptr) *table = *std::move(block);
+  }
+}
+
+std::string Repeated(const std::string& line, size_t times) {
+  std::string lines;
+  for (size_t i = 0; i < times; ++i) lines += line;
+  return lines;
+}
+
+TEST(TableBlocks, NumbersTheLinesOfTextAsTheFileDoes) {
+  const std::string points = Repeated("1,2,3\r\n", 500) + "\n# or not\n1,2,three\n" + Repeated("1,2,3\n", 500);
+  for (const auto& [ending, start, line] : std::vector<std::tuple<const char*, const char*, const char*>>{
+           {".xyz", "", "line 503: "}, {".xyz", "\xef\xbb\xbf# by hand\n# x y z\n1001\n", "line 506: "}}) {
+    EXPECT_THAT(std::string(ErrorOfBlocks(ending, start + points).message()), HasSubstr(std::string(": ") + line));
+  }
+  const std::string cells = "x,y,z\n" + Repeated("1,2,3\n", 500) + "\n1,2\n";
+  EXPECT_THAT(std::string(ErrorOfBlocks(".csv", cells).message()), HasSubstr("cloud.csv: line 503: expected 3 values"));
+}
+
+TEST(TableBlocks, KeepsTheNamesOfACommentBehindAByteOrderMark) {
+  PointTable last;
+  ASSERT_TRUE(ErrorOfBlocks(".xyz", "\xef\xbb\xbf# x y z height\n" + Repeated("1 2 3 4\n", 500), &last).ok());
+  EXPECT_NE(last.Find("height"), nullptr);
+}
+
+// As ReadCsv does with the whole file.
+TEST(TableBlocks, LeavesOutAColumnOfWordsWhereABlockBeginsWithANumber) {
+  PointTable last;
+  const std::string cells = Repeated("1,2,3,7\n", 300) + "1,2,3,tree\n";
+  const absl::Status status = ErrorOfBlocks(".csv", "x,y,z,class\n1,2,3,tree\n" + cells + cells, &last);
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(last.Find("class"), nullptr);
 }
 
 TEST(TableBlocks, RefusesStandardInput) { EXPECT_FALSE(TableBlocks::Open("-", "ply", 1 << 10, 1 << 20).ok()); }
