@@ -117,6 +117,8 @@ int Main(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   // A log reader that goes away must not end the server.
   signal(SIGPIPE, SIG_IGN);
+  // Whoever sends it wants files to be read again, which happens by itself.
+  signal(SIGHUP, SIG_IGN);
   // What it would write, that a message cannot be parsed, no caller shall put between the log's lines.
   google::protobuf::SetLogHandler(nullptr);
   RaiseDescriptorLimit();

@@ -92,8 +92,15 @@ absl::Status CredentialFiles::LoadCertificate(const Group& group) {
   }
   absl::StatusOr<TlsIdentity> identity = MakeTlsIdentity(std::move(texts[0]), std::move(texts[1]), std::move(texts[2]));
   if (!identity.ok()) return Explain(identity.status(), what);
+  const absl::Time now = absl::Now();
+  if (identity->expires <= now && expires_ > now) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(kFlags[0], " ", group.files.front().path(), ": the certificate ended at ",
+                     absl::FormatTime(absl::RFC3339_sec, identity->expires, absl::UTCTimeZone())));
+  }
+  expires_ = identity->expires;
   metrics_.SetCertificateExpiry(identity->expires);
-  if (identity->expires < absl::Now() + kExpiryWarning) {
+  if (identity->expires < now + kExpiryWarning) {
     log_.Log(ServerLog::Level::kWarning, "certificate_expires",
              JsonLine()
                  .Add("file", group.files.front().path())

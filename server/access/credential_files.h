@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/time/time.h"
 #include "server/access/access_control.h"
 #include "server/access/tls_credentials.h"
 #include "server/access/watched_file.h"
@@ -15,8 +16,9 @@
 
 namespace curvd {
 
-// Loads certificates, tokens and names at the start, and again when a file changes. A file that has become wrong
-// changes nothing: what was read last stays in force, and log and metrics tell. Not thread-safe.
+// Loads certificates, tokens and names at the start, and again when a file changes. A file that has become wrong, and a
+// certificate that has ended in place of one that has not, change nothing: what was read last stays in force, and log
+// and metrics tell. Not thread-safe.
 class CredentialFiles {
  public:
   // `access`, `metrics` and `log` must outlive this.
@@ -47,6 +49,7 @@ class CredentialFiles {
   ServerLog& log_;
   std::vector<Group> groups_;
   std::unique_ptr<TlsCredentials> tls_;
+  absl::Time expires_ = absl::InfinitePast();  // the certificate in force
 };
 
 }  // namespace curvd

@@ -96,6 +96,22 @@ TEST(ProcessTest, ASecondSignalEndsAtOnce) {
   EXPECT_EQ(call.Finish().status.error_code(), grpc::StatusCode::UNAVAILABLE);
 }
 
+// Others read their files again then; curvd does so by itself.
+TEST(ProcessTest, AHangupChangesNothing) {
+  Process curvd(kAnyPort);
+  const std::string address = ValueIn(curvd.WaitForLine("\"event\":\"serving\""), "listen");
+  TestCall call(OpenChannel(address));
+  ASSERT_TRUE(call.SendHeader({}));
+  call.ReadAccepted();
+  curvd.Signal(SIGHUP);
+  const TestCloud cloud = Sphere(1'000, 1.0f);
+  ASSERT_TRUE(call.SendCloud(cloud, 1'000));
+  call.HalfClose();
+  EXPECT_TRUE(Succeeded(call.Finish(), cloud.size()));
+  curvd.Signal(SIGTERM);
+  EXPECT_EQ(curvd.WaitForExit(), 0);
+}
+
 TEST(ProcessTest, ASecondServerOnThePortFailsWithAClearError) {
   TestServer first;
   Process second({"--listen=" + first.address(), "--metrics-listen=none"});

@@ -174,6 +174,11 @@ TEST(StrangersTest, AFileThatBrokeChangesNothing) {
   EXPECT_THAT(curvd.process().WaitForLine("\"event\":\"reload_failed\""),
               ContainsRegex("--tls-key [^ ]+server.key, .*: the key is not that of"));
   EXPECT_TRUE(curvd.ServesTheFriend());
+  const PemPair ended = curvd.certificates().Issue("localhost", -1);
+  curvd.dir().Write("server.key", ended.key);
+  curvd.dir().Write("server.crt", ended.certificate);
+  EXPECT_THAT(curvd.process().WaitForLine("the certificate ended at"), HasSubstr("\"event\":\"reload_failed\""));
+  EXPECT_TRUE(curvd.ServesTheFriend());
 }
 
 TEST(StrangersTest, ANewCertificateIsUsedWithoutARestart) {
