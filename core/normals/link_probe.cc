@@ -21,13 +21,6 @@ constexpr double kWidestGap = 165.0 / 180.0 * std::numbers::pi;
 // such as the points of wires and borders.
 constexpr double kMostOnLines = 0.05, kMostOneSided = 0.1, kAboveLeast = 1.5;
 
-NormalFit PlaneThrough(size_t count) {
-  NormalFit fit;
-  fit.method = NormalMethod::kPca;
-  fit.neighborhood = NeighborCount{static_cast<uint32_t>(count)};
-  return fit;
-}
-
 // The widest angle between two neighbors of point i, seen from it in the plane that lies best, in which there is no
 // other one.
 double WidestGap(const NormalScratch& s, size_t i) {
@@ -53,7 +46,7 @@ LinkProbe::LinkProbe(const SpatialIndex& index, int thread_count)
     : index_(index), groups_(SampleGroups(index, kMostProbedGroups)), scratch_(thread_count) {
   static_assert(kLadder.front() == kLinksPerPoint && 2 * kLadder.back() == kMostLinksPerPoint);
   for (const size_t links : kLadder) {
-    if (links < index.point_count()) plans_.emplace_back(PlaneThrough(links + 1), index);
+    if (links < index.point_count()) plans_.emplace_back(PlaneFit(links + 1), index);
   }
 }
 
@@ -109,7 +102,7 @@ size_t LinkProbe::LinksPerPoint() const {
 }
 
 size_t LinkProbe::ScratchBytes(size_t point_count) {
-  return NormalScratch::MostBytes(PlaneThrough(std::min(kLadder.back() + 1, point_count)), point_count);
+  return NormalScratch::MostBytes(PlaneFit(std::min(kLadder.back() + 1, point_count)), point_count);
 }
 
 }  // namespace curvd

@@ -67,6 +67,13 @@ EstimatorOptions NormalFit::OptionsForOnePoint() const {
   return options;
 }
 
+NormalFit PlaneFit(size_t neighbor_count) {
+  NormalFit fit;
+  fit.method = NormalMethod::kPca;
+  fit.neighborhood = NeighborCount{static_cast<uint32_t>(neighbor_count)};
+  return fit;
+}
+
 absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
                       NormalScratch& scratch) {
   return HWY_DYNAMIC_DISPATCH(FitGroupKernel)(index, plan, group, sample, scratch);

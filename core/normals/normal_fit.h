@@ -46,6 +46,9 @@ struct NormalFit {
   EstimatorOptions OptionsForOnePoint() const;
 };
 
+// The plane through so many neighbors, the point itself included, by their principal axes.
+NormalFit PlaneFit(size_t neighbor_count);
+
 // A fit to the neighborhoods of one index. REQUIRES: by count, the index holds as many points.
 struct NormalPlan {
   NormalPlan(const NormalFit& fit, const SpatialIndex& index)

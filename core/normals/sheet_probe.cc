@@ -75,13 +75,6 @@ Quadric FitQuadric(const NormalScratch& s, size_t i) {
   return moments.ldlt().solve(heights);
 }
 
-NormalFit PlaneOf(uint32_t count) {
-  NormalFit fit;
-  fit.method = NormalMethod::kPca;
-  fit.neighborhood = NeighborCount{count};
-  return fit;
-}
-
 }  // namespace
 
 SheetProbe::SheetProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
@@ -90,7 +83,7 @@ SheetProbe::SheetProbe(const SpatialIndex& index, uint32_t max_neighbor_count, i
   for (const uint32_t count : kLadder) {
     if (count > most) break;
     counts_.push_back(count);
-    plans_.emplace_back(PlaneOf(count), index);
+    plans_.emplace_back(PlaneFit(count), index);
   }
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   outcomes_.assign(block_count() * SpatialIndex::kGroupLeaves, {kNan, kNan, kNan});
@@ -169,7 +162,7 @@ SheetFinding SheetProbe::Find() const {
 }
 
 size_t SheetProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
-  return NormalScratch::MostBytes(PlaneOf(std::min(kLadder[std::size(kLadder) - 1], max_neighbor_count)), point_count);
+  return NormalScratch::MostBytes(PlaneFit(std::min(kLadder[std::size(kLadder) - 1], max_neighbor_count)), point_count);
 }
 
 }  // namespace curvd

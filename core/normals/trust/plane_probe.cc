@@ -31,13 +31,6 @@ constexpr double kLeastSpread = 0.05;
 // most of other normals, on the 65 clouds that the tests have.
 constexpr double kLeastOfFew = 0.15;
 
-NormalFit PlaneOfNeighbors(uint32_t count) {
-  NormalFit fit;
-  fit.method = NormalMethod::kPca;
-  fit.neighborhood = NeighborCount{count};
-  return fit;
-}
-
 uint32_t MostOfPlanes(size_t point_count, uint32_t max_neighbor_count) {
   const size_t most = std::min<size_t>(point_count / kLargestPartOfPlanes, max_neighbor_count);
   return static_cast<uint32_t>(std::clamp<size_t>(most, 1, kMostOfPlanes));
@@ -90,7 +83,7 @@ class PlaneSums {
 
 PlaneProbe::PlaneProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
     : index_(index),
-      plan_(PlaneOfNeighbors(MostOfPlanes(index.point_count(), max_neighbor_count)), index),
+      plan_(PlaneFit(MostOfPlanes(index.point_count(), max_neighbor_count)), index),
       scratch_(thread_count) {
   if (!HasPlanes(index.point_count(), max_neighbor_count)) stage_ = Stage::kDone;
 }
@@ -218,12 +211,12 @@ void PlaneProbe::Find() {
   if (!most.second.IsEnough(KnownCount())) return;
   found_ = FoundFit{{NormalMethod::kPca, most.first}, std::nullopt};
   if (most.first < kFewestFound || !most.second.IsMadeByNoise()) return;
-  found_->of_halves = PlaneOfNeighbors(std::max(most.first, LeastNeighborCountOfHalves(NormalMethod::kPca)));
+  found_->of_halves = PlaneFit(std::max(most.first, LeastNeighborCountOfHalves(NormalMethod::kPca)));
 }
 
 size_t PlaneProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
   if (!HasPlanes(point_count, max_neighbor_count)) return 0;
-  return NormalScratch::MostBytes(PlaneOfNeighbors(MostOfPlanes(point_count, max_neighbor_count)), point_count);
+  return NormalScratch::MostBytes(PlaneFit(MostOfPlanes(point_count, max_neighbor_count)), point_count);
 }
 
 }  // namespace curvd

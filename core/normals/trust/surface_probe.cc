@@ -22,13 +22,6 @@ constexpr double kLeastSquaredCosine = 0.75;
 constexpr uint32_t kFewestOnPlanes = 16;
 constexpr double kLeastOnPlanes = 0.25;
 
-NormalFit PlaneAmong(uint32_t count) {
-  NormalFit fit;
-  fit.method = NormalMethod::kPca;
-  fit.neighborhood = NeighborCount{count};
-  return fit;
-}
-
 uint32_t MostAmong(size_t point_count, uint32_t max_neighbor_count) {
   return static_cast<uint32_t>(std::min<size_t>(point_count / kLargestPlanarShare, max_neighbor_count));
 }
@@ -38,7 +31,7 @@ uint32_t MostAmong(size_t point_count, uint32_t max_neighbor_count) {
 SurfaceProbe::SurfaceProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
     : index_(index), groups_(SampleGroups(index, MostGroups(index.point_count()))), scratch_(thread_count) {
   for (const uint32_t count : kLadder) {
-    if (count <= MostAmong(index.point_count(), max_neighbor_count)) plans_.emplace_back(PlaneAmong(count), index);
+    if (count <= MostAmong(index.point_count(), max_neighbor_count)) plans_.emplace_back(PlaneFit(count), index);
   }
 }
 
@@ -88,7 +81,7 @@ size_t SurfaceProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_coun
   const uint32_t most = MostAmong(point_count, max_neighbor_count);
   if (most < kLadder.front()) return 0;
   return std::min(static_cast<size_t>(thread_count), MostGroups(point_count) / kGroupsPerBlock) *
-         NormalScratch::MostBytes(PlaneAmong(std::min(most, kLadder.back())), point_count);
+         NormalScratch::MostBytes(PlaneFit(std::min(most, kLadder.back())), point_count);
 }
 
 }  // namespace curvd
