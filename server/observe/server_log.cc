@@ -57,9 +57,10 @@ struct ServerLog::Writer {
   };
 
   Writer() { logger.set_pattern(R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v)", spdlog::pattern_time_type::utc); }
+  // Goes after the thread, which writes to it.
+  const std::shared_ptr<Sink> sink = std::make_shared<Sink>();
   std::shared_ptr<spdlog::details::thread_pool> thread =
       std::make_shared<spdlog::details::thread_pool>(kQueuedLines, 1);
-  const std::shared_ptr<Sink> sink = std::make_shared<Sink>();
   // Its lines go to the thread by shared_from_this.
   std::shared_ptr<spdlog::async_logger> shared =
       std::make_shared<spdlog::async_logger>("curvd", sink, thread, spdlog::async_overflow_policy::overrun_oldest);
