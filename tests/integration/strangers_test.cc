@@ -308,7 +308,8 @@ TEST(StrangersTest, ProbesThatKeepTheirConnectionAreServedForLong) {
   for (const auto& channel : {probes, curvd.FriendsChannel()}) {
     for (int probe = 0; probe < 2'000; ++probe) {
       std::string answer;
-      ASSERT_TRUE(CheckHealth(channel, "", &answer).ok()) << probe;
+      const grpc::Status status = CheckHealth(channel, "", &answer);
+      ASSERT_TRUE(status.ok()) << probe << ": " << status.error_message();
     }
   }
   EXPECT_EQ(curvd.Strangers("unaccounted_bytes"), 0);
