@@ -222,9 +222,8 @@ class Planner {
       }
       if (plan_.spacing < kLeastSpacing || plan_.spacing > kMostSpacing) {
         return absl::InvalidArgumentError(absl::StrFormat(
-            "the lattice of the coordinates, which are doubles, is %g%s; it must be from 2^-100 to 2^100, about 8e-31 "
-            "to "
-            "1e30: choose another unit of length",
+            "the lattice of the coordinates, which are doubles, is %g%s; it must be from 2^-100 to 2^100, about "
+            "8e-31 to 1e30: choose another unit of length",
             plan_.spacing,
             request_.spacing == 0.0 ? ", at most 2^-12 of the distance between points" : " (--lattice)"));
       }
