@@ -215,10 +215,11 @@ absl::Status NormalPhases::EndFit() {
   return absl::OkStatus();
 }
 
-void NormalPhases::Orient() {
+void NormalPhases::Orient(bool may_repair) {
+  const OrientationHints hints{sheets_.two_sheets, links_per_point_, may_repair};
   orientations_.push_back(std::make_unique<Orientation>(
-      index_, options_, origin_, thread_count_, add_phase_, [this] { return EndOrientation(); }, sheets_.two_sheets,
-      links_per_point_));
+      index_, options_, origin_, thread_count_, add_phase_, [this] { return EndOrientation(); }, hints));
+  may_repair_ = may_repair;
   orientations_.back()->Start();
 }
 
@@ -248,7 +249,9 @@ absl::Status NormalPhases::EndOrientation() {
       fit_report_.mixes_sides = share > (IsAutomatic(options_) ? kMostMixed : kMostMixedByWish);
     }
     side_probe_.reset();
-    return Decide();
+    if (!IsTornByRepair()) return Decide();
+    Orient(false);
+    return absl::OkStatus();
   }));
   return absl::OkStatus();
 }
@@ -302,6 +305,11 @@ absl::Status NormalPhases::Decide() {
       break;
   }
   return then_();
+}
+
+bool NormalPhases::IsTornByRepair() const {
+  const NormalReport found = report();
+  return may_repair_ && !scale_.fit.two_sheets && found.repaired_count > 0 && *found.torn_share > kMostTornShare;
 }
 
 bool NormalPhases::IsRepairedRim(const NormalReport& found) const {

@@ -94,7 +94,7 @@ class NormalPhases {
   absl::Status AddFit(const ChosenScale& scale);
   void FillTooFew();
   absl::Status EndFit();
-  void Orient();
+  void Orient(bool may_repair = true);
   // Whether the scale of now could be fitted: the cloud has as many points.
   bool HasFit() const;
   // Looks at how much the neighborhoods of the fit are of one side, where there was a fit.
@@ -106,6 +106,9 @@ class NormalPhases {
   absl::Status TryFew();
   absl::Status TryRims();
   absl::Status MakeLast(const ChosenScale& scale);
+  // Whether a repair turned parts of one sheet against the others: where noise differs between parts, such sides may fit
+  // a closed surface better than the right ones.
+  bool IsTornByRepair() const;
   // Whether a repair chose sides of both sheets, which a low certificate alone does not vouch for.
   bool IsRepairedRim(const NormalReport& found) const;
   // Remembers the scale of now, if it is the best one so far for a thin closed part.
@@ -141,6 +144,7 @@ class NormalPhases {
   ChosenScale chosen_;  // by the pilot or the caller
   ChosenScale scale_;   // of the attempt of now
   ChosenScale thin_;    // the best so far for a thin part
+  bool may_repair_ = true;  // the orientation of now
   double chosen_certificate_ = kNoCertificate, thin_certificate_ = kNoCertificate;
   std::unique_ptr<StrategyRun> fit_;
   std::optional<ScratchSet> scratch_;

@@ -19,15 +19,15 @@ struct Orientation::Step {
 };
 
 Orientation::Orientation(SpatialIndex& index, const NormalOptions& options, const std::array<double, 3>& origin,
-                         int thread_count, PhaseSink add_phase, std::function<absl::Status()> then, bool two_sheets,
-                         size_t links_per_point)
+                         int thread_count, PhaseSink add_phase, std::function<absl::Status()> then,
+                         const OrientationHints& hints)
     : index_(index),
       options_(options),
       origin_(origin),
       add_phase_(std::move(add_phase)),
       then_(std::move(then)),
-      two_sheets_(two_sheets),
-      tree_(index, links_per_point),
+      hints_(hints),
+      tree_(index, hints.links_per_point),
       scratch_(static_cast<size_t>(thread_count)) {}
 
 void Orientation::Add(Step step) {
@@ -116,7 +116,7 @@ void Orientation::AddField() {
   for (size_t i = 0; i < pieces.size(); ++i) {
     piece_is_closed_.push_back(IsClosed(pieces[i]) || (all_closed() && pieces[i].area > 0.0) ? 1 : 0);
     const bool is_large = pieces[i].points >= tree_.least_points();
-    const bool tells = IsPieceClosed(i) || cluster_counts[i] > 1 || two_sheets_;
+    const bool tells = IsPieceClosed(i) || cluster_counts[i] > 1 || hints_.two_sheets;
     if (is_large && tells) wanted.push_back(static_cast<uint32_t>(i));
   }
   if (wanted.empty()) return AddTurns();
@@ -180,8 +180,8 @@ void Orientation::TakeRepairs() {
     const FieldPiece& field = field_->pieces()[i];
     uint8_t& is_closed = piece_is_closed_[field.piece];
     // Sides that fit a closed surface much better, but not well enough to be taken; or a thin part that looks open.
-    const bool is_doubtful = two_sheets_ || (is_closed == 0 && repairs_[i].IsPromising());
-    if (repairs_[i].Accept()) {
+    const bool is_doubtful = hints_.two_sheets || (is_closed == 0 && repairs_[i].IsPromising());
+    if (hints_.may_repair && repairs_[i].Accept()) {
       is_closed = 1;
       for (size_t c = 0; c < field.clusters.size(); ++c) {
         const uint32_t cluster = field.clusters[c];

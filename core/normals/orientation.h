@@ -27,18 +27,23 @@ using PhaseSink = std::function<void(std::unique_ptr<Phase>)>;
 // The name of all phases that orient.
 inline constexpr std::string_view kOrientationPhase = "orientation";
 
+// What is known of a cloud before its normals are oriented.
+struct OrientationHints {
+  bool two_sheets = false;  // pieces that look open may be thin closed ones: each large piece gets a certificate
+  size_t links_per_point = kLinksPerPoint;  // as SideTree has it
+  // Whether clusters are turned against the links between them where they then fit a closed surface (SideRepair).
+  bool may_repair = true;
+};
+
 // Orients the normals of one index by phases, each of which adds what follows it. The result depends on the index and
 // the options alone: not on threads.
 class Orientation {
  public:
   // `origin`: what was subtracted from the input's positions (Cloud::origin). `then` is called once all normals point
-  // where they should; it adds the phases that follow. `two_sheets`: whether pieces that look open may be thin closed
-  // ones, so that each large piece gets a certificate. `links_per_point`: as SideTree has it. REQUIRES:
-  // index.has_normals(); NaN where a point has none.
+  // where they should; it adds the phases that follow. REQUIRES: index.has_normals(); NaN where a point has none;
   // `index`, what `options` refers to, and the orientation outlive the phases.
   Orientation(SpatialIndex& index, const NormalOptions& options, const std::array<double, 3>& origin, int thread_count,
-              PhaseSink add_phase, std::function<absl::Status()> then, bool two_sheets = false,
-              size_t links_per_point = kLinksPerPoint);
+              PhaseSink add_phase, std::function<absl::Status()> then, const OrientationHints& hints);
 
   // Adds the first phase.
   void Start();
@@ -93,7 +98,7 @@ class Orientation {
   const std::array<double, 3> origin_;
   const PhaseSink add_phase_;
   const std::function<absl::Status()> then_;
-  const bool two_sheets_;
+  const OrientationHints hints_;
   SideTree tree_;
   std::optional<PieceSides> sides_;
   std::optional<WindingField> field_;
