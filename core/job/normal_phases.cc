@@ -155,19 +155,33 @@ absl::Status NormalPhases::Fit() {
   }
   chosen_ = pilot_->Choose();
   pilot_.reset();
+  if (chosen_.noisy_sigma.has_value()) {
+    sheets_.noise = std::max(sheets_.noise, std::ldexp(*chosen_.noisy_sigma, index_.scale_exponent()));
+  }
   attempt_ = sheets_.two_sheets ? Attempt::kOneSheet : Attempt::kChosen;
   if (!sheets_.two_sheets) return AddFit(chosen_);
-  ChosenScale thin = ScaleOf(sheets_.neighbor_count);
-  thin.fit.two_sheets = sheets_.is_mixed;
-  return AddFit(thin);
+  return AddFit(ScaleOf(sheets_.neighbor_count, sheets_.is_mixed));
 }
 
-ChosenScale NormalPhases::ScaleOf(uint32_t neighbor_count) const {
+ChosenScale NormalPhases::ScaleOf(uint32_t neighbor_count, bool two_sheets) const {
   ChosenScale scale = chosen_;
-  scale.fit.method = options_.method.value_or(NormalMethod::kJet2);
-  const uint32_t count = std::max(neighbor_count, LeastNeighborCount(scale.fit.method));
-  scale.fit.neighborhood = NeighborCount{count};
-  scale.fit.shares = chosen_.fit.shares && JetDegree(scale.fit.method) >= 2 && count >= ScalePilot::kLeastShared;
+  NormalFit& fit = scale.fit;
+  fit.two_sheets = two_sheets;
+  fit.method = options_.method.value_or(NormalMethod::kJet2);
+  const uint32_t least = LeastNeighborCount(fit.method), count = std::max(neighbor_count, least);
+  fit.neighborhood = NeighborCount{count};
+  const bool may_share = chosen_.fit.shares && JetDegree(fit.method) >= 2;
+  fit.shares = may_share && count >= NormalFit::kLeastShared;
+  if (two_sheets) fit.noisy_part.reset();
+  if (fit.noisy_part.has_value()) {
+    // As many times more or fewer as of the others.
+    NoisyPart& noisy = *fit.noisy_part;
+    const double times = static_cast<double>(count) / std::get<NeighborCount>(chosen_.fit.neighborhood).count;
+    const double most = static_cast<double>(std::min<size_t>(fit.max_neighbor_count, index_.point_count()));
+    noisy.method = fit.method;
+    noisy.neighborhood.count = static_cast<uint32_t>(std::clamp(times * noisy.neighborhood.count, 1.0 * least, most));
+    noisy.shares = may_share && noisy.neighborhood.count >= NormalFit::kLeastShared;
+  }
   if (sheets_.two_sheets) scale.sigma = std::ldexp(sheets_.noise, -index_.scale_exponent());
   return scale;
 }
@@ -178,6 +192,10 @@ absl::Status NormalPhases::AddFit(const ChosenScale& scale) {
   fit_report_.sigma = scale_.sigma;
   const auto* count = std::get_if<NeighborCount>(&scale_.fit.neighborhood);
   if (count != nullptr) fit_report_.neighbor_count = count->count;
+  fit_report_.noisy_part.reset();
+  if (const auto& noisy = scale_.fit.noisy_part) {
+    fit_report_.noisy_part = {noisy->method, noisy->neighborhood.count, scale_.noisy_sigma, scale_.noisy_share};
+  }
   const size_t least = LeastNeighborCount(scale_.fit.method);
   if (index_.point_count() < (count != nullptr ? std::max<size_t>(count->count, least) : 1)) {
     FillTooFew();
@@ -330,16 +348,12 @@ absl::Status NormalPhases::ChooseThin() {
 
 absl::Status NormalPhases::AvoidMixing() {
   if (thin_certificate_ < kNoCertificate) return Try(Attempt::kKept, thin_);
-  return sheets_.two_sheets ? then_() : Try(Attempt::kThin, ScaleOf(kFewNeighbors));
+  return sheets_.two_sheets ? then_() : Try(Attempt::kThin, ScaleOf(kFewNeighbors, false));
 }
 
-absl::Status NormalPhases::TryRims() {
-  ChosenScale rims = ScaleOf(kRimNeighbors);
-  rims.fit.two_sheets = true;
-  return Try(Attempt::kRims, rims);
-}
+absl::Status NormalPhases::TryRims() { return Try(Attempt::kRims, ScaleOf(kRimNeighbors, true)); }
 
-absl::Status NormalPhases::TryFew() { return Try(Attempt::kFew, ScaleOf(kFewNeighbors)); }
+absl::Status NormalPhases::TryFew() { return Try(Attempt::kFew, ScaleOf(kFewNeighbors, false)); }
 absl::Status NormalPhases::MakeLast(const ChosenScale& scale) { return Try(Attempt::kLast, scale); }
 
 absl::Status NormalPhases::Try(Attempt attempt, const ChosenScale& scale) {
@@ -354,9 +368,7 @@ absl::Status NormalPhases::Check(Attempt other) {
   // Fewer neighbors may be too few to tell a rim, but too many would be no neighborhood.
   const uint32_t more = 2 * count;
   const bool takes_more = two_sheets && more <= index_.point_count() / 3;
-  ChosenScale scale = ScaleOf(takes_more ? more : OtherCount(count));
-  scale.fit.two_sheets = two_sheets;
-  return Try(other, scale);
+  return Try(other, ScaleOf(takes_more ? more : OtherCount(count), two_sheets));
 }
 
 void NormalPhases::TakeCheck() {

@@ -106,8 +106,8 @@ class NormalPhases {
   absl::Status TryFew();
   absl::Status TryRims();
   absl::Status MakeLast(const ChosenScale& scale);
-  // Whether a repair turned parts of one sheet against the others: where noise differs between parts, such sides may fit
-  // a closed surface better than the right ones.
+  // Whether a repair turned parts of one sheet against the others: where noise differs between parts, such sides may
+  // fit a closed surface better than the right ones.
   bool IsTornByRepair() const;
   // Whether a repair chose sides of both sheets, which a low certificate alone does not vouch for.
   bool IsRepairedRim(const NormalReport& found) const;
@@ -124,7 +124,8 @@ class NormalPhases {
   bool WantsCheck(const NormalReport& found) const;
   // Whether few neighbors are to be tried instead.
   bool WantsFew(const NormalReport& found) const;
-  ChosenScale ScaleOf(uint32_t neighbor_count) const;
+  // The chosen scale with another number of neighbors, by the method that was asked for or jets of degree 2.
+  ChosenScale ScaleOf(uint32_t neighbor_count, bool two_sheets) const;
   void Collect(size_t first, size_t last, NormalField& field);
 
   const NormalOptions options_;
@@ -141,9 +142,9 @@ class NormalPhases {
   std::optional<SideProbe> side_probe_;
   std::optional<SideCheck> side_check_;  // of kChosen, while kOther is made
   Attempt attempt_ = Attempt::kLast;
-  ChosenScale chosen_;  // by the pilot or the caller
-  ChosenScale scale_;   // of the attempt of now
-  ChosenScale thin_;    // the best so far for a thin part
+  ChosenScale chosen_;      // by the pilot or the caller
+  ChosenScale scale_;       // of the attempt of now
+  ChosenScale thin_;        // the best so far for a thin part
   bool may_repair_ = true;  // the orientation of now
   double chosen_certificate_ = kNoCertificate, thin_certificate_ = kNoCertificate;
   std::unique_ptr<StrategyRun> fit_;

@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "core/base/median.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/runs/fit_run.h"
 
@@ -49,7 +51,85 @@ class NormalFitRun final : public FitRun {
   NormalQuality& quality_;
 };
 
+NormalFit FitOfNoisyPart(const NormalFit& whole) {
+  NormalFit fit = whole;
+  fit.method = whole.noisy_part->method;
+  fit.neighborhood = whole.noisy_part->neighborhood;
+  fit.shares = whole.noisy_part->shares;
+  fit.crosses_lines = whole.noisy_part->crosses_lines;
+  fit.noisy_part.reset();
+  return fit;
+}
+
+NormalFit QuadricFit(uint32_t neighbor_count) {
+  NormalFit fit;
+  fit.neighborhood = NeighborCount{neighbor_count};
+  return fit;
+}
+
+// How far the points of a group, one of each leaf, lie from their fits, squared, in the median; 0 without a fit. Of all
+// runs of the group's points, and of fits to halves, the same.
+absl::StatusOr<double> VarianceOf(const SpatialIndex& index, const NormalPlan& plan, size_t group, NormalScratch& s) {
+  NormalPlan whole = plan;
+  whole.half.reset();
+  const size_t first_point = std::exchange(s.first_point, 0);
+  const uint64_t most_work = std::exchange(s.most_work, std::numeric_limits<uint64_t>::max());
+  const auto take = std::exchange(s.take, nullptr);
+  const absl::Status status = HWY_DYNAMIC_DISPATCH(FitGroupKernel)(index, whole, group, GroupSample::kOneOfEachLeaf, s);
+  s.first_point = first_point;
+  s.most_work = most_work;
+  s.take = take;
+  if (!status.ok()) return status;
+  std::vector<double> variances;
+  for (size_t i = 0; i < s.points.size; ++i) {
+    const double rho = s.frames.rho[i];
+    if (s.points.status[i] == PointStatus::kOk) variances.push_back(s.mean_square[i] * rho * rho);
+  }
+  return variances.empty() ? 0.0 : Median(variances);
+}
+
+// The plan of those that a group gets.
+absl::StatusOr<const NormalPlan*> PlanOfGroup(const SpatialIndex& index, const NoisyPlan& noisy, size_t group,
+                                              NormalScratch& s) {
+  const absl::StatusOr<double> probed = VarianceOf(index, noisy.probe, group, s);
+  if (!probed.ok()) return probed.status();
+  if (*probed >= noisy.least_variance) return &noisy.fit;
+  const double least_mixed = NoisyPart::kMixedRatio * std::max(*probed, noisy.quiet_variance);
+  for (const NormalPlan& plan : noisy.quiet) {
+    if (&plan == &noisy.quiet.back()) break;
+    const absl::StatusOr<double> variance = VarianceOf(index, plan, group, s);
+    if (!variance.ok()) return variance.status();
+    if (*variance < least_mixed) return &plan;
+  }
+  return &noisy.quiet.back();
+}
+
 }  // namespace
+
+NormalPlan::NormalPlan(const NormalFit& fit, const SpatialIndex& index)
+    : neighborhood(NeighborhoodPlan::Make(fit.ToEstimatorOptions(), index)),
+      degree(JetDegree(fit.method)),
+      two_sheets(fit.two_sheets),
+      shares(fit.shares),
+      crosses_lines(fit.crosses_lines),
+      half(fit.half) {
+  if (!fit.noisy_part.has_value()) return;
+  NoisyPlan plans{NormalPlan(QuadricFit(fit.noisy_part->probe_count), index),
+                  NormalPlan(FitOfNoisyPart(fit), index),
+                  {},
+                  fit.noisy_part->least_variance,
+                  fit.noisy_part->quiet_variance};
+  NormalFit quiet = fit;
+  quiet.noisy_part.reset();
+  const uint32_t least = std::max(fit.noisy_part->probe_count, LeastNeighborCount(fit.method));
+  for (uint32_t count = std::get<NeighborCount>(fit.neighborhood).count;; count /= 2) {
+    quiet.neighborhood = NeighborCount{count};
+    quiet.shares = fit.shares && count >= NormalFit::kLeastShared;
+    plans.quiet.push_back(NormalPlan(quiet, index));
+    if (count <= least) break;
+  }
+  noisy = std::make_shared<NoisyPlan>(std::move(plans));
+}
 
 EstimatorOptions NormalFit::ToEstimatorOptions() const {
   EstimatorOptions options;
@@ -64,7 +144,11 @@ EstimatorOptions NormalFit::OptionsForOnePoint() const {
   EstimatorOptions options = ToEstimatorOptions();
   auto* const neighbors = std::get_if<NeighborCount>(&options.neighborhood);
   if (shares && neighbors != nullptr) neighbors->count /= SpatialIndex::kLeafSize;
-  return options;
+  if (!noisy_part.has_value()) return options;
+  EstimatorOptions noisy = FitOfNoisyPart(*this).OptionsForOnePoint();
+  return std::get<NeighborCount>(noisy.neighborhood).count > std::get<NeighborCount>(options.neighborhood).count
+             ? noisy
+             : options;
 }
 
 NormalFit PlaneFit(size_t neighbor_count) {
@@ -76,7 +160,14 @@ NormalFit PlaneFit(size_t neighbor_count) {
 
 absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
                       NormalScratch& scratch) {
-  return HWY_DYNAMIC_DISPATCH(FitGroupKernel)(index, plan, group, sample, scratch);
+  const NormalPlan* own = &plan;
+  if (plan.noisy != nullptr) {
+    const absl::StatusOr<const NormalPlan*> chosen = PlanOfGroup(index, *plan.noisy, group, scratch);
+    if (!chosen.ok()) return chosen.status();
+    own = *chosen;
+  }
+  scratch.is_noisy = plan.noisy != nullptr && own == &plan.noisy->fit;
+  return HWY_DYNAMIC_DISPATCH(FitGroupKernel)(index, *own, group, sample, scratch);
 }
 
 NormalScratch& SampleScratch::Of(int worker, const std::atomic<bool>& stopped) {

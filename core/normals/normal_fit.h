@@ -20,8 +20,28 @@
 
 namespace curvd {
 
+// How points are fitted where positions are much noisier than elsewhere.
+struct NoisyPart {
+  NormalMethod method = NormalMethod::kJet2;
+  NeighborCount neighborhood{};
+  bool shares = false;         // as in NormalFit
+  bool crosses_lines = false;  // as in NormalFit
+  // Which groups these are: those whose points, one of each leaf, lie so far from quadrics through so many neighbors in
+  // the median, squared, in the index's unit.
+  uint32_t probe_count = 0;
+  double least_variance = 0.0;
+  double quiet_variance = 0.0;  // the same of the other groups, in the median
+  // By their own fits, neighborhoods of these reach into noise if they lie this many times as far away, squared, as by
+  // the quadrics, or as quiet_variance says where that is more.
+  static constexpr double kMixedRatio = 2.5;
+};
+
 // One way to make normals, of those that NormalOptions may ask for.
 struct NormalFit {
+  // Fewer neighbors are not shared (see `shares`): the points of a leaf would be too far from its mean beside their
+  // radius.
+  static constexpr uint32_t kLeastShared = size_t{16} * SpatialIndex::kLeafSize;
+
   NormalMethod method = NormalMethod::kJet2;
   std::variant<NeighborCount, NeighborRadius> neighborhood{};
   uint32_t max_neighbor_count = 10'000;
@@ -36,6 +56,9 @@ struct NormalFit {
   // few, noise decides a polynomial of the degree; such points get one of a lower degree. Elsewhere, as in narrow
   // strips, one that noise decides in part is better.
   bool crosses_lines = false;
+  // If set, points of groups that are noisier than others are fitted by this. Those of other groups whose neighborhoods
+  // reach into noise get half of the neighbors, and again, until they do not. REQUIRES: by count; not two_sheets.
+  std::optional<NoisyPart> noisy_part{};
   // Of which half of the cloud points are fitted, and are the neighbors that they are fitted to, which still lie among
   // as many of both halves. DEFAULT: of both. REQUIRES: not two_sheets.
   std::optional<Half> half{};
@@ -49,15 +72,11 @@ struct NormalFit {
 // The plane through so many neighbors, the point itself included, by their principal axes.
 NormalFit PlaneFit(size_t neighbor_count);
 
+struct NoisyPlan;
+
 // A fit to the neighborhoods of one index. REQUIRES: by count, the index holds as many points.
 struct NormalPlan {
-  NormalPlan(const NormalFit& fit, const SpatialIndex& index)
-      : neighborhood(NeighborhoodPlan::Make(fit.ToEstimatorOptions(), index)),
-        degree(JetDegree(fit.method)),
-        two_sheets(fit.two_sheets),
-        shares(fit.shares),
-        crosses_lines(fit.crosses_lines),
-        half(fit.half) {}
+  NormalPlan(const NormalFit& fit, const SpatialIndex& index);
 
   NeighborhoodPlan neighborhood;
   int degree;  // of the polynomial; 0: no polynomial
@@ -65,6 +84,14 @@ struct NormalPlan {
   bool shares;
   bool crosses_lines;
   std::optional<Half> half;
+  std::shared_ptr<const NoisyPlan> noisy;  // null: all points are fitted alike
+};
+
+struct NoisyPlan {
+  NormalPlan probe;  // tells which groups are fitted by the other one
+  NormalPlan fit;
+  std::vector<NormalPlan> quiet;  // of ever fewer neighbors, each half of those before; the first is that of the fit
+  double least_variance, quiet_variance;  // as NoisyPart has both
 };
 
 // The fit of one point of a group, as long as what it was solved from is known.
@@ -107,7 +134,8 @@ struct NormalScratch : JetScratch {
   // If not empty, called for each point whose status is kOk once its polynomial is solved.
   std::function<void(const FittedPoint& fitted)> take{};
   LaneNeighbors lanes{};
-  SharedFits shared{};  // of the group of the moment, where points share fits
+  SharedFits shared{};    // of the group of the moment, where points share fits
+  bool is_noisy = false;  // whether the group was fitted as the noisy part is
 
   size_t bytes() const override { return JetScratch::bytes() - sizeof(JetScratch) + sizeof(*this); }
   static size_t MostBytes(const NormalFit& fit, size_t point_count) {

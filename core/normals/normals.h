@@ -68,6 +68,14 @@ struct NormalReport {
   // Standard deviation of the noise of positions along the normal, in the caller's length unit; where the neighborhood
   // was chosen automatically and a sample of the points could tell.
   std::optional<double> sigma;
+  // Where a part of the points is noisier than the others, of which the above then is: the same of that part.
+  struct NoisyPart {
+    NormalMethod method;
+    uint32_t neighbor_count;
+    std::optional<double> sigma;
+    double share;  // of the points, as a sample shows it
+  };
+  std::optional<NoisyPart> noisy_part;
   std::array<uint64_t, kPointStatusEnd> status_counts{};  // of the points that get a result, by PointStatus
 
   // Of oriented normals: how many of the points with a normal were turned; for estimated ones that says nothing.

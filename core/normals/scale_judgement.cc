@@ -20,8 +20,6 @@ constexpr Weights WeightsFor(NormalAim aim) {
   return aim == NormalAim::kCurvature ? Weights{.bends = 3.0, .good_enough = 1.2}
                                       : Weights{.bends = 1.0, .good_enough = 1.1};
 }
-// Errors below this are all good enough: squared radians.
-constexpr double kNegligible = 1e-10;
 // Sampled differences above this quantile are cut down to it: edges of the surface are few.
 constexpr double kClipQuantile = 0.95;
 // Neighborhoods whose radius is less than this many standard deviations of the noise are balls of points more than
@@ -102,9 +100,16 @@ size_t ScalePilot::DeterminedCount(size_t candidate) const {
   size_t count = 0;
   for (size_t i = 0; i < sample_count(); ++i) {
     const Outcome& point = outcome(candidate, i);
-    count += point.ok && point.excess <= kDetermined ? 1 : 0;
+    count += point.ok() && point.excess <= kDetermined ? 1 : 0;
   }
   return count;
+}
+
+bool ScalePilot::IsMostlyDetermined(size_t candidate) const {
+  size_t fitted = 0;
+  for (size_t i = 0; i < sample_count(); ++i) fitted += outcome(candidate, i).ok() ? 1 : 0;
+  const double undetermined = static_cast<double>(fitted - DeterminedCount(candidate));
+  return undetermined <= kMostUndetermined * static_cast<double>(fitted);
 }
 
 std::optional<ScalePilot::Medians> ScalePilot::MediansOf(size_t candidate) const {
@@ -113,7 +118,7 @@ std::optional<ScalePilot::Medians> ScalePilot::MediansOf(size_t candidate) const
   std::vector<double> radii, variances;
   for (size_t i = 0; i < sample_count(); ++i) {
     const Outcome& point = outcome(candidate, i);
-    if (!point.ok || (has_determined && point.excess > kDetermined)) continue;
+    if (!point.ok() || (has_determined && point.excess > kDetermined)) continue;
     radii.push_back(point.radius);
     const double freedom = FreedomAt(candidate, i);
     if (freedom > 0.0) variances.push_back(point.mean_square * count / freedom);
@@ -166,7 +171,7 @@ std::optional<double> ScalePilot::UnsettledShare(size_t candidate) const {
   double both = 0.0, turned = 0.0;
   for (size_t i = 0; i < sample_count(); ++i) {
     const Outcome &a = outcome(candidate, i), &b = outcome(doubled, i);
-    if (!a.ok || !b.ok) continue;
+    if (!a.ok() || !b.ok()) continue;
     both += 1.0;
     turned += SquaredAngle(a.normal, b.normal) > kTurned ? 1.0 : 0.0;
   }
@@ -185,7 +190,7 @@ double ScalePilot::UndeterminedShare(size_t candidate, double sigma) const {
   double fitted = 0.0, undetermined = 0.0;
   for (size_t i = 0; i < sample_count(); ++i) {
     const Outcome& point = outcome(candidate, i);
-    if (!point.ok) continue;
+    if (!point.ok()) continue;
     fitted += 1.0;
     undetermined += IsDetermined(point, sigma) ? 0.0 : 1.0;
   }
@@ -210,7 +215,10 @@ bool ScalePilot::SeesLines(double sigma) const {
 
 size_t ScalePilot::FittedCount(size_t candidate) const {
   size_t fitted = 0;
-  for (size_t i = 0; i < sample_count(); ++i) fitted += outcome(candidate, i).ok ? 1 : 0;
+  for (size_t i = 0; i < sample_count(); ++i) {
+    const Outcome& point = outcome(candidate, i);
+    fitted += point.is_fitted && point.part != Part::kOther ? 1 : 0;
+  }
   return fitted;
 }
 
@@ -225,16 +233,22 @@ std::vector<bool> ScalePilot::Usable(double sigma) const {
     const bool is_first = c == 0 || candidates_[c].fit.method != candidates_[c - 1].fit.method;
     // What is settled stays so: larger neighborhoods have more to average.
     if (is_first || !is_settled) is_settled = UnsettledShare(c).value_or(is_first ? 0.0 : 1.0) <= most_unsettled;
-    usable[c] = is_settled && static_cast<double>(FittedCount(c)) >= least_fitted && IsLargeEnough(c, sigma);
+    usable[c] = is_settled && static_cast<double>(FittedCount(c)) >= least_fitted && !IsMostlyMixed(c) &&
+                IsLargeEnough(c, sigma);
   }
   for (size_t c = 0; c < candidates_.size(); ++c) usable[c] = usable[c] && !CrossesTooFew(c, sigma);
   return usable;
 }
 
+double ScalePilot::NoiseAt(size_t sample, double sigma) const {
+  const double of_group = group_noises_.empty() ? 0.0 : group_noises_[sample / kPointsPerGroup];
+  return of_group > 0.0 ? of_group : sigma * sigma;
+}
+
 double ScalePilot::Noise(size_t candidate, double sigma) const {
   std::vector<double> noises;
   for (size_t i = 0; i < sample_count(); ++i) {
-    if (outcome(candidate, i).ok) noises.push_back(outcome(candidate, i).noise);
+    if (outcome(candidate, i).ok()) noises.push_back(outcome(candidate, i).noise);
   }
   return noises.empty() ? std::numeric_limits<double>::infinity() : sigma * sigma * ClippedMean(noises).mean;
 }
@@ -246,10 +260,10 @@ double ScalePilot::Bends(size_t small, size_t large, double sigma) const {
   std::vector<double> changes, noises;
   for (size_t i = 0; i < sample_count(); ++i) {
     const Outcome &a = outcome(small, i), &b = outcome(large, i);
-    if (!a.ok || !b.ok) continue;
+    if (!a.ok() || !b.ok()) continue;
     changes.push_back(SquaredAngle(a.normal, b.normal));
     // An estimate of least squares from more neighbors does not vary with its difference to one from some of them.
-    noises.push_back(sigma * sigma * std::max(a.noise - b.noise, 0.0f));
+    noises.push_back(NoiseAt(i, sigma) * std::max(a.noise - b.noise, 0.0f));
   }
   if (changes.empty()) return 0.0;
   const Clipped change = ClippedMean(changes);
@@ -294,7 +308,7 @@ bool ScalePilot::IsRather(const Candidate& a, const Candidate& b) {
   return a.cost() < b.cost();
 }
 
-ChosenScale ScalePilot::Choose() const {
+ChosenScale ScalePilot::ChooseOne() const {
   const std::optional<double> sigma = candidates_.empty() ? std::nullopt : Sigma();
   if (!sigma.has_value()) return fallback_;
   ChosenScale chosen = fallback_;
@@ -318,7 +332,7 @@ ChosenScale ScalePilot::Choose() const {
   return chosen;
 }
 
-std::optional<double> ScalePilot::NoiseOf(NormalMethod method, uint32_t neighbor_count) const {
+std::optional<double> ScalePilot::NoiseOfOne(NormalMethod method, uint32_t neighbor_count) const {
   const std::optional<double> sigma = candidates_.empty() ? std::nullopt : Sigma();
   if (!sigma.has_value()) return std::nullopt;
   // The slopes of planes have the noise of those of quadrics, where neighbors lie evenly around a point.

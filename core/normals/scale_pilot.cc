@@ -128,7 +128,7 @@ void ScalePilot::AddCandidates(NormalMethod method, size_t most) {
     fit.method = method;
     fit.neighborhood = NeighborCount{count};
     if (count * index_.point_count() > kMostOfAllPoints) {
-      fit.shares = JetDegree(method) >= 2 && count >= kLeastShared;
+      fit.shares = JetDegree(method) >= 2 && count >= NormalFit::kLeastShared;
       if (JetDegree(method) < 2 && count > kFewForPlanes) continue;
       if (is_jet4 && count > kFewForJet4) continue;
     }
@@ -148,7 +148,7 @@ absl::Status ScalePilot::RunBlock(size_t block, int worker, const std::atomic<bo
 ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, double copies, const NormalScratch& fits,
                                           const FittedPoint& fitted) {
   Outcome out{};
-  out.ok = true;
+  out.is_fitted = true;
   for (size_t axis = 0; axis < 3; ++axis) out.normal[axis] = static_cast<float>(fitted.normal[axis]);
   out.radius = fits.frames.rho[fitted.system];
   const int degree = candidate.plan.degree;

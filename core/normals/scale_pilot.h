@@ -23,7 +23,12 @@ namespace curvd {
 
 struct ChosenScale {
   NormalFit fit;
-  std::optional<double> sigma;  // of the positions' noise, in the caller's unit; none where no point of the sample told
+  // Of the positions' noise, in the caller's unit; none where no point of the sample told. Where a part is noisier than
+  // others, that of the others.
+  std::optional<double> sigma;
+  // Of the noisier part, if there is one, and the share of the points that lie in it.
+  std::optional<double> noisy_sigma;
+  double noisy_share = 0.0;
   // What its normals are expected to err by, squared, in radians: by noise, and by bends with their weight. Infinity
   // where the sample tells nothing.
   double squared_error = std::numeric_limits<double>::infinity();
@@ -45,10 +50,9 @@ class ScalePilot {
  public:
   // At most so many points are sampled.
   static constexpr size_t kMostGroups = 128;
+  // Errors below this are all good enough: squared radians.
+  static constexpr double kNegligible = 1e-10;
   static constexpr size_t kPointsPerGroup = SpatialIndex::kGroupLeaves;
-  // Fewer neighbors are not shared (NormalFit::shares): the points of a leaf would be too far from its mean beside
-  // their radius.
-  static constexpr uint32_t kLeastShared = size_t{16} * SpatialIndex::kLeafSize;
 
   // `method`: the one to find a scale for; none: the better of kJet2 and kJet4. No neighborhood is larger than
   // max_neighbor_count. REQUIRES: `index` has normals, of any values, and outlives the pilot.
@@ -59,11 +63,12 @@ class ScalePilot {
   size_t block_count() const { return candidates_.size() * groups_.size(); }
   // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
   absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
-  // REQUIRES: all blocks have run.
-  ChosenScale Choose() const;
+  // One scale; or two, where one part of the cloud is much noisier than the other (NoisyPart). REQUIRES: all blocks
+  // have run.
+  ChosenScale Choose();
   // The squared error that noise makes of normals of such a fit, as the nearest scale of the sample shows it; none
   // where no point of the sample told. REQUIRES: as Choose; both methods are looked at.
-  std::optional<double> NoiseOf(NormalMethod method, uint32_t neighbor_count) const;
+  std::optional<double> NoiseOf(NormalMethod method, uint32_t neighbor_count);
 
   // Bytes that the pilot holds, but for its workers' scratch; and that the scratch of one worker holds at most.
   size_t bytes() const {
@@ -75,6 +80,18 @@ class ScalePilot {
   static size_t MostBlocks(size_t point_count, uint32_t max_neighbor_count);
 
  private:
+  // Two parts of the sample, of which one is noisier.
+  struct Parts {
+    std::vector<bool> is_noisy;     // by group
+    std::vector<double> variances;  // likewise, by the probe
+    std::vector<double> noises;     // likewise: the variance of the noise; 0 where it may be that of bends
+    uint32_t probe_count;           // as NoisyPart has it, and the next two
+    double least_variance, quiet_variance;
+    double noisy_share;  // of the groups
+  };
+  // Where an outcome belongs while one part is looked at: to this part; to it, with neighbors of the noisy part among
+  // those of the quiet one; or to the other part.
+  enum class Part : uint8_t { kOwn, kMixed, kOther };
   struct Candidate {
     NormalFit fit;
     NormalPlan plan;
@@ -92,12 +109,28 @@ class ScalePilot {
     float mean_square;  // of the distances of the neighbors from the fit
     float noise;        // the squared error of the normal that noise of unit standard deviation makes
     float excess;       // how many times the noise is that of as many neighbors that fill a disc
-    bool ok;
+    bool is_fitted;
+    Part part = Part::kOwn;
+    bool ok() const { return is_fitted && part == Part::kOwn; }
   };
 
   // `copies` is the mean number of points at the place of one, itself included.
   static Outcome OutcomeOf(const Candidate& candidate, double copies, const NormalScratch& fits,
                            const FittedPoint& fitted);
+  // Of the groups, the median over their points of the variance of the residuals of a candidate; 0 where it fits none.
+  std::vector<double> GroupVariances(size_t candidate) const;
+  double RadiusOf(size_t candidate, const Parts& parts, bool noisy) const;  // the median of a part's; 0 for none
+  // How the fits of a candidate, of degree 2, part the sample; none where they do not, or where its bends do.
+  std::optional<Parts> PartsBy(size_t candidate) const;
+  bool KeepsNoise(const NormalFit& fit) const;  // of the quiet part, while it is looked at
+  bool DifferInNoise(const Parts& parts);
+  std::optional<Parts> FindParts();
+  // Makes the noisy part, or the quiet one, that which is looked at.
+  void LookAt(const Parts& parts, bool noisy);
+  void LookAtAll();
+  ChosenScale ChooseOne() const;
+  std::optional<double> NoiseOfOne(NormalMethod method, uint32_t neighbor_count) const;
+
   Outcome& outcome(size_t candidate, size_t sample) { return outcomes_[candidate * sample_count() + sample]; }
   const Outcome& outcome(size_t candidate, size_t sample) const {
     return outcomes_[candidate * sample_count() + sample];
@@ -120,12 +153,17 @@ class ScalePilot {
   static bool IsDetermined(const Outcome& point, double sigma);
   // How many points have fits that their neighbors determine beyond doubt.
   size_t DeterminedCount(size_t candidate) const;
+  // Whether all fits are, but for a few.
+  bool IsMostlyDetermined(size_t candidate) const;
   double UndeterminedShare(size_t candidate, double sigma) const;  // of the fits; 1 where there is none
   // Whether too many fits are undetermined, but not at a larger scale of the method: where there are lines. And whether
   // that is so at any scale.
   bool CrossesTooFew(size_t candidate, double sigma) const;
   bool SeesLines(double sigma) const;
   std::optional<double> Sigma() const;
+  // The variance of the noise around a point of the sample: that of its group, while parts are looked at, if it is
+  // known.
+  double NoiseAt(size_t sample, double sigma) const;
   // The squared error of a candidate's normals that noise makes.
   double Noise(size_t candidate, double sigma) const;
   // The squared error of the normals at `large` that bends make, as far as their change since `small` shows it beyond
@@ -146,7 +184,8 @@ class ScalePilot {
   std::optional<double> UnsettledShare(size_t candidate) const;
   // The largest such share with which a scale is usable.
   double MostUnsettled() const;
-  size_t FittedCount(size_t candidate) const;
+  size_t FittedCount(size_t candidate) const;  // of those of the part that is looked at
+  bool IsMostlyMixed(size_t candidate) const;
   // Which candidates a choice can be made of.
   std::vector<bool> Usable(double sigma) const;
 
@@ -157,6 +196,7 @@ class ScalePilot {
   std::vector<double> copies_;  // by group: the mean number of points at the place of one
   std::vector<Candidate> candidates_;
   std::vector<Outcome> outcomes_;
+  std::vector<double> group_noises_;  // while parts are looked at: Parts::noises
   SampleScratch scratch_;
   ChosenScale fallback_;
 };

@@ -26,10 +26,21 @@ NormalPlan PlanOf(NormalFit fit, Half half, const SpatialIndex& index) {
   return {fit, index};
 }
 
+// Whether halves of the neighbors tell enough; those of the part that is not noisy, if there is one.
+bool HasEnough(const NormalFit& fit) {
+  const auto* const neighbors = std::get_if<NeighborCount>(&fit.neighborhood);
+  return neighbors == nullptr || neighbors->count >= LeastNeighborCountOfHalves(fit.method);
+}
+
+bool NoisyPartHasEnough(const NoisyPart& part) {
+  return part.neighborhood.count >= LeastNeighborCountOfHalves(part.method);
+}
+
 class HalfNormalsRun final : public FitRun {
  public:
   HalfNormalsRun(const NormalFit& fit, SpatialIndex& index)
-      : FitRun(index, {PlanOf(fit, Half::kEven, index), PlanOf(fit, Half::kOdd, index)}) {}
+      : FitRun(index, {PlanOf(fit, Half::kEven, index), PlanOf(fit, Half::kOdd, index)}),
+        keeps_quiet_(!HasEnough(fit)) {}
 
  private:
   void Write(size_t i, NormalScratch& s) const override {
@@ -38,14 +49,19 @@ class HalfNormalsRun final : public FitRun {
     const SpatialIndex::LeafNormals& whole = index().normals(leaf);
     SpatialIndex::LeafNormals& half = index().mutable_half_normals(leaf);
     const double along = s.normal.x[i] * whole.x[lane] + s.normal.y[i] * whole.y[lane] + s.normal.z[i] * whole.z[lane];
+    const bool keeps_whole = keeps_quiet_ && !s.is_noisy;
     // Where there is no normal, what is along it is NaN.
-    const bool is_known = s.points.status[i] == PointStatus::kOk && along * along > 0.0;
-    ++s.status_counts[static_cast<size_t>(is_known ? PointStatus::kOk : PointStatus::kTooFewNeighbors)];
+    const bool is_known = s.points.status[i] == PointStatus::kOk && along * along > 0.0 && !keeps_whole;
+    const PointStatus counted = is_known || keeps_whole ? PointStatus::kOk : PointStatus::kTooFewNeighbors;
+    ++s.status_counts[static_cast<size_t>(counted)];
     const double sign = along < 0.0 ? -1.0 : 1.0;
     half.x[lane] = is_known ? static_cast<float>(sign * s.normal.x[i]) : whole.x[lane];
     half.y[lane] = is_known ? static_cast<float>(sign * s.normal.y[i]) : whole.y[lane];
     half.z[lane] = is_known ? static_cast<float>(sign * s.normal.z[i]) : whole.z[lane];
   }
+
+  // Beside a noisy part, points of which so few neighbors are taken have no noise to tell.
+  const bool keeps_quiet_;
 };
 
 }  // namespace
@@ -56,8 +72,7 @@ uint32_t LeastNeighborCountOfHalves(NormalMethod method) {
 
 bool HasHalves(const NormalFit& fit, const SpatialIndex& index) {
   if (fit.two_sheets) return false;
-  const auto* const neighbors = std::get_if<NeighborCount>(&fit.neighborhood);
-  if (neighbors != nullptr && neighbors->count < LeastNeighborCountOfHalves(fit.method)) return false;
+  if (!(fit.noisy_part.has_value() ? NoisyPartHasEnough(*fit.noisy_part) : HasEnough(fit))) return false;
   const std::vector<size_t> groups = SampleGroups(index, kMostGroups);
   double copies = 0.0;
   for (const size_t group : groups) copies += MeanCopies(index, group);

@@ -1,0 +1,214 @@
+// Clouds of which a part is noisier than the others.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "core/normals/normal_fit.h"
+#include "core/normals/runs/half_normals.h"
+#include "tests/core/normals/normal_clouds.h"
+
+namespace curvd::testing {
+namespace {
+
+constexpr size_t kPoints = 20'000;
+// Of the points of a torus that has so many.
+constexpr double kSpacing = 0.154;
+
+struct Parts {
+  TestPoints both, quiet, noisy;  // the same points, with one noise or the other
+  std::vector<bool> is_noisy;
+};
+
+// A torus whose points with x above `border` have noise of one standard deviation, and all others of another.
+Parts PartlyNoisyTorus(double quiet, double noisy, double border) {
+  Parts parts;
+  parts.quiet = Torus(kPoints, 1);
+  parts.noisy = parts.quiet;
+  for (const auto& position : parts.quiet.positions) parts.is_noisy.push_back(position[0] > border);
+  AddNoise(quiet, 2, parts.quiet);
+  AddNoise(noisy, 3, parts.noisy);
+  parts.both = parts.quiet;
+  for (size_t i = 0; i < kPoints; ++i) {
+    if (parts.is_noisy[i]) parts.both.positions[i] = parts.noisy.positions[i];
+  }
+  return parts;
+}
+
+// Mean angle of one part's points.
+double AngleIn(const Parts& parts, bool noisy, const NormalField& normals) {
+  double sum = 0.0, count = 0.0;
+  for (size_t i = 0; i < kPoints; ++i) {
+    if (parts.is_noisy[i] != noisy) continue;
+    const auto &a = normals[i].normal, &b = parts.both.normals[i];
+    const double dot = static_cast<double>(a[0]) * b[0] + a[1] * b[1] + a[2] * b[2];
+    sum += std::acos(std::min(std::abs(dot), 1.0));
+    count += 1.0;
+  }
+  return sum / count;
+}
+
+TEST(NoisyPartsTest, EachPartHasTheErrorThatItHasAlone) {
+  for (const auto& [quiet, noisy, border] : {std::array{0.1, 1.0, 4.0}, {0.05, 0.5, 0.0}, {0.0, 0.5, 0.0}}) {
+    const Parts parts = PartlyNoisyTorus(quiet * kSpacing, noisy * kSpacing, border);
+    const NormalResult both = MustMakeNormals(BareCloud(parts.both), Estimated());
+    const NormalResult of_quiet = MustMakeNormals(BareCloud(parts.quiet), Estimated());
+    const NormalResult of_noisy = MustMakeNormals(BareCloud(parts.noisy), Estimated());
+    EXPECT_LT(AngleIn(parts, true, both.normals), 1.15 * AngleIn(parts, true, of_noisy.normals)) << quiet;
+    // Of exact points, those at the border err by noise alone.
+    if (quiet > 0.0) {
+      EXPECT_LT(AngleIn(parts, false, both.normals), 1.5 * AngleIn(parts, false, of_quiet.normals)) << quiet;
+    }
+    EXPECT_LT(FlippedShare(both.normals, parts.both), 0.001) << quiet;
+    ASSERT_TRUE(both.report.noisy_part.has_value()) << quiet;
+    EXPECT_NEAR(*both.report.sigma, quiet * kSpacing, 0.15 * quiet * kSpacing + 1e-5);
+    EXPECT_NEAR(*both.report.noisy_part->sigma, noisy * kSpacing, 0.15 * noisy * kSpacing);
+    const auto share = std::count(parts.is_noisy.begin(), parts.is_noisy.end(), true) / double{kPoints};
+    EXPECT_NEAR(both.report.noisy_part->share, share, 0.1);
+    EXPECT_FALSE(of_quiet.report.noisy_part.has_value() || of_noisy.report.noisy_part.has_value());
+  }
+}
+
+// Noise that grows along x by a factor of a hundred, in which no part has one noise: what the noise explains, and what
+// it does not, is told of each group by its own.
+TEST(NoisyPartsTest, NoiseThatGrowsIsNotTakenForBends) {
+  TestPoints torus = Torus(kPoints, 1);
+  const TestPoints exact = torus;
+  TestPoints moved = torus;
+  AddNoise(1.0, 2, moved);
+  for (size_t i = 0; i < kPoints; ++i) {
+    const double sigma = 0.3 * kSpacing * std::pow(10.0, (exact.positions[i][0] - 8.0) / 8.0);
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const double offset = static_cast<double>(moved.positions[i][axis]) - exact.positions[i][axis];
+      torus.positions[i][axis] += static_cast<float>(sigma * offset);
+    }
+  }
+  const NormalResult result = MustMakeNormals(BareCloud(torus), Estimated());
+  EXPECT_GE(result.report.neighbor_count, 68u);
+  EXPECT_LT(MeanAngle(result.normals, exact), 0.5);
+}
+
+// Where noisy stripes are narrower than neighborhoods, all points get those of both.
+TEST(NoisyPartsTest, NarrowStripesAreNoParts) {
+  Parts parts = PartlyNoisyTorus(0.03 * kSpacing, 0.3 * kSpacing, 0.0);
+  for (size_t i = 0; i < kPoints; ++i) {
+    const bool is_noisy = std::fmod(parts.quiet.positions[i][0] + 8.0, 3.2) < 1.6;
+    parts.both.positions[i] = is_noisy ? parts.noisy.positions[i] : parts.quiet.positions[i];
+  }
+  const NormalResult result = MustMakeNormals(BareCloud(parts.both), Estimated());
+  EXPECT_FALSE(result.report.noisy_part.has_value());
+  EXPECT_GE(result.report.neighbor_count, 96u);
+  const NormalResult of_noisy = MustMakeNormals(BareCloud(parts.noisy), Estimated());
+  EXPECT_LT(MeanAngle(result.normals, parts.both), MeanAngle(of_noisy.normals, parts.noisy));
+}
+
+// Parts of other kinds: of edges, of bends, of density, and of lines.
+TEST(NoisyPartsTest, NothingButNoiseMakesParts) {
+  const TestPoints torus = Torus(60'000, 4);
+  TestPoints dense_patch;
+  for (size_t i = 0; i < torus.size(); ++i) {
+    const auto& p = torus.positions[i];
+    const bool is_in_patch = p[0] > 6.0f && std::abs(p[1]) < 2.0f && std::abs(p[2]) < 2.0f;
+    if (is_in_patch || i % 60 == 0) dense_patch.Add(p[0], p[1], p[2], 0, 0, 1);
+  }
+  for (const double noise : {0.0, 0.002, 0.01}) {
+    const TestPoints saddle = ScannedSaddle(12'000, 8.0, 50.0 * noise, 1);
+    for (TestPoints points : {ClosedPlate(12'000, 0.5, 1), Waves(12'000, 0.0, 2), dense_patch, saddle}) {
+      AddNoise(noise, 5, points);
+      const NormalResult result = MustMakeNormals(BareCloud(points), Estimated());
+      EXPECT_FALSE(result.report.noisy_part.has_value()) << noise << " " << points.size();
+    }
+  }
+}
+
+// Where the winding number of noisy clusters varies, other sides of them may fit better than the right ones.
+TEST(NoisyPartsTest, NoRepairTurnsPartsOfOneSheet) {
+  const Parts parts = PartlyNoisyTorus(0.0, kSpacing, 0.0);
+  const NormalResult result = MustMakeNormals(BareCloud(parts.both), Estimated());
+  EXPECT_LT(FlippedShare(result.normals, parts.both), 0.001);
+  EXPECT_FALSE(result.report.is_doubtful());
+}
+
+NormalFit PartedFit(const SpatialIndex& index, double least_variance) {
+  const double unit = std::ldexp(1.0, 2 * index.scale_exponent());
+  NormalFit fit;
+  fit.neighborhood = NeighborCount{96};
+  fit.noisy_part = NoisyPart{.neighborhood = NeighborCount{256},
+                             .shares = true,
+                             .probe_count = 48,
+                             .least_variance = least_variance * unit,
+                             .quiet_variance = 0.0001 * unit};
+  return fit;
+}
+
+// Each group gets the one fit or the other, or that of fewer neighbors.
+TEST(NoisyPartsTest, GroupsAreFittedAsTheirPartIs) {
+  const Parts parts = PartlyNoisyTorus(0.01, 0.1, 2.0);
+  SpatialIndex index = BuildIndex(parts.both.ToCloud());
+  const NormalFit parted = PartedFit(index, 0.001);
+  NormalFit quiet = parted, fewer = parted, noisy = parted;
+  quiet.noisy_part.reset(), fewer.noisy_part.reset(), noisy.noisy_part.reset();
+  fewer.neighborhood = NeighborCount{48};
+  noisy.neighborhood = NeighborCount{256};
+  noisy.shares = true;
+  const PlacedNormals made = MakeByPlace(index, parted), of_quiet = MakeByPlace(index, quiet);
+  const PlacedNormals of_fewer = MakeByPlace(index, fewer), of_noisy = MakeByPlace(index, noisy);
+  size_t as_quiet = 0, as_fewer = 0, as_noisy = 0;
+  for (size_t place = 0; place < index.point_count(); ++place) {
+    as_quiet += made.normals[place] == of_quiet.normals[place] ? 1 : 0;
+    as_fewer += made.normals[place] == of_fewer.normals[place] ? 1 : 0;
+    as_noisy += made.normals[place] == of_noisy.normals[place] ? 1 : 0;
+  }
+  EXPECT_EQ(as_quiet + as_fewer + as_noisy, index.point_count());
+  EXPECT_GT(as_quiet, kPoints / 2);
+  EXPECT_GT(as_noisy, kPoints / 4);
+  EXPECT_GT(as_fewer, 0u);
+}
+
+TEST(NoisyPartsTest, RunsInPartsAreTheSame) {
+  const Parts parts = PartlyNoisyTorus(0.01, 0.1, 2.0);
+  SpatialIndex whole = BuildIndex(parts.both.ToCloud()), in_parts = BuildIndex(parts.both.ToCloud());
+  const NormalFit fit = PartedFit(whole, 0.001);
+  EXPECT_EQ(MakeByPlace(whole, fit).normals, MakeByPlace(in_parts, fit, 1).normals);
+  MakeHalfNormals(whole, fit);
+  MakeHalfNormals(in_parts, fit, 1);
+  for (size_t leaf = 0; leaf < whole.leaf_count(); ++leaf) {
+    for (int lane = 0; lane < whole.LeafPoints(leaf); ++lane) {
+      ASSERT_EQ(whole.half_normals(leaf).x[lane], in_parts.half_normals(leaf).x[lane]) << leaf;
+    }
+  }
+}
+
+// A part whose fits take too few neighbors for halves keeps its normals.
+TEST(NoisyPartsTest, HalvesAreThoseOfThePartThatHasThem) {
+  const Parts parts = PartlyNoisyTorus(0.01, 0.1, 2.0);
+  SpatialIndex index = BuildIndex(parts.both.ToCloud());
+  NormalFit fit = PartedFit(index, 0.001);
+  fit.method = NormalMethod::kJet4;
+  fit.neighborhood = NeighborCount{24};
+  EXPECT_TRUE(HasHalves(fit, index));
+  const PlacedNormals made = MakeByPlace(index, fit);
+  MakeHalfNormals(index, fit);
+  size_t same = 0;
+  for (size_t place = 0; place < index.point_count(); ++place) {
+    const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
+    same += index.half_normals(leaf).x[lane] == made.normals[place][0] ? 1 : 0;
+  }
+  EXPECT_GT(same, kPoints / 2);
+  EXPECT_LT(same, kPoints * 3 / 4);
+  fit.noisy_part.reset();
+  EXPECT_FALSE(HasHalves(fit, index));
+}
+
+TEST(NoisyPartsTest, ThreadsChangeNothing) {
+  const Parts parts = PartlyNoisyTorus(0.01, 0.1, 2.0);
+  const NormalResult one = MustMakeNormals(BareCloud(parts.both), Estimated(), 1);
+  const NormalResult three = MustMakeNormals(BareCloud(parts.both), Estimated(), 3);
+  EXPECT_TRUE(one.report.noisy_part.has_value());
+  EXPECT_TRUE(SameBytes(one.normals, three.normals));
+}
+
+}  // namespace
+}  // namespace curvd::testing
