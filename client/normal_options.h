@@ -61,6 +61,14 @@ struct NormalOptions {
   std::variant<ConsistentSides, SidesTowardViewpoint, SidesTowardViewpoints, SidesAlongDirection> sides{};
 };
 
+// How normals were made where positions are much noisier than elsewhere in the cloud.
+struct NoisyNormals {
+  NormalMethod method;
+  uint32_t neighbor_count;
+  std::optional<double> noise;  // standard deviation, in the cloud's length unit
+  double share;                 // of the points, 0 to 1, as a sample shows it
+};
+
 // What the server found out while it made or oriented normals.
 struct NormalsReport {
   // Of estimated normals: how they were made, and of how many points; 0 for a radius.
@@ -68,6 +76,8 @@ struct NormalsReport {
   uint32_t neighbor_count = 0;
   // Standard deviation of the noise of positions, in the cloud's length unit, where it was found.
   std::optional<double> noise = std::nullopt;
+  // Where a part of the points is much noisier than the others, of which the above then is: the same of that part.
+  std::optional<NoisyNormals> noisy_part = std::nullopt;
   uint64_t missing = 0;  // points without a normal
   uint64_t turned = 0;   // of given normals
   // Of consistent sides: connected pieces, those that are closed, and their share of the area.

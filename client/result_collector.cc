@@ -78,6 +78,11 @@ NormalsReport FromProto(const v1::NormalsReport& report) {
   if (report.has_certificate()) out.certificate = report.certificate();
   if (report.has_max_trusted_certificate()) out.max_trusted_certificate = report.max_trusted_certificate();
   out.doubtful = report.doubtful();
+  if (report.has_noisy_part()) {
+    const v1::NoisyNormals& noisy = report.noisy_part();
+    out.noisy_part = {static_cast<NormalMethod>(noisy.method()), noisy.neighbor_count(), std::nullopt, noisy.share()};
+    if (noisy.has_noise()) out.noisy_part->noise = noisy.noise();
+  }
   return out;
 }
 

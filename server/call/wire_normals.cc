@@ -212,6 +212,13 @@ void WriteReport(const NormalReport& report, v1::NormalsReport& proto) {
     proto.set_max_trusted_certificate(report.max_trusted_certificate);
   }
   proto.set_doubtful(report.is_doubtful());
+  if (report.noisy_part.has_value()) {
+    v1::NoisyNormals& noisy = *proto.mutable_noisy_part();
+    noisy.set_method(WireNormalMethod(report.noisy_part->method));
+    noisy.set_neighbor_count(report.noisy_part->neighbor_count);
+    if (report.noisy_part->sigma.has_value()) noisy.set_noise(*report.noisy_part->sigma);
+    noisy.set_share(report.noisy_part->share);
+  }
 }
 
 }  // namespace curvd

@@ -14,6 +14,13 @@ std::string MethodText(const NormalsReport& report) {
   std::string text = absl::StrCat("normals by ", std::string(NormalMethodName(*report.method)));
   if (report.neighbor_count > 0) absl::StrAppend(&text, " of ", CountOf(report.neighbor_count, "point"));
   if (report.noise.has_value()) absl::StrAppendFormat(&text, ", noise %.3g", *report.noise);
+  if (report.noisy_part.has_value()) {
+    const NoisyNormals& noisy = *report.noisy_part;
+    absl::StrAppendFormat(&text, " (the noisiest %.0f %% by %s of %s", 100.0 * noisy.share,
+                          NormalMethodName(noisy.method), CountOf(noisy.neighbor_count, "point"));
+    if (noisy.noise.has_value()) absl::StrAppendFormat(&text, ", noise %.3g", *noisy.noise);
+    absl::StrAppend(&text, ")");
+  }
   return text;
 }
 
@@ -40,6 +47,13 @@ nlohmann::ordered_json NormalsJson(const NormalsReport& report) {
     json["method"] = NormalMethodName(*report.method);
     if (report.neighbor_count > 0) json["neighbor_count"] = report.neighbor_count;
     if (report.noise.has_value()) json["noise"] = *report.noise;
+    if (report.noisy_part.has_value()) {
+      const NoisyNormals& noisy = *report.noisy_part;
+      nlohmann::ordered_json& part = json["noisy_part"];
+      part = {{"method", NormalMethodName(noisy.method)}, {"neighbor_count", noisy.neighbor_count}};
+      if (noisy.noise.has_value()) part["noise"] = *noisy.noise;
+      part["share"] = noisy.share;
+    }
   } else {
     json["turned"] = report.turned;
   }

@@ -115,6 +115,11 @@ TEST(NormalsTextTest, TellsHowNormalsWereMadeAndHowFarTheyCanBeTrusted) {
   EXPECT_EQ(
       NormalsText(report),
       "normals by jet-4 of 24 points, noise 0.00123; 1 piece, closed, certificate 0.0042; 1,000 points have none");
+  report.noisy_part = {NormalMethod::kJet2, 192, 0.0123456, 0.257};
+  EXPECT_EQ(NormalsText(report),
+            "normals by jet-4 of 24 points, noise 0.00123 (the noisiest 26 % by jet-2 of 192 points, noise 0.0123); "
+            "1 piece, closed, certificate 0.0042; 1,000 points have none");
+  EXPECT_EQ(NormalsJson(report)["noisy_part"]["neighbor_count"], 192);
   EXPECT_EQ(NormalsText({.turned = 12'345, .pieces = 3, .closed_pieces = 1, .repaired = 7}),
             "12,345 normals turned; 3 pieces, 1 closed, 7 normals repaired");
   EXPECT_EQ(NormalsText({.method = NormalMethod::kPca}), "normals by pca");

@@ -182,6 +182,7 @@ TEST(WriteReportTest, TellsWhatWasFound) {
   report.closed_piece_count = 1;
   report.closed_area_share = 0.75;
   report.repaired_count = 5;
+  report.noisy_part = {NormalMethod::kJet2, 192, 0.5, 0.25};
   v1::NormalsReport proto;
   WriteReport(report, proto);
   EXPECT_EQ(proto.method(), v1::NORMAL_METHOD_JET_4);
@@ -194,6 +195,10 @@ TEST(WriteReportTest, TellsWhatWasFound) {
   EXPECT_EQ(proto.closed_area_share(), 0.75);
   EXPECT_EQ(proto.repaired_count(), 5u);
   EXPECT_FALSE(proto.has_certificate() || proto.doubtful());
+  EXPECT_EQ(proto.noisy_part().method(), v1::NORMAL_METHOD_JET_2);
+  EXPECT_EQ(proto.noisy_part().neighbor_count(), 192u);
+  EXPECT_EQ(proto.noisy_part().noise(), 0.5);
+  EXPECT_EQ(proto.noisy_part().share(), 0.25);
 }
 
 }  // namespace
