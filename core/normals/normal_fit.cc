@@ -88,22 +88,6 @@ absl::StatusOr<double> VarianceOf(const SpatialIndex& index, const NormalPlan& p
   return variances.empty() ? 0.0 : Median(variances);
 }
 
-// The plan of those that a group gets.
-absl::StatusOr<const NormalPlan*> PlanOfGroup(const SpatialIndex& index, const NoisyPlan& noisy, size_t group,
-                                              NormalScratch& s) {
-  const absl::StatusOr<double> probed = VarianceOf(index, noisy.probe, group, s);
-  if (!probed.ok()) return probed.status();
-  if (*probed >= noisy.least_variance) return &noisy.fit;
-  const double least_mixed = NoisyPart::kMixedRatio * std::max(*probed, noisy.quiet_variance);
-  for (const NormalPlan& plan : noisy.quiet) {
-    if (&plan == &noisy.quiet.back()) break;
-    const absl::StatusOr<double> variance = VarianceOf(index, plan, group, s);
-    if (!variance.ok()) return variance.status();
-    if (*variance < least_mixed) return &plan;
-  }
-  return &noisy.quiet.back();
-}
-
 }  // namespace
 
 NormalPlan::NormalPlan(const NormalFit& fit, const SpatialIndex& index)
@@ -158,16 +142,29 @@ NormalFit PlaneFit(size_t neighbor_count) {
   return fit;
 }
 
+absl::StatusOr<const NormalPlan*> PlanOfGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group,
+                                              NormalScratch& scratch) {
+  if (plan.noisy == nullptr) return &plan;
+  const NoisyPlan& noisy = *plan.noisy;
+  const absl::StatusOr<double> probed = VarianceOf(index, noisy.probe, group, scratch);
+  if (!probed.ok()) return probed.status();
+  if (*probed >= noisy.least_variance) return &noisy.fit;
+  const double least_mixed = NoisyPart::kMixedRatio * std::max(*probed, noisy.quiet_variance);
+  for (const NormalPlan& quiet : noisy.quiet) {
+    if (&quiet == &noisy.quiet.back()) break;
+    const absl::StatusOr<double> variance = VarianceOf(index, quiet, group, scratch);
+    if (!variance.ok()) return variance.status();
+    if (*variance < least_mixed) return &quiet;
+  }
+  return &noisy.quiet.back();
+}
+
 absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
                       NormalScratch& scratch) {
-  const NormalPlan* own = &plan;
-  if (plan.noisy != nullptr) {
-    const absl::StatusOr<const NormalPlan*> chosen = PlanOfGroup(index, *plan.noisy, group, scratch);
-    if (!chosen.ok()) return chosen.status();
-    own = *chosen;
-  }
-  scratch.is_noisy = plan.noisy != nullptr && own == &plan.noisy->fit;
-  return HWY_DYNAMIC_DISPATCH(FitGroupKernel)(index, *own, group, sample, scratch);
+  const absl::StatusOr<const NormalPlan*> own = PlanOfGroup(index, plan, group, scratch);
+  if (!own.ok()) return own.status();
+  scratch.is_noisy = plan.noisy != nullptr && *own == &plan.noisy->fit;
+  return HWY_DYNAMIC_DISPATCH(FitGroupKernel)(index, **own, group, sample, scratch);
 }
 
 NormalScratch& SampleScratch::Of(int worker, const std::atomic<bool>& stopped) {

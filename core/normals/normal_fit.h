@@ -10,6 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "core/base/halves.h"
 #include "core/base/page_array.h"
 #include "core/estimators/fits/fit_scratch.h"
@@ -152,6 +154,10 @@ enum class GroupSample : uint8_t { kAll, kOneOfEachLeaf };
 // REQUIRES: index.has_normals(); they may have any values.
 absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
                       NormalScratch& scratch);
+
+// The plan by which FitGroup fits that group: of `plan` itself, or of one of its parts. Errors: as FitGroup has them.
+absl::StatusOr<const NormalPlan*> PlanOfGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group,
+                                              NormalScratch& scratch);
 
 // The scratch of each worker that fits the few points of samples. Thread-safe for distinct workers.
 class SampleScratch {

@@ -84,7 +84,7 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
-#include <limits>
+#include "absl/status/statusor.h"
 
 namespace curvd {
 namespace {
@@ -99,21 +99,18 @@ constexpr size_t kSmallCloud = kMostGroups * SpatialIndex::kGroupPoints;
 
 SideProbe::SideProbe(const SpatialIndex& index, const NormalFit& fit, int thread_count)
     : index_(index),
-      fit_(NeighborhoodPlan::Make(fit.ToEstimatorOptions(), index)),
+      fit_(fit, index),
       links_(LinkSearch(index)),
       groups_(SampleGroups(index, kMostGroups)),
       counts_(groups_.size()),
-      scratch_(static_cast<size_t>(thread_count)) {}
+      scratch_(thread_count) {}
 
 absl::Status SideProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
-  std::unique_ptr<Scratch>& scratch = scratch_[static_cast<size_t>(worker)];
-  if (scratch == nullptr) {
-    scratch = std::make_unique<Scratch>();
-    scratch->most_work = std::numeric_limits<uint64_t>::max();  // four points are few, and so are small clouds
-  }
-  scratch->stopped = &stopped;
-  return HWY_DYNAMIC_DISPATCH(ProbeSidesKernel)(index_, fit_, links_, groups_[block],
-                                                index_.point_count() <= kSmallCloud, *scratch, counts_[block]);
+  NormalScratch& scratch = scratch_.Of(worker, stopped);
+  const absl::StatusOr<const NormalPlan*> plan = PlanOfGroup(index_, fit_, groups_[block], scratch);
+  if (!plan.ok()) return plan.status();
+  return HWY_DYNAMIC_DISPATCH(ProbeSidesKernel)(index_, (*plan)->neighborhood, links_, groups_[block],
+                                                index_.point_count() <= kSmallCloud, scratch, counts_[block]);
 }
 
 double SideProbe::OpposedShare() const {

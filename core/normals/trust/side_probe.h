@@ -12,11 +12,9 @@
 
 #include <atomic>
 #include <cstddef>
-#include <memory>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
 #include "core/index/spatial_index.h"
 #include "core/normals/normal_fit.h"
@@ -32,7 +30,7 @@ struct SideCounts {
 
 // Usage: block_count blocks of RunBlock, in any order and on any threads; then the shares. What is found depends on the
 // index and the fit alone, not on threads. RunBlock is thread-safe for distinct blocks and workers. A worker's scratch
-// is a part of what the fit's own takes (NormalScratch::MostBytes).
+// is that of the fit (NormalScratch::MostBytes).
 class SideProbe {
  public:
   // `fit`: what the normals of the index were made by. REQUIRES: index.has_normals(), NaN where a point has none; it
@@ -52,15 +50,12 @@ class SideProbe {
   size_t bytes() const { return counts_.capacity() * sizeof(counts_[0]); }
 
  private:
-  struct Scratch : GroupScratch {
-    size_t bytes() const override { return sizeof(*this) + search.bytes(); }
-  };
-
   const SpatialIndex& index_;
-  const NeighborhoodPlan fit_, links_;
+  const NormalPlan fit_;
+  const NeighborhoodPlan links_;
   std::vector<size_t> groups_;
-  std::vector<SideCounts> counts_;                 // by block
-  std::vector<std::unique_ptr<Scratch>> scratch_;  // by worker
+  std::vector<SideCounts> counts_;  // by block
+  SampleScratch scratch_;
 };
 
 }  // namespace curvd

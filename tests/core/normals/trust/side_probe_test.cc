@@ -76,15 +76,17 @@ NormalFit FitTo(uint32_t count) {
   return fit;
 }
 
-Shares SharesOf(const TestPoints& points, uint32_t count) {
+Shares SharesOf(const TestPoints& points, const NormalFit& fit) {
   const SpatialIndex index = BuildIndex(points.ToCloud());
-  SideProbe probe(index, FitTo(count), 1);
+  SideProbe probe(index, fit, 1);
   const std::atomic<bool> stopped = false;
   for (size_t block = 0; block < probe.block_count(); ++block) {
     EXPECT_TRUE(probe.RunBlock(block, 0, stopped).ok());
   }
   return {probe.OpposedShare(), probe.TornShare()};
 }
+
+Shares SharesOf(const TestPoints& points, uint32_t count) { return SharesOf(points, FitTo(count)); }
 
 // Its winding number hardly tells.
 TEST(SideProbeTest, ATurnedPatchOfABallTears) {
@@ -105,6 +107,16 @@ TEST(SideProbeTest, TheOtherSheetIsNoTear) {
     EXPECT_LT(SharesOf(plate, 24).torn, 0.001) << spacings;
     EXPECT_GT(SharesOf(plate, 200).opposed, 0.4) << spacings;
   }
+}
+
+// Few neighbors are of one sheet, but many are not.
+TEST(SideProbeTest, NoisyPartsHaveTheirOwnNeighborhoods) {
+  const TestPoints plate = ClosedPlate(5000, 4.0 * std::sqrt(8.0 / 5000.0), 1);
+  NormalFit fit = FitTo(12);
+  fit.noisy_part = NoisyPart{.neighborhood = NeighborCount{400}, .probe_count = 12, .least_variance = 1e30};
+  EXPECT_LT(SharesOf(plate, fit).opposed, 0.01);
+  fit.noisy_part->least_variance = 0.0;
+  EXPECT_GT(SharesOf(plate, fit).opposed, 0.3);
 }
 
 TEST(SideProbeTest, PointsWithoutNormalsSayNothing) {
