@@ -143,6 +143,14 @@ nlohmann::ordered_json RangesJson(const PointTable& result, const std::string& s
   return ranges;
 }
 
+// ", jet, K = 50"; nothing of calls for normals alone, which make no curvature.
+std::string EstimateText(const EstimateOptions& options) {
+  const auto is_of_normals = [](const std::string& name) { return name == "normals" || name == "normal_quality"; };
+  const std::vector<std::string>& wanted = options.quantities;
+  if (!wanted.empty() && std::all_of(wanted.begin(), wanted.end(), is_of_normals)) return "";
+  return absl::StrCat(", ", std::string(EstimatorName(options.estimator)), ", ", NeighborhoodText(options));
+}
+
 // The results at each of several scales.
 nlohmann::ordered_json ScalesJson(const EstimateReport& report, const PointTable& result) {
   nlohmann::ordered_json scales = nlohmann::ordered_json::array();
@@ -173,9 +181,9 @@ nlohmann::ordered_json StatusJson(const StatusCounts& counts) {
 }
 
 std::string SummaryText(const EstimateReport& report, const PointTable& result) {
-  std::string text = absl::StrFormat(
-      "%s: %s, %s, %s, server %s\n", ShownInput(report.input), CountOf(report.summary.points, "point"),
-      std::string(EstimatorName(report.options.estimator)), NeighborhoodText(report.options), report.server);
+  std::string text =
+      absl::StrFormat("%s: %s%s, server %s\n", ShownInput(report.input), CountOf(report.summary.points, "point"),
+                      EstimateText(report.options), report.server);
   if (report.summary.normals.has_value()) absl::StrAppend(&text, "  ", NormalsText(*report.summary.normals), "\n");
   if (report.summary.scale.has_value()) absl::StrAppend(&text, ScaleText(*report.summary.scale));
   AppendResults(report, result, text);

@@ -51,6 +51,13 @@ TEST_F(CurvTest, SummariesWithoutRangesHaveNone) {
   EXPECT_THAT(RunCurv(words).out, HasSubstr("\"ranges\":{},"));
 }
 
+TEST_F(CurvTest, SummariesOfNormalsAloneNameNoEstimator) {
+  const std::vector<std::string> words = {"estimate", Cloud(), "-o", dir_.File("r.ply"), "--quantities=normals"};
+  const CurvRun run = RunCurv(words);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("2,000 points, server embedded\n"));
+}
+
 TEST_F(CurvTest, ReplacesColumnsOfAnEarlierResult) {
   const std::string once = dir_.File("once.ply"), twice = dir_.File("twice.ply");
   ASSERT_EQ(RunCurv({"estimate", Cloud(), "-o", once}).exit_code, 0);
