@@ -76,7 +76,8 @@ struct NormalsReport {
   uint32_t neighbor_count = 0;
   // Standard deviation of the noise of positions, in the cloud's length unit, where it was found.
   std::optional<double> noise = std::nullopt;
-  // Where a part of the points is much noisier than the others, of which the above then is: the same of that part.
+  // How normals were made of the noisier part of the points, where there is one. Method, neighbor_count and noise are
+  // then those of the other points.
   std::optional<NoisyNormals> noisy_part = std::nullopt;
   uint64_t missing = 0;  // points without a normal
   uint64_t turned = 0;   // of given normals

@@ -145,9 +145,7 @@ nlohmann::ordered_json RangesJson(const PointTable& result, const std::string& s
 
 // ", jet, K = 50"; nothing of calls for normals alone, which make no curvature.
 std::string EstimateText(const EstimateOptions& options) {
-  const auto is_of_normals = [](const std::string& name) { return name == "normals" || name == "normal_quality"; };
-  const std::vector<std::string>& wanted = options.quantities;
-  if (!wanted.empty() && std::all_of(wanted.begin(), wanted.end(), is_of_normals)) return "";
+  if (!AskForCurvature(options.quantities)) return "";
   return absl::StrCat(", ", std::string(EstimatorName(options.estimator)), ", ", NeighborhoodText(options));
 }
 

@@ -104,6 +104,11 @@ std::string ContractName(const std::string& word) {
   return word;
 }
 
+bool AskForCurvature(const std::vector<std::string>& quantities) {
+  const auto is_of_curvature = [](const std::string& name) { return name != "normals" && name != "normal_quality"; };
+  return quantities.empty() || std::any_of(quantities.begin(), quantities.end(), is_of_curvature);
+}
+
 std::string ScaleSuffix(uint32_t neighbor_count) { return absl::StrCat("_k", neighbor_count); }
 
 std::string WithoutScale(const std::string& name) {

@@ -39,6 +39,9 @@ std::vector<std::string> QuantityWords();
 // The contract's name for a word of QuantityWords().
 std::string ContractName(const std::string& word);
 
+// Whether quantities, by the contract's names, are not those of normals alone; an empty list asks for curvature.
+bool AskForCurvature(const std::vector<std::string>& quantities);
+
 // Returns the columns x y z nx ny nz mean_curvature gaussian_curvature k1 k2 d1x d1y d1z d2x d2y d2z radius, as far as
 // the result has them, then what else it has, then status, then the other columns of `input`. Those that results can
 // have are dropped from the input, asked for or not: they are of an earlier estimate. Normals are those of the result,

@@ -155,7 +155,8 @@ absl::Status NormalPhases::Fit() {
   }
   chosen_ = pilot_->Choose();
   pilot_.reset();
-  if (chosen_.noisy_sigma.has_value()) {
+  // Of two sheets, what looks like noise may be their distance.
+  if (chosen_.noisy_sigma.has_value() && !sheets_.two_sheets) {
     sheets_.noise = std::max(sheets_.noise, std::ldexp(*chosen_.noisy_sigma, index_.scale_exponent()));
   }
   attempt_ = sheets_.two_sheets ? Attempt::kOneSheet : Attempt::kChosen;

@@ -46,7 +46,8 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
 // the scale that the pilot chose follows. Where its neighborhoods turn out to hold both sides of the surface
 // (core/normals/trust/side_probe.h), the thin scales are tried, or are taken after all. Where positions are noisy, its
 // sides are compared with those of another scale. If they cannot be trusted, few neighbors are tried, which stay if
-// that is much better; else the pilot's normals are made again.
+// that is much better; else the pilot's normals are made again. Whatever the attempt, sides of one sheet are made once
+// more without repairs (core/normals/side_repair.h) where these tear the sheet.
 class NormalPhases {
  public:
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and

@@ -68,7 +68,8 @@ struct NormalReport {
   // Standard deviation of the noise of positions along the normal, in the caller's length unit; where the neighborhood
   // was chosen automatically and a sample of the points could tell.
   std::optional<double> sigma;
-  // Where a part of the points is noisier than the others, of which the above then is: the same of that part.
+  // How normals were made of the noisier part of the points, where there is one. Method, neighbor_count and sigma are
+  // then those of the other points.
   struct NoisyPart {
     NormalMethod method;
     uint32_t neighbor_count;

@@ -4,7 +4,8 @@
 // normal follows from the residuals of the fits and from where the neighbors lie: the covariance of the coefficients of
 // least squares. What the surface's bends beyond the jet do to it shows in how the normal changes with
 // K, in excess of what noise explains. The sum of both is least at the chosen scale. Bends have a larger weight where
-// curvature is made of the normals: it averages their noise, but cannot undo what was smoothed away.
+// curvature is made of the normals: it averages their noise, but cannot undo what was smoothed away. Where one part of
+// the sample is much noisier than the rest, each part gets the scale that is best for it (noisy_parts.cc).
 #pragma once
 
 #include <array>

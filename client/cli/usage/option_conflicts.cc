@@ -6,6 +6,7 @@
 
 #include "CLI/CLI.hpp"
 #include "absl/strings/str_cat.h"
+#include "client/cli/result_columns.h"
 #include "client/io/text.h"
 
 namespace curv {
@@ -23,13 +24,6 @@ bool IsAmong(Estimator estimator, std::initializer_list<Estimator> estimators) {
 
 bool IsAsked(const EstimateOptions& options, const char* quantity) {
   return std::find(options.quantities.begin(), options.quantities.end(), quantity) != options.quantities.end();
-}
-
-// An empty list asks for curvature.
-bool HasCurvature(const EstimateOptions& options) {
-  return options.quantities.empty() ||
-         std::any_of(options.quantities.begin(), options.quantities.end(),
-                     [](const std::string& name) { return name != "normals" && name != "normal_quality"; });
 }
 
 std::string CountText(const char* with) {
@@ -79,7 +73,7 @@ void CheckNeighborList(const EstimateOptions& options) {
                                absl::StrCat("is a list, which needs --estimator=avg-hexagram or normal-regression; ",
                                             std::string(EstimatorName(options.estimator)), " takes one number"));
   }
-  if (!HasCurvature(options)) {
+  if (!AskForCurvature(options.quantities)) {
     throw CLI::ValidationError("--k", "is a list, which needs a quantity of curvature among --quantities");
   }
 }
@@ -98,7 +92,7 @@ void CheckConflicts(const EstimateOptions& options) {
   for (const char* chosen : {"chosen_neighbor_count", "estimator_weights"}) {
     if (!is_automatic && IsAsked(options, chosen)) throw CLI::ValidationError(chosen, "needs --auto or --k=auto");
   }
-  if (options.reject_opposed_normals && !HasCurvature(options)) {
+  if (options.reject_opposed_normals && !AskForCurvature(options.quantities)) {
     throw CLI::ValidationError("--on-opposed-normals", "reject needs a quantity of curvature among --quantities");
   }
 }
