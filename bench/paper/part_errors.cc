@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <numeric>
 #include <string>
 #include <thread>
@@ -46,19 +45,22 @@ void Add(const Samples& from, size_t i, double shift, Samples& to) {
   to.truth.push_back(from.truth[i]);
 }
 
-Errors Measure(const Samples& samples, const Places& places, WorkerPool& pool) {
-  const auto result =
-      EstimateCurvature(ToCloud(samples), {.estimator = "auto", .neighborhood = AutomaticScale{}}, pool);
-  if (!result.ok()) {
-    std::fprintf(stderr, "%s\n", result.status().ToString().c_str());
-    std::exit(1);
-  }
+// How estimates are made.
+struct Way {
+  uint64_t seed;
+  bool makes_normals;
+  WorkerPool& pool;
+};
+
+Errors Measure(const Samples& samples, const Places& places, const Way& way) {
+  const EstimatorOptions options{.estimator = "auto", .neighborhood = AutomaticScale{}};
+  const EstimationResult result = EstimateSamples(samples, options, way.makes_normals, way.pool);
   Errors errors;
   for (size_t part = 0; part < kParts; ++part) {
     std::vector<PointCurvature> points;
     std::vector<curv::SurfaceGeometry> truth;
     for (const size_t i : places[part]) {
-      points.push_back(result->field.points[i]);
+      points.push_back(result.field.points[i]);
       truth.push_back(samples.truth[i]);
     }
     errors[part] = MeasureErrors(points, truth);
@@ -83,8 +85,8 @@ void Print(const std::string& first, const std::string& second, const Errors& bo
 }
 
 // Far enough from each other that no neighborhood has points of both.
-void SideBySide(const Part& first, const Part& second, uint64_t seed, WorkerPool& pool) {
-  const std::array<Samples, kParts> samples = {first.Sample(seed), second.Sample(seed + 2)};
+void SideBySide(const Part& first, const Part& second, const Way& way) {
+  const std::array<Samples, kParts> samples = {first.Sample(way.seed), second.Sample(way.seed + 2)};
   double shift = 0.0;
   for (const Samples& one : samples) {
     for (const curv::Vec3& position : one.positions) shift = std::max({shift, 4.0 * position[0], -4.0 * position[0]});
@@ -99,15 +101,15 @@ void SideBySide(const Part& first, const Part& second, uint64_t seed, WorkerPool
     }
     all[part].resize(samples[part].size());
     std::iota(all[part].begin(), all[part].end(), size_t{0});
-    alone[part] = Measure(samples[part], {all[part], all[part]}, pool)[0];
+    alone[part] = Measure(samples[part], {all[part], all[part]}, way)[0];
   }
-  Print(first.Name(), second.Name(), Measure(both, places, pool), alone);
+  Print(first.Name(), second.Name(), Measure(both, places, way), alone);
 }
 
 // Exact where x is negative.
-void Halves(const Part& noisy, uint64_t seed, WorkerPool& pool) {
+void Halves(const Part& noisy, const Way& way) {
   const Part exact = {noisy.surface, noisy.points, 0.0, 0.0};
-  const Samples clean = exact.Sample(seed), all_noisy = noisy.Sample(seed);
+  const Samples clean = exact.Sample(way.seed), all_noisy = noisy.Sample(way.seed);
   const auto [least, most] = std::minmax_element(clean.positions.begin(), clean.positions.end(),
                                                  [](const auto& a, const auto& b) { return a[0] < b[0]; });
   const double border = kBorder * ((*most)[0] - (*least)[0]);
@@ -119,12 +121,13 @@ void Halves(const Part& noisy, uint64_t seed, WorkerPool& pool) {
     if (x < -border) places[0].push_back(i);
     if (x > border) places[1].push_back(i);
   }
-  const Errors alone = {Measure(clean, places, pool)[0], Measure(all_noisy, places, pool)[1]};
-  Print("half of " + exact.Name(), "half of " + noisy.Name(), Measure(both, places, pool), alone);
+  const Errors alone = {Measure(clean, places, way)[0], Measure(all_noisy, places, way)[1]};
+  Print("half of " + exact.Name(), "half of " + noisy.Name(), Measure(both, places, way), alone);
 }
 
-int Main(uint64_t seed) {
+int Main(uint64_t seed, bool makes_normals) {
   WorkerPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+  const Way way{seed, makes_normals, pool};
   absl::PrintF("%-26s %-26s | alone: H, in both: times that, and of G\n", "first part", "second part");
   const std::pair<Part, Part> pairs[] = {
       {{"goursat", 25'000, 0.0, 0.0}, {"goursat", 25'000, 0.1, 0.1}},
@@ -134,9 +137,11 @@ int Main(uint64_t seed) {
       {{"peanut", 20'000, 0.0, 0.1}, {"lumpy", 20'000, 0.1, 0.1}},
       {{"ellipsoid", 15'000, 0.0, 0.0}, {"pillow", 30'000, 0.05, 0.05}},
   };
-  for (const auto& [first, second] : pairs) SideBySide(first, second, seed, pool);
+  for (const auto& [first, second] : pairs) SideBySide(first, second, way);
   for (const char* const surface : {"sphere", "torus", "goursat", "ellipsoid", "peanut", "lumpy"}) {
-    for (const double normal_noise : {0.0, 0.1}) Halves({surface, 20'000, 0.1, normal_noise}, seed, pool);
+    for (const double normal_noise : {0.0, 0.1}) {
+      if (normal_noise == 0.0 || !makes_normals) Halves({surface, 20'000, 0.1, normal_noise}, way);
+    }
   }
   return 0;
 }
@@ -146,8 +151,10 @@ int Main(uint64_t seed) {
 
 int main(int argc, char** argv) {
   uint64_t seed = 1;
+  bool makes_normals = false;
   CLI::App app("Errors of automatic estimates of clouds of two parts beside those of each part alone");
   app.add_option("--seed", seed, "Of samples and noise");
+  app.add_flag("--make-normals", makes_normals, "Normals are made of the positions, in place of the samples' own");
   CLI11_PARSE(app, argc, argv);
-  return curvd::bench::Main(seed);
+  return curvd::bench::Main(seed, makes_normals);
 }
