@@ -69,6 +69,17 @@ std::vector<EstimatorFlag> EstimatorFlags() {
           {"--project", {Estimator::kAlgebraicShapeOperator}}};
 }
 
+// Normals alone are made without an estimate. Throws CLI::ValidationError if a flag is given that one alone reads.
+void CheckNoneIsGiven(const CLI::App& command) {
+  std::vector<std::string> names = {"--estimator", "--auto",       "--k",         "--radius",
+                                    "--k-range",   "--max-radius", "--per-cloud", "--average-normal-weight"};
+  for (const EstimatorFlag& flag : EstimatorFlags()) names.emplace_back(flag.name);
+  for (const std::string& name : names) {
+    if (command.get_option(name)->count() == 0) continue;
+    throw CLI::ValidationError(name, "needs a quantity of curvature among --quantities; normals do not read it");
+  }
+}
+
 // All estimators, the default first: "avg-hexagram [default], hexagram, ... or aso".
 std::string EstimatorWords() {
   std::string words = absl::StrCat(std::string(EstimatorNames().front()), " [default]");
@@ -124,6 +135,7 @@ void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
 }
 
 void CheckEstimatorFlags(const CLI::App& command, const EstimateOptions& options) {
+  if (!AskForCurvature(options.quantities)) CheckNoneIsGiven(command);
   for (const auto& [name, estimators] : EstimatorFlags()) {
     const bool is_read = std::find(estimators.begin(), estimators.end(), options.estimator) != estimators.end();
     if (is_read || command.get_option(name)->count() == 0) continue;

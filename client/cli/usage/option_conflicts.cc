@@ -73,9 +73,6 @@ void CheckNeighborList(const EstimateOptions& options) {
                                absl::StrCat("is a list, which needs --estimator=avg-hexagram or normal-regression; ",
                                             std::string(EstimatorName(options.estimator)), " takes one number"));
   }
-  if (!AskForCurvature(options.quantities)) {
-    throw CLI::ValidationError("--k", "is a list, which needs a quantity of curvature among --quantities");
-  }
 }
 
 }  // namespace

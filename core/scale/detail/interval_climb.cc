@@ -24,7 +24,8 @@ constexpr double kHalfWidth = 1.6, kMoreByFreedom = 4.0;
 // What a fit leaves is noise and detail. The least of all rungs counts as noise, each with so many of its own standard
 // deviations added, since the least of many is low by chance.
 constexpr double kNoiseDeviations = 2.0;
-// Where the mean normal of a fit is shorter, it is that of a tip or of an edge, which no polynomial follows.
+// Where the normal that a fit has at the point is shorter, it is that of a tip or of an edge, which no polynomial
+// follows.
 constexpr double kLeastLength = 0.8;
 // The variance of slopes, times the number of neighbors and the square of their radius: 150 to 370 where neighbors lie
 // evenly. Beyond a border, or between few lines of a scan, a cubic is free to bend as the noise has it.
