@@ -36,6 +36,10 @@ export function callOnce(service, { header, cloud, arrays, onProgress }, { timeo
       stream.cancel();
       reject(new CurvdError(grpc.status.INTERNAL, `the server broke the protocol: ${error.message}`));
     };
+    const failOfCaller = (error) => {
+      stream.cancel();
+      reject(new CallersError(error));
+    };
     stream.on("data", (response) => {
       try {
         const refusal = callRefusal(response, header);
@@ -44,13 +48,13 @@ export function callOnce(service, { header, cloud, arrays, onProgress }, { timeo
           reject(refusal);
         }
         if (response.message === "progress" && onProgress !== undefined) {
-          reportProgress(onProgress, response.progress, header.pointCount, (error) => {
-            stream.cancel();
-            reject(new CallersError(error));
-          });
+          reportProgress(onProgress, response.progress, header.pointCount, failOfCaller);
         }
         if (response.message === "result") scales.of(response.result).add(response.result);
-        if (response.message === "summary") summary = response.summary;
+        if (response.message === "summary") {
+          summary = response.summary;
+          if (onProgress !== undefined) reportEnd(onProgress, header.pointCount, failOfCaller);
+        }
       } catch (error) {
         breach(error);
       }
@@ -87,6 +91,12 @@ export function reportProgress(onProgress, { phase, pointsReceived, pointsEstima
   } catch (error) {
     fail(error);
   }
+}
+
+// The same of a call that has its last result.
+export function reportEnd(onProgress, pointCount, fail) {
+  const all = { phase: "PHASE_SENDING", pointsReceived: pointCount, pointsEstimated: pointCount };
+  reportProgress(onProgress, all, pointCount, fail);
 }
 
 // Writes the cloud no faster than the server reads it, and half-closes. Stops quietly when the call has ended: its

@@ -1,6 +1,6 @@
 // One try of a call whose results are handed on as they come.
 import grpc from "@grpc/grpc-js";
-import { callRefusal, reportProgress, sendCloud } from "./call.mjs";
+import { callRefusal, reportEnd, reportProgress, sendCloud } from "./call.mjs";
 import { CurvdError, fromServiceError } from "./errors.mjs";
 import { ChunkReader } from "./results.mjs";
 import { Scales } from "./scales.mjs";
@@ -38,7 +38,10 @@ export async function* receiveChunks(service, { header, cloud, arrays, onProgres
         reportProgress(onProgress, response.progress, header.pointCount, endWith);
       }
       if (response.message === "result") yield readOrBreach(() => read(response.result));
-      if (response.message === "summary") summary = response.summary;
+      if (response.message === "summary") {
+        summary = response.summary;
+        if (onProgress !== undefined) reportEnd(onProgress, header.pointCount, endWith);
+      }
     }
     await ended;
     if (callersError !== undefined) throw callersError.error;

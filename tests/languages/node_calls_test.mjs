@@ -128,6 +128,19 @@ test("progress names phases and counts points", async () => {
   await estimateCurvature(positions, normals, { server, neighborCount: 4_000, onProgress: (each) => seen.push(each) });
   assert.ok(seen.some(({ phase }) => phase === "estimating"));
   assert.ok(seen.every((each) => each.pointCount === 200_000 && each.pointsEstimated <= 200_000));
+  assert.equal(seen.at(-1).pointsEstimated, 200_000);
+});
+
+test("progress ends with all points", async () => {
+  const cloud = sphere(100, 1); // too small for the server to tell progress
+  const seen = [];
+  const options = { onProgress: (each) => seen.push(each) };
+  await estimateCurvature(...cloud, { server, ...options });
+  const client = new CurvatureClient(server);
+  for await (const chunk of client.estimateChunks(...cloud, options)) assert.ok(chunk);
+  client.close();
+  const last = { phase: "sending", pointsReceived: 100, pointsEstimated: 100, pointCount: 100 };
+  assert.deepEqual(seen.filter(({ phase }) => phase === "sending"), [last, last]);
 });
 
 test("what a caller's function throws ends the call", async () => {

@@ -12,7 +12,7 @@ from curvd_client import curvature_pb2
 from curvd_client.clouds import Cloud, pack_cloud
 from curvd_client.errors import CurvdError, CurvdWarning, broken_protocol
 from curvd_client.options import Vectors
-from curvd_client.progress import ProgressCallback, progress_of
+from curvd_client.progress import Progress, ProgressCallback, progress_of
 from curvd_client.results import Estimate, ResultCollector
 
 SERVICE = "curvature.v1.CurvatureService"
@@ -83,6 +83,8 @@ class Answers:
                 raise broken_protocol(error) from None
         elif kind == "summary":
             self._summary = response.summary
+            if self._on_progress is not None:
+                return self._on_progress(Progress.of_all(self._header.point_count))
         return None
 
     def estimate(self) -> Estimate:

@@ -26,6 +26,11 @@ class Progress(typing.NamedTuple):
     points_estimated: int
     point_count: int
 
+    @classmethod
+    def of_all(cls, point_count: int) -> Progress:
+        """That of a call that has its last result."""
+        return cls("sending", point_count, point_count, point_count)
+
     @property
     def fraction(self) -> float:
         """Share of the points that the present phase is done with, from 0 to 1; 0 where the phase counts none."""
@@ -117,9 +122,10 @@ class TerminalLine:
         self._phase = ""
 
     def show(self, progress: Progress) -> None:
-        """Writes the line, unless the same phase was written a moment ago."""
+        """Writes the line, unless the same phase was written a moment ago and has points left."""
         now = time.monotonic()
-        if progress.phase == self._phase and now - self._written < self._LEAST_SECONDS:
+        is_done = progress.fraction == 1.0
+        if not is_done and progress.phase == self._phase and now - self._written < self._LEAST_SECONDS:
             return
         self._phase, self._written = progress.phase, now
         bar = "#" * round(self._BAR * progress.fraction)

@@ -50,6 +50,13 @@ class ClientTest(RealServerTest):
         self.assertEqual({each.point_count for each in seen}, {20_000})
         self.assertGreater(max(each.points_estimated for each in seen), 0)
         self.assertTrue(all(0 <= each.fraction <= 1 for each in seen))
+        self.assertEqual(seen[-1], Progress.of_all(20_000))
+
+    def test_progress_ends_with_all_points(self):
+        seen = []
+        with CurvatureClient(self.server) as client:  # too small a cloud for the server to tell progress
+            client.estimate(*sphere(100, radius=1.0), progress=seen.append)
+        self.assertEqual((seen[-1].fraction, seen[-1].points_estimated), (1.0, 100))
 
     def test_a_failure_of_another_call_in_progress_is_no_reason_to_try_again(self):
         tries = []
@@ -145,10 +152,14 @@ class ProgressTest(unittest.TestCase):
         line = TerminalLine(stream)
         line.show(Progress("receiving", 0, 0, 1_000))
         line.show(Progress("estimating", 1_000, 500, 1_000))
+        line.show(Progress("estimating", 1_000, 501, 1_000))  # too soon after the last
+        line.show(Progress("sending", 1_000, 1_000, 1_000))
+        line.show(Progress.of_all(1_000))
         line.end()
         self.assertIn("receiving", stream.getvalue())
         self.assertIn("estimating  50% |############            | 500 of 1,000 points", stream.getvalue())
-        self.assertTrue(stream.getvalue().endswith("\n"))
+        self.assertNotIn("501", stream.getvalue())
+        self.assertRegex(stream.getvalue(), r"sending 100% \|#{24}\| 1,000 of 1,000 points, 0\.\d s\n$")
 
     def test_points_are_those_that_the_phase_counts(self):
         self.assertEqual(Progress("receiving", 1_000, 0, 2_000).counted(), "1,000 of 2,000 points")
