@@ -13,28 +13,11 @@
 namespace curvd {
 namespace {
 
-// The share of the area that closed pieces must have where a cloud is taken as thin closed ones, and the certificate
-// that they may have.
-constexpr double kMostlyClosed = 0.9, kMostOfThin = 0.08;
-// Where sides that the pilot's scale makes cannot be trusted, so few neighbors may keep to one sheet, which shows in a
-// certificate that is lower by this factor.
-constexpr uint32_t kFewNeighbors = 17;
-constexpr double kMuchBetter = 0.5;
-// So many of both sheets, where fits are made for those (NormalFit::two_sheets).
-constexpr uint32_t kRimNeighbors = 24, kMostRimNeighbors = 48;
 // The most neighbors that may point to the other side, in the mean. Measured, with an automatic scale: up to 0.25 where
 // noise of a spacing and more called for so many neighbors that they reach around the surface, and all sides were
 // right; 0.41 to 0.50 where sides of thin parts were wrong. A fixed scale of few neighbors makes 0.39 of plates that
 // are one spacing thick, whose sides are right.
 constexpr double kMostMixed = 0.25, kMostMixedByWish = 0.4;
-// Noise from which on another scale is tried, in units of the spacing. Larger clouds than that are tried only where the
-// certificate is in doubt: noise that matters there is seen through.
-constexpr double kLeastNoise = 0.2;
-constexpr size_t kSmallCloud = 32'768;
-// The other scale: half of the neighbors, or so many, or twice as many.
-constexpr uint32_t kLeastOfOther = 12;
-uint32_t OtherCount(uint32_t count) { return count > kLeastOfOther ? std::max(count / 2, kLeastOfOther) : 2 * count; }
-
 bool IsAutomatic(const NormalOptions& options) {
   return std::holds_alternative<AutoNeighborhood>(options.neighborhood);
 }
@@ -150,41 +133,18 @@ absl::Status NormalPhases::Fit() {
     return absl::OkStatus();
   }
   if (!pilot_.has_value()) {
-    chosen_.fit = WantedFit(options_);
-    return AddFit(chosen_);
+    ChosenScale wanted;
+    wanted.fit = WantedFit(options_);
+    return AddFit(wanted);
   }
-  chosen_ = pilot_->Choose();
+  const ChosenScale chosen = pilot_->Choose();
   pilot_.reset();
   // Of two sheets, what looks like noise may be their distance.
-  if (chosen_.noisy_sigma.has_value() && !sheets_.two_sheets) {
-    sheets_.noise = std::max(sheets_.noise, std::ldexp(*chosen_.noisy_sigma, index_.scale_exponent()));
+  if (chosen.noisy_sigma.has_value() && !sheets_.two_sheets) {
+    sheets_.noise = std::max(sheets_.noise, std::ldexp(*chosen.noisy_sigma, index_.scale_exponent()));
   }
-  attempt_ = sheets_.two_sheets ? Attempt::kOneSheet : Attempt::kChosen;
-  if (!sheets_.two_sheets) return AddFit(chosen_);
-  return AddFit(ScaleOf(sheets_.neighbor_count, sheets_.is_mixed));
-}
-
-ChosenScale NormalPhases::ScaleOf(uint32_t neighbor_count, bool two_sheets) const {
-  ChosenScale scale = chosen_;
-  NormalFit& fit = scale.fit;
-  fit.two_sheets = two_sheets;
-  fit.method = options_.method.value_or(NormalMethod::kJet2);
-  const uint32_t least = LeastNeighborCount(fit.method), count = std::max(neighbor_count, least);
-  fit.neighborhood = NeighborCount{count};
-  const bool may_share = chosen_.fit.shares && JetDegree(fit.method) >= 2;
-  fit.shares = may_share && count >= NormalFit::kLeastShared;
-  if (two_sheets) fit.noisy_part.reset();
-  if (fit.noisy_part.has_value()) {
-    // As many times more or fewer as of the others.
-    NoisyPart& noisy = *fit.noisy_part;
-    const double times = static_cast<double>(count) / std::get<NeighborCount>(chosen_.fit.neighborhood).count;
-    const double most = static_cast<double>(std::min<size_t>(fit.max_neighbor_count, index_.point_count()));
-    noisy.method = fit.method;
-    noisy.neighborhood.count = static_cast<uint32_t>(std::clamp(times * noisy.neighborhood.count, 1.0 * least, most));
-    noisy.shares = may_share && noisy.neighborhood.count >= NormalFit::kLeastShared;
-  }
-  if (sheets_.two_sheets) scale.sigma = std::ldexp(sheets_.noise, -index_.scale_exponent());
-  return scale;
+  attempts_.emplace(options_.method, sheets_, chosen, index_);
+  return AddFit(attempts_->scale());
 }
 
 absl::Status NormalPhases::AddFit(const ChosenScale& scale) {
@@ -276,116 +236,33 @@ absl::Status NormalPhases::EndOrientation() {
 }
 
 absl::Status NormalPhases::Decide() {
-  const NormalReport found = report();
-  const bool is_closed = found.closed_area_share >= kMostlyClosed && found.certificate.has_value();
-  const double certificate = is_closed ? *found.certificate : kNoCertificate;
-  switch (attempt_) {
-    case Attempt::kOneSheet:
-      if (certificate <= MaxTrustedCertificate(0.0) && !IsRepairedRim(found)) return then_();
-      NoteThin(found, certificate);
-      return thin_certificate_ < kNoCertificate && !scale_.fit.two_sheets ? TryRims() : ChooseThin();
-    case Attempt::kThin:
-      NoteThin(found, certificate);
-      return TryRims();
-    case Attempt::kRims:
-      NoteThin(found, certificate);
-      return ChooseThin();
-    case Attempt::kChosen:
-      chosen_certificate_ = found.certificate.value_or(0.0);
-      if (found.mixes_sides) return AvoidMixing();
-      if (WantsCheck(found)) return Check(Attempt::kOther);
-      return WantsFew(found) ? TryFew() : then_();
-    case Attempt::kKept:
-      if (chosen_certificate_ < kNoCertificate || certificate > MaxTrustedCertificate(0.0) || IsRepairedRim(found)) {
-        return Check(Attempt::kOtherThin);
-      }
+  if (!attempts_.has_value()) return then_();
+  if (side_check_.has_value()) TakeCheck();
+  switch (attempts_->Next(report())) {
+    case ScaleAttempts::Step::kDone:
       return then_();
-    case Attempt::kOther: {
-      TakeCheck();
-      NormalReport chosen = report();
-      chosen.certificate = chosen_certificate_;
-      chosen.neighbor_count = std::get<NeighborCount>(chosen_.fit.neighborhood).count;
-      return WantsFew(chosen) ? TryFew() : MakeLast(chosen_);
-    }
-    case Attempt::kOtherThin:
-      TakeCheck();
-      fit_report_.turned_share_decides = true;
-      fit_report_.most_turned_share = kMostTurnedShareOfThin;
-      if (!scale_.fit.two_sheets || certificate >= thin_certificate_) return MakeLast(thin_);
-      // The better ones of both stay, and may be right where the others were not.
-      if (*fit_report_.turned_share <= kMostTurnedShareOfThin || found.neighbor_count > kMostRimNeighbors)
-        return then_();
-      thin_ = scale_;
-      thin_certificate_ = certificate;
-      return Check(Attempt::kOtherThin);
-    case Attempt::kFew:
-      return certificate <= kMuchBetter * chosen_certificate_ ? then_() : MakeLast(chosen_);
-    case Attempt::kLast:
+    case ScaleAttempts::Step::kCompare:
+      side_check_.emplace(index_);
+      break;
+    case ScaleAttempts::Step::kFit:
       break;
   }
-  return then_();
-}
-
-bool NormalPhases::IsTornByRepair() const {
-  const NormalReport found = report();
-  return may_repair_ && !scale_.fit.two_sheets && found.repaired_count > 0 && *found.torn_share > kMostTornShare;
-}
-
-bool NormalPhases::IsRepairedRim(const NormalReport& found) const {
-  return scale_.fit.two_sheets && found.repaired_count > 0;
-}
-
-void NormalPhases::NoteThin(const NormalReport& found, double certificate) {
-  if (certificate > kMaxTrustedCertificate || certificate >= thin_certificate_ || found.mixes_sides) return;
-  thin_ = scale_;
-  thin_certificate_ = certificate;
-}
-
-absl::Status NormalPhases::ChooseThin() {
-  const bool has_chosen = chosen_certificate_ < kNoCertificate;
-  if (!has_chosen && thin_certificate_ > kMostOfThin) return Try(Attempt::kChosen, chosen_);
-  return thin_certificate_ < kNoCertificate ? Try(Attempt::kKept, thin_) : MakeLast(chosen_);
-}
-
-absl::Status NormalPhases::AvoidMixing() {
-  if (thin_certificate_ < kNoCertificate) return Try(Attempt::kKept, thin_);
-  return sheets_.two_sheets ? then_() : Try(Attempt::kThin, ScaleOf(kFewNeighbors, false));
-}
-
-absl::Status NormalPhases::TryRims() { return Try(Attempt::kRims, ScaleOf(kRimNeighbors, true)); }
-
-absl::Status NormalPhases::TryFew() { return Try(Attempt::kFew, ScaleOf(kFewNeighbors, false)); }
-absl::Status NormalPhases::MakeLast(const ChosenScale& scale) { return Try(Attempt::kLast, scale); }
-
-absl::Status NormalPhases::Try(Attempt attempt, const ChosenScale& scale) {
-  attempt_ = attempt;
-  return AddFit(scale);
-}
-
-absl::Status NormalPhases::Check(Attempt other) {
-  side_check_.emplace(index_);
-  const uint32_t count = std::get<NeighborCount>(scale_.fit.neighborhood).count;
-  const bool two_sheets = scale_.fit.two_sheets;
-  // Fewer neighbors may be too few to tell a rim, but too many would be no neighborhood.
-  const uint32_t more = 2 * count;
-  const bool takes_more = two_sheets && more <= index_.point_count() / 3;
-  return Try(other, ScaleOf(takes_more ? more : OtherCount(count), two_sheets));
+  return AddFit(attempts_->scale());
 }
 
 void NormalPhases::TakeCheck() {
   fit_report_.turned_share = side_check_->TurnedShare();
   fit_report_.turned_share_decides = sheets_.evenness > 0.0 && sheets_.evenness <= kMostEvenNoise;
+  if (attempts_->compares_thin()) {
+    fit_report_.turned_share_decides = true;
+    fit_report_.most_turned_share = kMostTurnedShareOfThin;
+  }
   side_check_.reset();
 }
 
-bool NormalPhases::WantsCheck(const NormalReport& found) const {
-  const bool is_noisy = sheets_.noise > 0.0 && sheets_.noise >= kLeastNoise * sheets_.spacing;
-  return is_noisy && (index_.point_count() <= kSmallCloud || found.is_doubtful());
-}
-
-bool NormalPhases::WantsFew(const NormalReport& found) const {
-  const bool fits_badly = found.certificate.has_value() && *found.certificate > found.max_trusted_certificate;
-  return found.is_doubtful() && fits_badly && found.neighbor_count > kFewNeighbors;
+bool NormalPhases::IsTornByRepair() const {
+  const NormalReport found = report();
+  return may_repair_ && !scale_.fit.two_sheets && found.repaired_count > 0 && *found.torn_share > kMostTornShare;
 }
 
 PointStatus NormalPhases::status(size_t place) const {

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cstddef>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -14,6 +13,7 @@
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
 #include "core/job/group_phase.h"
+#include "core/job/scale_attempts.h"
 #include "core/normals/link_probe.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/normal_options.h"
@@ -39,15 +39,8 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
 // "orientation" (core/normals/orientation.h). Each phase adds what follows it. The normals depend on the cloud and the
 // options alone: not on threads.
 //
-// Where the scale is automatic, it may take several attempts. If neighborhoods hold two sheets
-// (core/normals/sheet_probe.h), normals are first made of so few neighbors that most come from one sheet; those stay if
-// they orient to closed surfaces whose certificate is as good as that of clean ones. Else the same is tried with rims
-// (NormalFit::two_sheets), and the better of both is compared with another scale. Unless that comes to closed surfaces,
-// the scale that the pilot chose follows. Where its neighborhoods turn out to hold both sides of the surface
-// (core/normals/trust/side_probe.h), the thin scales are tried, or are taken after all. Where positions are noisy, its
-// sides are compared with those of another scale. If they cannot be trusted, few neighbors are tried, which stay if
-// that is much better; else the pilot's normals are made again. Whatever the attempt, sides of one sheet are made once
-// more without repairs (core/normals/side_repair.h) where these tear the sheet.
+// Where the scale is automatic, it may take several attempts (core/job/scale_attempts.h). Whatever the attempt, sides
+// of one sheet are made once more without repairs (core/normals/side_repair.h) where these tear the sheet.
 class NormalPhases {
  public:
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and
@@ -72,20 +65,6 @@ class NormalPhases {
   size_t bytes() const;
 
  private:
-  // At which scale the normals of now are made; all but kLast may be followed by another attempt.
-  enum class Attempt : uint8_t {
-    kOneSheet,   // that of the probe, if there are two sheets
-    kThin,       // few neighbors
-    kRims,       // few neighbors of both sheets
-    kChosen,     // that of the pilot
-    kKept,       // the best for a thin part, again
-    kOther,      // another than kChosen
-    kOtherThin,  // another than kKept
-    kFew,        // few neighbors, since the sides of kChosen do not fit
-    kLast,
-  };
-  static constexpr double kNoCertificate = std::numeric_limits<double>::infinity();
-
   // Adds the phases that look at a sample of the cloud, and call Fit at their end.
   void AddLooks();
   absl::Status LookAtLinks();
@@ -102,31 +81,11 @@ class NormalPhases {
   absl::Status EndOrientation();
   // Makes the next attempt, or is done.
   absl::Status Decide();
-  // Makes normals by the scale, as this attempt.
-  absl::Status Try(Attempt attempt, const ChosenScale& scale);
-  absl::Status TryFew();
-  absl::Status TryRims();
-  absl::Status MakeLast(const ChosenScale& scale);
   // Whether a repair turned parts of one sheet against the others: where noise differs between parts, such sides may
   // fit a closed surface better than the right ones.
   bool IsTornByRepair() const;
-  // Whether a repair chose sides of both sheets, which a low certificate alone does not vouch for.
-  bool IsRepairedRim(const NormalReport& found) const;
-  // Remembers the scale of now, if it is the best one so far for a thin closed part.
-  void NoteThin(const NormalReport& found, double certificate);
-  // Goes on with the best one.
-  absl::Status ChooseThin();
-  // Goes on once the neighborhoods of the pilot's scale were found to hold both sides.
-  absl::Status AvoidMixing();
-  // Compares the sides of now with those of another scale, in the attempt `other`.
-  absl::Status Check(Attempt other);
+  // Compares the sides of now with those of the attempt before.
   void TakeCheck();
-  // Whether the sides of the pilot's scale are to be compared with those of another one.
-  bool WantsCheck(const NormalReport& found) const;
-  // Whether few neighbors are to be tried instead.
-  bool WantsFew(const NormalReport& found) const;
-  // The chosen scale with another number of neighbors, by the method that was asked for or jets of degree 2.
-  ChosenScale ScaleOf(uint32_t neighbor_count, bool two_sheets) const;
   void Collect(size_t first, size_t last, NormalField& field);
 
   const NormalOptions options_;
@@ -141,13 +100,10 @@ class NormalPhases {
   std::optional<SheetProbe> sheet_probe_;
   SheetFinding sheets_;
   std::optional<SideProbe> side_probe_;
-  std::optional<SideCheck> side_check_;  // of kChosen, while kOther is made
-  Attempt attempt_ = Attempt::kLast;
-  ChosenScale chosen_;      // by the pilot or the caller
-  ChosenScale scale_;       // of the attempt of now
-  ChosenScale thin_;        // the best so far for a thin part
-  bool may_repair_ = true;  // the orientation of now
-  double chosen_certificate_ = kNoCertificate, thin_certificate_ = kNoCertificate;
+  std::optional<ScaleAttempts> attempts_;  // of an automatic scale
+  std::optional<SideCheck> side_check_;    // while normals are made whose sides are compared with those before
+  ChosenScale scale_;                      // of the normals of now
+  bool may_repair_ = true;                 // the orientation of now
   std::unique_ptr<StrategyRun> fit_;
   std::optional<ScratchSet> scratch_;
   NormalReport fit_report_;

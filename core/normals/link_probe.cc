@@ -9,7 +9,7 @@
 namespace curvd {
 namespace {
 
-constexpr size_t kMostProbedGroups = 128;
+constexpr size_t kMostLinkGroups = 128;
 // Neighbors whose positions vary less than this in their middle direction, compared with the widest, lie on a line.
 // Those of points of a surface vary by 0.5 and more as much, at its border by 0.28, if there are many; of 13 points at
 // random hardly any have less than 0.15. Those of a scan line vary by its noise.
@@ -43,7 +43,7 @@ double WidestGap(const NormalScratch& s, size_t i) {
 }  // namespace
 
 LinkProbe::LinkProbe(const SpatialIndex& index, int thread_count)
-    : index_(index), groups_(SampleGroups(index, kMostProbedGroups)), scratch_(thread_count) {
+    : index_(index), groups_(SampleGroups(index, kMostLinkGroups)), scratch_(thread_count) {
   static_assert(kLadder.front() == kLinksPerPoint && 2 * kLadder.back() == kMostLinksPerPoint);
   for (const size_t links : kLadder) {
     if (links < index.point_count()) plans_.emplace_back(PlaneFit(links + 1), index);
