@@ -25,7 +25,9 @@ std::string NumberText(Scalar value) {
 // Returns "(x, y, z)", each as NumberText writes it.
 template <typename Scalar>
 std::string VectorText(const std::array<Scalar, 3>& v) {
-  return "(" + NumberText(v[0]) + ", " + NumberText(v[1]) + ", " + NumberText(v[2]) + ")";
+  std::string text;
+  for (const Scalar number : v) text.append(text.empty() ? "(" : ", ").append(NumberText(number));
+  return text.append(")");
 }
 
 }  // namespace curvd

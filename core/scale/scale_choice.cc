@@ -65,7 +65,8 @@ std::vector<size_t> ChooseTogether(const OfQuantities<Judged>& of) {
   const Addition of_traceless = BestAddition(of.traceless, order, kMostForCurvatures);
   std::swap(order[kMostForCurvatures], order[of_traceless.place]);
   const bool is_worth_it = of_traceless.error_without > kWorthOneMore * of_traceless.error;
-  order.resize(kMostForCurvatures + (is_worth_it ? 1 : 0));
+  const size_t kept = kMostForCurvatures + (is_worth_it ? 1 : 0);
+  order.erase(order.begin() + static_cast<std::ptrdiff_t>(kept), order.end());
   return order;
 }
 
