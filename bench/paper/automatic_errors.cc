@@ -3,17 +3,23 @@
 // Each row is one cloud: the least mean |H error| that a fixed estimator reaches at its best neighbor count, and what
 // the automatic choice reaches, with its weights per point and per cloud, as ratios to it; and likewise what it reaches
 // per point in G and in the principal curvatures, over the least error in each. The fixed ones are those of the paper
-// and its peers: not the estimator of this library that nobody else has.
+// and its peers: not the estimator of this library that nobody else has. With --paper-clouds the clouds are the paper's
+// own, and the fixed estimates those of the peers that --peers tells.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
 #include "bench/paper/errors.h"
 #include "bench/paper/normal_flags.h"
 #include "bench/paper/samples.h"
@@ -37,6 +43,8 @@ struct Flags {
   NormalFlags normals;
   bool held_out = false;
   bool scores = false;
+  std::string paper_clouds;  // folder; empty: other samples
+  std::string peers;         // CSV file
 };
 
 // The rule of the choice is made by looking at goursat, torus, ellipsoid, saddle, cylinder, sphere and plane with seeds
@@ -67,6 +75,12 @@ Flags ParseFlags(int argc, char** argv) {
   app.add_flag("--held-out", flags.held_out,
                "Clouds that the rule was not made by, in place of --surfaces, --sampling, --points, noise and --seed");
   app.add_flag("--scores", flags.scores, "Print what was judged");
+  CLI::Option* clouds = app.add_option("--paper-clouds", flags.paper_clouds,
+                                       "Folder of the paper's clouds, SURFACE_POINTS.pts, in place of --sampling");
+  CLI::Option* peers = app.add_option("--peers", flags.peers,
+                                      "CSV of the errors of others on those, by cloud, N, sig_eps, sig_xi, K, method");
+  clouds->needs(peers);
+  peers->needs(clouds)->check(CLI::ExistingFile);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -78,6 +92,12 @@ Flags ParseFlags(int argc, char** argv) {
 
 Samples MakeSamples(const Flags& flags, size_t turn, size_t points) {
   const std::string &surface = flags.surfaces[turn], &sampling = flags.sampling[turn % flags.sampling.size()];
+  if (!flags.paper_clouds.empty()) {
+    const std::string path = absl::StrFormat("%s/%s_%06d.pts", flags.paper_clouds, surface, points);
+    if (std::optional<Samples> samples = LoadSamples(path, surface, "paper")) return *std::move(samples);
+    std::fprintf(stderr, "%s: no such file\n", path.c_str());
+    std::exit(1);
+  }
   if (sampling == "thinned") return SampleThinned(surface, 2 * points, flags.seed);
   if (sampling == "random") return SampleAtRandom(surface, points, flags.seed);
   if (sampling == "scanned") return SampleScanned(surface);
@@ -102,6 +122,44 @@ Outcome Run(const Samples& samples, const EstimatorOptions& options, bool makes_
   }
   return {errors.mean.mean, errors.gaussian.mean, errors.k1.mean, errors.k2.mean, ""};
 }
+
+// The least errors of H and G that peers reached on a cloud, whatever their number of neighbors; those of k1 and k2 are
+// not known.
+class Peers {
+ public:
+  explicit Peers(const std::string& path) {
+    std::ifstream file(path);
+    std::string line;
+    std::vector<std::string> names;
+    while (std::getline(file, line)) {
+      std::vector<std::string> cells = absl::StrSplit(line, ',');
+      if (names.empty()) {
+        names = std::move(cells);
+        continue;
+      }
+      std::map<std::string, std::string>& row = rows_.emplace_back();
+      for (size_t i = 0; i < std::min(names.size(), cells.size()); ++i) row[names[i]] = cells[i];
+    }
+  }
+
+  Outcome BestOn(const std::string& surface, size_t points, double position_noise, double normal_noise) const {
+    Outcome best;
+    for (const std::map<std::string, std::string>& row : rows_) {
+      const auto number = [&](const char* name) { return std::strtod(row.at(name).c_str(), nullptr); };
+      if (row.at("cloud") != surface || number("N") != static_cast<double>(points)) continue;
+      if (number("sig_eps") != position_noise || number("sig_xi") != normal_noise) continue;
+      if (number("n_ok") < 0.99 * static_cast<double>(points)) continue;
+      best.gaussian = std::min(best.gaussian, number("G_mae"));
+      if (number("H_mae") >= best.mean) continue;
+      best.mean = number("H_mae");
+      best.what = absl::StrCat(row.at("method"), " ", row.at("K"));
+    }
+    return best;
+  }
+
+ private:
+  std::vector<std::map<std::string, std::string>> rows_;
+};
 
 // The best of the fixed ones, each quantity for itself.
 Outcome BestFixed(const Samples& samples, bool makes_normals, WorkerPool& pool) {
@@ -150,6 +208,9 @@ std::string Chosen(const ScaleReport& report) {
   return text;
 }
 
+// "-": of what nobody told.
+std::string RatioText(double ratio) { return std::isnan(ratio) ? "-" : absl::StrFormat("%.2f", ratio); }
+
 void PrintSummary(const char* name, const std::vector<double>& ratios) {
   if (ratios.empty()) return;
   double logs = 0.0;
@@ -163,6 +224,7 @@ int Main(const Flags& flags) {
   WorkerPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
   absl::PrintF("%-10s %7s %5s %5s | %9s %-18s | %6s %6s %6s %6s %6s | %s\n", "cloud", "points", "pos", "nrm", "best",
                "of", "point", "cloud", "G", "k1", "k2", "chosen");
+  const Peers peers(flags.peers);
   std::vector<double> by_point, by_cloud, of_gaussian, of_k1, of_k2;
   for (size_t turn = 0; turn < flags.surfaces.size(); ++turn) {
     const std::string& surface = flags.surfaces[turn];
@@ -173,7 +235,9 @@ int Main(const Flags& flags) {
         for (const double normal : flags.normal_noise) {
           const Samples samples =
               WithNormals(Perturbed(exact, position * unit, normal, flags.seed), flags.normals, pool);
-          const Outcome best = BestFixed(samples, flags.normals.makes, pool);
+          const Outcome best = flags.peers.empty() ? BestFixed(samples, flags.normals.makes, pool)
+                                                   : peers.BestOn(surface, points, position, normal);
+          if (best.mean > 1e299) continue;
           ScaleReport report;
           EstimatorOptions options{.estimator = flags.estimator, .neighborhood = AutomaticScale{}};
           if (flags.estimator == "jet") options.jet_degree = 4;
@@ -186,11 +250,12 @@ int Main(const Flags& flags) {
           by_point.push_back(local.mean / best.mean);
           by_cloud.push_back(global.mean / best.mean);
           of_gaussian.push_back(local.gaussian / best.gaussian);
-          of_k1.push_back(local.k1 / best.k1);
-          of_k2.push_back(local.k2 / best.k2);
-          absl::PrintF("%-10s %7d %5g %5g | %9.3g %-18s | %6.2f %6.2f %6.2f %6.2f %6.2f | sigma %.3g%s%s\n", surface,
+          of_k1.push_back(flags.peers.empty() ? local.k1 / best.k1 : std::nan(""));
+          of_k2.push_back(flags.peers.empty() ? local.k2 / best.k2 : std::nan(""));
+          absl::PrintF("%-10s %7d %5g %5g | %9.3g %-18s | %6.2f %6.2f %6.2f %6s %6s | sigma %.3g%s%s\n", surface,
                        samples.size(), position * unit, normal, best.mean, best.what, by_point.back(), by_cloud.back(),
-                       of_gaussian.back(), of_k1.back(), of_k2.back(), report.sigma, Chosen(report), local.what);
+                       of_gaussian.back(), RatioText(of_k1.back()), RatioText(of_k2.back()), report.sigma,
+                       Chosen(report), local.what);
           if (flags.scores) PrintScores(report);
           std::fflush(stdout);
         }
@@ -200,6 +265,7 @@ int Main(const Flags& flags) {
   PrintSummary("per point", by_point);
   PrintSummary("per cloud", by_cloud);
   PrintSummary("G, per point", of_gaussian);
+  if (!flags.peers.empty()) return 0;
   PrintSummary("k1, per point", of_k1);
   PrintSummary("k2, per point", of_k2);
   return 0;
