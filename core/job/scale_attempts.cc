@@ -52,7 +52,8 @@ ChosenScale ScaleAttempts::ScaleOf(uint32_t neighbor_count, bool two_sheets) con
     // As many times more or fewer as of the others.
     NoisyPart& noisy = *fit.noisy_part;
     const double times = static_cast<double>(count) / CountOf(chosen_);
-    const double most = static_cast<double>(std::min<size_t>(fit.max_neighbor_count, index_.point_count()));
+    const double most = static_cast<double>(
+        std::min<size_t>({fit.max_neighbor_count, index_.point_count(), ScalePilot::kMostNeighbors}));
     noisy.method = fit.method;
     noisy.neighborhood.count = static_cast<uint32_t>(std::clamp(times * noisy.neighborhood.count, 1.0 * least, most));
     noisy.shares = may_share && noisy.neighborhood.count >= NormalFit::kLeastShared;

@@ -24,8 +24,25 @@ constexpr size_t kRungsToFourTimes = 4;
 // With so many neighbors it is looked for, since steps of positions on a lattice are noise to large neighborhoods
 // alone.
 constexpr uint32_t kProbes[] = {48, 96, 192};
-// What rounding leaves in the index's unit.
+// What rounding leaves of coordinates of 1, squared.
 constexpr double kRounding = 0x1p-46;
+// It is that of the largest coordinates, but for those of a few groups: one point far from all others makes the index's
+// unit so large that the rest of the cloud has small ones.
+constexpr double kMostCoordinates = 0.9;
+
+// What rounding leaves of the coordinates of these groups, squared.
+double RoundingOf(const SpatialIndex& index, const std::vector<size_t>& groups) {
+  std::vector<double> largest;
+  for (const size_t group : groups) {
+    const SpatialIndex::LeafPositions& points = index.positions(group * SpatialIndex::kGroupLeaves);
+    largest.push_back(std::max({std::abs(points.x[0]), std::abs(points.y[0]), std::abs(points.z[0])}));
+  }
+  const auto at = static_cast<std::ptrdiff_t>(kMostCoordinates * static_cast<double>(largest.size()));
+  std::nth_element(largest.begin(), largest.begin() + at, largest.end());
+  int exponent = 0;
+  std::frexp(largest[static_cast<size_t>(at)], &exponent);
+  return std::ldexp(kRounding, 2 * exponent);
+}
 
 // Where to part values in ascending order so that the variance between both parts is the largest; none of them has
 // fewer than `least`.
@@ -75,7 +92,8 @@ std::optional<ScalePilot::Parts> ScalePilot::PartsBy(size_t candidate) const {
   if (larger >= candidates_.size() || candidates_[larger].fit.method != NormalMethod::kJet2) return std::nullopt;
   const std::vector<double> variances = GroupVariances(candidate), of_larger = GroupVariances(larger);
   std::vector<double> sorted = variances;  // their logarithms
-  for (double& variance : sorted) variance = std::log(std::max(variance, kRounding));
+  const double rounding = RoundingOf(index_, groups_);
+  for (double& variance : sorted) variance = std::log(std::max(variance, rounding));
   std::sort(sorted.begin(), sorted.end());
   const auto least = static_cast<size_t>(std::ceil(kLeastPart * static_cast<double>(sorted.size())));
   const size_t split = SplitOf(sorted, least);
@@ -127,6 +145,7 @@ std::optional<ScalePilot::Parts> ScalePilot::FindParts() {
 
 void ScalePilot::LookAt(const Parts& parts, bool noisy) {
   group_noises_ = parts.noises;
+  share_ = noisy ? parts.noisy_share : 1.0 - parts.noisy_share;
   for (size_t c = 0; c < candidates_.size(); ++c) {
     const bool may_mix = !noisy && candidates_[c].count() > parts.probe_count;
     const std::vector<double> variances = may_mix ? GroupVariances(c) : std::vector<double>(groups_.size(), 0.0);
@@ -141,6 +160,7 @@ void ScalePilot::LookAt(const Parts& parts, bool noisy) {
 
 void ScalePilot::LookAtAll() {
   group_noises_.clear();
+  share_ = 1.0;
   for (Outcome& outcome : outcomes_) outcome.part = Part::kOwn;
 }
 

@@ -42,6 +42,10 @@ using NormalField = PageArray<PointNormal>;
 
 // A certificate above this says that normals point to both sides of a closed surface, whatever the noise.
 inline constexpr double kMaxTrustedCertificate = 0.25;
+// Above this, sides cancel, or the normals point inward, unless the surface is open. Where a cloud has parts of unlike
+// noise, no comparison with other neighborhoods vouches for them: the quiet part has the same in both. With one noise,
+// bowls and waves whose noise is a spacing or more come to 2 as well, and have the right sides.
+inline constexpr double kMaxPlausibleCertificate = 0.5;
 // The most that can be trusted where the positions have noise of that standard deviation, in units of the spacing of
 // the points. Where all normals were right, 0.02 was measured without noise (0.05 on shells a few spacings thin), 0.06,
 // 0.12 and 0.14 with noise of 0.3, 0.7 and 1; where 2 to 5 % were turned, 0.06 to 0.12 without noise.
@@ -105,20 +109,23 @@ struct NormalReport {
   // the normals are those of two sheets at once, and those of the narrow sides between them say nothing.
   std::optional<double> opposed_share;
   bool mixes_sides = false;
-  // The same: the share of the pairs of neighbors along one sheet whose normals point to different sides of it.
+  // The same: the share of the pairs of neighbors along one sheet whose normals point to different sides of it; of two
+  // parts of unlike noise, that of the one where it is larger.
   std::optional<double> torn_share;
   // Whether the surface came out open, and may be two sheets that lie nearer to each other than points can show: what
   // the fits leave is much, and not distributed like noise (core/normals/sheet_probe.h).
   bool may_be_closed = false;
   double most_turned_share = kMostTurnedShare;
-  // Whether sides that stay are right, whatever the certificate: it varies from noise alone.
+  // Whether sides that stay are right, whatever the certificate: it varies from noise alone. With a noisy part, up to
+  // kMaxPlausibleCertificate.
   bool turned_share_decides = false;
   // Whether the orientation cannot be trusted, as far as all of that tells.
   bool is_doubtful() const {
     if (ambiguous_piece_count > 0 || mixes_sides || may_be_closed) return true;
     if (torn_share.has_value() && *torn_share > kMostTornShare) return true;
     if (turned_share.has_value() && *turned_share > most_turned_share) return true;
-    if (turned_share.has_value() && turned_share_decides) return false;
+    const bool is_plausible = !noisy_part.has_value() || certificate.value_or(0.0) <= kMaxPlausibleCertificate;
+    if (turned_share.has_value() && turned_share_decides && is_plausible) return false;
     return certificate.has_value() && !(*certificate <= max_trusted_certificate);
   }
 };

@@ -236,7 +236,9 @@ std::vector<bool> ScalePilot::Usable(double sigma) const {
     usable[c] = is_settled && static_cast<double>(FittedCount(c)) >= least_fitted && !IsMostlyMixed(c) &&
                 IsLargeEnough(c, sigma);
   }
-  for (size_t c = 0; c < candidates_.size(); ++c) usable[c] = usable[c] && !CrossesTooFew(c, sigma);
+  for (size_t c = 0; c < candidates_.size(); ++c) {
+    usable[c] = usable[c] && !CrossesTooFew(c, sigma) && IsSmallEnough(candidates_[c]);
+  }
   return usable;
 }
 
@@ -298,9 +300,17 @@ double ScalePilot::ErrorOf(size_t candidate, double sigma, const std::vector<boo
   return noise + WeightsFor(aim_).bends * bends;
 }
 
+bool ScalePilot::IsSmallEnough(const Candidate& candidate) const {
+  return static_cast<double>(kLeastTimes * candidate.count()) <= share_ * static_cast<double>(index_.point_count());
+}
+
 const ScalePilot::Candidate& ScalePilot::LargestOf(NormalMethod method) const {
   const auto is_it = [&](const Candidate& candidate) { return candidate.fit.method == method; };
-  return *std::find_if(candidates_.rbegin(), candidates_.rend(), is_it);
+  auto largest = std::find_if(candidates_.begin(), candidates_.end(), is_it);
+  for (auto candidate = largest; candidate != candidates_.end() && is_it(*candidate); ++candidate) {
+    if (IsSmallEnough(*candidate)) largest = candidate;
+  }
+  return *largest;
 }
 
 bool ScalePilot::IsRather(const Candidate& a, const Candidate& b) {

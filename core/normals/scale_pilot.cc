@@ -12,9 +12,8 @@
 namespace curvd {
 namespace {
 
-// Two rungs double the count. Fewer neighbors than the first have no residual to tell noise by; what more neighbors
-// than the last could still smooth, whoever uses the normals can, at less cost.
-constexpr uint32_t kLadder[] = {12, 17, 24, 34, 48, 68, 96, 136, 192, 272, 384, 544, 768, 1086};
+// Two rungs double the count. Fewer neighbors than the first have no residual to tell noise by.
+constexpr uint32_t kLadder[] = {12, 17, 24, 34, 48, 68, 96, 136, 192, 272, 384, 544, 768, ScalePilot::kMostNeighbors};
 constexpr uint32_t kLeastForJet4 = 24;
 // All points together take this many neighbors at most, so that large clouds are not kept waiting: beyond, the points
 // of a leaf share a fit. Planes cannot be shared; they take more neighbors as long as those are few for each point. Nor
@@ -22,8 +21,6 @@ constexpr uint32_t kLeastForJet4 = 24;
 // for them, though noise moves those of degree 4 twice as far at the same count.
 constexpr size_t kMostOfAllPoints = 400'000'000;
 constexpr uint32_t kFewForPlanes = 544, kFewForJet4 = 384;
-// A neighborhood of more than this share of the cloud is no neighborhood.
-constexpr size_t kLargestShare = 3;
 
 // Returns the trace of the covariance of the two slopes of a fit where the point reads it, for noise of unit variance
 // and lengths in units of rho.
@@ -111,7 +108,7 @@ ScalePilot::ScalePilot(const SpatialIndex& index, std::optional<NormalMethod> me
   for (const size_t group : groups_) copies_.push_back(MeanCopies(index, group));
   const size_t points = index.point_count();
   fallback_.fit = FallbackFit(points, method, max_neighbor_count);
-  const size_t most = std::min<size_t>(points / kLargestShare, max_neighbor_count);
+  const size_t most = std::min<size_t>(points / kLeastTimes, max_neighbor_count);
   for (const NormalMethod candidate : {NormalMethod::kJet2, NormalMethod::kJet4}) {
     if (!method.has_value()) AddCandidates(candidate, most);
   }
@@ -164,7 +161,7 @@ ScalePilot::Outcome ScalePilot::OutcomeOf(const Candidate& candidate, double cop
 }
 
 size_t ScalePilot::MostBlocks(size_t point_count, uint32_t max_neighbor_count) {
-  if (std::min<size_t>(point_count / kLargestShare, max_neighbor_count) < kLadder[0]) return 0;
+  if (std::min<size_t>(point_count / kLeastTimes, max_neighbor_count) < kLadder[0]) return 0;
   const size_t groups = (point_count + SpatialIndex::kGroupPoints - 1) / SpatialIndex::kGroupPoints;
   return 2 * std::size(kLadder) * std::min(groups, kMostGroups);
 }
@@ -172,7 +169,7 @@ size_t ScalePilot::MostBlocks(size_t point_count, uint32_t max_neighbor_count) {
 size_t ScalePilot::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
   NormalFit largest;
   largest.method = NormalMethod::kJet4;
-  largest.neighborhood = NeighborCount{std::min<uint32_t>(kLadder[std::size(kLadder) - 1], max_neighbor_count)};
+  largest.neighborhood = NeighborCount{std::min(kMostNeighbors, max_neighbor_count)};
   return NormalScratch::MostBytes(largest, point_count);
 }
 

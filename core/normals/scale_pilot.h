@@ -51,6 +51,10 @@ class ScalePilot {
  public:
   // At most so many points are sampled.
   static constexpr size_t kMostGroups = 128;
+  // No scale has more neighbors: what these could still smooth, whoever uses the normals can, at less cost.
+  static constexpr uint32_t kMostNeighbors = 1086;
+  // The cloud, or a part that gets a scale of its own, has at least so many times as many points.
+  static constexpr size_t kLeastTimes = 3;
   // Errors below this are all good enough: squared radians.
   static constexpr double kNegligible = 1e-10;
   static constexpr size_t kPointsPerGroup = SpatialIndex::kGroupLeaves;
@@ -173,7 +177,9 @@ class ScalePilot {
   double ErrorOf(size_t candidate, double sigma, const std::vector<bool>& usable) const;
   // Whether `a` is to be taken where both are good enough.
   static bool IsRather(const Candidate& a, const Candidate& b);
-  // REQUIRES: there is a candidate of the method.
+  // Whether the part that is looked at has enough points for such neighborhoods.
+  bool IsSmallEnough(const Candidate& candidate) const;
+  // The largest that are, or the smallest. REQUIRES: there is a candidate of the method.
   const Candidate& LargestOf(NormalMethod method) const;
   // The least radius of neighborhoods that are much larger than noise of that standard deviation, and than the lattice
   // on which positions may lie.
@@ -198,6 +204,7 @@ class ScalePilot {
   std::vector<Candidate> candidates_;
   std::vector<Outcome> outcomes_;
   std::vector<double> group_noises_;  // while parts are looked at: Parts::noises
+  double share_ = 1.0;                // of the points, of the part that is looked at
   SampleScratch scratch_;
   ChosenScale fallback_;
 };

@@ -84,6 +84,8 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
+#include <algorithm>
+
 #include "absl/status/statusor.h"
 
 namespace curvd {
@@ -92,7 +94,8 @@ namespace {
 HWY_EXPORT(ProbeSidesKernel);
 
 constexpr size_t kMostGroups = 128;
-// Of smaller clouds all points are looked at; of larger ones, the first of each leaf of those groups.
+// Of smaller clouds all points are looked at; of larger ones, the first of each leaf of those groups, and all of noisy
+// groups: few pairs there lie along the sheet.
 constexpr size_t kSmallCloud = kMostGroups * SpatialIndex::kGroupPoints;
 
 }  // namespace
@@ -109,26 +112,37 @@ absl::Status SideProbe::RunBlock(size_t block, int worker, const std::atomic<boo
   NormalScratch& scratch = scratch_.Of(worker, stopped);
   const absl::StatusOr<const NormalPlan*> plan = PlanOfGroup(index_, fit_, groups_[block], scratch);
   if (!plan.ok()) return plan.status();
+  SideCounts& counts = counts_[block];
+  counts.is_noisy = fit_.noisy != nullptr && *plan == &fit_.noisy->fit;
+  const bool is_small = index_.point_count() <= kSmallCloud;
+  if (counts.is_noisy && !is_small) counts.weight = 1.0 / SpatialIndex::kLeafSize;
   return HWY_DYNAMIC_DISPATCH(ProbeSidesKernel)(index_, (*plan)->neighborhood, links_, groups_[block],
-                                                index_.point_count() <= kSmallCloud, scratch, counts_[block]);
+                                                is_small || counts.is_noisy, scratch, counts);
 }
 
 double SideProbe::OpposedShare() const {
   double shares = 0.0, points = 0.0;
   for (const SideCounts& counts : counts_) {
-    shares += counts.opposed_shares;
-    points += static_cast<double>(counts.points);
+    shares += counts.weight * counts.opposed_shares;
+    points += counts.weight * static_cast<double>(counts.points);
   }
   return points > 0.0 ? shares / points : 0.0;
 }
 
 double SideProbe::TornShare() const {
-  double torn = 0.0, pairs = 0.0;
+  // Fewer pairs of a part tell nothing: one of them would be too many.
+  constexpr double kFewestOfPart = 400.0;
+  double torn[2] = {}, pairs[2] = {};  // of the quiet part, and of the noisy one
   for (const SideCounts& counts : counts_) {
-    torn += static_cast<double>(counts.torn_pairs);
-    pairs += static_cast<double>(counts.pairs);
+    torn[counts.is_noisy ? 1 : 0] += static_cast<double>(counts.torn_pairs);
+    pairs[counts.is_noisy ? 1 : 0] += static_cast<double>(counts.pairs);
   }
-  return pairs > 0.0 ? torn / pairs : 0.0;
+  const double all = pairs[0] + pairs[1];
+  double most = all > 0.0 ? (torn[0] + torn[1]) / all : 0.0;
+  for (const int part : {0, 1}) {
+    if (pairs[part] >= kFewestOfPart) most = std::max(most, torn[part] / pairs[part]);
+  }
+  return most;
 }
 
 }  // namespace curvd

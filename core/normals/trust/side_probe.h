@@ -26,6 +26,8 @@ struct SideCounts {
   double opposed_shares = 0.0;  // of the neighbors in the fit, summed over the points
   size_t points = 0;
   size_t pairs = 0, torn_pairs = 0;  // of links
+  bool is_noisy = false;             // whether the group is fitted as the noisy part is
+  double weight = 1.0;               // of its points, where more of them are looked at than of other groups
 };
 
 // Usage: block_count blocks of RunBlock, in any order and on any threads; then the shares. What is found depends on the
@@ -44,7 +46,8 @@ class SideProbe {
   // from the point's: the mean over the points. REQUIRES: all blocks have run.
   double OpposedShare() const;
   // Of the pairs of a sampled point and one of its kLinksPerPoint neighbors that lie along one sheet, the share of
-  // those whose normals point to different sides of it. REQUIRES: all blocks have run.
+  // those whose normals point to different sides of it. Of two parts of unlike noise, that of the one where it is
+  // larger: the other one may have most of the pairs, and no torn one. REQUIRES: all blocks have run.
   double TornShare() const;
 
   size_t bytes() const { return counts_.capacity() * sizeof(counts_[0]); }

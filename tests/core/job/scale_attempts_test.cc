@@ -89,6 +89,19 @@ TEST_F(ScaleAttemptsTest, BothPartsOfUnlikeNoiseAreMadeByAnotherScale) {
   EXPECT_EQ(attempts.scale().fit.noisy_part->neighborhood.count, 192);
 }
 
+// Scratch is reserved for so many.
+TEST_F(ScaleAttemptsTest, NoScaleHasMoreNeighborsThanThePilotTries) {
+  SheetFinding sheets;
+  sheets.spacing = sheets.noise = kSpacing;
+  ChosenScale chosen;
+  chosen.fit.neighborhood = NeighborCount{12};
+  chosen.fit.noisy_part = NoisyPart{.neighborhood = NeighborCount{ScalePilot::kMostNeighbors}};
+  ScaleAttempts attempts(std::nullopt, sheets, chosen, index_);
+  ASSERT_EQ(attempts.Next(WithCount(attempts, Closed(0.01))), Step::kCompare);
+  EXPECT_EQ(CountOf(attempts), 24);
+  EXPECT_EQ(attempts.scale().fit.noisy_part->neighborhood.count, ScalePilot::kMostNeighbors);
+}
+
 TEST_F(ScaleAttemptsTest, OneSheetOfTwoStaysIfItIsClosed) {
   ScaleAttempts attempts = Start(true, 0.0);
   EXPECT_EQ(CountOf(attempts), 12);

@@ -131,6 +131,33 @@ TEST(NoisyPartsTest, NoRepairTurnsPartsOfOneSheet) {
   EXPECT_FALSE(result.report.is_doubtful());
 }
 
+// Few pairs of neighbors of a small noisy part lie along the sheet, among many of the quiet one.
+TEST(NoisyPartsTest, NoRepairTurnsSmallPartsOfOneSheet) {
+  const Parts parts = PartlyNoisyTorus(0.1 * kSpacing, 2.0 * kSpacing, 6.0);
+  const NormalResult result = MustMakeNormals(BareCloud(parts.both), Estimated());
+  ASSERT_TRUE(result.report.noisy_part.has_value());
+  EXPECT_LT(FlippedShare(result.normals, parts.both), 0.005);
+  EXPECT_LT(*result.report.torn_share, kMostTornShare);
+}
+
+// Neighborhoods of a part are no larger than a third of it, whatever the cloud has beside.
+TEST(NoisyPartsTest, NeighborhoodsAreSmallBesideTheirPart) {
+  const Parts parts = PartlyNoisyTorus(0.0, kSpacing, 6.5);
+  const NormalResult result = MustMakeNormals(BareCloud(parts.both), Estimated());
+  ASSERT_TRUE(result.report.noisy_part.has_value());
+  EXPECT_LE(result.report.noisy_part->neighbor_count, result.report.noisy_part->share * kPoints / 3.0);
+}
+
+TEST(NoisyPartsTest, OnePointFarAwayHidesNone) {
+  for (const float distance : {1e3f, 1e7f, 1e30f}) {
+    Parts parts = PartlyNoisyTorus(0.1 * kSpacing, kSpacing, 0.0);
+    parts.both.Add(distance, 0, 0, 1, 0, 0);
+    const NormalResult result = MustMakeNormals(BareCloud(parts.both), Estimated());
+    ASSERT_TRUE(result.report.noisy_part.has_value()) << distance;
+    EXPECT_NEAR(*result.report.sigma, 0.1 * kSpacing, 0.015 * kSpacing) << distance;
+  }
+}
+
 NormalFit PartedFit(const SpatialIndex& index, double least_variance) {
   const double unit = std::ldexp(1.0, 2 * index.scale_exponent());
   NormalFit fit;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "tests/core/instruction_sets.h"
@@ -11,6 +12,21 @@
 
 namespace curvd::testing {
 namespace {
+
+// Sides of a quiet part that stay with other neighborhoods may be wrong in the same way.
+TEST(NormalReportTest, WhatCancelsInPartsIsDoubtfulWhateverStays) {
+  NormalReport report;
+  report.max_trusted_certificate = 0.2;
+  report.turned_share = 0.0;
+  report.turned_share_decides = true;
+  for (const auto& [certificate, is_doubtful] : {std::pair{0.1, false}, {0.4, false}, {0.6, true}, {2.0, true}}) {
+    report.certificate = certificate;
+    report.noisy_part.reset();
+    EXPECT_FALSE(report.is_doubtful()) << certificate;
+    report.noisy_part.emplace();
+    EXPECT_EQ(report.is_doubtful(), is_doubtful) << certificate;
+  }
+}
 
 NormalOptions Orient() {
   NormalOptions options;

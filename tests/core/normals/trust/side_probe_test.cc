@@ -119,6 +119,27 @@ TEST(SideProbeTest, NoisyPartsHaveTheirOwnNeighborhoods) {
   EXPECT_GT(SharesOf(plate, fit).opposed, 0.3);
 }
 
+// A twentieth of the points, turned in stripes, and a quiet rest that has most pairs and no torn one.
+TEST(SideProbeTest, ASmallNoisyPartThatIsTornCounts) {
+  TestPoints ball = Sphere(20'000, 1.0);
+  const auto is_noisy = [&](size_t i) { return ball.positions[i][2] > 0.85f; };
+  for (size_t i = 0; i < ball.size(); ++i) {
+    const bool is_turned = is_noisy(i) && ball.positions[i][0] > 0.2f;
+    for (float& component : ball.normals[i]) component = is_turned ? -component : component;
+  }
+  const Shares of_all = SharesOf(ball, 24);
+  TestPoints noisy = ball;
+  AddNoise(0.003, 1, noisy);
+  for (size_t i = 0; i < ball.size(); ++i) {
+    if (is_noisy(i)) ball.positions[i] = noisy.positions[i];
+  }
+  NormalFit fit = FitTo(24);
+  fit.noisy_part = NoisyPart{.neighborhood = NeighborCount{24}, .probe_count = 24, .least_variance = 1e-8};
+  const Shares of_parts = SharesOf(ball, fit);
+  EXPECT_GT(of_parts.torn, 4.0 * of_all.torn);
+  EXPECT_LT(of_parts.opposed, 2.0 * of_all.opposed + 0.001);
+}
+
 TEST(SideProbeTest, PointsWithoutNormalsSayNothing) {
   const TestPoints ball = Sphere(500, 1.0);
   SpatialIndex index = BuildIndex(ball.ToCloud());
