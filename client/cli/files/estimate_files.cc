@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "CLI/CLI.hpp"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
@@ -20,6 +21,7 @@
 #include "client/cli/numbers.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/table_vectors.h"
+#include "client/cli/tiles/estimate_in_tiles.h"
 #include "client/cli/usage/flag_words.h"
 #include "client/io/oriented_cloud.h"
 
@@ -28,12 +30,22 @@ namespace {
 
 double SecondsSince(absl::Time start) { return absl::ToDoubleSeconds(absl::Now() - start); }
 
+// What helps where the server takes no cloud as large: tiles, or why tiles cannot.
+std::string RemedyOfSize(const EstimateFlags& flags) {
+  try {
+    CheckEstimateInTiles(flags);
+  } catch (const CLI::ValidationError& error) {
+    return absl::StrCat("--tiles would estimate them in parts, but cannot here: ", error.what());
+  }
+  return "--tiles estimates them in parts, with the same result";
+}
+
 // The server's error about a cloud, with the flag that helps where there is one.
-absl::Status WithRemedy(const absl::Status& status, size_t points) {
+absl::Status WithRemedy(const absl::Status& status, size_t points, const EstimateFlags& flags) {
   const std::string reason = ErrorReason(status);
   if (reason == "TOO_MANY_POINTS" || reason == "MEMORY_LIMIT") {
-    return {status.code(), absl::StrCat("the cloud has ", CountOf(points, "point"), ", more than the server takes: ",
-                                        status.message(), ". --tiles estimates them in parts, with the same result")};
+    return {status.code(), absl::StrCat("the cloud has ", CountOf(points, "point"),
+                                        ", more than the server takes: ", status.message(), ". ", RemedyOfSize(flags))};
   }
   const char* remedy = nullptr;
   if (reason == "INVALID_POINT") remedy = "With --on-invalid=skip such points get a status";
@@ -116,7 +128,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   absl::StatusOr<CurvatureResult> result =
       CallServer(*task.connection, *cloud, report.options, task.interrupt.token(), task.share);
   if (!result.ok()) {
-    return FailCall(WithRemedy(InFlags(result.status(), "normal-"), table->size()),
+    return FailCall(WithRemedy(InFlags(result.status(), "normal-"), table->size(), flags),
                     absl::StrCat(input == "-" ? "standard input" : input, ": "));
   }
   report.call_seconds = SecondsSince(call_start);

@@ -48,6 +48,13 @@ class EstimateInTiles(unittest.TestCase):
             self.assertIn(word, message)
         self.assertFalse(self.out.exists())
 
+    def test_a_file_that_is_too_large_is_sent_on_no_way_that_is_closed(self):
+        for flag in ("--auto", "--normals=estimate", "--color"):
+            with self.subTest(flag=flag):
+                message = self.estimate(flag, code=FAILED)
+                self.assertIn("--tiles would estimate them in parts, but cannot here: --", message)
+                self.assertNotIn("same result", message)
+
     def test_tiles_have_the_bytes_of_the_whole(self):
         summary = json.loads(self.estimate("--tiles", "--summary=json"))
         self.assertEqual(summary["points"], POINTS)
