@@ -51,7 +51,8 @@ std::vector<std::string> FlagSpecifications(const ArgumentWords& flag) {
     const bool is_long = name.starts_with("--");
     std::string value;
     if (flag.takes_separate_value) value = ValueOf(flag);
-    if (!flag.takes_separate_value && is_long && !flag.values.empty()) value = ":" + ValueOf(flag);  // may be left out
+    if (!flag.takes_separate_value && is_long && !flag.values.empty())
+      value = absl::StrCat(":", ValueOf(flag));  // may be left out
     const char* joint = value.empty() ? "" : flag.takes_separate_value ? (is_long ? "=" : "+") : "=-";
     specifications.push_back(ZshQuoted(
         absl::StrCat("(", absl::StrJoin(flag.names, " "), ")", name, joint, "[", ZshEscaped(flag.help), "]", value)));
@@ -73,7 +74,7 @@ std::vector<std::string> SpecificationsOf(const CommandWords& command) {
     specifications.push_back(ZshQuoted(absl::StrCat("1:command:(", absl::StrJoin(command.subcommands, " "), ")")));
   }
   for (const ArgumentWords& positional : command.positionals) {
-    specifications.push_back(ZshQuoted("*" + ValueOf(positional)));
+    specifications.push_back(ZshQuoted(absl::StrCat("*", ValueOf(positional))));
   }
   return specifications;
 }

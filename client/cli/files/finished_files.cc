@@ -69,7 +69,7 @@ absl::Status FinishedFiles::Add(const std::string& output) {
   if (!bytes.has_value()) return absl::InvalidArgumentError(absl::StrCat("cannot read the size of ", output));
   const std::string name = NameOf(output);
   // The line of a run that was cut off may have no end.
-  const std::string line = "\n" + ToJsonLine({{"output", name}, {"bytes", *bytes}, {"options", options_}});
+  const std::string line = absl::StrCat("\n", ToJsonLine({{"output", name}, {"bytes", *bytes}, {"options", options_}}));
   if (absl::Status status = AppendLine(line, path_); !status.ok()) return status;
   entries_[name] = {options_, *bytes};
   return absl::OkStatus();
