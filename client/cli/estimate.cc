@@ -236,6 +236,9 @@ void AddEstimate(CLI::App& app, Action& action) {
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     flags->options.connect_timeout = absl::Seconds(flags->connect_timeout);
     if (flags->tiles) CheckEstimateInTiles(*flags);
+    if (flags->force && !IsDirectory(flags->output)) {
+      throw CLI::ValidationError("--force", "needs a directory for --output, as results/");
+    }
     action = [flags] { return flags->tiles ? EstimateInTiles(*flags) : EstimateFiles(*flags); };
   });
 }

@@ -197,7 +197,6 @@ ExitCode EstimateFiles(const EstimateFlags& flags) {
   if (absl::Status status = CheckNoneNeedsAServer(flags.connection); !status.ok())
     return Fail(ExitCode::kUsage, status);
   if (IsDirectory(flags.output)) return RunMany(flags);
-  if (flags.force) return Fail(ExitCode::kUsage, "--force: needs a directory for --output, as results/");
   if (absl::Status status = KeptInputs(flags.inputs).Check(flags.output); !status.ok())
     return Fail(ExitCode::kUsage, status);
   if (flags.inputs.size() == 1) return RunOne(flags);

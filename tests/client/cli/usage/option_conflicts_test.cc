@@ -47,6 +47,7 @@ TEST(OptionConflictsTest, AreFoundBeforeAnythingIsRead) {
        "--average-normal-weight: needs a quantity"},
       {{"estimate", "--rotations=3", "--quantities=normals"}, "--rotations: needs a quantity of curvature"},
       {{"estimate", "--force"}, "--force: needs a directory for --output, as results/"},
+      {{"estimate", "--force", "--tiles"}, "--force: needs a directory for --output, as results/"},
       {{"estimate", "--also=chosen_neighbor_count"}, "chosen_neighbor_count: needs --auto or --k=auto"},
       {{"estimate", "--quantities=estimator_weights", "--k=64"}, "estimator_weights: needs --auto or --k=auto"},
       {{"estimate", "--on-opposed-normals=reject", "--quantities=normal_quality"},
