@@ -119,7 +119,7 @@ TEST(SideProbeTest, NoisyPartsHaveTheirOwnNeighborhoods) {
   EXPECT_GT(SharesOf(plate, fit).opposed, 0.3);
 }
 
-// A twentieth of the points, turned in stripes, and a quiet rest that has most pairs and no torn one.
+// A noisy cap of a ball, of which a part is turned, beside a quiet rest that has most of the points, and no torn pair.
 TEST(SideProbeTest, ASmallNoisyPartThatIsTornCounts) {
   TestPoints ball = Sphere(20'000, 1.0);
   const auto is_noisy = [&](size_t i) { return ball.positions[i][2] > 0.85f; };
@@ -136,7 +136,7 @@ TEST(SideProbeTest, ASmallNoisyPartThatIsTornCounts) {
   NormalFit fit = FitTo(24);
   fit.noisy_part = NoisyPart{.neighborhood = NeighborCount{24}, .probe_count = 24, .least_variance = 1e-8};
   const Shares of_parts = SharesOf(ball, fit);
-  EXPECT_GT(of_parts.torn, 4.0 * of_all.torn);
+  EXPECT_GT(of_parts.torn, 10.0 * of_all.torn);
   EXPECT_LT(of_parts.opposed, 2.0 * of_all.opposed + 0.001);
 }
 
