@@ -15,13 +15,13 @@
 #include "core/estimators/seams/agreement_run.h"
 #include "core/index/index_builder.h"
 #include "core/index/spatial_index.h"
-#include "core/job/group_phase.h"
-#include "core/job/half_normal_phases.h"
-#include "core/job/index_phases.h"
-#include "core/job/normal_phases.h"
 #include "core/job/phased_job.h"
+#include "core/job/phases/group_phase.h"
+#include "core/job/phases/half_normal_phases.h"
+#include "core/job/phases/index_phases.h"
+#include "core/job/phases/normal_phases.h"
+#include "core/job/phases/seam_phase.h"
 #include "core/job/scale_fields.h"
-#include "core/job/seam_phase.h"
 #include "core/scale/automatic.h"
 
 namespace curvd {

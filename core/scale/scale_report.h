@@ -46,7 +46,7 @@ struct ScaleReport {
   // What given normals were made by, where they err by noise of the positions that neighbors share: normals of halves
   // of these fits told it (core/normals/trust/), or those of the fit that is named next.
   std::optional<FittedNormals> fitted_normals = std::nullopt;
-  // What they were made anew by, where that is better (core/job/refit_phases.h).
+  // What they were made anew by, where that is better (core/job/phases/refit_phases.h).
   std::optional<FittedNormals> normals_made_anew = std::nullopt;
   // Whether that of positions is known to be nothing beside the smallest neighborhoods, in all parts.
   bool positions_are_exact = true;

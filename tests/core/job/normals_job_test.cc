@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/job/normal_phases.h"
+#include "core/job/phases/normal_phases.h"
 #include "tests/core/normals/normal_clouds.h"
 #include "tests/core/sanitized.h"
 

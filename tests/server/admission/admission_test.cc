@@ -4,7 +4,7 @@
 
 #include "core/estimators/delaunay/umbrella.h"
 #include "core/job/estimation_job.h"
-#include "core/job/normal_phases.h"
+#include "core/job/phases/normal_phases.h"
 #include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 

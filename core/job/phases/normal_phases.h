@@ -12,7 +12,7 @@
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
-#include "core/job/group_phase.h"
+#include "core/job/phases/group_phase.h"
 #include "core/job/scale_attempts.h"
 #include "core/normals/link_probe.h"
 #include "core/normals/normal_fit.h"

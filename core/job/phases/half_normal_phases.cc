@@ -1,4 +1,4 @@
-#include "core/job/half_normal_phases.h"
+#include "core/job/phases/half_normal_phases.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "core/job/seam_phase.h"
+#include "core/job/phases/seam_phase.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,4 +1,4 @@
-#include "core/job/index_phases.h"
+#include "core/job/phases/index_phases.h"
 
 namespace curvd {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
-#include "core/job/group_phase.h"
-#include "core/job/refit_phases.h"
+#include "core/job/phases/group_phase.h"
+#include "core/job/phases/refit_phases.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/orientation.h"
 #include "core/normals/sheet_probe.h"
@@ -34,8 +34,8 @@ class HalfNormalPhases {
   absl::Status MakeOf(const NormalFit& fit, std::function<absl::Status()> then);
   // The same for normals that somebody else made: finds out whether they are those of planes or jets that were fitted
   // to the positions, and of how many neighbors. If `makes_anew`, the normals themselves are then made anew where that
-  // is better (core/job/refit_phases.h). There are no halves where the normals are those of no fit, or err by bends of
-  // the surface as much as by noise, or where neighborhoods hold two sheets, which fits mix in both halves.
+  // is better (core/job/phases/refit_phases.h). There are no halves where the normals are those of no fit, or err by
+  // bends of the surface as much as by noise, or where neighborhoods hold two sheets, which fits mix in both halves.
   absl::Status MakeOfGiven(uint32_t max_neighbor_count, bool makes_anew, std::function<absl::Status()> then);
 
   // What given normals were made by, where MakeOfGiven has found that neighbors share what noise of the positions does

@@ -1,4 +1,4 @@
-#include "core/job/normal_phases.h"
+#include "core/job/phases/normal_phases.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "core/base/function_phase.h"
-#include "core/job/half_normal_phases.h"
+#include "core/job/phases/half_normal_phases.h"
 #include "core/normals/trust/surface_probe.h"
 
 namespace curvd {

@@ -1,5 +1,5 @@
 // What estimates do where normals point to opposite sides of one surface, and where they are opposed by right.
-#include "core/job/seam_phase.h"
+#include "core/job/phases/seam_phase.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

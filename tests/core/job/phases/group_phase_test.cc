@@ -1,4 +1,4 @@
-#include "core/job/group_phase.h"
+#include "core/job/phases/group_phase.h"
 
 #include <gtest/gtest.h>
 

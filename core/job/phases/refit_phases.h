@@ -11,7 +11,7 @@
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
-#include "core/job/group_phase.h"
+#include "core/job/phases/group_phase.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/orientation.h"
 #include "core/normals/scale_pilot.h"

@@ -12,7 +12,7 @@
 #include "core/estimators/options.h"
 #include "core/estimators/seams/seam_marks.h"
 #include "core/index/spatial_index.h"
-#include "core/job/group_phase.h"
+#include "core/job/phases/group_phase.h"
 
 namespace curvd {
 

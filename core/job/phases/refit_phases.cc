@@ -1,4 +1,4 @@
-#include "core/job/refit_phases.h"
+#include "core/job/phases/refit_phases.h"
 
 #include <algorithm>
 
