@@ -258,8 +258,8 @@ struct EstimateCallbacks {
 
 // What is wrong with a cloud that was estimated nevertheless: show it to whoever reads the results.
 struct EstimateWarning {
-  // "OPPOSED_NORMALS", "DOUBTFUL_ORIENTATION", "COARSE_POSITIONS", "NO_RESULTS", "NORMALS_OFF_SURFACE", or what the
-  // contract has gained since (WarningCode).
+  // "OPPOSED_NORMALS", "DOUBTFUL_ORIENTATION", "COARSE_POSITIONS", "NO_RESULTS", "NORMALS_OFF_SURFACE", "OUTLIERS", or
+  // what the contract has gained since (WarningCode).
   std::string code;
   std::string message;         // what was found and what to do
   uint64_t points = 0;         // without results because of it

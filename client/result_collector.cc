@@ -319,7 +319,8 @@ absl::Status ResultCollector::TakeSummary(const v1::Summary& summary) {
                        counts.invalid_input(),
                        counts.inconsistent_normals(),
                        counts.singular_fit(),
-                       counts.opposed_normals()};
+                       counts.opposed_normals(),
+                       counts.outlier()};
   CountStatuses();
   out.status_counts[0] = counted_[0];
   if (counted_ != out.status_counts) return Broken("the summary's status counts are not those of the results");

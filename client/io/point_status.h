@@ -17,12 +17,13 @@ enum class PointStatus : uint8_t {
   kInconsistentNormals = 5,
   kSingularFit = 6,
   kOpposedNormals = 7,
+  kOutlier = 8,
 };
 
 // The word for each value. Value 0 is never used.
-inline constexpr std::array<std::string_view, 8> kStatusWords = {
+inline constexpr std::array<std::string_view, 9> kStatusWords = {
     "unspecified",          "ok",           "too_few_neighbors", "degenerate_area", "invalid_input",
-    "inconsistent_normals", "singular_fit", "opposed_normals"};
+    "inconsistent_normals", "singular_fit", "opposed_normals",   "outlier"};
 
 // Returns the word for a value, or "unknown" if it has none.
 constexpr std::string_view StatusWord(uint8_t value) {

@@ -21,6 +21,8 @@ const char* PointStatusName(PointStatus status) {
       return "singular_fit";
     case PointStatus::kOpposedNormals:
       return "opposed_normals";
+    case PointStatus::kOutlier:
+      return "outlier";
   }
   return "unknown";
 }

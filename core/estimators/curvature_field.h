@@ -19,14 +19,15 @@ enum class PointStatus : uint8_t {
   kInconsistentNormals = 5,
   kSingularFit = 6,
   kOpposedNormals = 7,
+  kOutlier = 8,
 };
-inline constexpr int kPointStatusEnd = 8;  // one past the largest value
+inline constexpr int kPointStatusEnd = 9;  // one past the largest value
 
 // The word for a status in files and messages: "ok", "too_few_neighbors", ...
 const char* PointStatusName(PointStatus status);
 
 // Curvature at one point, in the caller's length unit. All values but the radius are NaN unless status is kOk. The
-// radius is NaN where there is no neighborhood: with kTooFewNeighbors or kInvalidInput, and none by radius.
+// radius is NaN where there is no neighborhood: with kTooFewNeighbors, kInvalidInput or kOutlier, and none by radius.
 struct PointCurvature {
   float mean;      // (k1 + k2) / 2; positive where the surface bends away from its normal (a ball: 1 / r)
   float gaussian;  // from its own measure; near k1 * k2 but not defined by it

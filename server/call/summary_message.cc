@@ -142,6 +142,29 @@ void AddSeamWarning(const CallRecord& record, curvature::v1::Summary* summary) {
   warning->set_flipped_patch_count(record.agreement.flipped_patches);
 }
 
+// What a person should know whose points were left out of all neighborhoods.
+std::string OutliersText(uint64_t outliers, uint64_t points) {
+  if (outliers == 1) {
+    return absl::StrCat("1 of ", Counted(points, "point"),
+                        " lies off the surface around it, or has a normal that points away from those of all its "
+                        "neighbors (outlier), and was left out; if it belongs to the surface, choose the number of "
+                        "neighbors yourself");
+  }
+  return absl::StrCat(WithSeparators(outliers), " of ", Counted(points, "point"),
+                      " lie off the surface around them, or have normals that point away from those of all their "
+                      "neighbors (outlier), and were left out; if they belong to the surface, choose the number of "
+                      "neighbors yourself");
+}
+
+void AddOutliersWarning(const CallRecord& record, curvature::v1::Summary* summary) {
+  const uint64_t outliers = record.status_counts[static_cast<size_t>(PointStatus::kOutlier)];
+  if (outliers == 0) return;
+  curvature::v1::Warning* warning = summary->add_warnings();
+  warning->set_code(curvature::v1::WARNING_CODE_OUTLIERS);
+  warning->set_message(OutliersText(outliers, record.points_received));
+  warning->set_point_count(outliers);
+}
+
 // What may be wrong with points that cannot be used.
 std::string UnusableText(const PointInput& input) {
   std::string text = "their positions are not finite";
@@ -183,8 +206,9 @@ void AddNoResultsWarning(const CallRecord& record, curvature::v1::Summary* summa
   const auto& counts = record.status_counts;
   const auto most = std::max_element(counts.begin(), counts.end());
   const auto status = static_cast<PointStatus>(most - counts.begin());
-  // Opposed normals have a warning of their own.
-  if (*most == 0 || counts[static_cast<size_t>(PointStatus::kOk)] > 0 || status == PointStatus::kOpposedNormals) return;
+  // These have warnings of their own.
+  const bool is_told = status == PointStatus::kOpposedNormals || status == PointStatus::kOutlier;
+  if (*most == 0 || counts[static_cast<size_t>(PointStatus::kOk)] > 0 || is_told) return;
   curvature::v1::Warning* warning = summary->add_warnings();
   warning->set_code(curvature::v1::WARNING_CODE_NO_RESULTS);
   warning->set_message(
@@ -207,6 +231,7 @@ void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
   counts->set_inconsistent_normals(count(PointStatus::kInconsistentNormals));
   counts->set_singular_fit(count(PointStatus::kSingularFit));
   counts->set_opposed_normals(count(PointStatus::kOpposedNormals));
+  counts->set_outlier(count(PointStatus::kOutlier));
 
   curvature::v1::PhaseSeconds* seconds = summary->mutable_seconds();
   seconds->set_receive(record.seconds.receive.value_or(0.0));
@@ -219,6 +244,7 @@ void FillSummary(const CallRecord& record, curvature::v1::Summary* summary) {
   AddCoarsePositionsWarning(record, summary);
   AddOffSurfaceWarning(record, summary);
   AddSeamWarning(record, summary);
+  AddOutliersWarning(record, summary);
   AddOrientationWarning(record, summary);
   AddNoResultsWarning(record, summary);
   if (record.normal_report.has_value()) WriteReport(*record.normal_report, *summary->mutable_normals());

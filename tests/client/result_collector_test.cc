@@ -5,6 +5,8 @@
 
 #include <functional>
 
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
 #include "tests/byte_buffers.h"
 
 namespace curv {
@@ -73,6 +75,24 @@ TEST(ResultCollectorTest, CollectsChunks) {
   EXPECT_EQ(result.d1.size(), 15u);
   EXPECT_EQ(result.summary.request_id, "r-7");
   EXPECT_EQ(result.summary.status_counts[3], 3u);
+}
+
+TEST(ResultCollectorTest, KnowsEveryStatusOfTheContractByItsWord) {
+  ASSERT_EQ(v1::PointStatus_ARRAYSIZE, static_cast<int>(kStatusWords.size()));
+  const google::protobuf::Descriptor* counts = v1::StatusCounts::descriptor();
+  for (int value = 1; value < v1::PointStatus_ARRAYSIZE; ++value) {
+    const std::string word(kStatusWords[static_cast<size_t>(value)]);
+    EXPECT_EQ(v1::PointStatus_Name(static_cast<v1::PointStatus>(value)),
+              absl::StrCat("POINT_STATUS_", absl::AsciiStrToUpper(word)));
+    v1::EstimateCurvatureResponse summary = Summary(3, 3);
+    v1::StatusCounts& of_all = *summary.mutable_summary()->mutable_status_counts();
+    of_all.Clear();
+    of_all.GetReflection()->SetUInt64(&of_all, counts->FindFieldByName(word), 3);
+    ResultCollector collector(3);
+    const absl::Status status = Feed(collector, {Accepted(), Result(0, 3, static_cast<char>(value)), summary});
+    ASSERT_TRUE(status.ok()) << status;
+    EXPECT_EQ(collector.Release().summary.status_counts[static_cast<size_t>(value)], 3u) << word;
+  }
 }
 
 v1::EstimateCurvatureResponse AcceptedCounts(std::initializer_list<uint32_t> counts) {

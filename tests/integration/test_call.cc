@@ -191,7 +191,7 @@ CallResult Estimate(const std::shared_ptr<grpc::Channel>& channel, const v1::Clo
   const v1::StatusCounts& counts = result.summary->status_counts();
   const uint64_t counted = counts.ok() + counts.too_few_neighbors() + counts.degenerate_area() +
                            counts.invalid_input() + counts.inconsistent_normals() + counts.singular_fit() +
-                           counts.opposed_normals();
+                           counts.opposed_normals() + counts.outlier();
   if (result.summary->point_count() != points || result.size() != points || counted != points) {
     return ::testing::AssertionFailure() << result.summary->point_count() << " points in the summary, " << counted
                                          << " in its counts, " << result.size() << " results for " << points;

@@ -60,6 +60,7 @@ void PrintWarnings(const EstimateSummary& summary, bool oriented, const std::str
     const char* flag = "";
     if (warning.code == "OPPOSED_NORMALS" && !oriented) flag = ": try --orient";
     if (warning.code == "NORMALS_OFF_SURFACE") flag = ": try --normals=estimate";
+    if (warning.code == "OUTLIERS") flag = ": try --estimator=auto --k=50";
     PrintWarning(absl::StrCat(title, warning.message, flag));
   }
 }

@@ -23,7 +23,7 @@ constexpr char kSelectExamples[] =
     "  curv select result.ply --where 'not (status == ok)' -o failed.csv\n"
     "Conditions compare (< <= > >= == !=) columns, numbers, and what + - * / and abs() make of them; and, or, not and\n"
     "parentheses join them. Words of status are ok, too_few_neighbors, degenerate_area, invalid_input,\n"
-    "inconsistent_normals, singular_fit and opposed_normals. Names with blanks stand in double quotes.";
+    "inconsistent_normals, singular_fit, opposed_normals and outlier. Names with blanks stand in double quotes.";
 
 struct SelectFlags {
   std::string input;

@@ -38,12 +38,12 @@ TEST(CsvTest, ReadsStatusesThatNoWordStandsForAsNumbers) {
   PointTable table = *ReadCsv("x,status,status_k8\n1,ok,2.5\n2,-300,\n3,too_few_neighbors,255\n");
   EXPECT_THAT(Values(table, "status"), ElementsAre(1, -300, 2));
   EXPECT_THAT(Values(table, "status_k8"), ElementsAre(2.5, IsNan(), 255));
-  table.Set({"status_k16", std::vector<uint8_t>{0, 7, 8}});
+  table.Set({"status_k16", std::vector<uint8_t>{0, 8, 9}});
   ASSERT_TRUE(SaveTable(table, dir.File("t.csv")).ok());
-  EXPECT_THAT(dir.Read("t.csv"), HasSubstr("\n1,1,2.5,unspecified\n2,-300,nan,opposed_normals\n3,2,255,8\n"));
+  EXPECT_THAT(dir.Read("t.csv"), HasSubstr("\n1,1,2.5,unspecified\n2,-300,nan,outlier\n3,2,255,9\n"));
   const absl::StatusOr<PointTable> read = LoadTable(dir.File("t.csv"));
   ASSERT_TRUE(read.ok()) << read.status();
-  EXPECT_THAT(Values(*read, "status_k16"), ElementsAre(0, 7, 8));
+  EXPECT_THAT(Values(*read, "status_k16"), ElementsAre(0, 8, 9));
   EXPECT_EQ(read->Find("status_k16")->kind(), ScalarKind::kUint8);
 }
 

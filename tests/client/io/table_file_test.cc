@@ -22,7 +22,7 @@ PointTable Sample() {
   PointTable table;
   table.Set({"x", std::vector<double>{4500000.123456789, -0.0, 1e-300}});
   table.Set({"k1", std::vector<float>{0.1f, std::numeric_limits<float>::quiet_NaN(), -INFINITY}});
-  table.Set({"status", std::vector<uint8_t>{1, 4, 5}});
+  table.Set({"status", std::vector<uint8_t>{1, 4, 8}});
   table.Set({"a name,\"b\"", std::vector<int16_t>{-1, 0, 32767}});
   table.Set({"u", std::vector<uint32_t>{0, 1, 4294967295}});
   return table;
@@ -49,6 +49,7 @@ TEST(TableFileTest, PlyComesBackInItsTypes) {
     ExpectSame(table.columns()[c], read->columns()[c]);
   }
   EXPECT_THAT(dir.Read("t.PLY"), HasSubstr("comment status 1=ok 2=too_few_neighbors"));
+  EXPECT_THAT(dir.Read("t.PLY"), HasSubstr(" 7=opposed_normals 8=outlier\n"));
 }
 
 TEST(TableFileTest, CsvComesBackInItsDigits) {
@@ -59,7 +60,7 @@ TEST(TableFileTest, CsvComesBackInItsDigits) {
             "x,k1,status,a_name__b_,u\n"
             "4500000.123456789,0.1,ok,-1,0\n"
             "-0,nan,invalid_input,0,1\n"
-            "1e-300,-inf,inconsistent_normals,32767,4294967295\n");
+            "1e-300,-inf,outlier,32767,4294967295\n");
   const absl::StatusOr<PointTable> read = LoadTable(dir.File("t.csv"));
   ASSERT_TRUE(read.ok()) << read.status();
   ExpectSame(table.columns()[0], read->columns()[0]);

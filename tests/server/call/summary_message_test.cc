@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+
 namespace curvd {
 namespace {
 
@@ -12,14 +15,14 @@ using ::testing::Not;
 
 TEST(FillSummaryTest, TellsWhatTheRecordHolds) {
   CallRecord record;
-  record.points_received = 28;
-  record.status_counts = {0, 1, 2, 3, 4, 5, 6, 7};
+  record.points_received = 36;
+  record.status_counts = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   record.normals_rescaled = 6;
   record.peak_bytes = 7;
   record.seconds = {0.1, 0.2, 0.3, 0.4, 0.7, 0.8, 0.5, 0.6};
   curvature::v1::Summary summary;
   FillSummary(record, &summary);
-  EXPECT_EQ(summary.point_count(), 28u);
+  EXPECT_EQ(summary.point_count(), 36u);
   EXPECT_EQ(summary.status_counts().ok(), 1u);
   EXPECT_EQ(summary.status_counts().too_few_neighbors(), 2u);
   EXPECT_EQ(summary.status_counts().degenerate_area(), 3u);
@@ -27,6 +30,7 @@ TEST(FillSummaryTest, TellsWhatTheRecordHolds) {
   EXPECT_EQ(summary.status_counts().inconsistent_normals(), 5u);
   EXPECT_EQ(summary.status_counts().singular_fit(), 6u);
   EXPECT_EQ(summary.status_counts().opposed_normals(), 7u);
+  EXPECT_EQ(summary.status_counts().outlier(), 8u);
   EXPECT_EQ(summary.normals_rescaled(), 6u);
   EXPECT_EQ(summary.peak_bytes(), 7u);
   EXPECT_EQ(summary.seconds().receive(), 0.1);
@@ -36,9 +40,23 @@ TEST(FillSummaryTest, TellsWhatTheRecordHolds) {
   EXPECT_EQ(summary.seconds().orientation(), 0.8);
   EXPECT_EQ(summary.seconds().estimate(), 0.5);
   EXPECT_EQ(summary.seconds().send(), 0.6);
-  EXPECT_EQ(summary.warnings_size(), 0);
+  ASSERT_EQ(summary.warnings_size(), 1);
+  EXPECT_EQ(summary.warnings(0).code(), curvature::v1::WARNING_CODE_OUTLIERS);
   EXPECT_FALSE(summary.has_normals());
   EXPECT_FALSE(summary.has_scale());
+}
+
+TEST(FillSummaryTest, CountsEveryStatusOfTheContractUnderItsWord) {
+  ASSERT_EQ(curvature::v1::PointStatus_ARRAYSIZE, kPointStatusEnd);
+  const google::protobuf::Descriptor* counts = curvature::v1::StatusCounts::descriptor();
+  ASSERT_EQ(counts->field_count(), kPointStatusEnd - 1);
+  for (int value = 1; value < kPointStatusEnd; ++value) {
+    const std::string word = PointStatusName(static_cast<PointStatus>(value));
+    EXPECT_EQ(curvature::v1::PointStatus_Name(static_cast<curvature::v1::PointStatus>(value)),
+              absl::StrCat("POINT_STATUS_", absl::AsciiStrToUpper(word)));
+    ASSERT_NE(counts->FindFieldByName(word), nullptr) << word;
+    EXPECT_EQ(counts->FindFieldByName(word)->number(), value);
+  }
 }
 
 TEST(FillSummaryTest, TellsWhatAnAutomaticEstimateHasChosen) {
@@ -120,6 +138,27 @@ TEST(FillSummaryTest, WarnsOfNormalsThatDoNotFitThePositions) {
               AllOf(HasSubstr("at 50 % of 128 points that were looked at"), HasSubstr("have the normals estimated")));
 }
 
+TEST(FillSummaryTest, WarnsOfOutliers) {
+  CallRecord record;
+  record.points_received = 20'000;
+  record.status_counts[static_cast<size_t>(PointStatus::kOk)] = 19'963;
+  record.status_counts[static_cast<size_t>(PointStatus::kOutlier)] = 37;
+  curvature::v1::Summary summary;
+  FillSummary(record, &summary);
+  ASSERT_EQ(summary.warnings_size(), 1);
+  EXPECT_EQ(summary.warnings(0).code(), curvature::v1::WARNING_CODE_OUTLIERS);
+  EXPECT_EQ(summary.warnings(0).point_count(), 37u);
+  EXPECT_EQ(summary.warnings(0).pair_count(), 0u);
+  EXPECT_THAT(summary.warnings(0).message(),
+              AllOf(HasSubstr("37 of 20,000 points lie off the surface around them"),
+                    HasSubstr("if they belong to the surface, choose the number of neighbors yourself")));
+
+  record.status_counts[static_cast<size_t>(PointStatus::kOutlier)] = 1;
+  curvature::v1::Summary of_one;
+  FillSummary(record, &of_one);
+  EXPECT_THAT(of_one.warnings(0).message(), HasSubstr("1 of 20,000 points lies off the surface around it"));
+}
+
 TEST(FillSummaryTest, WarnsWhereNoPointHasAResult) {
   const auto warnings = [](PointStatus status, std::optional<uint32_t> neighbors, uint64_t ok = 0) {
     CallRecord record;
@@ -147,6 +186,9 @@ TEST(FillSummaryTest, WarnsWhereNoPointHasAResult) {
               HasSubstr("most are invalid_input: their"));
   EXPECT_EQ(warnings(PointStatus::kTooFewNeighbors, 50, 1).warnings_size(), 0);
   EXPECT_EQ(warnings(PointStatus::kOpposedNormals, 50).warnings_size(), 0);
+  const curvature::v1::Summary of_outliers = warnings(PointStatus::kOutlier, {});
+  ASSERT_EQ(of_outliers.warnings_size(), 1);
+  EXPECT_EQ(of_outliers.warnings(0).code(), curvature::v1::WARNING_CODE_OUTLIERS);
 }
 
 TEST(FillSummaryTest, NamesAllThatMayMakePointsUnusable) {

@@ -76,17 +76,19 @@ TEST(ServerMetricsTest, CountsRpcsAsOtherGrpcServersDo) {
 TEST(ServerMetricsTest, CountsPointsAndPhasesOfACall) {
   ServerMetrics metrics(Gauges);
   CallRecord record;
-  record.points_received = 12;
+  record.points_received = 15;
   record.status_counts[static_cast<size_t>(PointStatus::kOk)] = 10;
   record.status_counts[static_cast<size_t>(PointStatus::kDegenerateArea)] = 2;
+  record.status_counts[static_cast<size_t>(PointStatus::kOutlier)] = 3;
   record.seconds.admit = 0.0;
   record.seconds.estimate = 3.0;
   metrics.CountCall(record);
   const std::string text = Scrape(metrics);
   EXPECT_THAT(text, HasSubstr("curvd_points_total{status=\"ok\"} 10\n"));
   EXPECT_THAT(text, HasSubstr("curvd_points_total{status=\"degenerate_area\"} 2\n"));
+  EXPECT_THAT(text, HasSubstr("curvd_points_total{status=\"outlier\"} 3\n"));
   EXPECT_THAT(text, HasSubstr("curvd_cloud_points_bucket{le=\"100\"} 1\n"));
-  EXPECT_THAT(text, HasSubstr("curvd_cloud_points_sum 12\n"));
+  EXPECT_THAT(text, HasSubstr("curvd_cloud_points_sum 15\n"));
   EXPECT_THAT(text, HasSubstr("curvd_phase_seconds_sum{phase=\"estimate\"} 3\n"));
   EXPECT_THAT(text, HasSubstr("curvd_phase_seconds_count{phase=\"admit\"} 1\n"));
 }

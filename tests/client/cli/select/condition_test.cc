@@ -80,6 +80,7 @@ TEST(ConditionTest, KnowsTheWordsOfStatus) {
   EXPECT_THAT(Rows("status == degenerate_area"), ElementsAre(2));
   EXPECT_THAT(Rows("ok != status"), ElementsAre(2));
   EXPECT_THAT(Rows("status == 3"), ElementsAre(2));
+  EXPECT_THAT(Rows("status == outlier"), IsEmpty());
   EXPECT_THAT(Message("status > ok"), HasSubstr("character 10: ok is a status: compare it with the column status"));
   EXPECT_THAT(Message("k1 == ok"), HasSubstr("ok is a status"));
   EXPECT_THAT(Message("ok"), HasSubstr("ok is a status"));
