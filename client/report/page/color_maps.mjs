@@ -76,9 +76,9 @@ export const NO_VALUE_COLOR = [115, 115, 115];
 /** Colors of statuses: those of Okabe and Ito (2008), which color-blind readers tell apart; grey for `ok`. */
 const STATUS_COLORS = [
   [80, 80, 80], [178, 186, 194], [230, 159, 0], [0, 158, 115], [213, 94, 0], [204, 121, 167], [86, 180, 233],
-  [0, 114, 178],
+  [0, 114, 178], [240, 228, 66],
 ];
-export const statusColor = (status) => STATUS_COLORS[status] ?? [240, 228, 66];
+export const statusColor = (status) => STATUS_COLORS[status] ?? STATUS_COLORS[0];
 
 /** How far along the map a value lies, from -1 to 1. Zero has the middle of a diverging map if it lies between. */
 export function mapPlace(value, low, high, diverges) {
