@@ -79,7 +79,7 @@ const MOST_KEPT_CLIENTS = 16;
 // Rejects with a CurvdError if the call fails, with a TypeError if the arguments make no request, such as an option
 // that does not exist. What the server finds wrong with a cloud that it estimates nevertheless (summary.warnings) is
 // emitted as a process warning of the type "CurvdWarning", whose code is "CURVD_" and the contract's word:
-// "CURVD_OPPOSED_NORMALS", or "CURVD_NO_RESULTS" where no point has a result.
+// "CURVD_OPPOSED_NORMALS", "CURVD_OUTLIERS" where points were left out, or "CURVD_NO_RESULTS" where no point has a result.
 export async function estimateCurvature(positions, normals, options = {}) {
   const { connection, call } = splitConnection(options);
   return withClient(connection, (client) => client.estimateCurvature(positions, normals, call));

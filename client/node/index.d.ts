@@ -241,4 +241,5 @@ export const PointStatus: Readonly<{
   INCONSISTENT_NORMALS: 5;
   SINGULAR_FIT: 6;
   OPPOSED_NORMALS: 7;
+  OUTLIER: 8;
 }>;

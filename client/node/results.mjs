@@ -10,6 +10,7 @@ export const PointStatus = Object.freeze({
   INCONSISTENT_NORMALS: 5,
   SINGULAR_FIT: 6,
   OPPOSED_NORMALS: 7,
+  OUTLIER: 8,
 });
 
 // Takes ResultChunks in order. Throws, saying what is wrong, if a server breaks the protocol.

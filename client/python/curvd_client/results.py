@@ -104,6 +104,7 @@ class PointStatus(enum.IntEnum):
     INCONSISTENT_NORMALS = 5
     SINGULAR_FIT = 6
     OPPOSED_NORMALS = 7
+    OUTLIER = 8
 
 
 class Estimate(typing.NamedTuple):

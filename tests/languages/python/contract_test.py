@@ -8,7 +8,7 @@ import unittest
 
 from google.protobuf import descriptor_pb2, descriptor_pool
 
-from curvd_client import RESULT_DTYPE
+from curvd_client import RESULT_DTYPE, PointStatus
 from curvd_client import curvature_pb2 as pb
 
 _COLUMNS = ("mean_curvature", "gaussian_curvature", "k1", "k2", "d1", "d2", "radius", "status")
@@ -26,6 +26,12 @@ class ContractTest(unittest.TestCase):
             text=True,
         ).stdout
         self.assertEqual(tuple(printed.split()), _COLUMNS)
+
+    def test_statuses_are_those_of_the_contract(self):
+        values = {name.removeprefix("POINT_STATUS_"): value for name, value in pb.PointStatus.items() if value}
+        self.assertEqual({status.name: status.value for status in PointStatus}, values)
+        counts = {field.name.upper(): field.number for field in pb.StatusCounts.DESCRIPTOR.fields}
+        self.assertEqual(counts, values)
 
     def test_another_contract_of_that_name_does_no_harm(self):
         other = descriptor_pb2.FileDescriptorProto(name="curvature/v1/curvature.proto", package="curvature.v1")
