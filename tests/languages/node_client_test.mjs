@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { PointStatus, estimateCurvature } from "../../client/node/index.mjs";
+import { enumValues } from "../../client/node/protocol.mjs";
 import { assertSphere, sphere } from "./node_helpers.mjs";
 
 const server = process.env.CURVD_SERVER;
@@ -12,6 +13,12 @@ test("only what was asked for comes", async () => {
   const some = await estimateCurvature(...cloud, { server, quantities: ["principalDirections", "meanCurvature"] });
   assert.deepEqual(Object.keys(some).sort(), ["d1", "d2", "meanCurvature", "status", "summary"]);
   for (const name of ["d1", "d2", "meanCurvature", "status"]) assert.deepEqual(some[name], everything[name]);
+});
+
+test("the statuses are those of the contract", () => {
+  const [, ...names] = enumValues("curvature.v1.PointStatus");
+  assert.deepEqual(Object.keys(PointStatus).map((name) => `POINT_STATUS_${name}`), names);
+  assert.deepEqual(Object.values(PointStatus), names.map((_, i) => i + 1));
 });
 
 test("unknown quantities are refused before a call", async () => {
