@@ -1,403 +1,168 @@
 #include "core/job/estimation_job.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <latch>
 #include <memory>
 #include <optional>
-#include <string>
 #include <utility>
+#include <vector>
 
-#include "absl/strings/str_cat.h"
+#include "absl/base/thread_annotations.h"
 #include "core/base/error.h"
-#include "core/base/function_phase.h"
+#include "core/base/mutex.h"
 #include "core/base/out_of_memory.h"
-#include "core/base/stop_sign.h"
-#include "core/estimators/seams/agreement_run.h"
-#include "core/index/index_builder.h"
-#include "core/index/spatial_index.h"
-#include "core/job/phased_job.h"
-#include "core/job/phases/group_phase.h"
-#include "core/job/phases/half_normal_phases.h"
-#include "core/job/phases/index_phases.h"
-#include "core/job/phases/normal_phases.h"
-#include "core/job/phases/seam_phase.h"
-#include "core/job/scale_fields.h"
-#include "core/scale/automatic.h"
+#include "core/job/curvature_job.h"
 
 namespace curvd {
 namespace {
 
-// Of what happens to the field before the strategy begins; it counts as part of the estimate.
-constexpr std::string_view kFieldPhase = "field";
-// Of a point, at the peak.
-constexpr size_t kCloudAndIndexBytes = 48;
-
-NormalOptions Returning(NormalOptions normals) {
-  normals.returns_normals = true;
-  return normals;
+void Add(std::optional<double> seconds, std::optional<double>& sum) {
+  if (seconds.has_value()) sum = sum.value_or(0.0) + *seconds;
 }
 
-// What an estimate needs of normals.
-NormalOptions ForEstimate(const EstimatorOptions& options, NormalOptions normals) {
-  normals.makes_halves = ComparesNormalsOfHalves(options);
-  normals.makes_fits_anew = options.estimator == kAutomaticEstimator;
-  return normals;
+void Add(const JobSeconds& seconds, JobSeconds& sum) {
+  sum.queue += seconds.queue;
+  Add(seconds.index, sum.index);
+  Add(seconds.normals, sum.normals);
+  Add(seconds.orientation, sum.orientation);
+  Add(seconds.estimate, sum.estimate);
 }
 
-// The phases of an estimate in order: the index's; those of normals that do not stay as they came; the field, with the
-// points that the index does not hold; the strategy's; the seams; how far the normals agree, if there are any.
-class CurvatureJob final : public EstimationJob, public PhasedJob {
+// Says what became of the points that are invalid in the cloud without outliers.
+void MarkOutliers(const std::vector<int32_t>& outliers, EstimationResult& result) {
+  for (const int32_t rank : outliers) {
+    const auto slot = static_cast<size_t>(rank);
+    result.field.points[slot].status = PointStatus::kOutlier;
+    if (result.normals.size() > 0) result.normals[slot].status = PointStatus::kOutlier;
+  }
+  result.field.status_counts[static_cast<size_t>(PointStatus::kInvalidInput)] -= outliers.size();
+  result.field.status_counts[static_cast<size_t>(PointStatus::kOutlier)] += outliers.size();
+}
+
+// Runs one pass over the cloud, and another one without the outliers that the first has found, as long as passes find
+// any. To its caller it is one job.
+class RepeatedJob final : public EstimationJob, public std::enable_shared_from_this<RepeatedJob> {
  public:
-  // Without `options`, no curvature is estimated.
-  CurvatureJob(Cloud cloud, const std::optional<EstimatorOptions>& options, const NormalOptions& normal_options,
-               WorkerPool& pool, JobPriority priority, CallerKey caller)
-      : PhasedJob(pool, priority, caller),
-        wants_curvature_(options.has_value()),
-        options_(options.value_or(EstimatorOptions())),
-        normal_options_(wants_curvature_ ? ForEstimate(options_, normal_options) : Returning(normal_options)),
-        size_(cloud.size()),
-        origin_(cloud.origin()),
-        query_count_(cloud.point_set().query_count()),
-        invalid_count_(cloud.invalid_query_count()),
-        builder_(std::in_place, std::move(cloud), StopSign(&stopped())),
-        fields_(options_),
-        thread_count_(pool.thread_count()) {}
+  RepeatedJob(const std::array<double, 3>& origin, const std::optional<EstimatorOptions>& options,
+              const NormalOptions& normals, const JobPlace& place)
+      : origin_(origin), options_(options), normals_(normals), place_(place) {}
 
+  // Makes the first pass. May throw std::bad_alloc.
+  void Prepare(Cloud cloud) {
+    MutexLock lock(mutex_);
+    pass_ = MakePass(std::move(cloud));
+  }
   // From here on `callback` will be called, whatever happens.
   void Start(Callback callback) {
     callback_ = std::move(callback);
-    Run(CatchBadAlloc([this] {
-      AddPhase(MakeStep(kIndexPhase, [this] { return StartIndex(); }));
-      AddPhase(MakeCollectPhase(*builder_));
-      AddPhase(MakeCollectPhase(*builder_));
-      AddPhase(MakeTreePhase(*builder_));
-      AddPhase(MakeStep(kIndexPhase, [this] { return AddNormals(); }));
-      return absl::OkStatus();
-    }));
+    StartPass();
   }
 
-  void Cancel() override { PhasedJob::Cancel(); }
+  void Cancel() override {
+    is_cancelled_ = true;
+    pass()->Cancel();
+  }
 
   JobProgress progress() const override {
-    JobProgress progress;
-    progress.points_estimated = points_estimated_;
-    VisitPhaseTimes([&progress](const PhaseTime& phase) {
-      JobSeconds& seconds = progress.seconds;
-      if (phase.name == kQueuePhase) {
-        progress.phase = JobPhase::kQueued;
-        seconds.queue = phase.seconds;
-      } else if (phase.name == kIndexPhase) {
-        progress.phase = JobPhase::kIndexing;
-        seconds.index = phase.seconds;
-      } else if (phase.name == kNormalsPhase) {
-        progress.phase = JobPhase::kMakingNormals;
-        seconds.normals = seconds.normals.value_or(0.0) + phase.seconds;
-      } else if (phase.name == kOrientationPhase) {
-        progress.phase = JobPhase::kOrienting;
-        seconds.orientation = seconds.orientation.value_or(0.0) + phase.seconds;
-      } else {
-        progress.phase = JobPhase::kEstimating;
-        seconds.estimate = seconds.estimate.value_or(0.0) + phase.seconds;
-      }
-    });
-    if (ended()) progress.phase = JobPhase::kDone;
+    std::shared_ptr<CurvatureJob> pass;
+    JobSeconds seconds;
+    size_t points = 0;
+    {
+      MutexLock lock(mutex_);
+      pass = pass_;
+      seconds = seconds_;
+      points = points_estimated_;
+    }
+    JobProgress progress = pass->progress();
+    Add(seconds, progress.seconds);
+    progress.points_estimated = std::max(progress.points_estimated, points);
     return progress;
   }
 
  private:
-  // Checks the options and takes the memory of the index.
-  absl::Status StartIndex() {
-    absl::Status status = options_.Validate();
-    if (status.ok()) status = normal_options_.Validate(size_);
-    return status.ok() ? builder_->Start() : status;
+  // Each takes as long as the first one.
+  static constexpr int kMostPasses = 3;
+  // A pass that has found so many, as a part of the points, has left others that lie nearer to the surface. Where there
+  // are a few, they may be the points of a tip, and those beside it likewise.
+  static constexpr size_t kManyInverse = 500;
+
+  std::shared_ptr<CurvatureJob> pass() const {
+    MutexLock lock(mutex_);
+    return pass_;
   }
 
-  // Takes the index, and adds the phases of normals, which those of the field follow.
-  absl::Status AddNormals() {
-    index_ = builder_->Take();
-    builder_.reset();  // the index holds all that is needed
-    if (normal_options_.source == NormalSource::kEstimate || !index_.has_normals()) return StartNormals();
-    surface_.emplace(index_, normal_options_.max_neighbor_count, thread_count_);
-    return LookAtSurface();
+  std::shared_ptr<CurvatureJob> MakePass(Cloud cloud) {
+    ++passes_;
+    const bool has_many = outliers_.size() * kManyInverse >= cloud.size() && !outliers_.empty();
+    const OutlierSearch search = passes_ == kMostPasses ? OutlierSearch::kNone
+                                 : has_many             ? OutlierSearch::kAgain
+                                                        : OutlierSearch::kFirst;
+    return CurvatureJob::Make(std::move(cloud), origin_, options_, normals_, place_, search);
   }
 
-  // Adds the phases that tell whether normals that were given stand on the surface.
-  absl::Status LookAtSurface() {
-    if (surface_->AddBlocks()) {
-      const std::string_view name = wants_curvature_ ? kFieldPhase : kOrientationPhase;
-      AddPhase(MakeProbePhase(name, *surface_));
-      AddPhase(MakeStep(name, [this] { return LookAtSurface(); }));
+  void StartPass() {
+    const std::shared_ptr<CurvatureJob> pass = this->pass();
+    pass->Start([self = shared_from_this()](auto result) { self->EndPass(std::move(result)); });
+    // Cancel may have come to the pass before.
+    if (is_cancelled_) pass->Cancel();
+  }
+
+  void EndPass(absl::StatusOr<EstimationResult> result) {
+    const std::shared_ptr<CurvatureJob> ended = pass();
+    std::optional<CurvatureJob::Rest> rest = ended->TakeRest();
+    if (!result.ok() || !rest.has_value()) return End(std::move(result));
+    const absl::Status status = CatchBadAlloc([&] {
+      AddCost(result->cost);
+      outliers_.insert(outliers_.end(), rest->outliers.begin(), rest->outliers.end());
+      std::shared_ptr<CurvatureJob> next = MakePass(std::move(rest->cloud));
+      MutexLock lock(mutex_);
+      Add(result->cost.seconds, seconds_);
+      points_estimated_ = std::max(points_estimated_, ended->progress().points_estimated);
+      pass_ = std::move(next);
       return absl::OkStatus();
-    }
-    off_surface_ = surface_->found();
-    surface_.reset();
-    return StartNormals();
-  }
-
-  absl::Status StartNormals() {
-    if (normal_options_.source == NormalSource::kGiven && !normal_options_.returns_normals) return AddHalves();
-    if (normal_options_.source != NormalSource::kEstimate && !index_.has_normals()) {
-      return MakeCoreError(ErrorKind::kInvalid, "the cloud has no normals; ask for estimated ones");
-    }
-    normals_.emplace(
-        normal_options_, wants_curvature_ ? NormalAim::kCurvature : NormalAim::kNormals, origin_, index_, thread_count_,
-        [this](auto phase) { AddPhase(std::move(phase)); }, [this] { return CollectNormals(); });
-    return normal_options_.source == NormalSource::kGiven ? CollectNormals() : normals_->Start();
-  }
-
-  absl::Status CollectNormals() {
-    if (!normal_options_.returns_normals) return AddHalves();
-    return normals_->AddCollection(normal_field_, [this] { return AddHalves(); });
-  }
-
-  // Adds the phases that make normals of halves, where the estimate compares these.
-  absl::Status AddHalves() {
-    if (!normal_options_.makes_halves || !index_.has_normals()) return AddField();
-    const bool are_made = normal_options_.source == NormalSource::kEstimate;
-    halves_.emplace(index_, thread_count_, are_made ? kNormalsPhase : kFieldPhase,
-                    [this](auto phase) { AddPhase(std::move(phase)); });
-    if (!are_made) {
-      return halves_->MakeOfGiven(options_.max_neighbor_count, normal_options_.makes_fits_anew,
-                                  [this] { return AddField(); });
-    }
-    const NormalFit* const fit = normals_->fit();
-    return fit != nullptr ? halves_->MakeOf(*fit, [this] { return AddField(); }) : AddField();
-  }
-
-  absl::Status AddField() {
-    if (!wants_curvature_) return absl::OkStatus();
-    AddPhase(std::make_unique<FunctionPhase>(
-        kFieldPhase, PhaseFunctions{.begin = [this] { return MakeField(); },
-                                    .run = [this](const BlockContext& context) { return FillField(context.block); },
-                                    .end = [this] { return AddStrategy(); }}));
-    return absl::OkStatus();
-  }
-
-  // Tells the estimators whether points have no normal.
-  void LookForMissingNormals() {
-    bool lacks = false;
-    for (size_t place = 0; place < index_.point_count() && !lacks; ++place) {
-      lacks = normals_->status(place) != PointStatus::kOk;
-    }
-    if (lacks) index_.set_lacks_normals();
-  }
-
-  // Takes the results of points without a normal back, once the strategy has run, at the scales from this one on: those
-  // before it were refused as a whole.
-  absl::Status RefuseWithoutNormal(size_t scale) {
-    const PointSet& set = index_.point_set();
-    for (size_t place = 0; place < index_.point_count(); ++place) {
-      const PointStatus status = normals_->status(place);
-      if (status == PointStatus::kOk) continue;
-      const int32_t rank = index_.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
-      // The counts of the scratch, which have the other status, are added at the end.
-      if (set.is_query(rank)) fields_.Refuse(scale, set.slot_of(rank), status, status_counts_);
-    }
-    return absl::OkStatus();
-  }
-
-  // Makes the field, and returns in how many blocks points that no estimate reaches are looked for.
-  absl::StatusOr<size_t> MakeField() {
-    if (absl::Status status = fields_.Allocate(query_count_); !status.ok()) return status;
-    if (options_.returns_choice) {
-      auto choices = ChoiceField::Create(query_count_);
-      if (!choices.ok()) return choices.status();
-      choices_ = *std::move(choices);
-    }
-    status_counts_[static_cast<size_t>(PointStatus::kInvalidInput)] = invalid_count_ * fields_.count();
-    return invalid_count_ == 0 ? 0 : (query_count_ + kFillPoints - 1) / kFillPoints;
-  }
-
-  // Points that the index holds are written again.
-  absl::Status FillField(size_t block) {
-    const size_t first = block * kFillPoints;
-    fields_.Fill(first, first + kFillPoints, PointStatus::kInvalidInput);
-    return absl::OkStatus();
-  }
-
-  absl::Status AddStrategy() {
-    if (index_.point_count() == 0) return AddChoices();
-    const Strategy& strategy = StrategyFor(options_);
-    if (strategy.needs_normals && !index_.has_normals()) {
-      return MakeCoreError(ErrorKind::kInvalid, absl::StrCat("the cloud has no normals, which the estimator ",
-                                                             std::string(strategy.name), " needs"));
-    }
-    const size_t first = fields_.FirstServed(index_.point_count());
-    for (size_t scale = 0; scale < first; ++scale) {
-      fields_.RefuseAll(scale, index_);
-      status_counts_[static_cast<size_t>(PointStatus::kTooFewNeighbors)] += query_count_ - invalid_count_;
-    }
-    if (first == fields_.count()) return AddChoices();
-    if (normals_.has_value()) LookForMissingNormals();
-    if (absl::Status status = fields_.MakeMarks(first, index_); !status.ok()) return status;
-    const EstimatorOptions served = options_.FromScale(first);
-    run_ = served.scale_count() == 1 ? strategy.start(served, index_, fields_.points(first).data())
-                                     : strategy.start_scales(served, index_, fields_.Places(first));
-    run_->WriteChoicesTo(choices_.data());
-    scratch_.emplace(*run_, thread_count_, &fields_.marks(first));
-    std::vector<GroupPhase> phases = run_->Phases();
-    for (size_t i = 0; i < phases.size(); ++i) {
-      // Points count where they are estimated, and not where those beside seams are estimated again.
-      const bool is_last = phases[i].name != kSeamPhase && (i + 1 == phases.size() || phases[i + 1].name == kSeamPhase);
-      AddPhase(MakeGroupPhase(std::move(phases[i]), index_, GroupsPerBlock(options_), *scratch_,
-                              is_last ? &points_estimated_ : nullptr));
-    }
-    if (normals_.has_value()) AddPhase(MakeStep(kFieldPhase, [this, first] { return RefuseWithoutNormal(first); }));
-    for (size_t scale = first; scale < fields_.count(); ++scale) {
-      PointCurvature* const points = fields_.points(scale).data();
-      AddPhase(MakeSeamPhase({fields_.options(scale), index_, fields_.marks(scale), points, refused_}));
-    }
-    if (absl::Status status = AddChoices(); !status.ok()) return status;
-    AddPhase(MakeStep(kSeamPhase, [this] { return AddAgreement(); }));
-    return absl::OkStatus();
-  }
-
-  absl::Status AddChoices() {
-    if (!options_.returns_choice) return absl::OkStatus();
-    AddPhase(MakeLoop(kFieldPhase, choices_.size(), kFillPoints,
-                      [this](size_t first, size_t last) { TakeChoicesBack(first, last); }));
-    return absl::OkStatus();
-  }
-
-  // Takes back how the estimate was chosen where there is none.
-  void TakeChoicesBack(size_t first, size_t last) {
-    const bool shares_errors = NeighborsShareErrors();
-    for (size_t i = first; i < last; ++i) {
-      PointChoice& choice = choices_[i];
-      if (fields_.points(0)[i].status != PointStatus::kOk) choice = UndefinedChoice();
-      if (!shares_errors || ReadsPositions(choice)) continue;
-      choice.mean_error = choice.k1_error = choice.k2_error = UndefinedChoice().mean_error;
-    }
-  }
-
-  // Whether neighbors may share errors of their normals that the sample of the cloud takes for detail: those of normals
-  // that were made of noisy positions, by whomever, unless there are normals of halves.
-  bool NeighborsShareErrors() const {
-    const bool are_fitted = normal_options_.source == NormalSource::kEstimate ||
-                            (halves_.has_value() && halves_->given_made_by().has_value());
-    if (!are_fitted || index_.has_half_normals()) return false;
-    const ScaleReport* const report = run_ != nullptr ? run_->scale_report() : nullptr;
-    return report != nullptr && !report->positions_are_exact;
-  }
-
-  // Whether the estimate is that of jets, which read positions alone.
-  static bool ReadsPositions(const PointChoice& choice) {
-    constexpr float kRounding = 1e-5f;  // of the sum of weights
-    return choice.jet_weight > 1.0f - kRounding;
-  }
-
-  // Takes what the workers have counted, and adds the phases that count more where there are seams.
-  absl::Status AddAgreement() {
-    const auto counts = scratch_->status_counts();
-    for (int i = 0; i < kPointStatusEnd; ++i) status_counts_[i] += counts[i];
-    if (const ScaleReport* scale = run_->scale_report()) {
-      scale_report_ = *scale;
-      if (halves_.has_value()) scale_report_->fitted_normals = halves_->given_made_by();
-      if (halves_.has_value()) scale_report_->normals_made_anew = halves_->made_anew_by();
-    }
-    shown_seam_ = fields_.ShownSeam();
-    if (shown_seam_ == nullptr) return absl::OkStatus();
-    agreement_run_.emplace(index_, *shown_seam_);
-    scratch_.emplace(*agreement_run_, thread_count_);
-    run_.reset();
-    for (GroupPhase& phase : agreement_run_->Phases()) {
-      AddPhase(MakeGroupPhase(std::move(phase), index_, GroupsPerBlock({}), *scratch_, nullptr));
-    }
-    return absl::OkStatus();
-  }
-
-  NormalsAgreement Agreement() const {
-    if (!agreement_run_.has_value()) return {};
-    NormalsAgreement agreement = agreement_run_->agreement();
-    agreement.seam_points = shown_seam_->SurePoints();
-    return agreement;
-  }
-
-  size_t HeldBytes() const override {
-    const size_t building = builder_.has_value() ? builder_->bytes() : 0;
-    const size_t normals = normal_field_.bytes() + (surface_.has_value() ? surface_->bytes() : 0) +
-                           (normals_.has_value() ? normals_->bytes() : 0) +
-                           (halves_.has_value() ? halves_->bytes() : 0);
-    return building + index_.bytes() + normals + fields_.bytes() + choices_.bytes() +
-           (run_ != nullptr ? run_->bytes() : 0) + (agreement_run_.has_value() ? agreement_run_->bytes() : 0);
-  }
-
-  void OnEnd(absl::Status status) override {
-    Callback callback = std::move(callback_);
-    const NormalsAgreement agreement = Agreement();
-    // Gone before the callback: what it needs memory for may be an error that says that there was none.
-    scratch_.reset();
-    agreement_run_.reset();
-    run_.reset();
-    std::optional<NormalReport> report;
-    if (status.ok() && normals_.has_value()) {
-      report = normals_->report();
-      if (!wants_curvature_) {
-        status_counts_ = report->status_counts;
-        status_counts_[static_cast<size_t>(PointStatus::kInvalidInput)] += invalid_count_;
-      }
-      if (normal_options_.source == NormalSource::kGiven) report.reset();
-    }
-    normals_.reset();
-    halves_.reset();
-    builder_.reset();
-    fields_.FreeMarks();
-    index_ = SpatialIndex();
-    uint64_t& opposed = status_counts_[static_cast<size_t>(PointStatus::kOpposedNormals)];
-    for (int i = 0; i < kPointStatusEnd; ++i) {
-      status_counts_[i] -= refused_[i];
-      opposed += refused_[i];
-    }
-    absl::StatusOr<EstimationResult> result = CatchBadAlloc([&]() -> absl::StatusOr<EstimationResult> {
-      if (!status.ok()) return std::move(status);
-      std::vector<PageArray<PointCurvature>> smaller(fields_.count() - 1);
-      for (size_t scale = 1; scale < fields_.count(); ++scale) smaller[scale - 1] = std::move(fields_.points(scale));
-      return EstimationResult{.field = {std::move(fields_.points(0)), status_counts_},
-                              .agreement = agreement,
-                              .cost = Cost(),
-                              .off_surface = off_surface_,
-                              .normal_report = report,
-                              .normals = std::move(normal_field_),
-                              .scale_report = std::move(scale_report_),
-                              .choices = std::move(choices_),
-                              .smaller = std::move(smaller)};
     });
-    if (!result.ok()) fields_.Free();
-    if (!result.ok()) choices_ = ChoiceField();
-    if (!result.ok()) normal_field_ = NormalField();
-    callback(std::move(result));
+    status.ok() ? StartPass() : End(status);
   }
 
-  JobCost Cost() const { return {progress().seconds, phase_times(), peak_bytes()}; }
+  void AddCost(const JobCost& cost) {
+    cost_.phases.insert(cost_.phases.end(), cost.phases.begin(), cost.phases.end());
+    cost_.peak_bytes = std::max(cost_.peak_bytes, cost.peak_bytes);
+    Add(cost.seconds, cost_.seconds);
+  }
 
-  static constexpr size_t kFillPoints = 100'000;  // a few milliseconds, most of them for the system's fresh pages
+  void End(absl::StatusOr<EstimationResult> result) {
+    if (result.ok() && passes_ > 1) {
+      MarkOutliers(outliers_, *result);
+      const absl::Status status = CatchBadAlloc([&] {
+        AddCost(result->cost);
+        return absl::OkStatus();
+      });
+      if (status.ok()) {
+        result->cost = std::move(cost_);
+      } else {
+        result = status;
+      }
+    }
+    std::exchange(callback_, nullptr)(std::move(result));
+  }
 
-  const bool wants_curvature_;
-  const EstimatorOptions options_;
-  const NormalOptions normal_options_;
-  Callback callback_;
-  const size_t size_;  // of the cloud
   const std::array<double, 3> origin_;
-  const size_t query_count_;
-  const size_t invalid_count_;
-  std::optional<IndexBuilder> builder_;
-  SpatialIndex index_;
-  std::optional<SurfaceProbe> surface_;
-  std::optional<NormalsOffSurface> off_surface_;
-  std::optional<NormalPhases> normals_;     // none where they stay as they came
-  std::optional<HalfNormalPhases> halves_;  // none where the estimate does not compare halves
-  NormalField normal_field_;
-  ScaleFields fields_;
-  std::array<uint64_t, kPointStatusEnd> status_counts_{};  // over all scales
-  ChoiceField choices_;                                    // none unless they are asked for
-  const int thread_count_;
-  const SeamMarks* shown_seam_ = nullptr;  // of fields_, once the estimate is done
-  std::array<std::atomic<uint64_t>, kPointStatusEnd> refused_{};
-  std::unique_ptr<StrategyRun> run_;
-  std::optional<AgreementRun> agreement_run_;
-  std::optional<ScaleReport> scale_report_;
-  std::optional<ScratchSet> scratch_;  // of run_, then of agreement_run_
-  std::atomic<size_t> points_estimated_ = 0;
+  const std::optional<EstimatorOptions> options_;
+  const NormalOptions normals_;
+  const JobPlace place_;
+  Callback callback_;
+  // Of the passes that have ended; nobody reads them meanwhile.
+  int passes_ = 0;
+  std::vector<int32_t> outliers_;
+  JobCost cost_;
+
+  std::atomic<bool> is_cancelled_ = false;
+  mutable Mutex mutex_;
+  std::shared_ptr<CurvatureJob> pass_ ABSL_GUARDED_BY(mutex_);
+  JobSeconds seconds_ ABSL_GUARDED_BY(mutex_);  // of the passes before
+  size_t points_estimated_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 // Stands for a job that could not be made: it has ended.
@@ -409,31 +174,6 @@ class EndedJob final : public EstimationJob {
 
 }  // namespace
 
-size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOptions& normals) {
-  return kCloudAndIndexBytes + NormalBytesPerPoint(ForEstimate(options, normals)) +
-         options.scale_count() * sizeof(PointCurvature) + (options.returns_choice ? sizeof(PointChoice) : 0) +
-         StrategyFor(options).bytes_per_point;
-}
-
-size_t NormalsJobBytesPerPoint(NormalOptions normals) {
-  return kCloudAndIndexBytes + NormalBytesPerPoint(Returning(normals));
-}
-
-size_t NormalsJobScratchBytes(const NormalOptions& normals, size_t point_count, int thread_count) {
-  return NormalScratchBytes(normals, point_count, thread_count);
-}
-
-size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count,
-                              const NormalOptions& normals) {
-  const size_t block_points = GroupsPerBlock(options) * SpatialIndex::kGroupPoints;
-  const size_t blocks = (point_count + block_points - 1) / block_points;
-  const Strategy& strategy = StrategyFor(options);
-  const size_t shared = strategy.shared_bytes != nullptr ? strategy.shared_bytes(options, point_count) : 0;
-  // Normals are done, and their scratch is gone, before the strategy begins.
-  return std::max(shared + std::min<size_t>(thread_count, blocks) * strategy.scratch_bytes(options, point_count),
-                  NormalScratchBytes(ForEstimate(options, normals), point_count, thread_count));
-}
-
 std::shared_ptr<EstimationJob> EstimationJob::Start(Cloud cloud, const EstimatorOptions& options, WorkerPool& pool,
                                                     JobPriority priority, Callback callback, CallerKey caller) {
   return Start(std::move(cloud), options, NormalOptions(), pool, priority, std::move(callback), caller);
@@ -444,9 +184,10 @@ namespace {
 std::shared_ptr<EstimationJob> StartJob(Cloud cloud, const std::optional<EstimatorOptions>& options,
                                         const NormalOptions& normals, WorkerPool& pool, JobPriority priority,
                                         EstimationJob::Callback callback, CallerKey caller) {
-  std::shared_ptr<CurvatureJob> job;
+  std::shared_ptr<RepeatedJob> job;
   absl::Status status = CatchBadAlloc([&] {
-    job = std::make_shared<CurvatureJob>(std::move(cloud), options, normals, pool, priority, caller);
+    job = std::make_shared<RepeatedJob>(cloud.origin(), options, normals, JobPlace{pool, priority, caller});
+    job->Prepare(std::move(cloud));
     return absl::OkStatus();
   });
   if (!status.ok()) {

@@ -68,20 +68,21 @@ void ExpectNoSeams(const TestPoints& points, double radius, const std::string& w
   }
 }
 
-constexpr size_t kPoints = 4'000;
+constexpr size_t kSeamPoints = 4'000;
 constexpr double kRadius = 0.22;  // some 50 neighbors on a unit sphere
 
 TEST(SeamPhaseTest, NoPointIsOkAmongNormalsThatAreFlippedAtRandom) {
   for (const double share : {0.5, 0.1, 0.01}) {
     SCOPED_TRACE(share);
-    TestPoints points = Sphere(kPoints, 1.0);
+    TestPoints points = Sphere(kSeamPoints, 1.0);
     const Flips flips = FlipAtRandom(share, 1, points);
     ExpectNoneOkAcrossSeams(points, flips, kRadius);
   }
 }
 
 TEST(SeamPhaseTest, NoPointIsOkWhoseNeighborhoodCrossesTheRimOfAFlippedHalf) {
-  for (const TestPoints& whole : {Sphere(kPoints, 1.0), RandomSphere(kPoints, 1.0, 2), RandomTorus(kPoints, 3)}) {
+  for (const TestPoints& whole :
+       {Sphere(kSeamPoints, 1.0), RandomSphere(kSeamPoints, 1.0, 2), RandomTorus(kSeamPoints, 3)}) {
     // Along a plane that splits of the index follow, and along one that none does.
     for (const std::array<float, 3> axis : {std::array{0.0f, 0.0f, 1.0f}, std::array{0.5f, -0.7f, 0.6f}}) {
       TestPoints points = whole;
@@ -95,40 +96,40 @@ TEST(SeamPhaseTest, NoPointIsOkWhoseNeighborhoodCrossesTheRimOfAFlippedHalf) {
 
 // Opposed normals at one place lie on one sheet, whatever is around them.
 TEST(SeamPhaseTest, NoPointIsOkWhoseNeighborhoodHoldsOnePlaceWithOpposedNormals) {
-  for (const size_t step : {size_t{1}, size_t{10}, kPoints}) {
+  for (const size_t step : {size_t{1}, size_t{10}, kSeamPoints}) {
     SCOPED_TRACE(step);
-    TestPoints points = RandomSphere(kPoints, 1.0, 4);
-    for (size_t i = 0; i < kPoints; i += step) {
+    TestPoints points = RandomSphere(kSeamPoints, 1.0, 4);
+    for (size_t i = 0; i < kSeamPoints; i += step) {
       const auto p = points.positions[i], n = points.normals[i];
       points.Add(p[0], p[1], p[2], -n[0], -n[1], -n[2]);
     }
     Flips flips(points.size(), 0);
-    std::fill(flips.begin() + kPoints, flips.end(), 1);
+    std::fill(flips.begin() + kSeamPoints, flips.end(), 1);
     ExpectNoneOkAcrossSeams(points, flips, kRadius);
   }
 }
 
 TEST(SeamPhaseTest, PointsAwayFromTheSeamKeepTheirResults) {
-  TestPoints points = Sphere(kPoints, 1.0);
+  TestPoints points = Sphere(kSeamPoints, 1.0);
   const EstimationResult right = MustEstimate(points.ToCloud(), {});
   const Flips flips = FlipWhere([](const std::array<float, 3>& p) { return p[2] > 0.0f; }, points);
   const EstimationResult half = MustEstimate(points.ToCloud(), {});
   size_t kept = 0;
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kSeamPoints; ++i) {
     if (half.field.points[i].status != PointStatus::kOk) continue;
     ++kept;
     // Frames of the other side round differently.
     ASSERT_NEAR(half.field.points[i].mean, (flips[i] != 0 ? -1.0f : 1.0f) * right.field.points[i].mean, 1e-5f);
   }
   // The neighborhoods' radius is 0.22, so a belt of 0.44 is lost of a height of 2.
-  EXPECT_NEAR(static_cast<double>(kept) / kPoints, 1.0 - 0.22, 0.02);
-  EXPECT_EQ(OpposedIn(half), kPoints - kept);
+  EXPECT_NEAR(static_cast<double>(kept) / kSeamPoints, 1.0 - 0.22, 0.02);
+  EXPECT_EQ(OpposedIn(half), kSeamPoints - kept);
 }
 
 TEST(SeamPhaseTest, FlippedPatchesOfThinPlatesAreSeen) {
   for (const double thickness : {2.0, 4.0}) {
     SCOPED_TRACE(thickness);
-    TestPoints points = Plate(kPoints, thickness, 4);
+    TestPoints points = Plate(kSeamPoints, thickness, 4);
     const Flips flips = FlipWhere(
         [](const std::array<float, 3>& p) { return p[2] > 0.0f && std::hypot(p[0] - 1.0f, p[1] - 1.0f) < 0.4f; },
         points);
@@ -139,10 +140,10 @@ TEST(SeamPhaseTest, FlippedPatchesOfThinPlatesAreSeen) {
 }
 
 TEST(SeamPhaseTest, NoiseHidesNoSeam) {
-  const double spacing = std::sqrt(4.0 * 3.14159 / kPoints);
+  const double spacing = std::sqrt(4.0 * 3.14159 / kSeamPoints);
   for (const double noise : {0.2, 0.5}) {
     SCOPED_TRACE(noise);
-    TestPoints points = RandomSphere(kPoints, 1.0, 5);
+    TestPoints points = RandomSphere(kSeamPoints, 1.0, 5);
     AddNoise(noise * spacing, 0.2, 6, points);
     const Flips flips = FlipWhere([](const std::array<float, 3>& p) { return p[0] > 0.3f; }, points);
     ExpectNoneOkAcrossSeams(points, flips, kRadius);
@@ -151,7 +152,8 @@ TEST(SeamPhaseTest, NoiseHidesNoSeam) {
 
 TEST(SeamPhaseTest, RightNormalsOfOneSheetAreLeftAlone) {
   for (const double noise : {0.0, 0.1, 0.2}) {
-    for (TestPoints points : {RandomSphere(kPoints, 1.0, 7), RandomTorus(kPoints, 8), Waves(kPoints, 0.0, 9)}) {
+    for (TestPoints points :
+         {RandomSphere(kSeamPoints, 1.0, 7), RandomTorus(kSeamPoints, 8), Waves(kSeamPoints, 0.0, 9)}) {
       AddNoise(0.05 * noise, noise, 10, points);
       ExpectNoSeams(points, kRadius, "noise " + std::to_string(noise));
     }
@@ -162,11 +164,11 @@ TEST(SeamPhaseTest, TheSheetsOfThinPartsAreLeftAlone) {
   for (const double thickness : {2.0, 2.5, 4.0, 8.0}) {
     const std::string what = "thickness " + std::to_string(thickness);
     for (uint64_t seed = 0; seed < 3; ++seed) {
-      ExpectNoSeams(Plate(kPoints, thickness, seed), 0.12, "plate, " + what);
-      ExpectNoSeams(Plate(kPoints, -thickness, seed), 0.12, "gap, " + what);
-      ExpectNoSeams(Shell(kPoints, thickness, seed), 0.25, "shell, " + what);
+      ExpectNoSeams(Plate(kSeamPoints, thickness, seed), 0.12, "plate, " + what);
+      ExpectNoSeams(Plate(kSeamPoints, -thickness, seed), 0.12, "gap, " + what);
+      ExpectNoSeams(Shell(kSeamPoints, thickness, seed), 0.25, "shell, " + what);
       // Thinner at its rim than the spacing, so that the sheets of thinner ones touch.
-      if (thickness >= 4.0) ExpectNoSeams(Lens(kPoints, thickness, seed), 0.12, "lens, " + what);
+      if (thickness >= 4.0) ExpectNoSeams(Lens(kSeamPoints, thickness, seed), 0.12, "lens, " + what);
     }
   }
 }
@@ -186,7 +188,7 @@ TEST(SeamPhaseTest, NoiseInNormalsMakesNoSeamOfThinParts) {
 TEST(SeamPhaseTest, KnifeEdgesAreLeftAlone) {
   for (const double degrees : {10.0, 20.0, 40.0, 60.0, 90.0}) {
     for (uint64_t seed = 0; seed < 3; ++seed) {
-      ExpectNoSeams(Wedge(kPoints, degrees, seed), 0.15, std::to_string(degrees) + " degrees");
+      ExpectNoSeams(Wedge(kSeamPoints, degrees, seed), 0.15, std::to_string(degrees) + " degrees");
     }
   }
 }
@@ -194,7 +196,7 @@ TEST(SeamPhaseTest, KnifeEdgesAreLeftAlone) {
 TEST(SeamPhaseTest, NoiseMakesNoSeamOfKnifeEdges) {
   for (const double degrees : {30.0, 45.0, 60.0}) {
     for (uint64_t seed = 0; seed < 3; ++seed) {
-      TestPoints wedge = Wedge(kPoints, degrees, seed);
+      TestPoints wedge = Wedge(kSeamPoints, degrees, seed);
       AddNoise(0.0, 0.1, seed + 40, wedge);
       ExpectNoSeams(wedge, 0.15, std::to_string(degrees) + " degrees");
     }
@@ -202,7 +204,7 @@ TEST(SeamPhaseTest, NoiseMakesNoSeamOfKnifeEdges) {
 }
 
 TEST(SeamPhaseTest, SpheresThatTouchAreLeftAlone) {
-  for (const size_t count : {kPoints, 10 * kPoints}) {
+  for (const size_t count : {kSeamPoints, 10 * kSeamPoints}) {
     for (uint64_t seed = 0; seed < 3; ++seed) {
       TestPoints points = RandomSphere(count, 1.0, seed);
       const TestPoints other = RandomSphere(count, 1.0, seed + 50);
@@ -211,20 +213,20 @@ TEST(SeamPhaseTest, SpheresThatTouchAreLeftAlone) {
         const auto& n = other.normals[i];
         points.Add(p[0] + 2.0, p[1], p[2], n[0], n[1], n[2]);
       }
-      ExpectNoSeams(points, count == kPoints ? 0.2 : 0.07, "spheres of " + std::to_string(count));
+      ExpectNoSeams(points, count == kSeamPoints ? 0.2 : 0.07, "spheres of " + std::to_string(count));
     }
   }
 }
 
 TEST(SeamPhaseTest, CountsNearPairs) {
-  TestPoints points = Sphere(kPoints, 1.0);
+  TestPoints points = Sphere(kSeamPoints, 1.0);
   EXPECT_EQ(MustEstimate(points.ToCloud(), {}).agreement.near_pairs, 0u);  // nothing to tell
   FlipAtRandom(0.5, 11, points);
   const NormalsAgreement agreement = MustEstimate(points.ToCloud(), {}).agreement;
-  EXPECT_EQ(agreement.near_pairs, 6 * kPoints);
+  EXPECT_EQ(agreement.near_pairs, 6 * kSeamPoints);
   // Two of three normals agree by chance in half of the cases.
   EXPECT_NEAR(static_cast<double>(agreement.opposed_pairs) / static_cast<double>(agreement.near_pairs), 0.5, 0.03);
-  EXPECT_EQ(agreement.seam_points, kPoints);
+  EXPECT_EQ(agreement.seam_points, kSeamPoints);
 }
 
 uint64_t FlippedPatchesOf(const TestPoints& points) {
@@ -235,7 +237,7 @@ TEST(SeamPhaseTest, CountsFlippedPatches) {
   const auto cap = [](double x, double y, double z, double cosine) {
     return [=](const std::array<float, 3>& p) { return p[0] * x + p[1] * y + p[2] * z > cosine; };
   };
-  TestPoints points = Sphere(kPoints, 1.0);
+  TestPoints points = Sphere(kSeamPoints, 1.0);
   EXPECT_EQ(FlippedPatchesOf(points), 0u);
   FlipWhere(cap(0, 0, 1, 0.9), points);
   EXPECT_EQ(FlippedPatchesOf(points), 1u);
@@ -247,17 +249,17 @@ TEST(SeamPhaseTest, CountsFlippedPatches) {
 }
 
 TEST(SeamPhaseTest, SinglePointsAreNoPatchesNorAreSheetsThatAgreeNowhere) {
-  TestPoints points = Sphere(kPoints, 1.0);
+  TestPoints points = Sphere(kSeamPoints, 1.0);
   FlipAtRandom(0.01, 15, points);
   EXPECT_EQ(FlippedPatchesOf(points), 0u);
-  TestPoints plate = Plate(kPoints, 2.0, 16);
+  TestPoints plate = Plate(kSeamPoints, 2.0, 16);
   FlipWhere([](const std::array<float, 3>& p) { return p[2] > 0.0f && std::hypot(p[0] - 1.0f, p[1] - 1.0f) < 0.4f; },
             plate);
   EXPECT_EQ(FlippedPatchesOf(plate), 1u);
 }
 
 TEST(SeamPhaseTest, ThreadsDoNotChangeTheNumberOfPatches) {
-  TestPoints points = RandomSphere(20 * kPoints, 1.0, 17);
+  TestPoints points = RandomSphere(20 * kSeamPoints, 1.0, 17);
   FlipAtRandom(0.45, 18, points);
   const uint64_t patches = MustEstimate(points.ToCloud(), {}, 1).agreement.flipped_patches;
   EXPECT_GT(patches, 0u);
@@ -265,7 +267,7 @@ TEST(SeamPhaseTest, ThreadsDoNotChangeTheNumberOfPatches) {
 }
 
 TEST(SeamPhaseTest, StatusCountsAreThoseOfTheField) {
-  TestPoints points = Sphere(kPoints, 1.0);
+  TestPoints points = Sphere(kSeamPoints, 1.0);
   FlipAtRandom(0.2, 12, points);
   for (const EstimatorOptions& options : AllOptions(kRadius)) {
     const EstimationResult result = MustEstimate(points.ToCloud(), options);
@@ -276,13 +278,13 @@ TEST(SeamPhaseTest, StatusCountsAreThoseOfTheField) {
 }
 
 TEST(SeamPhaseTest, PointsAtSeamsHaveNoValuesButTheirRadius) {
-  TestPoints points = Sphere(kPoints, 1.0);
+  TestPoints points = Sphere(kSeamPoints, 1.0);
   FlipAtRandom(0.5, 13, points);
   EstimatorOptions options;
   for (const bool by_radius : {false, true}) {
     if (by_radius) options.neighborhood = NeighborRadius{kRadius};
     const EstimationResult result = MustEstimate(points.ToCloud(), options);
-    ASSERT_EQ(OpposedIn(result), kPoints);
+    ASSERT_EQ(OpposedIn(result), kSeamPoints);
     for (const PointCurvature& point : result.field.points.span()) {
       ASSERT_TRUE(std::isnan(point.mean) && std::isnan(point.gaussian) && std::isnan(point.k1) &&
                   std::isnan(point.d2[2]));
@@ -294,7 +296,7 @@ TEST(SeamPhaseTest, PointsAtSeamsHaveNoValuesButTheirRadius) {
 TEST(SeamPhaseTest, RefusesOpposedNormalsWhereTheCallerWantsThat) {
   EstimatorOptions options;
   options.opposed_normals = OpposedNormalsPolicy::kReject;
-  TestPoints points = Sphere(kPoints, 1.0);
+  TestPoints points = Sphere(kSeamPoints, 1.0);
   WorkerPool pool(2);
   EXPECT_TRUE(EstimateCurvature(points.ToCloud(), options, pool).ok());
   for (float& component : points.normals[1711]) component = -component;
@@ -306,7 +308,7 @@ TEST(SeamPhaseTest, RefusesOpposedNormalsWhereTheCallerWantsThat) {
 }
 
 TEST(SeamPhaseTest, ThreadsAndUnitsDoNotChangeWhoIsRefused) {
-  TestPoints points = RandomSphere(kPoints, 1.0, 14);
+  TestPoints points = RandomSphere(kSeamPoints, 1.0, 14);
   FlipWhere([](const std::array<float, 3>& p) { return p[0] > 0.3f; }, points);
   const EstimationResult one = MustEstimate(points.ToCloud(), {}, 1);
   const EstimationResult many = MustEstimate(points.ToCloud(), {}, 8);
