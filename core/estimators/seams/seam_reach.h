@@ -13,7 +13,8 @@
 namespace curvd {
 
 // Finds neighborhoods that reach across a seam: that hold a marked point, and normals on the other side, which are more
-// than a right angle from the point's own, or from that of a marked point. Thread-safe while the marks do not change.
+// than a right angle from the point's own, or from that of a marked point: of the first in tree order, or of one of the
+// two that turn farthest. Thread-safe while the marks do not change.
 class SeamReach {
  public:
   // A point that gets a result. Lengths in the index's unit.
@@ -54,8 +55,8 @@ using RefusedCounts = std::array<uint64_t, kPointStatusEnd>;
 // point's own, or from that of a marked point. Of others, only points whose normals cancel out
 // (kInconsistentNormals) change, if they are marked. Where many more points are as near as the last neighbor than
 // the neighborhood holds, the point may be refused as well: that bounds the time. Adds what the points were to
-// `refused`. `results` are those of the whole cloud, by slot, and hold the group's; the radius of a radius neighborhood
-// stays. Thread-safe for distinct groups and distinct `refused`.
+// `refused`. `results` are those of the whole cloud, by slot, and hold the group's; their radii stay. Thread-safe for
+// distinct groups and distinct `refused`.
 void RefuseAtSeams(const EstimatorOptions& options, const SpatialIndex& index, const SeamMarks& marks, size_t group,
                    PointCurvature* results, RefusedCounts& refused);
 
