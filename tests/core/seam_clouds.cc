@@ -167,6 +167,7 @@ std::vector<size_t> OkAcrossSeams(const TestPoints& points, const Flips& flips, 
     std::array<std::array<bool, 2>, 2> seen{};  // by sheet, by flip
     for (auto near = begin; near != by_x.end() && x_of(*near) <= x_of(i) + reach; ++near) {
       const size_t j = *near;
+      if (field.points[j].status == PointStatus::kOutlier) continue;  // nobody's neighbor
       double squared = 0.0;
       for (int axis = 0; axis < 3; ++axis) {
         const double d = double{points.positions[j][axis]} - points.positions[i][axis];

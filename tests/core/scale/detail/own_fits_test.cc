@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "tests/core/scale/automatic_requests.h"
@@ -162,11 +163,26 @@ TEST(OwnFitsTest, ASmallBodyBesideALargePlaneKeepsItsCurvature) {
   }
 }
 
+// Flips the normals of the points that are nearest to one: a single one would be an outlier.
+void FlipAround(size_t middle, size_t count, TestPoints& points) {
+  std::vector<std::pair<double, size_t>> by_distance;
+  for (size_t i = 0; i < points.size(); ++i) {
+    double squared = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double offset = double{points.positions[i][axis]} - points.positions[middle][axis];
+      squared += offset * offset;
+    }
+    by_distance.emplace_back(squared, i);
+  }
+  std::partial_sort(by_distance.begin(), by_distance.begin() + static_cast<std::ptrdiff_t>(count), by_distance.end());
+  for (size_t i = 0; i < count; ++i) {
+    for (float& n : points.normals[by_distance[i].second]) n = -n;
+  }
+}
+
 TEST(OwnFitsTest, AFewFlippedNormalsTakeTheirSurroundingsAlone) {
   TestPoints waves = Waves(10'000, 0.002, 5);
-  for (size_t i = 0; i < waves.size(); i += 500) {
-    for (float& n : waves.normals[i]) n = -n;
-  }
+  for (size_t i = 0; i < waves.size(); i += 500) FlipAround(i, 5, waves);
   const EstimationResult result = MustEstimate(waves.ToCloud(), WithChoice(Automatic()));
   size_t refused = 0, own = 0;
   for (size_t i = 0; i < waves.size(); ++i) {
@@ -181,9 +197,9 @@ TEST(OwnFitsTest, AFewFlippedNormalsTakeTheirSurroundingsAlone) {
     ++own;
     ASSERT_LE(choice.mean_error * point.radius, 0.0501f) << "says nothing";
   }
-  EXPECT_GT(refused, 20u) << "those beside the flipped ones";
+  EXPECT_GT(refused, 100u) << "those beside the flipped ones";
   EXPECT_LT(refused, waves.size() / 5) << "half of the cloud has one among its nearest 500";
-  EXPECT_GT(own, waves.size() / 3);
+  EXPECT_GT(own, waves.size() / 4);
 }
 
 // An exact roof over [-1, 1]^2, whose normals have noise: beside the crease, heights of few neighbors tell the most.
