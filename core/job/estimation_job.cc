@@ -49,10 +49,12 @@ class RepeatedJob final : public EstimationJob, public std::enable_shared_from_t
               const NormalOptions& normals, const JobPlace& place)
       : origin_(origin), options_(options), normals_(normals), place_(place) {}
 
-  // Makes the first pass. May throw std::bad_alloc.
+  // Makes a pass. May throw std::bad_alloc.
   void Prepare(Cloud cloud) {
+    std::shared_ptr<CurvatureJob> next = MakePass(std::move(cloud));
+    at_end_ = [self = shared_from_this()](auto result) { self->EndPass(std::move(result)); };
     MutexLock lock(mutex_);
-    pass_ = MakePass(std::move(cloud));
+    pass_ = std::move(next);
   }
   // From here on `callback` will be called, whatever happens.
   void Start(Callback callback) {
@@ -78,6 +80,8 @@ class RepeatedJob final : public EstimationJob, public std::enable_shared_from_t
     JobProgress progress = pass->progress();
     Add(seconds, progress.seconds);
     progress.points_estimated = std::max(progress.points_estimated, points);
+    // Between two passes one has ended, and the job has not.
+    if (progress.phase == JobPhase::kDone && !is_done_) progress.phase = JobPhase::kEstimating;
     return progress;
   }
 
@@ -104,7 +108,7 @@ class RepeatedJob final : public EstimationJob, public std::enable_shared_from_t
 
   void StartPass() {
     const std::shared_ptr<CurvatureJob> pass = this->pass();
-    pass->Start([self = shared_from_this()](auto result) { self->EndPass(std::move(result)); });
+    pass->Start(std::exchange(at_end_, nullptr));
     // Cancel may have come to the pass before.
     if (is_cancelled_) pass->Cancel();
   }
@@ -116,11 +120,12 @@ class RepeatedJob final : public EstimationJob, public std::enable_shared_from_t
     const absl::Status status = CatchBadAlloc([&] {
       AddCost(result->cost);
       outliers_.insert(outliers_.end(), rest->outliers.begin(), rest->outliers.end());
-      std::shared_ptr<CurvatureJob> next = MakePass(std::move(rest->cloud));
-      MutexLock lock(mutex_);
-      Add(result->cost.seconds, seconds_);
-      points_estimated_ = std::max(points_estimated_, ended->progress().points_estimated);
-      pass_ = std::move(next);
+      {
+        MutexLock lock(mutex_);
+        Add(result->cost.seconds, seconds_);
+        points_estimated_ = std::max(points_estimated_, ended->progress().points_estimated);
+      }
+      Prepare(std::move(rest->cloud));
       return absl::OkStatus();
     });
     status.ok() ? StartPass() : End(status);
@@ -145,6 +150,7 @@ class RepeatedJob final : public EstimationJob, public std::enable_shared_from_t
         result = status;
       }
     }
+    is_done_ = true;
     std::exchange(callback_, nullptr)(std::move(result));
   }
 
@@ -153,12 +159,14 @@ class RepeatedJob final : public EstimationJob, public std::enable_shared_from_t
   const NormalOptions normals_;
   const JobPlace place_;
   Callback callback_;
+  Callback at_end_;  // of the pass that has not begun
   // Of the passes that have ended; nobody reads them meanwhile.
   int passes_ = 0;
   std::vector<int32_t> outliers_;
   JobCost cost_;
 
   std::atomic<bool> is_cancelled_ = false;
+  std::atomic<bool> is_done_ = false;
   mutable Mutex mutex_;
   std::shared_ptr<CurvatureJob> pass_ ABSL_GUARDED_BY(mutex_);
   JobSeconds seconds_ ABSL_GUARDED_BY(mutex_);  // of the passes before

@@ -98,16 +98,19 @@ TEST(NormalsOutOfMemoryTest, AnyAllocationThatFailsIsOutOfMemoryAndNothingLeaks)
   FailEachAllocation(Sphere(500, 1.0), options, 2, FailingNew::Failing::kAllFromThere, normals);
 }
 
-// One half is noisy, so that parts are found and more points sampled. The job has too many allocations to let each
-// fail.
+// One half is noisy, so that parts are found and more points sampled; outliers make it two passes. The job has too many
+// allocations to let each fail.
 TEST(AutomaticOutOfMemoryTest, AllocationsThatFailAnywhereAreOutOfMemoryAndNothingLeaks) {
   TestPoints points = Sphere(9'000, 1.0), noisy = points;
   AddNoise(0.01, 3, noisy);
   for (size_t i = 0; i < points.size(); ++i) {
     if (points.positions[i][0] > 0.0f) points.positions[i] = noisy.positions[i];
   }
+  for (int i = 1; i <= 9; ++i) points.Add(1.0 + 0.3 * i, 0.0, 0.0, 1.0, 0.0, 0.0);
   EstimatorOptions options = {.estimator = "auto", .neighborhood = AutomaticScale{}};
   options.returns_choice = true;
+  const EstimationResult whole = MustEstimate(points.ToCloud(), options);
+  ASSERT_GT(whole.field.status_counts[static_cast<size_t>(PointStatus::kOutlier)], 0u);
   size_t refusals = 0, failures = 0;
   const auto fail = [&](size_t first, FailingNew::Failing failing) {
     const ptrdiff_t before = LiveAllocations();
