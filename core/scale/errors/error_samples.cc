@@ -218,11 +218,11 @@ class ErrorSampler {
       if (!IsFinite(whole)) continue;
       const double share = weights_[c].mean / weight.mean;
       if (HaveChanges(point, from)) {
-        const double error = kBiasMargin * factor / (BiasGrowth(from.method) - 1.0);
+        const double bias = factor / (BiasGrowth(from.method) - 1.0), error = kBiasMargin * bias;
         const ShapeWeight root = RootShare(weights_[c], weight);
         AddProducts(axes.PartsOf(Times(root, ChangeOf(point, from, PilotPoint::kEven))),
                     axes.PartsOf(Times(root, ChangeOf(point, from, PilotPoint::kOdd))), error * error, sample.detail);
-        sample.lean -= share * factor * whole.mean;
+        sample.lean -= share * bias * whole.mean;
         continue;
       }
       const double error = factor * ErrorPerChange(point, from);
