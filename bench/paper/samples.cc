@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <numeric>
 #include <string_view>
 #include <variant>
 
@@ -176,16 +176,28 @@ Samples Perturbed(const Samples& samples, double position_noise, double normal_n
   return perturbed;
 }
 
-Cloud ToCloud(const Samples& samples) {
+namespace {
+
+// As a part of a larger cloud, points have ids that are not their places.
+Cloud ToCloud(const Samples& samples, bool is_part) {
   const auto bytes = [](const std::vector<float>& values) {
     return std::string_view(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
   };
   const std::vector<float> positions = Packed(samples.positions), normals = Packed(samples.normals);
   Cloud cloud;
+  if (is_part) {
+    std::vector<uint64_t> ids(samples.size());
+    std::iota(ids.begin(), ids.end(), uint64_t{1});
+    DieUnless(cloud.Describe(ids.size(), ids, {}));
+  }
   DieUnless(cloud.Append(bytes(positions), bytes(normals)));
   DieUnless(cloud.Finish());
   return cloud;
 }
+
+}  // namespace
+
+Cloud ToCloud(const Samples& samples) { return ToCloud(samples, false); }
 
 Samples WithFittedNormals(const Samples& samples, NormalMethod method, uint32_t neighbor_count, WorkerPool& pool) {
   const auto viewpoints = ViewpointsOf(samples);
@@ -204,7 +216,7 @@ Samples WithFittedNormals(const Samples& samples, NormalMethod method, uint32_t 
 }
 
 EstimationResult EstimateSamples(const Samples& samples, const EstimatorOptions& options, bool makes_normals,
-                                 WorkerPool& pool) {
+                                 WorkerPool& pool, bool is_part) {
   NormalOptions normals;
   std::vector<std::array<double, 3>> viewpoints;
   if (makes_normals) {
@@ -212,7 +224,7 @@ EstimationResult EstimateSamples(const Samples& samples, const EstimatorOptions&
     normals.source = NormalSource::kEstimate;
     normals.sides = SidesTowardViewpoints{viewpoints};
   }
-  auto result = EstimateCurvature(ToCloud(samples), options, normals, pool);
+  auto result = EstimateCurvature(ToCloud(samples, is_part), options, normals, pool);
   DieUnless(result.status());
   return *std::move(result);
 }

@@ -56,8 +56,8 @@ Samples WithFittedNormals(const Samples& samples, NormalMethod method, uint32_t 
 Cloud ToCloud(const Samples& samples);
 
 // Estimates by the samples' normals, or, if these are to be made, by those that the core makes of their positions, on
-// the side of the samples' own.
+// the side of the samples' own. Nobody looks for outliers where the samples are a part of a larger cloud.
 EstimationResult EstimateSamples(const Samples& samples, const EstimatorOptions& options, bool makes_normals,
-                                 WorkerPool& pool);
+                                 WorkerPool& pool, bool is_part = false);
 
 }  // namespace curvd::bench
