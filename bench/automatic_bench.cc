@@ -80,13 +80,14 @@ void Measure(const BenchCloud& cloud, Noise noise, int rounds, WorkerPool& pool,
   auto medians = comparison.Run(rounds);
   const double automatic = medians["auto"]["total"], one = medians["largest"]["total"];
   table.AddRow({cloud.name, absl::StrCat(cloud.size()), absl::StrCat(noise.position, " / ", noise.normal),
-                Digits(automatic), absl::StrCat(std::string(largest.estimator), " ", largest.neighbor_count),
-                Digits(one), Digits(automatic / one)});
+                Digits(automatic), Digits(medians["auto"]["outliers"]),
+                absl::StrCat(std::string(largest.estimator), " ", largest.neighbor_count), Digits(one),
+                Digits(automatic / one)});
   targets.AtMost(absl::StrCat(name, ": auto over the largest that it uses"), 4.0, automatic / one, "x");
 }
 
 void Main(const Flags& flags) {
-  Table table("automatic", {"cloud", "points", "noise", "auto, s", "largest", "it alone, s", "times"});
+  Table table("automatic", {"cloud", "points", "noise", "auto, s", "outliers, s", "largest", "it alone, s", "times"});
   Targets targets("automatic");
   WorkerPool pool(1);
   std::vector<size_t> sizes = {10'000, 50'000};

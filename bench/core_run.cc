@@ -5,6 +5,7 @@
 
 #include "bench/stopwatch.h"
 #include "core/job/estimation_job.h"
+#include "core/scale/outliers/outlier_run.h"
 
 namespace curvd::bench {
 
@@ -19,9 +20,11 @@ Figures RunCore(const BenchCloud& cloud, const EstimatorOptions& options, Worker
   }
   // The job's own clock is the wall's; its proportions split the CPU time.
   const JobCost& cost = result->cost;
-  const double build = cpu * *cost.seconds.index / (*cost.seconds.index + *cost.seconds.estimate);
+  const double cpu_per_wall = cpu / (*cost.seconds.index + *cost.seconds.estimate);
+  const double build = cpu_per_wall * *cost.seconds.index;
+  const double outliers = cpu_per_wall * SecondsOf(cost.phases, kOutlierPhase);
   if (field != nullptr) *field = std::move(result->field);
-  return {{"total", cpu}, {"build", build}, {"query", cpu - build}, {"wall", wall}};
+  return {{"total", cpu}, {"build", build}, {"query", cpu - build}, {"outliers", outliers}, {"wall", wall}};
 }
 
 EstimatorOptions OptionsFor(std::string_view estimator, uint32_t k, uint32_t rotations) {
