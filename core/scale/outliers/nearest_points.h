@@ -14,6 +14,12 @@
 
 namespace curvd {
 
+// A neighbor, by its place in the tree order, and its squared distance in the index's unit.
+struct NearestPoint {
+  float squared_distance;
+  uint32_t place;
+};
+
 struct NearestScratch final : WorkerScratch {
   // Neighbors of a point that are found, the point itself not among them.
   static constexpr size_t kNearest = 32;
@@ -22,22 +28,18 @@ struct NearestScratch final : WorkerScratch {
 
   SearchScratch search;
   GroupPoints points;
+  alignas(64) float squared_distances[kRoom];
   alignas(64) int32_t places[kRoom];
+  NearestPoint neighbors[kNearest + 1];
 
   size_t bytes() const override { return sizeof(*this) + search.bytes(); }
   uint64_t work() const override { return search.work; }
 };
 
-// What was found around a point of the group.
-struct NearestPoints {
-  size_t i;                         // the point, in scratch.points
-  std::span<const int32_t> places;  // of the nearest points in the tree order, the point itself among them
-  float squared_radius;             // of the farthest, in the index's unit
-};
-
-// Calls `visit` for the points of the group that get a result, from scratch.first_point on, with their kNearest nearest
-// neighbors, or all others of a small cloud. Errors as those of GroupPhase::run. Thread-safe for distinct scratch.
+// Calls visit(i, neighbors) for the points of the group that get a result, from scratch.first_point on: i is a place in
+// scratch.points, and neighbors are the kNearest nearest ones, or all others of a small cloud, in ascending order.
+// Leaves points that get none out. Errors as those of GroupPhase::run. Thread-safe for distinct scratch.
 absl::Status ForEachNearest(const SpatialIndex& index, size_t group, NearestScratch& scratch,
-                            absl::FunctionRef<void(const NearestPoints& found)> visit);
+                            absl::FunctionRef<void(size_t i, std::span<const NearestPoint> neighbors)> visit);
 
 }  // namespace curvd

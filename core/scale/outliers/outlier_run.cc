@@ -10,13 +10,15 @@
 namespace curvd {
 namespace {
 
-// With fewer judges nobody knows.
+// So many of the nearest neighbors that have a result, and are no outliers themselves, judge a point: that many are on
+// either side of an edge, or of a thin part.
+constexpr size_t kJudges = 24;
 constexpr size_t kFewestJudges = 8;
-// So many must bear a point out: one or two may be outliers like it. On either side of an edge, and on each sheet of a
-// thin part, there are more.
+// So many must bear a point out: one or two may be outliers like it.
 constexpr size_t kFewestWitnesses = 3;
-// How many spacings the radius of kNearest neighbors is on an even surface: the root of 32 / pi.
-constexpr float kSpacingsOfRadius = 3.2f;
+// The distance of this neighbor, from 0 on, and of how many spacings it is the radius on an even surface.
+constexpr size_t kSpacingNeighbor = 6;
+constexpr float kSpacingsToIt = 1.5f;
 
 // An outlier deviates by more than this many times the median of the points around it, which is at least this part of
 // their spacing where these are exact; by this part of the spacing; and by this many times what nine in ten points of
@@ -107,49 +109,52 @@ absl::Status OutlierRun::Allocate() {
 
 absl::Status OutlierRun::Measure(size_t group, size_t round, NearestScratch& scratch) {
   if (round > 0 && found_[round - 1] == 0) return absl::OkStatus();
-  return ForEachNearest(index_, group, scratch, [&](const NearestPoints& found) { MeasurePoint(found, scratch); });
+  return ForEachNearest(index_, group, scratch, [&](size_t i, std::span<const NearestPoint> neighbors) {
+    MeasurePoint(i, neighbors, scratch);
+  });
 }
 
-void OutlierRun::MeasurePoint(const NearestPoints& found, const NearestScratch& scratch) {
-  const auto place = static_cast<size_t>(scratch.points.place[found.i]);
+void OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) {
+  const auto place = static_cast<size_t>(scratch.points.place[i]);
   if (is_outlier_[place] != 0) return;
-  for (const int32_t neighbor : found.places) Prefetch(static_cast<size_t>(neighbor));
-  spacings_[place] = std::sqrt(found.squared_radius) / kSpacingsOfRadius;
-  if (judges_normals_ && HasLonelyNormal(found, scratch)) {
+  const size_t spacing_neighbor = std::min(kSpacingNeighbor, neighbors.size() - 1);
+  spacings_[place] = std::sqrt(neighbors[spacing_neighbor].squared_distance) / kSpacingsToIt;
+  if (judges_normals_ && HasLonelyNormal(i, neighbors, scratch)) {
     deviations_[place] = kInfinity;
     return;
   }
   Vector position;
-  scratch.points.query.Get(found.i, position.data());
+  scratch.points.query.Get(i, position.data());
   const double to_index = std::ldexp(1.0, -index_.scale_exponent());
   Least heights;
   size_t judges = 0;
-  for (const int32_t neighbor : found.places) {
-    const auto judge = static_cast<size_t>(neighbor);
-    if (judge == place || !IsJudged(judge)) continue;
-    const PointCurvature& piece = result(judge);
-    const size_t leaf = judge / SpatialIndex::kLeafSize;
-    const Vector middle = VectorAt(index_.positions(leaf), judge);
+  for (const NearestPoint& neighbor : neighbors) {
+    if (judges == kJudges) break;
+    if (!IsJudged(neighbor.place)) continue;
+    const PointCurvature& piece = result(neighbor.place);
+    const size_t leaf = neighbor.place / SpatialIndex::kLeafSize;
+    const Vector middle = VectorAt(index_.positions(leaf), neighbor.place);
     const Vector offset = {position[0] - middle[0], position[1] - middle[1], position[2] - middle[2]};
     const double along1 = Dot(offset, piece.d1), along2 = Dot(offset, piece.d2);
     const double bend = 0.5 * to_index * (piece.k1 * along1 * along1 + piece.k2 * along2 * along2);
-    heights.Add(static_cast<float>(std::abs(Dot(offset, VectorAt(index_.normals(leaf), judge)) + bend)));
+    heights.Add(static_cast<float>(std::abs(Dot(offset, VectorAt(index_.normals(leaf), neighbor.place)) + bend)));
     ++judges;
   }
   deviations_[place] = judges >= kFewestJudges ? heights.last() : kNaN;
 }
 
 // Normals that are NaN have no say.
-bool OutlierRun::HasLonelyNormal(const NearestPoints& found, const NearestScratch& scratch) const {
-  const auto place = static_cast<size_t>(scratch.points.place[found.i]);
+bool OutlierRun::HasLonelyNormal(size_t i, std::span<const NearestPoint> neighbors,
+                                 const NearestScratch& scratch) const {
   Vector own;
-  scratch.points.normal.Get(found.i, own.data());
+  scratch.points.normal.Get(i, own.data());
   Least negative_cosines;
   size_t judges = 0;
-  for (const int32_t neighbor : found.places) {
-    const auto judge = static_cast<size_t>(neighbor);
-    if (judge == place || is_outlier_[judge] != 0) continue;
-    const double cosine = Dot(own, VectorAt(index_.normals(judge / SpatialIndex::kLeafSize), judge));
+  for (const NearestPoint& neighbor : neighbors) {
+    if (judges == kJudges) break;
+    if (is_outlier_[neighbor.place] != 0) continue;
+    const Vector other = VectorAt(index_.normals(neighbor.place / SpatialIndex::kLeafSize), neighbor.place);
+    const double cosine = Dot(own, other);
     if (std::isnan(cosine)) continue;
     negative_cosines.Add(static_cast<float>(-cosine));
     ++judges;

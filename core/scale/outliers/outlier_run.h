@@ -66,18 +66,14 @@ class OutlierRun final : public StrategyRun {
 
   absl::Status Allocate();
   absl::Status Measure(size_t group, size_t round, NearestScratch& scratch);
-  void MeasurePoint(const NearestPoints& found, const NearestScratch& scratch);
-  bool HasLonelyNormal(const NearestPoints& found, const NearestScratch& scratch) const;
+  void MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch);
+  bool HasLonelyNormal(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) const;
   // Finds out what deviation is usual in the cloud.
   void FindUsualDeviation();
   void Judge(size_t group, size_t round);
   bool IsJudged(size_t place) const;
 
   const PointCurvature& result(size_t place) const { return results_[index_.point_set().slot_of(rank(place))]; }
-  // Fetches its result, for soon: those of neighbors lie anywhere.
-  void Prefetch(size_t place) const {
-    if (index_.point_set().is_query(rank(place))) __builtin_prefetch(&result(place));
-  }
   int32_t rank(size_t place) const {
     return index_.positions(place / SpatialIndex::kLeafSize).id[place % SpatialIndex::kLeafSize];
   }
