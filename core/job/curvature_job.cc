@@ -286,12 +286,37 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
       absl::Status status = AddChoices();
       return status.ok() ? AddAgreement() : status;
     }
+    return AddRest(std::move(outliers));
+  }
+
+  // Ends the job, in phases of short blocks, with the rest of the cloud.
+  absl::Status AddRest(std::vector<int32_t> outliers) {
     FreeResults();
-    const bool takes_normals = normal_options_.source != NormalSource::kEstimate;
-    absl::StatusOr<Cloud> cloud = RestOfCloud(std::move(index_), size_, outliers, takes_normals);
-    index_ = SpatialIndex();
-    if (!cloud.ok()) return cloud.status();
-    rest_ = Rest{*std::move(cloud), std::move(outliers)};
+    rest_of_cloud_.emplace(index_, size_, normal_options_.source != NormalSource::kEstimate);
+    if (absl::Status status = rest_of_cloud_->Allocate(); !status.ok()) return status;
+    outliers_ = std::move(outliers);
+    AddPhase(MakeLoop(kOutlierPhase, size_, kFillPoints,
+                      [this](size_t first, size_t last) { rest_of_cloud_->Clear(first, last); }));
+    AddPhase(MakeLoop(kOutlierPhase, index_.leaf_count(), kFillPoints / SpatialIndex::kLeafSize,
+                      [this](size_t first, size_t last) { rest_of_cloud_->Place(first, last); }));
+    // Points are appended in their order: each block adds the next one.
+    const auto begin = [this]() -> absl::StatusOr<size_t> {
+      rest_of_cloud_->LeaveOut(outliers_);
+      rest_of_cloud_->StartCloud();
+      index_ = SpatialIndex();
+      return 1;
+    };
+    const auto append = [this](const BlockContext& context) {
+      absl::Status status = rest_of_cloud_->Append(context.block);
+      if (status.ok() && context.block + 1 < rest_of_cloud_->block_count()) context.add_block(context.block + 1);
+      return status;
+    };
+    const auto end = [this] {
+      rest_ = Rest{rest_of_cloud_->Take(), std::move(outliers_)};
+      rest_of_cloud_.reset();
+      return absl::OkStatus();
+    };
+    AddPhase(std::make_unique<FunctionPhase>(kOutlierPhase, PhaseFunctions{.begin = begin, .run = append, .end = end}));
     return absl::OkStatus();
   }
 
@@ -360,7 +385,8 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
                            (halves_.has_value() ? halves_->bytes() : 0);
     return building + index_.bytes() + normals + fields_.bytes() + choices_.bytes() +
            (run_ != nullptr ? run_->bytes() : 0) + (outlier_run_.has_value() ? outlier_run_->bytes() : 0) +
-           (agreement_run_.has_value() ? agreement_run_->bytes() : 0) + (rest_.has_value() ? rest_->cloud.bytes() : 0);
+           (agreement_run_.has_value() ? agreement_run_->bytes() : 0) + (rest_.has_value() ? rest_->cloud.bytes() : 0) +
+           (rest_of_cloud_.has_value() ? rest_of_cloud_->bytes() : 0);
   }
 
   void OnEnd(absl::Status status) override {
@@ -370,6 +396,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
     scratch_.reset();
     agreement_run_.reset();
     outlier_run_.reset();
+    rest_of_cloud_.reset();
     run_.reset();
     std::optional<NormalReport> report;
     if (status.ok() && !rest_.has_value() && normals_.has_value()) {
@@ -440,6 +467,8 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
   std::array<std::atomic<uint64_t>, kPointStatusEnd> refused_{};
   std::unique_ptr<StrategyRun> run_;
   std::optional<OutlierRun> outlier_run_;
+  std::vector<int32_t> outliers_;             // while the rest is made
+  std::optional<RestOfCloud> rest_of_cloud_;  // likewise
   std::optional<Rest> rest_;
   std::optional<AgreementRun> agreement_run_;
   std::optional<ScaleReport> scale_report_;

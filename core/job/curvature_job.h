@@ -30,13 +30,12 @@ class CurvatureJob : public EstimationJob {
   // What is to be estimated once more.
   struct Rest {
     Cloud cloud;                    // the outliers are invalid points of it
-    std::vector<int32_t> outliers;  // their ranks, ascending
+    std::vector<int32_t> outliers;  // their ranks, in any order
   };
 
   // `origin` is what was subtracted from the positions of the cloud that the caller knows, which may be another one.
   // Without `options`, no curvature is estimated. Unless `search` is kNone, the job may end with a
-  // rest in place of a result.
-  // May throw std::bad_alloc.
+  // rest in place of a result. May throw std::bad_alloc.
   static std::shared_ptr<CurvatureJob> Make(Cloud cloud, const std::array<double, 3>& origin,
                                             const std::optional<EstimatorOptions>& options,
                                             const NormalOptions& normals, const JobPlace& place, OutlierSearch search);

@@ -25,7 +25,8 @@ struct PointNormal {
   // - kTooFewNeighbors: fewer than kMinNeighborCount within the radius, or the point lies far away from all of them,
   // - kDegenerateArea: the neighbors coincide,
   // - kSingularFit: they lie on a line, or fix no polynomial,
-  // - kInvalidInput: the point was not usable.
+  // - kInvalidInput: the point was not usable,
+  // - kOutlier: the estimate of curvature found that it lies off the surface.
   PointStatus status;
 };
 

@@ -130,7 +130,7 @@ void OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors,
   size_t judges = 0;
   for (const NearestPoint& neighbor : neighbors) {
     if (judges == kJudges) break;
-    if (!IsJudged(neighbor.place)) continue;
+    if (!IsJudge(neighbor.place)) continue;
     const PointCurvature& piece = result(neighbor.place);
     const size_t leaf = neighbor.place / SpatialIndex::kLeafSize;
     const Vector middle = VectorAt(index_.positions(leaf), neighbor.place);
@@ -162,8 +162,7 @@ bool OutlierRun::HasLonelyNormal(size_t i, std::span<const NearestPoint> neighbo
   return judges >= kFewestJudges && -negative_cosines.last() < kLonelyCosine;
 }
 
-// Whether the point has a result, and is no outlier.
-bool OutlierRun::IsJudged(size_t place) const {
+bool OutlierRun::IsJudge(size_t place) const {
   return is_outlier_[place] == 0 && index_.point_set().is_query(rank(place)) &&
          result(place).status == PointStatus::kOk;
 }
@@ -174,7 +173,7 @@ void OutlierRun::FindUsualDeviation() {
   std::vector<double> sample;
   sample.reserve(count / step + 1);
   for (size_t place = 0; place < count; place += step) {
-    if (!IsJudged(place) || !(spacings_[place] > 0.0f) || !std::isfinite(deviations_[place])) continue;
+    if (!IsJudge(place) || !(spacings_[place] > 0.0f) || !std::isfinite(deviations_[place])) continue;
     sample.push_back(double{deviations_[place]} / spacings_[place]);
   }
   usual_deviation_ = std::numeric_limits<double>::infinity();
@@ -194,7 +193,7 @@ void OutlierRun::Judge(size_t group, size_t round) {
   for (size_t place = first; place < last; ++place) {
     if (is_outlier_[place] != 0 || !is_query(place)) continue;
     spacings[spacing_count++] = spacings_[place];
-    if (IsJudged(place) && std::isfinite(deviations_[place])) deviations[deviation_count++] = deviations_[place];
+    if (IsJudge(place) && std::isfinite(deviations_[place])) deviations[deviation_count++] = deviations_[place];
   }
   if (spacing_count == 0) return;
   const float spacing = MedianOf(spacings.data(), spacing_count);
@@ -222,7 +221,6 @@ std::vector<int32_t> OutlierRun::TakeOutliers() {
   for (size_t place = 0; place < index_.point_count() && count > 0; ++place) {
     if (is_outlier_[place] != 0) outliers.push_back(rank(place));
   }
-  std::sort(outliers.begin(), outliers.end());
   return outliers;
 }
 

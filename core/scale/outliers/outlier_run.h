@@ -56,8 +56,8 @@ class OutlierRun final : public StrategyRun {
   std::vector<GroupPhase> Phases() override;
   size_t bytes() const override { return deviations_.bytes() + spacings_.bytes() + is_outlier_.bytes(); }
 
-  // The ranks of the outliers, ascending; none where more than a quarter of the points would be some, since what most
-  // points have in common is no exception. REQUIRES: the phases have ended.
+  // The ranks of the outliers, in any order; none where more than a quarter of the points would be some, since what
+  // most points have in common is no exception. REQUIRES: the phases have ended.
   std::vector<int32_t> TakeOutliers();
 
  private:
@@ -71,7 +71,8 @@ class OutlierRun final : public StrategyRun {
   // Finds out what deviation is usual in the cloud.
   void FindUsualDeviation();
   void Judge(size_t group, size_t round);
-  bool IsJudged(size_t place) const;
+  // Whether the point has a result, and is no outlier.
+  bool IsJudge(size_t place) const;
 
   const PointCurvature& result(size_t place) const { return results_[index_.point_set().slot_of(rank(place))]; }
   int32_t rank(size_t place) const {

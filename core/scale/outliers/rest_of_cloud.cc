@@ -1,66 +1,76 @@
 #include "core/scale/outliers/rest_of_cloud.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <string_view>
 #include <utility>
 
-#include "core/base/page_array.h"
 #include "core/cloud/lattice.h"
 
 namespace curvd {
 namespace {
 
 constexpr float kNoCoordinate = std::numeric_limits<float>::quiet_NaN();
+constexpr std::array<float, 3> kNoVector = {kNoCoordinate, kNoCoordinate, kNoCoordinate};
 
-using Vectors = PageArray<std::array<float, 3>>;
-
-absl::StatusOr<Vectors> MakeVectors(size_t size) {
-  absl::StatusOr<Vectors> vectors = Vectors::Create(size);
-  if (vectors.ok())
-    std::fill_n(vectors->data(), size, std::array<float, 3>{kNoCoordinate, kNoCoordinate, kNoCoordinate});
-  return vectors;
-}
-
-std::string_view BytesOf(const Vectors& vectors) {
-  return {reinterpret_cast<const char*>(vectors.data()), vectors.size() * sizeof(std::array<float, 3>)};
+std::string_view BytesOf(const std::array<float, 3>* vectors, size_t count) {
+  return {reinterpret_cast<const char*>(vectors), count * sizeof(*vectors)};
 }
 
 }  // namespace
 
-absl::StatusOr<Cloud> RestOfCloud(SpatialIndex index, size_t size, std::span<const int32_t> left_out,
-                                  bool takes_normals) {
-  auto positions = MakeVectors(size);
+absl::Status RestOfCloud::Allocate() {
+  auto positions = Vectors::Create(size_);
   if (!positions.ok()) return positions.status();
-  auto normals = MakeVectors(takes_normals ? size : 0);
+  auto normals = Vectors::Create(takes_normals_ ? size_ : 0);
   if (!normals.ok()) return normals.status();
-  const int exponent = -index.scale_exponent();
-  for (size_t leaf = 0; leaf < index.leaf_count(); ++leaf) {
-    const SpatialIndex::LeafPositions& points = index.positions(leaf);
-    for (int i = 0; i < index.LeafPoints(leaf); ++i) {
+  positions_ = *std::move(positions);
+  normals_ = *std::move(normals);
+  return absl::OkStatus();
+}
+
+void RestOfCloud::Clear(size_t first, size_t last) {
+  std::fill(positions_.data() + first, positions_.data() + last, kNoVector);
+  if (takes_normals_) std::fill(normals_.data() + first, normals_.data() + last, kNoVector);
+}
+
+void RestOfCloud::Place(size_t first, size_t last) {
+  const int exponent = -index_.scale_exponent();
+  for (size_t leaf = first; leaf < last; ++leaf) {
+    const SpatialIndex::LeafPositions& points = index_.positions(leaf);
+    for (int i = 0; i < index_.LeafPoints(leaf); ++i) {
       const auto rank = static_cast<size_t>(points.id[i]);
-      (*positions)[rank] = {std::ldexp(points.x[i], exponent), std::ldexp(points.y[i], exponent),
-                            std::ldexp(points.z[i], exponent)};
-      if (!takes_normals) continue;
-      const SpatialIndex::LeafNormals& leaf_normals = index.normals(leaf);
-      (*normals)[rank] = {leaf_normals.x[i], leaf_normals.y[i], leaf_normals.z[i]};
+      positions_[rank] = {std::ldexp(points.x[i], exponent), std::ldexp(points.y[i], exponent),
+                          std::ldexp(points.z[i], exponent)};
+      if (!takes_normals_) continue;
+      const SpatialIndex::LeafNormals& normals = index_.normals(leaf);
+      normals_[rank] = {normals.x[i], normals.y[i], normals.z[i]};
     }
   }
-  for (const int32_t rank : left_out)
-    (*positions)[static_cast<size_t>(rank)] = {kNoCoordinate, kNoCoordinate, kNoCoordinate};
+}
+
+void RestOfCloud::LeaveOut(std::span<const int32_t> ranks) {
+  for (const int32_t rank : ranks) positions_[static_cast<size_t>(rank)] = kNoVector;
+}
+
+void RestOfCloud::StartCloud() {
+  cloud_ = Cloud(ScalarType::kFloat32, InvalidPointPolicy::kSkip,
+                 takes_normals_ ? NormalsInput::kGiven : NormalsInput::kAbsent);
+  cloud_.Expect(size_);
   Lattice lattice;
-  lattice.spacing = std::ldexp(index.lattice_spacing(), exponent);
-  index = SpatialIndex();
-  Cloud cloud(ScalarType::kFloat32, InvalidPointPolicy::kSkip,
-              takes_normals ? NormalsInput::kGiven : NormalsInput::kAbsent);
-  cloud.Expect(size);
-  if (lattice.spacing > 0.0) cloud.PlaceOn(lattice);
-  absl::Status status = cloud.Append(BytesOf(*positions), BytesOf(*normals));
-  if (status.ok()) status = cloud.Finish();
-  if (!status.ok()) return status;
-  return cloud;
+  lattice.spacing = std::ldexp(index_.lattice_spacing(), -index_.scale_exponent());
+  if (lattice.spacing > 0.0) cloud_.PlaceOn(lattice);
+}
+
+absl::Status RestOfCloud::Append(size_t block) {
+  const size_t first = block * Cloud::kBlockPoints, count = std::min(Cloud::kBlockPoints, size_ - first);
+  const absl::Status status = cloud_.Append(BytesOf(positions_.data() + first, count),
+                                            takes_normals_ ? BytesOf(normals_.data() + first, count) : "");
+  if (!status.ok() || block + 1 < block_count()) return status;
+  positions_ = Vectors();
+  normals_ = Vectors();
+  return cloud_.Finish();
 }
 
 }  // namespace curvd
