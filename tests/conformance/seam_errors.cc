@@ -1,13 +1,14 @@
 // Shows what estimates do with normals that point to both sides of a surface, and that right normals are left alone.
 // Prints two tables.
 //
-//   seam_errors POINTS [SHARED_DIR]
+//   seam_errors POINTS [SHARED_DIR [EVERY]]
 //
 // Wrong normals: spheres of POINTS points of which single normals or whole halves are flipped, and the scan
 // armadillo100k as it is on disk. No point may be OK whose neighborhood crosses a seam. Right normals: goursat, torus,
 // the scan once it is oriented, plates, gaps, shells and lenses. Every byte of their results must be that of an
 // estimate by the same strategy which looks for no seam; those that are made have POINTS / 2 points. Exit code 1 if one
 // is otherwise. Clouds that are not in SHARED_DIR/data are left out, and named; without SHARED_DIR all of them are.
+// Of those that are there each EVERYth estimate is tried, by default all.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -43,6 +44,7 @@ namespace {
 struct NamedPoints {
   std::string name;
   TestPoints points;
+  size_t every = 1;  // which of the estimates are tried
 };
 
 // Nothing if the file does not exist.
@@ -120,6 +122,7 @@ struct WrongCloud {
   // points make a seam of which one is among the 6 nearest of the other, of which one alone is wrong, and whose normals
   // are more than 100 degrees apart: about a crease of 90 degrees a scan does not tell opposed normals from right ones.
   bool is_one_sheet = true;
+  size_t every = 1;  // which of the estimates are tried
 };
 
 // For each point those of its 6 nearest points that make a seam with it.
@@ -224,8 +227,8 @@ struct Way {
   EstimatorOptions options;
 };
 
-// Every estimator by its defaults, and one by few and by many neighbors.
-std::vector<Way> Ways() {
+// Every estimator by its defaults, and one by few and by many neighbors; of these each `every`th.
+std::vector<Way> Ways(size_t every) {
   std::vector<Way> ways;
   for (const Strategy* strategy : Strategies()) {
     EstimatorOptions options;
@@ -237,7 +240,9 @@ std::vector<Way> Ways() {
     options.neighborhood = NeighborCount{count};
     ways.push_back({std::string(options.estimator) + ", K = " + std::to_string(count), options});
   }
-  return ways;
+  std::vector<Way> picked;
+  for (size_t i = 0; i < ways.size(); i += every) picked.push_back(std::move(ways[i]));
+  return picked;
 }
 
 std::vector<WrongCloud> WrongSpheres(size_t count) {
@@ -309,7 +314,7 @@ TestPoints SampleSurface(const std::string& name, size_t points) {
   return out;
 }
 
-std::vector<NamedPoints> RightClouds(size_t count, const std::string& shared) {
+std::vector<NamedPoints> RightClouds(size_t count, const std::string& shared, size_t every) {
   std::vector<NamedPoints> clouds;
   for (const std::string surface : {"goursat", "torus"}) {
     const TestPoints made = SampleSurface(surface, count);
@@ -317,7 +322,7 @@ std::vector<NamedPoints> RightClouds(size_t count, const std::string& shared) {
       clouds.push_back({surface + (noise > 0.0 ? ", noise 0.2" : ""), Disturbed(made, noise)});
     }
     if (auto points = LoadPoints(shared + "/data/paper/" + surface + "_025000.pts")) {
-      clouds.push_back({surface + " of the paper", *std::move(points)});
+      clouds.push_back({surface + " of the paper", *std::move(points), every});
     }
   }
   for (uint64_t seed = 1; seed <= 3; ++seed) {
@@ -332,7 +337,7 @@ std::vector<NamedPoints> RightClouds(size_t count, const std::string& shared) {
 // Prints one cloud's row of each way. Returns how many points are OK although their neighborhoods cross a seam.
 size_t ReportWrong(const WrongCloud& cloud) {
   size_t total = 0;
-  for (const Way& way : Ways()) {
+  for (const Way& way : Ways(cloud.every)) {
     const std::vector<PointCurvature> without = EstimateWithoutCheck(cloud.points, way.options);
     const EstimationResult with = MustEstimate(cloud.points.ToCloud(), way.options);
     CrossingCounter counter(cloud, MedianRadius(without));
@@ -355,7 +360,7 @@ size_t ReportWrong(const WrongCloud& cloud) {
 // Prints one row. Returns how many points differ in some byte.
 size_t ReportRight(const NamedPoints& cloud) {
   size_t total = 0;
-  for (const Way& way : Ways()) {
+  for (const Way& way : Ways(cloud.every)) {
     const std::vector<PointCurvature> without = EstimateWithoutCheck(cloud.points, way.options);
     const EstimationResult with = MustEstimate(cloud.points.ToCloud(), way.options);
     size_t differing = 0;
@@ -365,19 +370,19 @@ size_t ReportRight(const NamedPoints& cloud) {
     if (differing > 0) std::printf("%s, %s: %zu points differ\n", cloud.name.c_str(), way.name.c_str(), differing);
     total += differing + with.agreement.opposed_pairs;
   }
-  std::printf("%-34s %8zu points %3zu estimates %8zu differ\n", cloud.name.c_str(), cloud.points.size(), Ways().size(),
-              total);
+  std::printf("%-34s %8zu points %3zu estimates %8zu differ\n", cloud.name.c_str(), cloud.points.size(),
+              Ways(cloud.every).size(), total);
   std::fflush(stdout);
   return total;
 }
 
-int Main(size_t count, const std::string& shared) {
+int Main(size_t count, const std::string& shared, size_t every) {
   std::vector<WrongCloud> wrong = WrongSpheres(count);
-  std::vector<NamedPoints> right = RightClouds(count / 2, shared);
+  std::vector<NamedPoints> right = RightClouds(count / 2, shared, every);
   if (auto scan = LoadPoints(shared + "/data/scans/armadillo100k.ply")) {
     auto [oriented, flips] = Oriented(*scan);
-    right.push_back({"armadillo100k, oriented", std::move(oriented)});
-    wrong.push_back({"armadillo100k, as it is on disk", *std::move(scan), std::move(flips), false});
+    right.push_back({"armadillo100k, oriented", std::move(oriented), every});
+    wrong.push_back({"armadillo100k, as it is on disk", *std::move(scan), std::move(flips), false, every});
   }
   std::printf("%-34s %-22s %8s %8s %8s %8s %8s %8s\n", "wrong normals", "estimator", "OK, no", "of these", "OK",
               "of these", "opposed", "flipped");
@@ -396,10 +401,11 @@ int Main(size_t count, const std::string& shared) {
 }  // namespace curvd::testing
 
 int main(int argc, char** argv) {
-  const long count = argc == 2 || argc == 3 ? std::atol(argv[1]) : 0;
-  if (count < 1000 || count > 1'000'000) {
-    std::fprintf(stderr, "usage: seam_errors POINTS [SHARED_DIR], of 1000 to 1000000 points\n");
+  const long count = argc >= 2 && argc <= 4 ? std::atol(argv[1]) : 0, every = argc == 4 ? std::atol(argv[3]) : 1;
+  if (count < 1000 || count > 1'000'000 || every < 1) {
+    std::fprintf(stderr,
+                 "usage: seam_errors POINTS [SHARED_DIR [EVERY]], of 1000 to 1000000 points, EVERY from 1 on\n");
     return 2;
   }
-  return curvd::testing::Main(static_cast<size_t>(count), argc == 3 ? argv[2] : "");
+  return curvd::testing::Main(static_cast<size_t>(count), argc >= 3 ? argv[2] : "", static_cast<size_t>(every));
 }

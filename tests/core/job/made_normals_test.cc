@@ -166,6 +166,7 @@ TEST(MadeNormalsTest, ErrorsThatNeighborsShareHaveNoIntervals) {
     unknown += std::isnan(choice.mean_error) ? 1 : 0;
   }
   EXPECT_GT(unknown, 5'000u);
+  EXPECT_FALSE(result.scale_report->normal_sigma.has_value()) << "what neighbors share is no noise of their own";
 }
 
 TEST(MadeNormalsTest, AnUnknownEstimatorIsRefused) {

@@ -62,14 +62,25 @@ TEST(LineTest, DependsOnNoOrder) {
   EXPECT_EQ(before.thickness, after.thickness);
 }
 
-// What a polynomial of the given degree over x leaves of values: the root of the mean square. All weighted.
+// What a polynomial of the given degree, at most 2, over x leaves of values: the root of the mean square. All weighted.
 double Rest(const Eigen::VectorXd& x, const Eigen::VectorXd& values, const Eigen::VectorXd& weights, int degree) {
-  const Eigen::VectorXd roots = weights.cwiseSqrt();
-  Eigen::MatrixXd powers(x.size(), degree + 1);
-  for (int p = 0; p <= degree; ++p) powers.col(p) = x.array().pow(p) * roots.array();
-  const Eigen::VectorXd right = values.cwiseProduct(roots);
-  const Eigen::VectorXd solution = powers.colPivHouseholderQr().solve(right);
-  return (right - powers * solution).norm() / roots.norm();
+  // Powers that are left out stay with a one on the diagonal, and get nothing.
+  Eigen::Matrix3d products = Eigen::Vector3d(0.0, degree > 0 ? 0.0 : 1.0, degree > 1 ? 0.0 : 1.0).asDiagonal();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  const auto powers_at = [&](Eigen::Index i) {
+    return Eigen::Vector3d(1.0, degree > 0 ? x[i] : 0.0, degree > 1 ? x[i] * x[i] : 0.0);
+  };
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3d powers = powers_at(i);
+    products += weights[i] * powers * powers.transpose();
+    right += weights[i] * values[i] * powers;
+  }
+  const Eigen::Vector3d solution = products.inverse() * right;
+  double squares = 0.0;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    squares += weights[i] * std::pow(values[i] - powers_at(i).dot(solution), 2);
+  }
+  return std::sqrt(squares / weights.sum());
 }
 
 class LineSpreadTest : public testing::InstructionSetTest {};
@@ -100,14 +111,19 @@ TEST_P(LineSpreadTest, IsWhatLeastSquaresSay) {
       const LineSpread spread = MeasureLine(offsets.neighbors, kUp, 0.5f, fades);
 
       // The widest direction, as eigenvectors have it.
-      Eigen::Matrix2Xd plane(2, size);
-      plane << x.transpose(), y.transpose();
-      const Eigen::Vector2d mean = plane * weights / weights.sum();
-      const Eigen::Matrix2Xd centered = plane.colwise() - mean;
-      const Eigen::Matrix2d covariance = centered * weights.asDiagonal() * centered.transpose() / weights.sum();
+      Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+      for (int i = 0; i < size; ++i) mean += weights[i] / weights.sum() * Eigen::Vector2d(x[i], y[i]);
+      Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+      for (int i = 0; i < size; ++i) {
+        const Eigen::Vector2d offset = Eigen::Vector2d(x[i], y[i]) - mean;
+        covariance += weights[i] / weights.sum() * offset * offset.transpose();
+      }
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);
-      const Eigen::VectorXd along = plane.transpose() * axes.eigenvectors().col(1);
-      const Eigen::VectorXd across = plane.transpose() * axes.eigenvectors().col(0);
+      Eigen::VectorXd along(size), across(size);
+      for (int i = 0; i < size; ++i) {
+        along[i] = axes.eigenvectors().col(1).dot(Eigen::Vector2d(x[i], y[i]));
+        across[i] = axes.eigenvectors().col(0).dot(Eigen::Vector2d(x[i], y[i]));
+      }
       const int degree = size < 16 ? 0 : 2;
       EXPECT_NEAR(spread.along, std::sqrt(axes.eigenvalues()[1]), 1e-6) << size;
       EXPECT_NEAR(spread.across, Rest(along, across, weights, degree), 1e-6) << size;
