@@ -266,6 +266,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
       if (halves_.has_value()) scale_report_->normals_made_anew = halves_->made_anew_by();
     }
     shares_errors_ = NeighborsShareErrors();
+    if (shares_errors_) scale_report_->normal_sigma.reset();
     run_.reset();
     if (search_ == OutlierSearch::kNone || index_.point_count() < OutlierRun::kFewestPoints) return EndOutliers();
     outlier_run_.emplace(index_, fields_.points(0).data(), normal_options_.source != NormalSource::kEstimate, search_);

@@ -1,6 +1,7 @@
 #include "core/scale/outliers/nearest_points.h"
 
 #include <algorithm>
+#include <span>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/scale/outliers/nearest_points.cc"
@@ -36,8 +37,35 @@ class PlaceLister {
   size_t count_ = 0;
 };
 
+// Puts the listed neighbors of point i in ascending order, those at one distance by place, and leaves the point itself
+// out. Each goes where the number of those before it says, which takes no branches.
+std::span<const NearestPoint> InOrder(size_t i, size_t count, NearestScratch& s) {
+  const FloatTag d;
+  const IntTag di;
+  for (size_t j = 0; j < count; ++j) {
+    if (s.places[j] == s.points.place[i]) s.squared_distances[j] = -1.0f;
+  }
+  for (size_t j = 0; j < count; j += hn::Lanes(d)) {
+    const FloatVec own = hn::LoadU(d, s.squared_distances + j);
+    const auto own_place = hn::LoadU(di, s.places + j);
+    auto before = hn::Zero(di);
+    for (size_t other = 0; other < count; ++other) {
+      const FloatVec others = hn::Set(d, s.squared_distances[other]);
+      const auto has_earlier_place = hn::RebindMask(d, hn::Lt(hn::Set(di, s.places[other]), own_place));
+      const FloatMask is_before = hn::Or(hn::Lt(others, own), hn::And(hn::Eq(others, own), has_earlier_place));
+      before = hn::Sub(before, hn::VecFromMask(di, hn::RebindMask(di, is_before)));
+    }
+    hn::StoreU(before, di, s.order + j);
+  }
+  for (size_t j = 0; j < count; ++j) {
+    s.neighbors[s.order[j]] = {s.squared_distances[j], static_cast<uint32_t>(s.places[j])};
+  }
+  const bool is_listed = count > 0 && s.neighbors[0].squared_distance < 0.0f;
+  return std::span<const NearestPoint>(s.neighbors, count).subspan(is_listed ? 1 : 0);
+}
+
 absl::Status ListNearest(const SpatialIndex& index, size_t group, NearestScratch& s,
-                         absl::FunctionRef<void(size_t i, size_t count)> visit) {
+                         absl::FunctionRef<void(size_t i, std::span<const NearestPoint> neighbors)> visit) {
   LoadGroup(index, group, s.points, s.first_point);
   if (s.points.size == 0) return absl::OkStatus();
   const uint64_t began = s.search.work;
@@ -50,7 +78,7 @@ absl::Status ListNearest(const SpatialIndex& index, size_t group, NearestScratch
     s.points.query.Get(i, query);
     search.Find(query, PlaceLister(s, count));
     if (s.IsStopped()) return Stopped();
-    visit(i, count);
+    visit(i, InOrder(i, count, s));
     if (s.search.work - began > s.most_work && i + 1 < s.points.size) {
       s.rest = s.first_point + i + 1;
       break;
@@ -72,19 +100,7 @@ HWY_EXPORT(ListNearest);
 
 absl::Status ForEachNearest(const SpatialIndex& index, size_t group, NearestScratch& scratch,
                             absl::FunctionRef<void(size_t i, std::span<const NearestPoint> neighbors)> visit) {
-  const auto sort = [&](size_t i, size_t count) {
-    size_t others = 0;
-    for (size_t j = 0; j < count; ++j) {
-      if (scratch.places[j] == scratch.points.place[i]) continue;
-      scratch.neighbors[others++] = {scratch.squared_distances[j], static_cast<uint32_t>(scratch.places[j])};
-    }
-    const std::span<NearestPoint> neighbors(scratch.neighbors, others);
-    std::sort(neighbors.begin(), neighbors.end(), [](const NearestPoint& a, const NearestPoint& b) {
-      return a.squared_distance != b.squared_distance ? a.squared_distance < b.squared_distance : a.place < b.place;
-    });
-    visit(i, neighbors);
-  };
-  return HWY_DYNAMIC_DISPATCH(ListNearest)(index, group, scratch, sort);
+  return HWY_DYNAMIC_DISPATCH(ListNearest)(index, group, scratch, visit);
 }
 
 }  // namespace curvd

@@ -30,6 +30,7 @@ struct NearestScratch final : WorkerScratch {
   GroupPoints points;
   alignas(64) float squared_distances[kRoom];
   alignas(64) int32_t places[kRoom];
+  alignas(64) int32_t order[kRoom];
   NearestPoint neighbors[kNearest + 1];
 
   size_t bytes() const override { return sizeof(*this) + search.bytes(); }

@@ -36,29 +36,72 @@ constexpr size_t kMostShareInverse = 4;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// The least of the values that were added.
-class Least {
- public:
-  void Add(float value) {
-    for (float& kept : least_) {
-      if (value < kept) std::swap(value, kept);
-    }
-  }
-  float last() const { return least_.back(); }
-
- private:
-  std::array<float, kFewestWitnesses> least_ = {kInfinity, kInfinity, kInfinity};
-};
-
 using Vector = std::array<float, 3>;
-
-double Dot(const Vector& a, const Vector& b) { return double{a[0]} * b[0] + double{a[1]} * b[1] + double{a[2]} * b[2]; }
 
 template <typename Leaf>
 Vector VectorAt(const Leaf& leaf, size_t place) {
   const size_t i = place % SpatialIndex::kLeafSize;
   return {leaf.x[i], leaf.y[i], leaf.z[i]};
 }
+
+// Vectors of the judges of a point, by component, for loops that compilers make vector code of.
+struct JudgeVectors {
+  std::array<float, kJudges> x, y, z;
+
+  void Set(size_t i, const Vector& vector) {
+    x[i] = vector[0];
+    y[i] = vector[1];
+    z[i] = vector[2];
+  }
+  float DotAt(size_t i, const JudgeVectors& other) const {
+    return x[i] * other.x[i] + y[i] * other.y[i] + z[i] * other.z[i];
+  }
+};
+
+// The value that kFewestWitnesses - 1 others lie below. REQUIRES: there are so many; none is NaN.
+float LeastButTwo(std::span<const float> values) {
+  static_assert(kFewestWitnesses == 3);
+  float first = kInfinity, second = kInfinity, third = kInfinity;
+  for (const float value : values) {
+    const float larger = std::max(first, value), largest = std::max(second, larger);
+    first = std::min(first, value);
+    second = std::min(second, larger);
+    third = std::min(third, largest);
+  }
+  return third;
+}
+
+// The pieces of surface by which the neighbors of a point judge it.
+class Pieces {
+ public:
+  // `offset`: from the piece's point to the one that is judged; `to_index`: what curvatures are multiplied with.
+  void Add(const Vector& offset, const Vector& normal, const PointCurvature& piece, double to_index) {
+    offsets_.Set(count_, offset);
+    normals_.Set(count_, normal);
+    d1_.Set(count_, piece.d1);
+    d2_.Set(count_, piece.d2);
+    half_k1_[count_] = static_cast<float>(0.5 * to_index * piece.k1);
+    half_k2_[count_] = static_cast<float>(0.5 * to_index * piece.k2);
+    ++count_;
+  }
+  size_t count() const { return count_; }
+
+  // That of the point above the piece that it is third nearest to.
+  float ThirdLeastHeight() const {
+    std::array<float, kJudges> heights;
+    for (size_t i = 0; i < count_; ++i) {
+      const float along1 = offsets_.DotAt(i, d1_), along2 = offsets_.DotAt(i, d2_);
+      const float bend = half_k1_[i] * (along1 * along1) + half_k2_[i] * (along2 * along2);
+      heights[i] = std::abs(offsets_.DotAt(i, normals_) + bend);
+    }
+    return LeastButTwo({heights.data(), count_});
+  }
+
+ private:
+  size_t count_ = 0;
+  JudgeVectors offsets_, normals_, d1_, d2_;
+  std::array<float, kJudges> half_k1_, half_k2_;
+};
 
 // The middle one of `count` values, which it reorders.
 float MedianOf(float* values, size_t count) {
@@ -126,21 +169,16 @@ void OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors,
   Vector position;
   scratch.points.query.Get(i, position.data());
   const double to_index = std::ldexp(1.0, -index_.scale_exponent());
-  Least heights;
-  size_t judges = 0;
+  Pieces pieces;
   for (const NearestPoint& neighbor : neighbors) {
-    if (judges == kJudges) break;
+    if (pieces.count() == kJudges) break;
     if (!IsJudge(neighbor.place)) continue;
-    const PointCurvature& piece = result(neighbor.place);
     const size_t leaf = neighbor.place / SpatialIndex::kLeafSize;
     const Vector middle = VectorAt(index_.positions(leaf), neighbor.place);
-    const Vector offset = {position[0] - middle[0], position[1] - middle[1], position[2] - middle[2]};
-    const double along1 = Dot(offset, piece.d1), along2 = Dot(offset, piece.d2);
-    const double bend = 0.5 * to_index * (piece.k1 * along1 * along1 + piece.k2 * along2 * along2);
-    heights.Add(static_cast<float>(std::abs(Dot(offset, VectorAt(index_.normals(leaf), neighbor.place)) + bend)));
-    ++judges;
+    pieces.Add({position[0] - middle[0], position[1] - middle[1], position[2] - middle[2]},
+               VectorAt(index_.normals(leaf), neighbor.place), result(neighbor.place), to_index);
   }
-  deviations_[place] = judges >= kFewestJudges ? heights.last() : kNaN;
+  deviations_[place] = pieces.count() >= kFewestJudges ? pieces.ThirdLeastHeight() : kNaN;
 }
 
 // Normals that are NaN have no say.
@@ -148,23 +186,21 @@ bool OutlierRun::HasLonelyNormal(size_t i, std::span<const NearestPoint> neighbo
                                  const NearestScratch& scratch) const {
   Vector own;
   scratch.points.normal.Get(i, own.data());
-  Least negative_cosines;
+  std::array<float, kJudges> negative_cosines;
   size_t judges = 0;
   for (const NearestPoint& neighbor : neighbors) {
     if (judges == kJudges) break;
     if (is_outlier_[neighbor.place] != 0) continue;
     const Vector other = VectorAt(index_.normals(neighbor.place / SpatialIndex::kLeafSize), neighbor.place);
-    const double cosine = Dot(own, other);
+    const float cosine = own[0] * other[0] + own[1] * other[1] + own[2] * other[2];
     if (std::isnan(cosine)) continue;
-    negative_cosines.Add(static_cast<float>(-cosine));
-    ++judges;
+    negative_cosines[judges++] = -cosine;
   }
-  return judges >= kFewestJudges && -negative_cosines.last() < kLonelyCosine;
+  return judges >= kFewestJudges && -LeastButTwo({negative_cosines.data(), judges}) < kLonelyCosine;
 }
 
 bool OutlierRun::IsJudge(size_t place) const {
-  return is_outlier_[place] == 0 && index_.point_set().is_query(rank(place)) &&
-         result(place).status == PointStatus::kOk;
+  return is_outlier_[place] == 0 && result(place).status == PointStatus::kOk;
 }
 
 void OutlierRun::FindUsualDeviation() {
@@ -189,9 +225,8 @@ void OutlierRun::Judge(size_t group, size_t round) {
   const size_t last = std::min(first + SpatialIndex::kGroupPoints, index_.point_count());
   std::array<float, SpatialIndex::kGroupPoints> deviations, spacings;
   size_t deviation_count = 0, spacing_count = 0;
-  const auto is_query = [this](size_t place) { return index_.point_set().is_query(rank(place)); };
   for (size_t place = first; place < last; ++place) {
-    if (is_outlier_[place] != 0 || !is_query(place)) continue;
+    if (is_outlier_[place] != 0) continue;
     spacings[spacing_count++] = spacings_[place];
     if (IsJudge(place) && std::isfinite(deviations_[place])) deviations[deviation_count++] = deviations_[place];
   }
@@ -203,7 +238,7 @@ void OutlierRun::Judge(size_t group, size_t round) {
                                 kTimesUsual * usual_deviation_ * spacing});
   size_t found = 0;
   for (size_t place = first; place < last; ++place) {
-    if (is_outlier_[place] != 0 || !is_query(place)) continue;
+    if (is_outlier_[place] != 0) continue;
     const bool is_lonely = std::isinf(deviations_[place]);
     if (!is_lonely && !(spacing > 0.0f && deviations_[place] > most)) continue;
     is_outlier_[place] = 1;
