@@ -183,7 +183,7 @@ class AutomaticRun final : public StrategyRun {
     DropUntoldAcrossLines(BoundsOf(options_, index_), table_);
     std::vector<PartChoice> parts;
     for (const PilotPoints samples : PartsOf(table_)) {
-      PartChoice part{samples, ChooseScales(samples, BoundsOf(options_, index_))};
+      PartChoice part{samples, ChooseScales(samples, BoundsOf(options_, index_)), PositionsAreExact(samples)};
       if (MayHaveOwnFits(options_)) {
         // Checks are made by the normals in use, whose errors neighbors share where there are half normals.
         const bool is_noise_known = !index_.has_half_normals();
@@ -225,15 +225,14 @@ class AutomaticRun final : public StrategyRun {
   void Report(const std::vector<PartChoice>& parts) {
     const auto to_caller = [&](double curvature) { return std::ldexp(curvature, index_.scale_exponent()); };
     size_t judged = 0;
-    for (const auto& [samples, choice, check, near_checks] : parts)
-      judged += choice.scores.empty() ? 0 : samples.size();
-    for (const auto& [samples, choice, check, near_checks] : parts) {
+    for (const PartChoice& part : parts) judged += part.choice.scores.empty() ? 0 : part.samples.size();
+    for (const auto& [samples, choice, positions_are_exact, check, near_checks] : parts) {
       ScaleReport part;
       part.sampled_points = static_cast<uint32_t>(samples.size());
       part.sigma = std::ldexp(choice.sigma, -index_.scale_exponent());
       // Half normals are noisier than those in use.
       if (!index_.has_half_normals()) part.normal_sigma = NormalNoise(samples, choice.sigma);
-      part.positions_are_exact = PositionsAreExact(samples);
+      part.positions_are_exact = positions_are_exact;
       for (const ScaleScore& score : choice.scores) {
         part.Add({kScaleMethods[score.candidate.method].estimator,
                   FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),

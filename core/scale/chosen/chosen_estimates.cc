@@ -45,11 +45,13 @@ std::array<float, 3> MiddleOf(const Box& box) {
   return middle;
 }
 
-LeafWeights MakeLeafWeights(const CloudWeights::PointWeights& all) {
+// `least`: what an estimate that counts has of all weights.
+LeafWeights MakeLeafWeights(const CloudWeights::PointWeights& all, double least) {
   LeafWeights weights{all, {}};
   for (const CloudWeights::Weights& of : {all.mean, all.traceless, all.gaussian}) {
-    const double least = ChosenEstimates::kLeastWeight * std::accumulate(of.begin(), of.end(), 0.0);
-    for (size_t c = 0; c < of.size(); ++c) weights.count[c] = weights.count[c] || (of[c] > 0.0 && of[c] >= least);
+    const double least_weight = least * std::accumulate(of.begin(), of.end(), 0.0);
+    for (size_t c = 0; c < of.size(); ++c)
+      weights.count[c] = weights.count[c] || (of[c] > 0.0 && of[c] >= least_weight);
   }
   return weights;
 }
@@ -251,7 +253,8 @@ void ChosenEstimates::StartWeights(size_t group, AutomaticScratch& s) const {
     const std::array<float, 3> middle = MiddleOf(BoxOfLeaves(index_, leaf, leaf + 1));
     s.is_near_second[leaf - first] = s.weights->IsNearSecond(middle.data());
     for (size_t part = 0; part < choice_.parts().size(); ++part) {
-      s.leaf_weights[leaf - first][part] = MakeLeafWeights(s.weights->At(middle.data(), part));
+      const double least = choice_.parts()[part].positions_are_exact ? kLeastWeightOfExact : kLeastWeight;
+      s.leaf_weights[leaf - first][part] = MakeLeafWeights(s.weights->At(middle.data(), part), least);
     }
   }
   for (size_t i = 0; i < s.points.size; ++i) {

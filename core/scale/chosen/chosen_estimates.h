@@ -36,10 +36,10 @@ class ChosenEstimates {
 
   // Averages what all that count find at the points of a group, from s.first_point on, as far as they come in a run of
   // their own: s.points ends there. An estimate counts at a point if its weight, in one of the quantities, is at least
-  // kLeastWeight of all, and at points where none of those finds a curvature, all of the part do. Points of the first
-  // part whose estimates differ too much to be of that part go to the second one. One that counts at no point is not
-  // made. Points beside seams are marked in s.seams. Errors as those of GroupPhase::run.
-  static constexpr double kLeastWeight = 0.1;
+  // kLeastWeight of all, or kLeastWeightOfExact, and at points where none of those finds a curvature, all of the part
+  // do. Points of the first part whose estimates differ too much to be of that part go to the second one. One that
+  // counts at no point is not made. Points beside seams are marked in s.seams. Errors as those of GroupPhase::run.
+  static constexpr double kLeastWeight = 0.1, kLeastWeightOfExact = 0.25;
   absl::Status EstimateGroup(size_t group, AutomaticScratch& s) const;
   // Marks points of the group in s.has_detail whose averages smaller neighborhoods contradict. Errors as those of
   // GroupPhase::run.

@@ -16,6 +16,7 @@ namespace curvd {
 struct PartChoice {
   PilotPoints samples;
   ScaleChoice choice;  // made of them
+  bool positions_are_exact = false;
   std::optional<DetailCheck> check = std::nullopt;
   std::vector<NearCheck> near_checks = {};
 };

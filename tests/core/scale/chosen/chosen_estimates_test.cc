@@ -27,9 +27,9 @@ EstimatorOptions Automatic(double max_radius = 0.0) {
 
 // What every point of an index gets, by slot.
 std::vector<PointCurvature> Averages(const SpatialIndex& index, const EstimatorOptions& options,
-                                     const ScaleChoice& choice) {
+                                     const ScaleChoice& choice, bool positions_are_exact = false) {
   std::vector<PointCurvature> points(index.point_count());
-  const CloudChoice of_cloud({{PilotPoints(), choice}});
+  const CloudChoice of_cloud({{PilotPoints(), choice, positions_are_exact}});
   const ChosenEstimates estimates(options, index, of_cloud, nullptr, points.data());
   AutomaticScratch scratch;
   for (size_t group = 0; group < index.group_count(); ++group) {
@@ -52,16 +52,18 @@ TEST(ChosenEstimatesTest, WhatHasLittleWeightDoesNotCount) {
   const TestPoints sphere = Sphere(2000, 1.0);
   const SpatialIndex index = BuildIndex(sphere.ToCloud());
   const std::vector<PointCurvature> small = Fixed(sphere, 64), large = Fixed(sphere, 256);
-  const double least = ChosenEstimates::kLeastWeight;
-  const auto without = Averages(index, Automatic(), TwoScales(1.0 - 0.9 * least, 0.9 * least));
-  const auto with = Averages(index, Automatic(), TwoScales(1.0 - 1.1 * least, 1.1 * least));
-  for (size_t i = 0; i < small.size(); ++i) {
-    ASSERT_EQ(without[i].status, PointStatus::kOk);
-    EXPECT_FLOAT_EQ(without[i].mean, small[i].mean);
-    EXPECT_EQ(without[i].radius, small[i].radius);
-    EXPECT_FLOAT_EQ(with[i].mean,
-                    static_cast<float>((1.0 - 1.1 * least) * small[i].mean + 1.1 * least * large[i].mean));
-    EXPECT_EQ(with[i].radius, large[i].radius);
+  for (const bool is_exact : {false, true}) {
+    const double least = is_exact ? ChosenEstimates::kLeastWeightOfExact : ChosenEstimates::kLeastWeight;
+    const auto without = Averages(index, Automatic(), TwoScales(1.0 - 0.9 * least, 0.9 * least), is_exact);
+    const auto with = Averages(index, Automatic(), TwoScales(1.0 - 1.1 * least, 1.1 * least), is_exact);
+    for (size_t i = 0; i < small.size(); ++i) {
+      ASSERT_EQ(without[i].status, PointStatus::kOk);
+      EXPECT_FLOAT_EQ(without[i].mean, small[i].mean);
+      EXPECT_EQ(without[i].radius, small[i].radius);
+      EXPECT_FLOAT_EQ(with[i].mean,
+                      static_cast<float>((1.0 - 1.1 * least) * small[i].mean + 1.1 * least * large[i].mean));
+      EXPECT_EQ(with[i].radius, large[i].radius);
+    }
   }
 }
 

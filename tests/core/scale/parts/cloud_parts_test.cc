@@ -184,7 +184,7 @@ TEST(CloudChoiceTest, ChecksOfDetailFollowAllOthersAndCountNowhere) {
   const PilotPoints all = table;
   const ScaleCandidate of_second = {kRegressionMethod, 6};
   const CloudChoice choice(
-      {{all.first(200), Scales(2, 3)}, {all.subspan(200), Scales(4, 2), DetailCheck{of_second, 0.1}}});
+      {{all.first(200), Scales(2, 3)}, {all.subspan(200), Scales(4, 2), false, DetailCheck{of_second, 0.1}}});
   ASSERT_EQ(choice.chosen().size(), 7u);
   EXPECT_EQ(choice.check(), 5u);
   EXPECT_EQ(choice.detail_check_of(0), 6u) << "where the first part's would be";
