@@ -6,9 +6,8 @@
 namespace curvd {
 
 // What estimates as `options` say: a row of core/estimators/strategies.h, or, where options.is_automatic() or
-// options.returns_choice, one that
-// samples the cloud, chooses, and averages what the chosen estimators find at each point.
-// REQUIRES: options.Validate() is OK.
+// options.returns_choice, one that samples the cloud, chooses, and averages what the chosen estimators find at each
+// point. REQUIRES: options.Validate() is OK.
 const Strategy& StrategyFor(const EstimatorOptions& options);
 
 // Whether the estimate tells noise by halves of neighborhoods, and reads normals, so that it is to have normals of
