@@ -65,6 +65,7 @@ std::span<const NearestPoint> InOrder(size_t i, size_t count, NearestScratch& s)
 }
 
 absl::Status ListNearest(const SpatialIndex& index, size_t group, NearestScratch& s,
+                         absl::FunctionRef<bool(size_t place)> is_wanted,
                          absl::FunctionRef<void(size_t i, std::span<const NearestPoint> neighbors)> visit) {
   LoadGroup(index, group, s.points, s.first_point);
   if (s.points.size == 0) return absl::OkStatus();
@@ -74,6 +75,7 @@ absl::Status ListNearest(const SpatialIndex& index, size_t group, NearestScratch
   GroupSearch search(index, plan, s.points.box, s.search);
   size_t count = 0;
   for (size_t i = 0; i < s.points.size; ++i) {
+    if (!is_wanted(static_cast<size_t>(s.points.place[i]))) continue;
     float query[3];
     s.points.query.Get(i, query);
     search.Find(query, PlaceLister(s, count));
@@ -99,8 +101,9 @@ namespace curvd {
 HWY_EXPORT(ListNearest);
 
 absl::Status ForEachNearest(const SpatialIndex& index, size_t group, NearestScratch& scratch,
+                            absl::FunctionRef<bool(size_t place)> is_wanted,
                             absl::FunctionRef<void(size_t i, std::span<const NearestPoint> neighbors)> visit) {
-  return HWY_DYNAMIC_DISPATCH(ListNearest)(index, group, scratch, visit);
+  return HWY_DYNAMIC_DISPATCH(ListNearest)(index, group, scratch, is_wanted, visit);
 }
 
 }  // namespace curvd

@@ -37,10 +37,12 @@ struct NearestScratch final : WorkerScratch {
   uint64_t work() const override { return search.work; }
 };
 
-// Calls visit(i, neighbors) for the points of the group that get a result, from scratch.first_point on: i is a place in
-// scratch.points, and neighbors are the kNearest nearest ones, or all others of a small cloud, in ascending order.
-// Leaves points that get none out. Errors as those of GroupPhase::run. Thread-safe for distinct scratch.
+// Calls visit(i, neighbors) for the points of the group that get a result and are wanted, from scratch.first_point on:
+// i is a place in scratch.points, is_wanted(place) is asked of that in the tree order, and neighbors are the kNearest
+// nearest ones, or all others of a small cloud, in ascending order. Errors as those of GroupPhase::run. Thread-safe for
+// distinct scratch.
 absl::Status ForEachNearest(const SpatialIndex& index, size_t group, NearestScratch& scratch,
+                            absl::FunctionRef<bool(size_t place)> is_wanted,
                             absl::FunctionRef<void(size_t i, std::span<const NearestPoint> neighbors)> visit);
 
 }  // namespace curvd

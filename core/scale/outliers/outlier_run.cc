@@ -29,6 +29,11 @@ constexpr float kLeastOfSpacing = 0.2f, kLeastOfSpacingAgain = 0.03f;
 constexpr double kTimesUsual = 10.0;
 constexpr double kUsualShare = 0.9;
 constexpr size_t kMostSampled = 4096;
+// And by more than this part of the spacing, or this many times what two in three of its neighbors stay below: where a
+// third of them deviates like it, they are a noisy part, whatever those across its border do.
+constexpr float kFarInSpacings = 1.0f;
+constexpr float kTimesNeighbors = 7.0f;
+constexpr size_t kNeighborsAbove = 3;
 // The normal of an outlier has a smaller cosine with those of all its neighbors but two.
 constexpr float kLonelyCosine = -0.5f;
 constexpr size_t kMostShareInverse = 4;
@@ -131,6 +136,9 @@ std::vector<GroupPhase> OutlierRun::Phases() {
                         Judge(group, round);
                         return absl::OkStatus();
                       }});
+    phases.push_back({kOutlierPhase, nullptr, [this, round](size_t group, WorkerScratch& scratch) {
+                        return Compare(group, round, static_cast<NearestScratch&>(scratch));
+                      }});
   }
   return phases;
 }
@@ -141,25 +149,24 @@ absl::Status OutlierRun::Allocate() {
   if (!deviations.ok()) return deviations.status();
   auto spacings = PageArray<float>::Create(count);
   if (!spacings.ok()) return spacings.status();
-  auto is_outlier = PageArray<uint8_t>::Create(count);
-  if (!is_outlier.ok()) return is_outlier.status();
+  auto marks = PageArray<Mark>::Create(count);
+  if (!marks.ok()) return marks.status();
   deviations_ = *std::move(deviations);
   spacings_ = *std::move(spacings);
-  is_outlier_ = *std::move(is_outlier);
-  std::fill_n(is_outlier_.data(), count, uint8_t{0});
+  marks_ = *std::move(marks);
+  std::fill_n(marks_.data(), count, Mark::kNone);
   return absl::OkStatus();
 }
 
 absl::Status OutlierRun::Measure(size_t group, size_t round, NearestScratch& scratch) {
-  if (round > 0 && found_[round - 1] == 0) return absl::OkStatus();
-  return ForEachNearest(index_, group, scratch, [&](size_t i, std::span<const NearestPoint> neighbors) {
-    MeasurePoint(i, neighbors, scratch);
-  });
+  if (!HasRound(round)) return absl::OkStatus();
+  return ForEachNearest(
+      index_, group, scratch, [this](size_t place) { return marks_[place] != Mark::kOutlier; },
+      [&](size_t i, std::span<const NearestPoint> neighbors) { MeasurePoint(i, neighbors, scratch); });
 }
 
 void OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) {
   const auto place = static_cast<size_t>(scratch.points.place[i]);
-  if (is_outlier_[place] != 0) return;
   const size_t spacing_neighbor = std::min(kSpacingNeighbor, neighbors.size() - 1);
   spacings_[place] = std::sqrt(neighbors[spacing_neighbor].squared_distance) / kSpacingsToIt;
   if (judges_normals_ && HasLonelyNormal(i, neighbors, scratch)) {
@@ -190,7 +197,7 @@ bool OutlierRun::HasLonelyNormal(size_t i, std::span<const NearestPoint> neighbo
   size_t judges = 0;
   for (const NearestPoint& neighbor : neighbors) {
     if (judges == kJudges) break;
-    if (is_outlier_[neighbor.place] != 0) continue;
+    if (marks_[neighbor.place] == Mark::kOutlier) continue;
     const Vector other = VectorAt(index_.normals(neighbor.place / SpatialIndex::kLeafSize), neighbor.place);
     const float cosine = own[0] * other[0] + own[1] * other[1] + own[2] * other[2];
     if (std::isnan(cosine)) continue;
@@ -200,7 +207,7 @@ bool OutlierRun::HasLonelyNormal(size_t i, std::span<const NearestPoint> neighbo
 }
 
 bool OutlierRun::IsJudge(size_t place) const {
-  return is_outlier_[place] == 0 && result(place).status == PointStatus::kOk;
+  return marks_[place] != Mark::kOutlier && result(place).status == PointStatus::kOk;
 }
 
 void OutlierRun::FindUsualDeviation() {
@@ -220,13 +227,16 @@ void OutlierRun::FindUsualDeviation() {
 }
 
 void OutlierRun::Judge(size_t group, size_t round) {
-  if (round > 0 && found_[round - 1] == 0) return;
+  if (!HasRound(round)) return;
   const size_t first = group * SpatialIndex::kGroupPoints;
   const size_t last = std::min(first + SpatialIndex::kGroupPoints, index_.point_count());
   std::array<float, SpatialIndex::kGroupPoints> deviations, spacings;
   size_t deviation_count = 0, spacing_count = 0;
   for (size_t place = first; place < last; ++place) {
-    if (is_outlier_[place] != 0) continue;
+    if (marks_[place] == Mark::kOutlier) {
+      deviations_[place] = kNaN;
+      continue;
+    }
     spacings[spacing_count++] = spacings_[place];
     if (IsJudge(place) && std::isfinite(deviations_[place])) deviations[deviation_count++] = deviations_[place];
   }
@@ -238,13 +248,43 @@ void OutlierRun::Judge(size_t group, size_t round) {
                                 kTimesUsual * usual_deviation_ * spacing});
   size_t found = 0;
   for (size_t place = first; place < last; ++place) {
-    if (is_outlier_[place] != 0) continue;
-    const bool is_lonely = std::isinf(deviations_[place]);
-    if (!is_lonely && !(spacing > 0.0f && deviations_[place] > most)) continue;
-    is_outlier_[place] = 1;
-    ++found;
+    if (marks_[place] == Mark::kOutlier) continue;
+    const bool is_suspect = spacing > 0.0f && deviations_[place] > most;
+    if (std::isinf(deviations_[place]) || (is_suspect && deviations_[place] > kFarInSpacings * spacing)) {
+      marks_[place] = Mark::kOutlier;
+      ++found;
+    } else if (is_suspect) {
+      marks_[place] = Mark::kSuspect;
+    }
   }
   found_[round].fetch_add(found, std::memory_order_relaxed);
+}
+
+absl::Status OutlierRun::Compare(size_t group, size_t round, NearestScratch& scratch) {
+  if (!HasRound(round)) return absl::OkStatus();
+  size_t found = 0;
+  absl::Status status = ForEachNearest(
+      index_, group, scratch, [this](size_t place) { return marks_[place] == Mark::kSuspect; },
+      [&](size_t i, std::span<const NearestPoint> neighbors) {
+        const auto place = static_cast<size_t>(scratch.points.place[i]);
+        const bool is_outlier = DeviatesAlone(place, neighbors);
+        marks_[place] = is_outlier ? Mark::kOutlier : Mark::kNone;
+        found += is_outlier ? 1 : 0;
+      });
+  found_[round].fetch_add(found, std::memory_order_relaxed);
+  return status;
+}
+
+bool OutlierRun::DeviatesAlone(size_t place, std::span<const NearestPoint> neighbors) const {
+  std::array<float, NearestScratch::kNearest + 1> deviations;
+  size_t count = 0;
+  for (const NearestPoint& neighbor : neighbors) {
+    if (std::isfinite(deviations_[neighbor.place])) deviations[count++] = deviations_[neighbor.place];
+  }
+  if (count < kFewestJudges) return true;
+  float* const upper = deviations.data() + count - 1 - count / kNeighborsAbove;
+  std::nth_element(deviations.data(), upper, deviations.data() + count);
+  return deviations_[place] > kTimesNeighbors * *upper;
 }
 
 std::vector<int32_t> OutlierRun::TakeOutliers() {
@@ -254,7 +294,7 @@ std::vector<int32_t> OutlierRun::TakeOutliers() {
   if (count > index_.point_count() / kMostShareInverse) return outliers;
   outliers.reserve(count);
   for (size_t place = 0; place < index_.point_count() && count > 0; ++place) {
-    if (is_outlier_[place] != 0) outliers.push_back(rank(place));
+    if (marks_[place] == Mark::kOutlier) outliers.push_back(rank(place));
   }
   return outliers;
 }

@@ -34,8 +34,9 @@ enum class OutlierSearch : uint8_t {
 };
 
 // An estimate is a small piece of surface: its normal and principal curvatures say where others lie. A point is an
-// outlier if hardly any of its neighbors' pieces comes near it, though these explain the points around; or if its
-// normal points away from those of all its neighbors. Outliers that were found judge no others.
+// outlier if hardly any of its neighbors' pieces comes near it, though these explain the points around, and its
+// neighbors deviate much less; or if its normal points away from those of all its neighbors. Outliers that were found
+// judge no others.
 //
 // Walks over all groups with a search for the nearest points, several times where there are outliers. What it finds
 // does not depend on threads. REQUIRES: the phases run in order, as those of any StrategyRun.
@@ -44,7 +45,7 @@ class OutlierRun final : public StrategyRun {
   // A cloud of fewer points has none.
   static constexpr size_t kFewestPoints = 100;
   // Beyond the scratch.
-  static constexpr size_t kBytesPerPoint = 2 * sizeof(float) + 1 + sizeof(int32_t);
+  static constexpr size_t kBytesPerPoint = 2 * sizeof(float) + sizeof(uint8_t) + sizeof(int32_t);
 
   // `results` are those of an estimate that has ended, by slot. `judges_normals`: whether single normals may be wrong,
   // as they are not where all were made of the positions. REQUIRES: `index` has normals; both outlive the run; `search`
@@ -54,7 +55,7 @@ class OutlierRun final : public StrategyRun {
 
   std::unique_ptr<WorkerScratch> MakeScratch() const override { return std::make_unique<NearestScratch>(); }
   std::vector<GroupPhase> Phases() override;
-  size_t bytes() const override { return deviations_.bytes() + spacings_.bytes() + is_outlier_.bytes(); }
+  size_t bytes() const override { return deviations_.bytes() + spacings_.bytes() + marks_.bytes(); }
 
   // The ranks of the outliers, in any order; none where more than a quarter of the points would be some, since what
   // most points have in common is no exception. REQUIRES: the phases have ended.
@@ -70,7 +71,15 @@ class OutlierRun final : public StrategyRun {
   bool HasLonelyNormal(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) const;
   // Finds out what deviation is usual in the cloud.
   void FindUsualDeviation();
+  // Finds outliers by their normals, those that are far off, and those that may be some.
   void Judge(size_t group, size_t round);
+  // Looks at the latter: outliers are those that deviate much more than the points around them.
+  absl::Status Compare(size_t group, size_t round, NearestScratch& scratch);
+  bool DeviatesAlone(size_t place, std::span<const NearestPoint> neighbors) const;
+  // Whether there is a next round to be.
+  bool HasRound(size_t round) const { return round == 0 || found_[round - 1] > 0; }
+  enum class Mark : uint8_t { kNone, kSuspect, kOutlier };
+
   // Whether the point has a result, and is no outlier.
   bool IsJudge(size_t place) const;
 
@@ -83,10 +92,11 @@ class OutlierRun final : public StrategyRun {
   const PointCurvature* const results_;
   const bool judges_normals_;
   const OutlierSearch search_;
-  // By place, in the index's unit. NaN: too few neighbors tell; infinity: the normal alone tells an outlier.
+  // By place, in the index's unit. NaN: too few neighbors tell, or the point was found in a round before; infinity: the
+  // normal alone tells an outlier.
   PageArray<float> deviations_;
   PageArray<float> spacings_;
-  PageArray<uint8_t> is_outlier_;
+  PageArray<Mark> marks_;
   double usual_deviation_ = 0.0;  // over the spacing
   std::array<std::atomic<size_t>, kRounds> found_{};
 };

@@ -195,6 +195,20 @@ TEST(OutlierRunTest, NormalsThatAreReturnedSayWhoIsAnOutlier) {
   }
 }
 
+// Of points beside exact ones, whose group has next to no noise.
+TEST(OutlierRunTest, ANoisyTenthKeepsItsBorder) {
+  TestPoints points = TorusWithNoise(0.0).points();
+  const TestPoints noisy = TorusWithNoise(0.5).points();
+  size_t of_part = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (points.positions[i][0] < 3.0f) continue;
+    points.positions[i] = noisy.positions[i];
+    ++of_part;
+  }
+  ASSERT_NEAR(static_cast<double>(of_part), 0.1 * kTorusPoints, 0.05 * kTorusPoints);
+  EXPECT_LE(CountOutliers(MustEstimate(points.ToCloud(), Automatic())), of_part / 50);
+}
+
 TEST(OutlierRunTest, FarPointsAreOutliers) {
   for (const double far : {1e3, 1e12, 1e30}) {
     TestPoints points = Waves(5'000, 0.0, 3);
