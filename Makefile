@@ -106,7 +106,7 @@ ENDS := OpenSslDeathTest
 JUDGEMENTS := $(call tests,AutomaticSeamsTest,Points What Counts Choices TheCaller)|$\
   $(call tests,AutomaticSurfacesTest,ANoisyTorus Lines)|$(call tests,AutomaticTest,Copies ExactPoints NoiseInOneHalf ScalesFar)|$\
   $(call tests,OwnFitsTest,AFewFlipped ASmallBody Counts KeepsTo)|$\
-  $(call tests,OutlierRunTest,OutliersBesideNoisy OutliersOfClouds Single Surfaces WrongNormals)|$\
+  $(call tests,OutlierRunTest,ANoisy OutliersBesideNoisy OutliersOfClouds Single Surfaces WrongNormals)|$\
   $(call tests,ScalePilotTest,Chooses Copies CurvatureIs FindsTheNoise NormalsAlone)|$(call tests,SeamPhaseTest,No Spheres TheSheets)|$\
   NanoflannTest|FlippedPointsAreNeverTrusted|IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|NoiseIsNotTakenForTwoSheets
 NARROWER_TILES := TilesTest.*/SCALAR
