@@ -193,8 +193,8 @@ lint: deps ## Run clang-tidy on the sources of what ships
 	@$(call lint_sources) | \
 	  xargs -P $(JOBS) -n 1 clang-tidy -p build/lint --quiet 2> >(grep -vE '^[0-9]+ warnings? generated' >&2)
 
-# A file of sixteen sources hides what one of them uses and another one includes. ALONE=client/ reads those of one folder, as the
-# compiler reads them that builds.
+# A file of sixteen sources hides what one of them uses and another one includes. The compiler that builds reads each, and makes
+# nothing of it. ALONE=client/ reads those of one folder.
 ALONE ?=
 .PHONY: lint-alone
 lint-alone: deps ## Read each source of what ships by itself, as builds without unity do

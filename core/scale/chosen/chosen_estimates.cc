@@ -50,8 +50,9 @@ LeafWeights MakeLeafWeights(const CloudWeights::PointWeights& all, double least)
   LeafWeights weights{all, {}};
   for (const CloudWeights::Weights& of : {all.mean, all.traceless, all.gaussian}) {
     const double least_weight = least * std::accumulate(of.begin(), of.end(), 0.0);
-    for (size_t c = 0; c < of.size(); ++c)
+    for (size_t c = 0; c < of.size(); ++c) {
       weights.count[c] = weights.count[c] || (of[c] > 0.0 && of[c] >= least_weight);
+    }
   }
   return weights;
 }

@@ -40,6 +40,9 @@ constexpr size_t kMostShareInverse = 4;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+// What is larger, or not a number since the bends of a point that is very far away overflow, counts as this: infinity
+// says that a normal alone tells an outlier.
+constexpr float kMostHeight = std::numeric_limits<float>::max();
 
 using Vector = std::array<float, 3>;
 
@@ -97,7 +100,7 @@ class Pieces {
     for (size_t i = 0; i < count_; ++i) {
       const float along1 = offsets_.DotAt(i, d1_), along2 = offsets_.DotAt(i, d2_);
       const float bend = half_k1_[i] * (along1 * along1) + half_k2_[i] * (along2 * along2);
-      heights[i] = std::abs(offsets_.DotAt(i, normals_) + bend);
+      heights[i] = std::min(kMostHeight, std::abs(offsets_.DotAt(i, normals_) + bend));
     }
     return LeastButTwo({heights.data(), count_});
   }
