@@ -14,10 +14,10 @@ namespace curvd {
 // point's own side was found.
 struct PointChoice {
   // Standard errors of H, k1 and k2, in 1 / the caller's length unit: nine in ten of the intervals H - 1.645 mean_error
-  // to H + 1.645 mean_error hold the truth, and likewise for k1 and k2 (docs/numerics.md tells where fewer or more do).
-  // NaN where the sample of the cloud is too small to tell, beside seams that took over a tenth of the weights, and,
-  // where normals were made of noisy positions, for estimates that are not by jets alone, unless there are normals of
-  // halves (core/normals/runs/half_normals.h).
+  // to H + 1.645 mean_error hold the truth, and likewise for k1 and k2 (docs/numerics/standard_errors.md tells where
+  // fewer or more do). NaN where the sample of the cloud is too small to tell, beside seams that took over a tenth of
+  // the weights, and, where normals were made of noisy positions, for estimates that are not by jets alone, unless
+  // there are normals of halves (core/normals/runs/half_normals.h).
   float mean_error;
   float k1_error;
   float k2_error;

@@ -96,7 +96,7 @@ class EstimationJob {
                                               JobPriority priority, Callback callback, CallerKey caller = 0);
   // The same with normals that are first made, or oriented, as `normals` says. A point for which no normal can be
   // estimated has no curvature; its status is that of PointNormal. Points whose estimate uses its normal have none
-  // either (docs/numerics.md). REQUIRES: what `normals` refers to lives until the callback is called.
+  // either (docs/numerics/normals.md). REQUIRES: what `normals` refers to lives until the callback is called.
   static std::shared_ptr<EstimationJob> Start(Cloud cloud, const EstimatorOptions& options,
                                               const NormalOptions& normals, WorkerPool& pool, JobPriority priority,
                                               Callback callback, CallerKey caller = 0);

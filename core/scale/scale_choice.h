@@ -1,5 +1,5 @@
 // Chooses, from estimates at sampled points, by which estimators and at which scales a cloud is estimated, and with
-// which weight each counts at each point (docs/numerics.md).
+// which weight each counts at each point (docs/numerics/automatic_choice.md).
 #pragma once
 
 #include <array>

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/normals/normal_options.h"
+#include "core/normals/trust/fitted_normals.h"
 
 namespace curvd {
 
@@ -23,12 +23,6 @@ struct ScaleOutcome {
   double bias;
   // Its mean weight in the results, over the sampled points: 0 for those that were not chosen. The sum over all is 1.
   double share;
-};
-
-// The fits to the positions that given normals prove to be those of.
-struct FittedNormals {
-  NormalMethod method;
-  uint32_t neighbor_count;  // the point itself included; the median over a sample where all within a radius were taken
 };
 
 struct ScaleReport {

@@ -10,7 +10,7 @@ import sys
 
 MOST_FILES = 30
 # Each of these may include itself and what stands before it.
-CORE_ROOMS = ["core/base", "core/cloud", "core/index", "core/search", "core/estimators", "core/normals", "core/job"]
+CORE_ROOMS = ["core/base", "core/cloud", "core/index", "core/search", "core/estimators", "core/normals", "core/scale", "core/job"]
 # What the files below a folder may include of the others.
 MAY_INCLUDE = {
     "core": {"core"},

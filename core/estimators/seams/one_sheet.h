@@ -34,7 +34,7 @@ class SheetHeights {
 // Returns whether neighbors with opposed normals lie on the point's own sheet, so that it is beside a seam. `agreeing`
 // are the heights of neighbors with normals that agree, the point included: for an offset d and normals n, n' they are
 // d (n + n') / 2. `opposed` are those of neighbors with opposed normals: d (n - n') / 2. On a circle that is 0, and on
-// any smooth sheet far less than d. `distance`: the mean distance of the opposed ones. docs/numerics.md (Seams) derives
+// any smooth sheet far less than d. `distance`: the mean distance of the opposed ones. docs/numerics/seams.md derives
 // the bounds. REQUIRES: opposed.count() > 0.
 bool LieOnOneSheet(const SheetHeights& agreeing, const SheetHeights& opposed, double distance);
 // The same in doubt: false only where they lie so high that no noise explains it.

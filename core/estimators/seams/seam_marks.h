@@ -42,7 +42,7 @@ class SeamMarks {
   // Whether there is a seam: in some 1,024 places one after the other, all marked points are beside one without doubt,
   // or more of them than chance leaves. At the seams of one sheet nearly all have no doubt, and some of ten next to the
   // other sheet of a thin part; where two sheets touch, and at knives with noise in their normals, one of fifty does
-  // by chance (docs/numerics.md).
+  // by chance (docs/numerics/seams.md).
   bool ShowSeam() const;
 
   size_t bytes() const { return groups_.bytes(); }

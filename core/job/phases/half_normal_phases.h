@@ -17,6 +17,7 @@
 #include "core/normals/normal_fit.h"
 #include "core/normals/orientation.h"
 #include "core/normals/sheet_probe.h"
+#include "core/normals/trust/fitted_normals.h"
 #include "core/normals/trust/jet_probe.h"
 #include "core/normals/trust/plane_probe.h"
 

@@ -15,7 +15,7 @@
 #include "core/normals/normal_fit.h"
 #include "core/normals/orientation.h"
 #include "core/normals/scale_pilot.h"
-#include "core/scale/scale_report.h"
+#include "core/normals/trust/fitted_normals.h"
 
 namespace curvd {
 

@@ -23,7 +23,7 @@ namespace HWY_NAMESPACE {
 
 // A point that is farther from the mean of its leaf than this share of the radius, squared, has a fit of its own: noise
 // makes the slope of a polynomial err the more, the farther from the middle of its neighborhood it is read. By degree
-// 2, over an even disc, the squared error here is 2.5 times that in the middle (docs/numerics.md).
+// 2, over an even disc, the squared error here is 2.5 times that in the middle (docs/numerics/normals.md).
 inline constexpr double kMostSquaredOffset = 0.125;
 
 // The mean of the points of a leaf, whichever of them a run fits.

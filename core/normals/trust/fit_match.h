@@ -13,7 +13,7 @@
 
 #include "core/base/median.h"
 #include "core/normals/normal_fit.h"
-#include "core/scale/scale_report.h"
+#include "core/normals/trust/fitted_normals.h"
 
 namespace curvd {
 

@@ -1,5 +1,5 @@
 // Keeps estimates from reaching over sharp edges: finds the edges of a cloud, and estimates points beside them from
-// their own side (docs/numerics.md).
+// their own side (docs/numerics/automatic_choice.md).
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
-// How far an estimate is off, told by how it changes from its scale to the next ones (docs/numerics.md).
+// How far an estimate is off, told by how it changes from its scale to the next ones
+// (docs/numerics/standard_errors.md).
 #pragma once
 
 #include <cstddef>

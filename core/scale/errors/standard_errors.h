@@ -1,4 +1,5 @@
-// How sure an automatic estimate is: standard errors from what the sampled points show (docs/numerics.md).
+// How sure an automatic estimate is: standard errors from what the sampled points show
+// (docs/numerics/standard_errors.md).
 #pragma once
 
 #include <cstddef>

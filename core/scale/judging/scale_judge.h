@@ -1,4 +1,4 @@
-// Judges by a table of estimates how far each way to estimate a cloud is off (docs/numerics.md).
+// Judges by a table of estimates how far each way to estimate a cloud is off (docs/numerics/automatic_choice.md).
 #pragma once
 
 #include <array>

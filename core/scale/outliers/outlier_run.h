@@ -1,5 +1,5 @@
-// Finds the points of a cloud that lie off its surface, once curvature has been estimated (docs/numerics.md,
-// "Outliers").
+// Finds the points of a cloud that lie off its surface, once curvature has been estimated
+// (docs/numerics/automatic_choice.md, "Outliers").
 #pragma once
 
 #include <array>

@@ -10,6 +10,7 @@
 #include "core/base/number_text.h"
 #include "core/estimators/scale_ladder.h"
 #include "core/estimators/strategies.h"
+#include "core/normals/trust/fitted_normals.h"
 #include "server/call/invalid_option.h"
 #include "server/call/wire_normals.h"
 #include "server/call/wire_strategies.h"
