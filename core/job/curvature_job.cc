@@ -1,10 +1,11 @@
 #include "core/job/curvature_job.h"
 
-#include <algorithm>
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/error.h"
@@ -15,34 +16,16 @@
 #include "core/index/index_builder.h"
 #include "core/index/spatial_index.h"
 #include "core/job/phased_job.h"
+#include "core/job/phases/cloud_normals.h"
 #include "core/job/phases/group_phase.h"
-#include "core/job/phases/half_normal_phases.h"
 #include "core/job/phases/index_phases.h"
 #include "core/job/phases/normal_phases.h"
 #include "core/job/phases/seam_phase.h"
 #include "core/job/scale_fields.h"
 #include "core/scale/automatic.h"
-#include "core/scale/outliers/rest_of_cloud.h"
 
 namespace curvd {
 namespace {
-
-// Of what happens to the field before the strategy begins; it counts as part of the estimate.
-constexpr std::string_view kFieldPhase = "field";
-// Of a point, at the peak.
-constexpr size_t kCloudAndIndexBytes = 48;
-
-NormalOptions Returning(NormalOptions normals) {
-  normals.returns_normals = true;
-  return normals;
-}
-
-// What an estimate needs of normals.
-NormalOptions ForEstimate(const EstimatorOptions& options, NormalOptions normals) {
-  normals.makes_halves = ComparesNormalsOfHalves(options);
-  normals.makes_fits_anew = options.estimator == kAutomaticEstimator;
-  return normals;
-}
 
 // The phases of an estimate in order: the index's; those of normals that do not stay as they came; the field, with the
 // points that the index does not hold; the strategy's; the seams; the outliers, if they are looked for; how far the
@@ -54,7 +37,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
       : PhasedJob(place.pool, place.priority, place.caller),
         wants_curvature_(options.has_value()),
         options_(options.value_or(EstimatorOptions())),
-        normal_options_(wants_curvature_ ? ForEstimate(options_, normal_options) : Returning(normal_options)),
+        normal_options_(CloudNormals::OptionsFor(options, normal_options)),
         search_(wants_curvature_ && LooksForOutliers(options_) && !cloud.point_set().has_ids() &&
                         !cloud.point_set().has_roles()
                     ? search
@@ -79,7 +62,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
     }));
   }
 
-  std::optional<Rest> TakeRest() override { return std::exchange(rest_, std::nullopt); }
+  std::optional<OutlierPhases::Rest> TakeRest() override { return std::exchange(rest_, std::nullopt); }
 
   void Cancel() override { PhasedJob::Cancel(); }
 
@@ -121,52 +104,14 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
   absl::Status AddNormals() {
     index_ = builder_->Take();
     builder_.reset();  // the index holds all that is needed
-    if (normal_options_.source == NormalSource::kEstimate || !index_.has_normals()) return StartNormals();
-    surface_.emplace(index_, normal_options_.max_neighbor_count, thread_count_);
-    return LookAtSurface();
+    const auto estimate = wants_curvature_ ? std::optional(options_) : std::nullopt;
+    normals_.emplace(estimate, normal_options_, origin_, index_, thread_count_, Sink(), [this] { return AddField(); });
+    return normals_->Start();
   }
 
-  // Adds the phases that tell whether normals that were given stand on the surface.
-  absl::Status LookAtSurface() {
-    if (surface_->AddBlocks()) {
-      const std::string_view name = wants_curvature_ ? kFieldPhase : kOrientationPhase;
-      AddPhase(MakeProbePhase(name, *surface_));
-      AddPhase(MakeStep(name, [this] { return LookAtSurface(); }));
-      return absl::OkStatus();
-    }
-    off_surface_ = surface_->found();
-    surface_.reset();
-    return StartNormals();
-  }
-
-  absl::Status StartNormals() {
-    if (normal_options_.source == NormalSource::kGiven && !normal_options_.returns_normals) return AddHalves();
-    if (normal_options_.source != NormalSource::kEstimate && !index_.has_normals()) {
-      return MakeCoreError(ErrorKind::kInvalid, "the cloud has no normals; ask for estimated ones");
-    }
-    normals_.emplace(
-        normal_options_, wants_curvature_ ? NormalAim::kCurvature : NormalAim::kNormals, origin_, index_, thread_count_,
-        [this](auto phase) { AddPhase(std::move(phase)); }, [this] { return CollectNormals(); });
-    return normal_options_.source == NormalSource::kGiven ? CollectNormals() : normals_->Start();
-  }
-
-  absl::Status CollectNormals() {
-    if (!normal_options_.returns_normals) return AddHalves();
-    return normals_->AddCollection(normal_field_, [this] { return AddHalves(); });
-  }
-
-  // Adds the phases that make normals of halves, where the estimate compares these.
-  absl::Status AddHalves() {
-    if (!normal_options_.makes_halves || !index_.has_normals()) return AddField();
-    const bool are_made = normal_options_.source == NormalSource::kEstimate;
-    halves_.emplace(index_, thread_count_, are_made ? kNormalsPhase : kFieldPhase,
-                    [this](auto phase) { AddPhase(std::move(phase)); });
-    if (!are_made) {
-      return halves_->MakeOfGiven(options_.max_neighbor_count, normal_options_.makes_fits_anew,
-                                  [this] { return AddField(); });
-    }
-    const NormalFit* const fit = normals_->fit();
-    return fit != nullptr ? halves_->MakeOf(*fit, [this] { return AddField(); }) : AddField();
+  // Adds what other classes make phases of.
+  PhaseSink Sink() {
+    return [this](auto phase) { AddPhase(std::move(phase)); };
   }
 
   absl::Status AddField() {
@@ -176,15 +121,6 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
                                     .run = [this](const BlockContext& context) { return FillField(context.block); },
                                     .end = [this] { return AddStrategy(); }}));
     return absl::OkStatus();
-  }
-
-  // Tells the estimators whether points have no normal.
-  void LookForMissingNormals() {
-    bool lacks = false;
-    for (size_t place = 0; place < index_.point_count() && !lacks; ++place) {
-      lacks = normals_->status(place) != PointStatus::kOk;
-    }
-    if (lacks) index_.set_lacks_normals();
   }
 
   // Takes the results of points without a normal back, once the strategy has run, at the scales from this one on: those
@@ -233,7 +169,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
       status_counts_[static_cast<size_t>(PointStatus::kTooFewNeighbors)] += query_count_ - invalid_count_;
     }
     if (first == fields_.count()) return AddChoices();
-    if (normals_.has_value()) LookForMissingNormals();
+    if (normals_->LacksSome()) index_.set_lacks_normals();
     if (absl::Status status = fields_.MakeMarks(first, index_); !status.ok()) return status;
     const EstimatorOptions served = options_.FromScale(first);
     run_ = served.scale_count() == 1 ? strategy.start(served, index_, fields_.points(first).data())
@@ -247,7 +183,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
       AddPhase(MakeGroupPhase(std::move(phases[i]), index_, GroupsPerBlock(options_), *scratch_,
                               is_last ? &points_estimated_ : nullptr));
     }
-    if (normals_.has_value()) AddPhase(MakeStep(kFieldPhase, [this, first] { return RefuseWithoutNormal(first); }));
+    if (normals_->may_lack()) AddPhase(MakeStep(kFieldPhase, [this, first] { return RefuseWithoutNormal(first); }));
     for (size_t scale = first; scale < fields_.count(); ++scale) {
       PointCurvature* const points = fields_.points(scale).data();
       AddPhase(MakeSeamPhase({fields_.options(scale), index_, fields_.marks(scale), points, refused_}));
@@ -262,69 +198,31 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
     for (int i = 0; i < kPointStatusEnd; ++i) status_counts_[i] += counts[i];
     if (const ScaleReport* scale = run_->scale_report()) {
       scale_report_ = *scale;
-      if (halves_.has_value()) scale_report_->fitted_normals = halves_->given_made_by();
-      if (halves_.has_value()) scale_report_->normals_made_anew = halves_->made_anew_by();
+      scale_report_->fitted_normals = normals_->given_made_by();
+      scale_report_->normals_made_anew = normals_->made_anew_by();
     }
     shares_errors_ = NeighborsShareErrors();
     if (shares_errors_) scale_report_->normal_sigma.reset();
+    scratch_.reset();
     run_.reset();
-    if (search_ == OutlierSearch::kNone || index_.point_count() < OutlierRun::kFewestPoints) return EndOutliers();
-    outlier_run_.emplace(index_, fields_.points(0).data(), normal_options_.source != NormalSource::kEstimate, search_);
-    scratch_.emplace(*outlier_run_, thread_count_);
-    for (GroupPhase& phase : outlier_run_->Phases()) {
-      AddPhase(MakeGroupPhase(std::move(phase), index_, GroupsPerBlock({}), *scratch_, nullptr));
-    }
-    AddPhase(MakeStep(kOutlierPhase, [this] { return EndOutliers(); }));
+    if (search_ == OutlierSearch::kNone || index_.point_count() < OutlierRun::kFewestPoints) return AddLast();
+    const bool has_own_normals = normal_options_.source != NormalSource::kEstimate;
+    outliers_.emplace(index_, size_, has_own_normals, search_, thread_count_, Sink());
+    outliers_->Start(
+        fields_.points(0).data(), [this] { return AddLast(); }, [this] { FreeResults(); });
     return absl::OkStatus();
   }
 
-  // Ends the job with the rest of the cloud where there are outliers; else adds the phases that are left.
-  absl::Status EndOutliers() {
-    std::vector<int32_t> outliers;
-    if (outlier_run_.has_value()) outliers = outlier_run_->TakeOutliers();
-    outlier_run_.reset();
-    if (outliers.empty()) {
-      absl::Status status = AddChoices();
-      return status.ok() ? AddAgreement() : status;
-    }
-    return AddRest(std::move(outliers));
-  }
-
-  // Ends the job, in phases of short blocks, with the rest of the cloud.
-  absl::Status AddRest(std::vector<int32_t> outliers) {
-    FreeResults();
-    rest_of_cloud_.emplace(index_, size_, normal_options_.source != NormalSource::kEstimate);
-    if (absl::Status status = rest_of_cloud_->Allocate(); !status.ok()) return status;
-    outliers_ = std::move(outliers);
-    AddPhase(MakeLoop(kOutlierPhase, size_, kFillPoints,
-                      [this](size_t first, size_t last) { rest_of_cloud_->Clear(first, last); }));
-    AddPhase(MakeLoop(kOutlierPhase, index_.leaf_count(), kFillPoints / SpatialIndex::kLeafSize,
-                      [this](size_t first, size_t last) { rest_of_cloud_->Place(first, last); }));
-    // Points are appended in their order: each block adds the next one.
-    const auto begin = [this]() -> absl::StatusOr<size_t> {
-      rest_of_cloud_->LeaveOut(outliers_);
-      rest_of_cloud_->StartCloud();
-      index_ = SpatialIndex();
-      return 1;
-    };
-    const auto append = [this](const BlockContext& context) {
-      absl::Status status = rest_of_cloud_->Append(context.block);
-      if (status.ok() && context.block + 1 < rest_of_cloud_->block_count()) context.add_block(context.block + 1);
-      return status;
-    };
-    const auto end = [this] {
-      rest_ = Rest{rest_of_cloud_->Take(), std::move(outliers_)};
-      rest_of_cloud_.reset();
-      return absl::OkStatus();
-    };
-    AddPhase(std::make_unique<FunctionPhase>(kOutlierPhase, PhaseFunctions{.begin = begin, .run = append, .end = end}));
-    return absl::OkStatus();
+  // Adds the phases that follow the look for outliers, where there are none.
+  absl::Status AddLast() {
+    absl::Status status = AddChoices();
+    return status.ok() ? AddAgreement() : status;
   }
 
   void FreeResults() {
     fields_.Free();
     choices_ = ChoiceField();
-    normal_field_ = NormalField();
+    if (normals_.has_value()) normals_->field() = NormalField();
   }
 
   absl::Status AddChoices() {
@@ -347,11 +245,9 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
   // Whether neighbors may share errors of their normals that the sample of the cloud takes for detail: those of normals
   // that were made of noisy positions, by whomever, unless there are normals of halves.
   bool NeighborsShareErrors() const {
-    const bool are_fitted = normal_options_.source == NormalSource::kEstimate ||
-                            (halves_.has_value() && halves_->given_made_by().has_value());
+    const bool are_fitted = normal_options_.source == NormalSource::kEstimate || normals_->given_made_by().has_value();
     if (!are_fitted || index_.has_half_normals()) return false;
-    const ScaleReport* const report = run_ != nullptr ? run_->scale_report() : nullptr;
-    return report != nullptr && !report->positions_are_exact;
+    return scale_report_.has_value() && !scale_report_->positions_are_exact;
   }
 
   // Whether the estimate is that of jets, which read positions alone.
@@ -380,14 +276,10 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
   }
 
   size_t HeldBytes() const override {
-    const size_t building = builder_.has_value() ? builder_->bytes() : 0;
-    const size_t normals = normal_field_.bytes() + (surface_.has_value() ? surface_->bytes() : 0) +
-                           (normals_.has_value() ? normals_->bytes() : 0) +
-                           (halves_.has_value() ? halves_->bytes() : 0);
-    return building + index_.bytes() + normals + fields_.bytes() + choices_.bytes() +
-           (run_ != nullptr ? run_->bytes() : 0) + (outlier_run_.has_value() ? outlier_run_->bytes() : 0) +
-           (agreement_run_.has_value() ? agreement_run_->bytes() : 0) + (rest_.has_value() ? rest_->cloud.bytes() : 0) +
-           (rest_of_cloud_.has_value() ? rest_of_cloud_->bytes() : 0);
+    return (builder_.has_value() ? builder_->bytes() : 0) + index_.bytes() +
+           (normals_.has_value() ? normals_->bytes() : 0) + fields_.bytes() + choices_.bytes() +
+           (run_ != nullptr ? run_->bytes() : 0) + (outliers_.has_value() ? outliers_->bytes() : 0) +
+           (agreement_run_.has_value() ? agreement_run_->bytes() : 0);
   }
 
   void OnEnd(absl::Status status) override {
@@ -396,20 +288,22 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
     // Gone before the callback: what it needs memory for may be an error that says that there was none.
     scratch_.reset();
     agreement_run_.reset();
-    outlier_run_.reset();
-    rest_of_cloud_.reset();
+    if (status.ok() && outliers_.has_value()) rest_ = outliers_->TakeRest();
+    outliers_.reset();
     run_.reset();
     std::optional<NormalReport> report;
-    if (status.ok() && !rest_.has_value() && normals_.has_value()) {
+    NormalField normal_field;
+    if (status.ok() && !rest_.has_value()) {
       report = normals_->report();
+      normal_field = std::move(normals_->field());
       if (!wants_curvature_) {
         status_counts_ = report->status_counts;
         status_counts_[static_cast<size_t>(PointStatus::kInvalidInput)] += invalid_count_;
       }
       if (normal_options_.source == NormalSource::kGiven) report.reset();
     }
+    const std::optional<NormalsOffSurface> off_surface = normals_.has_value() ? normals_->off_surface() : std::nullopt;
     normals_.reset();
-    halves_.reset();
     builder_.reset();
     fields_.FreeMarks();
     index_ = SpatialIndex();
@@ -426,9 +320,9 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
       return EstimationResult{.field = {std::move(fields_.points(0)), status_counts_},
                               .agreement = agreement,
                               .cost = Cost(),
-                              .off_surface = off_surface_,
+                              .off_surface = off_surface,
                               .normal_report = report,
-                              .normals = std::move(normal_field_),
+                              .normals = std::move(normal_field),
                               .scale_report = std::move(scale_report_),
                               .choices = std::move(choices_),
                               .smaller = std::move(smaller)};
@@ -455,11 +349,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
   const size_t invalid_count_;
   std::optional<IndexBuilder> builder_;
   SpatialIndex index_;
-  std::optional<SurfaceProbe> surface_;
-  std::optional<NormalsOffSurface> off_surface_;
-  std::optional<NormalPhases> normals_;     // none where they stay as they came
-  std::optional<HalfNormalPhases> halves_;  // none where the estimate does not compare halves
-  NormalField normal_field_;
+  std::optional<CloudNormals> normals_;  // from the index on
   ScaleFields fields_;
   std::array<uint64_t, kPointStatusEnd> status_counts_{};  // over all scales
   ChoiceField choices_;                                    // none unless they are asked for
@@ -467,14 +357,12 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
   const SeamMarks* shown_seam_ = nullptr;  // of fields_, once the estimate is done
   std::array<std::atomic<uint64_t>, kPointStatusEnd> refused_{};
   std::unique_ptr<StrategyRun> run_;
-  std::optional<OutlierRun> outlier_run_;
-  std::vector<int32_t> outliers_;             // while the rest is made
-  std::optional<RestOfCloud> rest_of_cloud_;  // likewise
-  std::optional<Rest> rest_;
+  std::optional<OutlierPhases> outliers_;
+  std::optional<OutlierPhases::Rest> rest_;  // once the job has ended
   std::optional<AgreementRun> agreement_run_;
   std::optional<ScaleReport> scale_report_;
   bool shares_errors_ = false;         // NeighborsShareErrors, once the strategy has run
-  std::optional<ScratchSet> scratch_;  // of run_, then of outlier_run_, then of agreement_run_
+  std::optional<ScratchSet> scratch_;  // of run_, then of agreement_run_
   std::atomic<size_t> points_estimated_ = 0;
 };
 
@@ -485,31 +373,6 @@ std::shared_ptr<CurvatureJob> CurvatureJob::Make(Cloud cloud, const std::array<d
                                                  const NormalOptions& normals, const JobPlace& place,
                                                  OutlierSearch search) {
   return std::make_shared<PhasedCurvatureJob>(std::move(cloud), origin, options, normals, place, search);
-}
-
-size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOptions& normals) {
-  return kCloudAndIndexBytes + NormalBytesPerPoint(ForEstimate(options, normals)) +
-         options.scale_count() * sizeof(PointCurvature) + (options.returns_choice ? sizeof(PointChoice) : 0) +
-         (LooksForOutliers(options) ? OutlierRun::kBytesPerPoint : 0) + StrategyFor(options).bytes_per_point;
-}
-
-size_t NormalsJobBytesPerPoint(NormalOptions normals) {
-  return kCloudAndIndexBytes + NormalBytesPerPoint(Returning(normals));
-}
-
-size_t NormalsJobScratchBytes(const NormalOptions& normals, size_t point_count, int thread_count) {
-  return NormalScratchBytes(normals, point_count, thread_count);
-}
-
-size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count,
-                              const NormalOptions& normals) {
-  const size_t block_points = GroupsPerBlock(options) * SpatialIndex::kGroupPoints;
-  const size_t blocks = (point_count + block_points - 1) / block_points;
-  const Strategy& strategy = StrategyFor(options);
-  const size_t shared = strategy.shared_bytes != nullptr ? strategy.shared_bytes(options, point_count) : 0;
-  // Normals are done, and their scratch is gone, before the strategy begins.
-  return std::max(shared + std::min<size_t>(thread_count, blocks) * strategy.scratch_bytes(options, point_count),
-                  NormalScratchBytes(ForEstimate(options, normals), point_count, thread_count));
 }
 
 }  // namespace curvd

@@ -3,14 +3,13 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "core/cloud/cloud.h"
 #include "core/estimators/options.h"
 #include "core/job/estimation_job.h"
+#include "core/job/phases/outlier_phases.h"
 #include "core/job/worker_pool.h"
 #include "core/normals/normal_options.h"
 #include "core/scale/outliers/outlier_run.h"
@@ -27,12 +26,6 @@ struct JobPlace {
 // As EstimationJob says, but for outliers. Thread-safe, save for TakeRest.
 class CurvatureJob : public EstimationJob {
  public:
-  // What is to be estimated once more.
-  struct Rest {
-    Cloud cloud;                    // the outliers are invalid points of it
-    std::vector<int32_t> outliers;  // their ranks, in any order
-  };
-
   // `origin` is what was subtracted from the positions of the cloud that the caller knows, which may be another one.
   // Without `options`, no curvature is estimated. Unless `search` is kNone, the job may end with a
   // rest in place of a result. May throw std::bad_alloc.
@@ -45,7 +38,7 @@ class CurvatureJob : public EstimationJob {
 
   // The cloud without its outliers, if there are any: the result has then no points, but for its cost. REQUIRES: called
   // by the callback.
-  virtual std::optional<Rest> TakeRest() = 0;
+  virtual std::optional<OutlierPhases::Rest> TakeRest() = 0;
 };
 
 }  // namespace curvd

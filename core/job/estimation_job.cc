@@ -115,7 +115,7 @@ class RepeatedJob final : public EstimationJob, public std::enable_shared_from_t
 
   void EndPass(absl::StatusOr<EstimationResult> result) {
     const std::shared_ptr<CurvatureJob> ended = pass();
-    std::optional<CurvatureJob::Rest> rest = ended->TakeRest();
+    std::optional<OutlierPhases::Rest> rest = ended->TakeRest();
     if (!result.ok() || !rest.has_value()) return End(std::move(result));
     const absl::Status status = CatchBadAlloc([&] {
       AddCost(result->cost);

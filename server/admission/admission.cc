@@ -5,7 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/cloud/point_set.h"
 #include "core/estimators/curvature_field.h"
-#include "core/job/estimation_job.h"
+#include "core/job/job_memory.h"
 #include "core/normals/normals.h"
 #include "server/call/chunk/directions.h"
 #include "server/call/chunk/viewpoints.h"

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/page_pool.h"
+#include "core/job/job_memory.h"
 #include "core/scale/outliers/outlier_run.h"
 #include "tests/core/normals/normal_clouds.h"
 #include "tests/core/sanitized.h"

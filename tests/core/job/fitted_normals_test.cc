@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/job/estimation_job.h"
+#include "core/job/job_memory.h"
 #include "core/job/normals_job.h"
 #include "tests/core/normals/normal_clouds.h"
 #include "tests/core/normals/trust/probed_clouds.h"

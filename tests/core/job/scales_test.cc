@@ -11,6 +11,7 @@
 
 #include "core/estimators/strategies.h"
 #include "core/job/estimation_job.h"
+#include "core/job/job_memory.h"
 #include "tests/core/instruction_sets.h"
 #include "tests/core/seam_clouds.h"
 #include "tests/core/test_clouds.h"

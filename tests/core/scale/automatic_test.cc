@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/job/job_memory.h"
 #include "core/scale/pilot/pilot.h"
 #include "tests/core/estimators/run_in_parts.h"
 #include "tests/core/hostile_clouds.h"

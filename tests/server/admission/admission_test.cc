@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/estimators/delaunay/umbrella.h"
-#include "core/job/estimation_job.h"
+#include "core/job/job_memory.h"
 #include "core/job/phases/normal_phases.h"
 #include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
