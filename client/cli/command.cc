@@ -1,9 +1,12 @@
 #include "client/cli/command.h"
 
+#include <algorithm>
 #include <cstdio>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
 #include "client/curvature_client.h"
 
 namespace curv {
@@ -50,6 +53,15 @@ std::string Visible(std::string_view text) {
     }
   }
   return shown;
+}
+
+std::string ShellWord(std::string_view text) {
+  constexpr std::string_view kPlain = "_-+=./,:@%";
+  const bool is_plain = !text.empty() && std::all_of(text.begin(), text.end(), [&](char c) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || kPlain.find(c) != std::string_view::npos;
+  });
+  if (is_plain) return std::string(text);
+  return absl::StrCat("'", absl::StrReplaceAll(Visible(text), {{"'", "'\\''"}}), "'");
 }
 
 std::string ShownInput(std::string_view path) { return path == "-" ? "standard input" : Visible(path); }

@@ -55,6 +55,9 @@ void AddCompletion(CLI::App& app, Action& action);
 // which a terminal would obey, become \xNN.
 std::string Visible(std::string_view text);
 
+// The same as a word of a command line that a message proposes: in quotes where a shell would read it otherwise.
+std::string ShellWord(std::string_view text);
+
 // How messages name a file that is read or written: as Visible, and "-" in words.
 std::string ShownInput(std::string_view path);
 std::string ShownOutput(std::string_view path);

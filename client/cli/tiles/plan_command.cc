@@ -56,7 +56,7 @@ void PrintPlan(const TilePlan& plan, bool json) {
   if (plan.is_double) {
     std::printf("coordinates are rounded to multiples of %s\n", ExactText(plan.spacing).c_str());
   }
-  std::printf("next: curv tiles run %s, with --server=HOST:PORT for a server\n", Visible(plan.directory).c_str());
+  std::printf("next: curv tiles run %s, with --server=HOST:PORT for a server\n", ShellWord(plan.directory).c_str());
 }
 
 // Takes out of the help what this command reads only to say why tiles cannot have it.

@@ -59,9 +59,9 @@ std::string TextOf(const TilePlan& plan, const TileStatus& status) {
   }
   if (status.seconds_left.has_value()) absl::StrAppend(&text, row("ETA", Clock(*status.seconds_left)));
   if (status.is_complete()) {
-    absl::StrAppend(&text, "complete: curv tiles merge ", plan.directory, " -o OUT\n");
+    absl::StrAppend(&text, "complete: curv tiles merge ", ShellWord(plan.directory), " -o OUT\n");
   } else if (status.tiles_running == 0) {
-    absl::StrAppend(&text, "nobody works: curv tiles run ", plan.directory, "\n");
+    absl::StrAppend(&text, "nobody works: curv tiles run ", ShellWord(plan.directory), "\n");
   }
   return text;
 }

@@ -20,5 +20,13 @@ TEST(VisibleTest, KeepsTextAndItsLines) {
             "e 1\n\t2.ply");
 }
 
+TEST(ShellWordTest, IsQuotedWhereAShellWouldReadItOtherwise) {
+  EXPECT_EQ(ShellWord("/data/plan-1_a.b"), "/data/plan-1_a.b");
+  EXPECT_EQ(ShellWord("my plan"), "'my plan'");
+  EXPECT_EQ(ShellWord("$(rm x)"), "'$(rm x)'");
+  EXPECT_EQ(ShellWord("it's"), "'it'\\''s'");
+  EXPECT_EQ(ShellWord(""), "''");
+}
+
 }  // namespace
 }  // namespace curv
