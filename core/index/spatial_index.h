@@ -95,10 +95,23 @@ class SpatialIndex {
   // Makes room for them, with any values. Errors: ErrorKind::kOutOfMemory. REQUIRES: point_count() > 0.
   absl::Status MakeHalfNormals() { return MakeRoom(half_normals_); }
   void DropHalfNormals() { half_normals_ = {}; }
-  // Makes the normals of what was written in the place of half normals, which there are none of then.
+  // Makes the normals of what was written in the place of half normals, which there are none of then. Those that came
+  // with the cloud are kept, if they are to be.
   void TakeHalfNormals() {
+    if (keeps_given_normals_ && given_normals_.size() == 0) given_normals_ = std::move(normals_);
     normals_ = std::move(half_normals_);
     DropHalfNormals();
+  }
+  // Asks for the normals that came with the cloud to be kept, whatever becomes of them. Who changes them in their place
+  // makes room before, and copies them there.
+  void set_keeps_given_normals() { keeps_given_normals_ = true; }
+  bool keeps_given_normals() const { return keeps_given_normals_; }
+  // Errors: ErrorKind::kOutOfMemory. REQUIRES: point_count() > 0.
+  absl::Status MakeGivenNormals() { return MakeRoom(given_normals_); }
+  void KeepGivenNormals(size_t leaf) { given_normals_[leaf] = normals_[leaf]; }
+  // As they came with the cloud, if they were kept or did not change. REQUIRES: has_normals().
+  const LeafNormals& given_normals(size_t leaf) const {
+    return given_normals_.size() > 0 ? given_normals_[leaf] : normals_[leaf];
   }
   // Whether there are points without a normal: theirs is NaN, and a sum of normals that holds it is worth nothing.
   bool lacks_normals() const { return lacks_normals_; }
@@ -116,8 +129,8 @@ class SpatialIndex {
   // Of the lattice that all positions are on (core/cloud/lattice.h), in the index's unit; 0: they are on none.
   float lattice_spacing() const { return lattice_spacing_; }
   size_t bytes() const {
-    return positions_.bytes() + normals_.bytes() + half_normals_.bytes() + leaf_bounds_.bytes() + nodes_.bytes() +
-           point_set_.bytes();
+    return positions_.bytes() + normals_.bytes() + half_normals_.bytes() + given_normals_.bytes() +
+           leaf_bounds_.bytes() + nodes_.bytes() + point_set_.bytes();
   }
 
  private:
@@ -135,10 +148,10 @@ class SpatialIndex {
   size_t point_count_ = 0;
   int scale_exponent_ = 0;
   float lattice_spacing_ = 0.0f;
-  bool lacks_normals_ = false;
+  bool lacks_normals_ = false, keeps_given_normals_ = false;
   PageArray<LeafPositions> positions_;
   PageArray<LeafNormals> normals_;  // empty for a cloud without normals
-  PageArray<LeafNormals> half_normals_;
+  PageArray<LeafNormals> half_normals_, given_normals_;
   PointSet point_set_;
   PageArray<float> leaf_bounds_;  // lo of each axis, then hi
   PageArray<TreeNode> nodes_;

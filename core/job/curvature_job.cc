@@ -36,12 +36,11 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
                      const NormalOptions& normal_options, const JobPlace& place, OutlierSearch search)
       : PhasedJob(place.pool, place.priority, place.caller),
         wants_curvature_(options.has_value()),
-        options_(options.value_or(EstimatorOptions())),
+        search_(SearchIn(cloud, options, search)),
+        rejects_seams_at_end_(search_ != OutlierSearch::kNone &&
+                              options->opposed_normals == OpposedNormalsPolicy::kReject),
+        options_(OptionsOf(options, rejects_seams_at_end_)),
         normal_options_(CloudNormals::OptionsFor(options, normal_options)),
-        search_(wants_curvature_ && LooksForOutliers(options_) && !cloud.point_set().has_ids() &&
-                        !cloud.point_set().has_roles()
-                    ? search
-                    : OutlierSearch::kNone),
         size_(cloud.size()),
         origin_(origin),
         query_count_(cloud.point_set().query_count()),
@@ -93,6 +92,20 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
   }
 
  private:
+  // Whoever sends a part of a cloud does not know what the rest of it explains.
+  static OutlierSearch SearchIn(const Cloud& cloud, const std::optional<EstimatorOptions>& options,
+                                OutlierSearch search) {
+    const bool is_part = cloud.point_set().has_ids() || cloud.point_set().has_roles();
+    return options.has_value() && LooksForOutliers(*options) && !is_part ? search : OutlierSearch::kNone;
+  }
+
+  // Outliers with opposed normals are no seam: where some are looked for, seams are refused once none is left.
+  static EstimatorOptions OptionsOf(const std::optional<EstimatorOptions>& options, bool rejects_seams_at_end) {
+    EstimatorOptions of = options.value_or(EstimatorOptions());
+    if (rejects_seams_at_end) of.opposed_normals = OpposedNormalsPolicy::kMark;
+    return of;
+  }
+
   // Checks the options and takes the memory of the index.
   absl::Status StartIndex() {
     absl::Status status = options_.Validate();
@@ -104,6 +117,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
   absl::Status AddNormals() {
     index_ = builder_->Take();
     builder_.reset();  // the index holds all that is needed
+    if (search_ != OutlierSearch::kNone) index_.set_keeps_given_normals();
     const auto estimate = wants_curvature_ ? std::optional(options_) : std::nullopt;
     normals_.emplace(estimate, normal_options_, origin_, index_, thread_count_, Sink(), [this] { return AddField(); });
     return normals_->Start();
@@ -215,6 +229,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
 
   // Adds the phases that follow the look for outliers, where there are none.
   absl::Status AddLast() {
+    if (rejects_seams_at_end_ && fields_.ShownSeam() != nullptr) return RefusalOf(*fields_.ShownSeam(), index_);
     absl::Status status = AddChoices();
     return status.ok() ? AddAgreement() : status;
   }
@@ -339,9 +354,10 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
   static constexpr size_t kFillPoints = 100'000;  // a few milliseconds, most of them for the system's fresh pages
 
   const bool wants_curvature_;
+  const OutlierSearch search_;
+  const bool rejects_seams_at_end_;
   const EstimatorOptions options_;
   const NormalOptions normal_options_;
-  const OutlierSearch search_;
   Callback callback_;
   const size_t size_;  // of the cloud
   const std::array<double, 3> origin_;

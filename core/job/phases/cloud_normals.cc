@@ -8,6 +8,11 @@
 #include "core/scale/automatic.h"
 
 namespace curvd {
+namespace {
+
+constexpr size_t kBlockLeaves = 6'000;  // are copied in a millisecond or two
+
+}  // namespace
 
 NormalOptions CloudNormals::OptionsFor(const std::optional<EstimatorOptions>& estimate, NormalOptions normals) {
   if (estimate.has_value()) {
@@ -79,6 +84,18 @@ absl::Status CloudNormals::Make() {
   if (options_.source != NormalSource::kEstimate && !index_.has_normals()) {
     return MakeCoreError(ErrorKind::kInvalid, "the cloud has no normals; ask for estimated ones");
   }
+  if (options_.source == NormalSource::kOrient && index_.keeps_given_normals() && index_.point_count() > 0) {
+    if (absl::Status status = index_.MakeGivenNormals(); !status.ok()) return status;
+    const auto keep = [this](size_t first, size_t last) {
+      for (size_t leaf = first; leaf < last; ++leaf) index_.KeepGivenNormals(leaf);
+    };
+    add_phase_(MakeLoop(kOrientationPhase, index_.leaf_count(), kBlockLeaves, keep, [this] { return StartPhases(); }));
+    return absl::OkStatus();
+  }
+  return StartPhases();
+}
+
+absl::Status CloudNormals::StartPhases() {
   phases_.emplace(options_, estimate_.has_value() ? NormalAim::kCurvature : NormalAim::kNormals, origin_, index_,
                   thread_count_, add_phase_, [this] { return HandOut(); });
   return options_.source == NormalSource::kGiven ? HandOut() : phases_->Start();

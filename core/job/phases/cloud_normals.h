@@ -63,6 +63,7 @@ class CloudNormals {
   // Each adds its phases, which go on with the next one.
   absl::Status LookAtSurface();
   absl::Status Make();
+  absl::Status StartPhases();
   absl::Status HandOut();
   absl::Status MakeHalves();
 

@@ -11,6 +11,18 @@
 namespace curvd {
 namespace {
 
+// The place in the input of the first point that is surely beside a seam.
+size_t FirstSure(const SeamMarks& marks, const SpatialIndex& index) {
+  size_t first = index.point_count();
+  for (size_t place = 0; place < index.point_count(); ++place) {
+    constexpr size_t kLeaf = SpatialIndex::kLeafSize;
+    if (!marks.IsSure(place)) continue;
+    const int32_t rank = index.positions(place / kLeaf).id[place % kLeaf];
+    first = std::min(first, index.point_set().place_of(rank));
+  }
+  return first;
+}
+
 class SeamPhase final : public Phase {
  public:
   explicit SeamPhase(const SeamWork& work) : work_(work), groups_per_block_(GroupsPerBlock(work.options)) {}
@@ -19,7 +31,7 @@ class SeamPhase final : public Phase {
 
   absl::StatusOr<size_t> Begin() override {
     if (!work_.marks.ShowSeam()) return 0;
-    if (work_.options.opposed_normals == OpposedNormalsPolicy::kReject) return Refusal(work_.marks.SurePoints());
+    if (work_.options.opposed_normals == OpposedNormalsPolicy::kReject) return RefusalOf(work_.marks, work_.index);
     block_count_ = (work_.index.group_count() + groups_per_block_ - 1) / groups_per_block_;
     return block_count_;
   }
@@ -47,28 +59,6 @@ class SeamPhase final : public Phase {
   // A block that has taken so long leaves its other groups to another turn.
   static constexpr std::chrono::milliseconds kLongBlock{5};
 
-  absl::Status Refusal(uint64_t seam_points) const {
-    constexpr char kOpposed[] = "opposed to those of neighbors on the same surface";
-    const size_t first = FirstSure();
-    return MakeCoreError(ErrorKind::kOpposedNormals,
-                         absl::StrCat("normals of ", seam_points, " points are ", kOpposed, ", such as around point ",
-                                      first, "; make all normals point to one side"),
-                         {"normals", absl::StrCat(kOpposed, " at ", seam_points, " points"),
-                          "on one side of each surface (opposed_normals_policy)", absl::StrCat(first)});
-  }
-
-  // The place in the input of the first point that is surely beside a seam.
-  size_t FirstSure() const {
-    size_t first = work_.index.point_count();
-    for (size_t place = 0; place < work_.index.point_count(); ++place) {
-      constexpr size_t kLeaf = SpatialIndex::kLeafSize;
-      if (!work_.marks.IsSure(place)) continue;
-      const int32_t rank = work_.index.positions(place / kLeaf).id[place % kLeaf];
-      first = std::min(first, work_.index.point_set().place_of(rank));
-    }
-    return first;
-  }
-
   const SeamWork work_;
   const size_t groups_per_block_;
   size_t block_count_ = 0;  // that the phase begins with
@@ -77,5 +67,16 @@ class SeamPhase final : public Phase {
 }  // namespace
 
 std::unique_ptr<Phase> MakeSeamPhase(const SeamWork& work) { return std::make_unique<SeamPhase>(work); }
+
+absl::Status RefusalOf(const SeamMarks& marks, const SpatialIndex& index) {
+  constexpr char kOpposed[] = "opposed to those of neighbors on the same surface";
+  const uint64_t seam_points = marks.SurePoints();
+  const size_t first = FirstSure(marks, index);
+  return MakeCoreError(ErrorKind::kOpposedNormals,
+                       absl::StrCat("normals of ", seam_points, " points are ", kOpposed, ", such as around point ",
+                                    first, "; make all normals point to one side"),
+                       {"normals", absl::StrCat(kOpposed, " at ", seam_points, " points"),
+                        "on one side of each surface (opposed_normals_policy)", absl::StrCat(first)});
+}
 
 }  // namespace curvd

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string_view>
 
+#include "absl/status/status.h"
 #include "core/base/phase.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/options.h"
@@ -29,8 +30,10 @@ struct SeamWork {
 };
 
 // Has nothing to do, and takes no time, where the marks show no seam (SeamMarks::ShowSeam). Where
-// options.opposed_normals refuses such clouds, a seam is an error of kind kOpposedNormals, which says how many points
-// are beside one, and names the first of them. Does not depend on the order of blocks.
+// options.opposed_normals refuses such clouds, a seam is an error, RefusalOf. Does not depend on the order of blocks.
 std::unique_ptr<Phase> MakeSeamPhase(const SeamWork& work);
+
+// An error of kind kOpposedNormals, which says how many points are beside a seam, and names the first of them.
+absl::Status RefusalOf(const SeamMarks& marks, const SpatialIndex& index);
 
 }  // namespace curvd

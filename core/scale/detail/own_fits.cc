@@ -62,6 +62,7 @@ OwnFits::OwnFits(const EstimatorOptions& options, const SpatialIndex& index, con
     const PartChoice& of = choice.parts()[part];
     is_noise_[part] = of.check.has_value() || std::any_of(of.near_checks.begin(), of.near_checks.end(),
                                                           [](const NearCheck& check) { return check.is_noise; });
+    noise_[part] = of.positions_are_exact ? 0.0 : of.choice.sigma;
     uint32_t most = kMostNearCount;
     // What counts looks farther than the check.
     if (of.check.has_value()) most = std::max(most, kScaleRungs[of.check->candidate.rung + 1]);
@@ -139,7 +140,7 @@ std::optional<PointFit> OwnFits::Fit(size_t place, size_t i, std::span<const Nei
   const uint32_t least_count = ScaleOf(options_).least_count;
   const NearestNeighbors near(neighbors, normal);
   std::optional<PointFit> by_normals, by_heights;
-  if (may_fit_heights_) by_heights = EstimateByHeights(near.frame, near.nearest, least_count);
+  if (may_fit_heights_) by_heights = EstimateByHeights(near.frame, near.nearest, least_count, noise_[s.part[i]]);
   if (by_heights.has_value() && mean.has_value()) {
     const bool differs = std::abs(by_heights->point.mean - *mean) > kLeastTimesError * by_heights->mean_error;
     if (!differs) by_heights.reset();

@@ -51,6 +51,7 @@ class OwnFits {
   PointCurvature* const results_;
   const bool may_fit_normals_, may_fit_heights_;                   // the estimator is not fixed to another
   std::array<NeighborhoodPlan, CloudChoice::kMostParts> plans_{};  // of each part
+  std::array<double, CloudChoice::kMostParts> noise_{};            // of positions, in the index's unit
   std::array<bool, CloudChoice::kMostParts> is_noise_{};           // independent noise of normals decides in the part
 };
 

@@ -104,7 +104,7 @@ std::optional<PointFit> EstimateOneSide(std::span<const NeighborNormal> neighbor
   const auto by_normals = EstimateByNormals(frame, picked, radius, limits.allowed_error);
   const double least_by_heights = kLeastHeightError * limits.height_noise / (radius * radius);
   if (by_normals.has_value() && by_normals->mean_error < least_by_heights) return by_normals;
-  const auto by_heights = EstimateByHeights(frame, picked, limits.least_count);
+  const auto by_heights = EstimateByHeights(frame, picked, limits.least_count, limits.height_noise);
   if (!by_heights.has_value() || !by_normals.has_value()) return by_heights.has_value() ? by_heights : by_normals;
   return by_heights->mean_error < by_normals->mean_error ? by_heights : by_normals;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "core/scale/automatic_options.h"
@@ -34,14 +35,15 @@ constexpr size_t kMostSampled = 4096;
 constexpr float kFarInSpacings = 1.0f;
 constexpr float kTimesNeighbors = 7.0f;
 constexpr size_t kNeighborsAbove = 3;
-// The normal of an outlier has a smaller cosine with those of all its neighbors but two.
-constexpr float kLonelyCosine = -0.5f;
+// The normal of an outlier has a larger angle than this with those of all its neighbors but two, and so many times that
+// which nine in ten points stay below; or this one.
+constexpr double kLonelyAngle = 100.0 * std::numbers::pi / 180.0, kTimesUsualAngle = 3.0;
+constexpr double kMostLonelyAngle = 120.0 * std::numbers::pi / 180.0;
 constexpr size_t kMostShareInverse = 4;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// What is larger, or not a number since the bends of a point that is very far away overflow, counts as this: infinity
-// says that a normal alone tells an outlier.
+// What is larger, or not a number since the bends of a point that is very far away overflow, counts as this.
 constexpr float kMostHeight = std::numeric_limits<float>::max();
 
 using Vector = std::array<float, 3>;
@@ -111,6 +113,14 @@ class Pieces {
   std::array<float, kJudges> half_k1_, half_k2_;
 };
 
+// What nine in ten of the values, which it reorders, stay below; infinity if there are none.
+double UsualOf(std::vector<double>& values) {
+  if (values.empty()) return std::numeric_limits<double>::infinity();
+  const auto usual = values.begin() + static_cast<std::ptrdiff_t>(kUsualShare * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), usual, values.end());
+  return *usual;
+}
+
 // The middle one of `count` values, which it reorders.
 float MedianOf(float* values, size_t count) {
   float* const middle = values + count / 2;
@@ -132,7 +142,7 @@ std::vector<GroupPhase> OutlierRun::Phases() {
                       }});
     phases.push_back({kOutlierPhase,
                       [this, round] {
-                        if (round == 0) FindUsualDeviation();
+                        if (round == 0) FindUsual();
                         return absl::OkStatus();
                       },
                       [this, round](size_t group, WorkerScratch&) {
@@ -152,10 +162,13 @@ absl::Status OutlierRun::Allocate() {
   if (!deviations.ok()) return deviations.status();
   auto spacings = PageArray<float>::Create(count);
   if (!spacings.ok()) return spacings.status();
+  auto agreements = PageArray<float>::Create(count);
+  if (!agreements.ok()) return agreements.status();
   auto marks = PageArray<Mark>::Create(count);
   if (!marks.ok()) return marks.status();
   deviations_ = *std::move(deviations);
   spacings_ = *std::move(spacings);
+  agreements_ = *std::move(agreements);
   marks_ = *std::move(marks);
   std::fill_n(marks_.data(), count, Mark::kNone);
   return absl::OkStatus();
@@ -170,12 +183,15 @@ absl::Status OutlierRun::Measure(size_t group, size_t round, NearestScratch& scr
 
 void OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) {
   const auto place = static_cast<size_t>(scratch.points.place[i]);
-  const size_t spacing_neighbor = std::min(kSpacingNeighbor, neighbors.size() - 1);
-  spacings_[place] = std::sqrt(neighbors[spacing_neighbor].squared_distance) / kSpacingsToIt;
-  if (judges_normals_ && HasLonelyNormal(i, neighbors, scratch)) {
-    deviations_[place] = kInfinity;
+  neighbors = WithoutCopies(neighbors);
+  if (neighbors.empty()) {
+    spacings_[place] = 0.0f;
+    deviations_[place] = agreements_[place] = kNaN;
     return;
   }
+  const size_t spacing_neighbor = std::min(kSpacingNeighbor, neighbors.size() - 1);
+  spacings_[place] = std::sqrt(neighbors[spacing_neighbor].squared_distance) / kSpacingsToIt;
+  agreements_[place] = judges_normals_ ? AgreementOf(i, neighbors, scratch) : kNaN;
   Vector position;
   scratch.points.query.Get(i, position.data());
   const double to_index = std::ldexp(1.0, -index_.scale_exponent());
@@ -186,14 +202,28 @@ void OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors,
     const size_t leaf = neighbor.place / SpatialIndex::kLeafSize;
     const Vector middle = VectorAt(index_.positions(leaf), neighbor.place);
     pieces.Add({position[0] - middle[0], position[1] - middle[1], position[2] - middle[2]},
-               VectorAt(index_.normals(leaf), neighbor.place), result(neighbor.place), to_index);
+               VectorAt(index_.normals(leaf), neighbor.place), PieceOf(neighbor.place), to_index);
   }
   deviations_[place] = pieces.count() >= kFewestJudges ? pieces.ThirdLeastHeight() : kNaN;
 }
 
+// Where neighbors' normals are opposed, as a few outliers with any normals make them, the piece is the point's plane.
+const PointCurvature& OutlierRun::PieceOf(size_t place) const {
+  static constexpr PointCurvature kPlane{};
+  const PointCurvature& found = result(place);
+  return found.status == PointStatus::kOk ? found : kPlane;
+}
+
+// Neighbors at other places than the point itself, of which `neighbors` are the nearest first: a copy lies on whatever
+// its point lies on.
+std::span<const NearestPoint> OutlierRun::WithoutCopies(std::span<const NearestPoint> neighbors) {
+  size_t copies = 0;
+  while (copies < neighbors.size() && neighbors[copies].squared_distance == 0.0f) ++copies;
+  return neighbors.subspan(copies);
+}
+
 // Normals that are NaN have no say.
-bool OutlierRun::HasLonelyNormal(size_t i, std::span<const NearestPoint> neighbors,
-                                 const NearestScratch& scratch) const {
+float OutlierRun::AgreementOf(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) const {
   Vector own;
   scratch.points.normal.Get(i, own.data());
   std::array<float, kJudges> negative_cosines;
@@ -206,27 +236,25 @@ bool OutlierRun::HasLonelyNormal(size_t i, std::span<const NearestPoint> neighbo
     if (std::isnan(cosine)) continue;
     negative_cosines[judges++] = -cosine;
   }
-  return judges >= kFewestJudges && -LeastButTwo({negative_cosines.data(), judges}) < kLonelyCosine;
+  return judges >= kFewestJudges ? -LeastButTwo({negative_cosines.data(), judges}) : kNaN;
 }
 
 bool OutlierRun::IsJudge(size_t place) const {
-  return marks_[place] != Mark::kOutlier && result(place).status == PointStatus::kOk;
+  const PointStatus status = result(place).status;
+  return marks_[place] != Mark::kOutlier && (status == PointStatus::kOk || status == PointStatus::kOpposedNormals);
 }
 
-void OutlierRun::FindUsualDeviation() {
+void OutlierRun::FindUsual() {
   const size_t count = index_.point_count();
   const size_t step = std::max<size_t>(1, count / kMostSampled);
-  std::vector<double> sample;
-  sample.reserve(count / step + 1);
+  std::vector<double> deviations, angles;
   for (size_t place = 0; place < count; place += step) {
+    if (std::isfinite(agreements_[place])) angles.push_back(std::acos(std::clamp(agreements_[place], -1.0f, 1.0f)));
     if (!IsJudge(place) || !(spacings_[place] > 0.0f) || !std::isfinite(deviations_[place])) continue;
-    sample.push_back(double{deviations_[place]} / spacings_[place]);
+    deviations.push_back(double{deviations_[place]} / spacings_[place]);
   }
-  usual_deviation_ = std::numeric_limits<double>::infinity();
-  if (sample.empty()) return;
-  const auto usual = sample.begin() + static_cast<std::ptrdiff_t>(kUsualShare * static_cast<double>(sample.size()));
-  std::nth_element(sample.begin(), usual, sample.end());
-  usual_deviation_ = *usual;
+  usual_deviation_ = UsualOf(deviations);
+  lonely_cosine_ = std::cos(std::clamp(kTimesUsualAngle * UsualOf(angles), kLonelyAngle, kMostLonelyAngle));
 }
 
 void OutlierRun::Judge(size_t group, size_t round) {
@@ -237,7 +265,7 @@ void OutlierRun::Judge(size_t group, size_t round) {
   size_t deviation_count = 0, spacing_count = 0;
   for (size_t place = first; place < last; ++place) {
     if (marks_[place] == Mark::kOutlier) {
-      deviations_[place] = kNaN;
+      deviations_[place] = agreements_[place] = kNaN;
       continue;
     }
     spacings[spacing_count++] = spacings_[place];
@@ -252,8 +280,9 @@ void OutlierRun::Judge(size_t group, size_t round) {
   size_t found = 0;
   for (size_t place = first; place < last; ++place) {
     if (marks_[place] == Mark::kOutlier) continue;
+    const bool is_lonely = agreements_[place] < lonely_cosine_;
     const bool is_suspect = spacing > 0.0f && deviations_[place] > most;
-    if (std::isinf(deviations_[place]) || (is_suspect && deviations_[place] > kFarInSpacings * spacing)) {
+    if (is_lonely || (is_suspect && deviations_[place] > kFarInSpacings * spacing)) {
       marks_[place] = Mark::kOutlier;
       ++found;
     } else if (is_suspect) {

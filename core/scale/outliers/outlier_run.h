@@ -45,7 +45,7 @@ class OutlierRun final : public StrategyRun {
   // A cloud of fewer points has none.
   static constexpr size_t kFewestPoints = 100;
   // Beyond the scratch.
-  static constexpr size_t kBytesPerPoint = 2 * sizeof(float) + sizeof(uint8_t) + sizeof(int32_t);
+  static constexpr size_t kBytesPerPoint = 3 * sizeof(float) + sizeof(uint8_t) + sizeof(int32_t);
 
   // `results` are those of an estimate that has ended, by slot. `judges_normals`: whether single normals may be wrong,
   // as they are not where all were made of the positions. REQUIRES: `index` has normals; both outlive the run; `search`
@@ -55,7 +55,9 @@ class OutlierRun final : public StrategyRun {
 
   std::unique_ptr<WorkerScratch> MakeScratch() const override { return std::make_unique<NearestScratch>(); }
   std::vector<GroupPhase> Phases() override;
-  size_t bytes() const override { return deviations_.bytes() + spacings_.bytes() + marks_.bytes(); }
+  size_t bytes() const override {
+    return deviations_.bytes() + spacings_.bytes() + agreements_.bytes() + marks_.bytes();
+  }
 
   // The ranks of the outliers, in any order; none where more than a quarter of the points would be some, since what
   // most points have in common is no exception. REQUIRES: the phases have ended.
@@ -68,9 +70,13 @@ class OutlierRun final : public StrategyRun {
   absl::Status Allocate();
   absl::Status Measure(size_t group, size_t round, NearestScratch& scratch);
   void MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch);
-  bool HasLonelyNormal(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) const;
-  // Finds out what deviation is usual in the cloud.
-  void FindUsualDeviation();
+  static std::span<const NearestPoint> WithoutCopies(std::span<const NearestPoint> neighbors);
+  const PointCurvature& PieceOf(size_t place) const;
+  // The cosine that the point's normal has with those of two neighbors at least, and no larger one with more of them;
+  // NaN if too few tell.
+  float AgreementOf(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) const;
+  // Finds out what is usual in the cloud.
+  void FindUsual();
   // Finds outliers by their normals, those that are far off, and those that may be some.
   void Judge(size_t group, size_t round);
   // Looks at the latter: outliers are those that deviate much more than the points around them.
@@ -80,7 +86,7 @@ class OutlierRun final : public StrategyRun {
   bool HasRound(size_t round) const { return round == 0 || found_[round - 1] > 0; }
   enum class Mark : uint8_t { kNone, kSuspect, kOutlier };
 
-  // Whether the point has a result, and is no outlier.
+  // Whether the point has a result, or would have one but for opposed normals, and is no outlier.
   bool IsJudge(size_t place) const;
 
   const PointCurvature& result(size_t place) const { return results_[index_.point_set().slot_of(rank(place))]; }
@@ -92,12 +98,13 @@ class OutlierRun final : public StrategyRun {
   const PointCurvature* const results_;
   const bool judges_normals_;
   const OutlierSearch search_;
-  // By place, in the index's unit. NaN: too few neighbors tell, or the point was found in a round before; infinity: the
-  // normal alone tells an outlier.
-  PageArray<float> deviations_;
-  PageArray<float> spacings_;
+  // By place. NaN: too few neighbors tell, or the point was found in a round before.
+  PageArray<float> deviations_;  // in the index's unit
+  PageArray<float> spacings_;    // likewise
+  PageArray<float> agreements_;  // AgreementOf; NaN where single normals are not wrong
   PageArray<Mark> marks_;
   double usual_deviation_ = 0.0;  // over the spacing
+  double lonely_cosine_ = 0.0;
   std::array<std::atomic<size_t>, kRounds> found_{};
 };
 

@@ -44,7 +44,7 @@ void RestOfCloud::Place(size_t first, size_t last) {
       positions_[rank] = {std::ldexp(points.x[i], exponent), std::ldexp(points.y[i], exponent),
                           std::ldexp(points.z[i], exponent)};
       if (!takes_normals_) continue;
-      const SpatialIndex::LeafNormals& normals = index_.normals(leaf);
+      const SpatialIndex::LeafNormals& normals = index_.given_normals(leaf);
       normals_[rank] = {normals.x[i], normals.y[i], normals.z[i]};
     }
   }

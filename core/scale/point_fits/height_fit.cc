@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/estimators/scale_ladder.h"
 #include "core/scale/point_fits/field_curvature.h"
@@ -24,19 +25,67 @@ constexpr double kCautionByFreedom = 4.0;
 template <int kDegree>
 constexpr double kMostSpread = kDegree == 2 ? 5e3 : 1e6;
 
-// The fit of so many neighbors. Lengths are in units of `unit`.
+// Lines are parted by gaps of more than this share of the radius, and are narrower than this share of each gap.
+constexpr double kLeastGapOfLines = 0.2, kMostWidthOfLines = 0.25;
+// The line through a point goes through one of its nearest neighbors.
+constexpr size_t kNearestOnLine = 3;
+
+// On how many lines of a scanner the neighbors lie, all of one direction; their own number if they do not.
+size_t LinesOf(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors) {
+  size_t fewest = neighbors.size(), tried = 0;
+  const double radius = neighbors.back()->offset.norm();
+  std::vector<double> across(neighbors.size());
+  for (size_t k = 0; k < neighbors.size() && tried < kNearestOnLine; ++k) {
+    const double x = frame.u.dot(neighbors[k]->offset), y = frame.v.dot(neighbors[k]->offset);
+    const double length = std::hypot(x, y);
+    if (!(length > 0.0)) continue;
+    ++tried;
+    for (size_t i = 0; i < neighbors.size(); ++i) {
+      across[i] = (y * frame.u - x * frame.v).dot(neighbors[i]->offset) / length;
+    }
+    std::sort(across.begin(), across.end());
+    size_t lines = 1;
+    double widest = 0.0, least_gap = radius, first = across.front();
+    for (size_t i = 1; i < across.size(); ++i) {
+      const double gap = across[i] - across[i - 1];
+      if (gap > kLeastGapOfLines * radius) {
+        widest = std::max(widest, across[i - 1] - first);
+        least_gap = std::min(least_gap, gap);
+        first = across[i];
+        ++lines;
+      }
+    }
+    widest = std::max(widest, across.back() - first);
+    if (widest <= kMostWidthOfLines * least_gap) fewest = std::min(fewest, lines);
+  }
+  return fewest;
+}
+
+// What is known of the neighbors of a fit. Lengths are in units of `unit`.
+struct HeightsAround {
+  const Heights& equations;
+  size_t count;
+  size_t lines;  // that they lie on
+  double unit;
+  double noise;  // of the positions
+};
+
+// The fit of so many neighbors.
 template <int kDegree>
-std::optional<PointFit> FitHeights(const NormalFrame& frame, const Heights& equations, size_t count, double unit,
-                                   double radius) {
+std::optional<PointFit> FitHeights(const NormalFrame& frame, const HeightsAround& around, double radius) {
+  const auto& [equations, count, lines, unit, noise] = around;
   const double freedom = static_cast<double>(count) - kPolynomialTerms[kDegree];
   if (freedom < kLeastFreedomOfHeights) return std::nullopt;
+  // Across one line more than its degree a polynomial is free: whatever lines have in common, it leaves nothing.
+  if (lines <= kDegree + 1) return std::nullopt;
   const auto fit = equations.SolveDegree<kDegree>();
   if (!fit.has_value()) return std::nullopt;
   const auto of_xx = fit->Weights(kXX), of_yy = fit->Weights(kYY);
   const double spread = of_xx[kXX] + of_yy[kYY] + 2.0 * of_xx[kYY];
   const double per_unit = radius / unit, fourth = per_unit * per_unit * per_unit * per_unit;
   if (!(spread * static_cast<double>(count) * fourth <= kMostSpread<kDegree>)) return std::nullopt;
-  const double error = std::sqrt(fit->squares / freedom * spread * static_cast<double>(count)) / unit;
+  const double variance = std::max(fit->squares / freedom, noise * noise / (unit * unit));
+  const double error = std::sqrt(variance * spread * static_cast<double>(count)) / unit;
   const auto c = [&](int term) { return fit->coefficients(term, 0); };
   Matrix3d field;  // of normals, which are not of unit length
   field.row(0) = frame.n - c(1) * frame.u - c(2) * frame.v;
@@ -52,7 +101,7 @@ std::optional<PointFit> FitHeights(const NormalFrame& frame, const Heights& equa
 }  // namespace
 
 std::optional<PointFit> EstimateByHeights(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors,
-                                          uint32_t least_count) {
+                                          uint32_t least_count, double noise) {
   const double radius = neighbors.empty() ? 0.0 : neighbors.back()->offset.norm();
   if (!(radius > 0.0)) return std::nullopt;
   Heights equations;
@@ -69,8 +118,9 @@ std::optional<PointFit> EstimateByHeights(const NormalFrame& frame, std::span<co
       equations.Add(frame.u.dot(offset), frame.v.dot(offset), Eigen::Matrix<double, 1, 1>(frame.n.dot(offset)), 1.0);
     }
     const double reach = neighbors[count - 1]->offset.norm();
-    take(FitHeights<2>(frame, equations, count, radius, reach));
-    take(FitHeights<4>(frame, equations, count, radius, reach));
+    const HeightsAround around{equations, count, LinesOf(frame, neighbors.first(count)), radius, noise};
+    take(FitHeights<2>(frame, around, reach));
+    take(FitHeights<4>(frame, around, reach));
   }
   return best;
 }

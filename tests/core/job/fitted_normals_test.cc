@@ -108,6 +108,24 @@ TEST(FittedNormalsTest, AreMadeAnewWhereThatIsBetter) {
 }
 
 // Whoever names an estimator gets it by the normals that were given.
+// The pass without outliers starts from the normals that were given, and says so.
+TEST(FittedNormalsTest, OutliersLeaveNoTraceInThem) {
+  TestPoints sphere = SphereOfPlanes(12);
+  for (size_t i = 0; i < 20; ++i) {
+    const auto p = sphere.positions[i * 97];
+    sphere.Add(1.2 * p[0], 1.2 * p[1], 1.2 * p[2], p[0], p[1], p[2]);
+  }
+  const EstimationResult result = Estimate(sphere, Automatic());
+  EXPECT_LE(result.cost.peak_bytes, sphere.size() * EstimationBytesPerPoint(Automatic()) +
+                                        EstimationScratchBytes(Automatic(), sphere.size(), 2));
+  EXPECT_GE(result.field.status_counts[static_cast<size_t>(PointStatus::kOutlier)], 20u);
+  ASSERT_TRUE(result.scale_report.has_value());
+  ASSERT_TRUE(result.scale_report->fitted_normals.has_value());
+  EXPECT_EQ(result.scale_report->fitted_normals->method, NormalMethod::kPca);
+  EXPECT_EQ(result.scale_report->fitted_normals->neighbor_count, 12u);
+  EXPECT_TRUE(result.scale_report->normals_made_anew.has_value());
+}
+
 TEST(FittedNormalsTest, OnlyTheChoiceMakesThemAnew) {
   const EstimationResult result = Estimate(SphereOfPlanes(20), AutomaticHexagrams());
   ASSERT_TRUE(result.scale_report.has_value() && result.scale_report->fitted_normals.has_value());

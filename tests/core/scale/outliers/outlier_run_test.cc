@@ -153,6 +153,71 @@ TEST(OutlierRunTest, WrongNormalsOfOutliersTakeFewResults) {
   EXPECT_LT(outcome.without_result, kTorusPoints / 50);
 }
 
+// Each outlier has neighbors with opposed normals, which refused two points in three: nobody was left to judge.
+TEST(OutlierRunTest, OutliersAmongNoisyNormalsAreFound) {
+  TorusWithOutliers cloud = WithOutliersAnywhere(0.1, 400);
+  std::mt19937_64 random(17);
+  std::normal_distribution<float> noise(0.0f, 0.2f);
+  for (size_t i = 0; i < kTorusPoints; ++i) {
+    for (float& component : cloud.points().normals[i]) component += noise(random);
+  }
+  const Outcome outcome = OutcomeOf(cloud, MustEstimate(cloud.points().ToCloud(), Automatic()));
+  EXPECT_GE(outcome.found, 260u);
+  EXPECT_EQ(outcome.mistaken, 0u);
+  EXPECT_LT(outcome.without_result, kTorusPoints / 50);
+}
+
+// As where scans of one surface are merged. Copies bore each other out.
+TEST(OutlierRunTest, CopiesOfOutliersAreOutliers) {
+  TorusWithOutliers cloud = WithOutliersNearby(0.0, 100);
+  for (int copy = 0; copy < 4; ++copy) {
+    for (size_t i = kTorusPoints; i < kTorusPoints + 100; ++i) {
+      const auto p = cloud.points().positions[i], n = cloud.points().normals[i];
+      cloud.points().Add(p[0], p[1], p[2], n[0], n[1], n[2]);
+    }
+  }
+  const Outcome outcome = OutcomeOf(cloud, MustEstimate(cloud.points().ToCloud(), Automatic()));
+  EXPECT_GE(outcome.found, 450u) << "the others have those of another one beside them";
+  EXPECT_EQ(outcome.mistaken, 0u);
+}
+
+// What an outlier's normal is opposed to is no seam.
+TEST(OutlierRunTest, SeamsAreRejectedWithoutOutliers) {
+  EstimatorOptions rejects = Automatic();
+  rejects.opposed_normals = OpposedNormalsPolicy::kReject;
+  TestPoints points = TorusWithNoise(0.1).points();
+  for (size_t i = 0; i < kTorusPoints; i += 200) {
+    for (float& component : points.normals[i]) component = -component;
+  }
+  EXPECT_EQ(CountOutliers(MustEstimate(points.ToCloud(), rejects)), kTorusPoints / 200);
+  for (size_t i = 0; i < kTorusPoints; ++i) {
+    if (!(points.positions[i][0] > 0.0f)) continue;
+    for (float& component : points.normals[i]) component = -component;
+  }
+  WorkerPool pool(2);
+  const auto result = EstimateCurvature(points.ToCloud(), rejects, pool);
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(KindOf(result.status()), ErrorKind::kOpposedNormals);
+}
+
+// The second pass starts from the normals of the first one's caller.
+TEST(OutlierRunTest, TurnedNormalsAreThoseThatTheCallerSent) {
+  TorusWithOutliers cloud = WithOutliersNearby(0.0, 20);
+  size_t inward = 0;
+  for (size_t i = 0; i < kTorusPoints; i += 3) {
+    for (float& component : cloud.points().normals[i]) component = -component;
+    ++inward;
+  }
+  NormalOptions orient;
+  orient.source = NormalSource::kOrient;
+  WorkerPool pool(2);
+  const auto result = EstimateCurvature(cloud.points().ToCloud(), Automatic(), orient, pool);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(OutcomeOf(cloud, *result).found, 20u);
+  ASSERT_TRUE(result->normal_report.has_value());
+  EXPECT_EQ(result->normal_report->flipped_count, inward);
+}
+
 // A right position with a normal that points to the other side.
 TEST(OutlierRunTest, SingleFlippedNormalsAreOutliers) {
   TorusWithOutliers cloud = TorusWithNoise(0.1);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -11,12 +12,12 @@ namespace {
 constexpr uint32_t kLeastCount = 16;
 
 // The fit of the height over the plane of x and y, of neighbors that come in the order of their distance.
-std::optional<PointFit> FitOf(const std::vector<Eigen::Vector3d>& offsets) {
+std::optional<PointFit> FitOf(const std::vector<Eigen::Vector3d>& offsets, double noise = 0.0) {
   std::vector<NeighborNormal> neighbors;
   for (const Eigen::Vector3d& offset : offsets) neighbors.push_back({offset, Eigen::Vector3d::UnitZ()});
   std::vector<const NeighborNormal*> nearest;
   for (const NeighborNormal& neighbor : neighbors) nearest.push_back(&neighbor);
-  return EstimateByHeights(NormalFrame(Eigen::Vector3d::UnitZ()), nearest, kLeastCount);
+  return EstimateByHeights(NormalFrame(Eigen::Vector3d::UnitZ()), nearest, kLeastCount, noise);
 }
 
 // Of the paraboloid with H = -1 at the origin, over a spiral of 64 points that fills the disc of radius 0.1, or the
@@ -48,6 +49,31 @@ TEST(HeightFitTest, NeighborsOnOneLineTellNothing) {
     offsets.emplace_back(x, y, 0.5 * (x * x + y * y));
   }
   EXPECT_FALSE(FitOf(offsets).has_value());
+}
+
+// A polynomial of degree 2 goes through three lines whatever their heights are, as where each was rounded to another
+// multiple of a quantum.
+TEST(HeightFitTest, ThreeLinesTellNothing) {
+  for (const int lines : {3, 7}) {
+    std::vector<Eigen::Vector3d> offsets;
+    for (int line = -lines / 2; line <= lines / 2; ++line) {
+      for (int i = -20; i <= 20; ++i) {
+        const double x = 0.02 * line, y = 0.003 * i;
+        offsets.emplace_back(x, y, line == 0 ? 0.0 : 0.5 * (x * x + y * y));
+      }
+    }
+    std::sort(offsets.begin(), offsets.end(), [](const auto& a, const auto& b) { return a.norm() < b.norm(); });
+    offsets.resize(lines == 3 ? 64 : 256);
+    EXPECT_EQ(FitOf(offsets).has_value(), lines == 7) << lines;
+  }
+}
+
+// What happens to be exact may err as much as others do.
+TEST(HeightFitTest, ErrorsAreThoseOfTheNoiseAtLeast) {
+  const auto exact = FitOf(Paraboloid(false)), noisy = FitOf(Paraboloid(false), 1e-4);
+  ASSERT_TRUE(exact.has_value() && noisy.has_value());
+  EXPECT_LT(exact->mean_error, 1e-6);
+  EXPECT_GT(noisy->mean_error, 3.0 * 1e-4 / (0.1 * 0.1));
 }
 
 }  // namespace
