@@ -247,14 +247,16 @@ bool OutlierRun::IsJudge(size_t place) const {
 void OutlierRun::FindUsual() {
   const size_t count = index_.point_count();
   const size_t step = std::max<size_t>(1, count / kMostSampled);
-  std::vector<double> deviations, angles;
+  std::vector<double> angles, deviations;
   for (size_t place = 0; place < count; place += step) {
     if (std::isfinite(agreements_[place])) angles.push_back(std::acos(std::clamp(agreements_[place], -1.0f, 1.0f)));
-    if (!IsJudge(place) || !(spacings_[place] > 0.0f) || !std::isfinite(deviations_[place])) continue;
+  }
+  lonely_cosine_ = std::cos(std::clamp(kTimesUsualAngle * UsualOf(angles), kLonelyAngle, kMostLonelyAngle));
+  for (size_t place = 0; place < count; place += step) {
+    if (!MayBeUsual(place) || !(spacings_[place] > 0.0f)) continue;
     deviations.push_back(double{deviations_[place]} / spacings_[place]);
   }
   usual_deviation_ = UsualOf(deviations);
-  lonely_cosine_ = std::cos(std::clamp(kTimesUsualAngle * UsualOf(angles), kLonelyAngle, kMostLonelyAngle));
 }
 
 void OutlierRun::Judge(size_t group, size_t round) {
@@ -269,7 +271,7 @@ void OutlierRun::Judge(size_t group, size_t round) {
       continue;
     }
     spacings[spacing_count++] = spacings_[place];
-    if (IsJudge(place) && std::isfinite(deviations_[place])) deviations[deviation_count++] = deviations_[place];
+    if (MayBeUsual(place)) deviations[deviation_count++] = deviations_[place];
   }
   if (spacing_count == 0) return;
   const float spacing = MedianOf(spacings.data(), spacing_count);
@@ -280,11 +282,12 @@ void OutlierRun::Judge(size_t group, size_t round) {
   size_t found = 0;
   for (size_t place = first; place < last; ++place) {
     if (marks_[place] == Mark::kOutlier) continue;
-    const bool is_lonely = agreements_[place] < lonely_cosine_;
     const bool is_suspect = spacing > 0.0f && deviations_[place] > most;
+    const bool is_lonely = IsLonely(place);
     if (is_lonely || (is_suspect && deviations_[place] > kFarInSpacings * spacing)) {
       marks_[place] = Mark::kOutlier;
       ++found;
+      if (is_lonely) deviations_[place] = kNaN;  // it tells nothing of how much others may deviate
     } else if (is_suspect) {
       marks_[place] = Mark::kSuspect;
     }

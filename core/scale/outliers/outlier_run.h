@@ -4,6 +4,7 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -88,6 +89,12 @@ class OutlierRun final : public StrategyRun {
 
   // Whether the point has a result, or would have one but for opposed normals, and is no outlier.
   bool IsJudge(size_t place) const;
+  // Whether its normal alone tells an outlier. REQUIRES: FindUsual was called, or is at it.
+  bool IsLonely(size_t place) const { return agreements_[place] < lonely_cosine_; }
+  // Whether what it deviates by counts for what is usual.
+  bool MayBeUsual(size_t place) const {
+    return IsJudge(place) && !IsLonely(place) && std::isfinite(deviations_[place]);
+  }
 
   const PointCurvature& result(size_t place) const { return results_[index_.point_set().slot_of(rank(place))]; }
   int32_t rank(size_t place) const {
