@@ -1,8 +1,8 @@
 #include "core/scale/point_fits/height_fit.h"
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
-#include <vector>
 
 #include "core/estimators/scale_ladder.h"
 #include "core/scale/point_fits/field_curvature.h"
@@ -11,7 +11,8 @@ namespace curvd {
 namespace {
 
 using Eigen::Matrix3d;
-using Heights = PolynomialEquations<4, 1>;
+constexpr size_t kMostDegree = 4;
+using Heights = PolynomialEquations<kMostDegree, 1>;
 
 // Where x^2, x y and y^2 are among the monomials.
 constexpr int kXX = 3, kXY = 4, kYY = 5;
@@ -25,38 +26,45 @@ constexpr double kCautionByFreedom = 4.0;
 template <int kDegree>
 constexpr double kMostSpread = kDegree == 2 ? 5e3 : 1e6;
 
-// Lines are parted by gaps of more than this share of the radius, and are narrower than this share of each gap.
-constexpr double kLeastGapOfLines = 0.2, kMostWidthOfLines = 0.25;
+// Where neighbors lie across a line is told in bins, of which so many make the radius. So many empty ones part lines,
+// and are so many times as wide as a line.
+constexpr int kBinsOfRadius = 31, kLeastGapInBins = 6, kLeastGapOverWidth = 4;
+using Bins = std::bitset<2 * kBinsOfRadius + 1>;
 // The line through a point goes through one of its nearest neighbors.
 constexpr size_t kNearestOnLine = 3;
+
+// How many lines there are in the bins that hold neighbors; nothing if what lies between gaps is too wide for lines.
+std::optional<size_t> LinesIn(const Bins& bins) {
+  size_t lines = 0;
+  int first = 0, last = -kLeastGapInBins - 1, widest = 0, least_gap = kBinsOfRadius;
+  for (int bin = 0; bin < static_cast<int>(bins.size()); ++bin) {
+    if (!bins[static_cast<size_t>(bin)]) continue;
+    const int gap = bin - last - 1;
+    if (gap >= kLeastGapInBins) {
+      if (lines++ > 0) least_gap = std::min(least_gap, gap);
+      first = bin;
+    }
+    last = bin;
+    widest = std::max(widest, last - first);
+  }
+  return kLeastGapOverWidth * widest > least_gap ? std::nullopt : std::optional(lines);
+}
 
 // On how many lines of a scanner the neighbors lie, all of one direction; their own number if they do not.
 size_t LinesOf(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors) {
   size_t fewest = neighbors.size(), tried = 0;
   const double radius = neighbors.back()->offset.norm();
-  std::vector<double> across(neighbors.size());
   for (size_t k = 0; k < neighbors.size() && tried < kNearestOnLine; ++k) {
     const double x = frame.u.dot(neighbors[k]->offset), y = frame.v.dot(neighbors[k]->offset);
     const double length = std::hypot(x, y);
     if (!(length > 0.0)) continue;
     ++tried;
-    for (size_t i = 0; i < neighbors.size(); ++i) {
-      across[i] = (y * frame.u - x * frame.v).dot(neighbors[i]->offset) / length;
+    const Eigen::Vector3d across = (y * frame.u - x * frame.v) / length * (kBinsOfRadius / radius);
+    Bins bins;
+    for (const NeighborNormal* const neighbor : neighbors) {
+      bins.set(static_cast<size_t>(kBinsOfRadius + std::lround(across.dot(neighbor->offset))));
     }
-    std::sort(across.begin(), across.end());
-    size_t lines = 1;
-    double widest = 0.0, least_gap = radius, first = across.front();
-    for (size_t i = 1; i < across.size(); ++i) {
-      const double gap = across[i] - across[i - 1];
-      if (gap > kLeastGapOfLines * radius) {
-        widest = std::max(widest, across[i - 1] - first);
-        least_gap = std::min(least_gap, gap);
-        first = across[i];
-        ++lines;
-      }
-    }
-    widest = std::max(widest, across.back() - first);
-    if (widest <= kMostWidthOfLines * least_gap) fewest = std::min(fewest, lines);
+    fewest = std::min(fewest, LinesIn(bins).value_or(fewest));
   }
   return fewest;
 }
@@ -65,7 +73,6 @@ size_t LinesOf(const NormalFrame& frame, std::span<const NeighborNormal* const> 
 struct HeightsAround {
   const Heights& equations;
   size_t count;
-  size_t lines;  // that they lie on
   double unit;
   double noise;  // of the positions
 };
@@ -73,11 +80,9 @@ struct HeightsAround {
 // The fit of so many neighbors.
 template <int kDegree>
 std::optional<PointFit> FitHeights(const NormalFrame& frame, const HeightsAround& around, double radius) {
-  const auto& [equations, count, lines, unit, noise] = around;
+  const auto& [equations, count, unit, noise] = around;
   const double freedom = static_cast<double>(count) - kPolynomialTerms[kDegree];
   if (freedom < kLeastFreedomOfHeights) return std::nullopt;
-  // Across one line more than its degree a polynomial is free: whatever lines have in common, it leaves nothing.
-  if (lines <= kDegree + 1) return std::nullopt;
   const auto fit = equations.SolveDegree<kDegree>();
   if (!fit.has_value()) return std::nullopt;
   const auto of_xx = fit->Weights(kXX), of_yy = fit->Weights(kYY);
@@ -106,10 +111,7 @@ std::optional<PointFit> EstimateByHeights(const NormalFrame& frame, std::span<co
   if (!(radius > 0.0)) return std::nullopt;
   Heights equations;
   std::optional<PointFit> best;
-  const auto take = [&](const std::optional<PointFit>& found) {
-    if (found.has_value() && (!best.has_value() || found->mean_error < best->mean_error)) best = found;
-  };
-  size_t added = 0;
+  size_t added = 0, lines = 0;
   for (const uint32_t count : kScaleRungs) {
     if (count < least_count) continue;
     if (count > neighbors.size()) break;
@@ -117,10 +119,17 @@ std::optional<PointFit> EstimateByHeights(const NormalFrame& frame, std::span<co
       const Eigen::Vector3d offset = neighbors[added]->offset / radius;
       equations.Add(frame.u.dot(offset), frame.v.dot(offset), Eigen::Matrix<double, 1, 1>(frame.n.dot(offset)), 1.0);
     }
+    // Among more neighbors there are no fewer lines.
+    if (lines <= kMostDegree + 1) lines = LinesOf(frame, neighbors.first(count));
+    const auto take = [&](const std::optional<PointFit>& found, size_t degree) {
+      // Across one line more than its degree a polynomial is free: whatever lines have in common, it leaves nothing.
+      const bool is_told = found.has_value() && lines > degree + 1;
+      if (is_told && (!best.has_value() || found->mean_error < best->mean_error)) best = found;
+    };
+    const HeightsAround around{equations, count, radius, noise};
     const double reach = neighbors[count - 1]->offset.norm();
-    const HeightsAround around{equations, count, LinesOf(frame, neighbors.first(count)), radius, noise};
-    take(FitHeights<2>(frame, around, reach));
-    take(FitHeights<4>(frame, around, reach));
+    take(FitHeights<2>(frame, around, reach), 2);
+    take(FitHeights<kMostDegree>(frame, around, reach), kMostDegree);
   }
   return best;
 }
