@@ -106,12 +106,12 @@ ENDS := OpenSslDeathTest
 JUDGEMENTS := $(call tests,AutomaticSeamsTest,Points What Counts Choices TheCaller)|$\
   $(call tests,AutomaticSurfacesTest,ANoisyTorus Lines)|$(call tests,AutomaticTest,Copies ExactPoints NoiseInOneHalf ScalesFar)|$\
   $(call tests,OwnFitsTest,AFewFlipped ASmallBody Counts KeepsTo)|$\
-  $(call tests,OutlierRunTest,ANoisy OutliersBesideNoisy OutliersOfClouds Single Surfaces WrongNormals)|$\
+  $(call tests,OutlierRunTest,ANoisy Copies OutliersAmong OutliersBeside OutliersOfClouds Single Surfaces WrongNormals)|$\
   $(call tests,ScalePilotTest,Chooses Copies CurvatureIs FindsTheNoise NormalsAlone)|$(call tests,SeamPhaseTest,No Spheres TheSheets)|$\
   NanoflannTest|FlippedPointsAreNeverTrusted|IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|NoiseIsNotTakenForTwoSheets
 NARROWER_TILES := TilesTest.*/SCALAR
 # Whether threads change a byte is looked for on many of them, which the thread sanitizer watches; other tests run the same code alone.
-SAME_BYTES := AutomaticSeamsTest.Threads|AutomaticTest.NeitherThreads|PointChoicesTest.NeitherThreads|NormalsJobTest.Threads|OwnFitsTest.TheSameBytes|OutlierRunTest.NeitherThreads
+SAME_BYTES := AutomaticSeamsTest.Threads|AutomaticTest.NeitherThreads|PointChoicesTest.NeitherThreads|NormalsJobTest.Threads|OwnFitsTest.TheSameBytes|OutlierPassesTest.NeitherThreads
 NOT_SANITIZED := $(COUNTS)|$(ENDS)|$(JUDGEMENTS)|$(NARROWER_TILES)
 
 .PHONY: asan
