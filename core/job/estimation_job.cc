@@ -80,8 +80,9 @@ class RepeatedJob final : public EstimationJob, public std::enable_shared_from_t
     JobProgress progress = pass->progress();
     Add(seconds, progress.seconds);
     progress.points_estimated = std::max(progress.points_estimated, points);
-    // Between two passes one has ended, and the job has not.
-    if (progress.phase == JobPhase::kDone && !is_done_) progress.phase = JobPhase::kEstimating;
+    // Between two passes one has ended, and the job has not. Normals alone are made in one pass.
+    const bool may_pass_again = options_.has_value() && !is_done_;
+    if (progress.phase == JobPhase::kDone && may_pass_again) progress.phase = JobPhase::kEstimating;
     return progress;
   }
 

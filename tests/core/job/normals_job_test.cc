@@ -93,6 +93,19 @@ TEST(NormalsJobTest, ComesToThePhasesOfNormalsAndToNoneOfCurvature) {
   EXPECT_EQ(result.normals.size(), 20'000u) << "handed out, whatever the options say";
 }
 
+TEST(NormalsJobTest, IsNeverInThePhaseOfCurvature) {
+  WorkerPool pool(1);
+  bool has_estimated = false;
+  // A job that has ended frees its index before it is done, and whoever asks meanwhile hears of it.
+  for (int round = 0; round < 5; ++round) {
+    std::latch done(1);
+    const auto job = EstimationJob::StartNormals(BareCloud(Torus(20'000, 3)), Estimated(), pool, JobPriority::kBatch,
+                                                 [&](const absl::StatusOr<EstimationResult>&) { done.count_down(); });
+    while (!done.try_wait()) has_estimated |= job->progress().phase == JobPhase::kEstimating;
+  }
+  EXPECT_FALSE(has_estimated);
+}
+
 TEST(NormalsJobTest, CountsInvalidPointsOfNormalsThatAreGiven) {
   TestPoints points = Sphere(100, 1.0);
   points.normals[3] = {0.0f, 0.0f, 0.0f};
