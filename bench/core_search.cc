@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/estimators/group_points-inl.h"
-#include "core/estimators/neighbors-inl.h"
+#include "core/estimators/neighbors/neighbors-inl.h"
 #include "core/search/group_search-inl.h"
 #include "hwy/highway.h"
 

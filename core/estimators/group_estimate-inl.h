@@ -12,7 +12,7 @@
 #include "core/estimators/group_points-inl.h"
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
-#include "core/estimators/neighbors-inl.h"
+#include "core/estimators/neighbors/neighbors-inl.h"
 #include "core/estimators/seams/find_seam-inl.h"
 #include "core/search/group_search-inl.h"
 #include "hwy/highway.h"

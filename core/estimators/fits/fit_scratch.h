@@ -13,7 +13,7 @@
 #include "core/estimators/fits/sphere_sums.h"
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
-#include "core/estimators/neighbors.h"
+#include "core/estimators/neighbors/neighbors.h"
 
 namespace curvd {
 

@@ -5,7 +5,7 @@
 
 #include "core/base/scratch_array.h"
 #include "core/estimators/fits/jet_systems.h"
-#include "core/estimators/neighbors.h"
+#include "core/estimators/neighbors/neighbors.h"
 
 namespace curvd {
 

@@ -19,7 +19,7 @@
 #include "core/estimators/fits/linear_systems.h"
 #include "core/estimators/fits/shape_operator-inl.h"
 #include "core/estimators/frames-inl.h"
-#include "core/estimators/neighbors.h"
+#include "core/estimators/neighbors/neighbors.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

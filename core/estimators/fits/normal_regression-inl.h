@@ -19,7 +19,7 @@
 #include "core/estimators/lines/curve_distance.h"
 #include "core/estimators/lines/offset_sums.h"
 #include "core/estimators/lines/refuse_lines-inl.h"
-#include "core/estimators/neighbors.h"
+#include "core/estimators/neighbors/neighbors.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -9,7 +9,7 @@
 
 #include "core/estimators/fits/double_sums-inl.h"
 #include "core/estimators/fits/jet_systems.h"
-#include "core/estimators/neighbors.h"
+#include "core/estimators/neighbors/neighbors.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/estimators/neighbors.h"
+#include "core/estimators/neighbors/neighbors.h"
 #include "core/estimators/seams/one_sheet.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"

@@ -6,8 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "core/estimators/neighbors/collect.h"
 #include "core/scale/automatic_options.h"
-#include "core/scale/collect.h"
 #include "core/scale/detail/interval_climb.h"
 #include "core/scale/point_fits/field_curvature.h"
 #include "core/scale/point_fits/height_fit.h"

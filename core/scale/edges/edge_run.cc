@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "core/base/copies.h"
-#include "core/scale/collect.h"
+#include "core/estimators/neighbors/collect.h"
 #include "core/scale/edges/normal_faces.h"
 #include "core/scale/pilot/pilot.h"
 #include "core/scale/point_fits/field_curvature.h"

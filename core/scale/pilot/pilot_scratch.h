@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/scale/collect.h"
+#include "core/estimators/neighbors/collect.h"
 #include "core/scale/pilot/pilot_batch.h"
 #include "core/scale/pilot/pilot_table.h"
 #include "core/scale/point_fits/neighbor_normal.h"

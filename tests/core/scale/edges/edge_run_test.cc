@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/scale/collect.h"
+#include "core/estimators/neighbors/collect.h"
 #include "tests/core/test_clouds.h"
 
 namespace curvd::testing {

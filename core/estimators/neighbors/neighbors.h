@@ -23,8 +23,8 @@ struct NormalSums {
 inline constexpr NormalSums kNoNormals{{}, 1.0f};
 
 // The neighbors of one query in tree order: their offsets from it, in the index's unit, and their normals. Set by
-// NeighborCollector (core/estimators/neighbors-inl.h) for one query at a time; zeros follow the last neighbor up to the
-// end of a vector.
+// NeighborCollector (core/estimators/neighbors/neighbors-inl.h) for one query at a time; zeros follow the last neighbor
+// up to the end of a vector.
 struct NeighborArrays {
   ScratchArray<float> dx, dy, dz;
   ScratchArray<float> nx, ny, nz;

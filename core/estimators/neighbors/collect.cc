@@ -1,9 +1,9 @@
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "core/scale/collect.cc"
+#define HWY_TARGET_INCLUDE "core/estimators/neighbors/collect.cc"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
 #include "core/estimators/group_estimate-inl.h"
-#include "core/scale/collect.h"
+#include "core/estimators/neighbors/collect.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

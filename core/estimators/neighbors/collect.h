@@ -11,7 +11,7 @@
 #include "core/base/scratch_array.h"
 #include "core/estimators/group_scratch.h"
 #include "core/estimators/neighborhood_plan.h"
-#include "core/estimators/neighbors.h"
+#include "core/estimators/neighbors/neighbors.h"
 #include "core/index/spatial_index.h"
 
 namespace curvd {
@@ -20,6 +20,14 @@ namespace curvd {
 struct CollectScratch : GroupScratch {
   NeighborArrays neighbors;
   ScratchArray<int32_t> ids;  // of the neighbors
+
+  size_t bytes() const override { return sizeof(*this) + search.bytes() + neighbors.bytes() + ids.bytes(); }
+  // REQUIRES: the options are by count.
+  static size_t MostBytes(const EstimatorOptions& options, size_t point_count) {
+    const size_t most = MostNeighbors(options, point_count);
+    return sizeof(CollectScratch) + SearchScratchBytes(SearchSizes(options), point_count) +
+           NeighborArrays::MostBytes(most) + ScratchArray<int32_t>::MostBytes(most + NeighborArrays::kPad);
+  }
 };
 
 // Which points of a group are looked at.

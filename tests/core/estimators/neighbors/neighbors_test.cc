@@ -1,9 +1,9 @@
 // What visitors of a search take of the neighbors, on each instruction set that this machine has.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "tests/core/estimators/neighbors_test.cc"
+#define HWY_TARGET_INCLUDE "tests/core/estimators/neighbors/neighbors_test.cc"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
-#include "core/estimators/neighbors-inl.h"
+#include "core/estimators/neighbors/neighbors-inl.h"
 #include "core/search/group_search-inl.h"
 #include "hwy/highway.h"
 

@@ -1,16 +1,16 @@
 // Visitors of GroupSearch (core/search/group_search-inl.h): what estimators take of the neighbors of a query.
 
-#if defined(CURVD_CORE_ESTIMATORS_NEIGHBORS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef CURVD_CORE_ESTIMATORS_NEIGHBORS_INL_H_
-#undef CURVD_CORE_ESTIMATORS_NEIGHBORS_INL_H_
+#if defined(CURVD_CORE_ESTIMATORS_NEIGHBORS_NEIGHBORS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_ESTIMATORS_NEIGHBORS_NEIGHBORS_INL_H_
+#undef CURVD_CORE_ESTIMATORS_NEIGHBORS_NEIGHBORS_INL_H_
 #else
-#define CURVD_CORE_ESTIMATORS_NEIGHBORS_INL_H_
+#define CURVD_CORE_ESTIMATORS_NEIGHBORS_NEIGHBORS_INL_H_
 #endif
 
 #include <algorithm>
 
 #include "core/estimators/fixed_point-inl.h"
-#include "core/estimators/neighbors.h"
+#include "core/estimators/neighbors/neighbors.h"
 #include "core/search/neighborhood-inl.h"
 #include "hwy/highway.h"
 
@@ -147,4 +147,4 @@ class NeighborCollector {
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
 
-#endif  // CURVD_CORE_ESTIMATORS_NEIGHBORS_INL_H_
+#endif  // CURVD_CORE_ESTIMATORS_NEIGHBORS_NEIGHBORS_INL_H_
