@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "bench/paper/held_out_surfaces.h"
+#include "bench/peers/packed_points.h"
 #include "client/io/oriented_cloud.h"
 #include "client/io/table_file.h"
 #include "client/surfaces/noise.h"
@@ -199,20 +200,47 @@ Cloud ToCloud(const Samples& samples, bool is_part) {
 
 Cloud ToCloud(const Samples& samples) { return ToCloud(samples, false); }
 
-Samples WithFittedNormals(const Samples& samples, NormalMethod method, uint32_t neighbor_count, WorkerPool& pool) {
-  const auto viewpoints = ViewpointsOf(samples);
-  const NormalOptions options{.source = NormalSource::kEstimate,
-                              .method = method,
-                              .neighborhood = NeighborCount{neighbor_count},
-                              .sides = SidesTowardViewpoints{viewpoints}};
-  const auto made = MakeNormals(ToCloud(samples), options, pool);
-  DieUnless(made.status());
+Samples WithFittedNormals(const Samples& samples, NormalMethod method, uint32_t neighbor_count, size_t scans,
+                          WorkerPool& pool) {
   Samples fitted = samples;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    const PointNormal& point = made->normals[i];
-    if (point.status == PointStatus::kOk) fitted.normals[i] = {point.normal[0], point.normal[1], point.normal[2]};
+  for (size_t first = 0; first < scans; ++first) {
+    Samples scan;
+    for (size_t i = first; i < samples.size(); i += scans) {
+      scan.positions.push_back(samples.positions[i]);
+      scan.normals.push_back(samples.normals[i]);
+    }
+    const auto viewpoints = ViewpointsOf(scan);
+    const NormalOptions options{.source = NormalSource::kEstimate,
+                                .method = method,
+                                .neighborhood = NeighborCount{neighbor_count},
+                                .sides = SidesTowardViewpoints{viewpoints}};
+    const auto made = MakeNormals(ToCloud(scan), options, pool);
+    DieUnless(made.status());
+    for (size_t i = 0; i < scan.size(); ++i) {
+      const PointNormal& point = made->normals[i];
+      if (point.status != PointStatus::kOk) continue;
+      fitted.normals[first + i * scans] = {point.normal[0], point.normal[1], point.normal[2]};
+    }
   }
   return fitted;
+}
+
+Samples WithSmoothedNormals(const Samples& samples, size_t count) {
+  static_assert(sizeof(Vec3) == 3 * sizeof(double));
+  const PackedPoints<double> packed{&samples.positions.front().x, samples.size()};
+  NanoflannTree<double> tree(3, packed, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+  tree.buildIndex();
+  Samples smoothed = samples;
+  std::vector<uint32_t> nearest(count);
+  std::vector<double> squared_distances(count);
+  for (size_t i = 0; i < samples.size(); ++i) {
+    tree.knnSearch(&samples.positions[i].x, count, nearest.data(), squared_distances.data());
+    Vec3 sum;
+    for (const uint32_t j : nearest) sum += samples.normals[j];
+    const double length = std::hypot(sum.x, sum.y, sum.z);
+    smoothed.normals[i] = {sum.x / length, sum.y / length, sum.z / length};
+  }
+  return smoothed;
 }
 
 EstimationResult EstimateSamples(const Samples& samples, const EstimatorOptions& options, bool makes_normals,

@@ -50,7 +50,12 @@ Samples Perturbed(const Samples& samples, double position_noise, double normal_n
 
 // The same samples with normals that are made of their positions, each of `neighbor_count` neighbors, on the side of
 // the samples' own: as other programs make them, whose errors neighbors share. Where no fit is made, the own one stays.
-Samples WithFittedNormals(const Samples& samples, NormalMethod method, uint32_t neighbor_count, WorkerPool& pool);
+// With several scans, points belong to these in turn, and only those of the same scan are neighbors.
+Samples WithFittedNormals(const Samples& samples, NormalMethod method, uint32_t neighbor_count, size_t scans,
+                          WorkerPool& pool);
+
+// The same samples, whose normals are the means of those of so many nearest samples, their own included.
+Samples WithSmoothedNormals(const Samples& samples, size_t count);
 
 // As the core takes them: float32.
 Cloud ToCloud(const Samples& samples);
