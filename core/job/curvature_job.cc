@@ -260,7 +260,8 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
   // Whether neighbors may share errors of their normals that the sample of the cloud takes for detail: those of normals
   // that were made of noisy positions, by whomever, unless there are normals of halves.
   bool NeighborsShareErrors() const {
-    const bool are_fitted = normal_options_.source == NormalSource::kEstimate || normals_->given_made_by().has_value();
+    const bool are_fitted = normal_options_.source == NormalSource::kEstimate ||
+                            normals_->given_made_by().has_value() || normals_->made_anew_by().has_value();
     if (!are_fitted || index_.has_half_normals()) return false;
     return scale_report_.has_value() && !scale_report_->positions_are_exact;
   }

@@ -60,8 +60,9 @@ std::string ScaleText(const ScaleReport& report) {
   if (report.normal_noise) {
     absl::StrAppendFormat(&text, "  noise of normals: %.3g rad along each tangent\n", *report.normal_noise);
   }
-  if (report.fitted_normals) {
-    absl::StrAppend(&text, "  given normals: ", TextOf(*report.fitted_normals), ", ",
+  if (report.fitted_normals || report.normals_made_anew) {
+    absl::StrAppend(&text, "  given normals: ",
+                    report.fitted_normals ? TextOf(*report.fitted_normals) : "made of the positions, or smoothed", ", ",
                     report.normals_made_anew ? absl::StrCat("made anew: ", TextOf(*report.normals_made_anew))
                                              : "whose halves told their noise",
                     "\n");

@@ -36,10 +36,11 @@ size_t HalfNormalPhases::ScratchBytes(size_t point_count, uint32_t max_neighbor_
   const size_t planes = PlaneProbe::ScratchBytes(point_count, max_neighbor_count);
   const size_t jets = JetProbe::ScratchBytes(point_count, max_neighbor_count);
   if (planes == 0 && jets == 0) return 0;
+  const size_t noise = makes_anew ? NoiseProbe::ScratchBytes(point_count, max_neighbor_count) : 0;
   const size_t sheets = SheetProbe::ScratchBytes(point_count, max_neighbor_count);
   const size_t refit = makes_anew ? RefitPhases::ScratchBytes(point_count, max_neighbor_count, thread_count) : 0;
-  return std::max(
-      {std::min(threads, groups) * planes, std::min(threads, kMostFits * groups) * std::max(jets, sheets), refit});
+  return std::max({std::min(threads, groups) * std::max(planes, noise),
+                   std::min(threads, kMostFits * groups) * std::max(jets, sheets), refit});
 }
 
 absl::Status HalfNormalPhases::MakeOfGiven(uint32_t max_neighbor_count, bool makes_anew,
@@ -58,7 +59,7 @@ absl::Status HalfNormalPhases::ProbePlanes(std::function<absl::Status()> then) {
   }
   const std::optional<FoundFit> planes = planes_->found();
   planes_.reset();
-  if (IsOfUse(planes)) return ProbeSheets(*planes, std::move(then));
+  if (IsOfUse(planes)) return ProbeSheets([this, planes, then] { return UseFit(*planes, then); }, then);
   jets_.emplace(index_, max_neighbor_count_, thread_count_);
   return ProbeJets(std::move(then));
 }
@@ -70,21 +71,34 @@ absl::Status HalfNormalPhases::ProbeJets(std::function<absl::Status()> then) {
     return absl::OkStatus();
   }
   const std::optional<FoundFit> jets = jets_->found();
+  const bool may_follow_noise = makes_anew_ && !jets.has_value() && !jets_->IsNoiseNegligible();
   jets_.reset();
-  return IsOfUse(jets) ? ProbeSheets(*jets, std::move(then)) : then();
+  if (IsOfUse(jets)) return ProbeSheets([this, jets, then] { return UseFit(*jets, then); }, then);
+  return may_follow_noise ? ProbeNoise(std::move(then)) : then();
+}
+
+absl::Status HalfNormalPhases::ProbeNoise(std::function<absl::Status()> then) {
+  noise_.emplace(index_, max_neighbor_count_, thread_count_);
+  add_phase_(MakeProbePhase(name_, *noise_));
+  add_phase_(MakeStep(name_, [this, then = std::move(then)] {
+    const std::optional<double> error = noise_->SquaredError();
+    noise_.reset();
+    return error.has_value() ? ProbeSheets([this, error, then] { return UseNoise(*error, then); }, then) : then();
+  }));
+  return absl::OkStatus();
 }
 
 bool HalfNormalPhases::IsOfUse(const std::optional<FoundFit>& found) const {
   return found.has_value() && (makes_anew_ || found->of_halves.has_value());
 }
 
-absl::Status HalfNormalPhases::ProbeSheets(const FoundFit& found, std::function<absl::Status()> then) {
+absl::Status HalfNormalPhases::ProbeSheets(std::function<absl::Status()> use, std::function<absl::Status()> then) {
   sheets_.emplace(index_, max_neighbor_count_, thread_count_);
   add_phase_(MakeProbePhase(name_, *sheets_));
-  add_phase_(MakeStep(name_, [this, found, then = std::move(then)] {
+  add_phase_(MakeStep(name_, [this, use = std::move(use), then = std::move(then)] {
     const bool has_two_sheets = sheets_->Find().two_sheets;
     sheets_.reset();
-    return has_two_sheets ? then() : UseFit(found, then);
+    return has_two_sheets ? then() : use();
   }));
   return absl::OkStatus();
 }
@@ -97,13 +111,25 @@ absl::Status HalfNormalPhases::UseFit(const FoundFit& found, std::function<absl:
   };
   if (!makes_anew_) return keep_given();
   refit_.emplace(index_, max_neighbor_count_, thread_count_, name_, add_phase_);
-  refit_->Start(found.made_by, [this, found, then, keep_given](const NormalFit* fit) {
+  refit_->StartFrom(found.made_by, [this, found, then, keep_given](const NormalFit* fit) {
     if (fit == nullptr) return keep_given();
     given_made_by_ = found.made_by;
-    made_anew_by_ = {fit->method, std::get<NeighborCount>(fit->neighborhood).count};
-    return MakeOf(*fit, then);
+    return TakeAnew(*fit, then);
   });
   return absl::OkStatus();
+}
+
+absl::Status HalfNormalPhases::UseNoise(double squared_error, std::function<absl::Status()> then) {
+  refit_.emplace(index_, max_neighbor_count_, thread_count_, name_, add_phase_);
+  refit_->StartFrom(squared_error, [this, then = std::move(then)](const NormalFit* fit) {
+    return fit == nullptr ? then() : TakeAnew(*fit, then);
+  });
+  return absl::OkStatus();
+}
+
+absl::Status HalfNormalPhases::TakeAnew(const NormalFit& fit, std::function<absl::Status()> then) {
+  made_anew_by_ = {fit.method, std::get<NeighborCount>(fit.neighborhood).count};
+  return MakeOf(fit, std::move(then));
 }
 
 }  // namespace curvd

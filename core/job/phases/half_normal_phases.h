@@ -19,6 +19,7 @@
 #include "core/normals/sheet_probe.h"
 #include "core/normals/trust/fitted_normals.h"
 #include "core/normals/trust/jet_probe.h"
+#include "core/normals/trust/noise_probe.h"
 #include "core/normals/trust/plane_probe.h"
 
 namespace curvd {
@@ -46,7 +47,8 @@ class HalfNormalPhases {
   const std::optional<FittedNormals>& made_anew_by() const { return made_anew_by_; }
   size_t bytes() const {
     return (planes_.has_value() ? planes_->bytes() : 0) + (jets_.has_value() ? jets_->bytes() : 0) +
-           (sheets_.has_value() ? sheets_->bytes() : 0) + (refit_.has_value() ? refit_->bytes() : 0);
+           (noise_.has_value() ? noise_->bytes() : 0) + (sheets_.has_value() ? sheets_->bytes() : 0) +
+           (refit_.has_value() ? refit_->bytes() : 0);
   }
   // Of the scratch of all workers together, at most, until halves are made of given normals.
   static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count, bool makes_anew);
@@ -55,10 +57,15 @@ class HalfNormalPhases {
   // Each goes on with its probe, then with the next one; the last makes use of what was found.
   absl::Status ProbePlanes(std::function<absl::Status()> then);
   absl::Status ProbeJets(std::function<absl::Status()> then);
-  absl::Status ProbeSheets(const FoundFit& found, std::function<absl::Status()> then);
+  absl::Status ProbeNoise(std::function<absl::Status()> then);
+  // Calls `use` where neighborhoods hold one sheet, and else `then`.
+  absl::Status ProbeSheets(std::function<absl::Status()> use, std::function<absl::Status()> then);
   // Whether something follows from such a fit.
   bool IsOfUse(const std::optional<FoundFit>& found) const;
   absl::Status UseFit(const FoundFit& found, std::function<absl::Status()> then);
+  // The same where normals follow the noise of the positions, but are those of no fit that is known.
+  absl::Status UseNoise(double squared_error, std::function<absl::Status()> then);
+  absl::Status TakeAnew(const NormalFit& fit, std::function<absl::Status()> then);
 
   SpatialIndex& index_;
   const int thread_count_;
@@ -66,6 +73,7 @@ class HalfNormalPhases {
   const PhaseSink add_phase_;
   std::optional<PlaneProbe> planes_;
   std::optional<JetProbe> jets_;
+  std::optional<NoiseProbe> noise_;
   std::optional<SheetProbe> sheets_;
   std::optional<RefitPhases> refit_;
   uint32_t max_neighbor_count_ = 0;

@@ -15,17 +15,28 @@ constexpr double kMostOfGivenError = 0.5;
 
 }  // namespace
 
-void RefitPhases::Start(const FittedNormals& made_by, Then then) {
-  pilot_.emplace(index_, std::nullopt, max_neighbor_count_, thread_count_, NormalAim::kCurvature);
-  add_phase_(MakeProbePhase(name_, *pilot_));
-  add_phase_(MakeStep(name_, [this, made_by, then = std::move(then)] { return Decide(made_by, then); }));
+void RefitPhases::StartFrom(const FittedNormals& made_by, Then then) {
+  Start([made_by](ScalePilot& pilot) { return pilot.NoiseOf(made_by.method, made_by.neighbor_count).value_or(0.0); },
+        std::move(then));
 }
 
-absl::Status RefitPhases::Decide(const FittedNormals& made_by, const Then& then) {
+void RefitPhases::StartFrom(double squared_error, Then then) {
+  Start([squared_error](ScalePilot&) { return squared_error; }, std::move(then));
+}
+
+void RefitPhases::Start(GivenError given_error, Then then) {
+  pilot_.emplace(index_, std::nullopt, max_neighbor_count_, thread_count_, NormalAim::kCurvature);
+  add_phase_(MakeProbePhase(name_, *pilot_));
+  add_phase_(MakeStep(name_, [this, given_error = std::move(given_error), then = std::move(then)] {
+    return Decide(given_error, then);
+  }));
+}
+
+absl::Status RefitPhases::Decide(const GivenError& given_error, const Then& then) {
   const ChosenScale chosen = pilot_->Choose();
-  const double given_error = pilot_->NoiseOf(made_by.method, made_by.neighbor_count).value_or(0.0);
+  const double most = kMostOfGivenError * given_error(*pilot_);
   pilot_.reset();
-  if (!(chosen.squared_error <= kMostOfGivenError * given_error)) return then(nullptr);
+  if (!(chosen.squared_error <= most)) return then(nullptr);
   if (absl::Status status = index_.MakeHalfNormals(); !status.ok()) return status;
   run_ = StartNormalRefit(chosen.fit, index_);
   scratch_.emplace(*run_, thread_count_);

@@ -37,14 +37,19 @@ class RefitPhases {
   // Makes the normals anew, each on the side that it has, if that is expected to take away half of their squared error
   // by noise or more; then calls `then`. REQUIRES: the index's normals are fits to the positions as `made_by` says, of
   // neighborhoods that hold one sheet. May throw std::bad_alloc.
-  void Start(const FittedNormals& made_by, Then then);
+  void StartFrom(const FittedNormals& made_by, Then then);
+  // The same where it is not known how they were made of the positions, but what they err by, squared, in radians.
+  void StartFrom(double squared_error, Then then);
 
   size_t bytes() const { return pilot_.has_value() ? pilot_->bytes() : 0; }
   // Of the scratch of all workers together, at most.
   static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count);
 
  private:
-  absl::Status Decide(const FittedNormals& made_by, const Then& then);
+  // Asked once the pilot has run.
+  using GivenError = std::function<double(ScalePilot& pilot)>;
+  void Start(GivenError given_error, Then then);
+  absl::Status Decide(const GivenError& given_error, const Then& then);
 
   SpatialIndex& index_;
   const uint32_t max_neighbor_count_;

@@ -35,6 +35,9 @@ class JetProbe {
   size_t block_count() const { return (jets_.size() - first_new_) * groups_.size(); }
   // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
   absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
+  // Whether noise moves fits by so little that nothing is lost by taking their normals for exact; also where nothing
+  // tells. REQUIRES: as found.
+  bool IsNoiseNegligible() const;
   // The jets that the normals are those of, if they are. REQUIRES: AddBlocks has returned false.
   const std::optional<FoundFit>& found() const { return found_; }
 
@@ -67,8 +70,6 @@ class JetProbe {
   // jet's. Infinity where there are too few.
   double DifferenceFromGiven(size_t jet) const;
   double DifferenceOf(size_t jet, size_t other) const;
-  // Whether noise moves fits by so little that nothing is lost by taking their normals for exact.
-  bool IsNoiseNegligible() const;
   // The rung of the method that comes nearest to the given normals, over what noise makes of jets of its size; none:
   // none is near.
   std::optional<size_t> NearestRung() const;

@@ -174,6 +174,9 @@ TEST(ScaleTextTest, TellsWhatGivenNormalsWereMadeBy) {
   report.normals_made_anew = {NormalMethod::kJet2, 192};
   EXPECT_THAT(ScaleText(report), HasSubstr("\n  given normals: pca of 30 points, made anew: jet-2 of 192 points\n"));
   EXPECT_EQ(ScaleJson(report)["normals_made_anew"].dump(), R"({"method":"jet-2","neighbor_count":192})");
+  report.fitted_normals.reset();
+  EXPECT_THAT(ScaleText(report),
+              HasSubstr("\n  given normals: made of the positions, or smoothed, made anew: jet-2 of 192 points\n"));
 }
 
 TEST(ScaleTextTest, JsonTellsEverythingThatWasJudged) {

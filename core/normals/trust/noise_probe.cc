@@ -1,0 +1,260 @@
+#include "core/normals/trust/noise_probe.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <tuple>
+
+#include "core/base/median.h"
+#include "core/normals/normal_fit.h"
+
+namespace curvd {
+namespace {
+
+constexpr size_t kMostGroups = 256;
+// A neighborhood of more than this share of the cloud is no neighborhood.
+constexpr size_t kLargestShare = 3;
+// Of the neighbors' normals, the length of the mean; beside edges and seams it is less. And the cosine between one of
+// them and the mean: others have no slope.
+constexpr double kLeastMeanNormal = 0.7, kLeastCosine = 0.3;
+// Samples that differ from most do not count: those of planes that noise decides, and of normals that are outliers.
+constexpr double kMostOfMedian = 10.0;
+constexpr size_t kFewestToTell = 64;
+constexpr double kLeastTold = 0.5;  // of the sample
+// A mean is told from 0 by so many of its standard errors.
+constexpr double kLeastDeviations = 4.5;
+// Less noise of a plane's slope than that, squared, is none: a milliradian.
+constexpr double kLeastNoise = 1e-6;
+// Of what noise makes of a plane's slope, squared, what bends of the surface may make of it.
+constexpr double kMostSurface = 0.3, kMostBends = 0.1;
+// Of neighbors of a plane, the variance across over that along their longest axis. On a line they tell no slope across.
+constexpr double kLeastBreadth = 0.15;
+
+constexpr int kWideSize = 9;  // of a polynomial of degree 3 that is 0 at the point
+using WideRow = Eigen::Matrix<double, kWideSize, 1>;
+
+// In the frame of the point and its neighbors' mean normal, in units of the farthest neighbor's distance.
+struct Place {
+  double x, y, height;
+  double slope_x, slope_y;  // of the given normal; NaN: it has none
+};
+
+WideRow HeightRow(const Place& p) {
+  WideRow row;
+  row << p.x, p.y, p.x * p.x, p.x * p.y, p.y * p.y, p.x * p.x * p.x, p.x * p.x * p.y, p.x * p.y * p.y, p.y * p.y * p.y;
+  return row;
+}
+
+WideRow SlopeRowX(const Place& p) {
+  WideRow row;
+  row << 1.0, 0.0, 2.0 * p.x, p.y, 0.0, 3.0 * p.x * p.x, 2.0 * p.x * p.y, p.y * p.y, 0.0;
+  return row;
+}
+
+WideRow SlopeRowY(const Place& p) {
+  WideRow row;
+  row << 0.0, 1.0, 0.0, p.x, 2.0 * p.y, 0.0, p.x * p.x, 2.0 * p.x * p.y, 3.0 * p.y * p.y;
+  return row;
+}
+
+// The neighbors of the scratch by distance, copies of one place once; empty where their normals have no common side.
+std::vector<Place> PlacesOf(const CollectScratch& s) {
+  const NeighborArrays& n = s.neighbors;
+  std::vector<size_t> order;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  const auto offset = [&](size_t j) { return Eigen::Vector3d{n.dx[j], n.dy[j], n.dz[j]}; };
+  const auto normal = [&](size_t j) { return Eigen::Vector3d{n.nx[j], n.ny[j], n.nz[j]}; };
+  for (size_t j = 0; j < n.count; ++j) {
+    if (!normal(j).allFinite()) continue;
+    order.push_back(j);
+    mean += normal(j);
+  }
+  const double length = mean.norm();
+  if (!(length >= kLeastMeanNormal * static_cast<double>(order.size()))) return {};
+  mean /= length;
+  // In an order that does not depend on that of the neighbors, which differs between instruction sets.
+  const auto rank = [&](size_t j) {
+    return std::make_tuple(n.dx[j] * n.dx[j] + n.dy[j] * n.dy[j] + n.dz[j] * n.dz[j], n.dx[j], n.dy[j], n.dz[j],
+                           s.ids[j]);
+  };
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return rank(a) < rank(b); });
+  order.erase(std::unique(order.begin(), order.end(), [&](size_t a, size_t b) { return offset(a) == offset(b); }),
+              order.end());
+  const Eigen::Vector3d u = mean.unitOrthogonal(), v = mean.cross(u);
+  const double unit = 1.0 / offset(order.back()).norm();
+  std::vector<Place> places;
+  places.reserve(order.size());
+  for (const size_t j : order) {
+    const Eigen::Vector3d at = unit * offset(j);
+    const double cosine = normal(j).dot(mean), scale = cosine >= kLeastCosine ? -1.0 / cosine : std::nan("");
+    places.push_back({at.dot(u), at.dot(v), at.dot(mean), scale * normal(j).dot(u), scale * normal(j).dot(v)});
+  }
+  return places;
+}
+
+// How the surface goes on around the point, by the normals of the first `count` places but the point's own.
+std::optional<WideRow> FitOthers(const std::vector<Place>& places, size_t count) {
+  Eigen::Matrix<double, kWideSize, kWideSize> moments = Eigen::Matrix<double, kWideSize, kWideSize>::Zero();
+  WideRow products = WideRow::Zero();
+  for (size_t j = 1; j < count; ++j) {
+    const Place& p = places[j];
+    if (std::isnan(p.slope_x)) continue;
+    const WideRow x = SlopeRowX(p), y = SlopeRowY(p);
+    moments.noalias() += x * x.transpose() + y * y.transpose();
+    products += p.slope_x * x + p.slope_y * y;
+  }
+  const Eigen::LDLT<Eigen::Matrix<double, kWideSize, kWideSize>> solver(moments);
+  constexpr double kLeastPivot = 1e-9;
+  const auto pivots = solver.vectorD();
+  if (solver.info() != Eigen::Success || !(pivots.minCoeff() > kLeastPivot * pivots.maxCoeff())) return std::nullopt;
+  return solver.solve(products);
+}
+
+// The variance of places across their longest axis over that along it, by the sums of products of 1, x and y.
+double Breadth(const Eigen::Matrix3d& moments) {
+  const Eigen::Vector2d mean = moments.block<2, 1>(1, 0) / moments(0, 0);
+  const Eigen::Matrix2d covariance = moments.block<2, 2>(1, 1) / moments(0, 0) - mean * mean.transpose();
+  const double middle = 0.5 * covariance.trace();
+  const double deviation = std::sqrt(std::max(middle * middle - covariance.determinant(), 0.0));
+  return (middle - deviation) / (middle + deviation);
+}
+
+// The slopes at the point of two planes, through every other one of the first `count` places each.
+struct HalfPlanes {
+  Eigen::Vector2d of_heights[2];
+  Eigen::Vector2d of_bends[2];  // through the heights that the normals' slopes make beyond the fit
+};
+
+// None where a half lies on a line.
+std::optional<HalfPlanes> FitHalves(const std::vector<Place>& places, size_t count, const WideRow& others) {
+  Eigen::Matrix3d moments[2] = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
+  Eigen::Matrix<double, 3, 2> products[2] = {Eigen::Matrix<double, 3, 2>::Zero(), Eigen::Matrix<double, 3, 2>::Zero()};
+  for (size_t j = 0; j < count; ++j) {
+    const Place& p = places[j];
+    const Eigen::Vector3d row{1.0, p.x, p.y};
+    const double height = p.height - others.dot(HeightRow(p));
+    // Along the way from the point, the slope grows to this.
+    const double slope = (p.slope_x - others.dot(SlopeRowX(p))) * p.x + (p.slope_y - others.dot(SlopeRowY(p))) * p.y;
+    moments[j % 2].noalias() += row * row.transpose();
+    products[j % 2].noalias() += row * Eigen::RowVector2d{height, std::isnan(slope) ? 0.0 : 0.5 * slope};
+  }
+  HalfPlanes planes;
+  for (size_t half = 0; half < 2; ++half) {
+    if (!(Breadth(moments[half]) >= kLeastBreadth)) return std::nullopt;
+    const Eigen::Matrix<double, 3, 2> solution = moments[half].ldlt().solve(products[half]);
+    planes.of_heights[half] = solution.col(0).tail<2>();
+    planes.of_bends[half] = solution.col(1).tail<2>();
+  }
+  return planes;
+}
+
+}  // namespace
+
+NoiseProbe::NoiseProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
+    : index_(index), scratch_(static_cast<size_t>(thread_count)) {
+  if (ScratchBytes(index.point_count(), max_neighbor_count) == 0) return;
+  groups_ = SampleGroups(index, kMostGroups);
+  plan_ = NeighborhoodPlan::Make(PlaneFit(kNeighbors).ToEstimatorOptions(), index);
+  samples_.resize(kRungs.size() * sample_count(), Sample{.noise = std::numeric_limits<double>::quiet_NaN()});
+}
+
+absl::Status NoiseProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
+  std::unique_ptr<CollectScratch>& scratch = scratch_[static_cast<size_t>(worker)];
+  if (scratch == nullptr) {
+    scratch = std::make_unique<CollectScratch>();
+    scratch->most_work = std::numeric_limits<uint64_t>::max();  // a few points are no work
+  }
+  CollectScratch& s = *scratch;
+  s.stopped = &stopped;
+  const auto leaf_of = [&s](size_t i) { return static_cast<size_t>(s.points.place[i]) / SpatialIndex::kLeafSize; };
+  const size_t first_sample = block * SpatialIndex::kGroupLeaves;
+  return CollectNeighbors(
+      index_, *plan_, groups_[block], CollectedPoints::kAll, CollectedNormals::kInUse, s,
+      [&s](size_t i) { return s.points.place[i] % SpatialIndex::kLeafSize == 0; },
+      [&](size_t i) { Take(s, first_sample + leaf_of(i) % SpatialIndex::kGroupLeaves); });
+}
+
+void NoiseProbe::Take(const CollectScratch& scratch, size_t i) {
+  const std::vector<Place> places = PlacesOf(scratch);
+  if (places.empty() || std::isnan(places.front().slope_x)) return;
+  for (size_t rung = 0; rung < kRungs.size(); ++rung) {
+    if (kRungs[rung].around >= places.size()) continue;
+    const std::optional<WideRow> others = FitOthers(places, kRungs[rung].around + 1);
+    if (!others.has_value()) continue;
+    const std::optional<HalfPlanes> planes = FitHalves(places, kRungs[rung].planes, *others);
+    if (!planes.has_value()) continue;
+    const Eigen::Vector2d &one = planes->of_heights[0], &other = planes->of_heights[1];
+    const Eigen::Vector2d normal{places.front().slope_x - (*others)[0], places.front().slope_y - (*others)[1]};
+    const double surface = one.dot(other);
+    sample(rung, i) = {.noise = 0.25 * (one - other).squaredNorm(),
+                       .bends = 0.25 * (planes->of_bends[0] - planes->of_bends[1]).squaredNorm(),
+                       .surface = surface,
+                       .shared = 0.5 * normal.dot(one + other) - surface,
+                       .normal = normal.squaredNorm()};
+  }
+}
+
+std::optional<NoiseProbe::Finding> NoiseProbe::FindingAt(size_t rung) const {
+  const std::span<const Sample> samples = std::span(samples_).subspan(rung * sample_count(), sample_count());
+  const auto most = [&](double Sample::*member) {
+    std::vector<double> known;
+    for (const Sample& s : samples) {
+      if (std::isfinite(s.noise)) known.push_back(s.*member);
+    }
+    return known.empty() ? 0.0 : kMostOfMedian * Median(known);
+  };
+  const double most_noise = most(&Sample::noise), most_normal = most(&Sample::normal);
+  const auto counts = [&](const Sample& s) { return s.noise <= most_noise && s.normal <= most_normal; };
+  const auto count = static_cast<double>(std::count_if(samples.begin(), samples.end(), counts));
+  if (count < kFewestToTell || count < kLeastTold * static_cast<double>(sample_count())) return std::nullopt;
+  const auto mean = [&](double Sample::*member) {
+    double sum = 0.0;
+    for (const Sample& s : samples) sum += counts(s) ? s.*member : 0.0;
+    return sum / count;
+  };
+  const double noise = mean(&Sample::noise), surface = mean(&Sample::surface), bends = mean(&Sample::bends);
+  if (noise < kLeastNoise) return std::nullopt;
+  const double shared = mean(&Sample::shared);
+  // The points of a group have neighbors in common.
+  double squares = 0.0;
+  for (size_t first = 0; first < samples.size(); first += SpatialIndex::kGroupLeaves) {
+    double of_group = 0.0;
+    for (const Sample& s : samples.subspan(first, SpatialIndex::kGroupLeaves)) {
+      of_group += counts(s) ? s.shared - shared : 0.0;
+    }
+    squares += of_group * of_group;
+  }
+  const double deviation = std::sqrt(squares) / count;
+  // Of bends that are left, a plane shows a part a, the normal all. Of their square they share a, and halves of the
+  // plane a^2, which is at least half of that as long as bends are small. And what bends make of uneven neighbors
+  // differs between halves: on grids it makes their product negative.
+  const bool shows_noise = surface <= kMostSurface * noise && bends <= kMostBends * noise;
+  const double follows = shows_noise ? shared - std::abs(surface) - bends : 0.0;
+  const double smoothed = -shared - bends;
+  return Finding{std::max(follows, smoothed) / deviation,
+                 std::max(mean(&Sample::normal) - surface + 2.0 * std::max(-shared, 0.0), 0.0)};
+}
+
+std::optional<double> NoiseProbe::SquaredError() const {
+  std::optional<double> error;
+  double most = kLeastDeviations;
+  for (size_t rung = 0; rung < kRungs.size(); ++rung) {
+    const std::optional<Finding> finding = FindingAt(rung);
+    if (!finding.has_value() || !(finding->deviations > most)) continue;
+    most = finding->deviations;
+    error = finding->squared_error;
+  }
+  return error;
+}
+
+size_t NoiseProbe::ScratchBytes(size_t point_count, uint32_t max_neighbor_count) {
+  if (std::min<size_t>(point_count / kLargestShare, max_neighbor_count) < kNeighbors) return 0;
+  return CollectScratch::MostBytes(PlaneFit(kNeighbors).ToEstimatorOptions(), point_count) +
+         kNeighbors * (sizeof(size_t) + sizeof(Place));
+}
+
+}  // namespace curvd
