@@ -65,23 +65,22 @@ WideRow SlopeRowY(const Place& p) {
 std::vector<Place> PlacesOf(const CollectScratch& s) {
   const NeighborArrays& n = s.neighbors;
   std::vector<size_t> order;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   const auto offset = [&](size_t j) { return Eigen::Vector3d{n.dx[j], n.dy[j], n.dz[j]}; };
   const auto normal = [&](size_t j) { return Eigen::Vector3d{n.nx[j], n.ny[j], n.nz[j]}; };
   for (size_t j = 0; j < n.count; ++j) {
-    if (!normal(j).allFinite()) continue;
-    order.push_back(j);
-    mean += normal(j);
+    if (normal(j).allFinite()) order.push_back(j);
   }
-  const double length = mean.norm();
-  if (!(length >= kLeastMeanNormal * static_cast<double>(order.size()))) return {};
-  mean /= length;
   // In an order that does not depend on that of the neighbors, which differs between instruction sets.
   const auto rank = [&](size_t j) {
     return std::make_tuple(n.dx[j] * n.dx[j] + n.dy[j] * n.dy[j] + n.dz[j] * n.dz[j], n.dx[j], n.dy[j], n.dz[j],
                            s.ids[j]);
   };
   std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return rank(a) < rank(b); });
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const size_t j : order) mean += normal(j);
+  const double length = mean.norm();
+  if (!(length > 0.0 && length >= kLeastMeanNormal * static_cast<double>(order.size()))) return {};
+  mean /= length;
   order.erase(std::unique(order.begin(), order.end(), [&](size_t a, size_t b) { return offset(a) == offset(b); }),
               order.end());
   const Eigen::Vector3d u = mean.unitOrthogonal(), v = mean.cross(u);
