@@ -74,7 +74,7 @@ absl::Status HalfNormalPhases::ProbeJets(std::function<absl::Status()> then) {
   const bool may_follow_noise = makes_anew_ && !jets.has_value() && !jets_->IsNoiseNegligible();
   jets_.reset();
   if (IsOfUse(jets)) return ProbeSheets([this, jets, then] { return UseFit(*jets, then); }, then);
-  return may_follow_noise ? ProbeNoise(std::move(then)) : then();
+  return may_follow_noise && HasFewCopies(index_) ? ProbeNoise(std::move(then)) : then();
 }
 
 absl::Status HalfNormalPhases::ProbeNoise(std::function<absl::Status()> then) {

@@ -73,6 +73,10 @@ uint32_t LeastNeighborCountOfHalves(NormalMethod method) {
 bool HasHalves(const NormalFit& fit, const SpatialIndex& index) {
   if (fit.two_sheets) return false;
   if (!(fit.noisy_part.has_value() ? NoisyPartHasEnough(*fit.noisy_part) : HasEnough(fit))) return false;
+  return HasFewCopies(index);
+}
+
+bool HasFewCopies(const SpatialIndex& index) {
   const std::vector<size_t> groups = SampleGroups(index, kMostGroups);
   double copies = 0.0;
   for (const size_t group : groups) copies += MeanCopies(index, group);

@@ -14,8 +14,11 @@ namespace curvd {
 // The fewest neighbors of a fit of this method of which a half tells enough.
 uint32_t LeastNeighborCountOfHalves(NormalMethod method);
 
+// Whether few points lie at the place of others, whose noise they share, as a sample shows.
+bool HasFewCopies(const SpatialIndex& index);
+
 // Whether normals may be made of each half of the neighbors of a fit: a fixed number of them is large enough for
-// halves, they are of one sheet, and few points lie at the place of others, whose noise they share.
+// halves, they are of one sheet, and there are few copies of points.
 bool HasHalves(const NormalFit& fit, const SpatialIndex& index);
 
 // A run of two phases, "normals", one for each half of the points: fits each point to those of its neighbors that are

@@ -32,7 +32,8 @@ class NoiseProbe {
   // Those of the largest planes, and of the surface around them, the point itself included.
   static constexpr uint32_t kNeighbors = 129;
 
-  // REQUIRES: index.has_normals(); it outlives this.
+  // REQUIRES: index.has_normals(); it outlives this. Few points are copies of others (HasFewCopies), which share their
+  // noise.
   NoiseProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count);
 
   // 0 where the cloud is too small, or no neighborhood may be so large.
