@@ -95,23 +95,35 @@ std::vector<Place> PlacesOf(const CollectScratch& s) {
   return places;
 }
 
-// How the surface goes on around the point, by the normals of the first `count` places but the point's own.
-std::optional<WideRow> FitOthers(const std::vector<Place>& places, size_t count) {
-  Eigen::Matrix<double, kWideSize, kWideSize> moments = Eigen::Matrix<double, kWideSize, kWideSize>::Zero();
-  WideRow products = WideRow::Zero();
-  for (size_t j = 1; j < count; ++j) {
-    const Place& p = places[j];
-    if (std::isnan(p.slope_x)) continue;
-    const WideRow x = SlopeRowX(p), y = SlopeRowY(p);
-    moments.noalias() += x * x.transpose() + y * y.transpose();
-    products += p.slope_x * x + p.slope_y * y;
+// How the surface goes on around a point, by the normals of ever more places but the point's own.
+class Surroundings {
+ public:
+  explicit Surroundings(const std::vector<Place>& places) : places_(places) {}
+
+  // None where the first `count` places do not determine it. REQUIRES: `count` never falls.
+  std::optional<WideRow> Fit(size_t count) {
+    for (; taken_ < count; ++taken_) {
+      const Place& p = places_[taken_];
+      if (std::isnan(p.slope_x)) continue;
+      const WideRow x = SlopeRowX(p), y = SlopeRowY(p);
+      moments_.noalias() += x * x.transpose() + y * y.transpose();
+      products_ += p.slope_x * x + p.slope_y * y;
+    }
+    const Eigen::LDLT<Moments> solver(moments_);
+    constexpr double kLeastPivot = 1e-9;
+    const auto pivots = solver.vectorD();
+    if (solver.info() != Eigen::Success || !(pivots.minCoeff() > kLeastPivot * pivots.maxCoeff())) return std::nullopt;
+    return solver.solve(products_);
   }
-  const Eigen::LDLT<Eigen::Matrix<double, kWideSize, kWideSize>> solver(moments);
-  constexpr double kLeastPivot = 1e-9;
-  const auto pivots = solver.vectorD();
-  if (solver.info() != Eigen::Success || !(pivots.minCoeff() > kLeastPivot * pivots.maxCoeff())) return std::nullopt;
-  return solver.solve(products);
-}
+
+ private:
+  using Moments = Eigen::Matrix<double, kWideSize, kWideSize>;
+
+  const std::vector<Place>& places_;
+  size_t taken_ = 1;
+  Moments moments_ = Moments::Zero();
+  WideRow products_ = WideRow::Zero();
+};
 
 // The variance of places across their longest axis over that along it, by the sums of products of 1, x and y.
 double Breadth(const Eigen::Matrix3d& moments) {
@@ -180,9 +192,10 @@ absl::Status NoiseProbe::RunBlock(size_t block, int worker, const std::atomic<bo
 void NoiseProbe::Take(const CollectScratch& scratch, size_t i) {
   const std::vector<Place> places = PlacesOf(scratch);
   if (places.empty() || std::isnan(places.front().slope_x)) return;
+  Surroundings surroundings(places);
   for (size_t rung = 0; rung < kRungs.size(); ++rung) {
-    if (kRungs[rung].around >= places.size()) continue;
-    const std::optional<WideRow> others = FitOthers(places, kRungs[rung].around + 1);
+    if (kRungs[rung].around >= places.size()) return;
+    const std::optional<WideRow> others = surroundings.Fit(kRungs[rung].around + 1);
     if (!others.has_value()) continue;
     const std::optional<HalfPlanes> planes = FitHalves(places, kRungs[rung].planes, *others);
     if (!planes.has_value()) continue;

@@ -49,15 +49,16 @@ class NoiseProbe {
   static size_t ScratchBytes(size_t point_count, uint32_t max_neighbor_count);
 
  private:
-  // Neighbors of the planes, and those that tell how the surface bends around the point. Four times as many are far
-  // enough from most normals that share the point's noise, and eight times as many from smoothed ones.
+  // Neighbors of the planes, and those that tell how the surface bends around the point, which are never fewer than
+  // those of the rung before. Four times as many are far enough from most normals that share the point's noise, and
+  // eight times as many from smoothed ones.
   struct Rung {
     size_t planes, around;
   };
-  static constexpr std::array<Rung, 5> kRungs = {{{12, 48}, {16, 64}, {16, 128}, {24, 96}, {32, 128}}};
+  static constexpr std::array<Rung, 5> kRungs = {{{12, 48}, {16, 64}, {24, 96}, {16, 128}, {32, 128}}};
   static_assert(kNeighbors == kRungs.back().around + 1);
-  // Of one rung at one point: squares and products of slopes, as far as the normals around the
-  // point leave something of them, over both axes.
+  // Of one rung at one point: squares and products of slopes, as far as the normals around the point leave something of
+  // them, over both axes.
   struct Sample {
     double noise = 0.0;    // that halves of the neighbors do not share, squared; NaN: nothing is known
     double bends = 0.0;    // what heights that the normals' slopes make would add to it
