@@ -43,8 +43,7 @@ struct ScaleReport {
   double position_noise = 0.0;           // standard deviation from the fitted surfaces, in the cloud's length unit
   std::optional<double> normal_noise{};  // of normals, along each tangent, in radians; none: the cloud is too small
   std::optional<FittedNormals> fitted_normals{};  // none: given normals prove to be those of no fit, or none were given
-  std::optional<FittedNormals>
-      normals_made_anew{};  // by which the server has made given ones anew; none: it goes by them
+  std::optional<FittedNormals> normals_made_anew{};  // by which the server has made given ones anew; none: it has not
 };
 
 }  // namespace curv

@@ -35,9 +35,11 @@ class HalfNormalPhases {
   // Errors: ErrorKind::kOutOfMemory; may throw std::bad_alloc.
   absl::Status MakeOf(const NormalFit& fit, std::function<absl::Status()> then);
   // The same for normals that somebody else made: finds out whether they are those of planes or jets that were fitted
-  // to the positions, and of how many neighbors. If `makes_anew`, the normals themselves are then made anew where that
-  // is better (core/job/phases/refit_phases.h). There are no halves where the normals are those of no fit, or err by
-  // bends of the surface as much as by noise, or where neighborhoods hold two sheets, which fits mix in both halves.
+  // to the positions, and of how many neighbors; or, if `makes_anew`, whether their errors follow the noise of the
+  // positions in whatever way (core/normals/trust/noise_probe.h). If `makes_anew`, the normals themselves are then made
+  // anew where that is better (core/job/phases/refit_phases.h). There are no halves where the normals are those of no
+  // fit, or err by bends of the surface as much as by noise, or where neighborhoods hold two sheets, which fits mix in
+  // both halves.
   absl::Status MakeOfGiven(uint32_t max_neighbor_count, bool makes_anew, std::function<absl::Status()> then);
 
   // What given normals were made by, where MakeOfGiven has found that neighbors share what noise of the positions does

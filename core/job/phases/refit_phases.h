@@ -1,4 +1,5 @@
-// The phases that make given normals anew, where these are fits to the positions and curvd makes better ones of them.
+// The phases that make given normals anew, where these follow the noise of the positions, as fits do, and curvd makes
+// better ones of them.
 #pragma once
 
 #include <cstddef>
@@ -38,7 +39,7 @@ class RefitPhases {
   // by noise or more; then calls `then`. REQUIRES: the index's normals are fits to the positions as `made_by` says, of
   // neighborhoods that hold one sheet. May throw std::bad_alloc.
   void StartFrom(const FittedNormals& made_by, Then then);
-  // The same where it is not known how they were made of the positions, but what they err by, squared, in radians.
+  // The same where it is not known how they were made, but what they err by, squared, in radians.
   void StartFrom(double squared_error, Then then);
 
   size_t bytes() const { return pilot_.has_value() ? pilot_->bytes() : 0; }
