@@ -17,7 +17,7 @@
 namespace curvd {
 namespace {
 
-constexpr size_t kMostGroups = 256;
+constexpr size_t kMostNoiseGroups = 256;
 // A neighborhood of more than this share of the cloud is no neighborhood.
 constexpr size_t kLargestShare = 3;
 // Of the neighbors' normals, the length of the mean; beside edges and seams it is less. And the cosine between one of
@@ -34,7 +34,7 @@ constexpr double kLeastNoise = 1e-6;
 // Of what noise makes of a plane's slope, squared, what bends of the surface may make of it.
 constexpr double kMostSurface = 0.3, kMostBends = 0.1;
 // Of neighbors of a plane, the variance across over that along their longest axis. On a line they tell no slope across.
-constexpr double kLeastBreadth = 0.15;
+constexpr double kLeastHalfBreadth = 0.15;
 
 constexpr int kWideSize = 9;  // of a polynomial of degree 3 that is 0 at the point
 using WideRow = Eigen::Matrix<double, kWideSize, 1>;
@@ -157,7 +157,7 @@ std::optional<HalfPlanes> FitHalves(const std::vector<Place>& places, size_t cou
   }
   HalfPlanes planes;
   for (size_t half = 0; half < 2; ++half) {
-    if (!(Breadth(moments[half]) >= kLeastBreadth)) return std::nullopt;
+    if (!(Breadth(moments[half]) >= kLeastHalfBreadth)) return std::nullopt;
     const Eigen::Matrix<double, 3, 2> solution = moments[half].ldlt().solve(products[half]);
     planes.of_heights[half] = solution.col(0).tail<2>();
     planes.of_bends[half] = solution.col(1).tail<2>();
@@ -170,7 +170,7 @@ std::optional<HalfPlanes> FitHalves(const std::vector<Place>& places, size_t cou
 NoiseProbe::NoiseProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
     : index_(index), scratch_(static_cast<size_t>(thread_count)) {
   if (ScratchBytes(index.point_count(), max_neighbor_count) == 0) return;
-  groups_ = SampleGroups(index, kMostGroups);
+  groups_ = SampleGroups(index, kMostNoiseGroups);
   plan_ = NeighborhoodPlan::Make(PlaneFit(kNeighbors).ToEstimatorOptions(), index);
   samples_.resize(kRungs.size() * sample_count(), Sample{.noise = std::numeric_limits<double>::quiet_NaN()});
 }

@@ -93,10 +93,10 @@ namespace {
 
 HWY_EXPORT(ProbeSidesKernel);
 
-constexpr size_t kMostGroups = 128;
+constexpr size_t kMostSideGroups = 128;
 // Of smaller clouds all points are looked at; of larger ones, the first of each leaf of those groups, and all of noisy
 // groups: few pairs there lie along the sheet.
-constexpr size_t kSmallCloud = kMostGroups * SpatialIndex::kGroupPoints;
+constexpr size_t kSmallCloud = kMostSideGroups * SpatialIndex::kGroupPoints;
 
 }  // namespace
 
@@ -104,7 +104,7 @@ SideProbe::SideProbe(const SpatialIndex& index, const NormalFit& fit, int thread
     : index_(index),
       fit_(fit, index),
       links_(LinkSearch(index)),
-      groups_(SampleGroups(index, kMostGroups)),
+      groups_(SampleGroups(index, kMostSideGroups)),
       counts_(groups_.size()),
       scratch_(thread_count) {}
 

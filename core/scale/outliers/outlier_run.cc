@@ -28,7 +28,7 @@ constexpr float kTimesMedian = 15.0f;
 constexpr float kLeastMedian = 1e-3f;
 constexpr float kLeastOfSpacing = 0.2f, kLeastOfSpacingAgain = 0.03f;
 constexpr double kTimesUsual = 10.0;
-constexpr double kUsualShare = 0.9;
+constexpr double kShareOfUsualValues = 0.9;
 constexpr size_t kMostSampled = 4096;
 // And by more than this part of the spacing, or this many times what two in three of its neighbors stay below: where a
 // third of them deviates like it, they are a noisy part, whatever those across its border do.
@@ -116,7 +116,7 @@ class Pieces {
 // What nine in ten of the values, which it reorders, stay below; infinity if there are none.
 double UsualOf(std::vector<double>& values) {
   if (values.empty()) return std::numeric_limits<double>::infinity();
-  const auto usual = values.begin() + static_cast<std::ptrdiff_t>(kUsualShare * static_cast<double>(values.size()));
+  const auto usual = values.begin() + static_cast<std::ptrdiff_t>(kShareOfUsualValues * static_cast<double>(values.size()));
   std::nth_element(values.begin(), usual, values.end());
   return *usual;
 }
