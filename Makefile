@@ -104,14 +104,19 @@ tests = $(subst $() ,|,$(addprefix $(1).,$(2)))
 COUNTS := HostileWorkTest|ScratchNeverHoldsMoreThanItsBound|PeakStaysBelow|PeakWithEstimatedNormals
 ENDS := OpenSslDeathTest
 JUDGEMENTS := $(call tests,AutomaticSeamsTest,Points What Counts Choices TheCaller)|$\
-  $(call tests,AutomaticSurfacesTest,ANoisyTorus Lines)|$(call tests,AutomaticTest,Copies ExactPoints NoiseInOneHalf ScalesFar)|$\
-  $(call tests,OwnFitsTest,AFewFlipped ASmallBody Counts KeepsTo)|$\
+  $(call tests,AutomaticSurfacesTest,ANoisyTorus Lines NoiseDoes)|$(call tests,AutomaticTest,Copies ExactPoints NoiseInOneHalf NoiseOf ScalesFar)|$\
+  $(call tests,FittedNormalsTest,AreMade Errors GoodOnes Jets NormalsOf NormalsThatAre)|$(call tests,JetProbeTest,Other)|$\
+  $(call tests,MadeNormalsTest,ErrorsThat Estimates)|$(call tests,NoiseProbeTest,Bends Other)|$\
+  $(call tests,NoisyPartsTest,EachPart Narrow Neighborhoods NoRepair Nothing OnePoint)|$\
+  $(call tests,OrientationSidesTest,Noisy)|$(call tests,OwnFitsTest,AFewFlipped ASmallBody Counts KeepsTo NoiseIs)|$\
   $(call tests,OutlierRunTest,ANoisy Copies OutliersAmong OutliersBeside OutliersOfClouds Single Surfaces WrongNormals)|$\
-  $(call tests,ScalePilotTest,Chooses Copies CurvatureIs FindsTheNoise NormalsAlone)|$(call tests,SeamPhaseTest,No Spheres TheSheets)|$\
+  $(call tests,PointChoicesTest,Standard)|$(call tests,ScalePilotTest,Chooses Copies CurvatureIs FindsTheNoise NormalsAlone Rough ScanLines Strips)|$\
+  $(call tests,ScaleTest,APlane ComesNearer TwoDensities)|$(call tests,SeamPhaseTest,Knife No Spheres TheSheets)|$\
   NanoflannTest|FlippedPointsAreNeverTrusted|IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|NoiseIsNotTakenForTwoSheets
 NARROWER_TILES := TilesTest.*/SCALAR
 # Whether threads change a byte is looked for on many of them, which the thread sanitizer watches; other tests run the same code alone.
-SAME_BYTES := AutomaticSeamsTest.Threads|AutomaticTest.NeitherThreads|PointChoicesTest.NeitherThreads|NormalsJobTest.Threads|OwnFitsTest.TheSameBytes|OutlierPassesTest.NeitherThreads
+SAME_BYTES := AutomaticSeamsTest.Threads|AutomaticTest.NeitherThreads|PointChoicesTest.NeitherThreads|NormalsJobTest.Threads|OwnFitsTest.TheSameBytes|$\
+  OutlierPassesTest.NeitherThreads|FittedNormalsTest.Threads|NoisyPartsTest.Threads
 NOT_SANITIZED := $(COUNTS)|$(ENDS)|$(JUDGEMENTS)|$(NARROWER_TILES)
 
 .PHONY: asan
@@ -211,18 +216,19 @@ lint-python: deps ## Check the types of the Python client (mypy, strict)
 	@/usr/bin/python3 -m mypy --config-file client/python/pyproject.toml build/dev/python/curvd_client
 
 # The rest of curvd knows no processor. Debian's headers of these libraries serve every one. Sources are
-# read as by lint, each by itself: one that misses a header of Eigen compiles, and links only where a neighbor in a file of
-# sixteen sources includes it.
+# read as by lint. Those that name Eigen are compiled alone as well: one that misses a header of it compiles all the same, and links
+# only where a neighbor in a file of sixteen includes that header.
 ARM64_CXX := aarch64-linux-gnu-g++ -I. -isystem build/arm64/include -isystem build/arm64/include/eigen3 -std=c++20 -O0 -ffp-contract=off \
-  -Wall -Wextra -Werror -Wno-psabi -DTOOLCHAIN_MISS_SYS_AUXV_H
+  -Wall -Wextra -Werror -Wno-psabi -DTOOLCHAIN_MISS_SYS_AUXV_H -DHWY_COMPILE_ONLY_STATIC
 .PHONY: arm64
 arm64: deps ## Compile the core for arm64
 	$(call install,g++-aarch64-linux-gnu)
 	@mkdir -p build/arm64/include
 	@ln -sfn /usr/include/absl /usr/include/hwy /usr/include/eigen3 build/arm64/include/
 	@cmake --preset lint >/dev/null
+	@$(call lint_sources,$(CURDIR)/(build/lint/)?core/) | xargs -P $(JOBS) -I{} $(ARM64_CXX) -c {} -o /dev/null
 	@rm -rf build/arm64/objects && mkdir build/arm64/objects
-	@$(call lint_sources,$(CURDIR)/(build/lint/)?core/) | xargs -P $(JOBS) -I{} \
+	@grep -rl --include='*.cc' Eigen core | xargs -P $(JOBS) -I{} \
 	  sh -c '$(ARM64_CXX) -c {} -o build/arm64/objects/$$(echo {} | tr / _).o'
 	@if aarch64-linux-gnu-nm -A --undefined-only build/arm64/objects/*.o | grep -E ' _ZNK?5Eigen' | c++filt; then \
 	  echo 'What stands above has no body in these sources: they miss a header of Eigen'; exit 1; fi
