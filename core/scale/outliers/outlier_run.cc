@@ -116,7 +116,8 @@ class Pieces {
 // What nine in ten of the values, which it reorders, stay below; infinity if there are none.
 double UsualOf(std::vector<double>& values) {
   if (values.empty()) return std::numeric_limits<double>::infinity();
-  const auto usual = values.begin() + static_cast<std::ptrdiff_t>(kShareOfUsualValues * static_cast<double>(values.size()));
+  const auto usual =
+      values.begin() + static_cast<std::ptrdiff_t>(kShareOfUsualValues * static_cast<double>(values.size()));
   std::nth_element(values.begin(), usual, values.end());
   return *usual;
 }
