@@ -62,7 +62,7 @@ std::string ScaleText(const ScaleReport& report) {
   }
   if (report.fitted_normals || report.normals_made_anew) {
     absl::StrAppend(&text, "  given normals: ",
-                    report.fitted_normals ? TextOf(*report.fitted_normals) : "made of the positions, or smoothed", ", ",
+                    report.fitted_normals ? TextOf(*report.fitted_normals) : "made of the positions", ", ",
                     report.normals_made_anew ? absl::StrCat("made anew: ", TextOf(*report.normals_made_anew))
                                              : "whose halves told their noise",
                     "\n");

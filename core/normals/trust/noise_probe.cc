@@ -248,9 +248,7 @@ std::optional<NoiseProbe::Finding> NoiseProbe::FindingAt(size_t rung) const {
   // differs between halves: on grids it makes their product negative.
   const bool shows_noise = surface <= kMostSurface * noise && bends <= kMostBends * noise;
   const double follows = shows_noise ? shared - std::abs(surface) - bends : 0.0;
-  const double smoothed = -shared - bends;
-  return Finding{std::max(follows, smoothed) / deviation,
-                 std::max(mean(&Sample::normal) - surface + 2.0 * std::max(-shared, 0.0), 0.0)};
+  return Finding{follows / deviation, std::max(mean(&Sample::normal) - surface, 0.0)};
 }
 
 std::optional<double> NoiseProbe::SquaredError() const {

@@ -1,13 +1,13 @@
 // Tells from a sample of the points whether the errors of given normals follow the noise of the positions: those of all
-// normals do that were made of these positions, in whatever way, and then neighbors share them. It also tells normals
-// that were smoothed since, which follow the surface less than the positions do.
+// normals do that were made of these positions, in whatever way, and then neighbors share them.
 //
 // At a point, the slope of a plane through few neighbors is that of the surface and what noise of their heights makes.
 // The slope r of the given normal is that of the surface and the normal's own error. Planes through half of these
 // neighbors each, with the slopes s1 and s2, have independent noise: the mean of r (s1 + s2) / 2 - s1 s2 over the
 // sample is that of the normal's error times the noise. It is 0 where normals come from elsewhere, whatever their noise
-// is, and below 0 where they were smoothed. Bends of the surface are taken away before, as the other normals around the
-// point tell them.
+// is. Where neighbors share errors of their heights it is below 0: normals that were smoothed, and show less of the
+// bends, cannot be told from positions that are wrong. Bends of the surface are taken away before, as the other normals
+// around the point tell them.
 #pragma once
 
 #include <array>
@@ -40,8 +40,8 @@ class NoiseProbe {
   size_t block_count() const { return groups_.size(); }
   // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
   absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
-  // The squared error of the normals in radians, if it follows the noise of the positions, or they were smoothed; none
-  // where it is that of normals from elsewhere, or nothing tells. REQUIRES: all blocks have run.
+  // The squared error of the normals in radians, if it follows the noise of the positions; none where it is that of
+  // normals from elsewhere, or nothing tells. REQUIRES: all blocks have run.
   std::optional<double> SquaredError() const;
 
   size_t bytes() const { return samples_.capacity() * sizeof(Sample) + groups_.capacity() * sizeof(size_t); }
@@ -51,7 +51,7 @@ class NoiseProbe {
  private:
   // Neighbors of the planes, and those that tell how the surface bends around the point, which are never fewer than
   // those of the rung before. Four times as many are far enough from most normals that share the point's noise, and
-  // eight times as many from smoothed ones.
+  // eight times as many from those of fits that were smoothed.
   struct Rung {
     size_t planes, around;
   };
@@ -68,7 +68,7 @@ class NoiseProbe {
   };
   // What one rung tells.
   struct Finding {
-    double deviations;  // how sure it is that errors follow noise, or that normals were smoothed: in standard errors
+    double deviations;  // how sure it is that errors follow noise: in standard errors
     double squared_error;
   };
 

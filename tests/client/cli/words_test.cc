@@ -176,7 +176,7 @@ TEST(ScaleTextTest, TellsWhatGivenNormalsWereMadeBy) {
   EXPECT_EQ(ScaleJson(report)["normals_made_anew"].dump(), R"({"method":"jet-2","neighbor_count":192})");
   report.fitted_normals.reset();
   EXPECT_THAT(ScaleText(report),
-              HasSubstr("\n  given normals: made of the positions, or smoothed, made anew: jet-2 of 192 points\n"));
+              HasSubstr("\n  given normals: made of the positions, made anew: jet-2 of 192 points\n"));
 }
 
 TEST(ScaleTextTest, JsonTellsEverythingThatWasJudged) {
