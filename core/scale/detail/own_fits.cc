@@ -51,6 +51,12 @@ std::optional<PointFit> BetterOf(const std::optional<PointFit>& a, const std::op
 
 }  // namespace
 
+bool LooksBeyondItsSphere(const PointCurvature& point) {
+  constexpr float kDiameter = 2.0f;
+  return point.status == PointStatus::kOk &&
+         std::max(std::abs(point.k1), std::abs(point.k2)) * point.radius > kDiameter;
+}
+
 OwnFits::OwnFits(const EstimatorOptions& options, const SpatialIndex& index, const CloudChoice& choice,
                  PointCurvature* results)
     : options_(options),

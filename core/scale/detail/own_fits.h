@@ -16,6 +16,10 @@
 
 namespace curvd {
 
+// Whether an estimate looks farther than a sphere of its largest curvature is wide. Around a thin pipe that can be
+// right; where one end of a body is sampled too thinly for what is chosen, fewer neighbors may serve it better.
+bool LooksBeyondItsSphere(const PointCurvature& point);
+
 // A point is fitted by the normals of its neighbors (EstimateDetail) where independent noise of these decides, and by
 // their heights (EstimateByHeights); the fit with the smaller error counts. No neighbor lies beyond an edge. Writes
 // results, and s.own_fits. Thread-safe for distinct groups and scratch.
