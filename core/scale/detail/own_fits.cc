@@ -30,6 +30,12 @@ constexpr double kLeastTimesError = 3.0;
 // neighborhood says nothing.
 constexpr double kMostErrorTimesRadius = 0.05;
 
+// What replaces an estimate that looks too far differs from it by this share of its largest curvature: around a pipe
+// that estimate can be exact.
+constexpr float kLeastOfLargest = 0.1f;
+
+float LargestOf(const PointCurvature& point) { return std::max(std::abs(point.k1), std::abs(point.k2)); }
+
 // The neighbors nearest to a point, for fits over one plane.
 struct NearestNeighbors {
   NearestNeighbors(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal)
@@ -51,10 +57,9 @@ std::optional<PointFit> BetterOf(const std::optional<PointFit>& a, const std::op
 
 }  // namespace
 
-bool LooksBeyondItsSphere(const PointCurvature& point) {
-  constexpr float kDiameter = 2.0f;
-  return point.status == PointStatus::kOk &&
-         std::max(std::abs(point.k1), std::abs(point.k2)) * point.radius > kDiameter;
+bool LooksTooFar(const PointCurvature& point) {
+  constexpr float kMostRadii = 4.0f;
+  return point.status == PointStatus::kOk && LargestOf(point) * point.radius > kMostRadii;
 }
 
 OwnFits::OwnFits(const EstimatorOptions& options, const SpatialIndex& index, const CloudChoice& choice,
@@ -82,11 +87,16 @@ OwnFits::OwnFits(const EstimatorOptions& options, const SpatialIndex& index, con
 double OwnFits::ToCaller() const { return std::ldexp(1.0, index_.scale_exponent()); }
 
 absl::Status OwnFits::EstimateDetails(size_t group, AutomaticScratch& s) const {
-  const auto is_asked = [&](size_t i) { return s.has_detail[i]; };
+  const auto is_asked = [&](size_t i) { return s.has_detail[i] || s.looks_too_far[i]; };
   const auto fit = [&](size_t place, size_t i) {
     const PointCurvature& now = results_[s.points.slot[i]];
     const auto mean = now.status == PointStatus::kOk ? std::optional(now.mean / ToCaller()) : std::nullopt;
-    Take(i, Fit(place, i, s.pilot.normals, mean, s), s);
+    std::optional<PointFit> found = Fit(place, i, s.pilot.normals, mean, s);
+    if (found.has_value() && !s.has_detail[i]) {
+      const double difference = std::abs(found->point.mean * ToCaller() - now.mean);
+      if (!(difference >= kLeastOfLargest * LargestOf(now))) found.reset();
+    }
+    Take(i, found, s);
   };
   return ForEach(group, is_asked, fit, s);
 }
