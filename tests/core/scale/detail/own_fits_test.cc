@@ -166,8 +166,8 @@ TEST(OwnFitsTest, ASmallBodyBesideALargePlaneKeepsItsCurvature) {
   }
 }
 
-// A horn along x, of radius 2.2 to 0.04, exact, with normals that have noise. Its points are thirty times as far apart
-// at the thin end as an even sample's would be, so that few neighbors reach around it.
+// A horn along x, of radius 2.2 to 0.04, exact, with normals that have noise. At its thin end an area has a
+// thirtieth of the points that it has at the wide one, so that few neighbors reach around it.
 TruePoints Horn(size_t count, uint64_t seed) {
   constexpr double kSteepness = 2.0, kThinning = 30.0, kMostWeight = 14.0;
   std::mt19937_64 random(seed);
