@@ -128,9 +128,9 @@ asan: deps ## Run the tests under the address and undefined behavior sanitizers
 # What repeats, for other estimators and other clouds, phases of a job that other tests run on several threads. Of the
 # estimators EstimationJobTest.ThreadsDoNotChangeAByte runs each.
 REPEATED_ON_THREADS := DeterminismTest.*/ESTIMATOR_(ALGEBRAIC|DELAUNAY|HEXAGRAM|INDEPENDENT|JET|NORMAL|UNIFORM)|HostileCloudTest|$\
-  $(call tests,SeamPhaseTest,Flipped Knife Noise Points Right Single)|$(call tests,OrientationSidesTest,Bowls Hostile Layouts Noisy TheRepair)|$\
+  $(call tests,SeamPhaseTest,Flipped Noise Points Right Single)|$(call tests,OrientationSidesTest,Bowls Hostile Layouts TheRepair)|$\
   $(call tests,EstimationJobTest,PointsWithout Spheres WhatPages)|$(call tests,AutomaticTest,APlane LooksAcross)|AutomaticEdgesTest.Faces|$\
-  OwnFitsTest.ADent|$(call tests,ScaleTest,AnOutlier APlane TwoDensities)
+  OwnFitsTest.ADent|ScaleTest.AnOutlier
 
 .PHONY: tsan
 tsan: deps ## Run the tests of threaded code under the thread sanitizer, locks checked by clang

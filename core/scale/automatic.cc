@@ -251,7 +251,6 @@ class AutomaticRun final : public StrategyRun {
       // An estimate that is not left open is what it is without choices, to the last bit.
       if (!options_.is_automatic()) continue;
       results_[points.slot[i]] = ChosenEstimates::Blended(s, i);
-      s.looks_too_far[i] = MayHaveOwnFits(options_) && LooksTooFar(results_[points.slot[i]]);
     }
     absl::Status status = estimates_->EstimateOneSided(group, s);
     if (status.ok()) status = own_fits_->EstimateDetails(group, s);

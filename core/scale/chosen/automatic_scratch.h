@@ -47,7 +47,6 @@ struct AutomaticScratch final : WorkerScratch {
   // By how much what was found of H differs from what points of the other part can make of it, in the caller's unit.
   OfPoints<double> doubts;
   OfPoints<bool> has_detail;                   // that the average smooths away, as far as the part's check tells
-  OfPoints<bool> looks_too_far;                // the average does, for what it says
   OfPoints<std::optional<PointFit>> own_fits;  // in place of an average, in the caller's unit
 
   // Of each chosen estimate at a point of the group.

@@ -213,7 +213,6 @@ void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
   s.shares.fill({});
   s.doubts.fill(0.0);
   s.has_detail.fill(false);
-  s.looks_too_far.fill(false);
   s.own_fits.fill(std::nullopt);
   s.rest = 0;
   HWY_NAMESPACE::LoadGroup(index_, group, s.points, s.first_point);

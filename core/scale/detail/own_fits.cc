@@ -30,11 +30,15 @@ constexpr double kLeastTimesError = 3.0;
 // neighborhood says nothing.
 constexpr double kMostErrorTimesRadius = 0.05;
 
-// What replaces an estimate that looks too far differs from it by this share of its largest curvature: around a pipe
-// that estimate can be exact.
-constexpr float kLeastOfLargest = 0.1f;
+// An estimate looks too far beyond so many radii of its largest curvature. What replaces it differs from it by this
+// share of that curvature: around a pipe it can be exact.
+constexpr float kMostRadii = 4.0f, kLeastOfLargest = 0.1f;
 
 float LargestOf(const PointCurvature& point) { return std::max(std::abs(point.k1), std::abs(point.k2)); }
+
+bool LooksTooFar(const PointCurvature& point) {
+  return point.status == PointStatus::kOk && LargestOf(point) * point.radius > kMostRadii;
+}
 
 // The neighbors nearest to a point, for fits over one plane.
 struct NearestNeighbors {
@@ -56,11 +60,6 @@ std::optional<PointFit> BetterOf(const std::optional<PointFit>& a, const std::op
 }
 
 }  // namespace
-
-bool LooksTooFar(const PointCurvature& point) {
-  constexpr float kMostRadii = 4.0f;
-  return point.status == PointStatus::kOk && LargestOf(point) * point.radius > kMostRadii;
-}
 
 OwnFits::OwnFits(const EstimatorOptions& options, const SpatialIndex& index, const CloudChoice& choice,
                  PointCurvature* results)
@@ -87,7 +86,13 @@ OwnFits::OwnFits(const EstimatorOptions& options, const SpatialIndex& index, con
 double OwnFits::ToCaller() const { return std::ldexp(1.0, index_.scale_exponent()); }
 
 absl::Status OwnFits::EstimateDetails(size_t group, AutomaticScratch& s) const {
-  const auto is_asked = [&](size_t i) { return s.has_detail[i] || s.looks_too_far[i]; };
+  const bool may_look_too_far = MayHaveOwnFits(options_);
+  AutomaticScratch::OfPoints<bool> is_marked{};  // before results change
+  for (size_t i = 0; i < s.points.size; ++i) {
+    const bool has_other = s.own_fits[i].has_value();  // from its side of an edge
+    is_marked[i] = s.has_detail[i] || (may_look_too_far && !has_other && LooksTooFar(results_[s.points.slot[i]]));
+  }
+  const auto is_asked = [&](size_t i) { return is_marked[i]; };
   const auto fit = [&](size_t place, size_t i) {
     const PointCurvature& now = results_[s.points.slot[i]];
     const auto mean = now.status == PointStatus::kOk ? std::optional(now.mean / ToCaller()) : std::nullopt;

@@ -16,10 +16,6 @@
 
 namespace curvd {
 
-// Whether an estimate looks twice as far as a sphere of its largest curvature is wide. Around a thin pipe that can be
-// right; where one end of a body is sampled too thinly for what is chosen, fewer neighbors may serve it better.
-bool LooksTooFar(const PointCurvature& point);
-
 // A point is fitted by the normals of its neighbors (EstimateDetail) where independent noise of these decides, and by
 // their heights (EstimateByHeights); the fit with the smaller error counts. No neighbor lies beyond an edge. Writes
 // results, and s.own_fits. Thread-safe for distinct groups and scratch.
@@ -29,10 +25,12 @@ class OwnFits {
   OwnFits(const EstimatorOptions& options, const SpatialIndex& index, const CloudChoice& choice,
           PointCurvature* results);
 
-  // Fits those points of a group that s.has_detail or s.looks_too_far marks, of up to 256 neighbors, or of those of the
-  // rung above the part's check for detail, and of as many as the options allow. Keeps the fits that differ from the
-  // averages by more than their errors, by much where these look too far, and those of points that have none. Errors as
-  // those of GroupPhase::run.
+  // Fits those points of a group that s.has_detail marks, and those whose average looks twice as far as a sphere of its
+  // largest curvature is wide: around a thin pipe that can be right, but where one end of a body is sampled too thinly
+  // for what is chosen, fewer neighbors serve it better. Of up to 256 neighbors, or of those of the rung above the
+  // part's check for detail, and of as many as the options allow. Keeps the fits that differ from the averages by more
+  // than their errors, and by much from those that look too far, and those of points that have none. Points that are
+  // estimated from one side of an edge keep that. Errors as those of GroupPhase::run.
   absl::Status EstimateDetails(size_t group, AutomaticScratch& s) const;
 
   // Fits those points of a group for which is_asked(i) is true, of the neighbors within the largest of the scales for
