@@ -21,6 +21,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "bench/paper/errors.h"
+#include "bench/paper/height_errors.h"
 #include "bench/paper/normal_flags.h"
 #include "bench/paper/samples.h"
 #include "core/estimators/scale_ladder.h"
@@ -40,6 +41,7 @@ struct Flags {
   std::vector<double> normal_noise = {0.0, 0.1, 0.2};
   uint64_t seed = 1;
   std::string estimator = "auto";
+  HeightFlags heights;
   NormalFlags normals;
   bool held_out = false;
   bool scores = false;
@@ -62,15 +64,17 @@ Flags ParseFlags(int argc, char** argv) {
   Flags flags;
   CLI::App app("Errors of automatic estimates beside those of the best fixed ones");
   app.add_option("--surfaces", flags.surfaces, "Names of surfaces, as curv generate has them")->delimiter(',');
-  app.add_option("--sampling", flags.sampling, "even, thinned, random or scanned; of several, the surfaces take turns")
+  app.add_option("--sampling", flags.sampling,
+                 "even, thinned, falling, random or scanned; of several, the surfaces take turns")
       ->delimiter(',')
-      ->check(CLI::IsMember({"even", "thinned", "random", "scanned"}));
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(kSampleSpreads), std::end(kSampleSpreads))));
   app.add_option("--points", flags.points, "Sizes of clouds")->delimiter(',');
   app.add_option("--position-noise", flags.position_noise, "In the paper's unit: 1/20 of the surface's largest extent")
       ->delimiter(',');
   app.add_option("--normal-noise", flags.normal_noise, "Standard deviations")->delimiter(',');
   app.add_option("--seed", flags.seed, "Of samples and noise");
   app.add_option("--estimator", flags.estimator, "The one whose scale is chosen; auto: any");
+  AddHeightFlags(app, flags.heights);
   AddNormalFlags(app, flags.normals);
   app.add_flag("--held-out", flags.held_out,
                "Clouds that the rule was not made by, in place of --surfaces, --sampling, --points, noise and --seed");
@@ -98,10 +102,7 @@ Samples MakeSamples(const Flags& flags, size_t turn, size_t points) {
     std::fprintf(stderr, "%s: no such file\n", path.c_str());
     std::exit(1);
   }
-  if (sampling == "thinned") return SampleThinned(surface, 2 * points, flags.seed);
-  if (sampling == "random") return SampleAtRandom(surface, points, flags.seed);
-  if (sampling == "scanned") return SampleScanned(surface);
-  return SampleEvenly(surface, points, flags.seed);
+  return SampleAs(sampling, surface, points, flags.seed);
 }
 
 // Mean absolute errors.
@@ -226,11 +227,12 @@ int Main(const Flags& flags) {
                "of", "point", "cloud", "G", "k1", "k2", "chosen");
   const Peers peers(flags.peers);
   std::vector<double> by_point, by_cloud, of_gaussian, of_k1, of_k2;
+  size_t failed = 0;
   for (size_t turn = 0; turn < flags.surfaces.size(); ++turn) {
     const std::string& surface = flags.surfaces[turn];
     const double unit = NoiseUnit(surface);
     for (const size_t points : flags.points) {
-      const Samples exact = MakeSamples(flags, turn, points);
+      const Samples exact = WithHeightErrors(MakeSamples(flags, turn, points), flags.heights, flags.seed);
       for (const double position : flags.position_noise) {
         for (const double normal : flags.normal_noise) {
           const Samples samples =
@@ -244,6 +246,12 @@ int Main(const Flags& flags) {
           const Outcome local = Run(samples, options, flags.normals.makes, pool, &report);
           options.neighborhood = AutomaticScale{.per_cloud = true};
           const Outcome global = Run(samples, options, flags.normals.makes, pool);
+          if (local.mean > 1e299 || global.mean > 1e299) {
+            absl::PrintF("%-10s %7d %5g %5g | per point %s, per cloud %s\n", surface, samples.size(), position * unit,
+                         normal, local.what.empty() ? "ok" : local.what, global.what.empty() ? "ok" : global.what);
+            ++failed;
+            continue;
+          }
           // Where a fixed estimate is exact to the rounding of its input, as on spheres and planes, a ratio says
           // nothing.
           if (best.mean * unit < kRounding) continue;
@@ -252,16 +260,17 @@ int Main(const Flags& flags) {
           of_gaussian.push_back(local.gaussian / best.gaussian);
           of_k1.push_back(flags.peers.empty() ? local.k1 / best.k1 : std::nan(""));
           of_k2.push_back(flags.peers.empty() ? local.k2 / best.k2 : std::nan(""));
-          absl::PrintF("%-10s %7d %5g %5g | %9.3g %-18s | %6.2f %6.2f %6.2f %6s %6s | sigma %.3g%s%s\n", surface,
+          absl::PrintF("%-10s %7d %5g %5g | %9.3g %-18s | %6.2f %6.2f %6.2f %6s %6s | sigma %.3g%s\n", surface,
                        samples.size(), position * unit, normal, best.mean, best.what, by_point.back(), by_cloud.back(),
                        of_gaussian.back(), RatioText(of_k1.back()), RatioText(of_k2.back()), report.sigma,
-                       Chosen(report), local.what);
+                       Chosen(report));
           if (flags.scores) PrintScores(report);
           std::fflush(stdout);
         }
       }
     }
   }
+  if (failed > 0) absl::PrintF("%d clouds are left out: more than a hundredth of their points has no result\n", failed);
   PrintSummary("per point", by_point);
   PrintSummary("per cloud", by_cloud);
   PrintSummary("G, per point", of_gaussian);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "bench/paper/height_errors.h"
 #include "bench/paper/normal_flags.h"
 #include "bench/paper/samples.h"
 #include "core/job/estimation_job.h"
@@ -33,6 +34,7 @@ struct Flags {
   std::string estimator = "auto";
   uint32_t neighbor_count = 0;
   bool per_cloud = false;
+  HeightFlags heights;
   NormalFlags normals;
 };
 
@@ -46,11 +48,12 @@ Flags ParseFlags(int argc, char** argv) {
       ->delimiter(',');
   app.add_option("--normal-noise", flags.normal_noise, "Standard deviations")->delimiter(',');
   app.add_option("--seed", flags.seed, "Of samples and noise");
-  app.add_option("--sampling", flags.sampling, "How points lie: even, thinned or random")
-      ->check(CLI::IsMember({"even", "thinned", "random"}));
+  app.add_option("--sampling", flags.sampling, "How points lie: even, thinned, falling, random or scanned")
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(kSampleSpreads), std::end(kSampleSpreads))));
   app.add_option("--estimator", flags.estimator, "auto, or one that the choice knows");
   app.add_option("--k", flags.neighbor_count, "A fixed number of neighbors; 0: automatic");
   app.add_flag("--per-cloud", flags.per_cloud, "One choice for all points");
+  AddHeightFlags(app, flags.heights);
   AddNormalFlags(app, flags.normals);
   try {
     app.parse(argc, argv);
@@ -107,12 +110,6 @@ Row Measure(const Samples& samples, const EstimatorOptions& options, bool makes_
   return row;
 }
 
-Samples SamplesOf(const Flags& flags, const std::string& surface, size_t points) {
-  if (flags.sampling == "thinned") return SampleThinned(surface, points, flags.seed);
-  if (flags.sampling == "random") return SampleAtRandom(surface, points, flags.seed);
-  return SampleEvenly(surface, points, flags.seed);
-}
-
 EstimatorOptions OptionsOf(const Flags& flags) {
   EstimatorOptions options;
   options.estimator = flags.estimator;
@@ -148,7 +145,8 @@ int Main(const Flags& flags) {
   for (const std::string& surface : flags.surfaces) {
     const double unit = NoiseUnit(surface);
     for (const size_t points : flags.points) {
-      const Samples samples = SamplesOf(flags, surface, points);
+      const Samples samples =
+          WithHeightErrors(SampleAs(flags.sampling, surface, points, flags.seed), flags.heights, flags.seed);
       for (const double position : flags.position_noise) {
         for (const double normal : flags.normal_noise) {
           const Samples perturbed =

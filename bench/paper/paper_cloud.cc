@@ -1,6 +1,8 @@
 // Writes a cloud of uneven density with its exact curvature: paper_cloud SURFACE KIND OUT
-// KIND is thinned, scanned, or a file with samples of the surface.
+// KIND is a way to spread samples, as samples.h has them, or a file with samples of the surface.
+#include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,15 +40,16 @@ curv::PointTable ToTable(const Samples& samples) {
 }
 
 std::optional<Samples> Make(const std::string& surface, const std::string& kind) {
-  if (kind == "thinned") return SampleThinned(surface, 25'000, 1);
-  if (kind == "scanned") return SampleScanned(surface);
+  if (std::find(std::begin(kSampleSpreads), std::end(kSampleSpreads), kind) != std::end(kSampleSpreads)) {
+    return SampleAs(kind, surface, 12'500, 1);
+  }
   return LoadSamples(kind, surface, kind);
 }
 
 int Main(const std::string& surface, const std::string& kind, const std::string& path) {
   const std::optional<Samples> samples = Make(surface, kind);
   if (!samples.has_value()) {
-    std::fprintf(stderr, "\"%s\" is no file, nor thinned or scanned\n", kind.c_str());
+    std::fprintf(stderr, "\"%s\" is no file, nor a way to spread samples\n", kind.c_str());
     return 2;
   }
   const absl::Status status = curv::SaveTable(ToTable(*samples), path);
@@ -60,6 +63,6 @@ int Main(const std::string& surface, const std::string& kind, const std::string&
 
 int main(int argc, char** argv) {
   if (argc == 4) return curvd::bench::Main(argv[1], argv[2], argv[3]);
-  std::fprintf(stderr, "usage: paper_cloud SURFACE thinned|scanned|FILE OUT\n");
+  std::fprintf(stderr, "usage: paper_cloud SURFACE even|thinned|falling|random|scanned|FILE OUT\n");
   return 2;
 }

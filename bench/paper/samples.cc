@@ -10,7 +10,7 @@
 
 #include "absl/status/status.h"
 #include "bench/paper/held_out_surfaces.h"
-#include "bench/peers/packed_points.h"
+#include "bench/paper/nearest_of_samples.h"
 #include "client/io/oriented_cloud.h"
 #include "client/io/table_file.h"
 #include "client/surfaces/noise.h"
@@ -22,7 +22,7 @@ namespace {
 
 using curv::Vec3;
 
-constexpr uint64_t kThinningStream = 101, kRandomStream = 102;
+constexpr uint64_t kThinningStream = 101, kRandomStream = 102, kFallingStream = 103;
 
 void DieUnless(const absl::Status& status) {
   if (status.ok()) return;
@@ -106,6 +106,24 @@ Samples SampleThinned(const std::string& surface_name, size_t points, uint64_t s
   return samples;
 }
 
+Samples SampleFalling(const std::string& surface_name, size_t points, uint64_t seed) {
+  constexpr double kLeast = 0.01;                               // probability to stay
+  const double mean_share = (kLeast - 1.0) / std::log(kLeast);  // where x is spread evenly
+  const auto surface = SurfaceNamed(surface_name);
+  const auto positions =
+      curv::SampleEvenly(*surface, static_cast<size_t>(static_cast<double>(points) / mean_share), seed);
+  DieUnless(positions.status());
+  const auto [first, last] =
+      std::minmax_element(positions->begin(), positions->end(), [](const Vec3& a, const Vec3& b) { return a.x < b.x; });
+  const curv::CounterRandom random(seed, kFallingStream);
+  Samples samples{.surface = surface_name, .sampling = "falling", .positions = {}, .normals = {}, .truth = {}};
+  for (size_t i = 0; i < positions->size(); ++i) {
+    const Vec3& p = (*positions)[i];
+    if (random.Uniform(i) < std::pow(kLeast, (p.x - first->x) / (last->x - first->x))) AddExact(*surface, p, samples);
+  }
+  return samples;
+}
+
 Samples SampleAtRandom(const std::string& surface_name, size_t points, uint64_t seed) {
   constexpr size_t kOf = 8;  // of so many even samples, one each
   const auto surface = SurfaceNamed(surface_name);
@@ -138,6 +156,14 @@ Samples SampleScanned(const std::string& surface_name) {
     }
   }
   return samples;
+}
+
+Samples SampleAs(const std::string& sampling, const std::string& surface, size_t points, uint64_t seed) {
+  if (sampling == "thinned") return SampleThinned(surface, 2 * points, seed);
+  if (sampling == "falling") return SampleFalling(surface, points, seed);
+  if (sampling == "random") return SampleAtRandom(surface, points, seed);
+  if (sampling == "scanned") return SampleScanned(surface);
+  return SampleEvenly(surface, points, seed);
 }
 
 std::optional<Samples> LoadSamples(const std::string& path, const std::string& surface_name,
@@ -226,15 +252,13 @@ Samples WithFittedNormals(const Samples& samples, NormalMethod method, uint32_t 
 }
 
 Samples WithSmoothedNormals(const Samples& samples, size_t count) {
-  static_assert(sizeof(Vec3) == 3 * sizeof(double));
-  const PackedPoints<double> packed{&samples.positions.front().x, samples.size()};
-  NanoflannTree<double> tree(3, packed, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-  tree.buildIndex();
+  if (samples.size() == 0) return samples;
+  const NearestOfSamples index(samples);
   Samples smoothed = samples;
-  std::vector<uint32_t> nearest(count);
-  std::vector<double> squared_distances(count);
+  std::vector<uint32_t> nearest;
+  std::vector<double> squared_distances;
   for (size_t i = 0; i < samples.size(); ++i) {
-    tree.knnSearch(&samples.positions[i].x, count, nearest.data(), squared_distances.data());
+    index.Find(i, count, nearest, squared_distances);
     Vec3 sum;
     for (const uint32_t j : nearest) sum += samples.normals[j];
     const double length = std::hypot(sum.x, sum.y, sum.z);

@@ -14,13 +14,16 @@ namespace curvd::bench {
 
 struct Samples {
   std::string surface;
-  std::string sampling;  // "even", "thinned", "random", "scanned", or the paper's: "paper", "filter", "lidar"
+  std::string sampling;  // one of kSampleSpreads, or the paper's: "paper", "filter", "lidar"
   std::vector<curv::Vec3> positions;
   std::vector<curv::Vec3> normals;           // unit, outward
   std::vector<curv::SurfaceGeometry> truth;  // at the undisturbed positions
 
   size_t size() const { return positions.size(); }
 };
+
+// The names of the ways below in which points are spread, in their order.
+inline constexpr const char* kSampleSpreads[] = {"even", "thinned", "falling", "random", "scanned"};
 
 // Surfaces are named as curv generate has them, or as held_out_surfaces.h. All of these end the program on failure, and
 // are functions of their arguments alone.
@@ -32,12 +35,19 @@ Samples SampleEvenly(const std::string& surface, size_t points, uint64_t seed);
 // The density varies as in the paper's "filter" clouds.
 Samples SampleThinned(const std::string& surface, size_t points, uint64_t seed);
 
+// Even samples of which each stays with a probability that falls from 1, at the least x, to 0.01 at the greatest: about
+// `points` of them. An end is as thinly sampled as where a scanner sees it from afar.
+Samples SampleFalling(const std::string& surface, size_t points, uint64_t seed);
+
 // About `points` points that lie by chance: each of eight times as many even samples stays with a probability of 1/8.
 Samples SampleAtRandom(const std::string& surface, size_t points, uint64_t seed);
 
 // What a scanner on the z axis sees: first hits of rays on a grid of angles, 2.5 times denser along a scan line than
 // across, with grazing rays left out. Open where the surface is hidden. As the paper's "lidar" clouds.
 Samples SampleScanned(const std::string& surface);
+
+// About `points` samples, spread in the way of that name; a scan has as many as its rays meet.
+Samples SampleAs(const std::string& sampling, const std::string& surface, size_t points, uint64_t seed);
 
 // The points of a file, with the truth at the nearest position of the surface; nothing if the file does not exist.
 std::optional<Samples> LoadSamples(const std::string& path, const std::string& surface, const std::string& sampling);

@@ -74,18 +74,20 @@ absl::Status HalfNormalPhases::ProbeJets(std::function<absl::Status()> then) {
   const bool may_follow_noise = makes_anew_ && !jets.has_value() && !jets_->IsNoiseNegligible();
   jets_.reset();
   if (IsOfUse(jets)) return ProbeSheets([this, jets, then] { return UseFit(*jets, then); }, then);
-  return may_follow_noise && HasFewCopies(index_) ? ProbeNoise(std::move(then)) : then();
+  if (!may_follow_noise || !HasFewCopies(index_)) return then();
+  noise_.emplace(index_, max_neighbor_count_, thread_count_);
+  return ProbeNoise(std::move(then));
 }
 
 absl::Status HalfNormalPhases::ProbeNoise(std::function<absl::Status()> then) {
-  noise_.emplace(index_, max_neighbor_count_, thread_count_);
-  add_phase_(MakeProbePhase(name_, *noise_));
-  add_phase_(MakeStep(name_, [this, then = std::move(then)] {
-    const std::optional<double> error = noise_->SquaredError();
-    noise_.reset();
-    return error.has_value() ? ProbeSheets([this, error, then] { return UseNoise(*error, then); }, then) : then();
-  }));
-  return absl::OkStatus();
+  if (noise_->AddBlocks()) {
+    add_phase_(MakeProbePhase(name_, *noise_));
+    add_phase_(MakeStep(name_, [this, then = std::move(then)] { return ProbeNoise(then); }));
+    return absl::OkStatus();
+  }
+  const std::optional<double> error = noise_->SquaredError();
+  noise_.reset();
+  return error.has_value() ? ProbeSheets([this, error, then] { return UseNoise(*error, then); }, then) : then();
 }
 
 bool HalfNormalPhases::IsOfUse(const std::optional<FoundFit>& found) const {

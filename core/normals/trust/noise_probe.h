@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -25,8 +26,9 @@
 
 namespace curvd {
 
-// Usage: block_count blocks of RunBlock, in any order and on any threads; then SquaredError. What is found depends on
-// the index alone, not on threads. RunBlock is thread-safe for distinct blocks and workers.
+// Usage: as long as AddBlocks returns true, block_count blocks of RunBlock, in any order and on any threads; then
+// SquaredError. What is found depends on the index alone, not on threads. RunBlock is thread-safe for distinct blocks
+// and workers.
 class NoiseProbe {
  public:
   // Those of the largest planes, and of the surface around them, the point itself included.
@@ -36,12 +38,14 @@ class NoiseProbe {
   // noise.
   NoiseProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count);
 
-  // 0 where the cloud is too small, or no neighborhood may be so large.
-  size_t block_count() const { return groups_.size(); }
+  // Decides which points are looked at next: few, and more unless these show that bends or rounding decide. false:
+  // none, as where the cloud is too small, or no neighborhood may be so large. May throw std::bad_alloc.
+  bool AddBlocks();
+  size_t block_count() const { return block_count_; }
   // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
   absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
   // The squared error of the normals in radians, if it follows the noise of the positions; none where it is that of
-  // normals from elsewhere, or nothing tells. REQUIRES: all blocks have run.
+  // normals from elsewhere, or nothing tells. REQUIRES: AddBlocks has returned false.
   std::optional<double> SquaredError() const;
 
   size_t bytes() const { return samples_.capacity() * sizeof(Sample) + groups_.capacity() * sizeof(size_t); }
@@ -72,14 +76,33 @@ class NoiseProbe {
     double squared_error;
   };
 
+  // Of the samples that differ from most no more than chance has it.
+  struct Means {
+    double most_noise, most_normal;
+    double count;
+    Sample of;  // NaN where nothing counts
+
+    bool Counts(const Sample& s) const { return s.noise <= most_noise && s.normal <= most_normal; }
+  };
+  static constexpr std::array<double Sample::*, 5> kMembers = {&Sample::noise, &Sample::bends, &Sample::surface,
+                                                               &Sample::shared, &Sample::normal};
+
   // Adds what the neighbors in the scratch tell of their point.
   void Take(const CollectScratch& scratch, size_t sample);
   Sample& sample(size_t rung, size_t i) { return samples_[rung * sample_count() + i]; }
   size_t sample_count() const { return groups_.size() * SpatialIndex::kGroupLeaves; }
+  std::span<const Sample> SamplesOf(size_t rung) const {
+    return std::span(samples_).subspan(rung * sample_count(), sample_count());
+  }
+  static Means MeansOf(std::span<const Sample> samples);
+  // Whether the rest may tell something, by the points that were looked at first.
+  bool MayTell() const;
   std::optional<Finding> FindingAt(size_t rung) const;
 
   const SpatialIndex& index_;
-  std::vector<size_t> groups_;
+  std::vector<size_t> groups_;  // those that are looked at first, then the others
+  size_t scout_count_ = 0;      // of the first
+  size_t first_block_ = 0, block_count_ = 0;
   std::optional<NeighborhoodPlan> plan_;
   std::vector<Sample> samples_;  // of each rung one for each leaf of the groups
   std::vector<std::unique_ptr<CollectScratch>> scratch_;

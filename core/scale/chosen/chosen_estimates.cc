@@ -148,13 +148,14 @@ absl::Status ChosenEstimates::LookForDetail(size_t group, AutomaticScratch& s) c
     const auto has_average = [&](size_t i) {
       return s.part[i] == part && s.clear_blends[i].weight() > 0.0 && !IsOneSided(s, i);
     };
-    // All around a small body normals cancel out.
-    const auto cancels_out = [&](size_t i) {
-      return s.part[i] == part && !(s.blends[i].weight() > 0.0) &&
-             s.blends[i].Finish().status == PointStatus::kInconsistentNormals;
+    // All around a small body normals cancel out, and no function of two coordinates has its heights.
+    const auto looks_all_around = [&](size_t i) {
+      if (s.part[i] != part || s.blends[i].weight() > 0.0) return false;
+      const PointStatus status = s.blends[i].Finish().status;
+      return status == PointStatus::kInconsistentNormals || status == PointStatus::kSingularFit;
     };
     bool any_is_asked = false;
-    for (size_t i = 0; i < s.points.size; ++i) any_is_asked = any_is_asked || has_average(i) || cancels_out(i);
+    for (size_t i = 0; i < s.points.size; ++i) any_is_asked = any_is_asked || has_average(i) || looks_all_around(i);
     if (!any_is_asked) continue;
     const auto look = [&](size_t check, double most_difference, double least_count) {
       if (absl::Status status = Run(group, check, nullptr, s); !status.ok()) return status;
@@ -164,7 +165,7 @@ absl::Status ChosenEstimates::LookForDetail(size_t group, AutomaticScratch& s) c
         if (found.status != PointStatus::kOk) continue;
         const bool differs =
             has_average(i) && MeanCount(i, s) >= least_count && std::abs(found.mean - s.clear_blends[i].mean()) > most;
-        s.has_detail[i] = s.has_detail[i] || differs || cancels_out(i);
+        s.has_detail[i] = s.has_detail[i] || differs || looks_all_around(i);
       }
       return absl::OkStatus();
     };

@@ -22,13 +22,16 @@ namespace {
 constexpr uint32_t kMostNearCount = 256;
 // Neighbors whose mean normal is across the plane of the heights.
 constexpr size_t kNearestForPlane = 16;
+// Where more than one in so many neighbors has a normal that is opposed to the plane's, they are those of both sides.
+constexpr size_t kFewestPerOpposed = 8;
 // Normals to which a polynomial of degree 1 is fitted.
 constexpr size_t kFewestForLowDegree = 32;
 // The heights tell something new if they differ by more than so many times what they err by.
 constexpr double kLeastTimesError = 3.0;
 // Where there is no other estimate, one that errs by more than this share of what bends by a radian within its
-// neighborhood says nothing.
-constexpr double kMostErrorTimesRadius = 0.05;
+// neighborhood says nothing. Around an end of a body it does if it errs by no more than that share of its largest
+// curvature; beside a seam, chance makes that large.
+constexpr double kMostErrorTimesRadius = 0.05, kMostErrorOfLargest = 0.25;
 
 // An estimate looks too far beyond so many radii of its largest curvature. What replaces it differs from it by this
 // share of that curvature: around a pipe it can be exact.
@@ -40,11 +43,19 @@ bool LooksTooFar(const PointCurvature& point) {
   return point.status == PointStatus::kOk && LargestOf(point) * point.radius > kMostRadii;
 }
 
-// The neighbors nearest to a point, for fits over one plane.
+bool SaysNothing(const PointFit& fit, bool keeps_bends) {
+  if (keeps_bends && fit.mean_error <= kMostErrorOfLargest * LargestOf(fit.point)) return false;
+  return fit.mean_error * fit.point.radius > kMostErrorTimesRadius;
+}
+
+// The neighbors nearest to a point, for fits over one plane: short of the far side of a body.
 struct NearestNeighbors {
   NearestNeighbors(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal)
       : frame(MeanNormal(neighbors.first(std::min(kNearestForPlane, neighbors.size())), normal)) {
+    size_t opposed = 0;
     for (const NeighborNormal& neighbor : neighbors.first(std::min<size_t>(kMostNearCount, neighbors.size()))) {
+      opposed += neighbor.normal.dot(frame.n) < 0.0 ? 1 : 0;
+      if (opposed * kFewestPerOpposed > nearest.size()) break;
       nearest.push_back(&neighbor);
     }
   }
@@ -96,7 +107,7 @@ absl::Status OwnFits::EstimateDetails(size_t group, AutomaticScratch& s) const {
   const auto fit = [&](size_t place, size_t i) {
     const PointCurvature& now = results_[s.points.slot[i]];
     const auto mean = now.status == PointStatus::kOk ? std::optional(now.mean / ToCaller()) : std::nullopt;
-    std::optional<PointFit> found = Fit(place, i, s.pilot.normals, mean, s);
+    std::optional<PointFit> found = Fit(place, i, s.pilot.normals, mean, true, s);
     if (found.has_value() && !s.has_detail[i]) {
       const double difference = std::abs(found->point.mean * ToCaller() - now.mean);
       if (!(difference >= kLeastOfLargest * LargestOf(now))) found.reset();
@@ -119,7 +130,7 @@ absl::Status OwnFits::EstimateWithin(size_t group, absl::FunctionRef<bool(size_t
       if (reaches(i, static_cast<float>(radius))) break;
       within = count;
     }
-    if (within > 0) Take(i, Fit(place, i, all.first(within), std::nullopt, s), s);
+    if (within > 0) Take(i, Fit(place, i, all.first(within), std::nullopt, false, s), s);
   };
   return ForEach(group, is_asked, fit, s);
 }
@@ -154,7 +165,7 @@ absl::Status OwnFits::ForEach(size_t group, absl::FunctionRef<bool(size_t i)> is
 }
 
 std::optional<PointFit> OwnFits::Fit(size_t place, size_t i, std::span<const NeighborNormal> neighbors,
-                                     std::optional<double> mean, const AutomaticScratch& s) const {
+                                     std::optional<double> mean, bool keeps_bends, const AutomaticScratch& s) const {
   float n[3];
   s.pilot.points.normal.Get(place, n);
   const Eigen::Vector3d normal(n[0], n[1], n[2]);
@@ -180,8 +191,7 @@ std::optional<PointFit> OwnFits::Fit(size_t place, size_t i, std::span<const Nei
     of_least_noise = EstimateByNormals(near.frame, near.nearest, radius, 0.0);
   }
   const std::optional<PointFit> found = BetterOf(best, of_least_noise);
-  const bool says_nothing = found.has_value() && found->mean_error * found->point.radius > kMostErrorTimesRadius;
-  return says_nothing ? std::nullopt : found;
+  return found.has_value() && SaysNothing(*found, keeps_bends) ? std::nullopt : found;
 }
 
 void OwnFits::Take(size_t i, const std::optional<PointFit>& fit, AutomaticScratch& s) const {

@@ -26,14 +26,28 @@ TestPoints NoisyTorus(double sigma) {
   return torus;
 }
 
-std::optional<double> ProbedError(const TestPoints& points, bool backwards = false) {
+struct Probed {
+  std::optional<double> squared_error;
+  size_t block_count = 0;
+};
+
+Probed Probe(const TestPoints& points, bool backwards = false) {
   const SpatialIndex index = BuildIndex(points.ToCloud());
   NoiseProbe probe(index, 10'000, 1);
   const std::atomic<bool> stopped = false;
-  for (size_t i = 0; i < probe.block_count(); ++i) {
-    EXPECT_TRUE(probe.RunBlock(backwards ? probe.block_count() - 1 - i : i, 0, stopped).ok());
+  Probed probed;
+  while (probe.AddBlocks()) {
+    probed.block_count += probe.block_count();
+    for (size_t i = 0; i < probe.block_count(); ++i) {
+      EXPECT_TRUE(probe.RunBlock(backwards ? probe.block_count() - 1 - i : i, 0, stopped).ok());
+    }
   }
-  return probe.SquaredError();
+  probed.squared_error = probe.SquaredError();
+  return probed;
+}
+
+std::optional<double> ProbedError(const TestPoints& points, bool backwards = false) {
+  return Probe(points, backwards).squared_error;
 }
 
 double SquaredError(const TestPoints& points, const TestPoints& exact) {
@@ -181,6 +195,13 @@ TEST(NoiseProbeTest, ErrorsThatHeightsShareAreNotThoseOfNormals) {
     for (auto& [x, y, z] : ramp.positions) z += (0.03f + 0.3f * x / 80.0f) * across(random);
     EXPECT_FALSE(ProbedError(ramp).has_value()) << sigma;
   }
+}
+
+TEST(NoiseProbeTest, ExactPositionsAreLookedAtInFewPlaces) {
+  const Probed exact = Probe(Torus(8'000, 3)), noisy = Probe(NoisyTorus(0.02));
+  EXPECT_FALSE(exact.squared_error.has_value());
+  EXPECT_GT(exact.block_count, 0u);
+  EXPECT_LT(4 * exact.block_count, noisy.block_count);
 }
 
 TEST(NoiseProbeTest, SmallCloudsTellNothing) {

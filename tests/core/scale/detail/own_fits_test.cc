@@ -195,6 +195,39 @@ TEST(OwnFitsTest, AnEndThatIsSampledThinlyHasFewerNeighbors) {
   EXPECT_LT(error, 0.01) << "by what serves the rest, 0.0126";
 }
 
+// A noisy torus with 8,500 points, whose density falls to a hundredth along x: hundreds of neighbors, which serve most
+// of it, reach around its tube at the thin end.
+TruePoints ThinningTorus() {
+  constexpr size_t kOf = 40'000;
+  const TruePoints even = TrueTorus(kOf, 7);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  TruePoints torus;
+  for (size_t i = 0; i < kOf; ++i) {
+    const auto& p = even.points.positions[i];
+    const auto& n = even.points.normals[i];
+    if (unit(random) > std::pow(0.01, (p[0] + 4.0) / 8.0)) continue;
+    torus.points.Add(p[0], p[1], p[2], n[0], n[1], n[2]);
+    torus.mean.push_back(even.mean[i]);
+    torus.gaussian.push_back(even.gaussian[i]);
+  }
+  AddNoise(0.04, 0.1, 3, torus.points);
+  return torus;
+}
+
+TEST(OwnFitsTest, NeighborhoodsThatReachAroundAnEndAreReplaced) {
+  const TruePoints torus = ThinningTorus();
+  const EstimationResult result = MustEstimate(torus.points.ToCloud(), WithChoice(Automatic()));
+  size_t refused = 0, within = 0;
+  for (size_t i = 0; i < torus.mean.size(); ++i) {
+    const PointCurvature& point = result.field.points[i];
+    refused += point.status == PointStatus::kOk ? 0 : 1;
+    within += std::abs(point.mean - torus.mean[i]) <= 1.645 * result.choices[i].mean_error ? 1 : 0;
+  }
+  EXPECT_LT(refused, 5u) << "without own fits of noisy points, dozens";
+  EXPECT_GT(within, torus.mean.size() * 8 / 10);
+}
+
 // Flips the normals of the points that are nearest to one: a single one would be an outlier.
 void FlipAround(size_t middle, size_t count, TestPoints& points) {
   std::vector<std::pair<double, size_t>> by_distance;
