@@ -23,6 +23,9 @@ constexpr double kDeviationsOffLine = 4.0, kLeastGap = 1.25;
 // Small neighborhoods see detail if what they show otherwise along lines is more than this part of the difference of
 // the mean curvature.
 constexpr double kMostAlongLines = 0.5;
+// What is told by chance shows it: those neighborhoods differ from larger ones by more than so many times what the
+// larger ones differ among each other.
+constexpr double kMostOverTold = 4.0;
 // Of the points on lines, so many may have neighborhoods that cross too few: where distances of lines differ, what
 // would be told at all of them is too large for most.
 constexpr double kMostUntold = 0.25;
@@ -82,34 +85,58 @@ bool IsTold(const PilotPoint& point, size_t method, size_t rung) {
   return point.radius[rung] >= LeastRadius(method) * point.line_distance;
 }
 
-// What one rung of the cubic regression shows.
+// What one rung of a method shows.
 struct Bends {
   double mean, along_line;
 };
 
-Bends BendsAt(const PilotPoint& point, size_t rung) {
+Bends BendsAt(const PilotPoint& point, size_t method, size_t rung) {
   const auto of = [&](const PilotPoint::Estimates& estimates) {
-    return double{estimates[kRegressionMethod][rung][PilotPoint::kAll]};
+    return double{estimates[method][rung][PilotPoint::kAll]};
   };
   const double mean = of(point.mean);
   return {mean, mean + point.line[0] * of(point.difference) + point.line[1] * of(point.twist)};
 }
 
-// By how much the smallest neighborhood differs from the first that is told.
-std::optional<Bends> DifferenceOfSmallest(const PilotPoint& point) {
-  std::optional<Bends> smallest;
+// By how much neighborhoods differ, by one method.
+struct Differences {
+  Bends of_smallest;    // the smallest one, from the first that is told
+  double mean_of_told;  // H of the first that is told, from that of the next
+};
+
+std::optional<Differences> DifferencesAt(const PilotPoint& point, size_t method) {
+  std::optional<Bends> smallest, first_told;
   for (size_t rung = 0; rung < kRungCount; ++rung) {
-    const Bends bends = BendsAt(point, rung);
+    const Bends bends = BendsAt(point, method, rung);
     if (!std::isfinite(bends.mean + bends.along_line)) continue;
-    const bool is_told = IsTold(point, kRegressionMethod, rung);
+    if (first_told.has_value()) {
+      return Differences{
+          {std::abs(first_told->mean - smallest->mean), std::abs(first_told->along_line - smallest->along_line)},
+          std::abs(bends.mean - first_told->mean)};
+    }
+    const bool is_told = IsTold(point, method, rung);
     if (!smallest.has_value()) {
       if (is_told) return std::nullopt;
       smallest = bends;
     } else if (is_told) {
-      return Bends{std::abs(bends.mean - smallest->mean), std::abs(bends.along_line - smallest->along_line)};
+      first_told = bends;
     }
   }
   return std::nullopt;
+}
+
+// Their sums over the points.
+Differences DifferencesOf(std::span<const PilotPoint> points, size_t method) {
+  Differences sum{{0.0, 0.0}, 0.0};
+  for (const PilotPoint& point : points) {
+    if (!(point.line_distance > 0.0f)) continue;
+    const std::optional<Differences> found = DifferencesAt(point, method);
+    if (!found.has_value()) continue;
+    sum.of_smallest.mean += found->of_smallest.mean;
+    sum.of_smallest.along_line += found->of_smallest.along_line;
+    sum.mean_of_told += found->mean_of_told;
+  }
+  return sum;
 }
 
 bool HasTold(const PilotPoint& point, const ScaleBounds& bounds) {
@@ -169,19 +196,17 @@ PointLine LineOf(const PilotScratch& s, const std::array<double, 3>& x_axis, con
 
 void DropUntoldAcrossLines(const ScaleBounds& bounds, std::span<PilotPoint> points) {
   size_t on_lines = 0, with_told = 0;
-  Bends difference{0.0, 0.0};
   for (const PilotPoint& point : points) {
     if (!(point.line_distance > 0.0f)) continue;
     ++on_lines;
     with_told += HasTold(point, bounds) ? 1 : 0;
-    const std::optional<Bends> found = DifferenceOfSmallest(point);
-    if (!found.has_value()) continue;
-    difference.mean += found->mean;
-    difference.along_line += found->along_line;
   }
-  if (2 * on_lines < points.size() || 2 * with_told < on_lines || !(difference.mean > 0.0)) return;
-  if (difference.along_line > kMostAlongLines * difference.mean) return;
+  if (2 * on_lines < points.size() || 2 * with_told < on_lines) return;
+  const Bends difference = DifferencesOf(points, kRegressionMethod).of_smallest;
+  if (!(difference.mean > 0.0) || difference.along_line > kMostAlongLines * difference.mean) return;
   for (size_t method = 0; method < kMethodCount; ++method) {
+    const auto& [of_smallest, of_told] = DifferencesOf(points, method);
+    if (of_told > 0.0 && of_smallest.mean <= kMostOverTold * of_told) continue;
     for (size_t rung = 0; rung < kRungCount; ++rung) {
       const auto untold = std::count_if(points.begin(), points.end(), [&](const PilotPoint& point) {
         return point.line_distance > 0.0f && !IsTold(point, method, rung);

@@ -24,6 +24,7 @@ PointLine LineOf(const PilotScratch& s, const std::array<double, 3>& x_axis, con
 // of them than its degree, and by chance otherwise, on which neighborhoods of the same lines agree. Takes none away
 // where less than half of the points lie on lines, where the bounds leave hardly a point an estimate that is told, or
 // where small neighborhoods differ from larger ones along the lines, too: there they see what larger ones smooth away.
+// Nor those of a method whose small neighborhoods are hardly farther from larger ones than these from each other.
 // Thread-safe for distinct points. REQUIRES: the points are sampled ones.
 void DropUntoldAcrossLines(const ScaleBounds& bounds, std::span<PilotPoint> points);
 

@@ -43,19 +43,19 @@ bool LooksTooFar(const PointCurvature& point) {
   return point.status == PointStatus::kOk && LargestOf(point) * point.radius > kMostRadii;
 }
 
-bool SaysNothing(const PointFit& fit, bool keeps_bends) {
-  if (keeps_bends && fit.mean_error <= kMostErrorOfLargest * LargestOf(fit.point)) return false;
+bool SaysNothing(const PointFit& fit, bool is_detail) {
+  if (is_detail && fit.mean_error <= kMostErrorOfLargest * LargestOf(fit.point)) return false;
   return fit.mean_error * fit.point.radius > kMostErrorTimesRadius;
 }
 
-// The neighbors nearest to a point, for fits over one plane: short of the far side of a body.
+// The neighbors nearest to a point, for fits over one plane; short of the far side of a body, or as many as there are.
 struct NearestNeighbors {
-  NearestNeighbors(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal)
+  NearestNeighbors(std::span<const NeighborNormal> neighbors, const Eigen::Vector3d& normal, bool keep_to_side)
       : frame(MeanNormal(neighbors.first(std::min(kNearestForPlane, neighbors.size())), normal)) {
     size_t opposed = 0;
     for (const NeighborNormal& neighbor : neighbors.first(std::min<size_t>(kMostNearCount, neighbors.size()))) {
       opposed += neighbor.normal.dot(frame.n) < 0.0 ? 1 : 0;
-      if (opposed * kFewestPerOpposed > nearest.size()) break;
+      if (keep_to_side && opposed * kFewestPerOpposed > nearest.size()) break;
       nearest.push_back(&neighbor);
     }
   }
@@ -107,7 +107,7 @@ absl::Status OwnFits::EstimateDetails(size_t group, AutomaticScratch& s) const {
   const auto fit = [&](size_t place, size_t i) {
     const PointCurvature& now = results_[s.points.slot[i]];
     const auto mean = now.status == PointStatus::kOk ? std::optional(now.mean / ToCaller()) : std::nullopt;
-    std::optional<PointFit> found = Fit(place, i, s.pilot.normals, mean, true, s);
+    std::optional<PointFit> found = Fit(place, i, s.pilot.normals, mean, s.has_detail[i], s);
     if (found.has_value() && !s.has_detail[i]) {
       const double difference = std::abs(found->point.mean * ToCaller() - now.mean);
       if (!(difference >= kLeastOfLargest * LargestOf(now))) found.reset();
@@ -165,12 +165,12 @@ absl::Status OwnFits::ForEach(size_t group, absl::FunctionRef<bool(size_t i)> is
 }
 
 std::optional<PointFit> OwnFits::Fit(size_t place, size_t i, std::span<const NeighborNormal> neighbors,
-                                     std::optional<double> mean, bool keeps_bends, const AutomaticScratch& s) const {
+                                     std::optional<double> mean, bool is_detail, const AutomaticScratch& s) const {
   float n[3];
   s.pilot.points.normal.Get(place, n);
   const Eigen::Vector3d normal(n[0], n[1], n[2]);
   const uint32_t least_count = ScaleOf(options_).least_count;
-  const NearestNeighbors near(neighbors, normal);
+  const NearestNeighbors near(neighbors, normal, is_detail);
   std::optional<PointFit> by_normals, by_heights;
   if (may_fit_heights_) by_heights = EstimateByHeights(near.frame, near.nearest, least_count, noise_[s.part[i]]);
   if (by_heights.has_value() && mean.has_value()) {
@@ -191,7 +191,7 @@ std::optional<PointFit> OwnFits::Fit(size_t place, size_t i, std::span<const Nei
     of_least_noise = EstimateByNormals(near.frame, near.nearest, radius, 0.0);
   }
   const std::optional<PointFit> found = BetterOf(best, of_least_noise);
-  return found.has_value() && SaysNothing(*found, keeps_bends) ? std::nullopt : found;
+  return found.has_value() && SaysNothing(*found, is_detail) ? std::nullopt : found;
 }
 
 void OwnFits::Take(size_t i, const std::optional<PointFit>& fit, AutomaticScratch& s) const {

@@ -43,10 +43,11 @@ class OwnFits {
   // Collects the neighbors of those points and calls fit(place, i) for each.
   absl::Status ForEach(size_t group, absl::FunctionRef<bool(size_t i)> is_asked,
                        absl::FunctionRef<void(size_t place, size_t i)> fit, AutomaticScratch& s) const;
-  // Of the neighbors that were collected last, in the index's unit. Keeps what differs from `mean`, if there is one;
-  // without it, what has a small error, or `keeps_bends` and has an error that is small beside the curvature.
+  // Of the neighbors that were collected last, in the index's unit. Keeps what differs from `mean`, if there is one,
+  // and else what has a small error. Of detail, neighbors on the far side of a body are left out of heights, and an
+  // error that is small beside the curvature will do.
   std::optional<PointFit> Fit(size_t place, size_t i, std::span<const NeighborNormal> neighbors,
-                              std::optional<double> mean, bool keeps_bends, const AutomaticScratch& s) const;
+                              std::optional<double> mean, bool is_detail, const AutomaticScratch& s) const;
   void Take(size_t i, const std::optional<PointFit>& fit, AutomaticScratch& s) const;
   double ToCaller() const;
 

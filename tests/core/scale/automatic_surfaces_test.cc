@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <string_view>
 
 #include "tests/core/scale/automatic_requests.h"
@@ -60,6 +61,42 @@ TEST(AutomaticSurfacesTest, NoiseDoesNotHideLines) {
     AddNoise(noise, 0.0, 3, catenoid.points);
     const MeanErrors found = AutomaticErrors(catenoid), least = LeastErrors(catenoid);
     EXPECT_LT(found.mean, 1.5 * least.mean) << gap;
+    EXPECT_LT(found.gaussian, 1.5 * least.gaussian) << gap;
+  }
+}
+
+// The smooth step z = 0.3 tanh(8 w) with w = x + 0.3 sin 2y over [-1, 1]^2, on lines along x, the next of which is
+// `gap` times as far as the next point of a line.
+TruePoints ScannedStep(size_t count, double gap) {
+  constexpr double kHeight = 0.3, kSteepness = 8.0;
+  const double step = 2.0 / std::sqrt(static_cast<double>(count) * gap);
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> shake(0.0, 0.1 * step);
+  TruePoints points;
+  for (double row = -1.0; row < 1.0; row += gap * step) {
+    for (double column = -1.0; column < 1.0; column += step) {
+      const double x = column + shake(random), y = row + shake(random);
+      const double wy = 0.6 * std::cos(2.0 * y), wyy = -1.2 * std::sin(2.0 * y);
+      const double t = std::tanh(kSteepness * (x + 0.3 * std::sin(2.0 * y)));
+      const double first = kHeight * kSteepness * (1.0 - t * t), second = -2.0 * kSteepness * t * first;
+      const double zx = first, zy = first * wy, zxx = second, zxy = second * wy, zyy = second * wy * wy + first * wyy;
+      const double length = std::sqrt(1.0 + zx * zx + zy * zy);
+      const double mean =
+          -((1.0 + zy * zy) * zxx - 2.0 * zx * zy * zxy + (1.0 + zx * zx) * zyy) / (2.0 * length * length * length);
+      const double gaussian = (zxx * zyy - zxy * zxy) / (length * length * length * length);
+      const double half = std::sqrt(std::max(mean * mean - gaussian, 0.0));
+      points.Add({x, y, kHeight * t}, {-zx / length, -zy / length, 1.0 / length}, mean - half, mean + half);
+    }
+  }
+  return points;
+}
+
+// Neighborhoods of a few lines agree with larger ones as well as these among each other, and are nearer to the truth.
+TEST(AutomaticSurfacesTest, FewLinesWillDoWhereLargerNeighborhoodsAgree) {
+  for (const double gap : {3.0, 5.0}) {
+    const TruePoints step = ScannedStep(3000, gap);
+    const MeanErrors found = AutomaticErrors(step), least = LeastErrors(step);
+    EXPECT_LT(found.mean, 1.3 * least.mean) << gap;
     EXPECT_LT(found.gaussian, 1.5 * least.gaussian) << gap;
   }
 }

@@ -99,9 +99,11 @@ TEST(LineDistanceTest, OneLineAloneHasNoNext) {
   EXPECT_NEAR(std::abs(line.direction[0]), 1.0, 1e-6);
 }
 
-// Points on lines along x, 5 apart, whose estimates of less than 64 neighbors show `small` in place of 0, with this
-// share of it along the lines.
-PilotTable TableOnLines(float small, float along_lines) {
+// Points on lines along x, 5 apart, whose estimates of less than 45 neighbors show `small`, with this share of it along
+// the lines, and of 45 neighbors 0, to which each larger number adds `change`.
+PilotTable TableOnLines(float small, float along_lines, float change = 0.0f) {
+  constexpr size_t kFirstLarge = 3;
+  static_assert(kScaleRungs[kFirstLarge] == 45);
   PilotTable table;
   for (int i = 0; i < 100; ++i) {
     PilotPoint point({static_cast<float>(i), 0.0f, 0.0f});
@@ -109,8 +111,8 @@ PilotTable TableOnLines(float small, float along_lines) {
     for (size_t rung = 0; rung < kRungCount; ++rung) {
       point.radius[rung] = std::sqrt(static_cast<float>(kScaleRungs[rung]) * 5.0f / 3.14f);
       for (size_t method = 0; method < kMethodCount; ++method) {
-        const bool is_small = kScaleRungs[rung] < 64;
-        point.mean[method][rung].fill(is_small ? small : 0.0f);
+        const bool is_small = rung < kFirstLarge;
+        point.mean[method][rung].fill(is_small ? small : change * static_cast<float>(rung - kFirstLarge));
         point.difference[method][rung].fill(is_small ? (along_lines - 1.0f) * small : 0.0f);
         point.twist[method][rung].fill(0.0f);
       }
@@ -141,6 +143,15 @@ TEST(DropUntoldAcrossLinesTest, DetailAlongLinesKeepsSmallNeighborhoods) {
   PilotTable table = TableOnLines(0.1f, 2.0f);
   DropUntoldAcrossLines({}, table);
   EXPECT_EQ(FirstCount(table[7], kSexticMethod), 16u);
+}
+
+// Whatever tells them, they fit what larger ones show.
+TEST(DropUntoldAcrossLinesTest, WhatDiffersLittleStays) {
+  PilotTable alike = TableOnLines(0.1f, 0.0f, 0.03f), unlike = TableOnLines(0.1f, 0.0f, 0.01f);
+  DropUntoldAcrossLines({}, alike);
+  EXPECT_EQ(FirstCount(alike[7], kRegressionMethod), 16u);
+  DropUntoldAcrossLines({}, unlike);
+  EXPECT_EQ(FirstCount(unlike[7], kRegressionMethod), 64u);
 }
 
 // What is told at all of them would be too large for most.

@@ -26,28 +26,28 @@ TestPoints NoisyTorus(double sigma) {
   return torus;
 }
 
-struct Probed {
+struct NoiseFinding {
   std::optional<double> squared_error;
   size_t block_count = 0;
 };
 
-Probed Probe(const TestPoints& points, bool backwards = false) {
+NoiseFinding ProbeNoise(const TestPoints& points, bool backwards = false) {
   const SpatialIndex index = BuildIndex(points.ToCloud());
   NoiseProbe probe(index, 10'000, 1);
   const std::atomic<bool> stopped = false;
-  Probed probed;
+  NoiseFinding found;
   while (probe.AddBlocks()) {
-    probed.block_count += probe.block_count();
+    found.block_count += probe.block_count();
     for (size_t i = 0; i < probe.block_count(); ++i) {
       EXPECT_TRUE(probe.RunBlock(backwards ? probe.block_count() - 1 - i : i, 0, stopped).ok());
     }
   }
-  probed.squared_error = probe.SquaredError();
-  return probed;
+  found.squared_error = probe.SquaredError();
+  return found;
 }
 
 std::optional<double> ProbedError(const TestPoints& points, bool backwards = false) {
-  return Probe(points, backwards).squared_error;
+  return ProbeNoise(points, backwards).squared_error;
 }
 
 double SquaredError(const TestPoints& points, const TestPoints& exact) {
@@ -198,7 +198,7 @@ TEST(NoiseProbeTest, ErrorsThatHeightsShareAreNotThoseOfNormals) {
 }
 
 TEST(NoiseProbeTest, ExactPositionsAreLookedAtInFewPlaces) {
-  const Probed exact = Probe(Torus(8'000, 3)), noisy = Probe(NoisyTorus(0.02));
+  const NoiseFinding exact = ProbeNoise(Torus(8'000, 3)), noisy = ProbeNoise(NoisyTorus(0.02));
   EXPECT_FALSE(exact.squared_error.has_value());
   EXPECT_GT(exact.block_count, 0u);
   EXPECT_LT(4 * exact.block_count, noisy.block_count);
