@@ -74,7 +74,7 @@ absl::Status HalfNormalPhases::ProbeJets(std::function<absl::Status()> then) {
   const bool may_follow_noise = makes_anew_ && !jets.has_value() && !jets_->IsNoiseNegligible();
   jets_.reset();
   if (IsOfUse(jets)) return ProbeSheets([this, jets, then] { return UseFit(*jets, then); }, then);
-  if (!may_follow_noise || !HasFewCopies(index_)) return then();
+  if (!may_follow_noise) return then();
   noise_.emplace(index_, max_neighbor_count_, thread_count_);
   return ProbeNoise(std::move(then));
 }

@@ -13,6 +13,7 @@
 
 #include "core/base/median.h"
 #include "core/normals/normal_fit.h"
+#include "core/normals/runs/half_normals.h"
 
 namespace curvd {
 namespace {
@@ -239,7 +240,8 @@ bool NoiseProbe::AddBlocks() {
   if (first_block_ == 0) {
     block_count_ = scout_count_;
   } else {
-    block_count_ = first_block_ == scout_count_ && MayTell() ? groups_.size() - scout_count_ : 0;
+    block_count_ =
+        first_block_ == scout_count_ && MayTell() && HasFewCopies(index_) ? groups_.size() - scout_count_ : 0;
   }
   return block_count_ > 0;
 }

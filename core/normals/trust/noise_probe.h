@@ -34,12 +34,12 @@ class NoiseProbe {
   // Those of the largest planes, and of the surface around them, the point itself included.
   static constexpr uint32_t kNeighbors = 129;
 
-  // REQUIRES: index.has_normals(); it outlives this. Few points are copies of others (HasFewCopies), which share their
-  // noise.
+  // REQUIRES: index.has_normals(); it outlives this.
   NoiseProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count);
 
-  // Decides which points are looked at next: few, and more unless these show that bends or rounding decide. false:
-  // none, as where the cloud is too small, or no neighborhood may be so large. May throw std::bad_alloc.
+  // Decides which points are looked at next: few, and more unless these show that bends or rounding decide, or many
+  // points are copies of others, which share their noise. false: none, as where the cloud is too small, or no
+  // neighborhood may be so large. May throw std::bad_alloc.
   bool AddBlocks();
   size_t block_count() const { return block_count_; }
   // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
