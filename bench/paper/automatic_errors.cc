@@ -209,10 +209,13 @@ std::string Chosen(const ScaleReport& report) {
   return text;
 }
 
-// "-": of what nobody told.
+// NaN: nobody told, or the best is exact.
+double Ratio(double found, double best) { return best > 0.0 && best < 1e299 ? found / best : std::nan(""); }
+
 std::string RatioText(double ratio) { return std::isnan(ratio) ? "-" : absl::StrFormat("%.2f", ratio); }
 
-void PrintSummary(const char* name, const std::vector<double>& ratios) {
+void PrintSummary(const char* name, std::vector<double> ratios) {
+  std::erase_if(ratios, [](double ratio) { return std::isnan(ratio); });
   if (ratios.empty()) return;
   double logs = 0.0;
   for (const double ratio : ratios) logs += std::log(ratio);
@@ -257,12 +260,12 @@ int Main(const Flags& flags) {
           if (best.mean * unit < kRounding) continue;
           by_point.push_back(local.mean / best.mean);
           by_cloud.push_back(global.mean / best.mean);
-          of_gaussian.push_back(local.gaussian / best.gaussian);
-          of_k1.push_back(flags.peers.empty() ? local.k1 / best.k1 : std::nan(""));
-          of_k2.push_back(flags.peers.empty() ? local.k2 / best.k2 : std::nan(""));
-          absl::PrintF("%-10s %7d %5g %5g | %9.3g %-18s | %6.2f %6.2f %6.2f %6s %6s | sigma %.3g%s\n", surface,
+          of_gaussian.push_back(Ratio(local.gaussian, best.gaussian));
+          of_k1.push_back(Ratio(local.k1, best.k1));
+          of_k2.push_back(Ratio(local.k2, best.k2));
+          absl::PrintF("%-10s %7d %5g %5g | %9.3g %-18s | %6.2f %6.2f %6s %6s %6s | sigma %.3g%s\n", surface,
                        samples.size(), position * unit, normal, best.mean, best.what, by_point.back(), by_cloud.back(),
-                       of_gaussian.back(), RatioText(of_k1.back()), RatioText(of_k2.back()), report.sigma,
+                       RatioText(of_gaussian.back()), RatioText(of_k1.back()), RatioText(of_k2.back()), report.sigma,
                        Chosen(report));
           if (flags.scores) PrintScores(report);
           std::fflush(stdout);
@@ -274,7 +277,6 @@ int Main(const Flags& flags) {
   PrintSummary("per point", by_point);
   PrintSummary("per cloud", by_cloud);
   PrintSummary("G, per point", of_gaussian);
-  if (!flags.peers.empty()) return 0;
   PrintSummary("k1, per point", of_k1);
   PrintSummary("k2, per point", of_k2);
   return 0;
