@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "absl/strings/match.h"
@@ -28,8 +29,9 @@ absl::Status ValidateCount(uint32_t count, uint32_t max_count) {
 }
 
 absl::Status ValidateRadius(double radius) {
-  if (std::isfinite(radius) && radius > 0.0) return absl::OkStatus();
-  return InvalidValue("radius", NumberText(radius), "finite and greater than 0");
+  // Results have it as a float.
+  if (radius > 0.0 && radius <= std::numeric_limits<float>::max()) return absl::OkStatus();
+  return InvalidValue("radius", NumberText(radius), "greater than 0, and at most 3.4028e38");
 }
 
 // A count whose estimates a sample of the cloud can judge.

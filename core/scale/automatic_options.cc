@@ -12,8 +12,13 @@ AutomaticScale ScaleOf(const EstimatorOptions& options) {
 }
 
 std::optional<uint32_t> FixedCount(const EstimatorOptions& options) {
-  const auto* count = std::get_if<NeighborCount>(&options.neighborhood);
-  return count != nullptr ? std::optional(count->count) : std::nullopt;
+  if (const auto* count = std::get_if<NeighborCount>(&options.neighborhood)) return count->count;
+  const uint32_t least = ScaleOf(options).least_count;
+  const uint32_t most = std::min(ScaleOf(options).most_count, options.max_neighbor_count);
+  const bool leaves_choice =
+      std::any_of(kScaleRungs.begin(), kScaleRungs.end(), [&](uint32_t rung) { return rung >= least && rung <= most; });
+  if (leaves_choice) return std::nullopt;
+  return std::clamp(kScaleRungs[RungNear(most)], least, most);
 }
 
 size_t RungNear(uint32_t count) {

@@ -14,7 +14,8 @@ namespace curvd {
 
 // The bounds of the scale that is left open; the widest where it is not.
 AutomaticScale ScaleOf(const EstimatorOptions& options);
-// The count that every estimate has, where only the estimator is left open, or nothing is.
+// The count that every estimate has, where only the estimator is left open, or nothing is, or the bounds of the scale
+// hold no rung: the one of these bounds that is nearest to one. REQUIRES: the options are valid.
 std::optional<uint32_t> FixedCount(const EstimatorOptions& options);
 // The rung that is nearest to a count, on the scale of its ratios.
 size_t RungNear(uint32_t count);

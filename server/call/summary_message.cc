@@ -194,7 +194,8 @@ std::string LackText(PointStatus status, const CallRecord& record) {
       }
       return "too few points that can be used lie within reach: ask for a larger radius, or for fewer neighbors";
     case PointStatus::kDegenerateArea:
-      return "neighborhoods have no area, as where points lie on one line or in one place; or they are so small that "
+      return "neighborhoods have no area, as where points lie on one line or in one place, or so far from zero that "
+             "floats do not tell them apart: subtract an origin then, or send doubles; or they are so small that "
              "curvature is beyond 3e38, the largest float: choose a smaller unit of length";
     case PointStatus::kInvalidInput:
       return UnusableText(record.point_input);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/estimators/scale_ladder.h"
 #include "core/scale/point_fits/height_fit.h"
 #include "core/scale/point_fits/normal_fit.h"
 #include "core/scale/point_fits/normal_polynomials.h"
@@ -21,6 +23,12 @@ constexpr double kHeightSlack = 0.1;
 constexpr size_t kCore = 16;
 // Fewer on the point's side say nothing.
 constexpr size_t kLeastCount = 8;
+// Where so few of the nearest have the normal of the point, its side is bent: by this angle at most within them.
+constexpr double kMostBend = 0.5;
+constexpr int kBentRounds = 3;
+// The normals of fewer neighbors on the side are fitted where that leaves less than this part of the error. The least
+// of several errors is low by chance, and counts for more.
+constexpr double kMuchLess = 0.33, kCautionOfLeast = 1.25;
 // A paraboloid over a disc errs by 6.9 times the noise of the heights over the square of the radius, where all of it
 // has one sign; half of that leaves room for what is known of the noise.
 constexpr double kLeastHeightError = 3.5;
@@ -51,6 +59,7 @@ class SidePicker {
     for (size_t first = 0, last = std::min(kCore, neighbors.size()); first < last && picked_.size() < limits_.count;) {
       const double unit = neighbors[last - 1].offset.norm();
       if (unit > 0.0) PickRing(neighbors.subspan(first, last - first), unit);
+      if (first == 0 && unit > 0.0 && picked_.size() < kLeastCount) PickBent(neighbors.first(last), unit);
       first = last;
       last = std::min(neighbors.size(), last + last / 2);
     }
@@ -58,16 +67,39 @@ class SidePicker {
   }
 
  private:
-  void PickRing(std::span<const NeighborNormal> ring, double unit) {
-    // Once enough are known, their linear trend tells what comes next.
-    std::optional<PolynomialFit<1>> trend;
-    if (picked_.size() >= kLeastCount) {
-      PolynomialEquations<1> equations;
-      for (const NeighborNormal* const picked : picked_) {
-        equations.Add(frame_.u.dot(picked->offset) / unit, frame_.v.dot(picked->offset) / unit, picked->normal, 1.0);
-      }
-      trend = equations.Solve();
+  using Trend = std::optional<PolynomialFit<1>>;
+
+  Trend TrendOf(std::span<const NeighborNormal* const> neighbors, double unit) const {
+    PolynomialEquations<1> equations;
+    for (const NeighborNormal* const neighbor : neighbors) {
+      equations.Add(frame_.u.dot(neighbor->offset) / unit, frame_.v.dot(neighbor->offset) / unit, neighbor->normal,
+                    1.0);
     }
+    return equations.Solve();
+  }
+
+  // Once enough are known, their linear trend tells what comes next.
+  void PickRing(std::span<const NeighborNormal> ring, double unit) {
+    PickRing(ring, unit, picked_.size() >= kLeastCount ? TrendOf(picked_, unit) : std::nullopt);
+  }
+
+  // Picks those of the nearest whose normals go with a trend, which begins with whatever bends little enough.
+  void PickBent(std::span<const NeighborNormal> nearest, double unit) {
+    const std::vector<const NeighborNormal*> flat = std::move(picked_);
+    picked_.clear();
+    for (const NeighborNormal& neighbor : nearest) {
+      const double most = tolerance_ + kMostBend * neighbor.offset.norm() / unit;
+      if ((neighbor.normal - frame_.n).squaredNorm() < most * most) picked_.push_back(&neighbor);
+    }
+    for (int round = 0; round < kBentRounds && picked_.size() >= kLeastCount; ++round) {
+      const Trend trend = TrendOf(picked_, unit);
+      picked_.clear();
+      if (trend.has_value()) PickRing(nearest, unit, trend);
+    }
+    if (picked_.size() < kLeastCount) picked_ = flat;
+  }
+
+  void PickRing(std::span<const NeighborNormal> ring, double unit, const Trend& trend) {
     for (const NeighborNormal& neighbor : ring) {
       Vector3d expected = frame_.n;
       if (trend.has_value()) {
@@ -88,6 +120,28 @@ class SidePicker {
   std::vector<const NeighborNormal*> picked_;
 };
 
+// By the normals of all that were picked, or of the nearest of these.
+std::optional<PointFit> EstimateBySideNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> picked,
+                                              double allowed_error) {
+  const auto of = [&](size_t count) {
+    return EstimateByNormals(frame, picked.first(count), picked[count - 1]->offset.norm(), allowed_error);
+  };
+  const std::optional<PointFit> all = of(picked.size());
+  if (!all.has_value()) return all;
+  std::optional<PointFit> best;
+  for (const uint32_t count : kScaleRungs) {
+    if (count >= picked.size()) break;
+    const std::optional<PointFit> fewer = of(count);
+    const double most = best.has_value() ? best->mean_error : kMuchLess * all->mean_error;
+    if (fewer.has_value() && fewer->mean_error < most) best = fewer;
+  }
+  if (!best.has_value()) return all;
+  for (double PointFit::*error : {&PointFit::mean_error, &PointFit::k1_error, &PointFit::k2_error}) {
+    (*best).*error *= kCautionOfLeast;
+  }
+  return best;
+}
+
 }  // namespace
 
 std::optional<PointFit> EstimateOneSide(std::span<const NeighborNormal> neighbors, const Vector3d& normal,
@@ -101,7 +155,7 @@ std::optional<PointFit> EstimateOneSide(std::span<const NeighborNormal> neighbor
   if (picked.size() < kLeastCount) return std::nullopt;
   const double radius = picked.back()->offset.norm();
   if (!(radius > 0.0)) return std::nullopt;
-  const auto by_normals = EstimateByNormals(frame, picked, radius, limits.allowed_error);
+  const auto by_normals = EstimateBySideNormals(frame, picked, limits.allowed_error);
   const double least_by_heights = kLeastHeightError * limits.height_noise / (radius * radius);
   if (by_normals.has_value() && by_normals->mean_error < least_by_heights) return by_normals;
   const auto by_heights = EstimateByHeights(frame, picked, limits.least_count, limits.height_noise);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <random>
 #include <vector>
 
 #include "tests/core/scale/automatic_requests.h"
@@ -67,6 +69,46 @@ TEST(AutomaticEdgesTest, ExactFacesWithNoisyNormalsAreFlatUpToTheEdges) {
 }
 
 // Hardly any point has a neighborhood that reaches no edge.
+// A hemisphere of radius 6.3 on a plate, a spacing of 1 apart, as chance has it. The hemisphere comes first.
+constexpr size_t kDomePoints = 250, kPlatePoints = 3750;
+TestPoints DomeOnPlate() {
+  constexpr double kRadius = 6.3, kHalfWidth = 31.0;
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  TestPoints points;
+  while (points.size() < kDomePoints) {
+    const double height = unit(random), angle = 2.0 * std::numbers::pi * unit(random);
+    const double ring = std::sqrt(1.0 - height * height), x = ring * std::cos(angle), y = ring * std::sin(angle);
+    points.Add(kRadius * x, kRadius * y, kRadius * height, x, y, height);
+  }
+  while (points.size() < kDomePoints + kPlatePoints) {
+    const double x = kHalfWidth * (2.0 * unit(random) - 1.0), y = kHalfWidth * (2.0 * unit(random) - 1.0);
+    if (std::hypot(x, y) > kRadius) points.Add(x, y, 0.0, 0.0, 0.0, 1.0);
+  }
+  return points;
+}
+
+// All neighborhoods that serve the plate reach across the edge, and on its own side the hemisphere bends.
+TEST(AutomaticEdgesTest, ABentFaceBesideAFlatOneKeepsItsCurvature) {
+  for (const double noise : {0.0, 0.05}) {
+    TestPoints points = DomeOnPlate();
+    if (noise > 0.0) AddNoise(noise, 0.4 * noise, 3, points);
+    const EstimationResult result = MustEstimate(points.ToCloud(), WithChoice(Automatic()));
+    double error = 0.0;
+    size_t count = 0, within = 0;
+    for (size_t i = 0; i < kDomePoints; ++i) {
+      if (points.positions[i][2] < 3.0f) continue;
+      ASSERT_EQ(result.field.points[i].status, PointStatus::kOk);
+      const double off = std::abs(result.field.points[i].mean - 1.0 / 6.3);
+      error += off;
+      within += off <= 1.645 * result.choices[i].mean_error ? 1 : 0;
+      ++count;
+    }
+    EXPECT_LT(error / static_cast<double>(count), (noise > 0.0 ? 0.25 : 0.05) / 6.3) << "0.45 and 0.6 of it before";
+    EXPECT_GT(within, count * 7 / 10);
+  }
+}
+
 TEST(AutomaticEdgesTest, SmallFacesAreFlatToo) {
   for (const int side : {16, 20}) {
     const EstimationResult result = MustEstimate(Box(side).ToCloud(), Automatic());

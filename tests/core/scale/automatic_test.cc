@@ -147,6 +147,19 @@ TEST(AutomaticTest, OneEstimatorMayBeFixedOrTheCount) {
   EXPECT_EQ(result.field.points[17].radius, fixed.field.points[17].radius);
 }
 
+// 45 neighbors tell what 44 are worth.
+TEST(AutomaticTest, BoundsBetweenTwoScalesLeaveTheEstimator) {
+  const TestPoints points = Torus(2'000, 1);
+  const EstimationResult result =
+      MustEstimate(points.ToCloud(), WithChoice(Automatic({.least_count = 33, .most_count = 44})));
+  ASSERT_TRUE(result.scale_report.has_value());
+  EXPECT_FALSE(result.scale_report->outcomes.empty());
+  for (size_t i = 0; i < points.size(); ++i) {
+    ASSERT_EQ(result.choices[i].neighbor_count, 44.0f) << i;
+    ASSERT_GT(result.choices[i].mean_error, 0.0f) << i;
+  }
+}
+
 TEST(AutomaticTest, NeverLooksFartherThanItMay) {
   const TestPoints sphere = NoisySphere(10'000, 0.01);
   constexpr double kMost = 0.2;
