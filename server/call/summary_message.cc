@@ -32,7 +32,10 @@ std::string Counted(uint64_t number, absl::string_view thing) {
 // What to do where normals contradict each other, which depends on who made them.
 const char* RemedyFor(const CallRecord& record) {
   if (!record.normal_report.has_value()) {
-    return "make all normals point to one side, outward on closed surfaces, and estimate again";
+    return record.agreement.flipped_patches > 0
+               ? "make all normals point to one side, outward on closed surfaces, and estimate again"
+               : "make all normals point to one side, outward on closed surfaces, and estimate again; if they do, the "
+                 "surface has a crease or a rim there, across which its normals were made";
   }
   // Only consistent sides have pieces.
   if (record.normal_report->piece_count == 0) {

@@ -93,6 +93,10 @@ TEST(FillSummaryTest, WarnsOfNormalsThatContradictEachOther) {
   FillSummary(record, &of_one_patch);
   EXPECT_THAT(of_one_patch.warnings(0).message(),
               AllOf(HasSubstr("of 1,000,000 points"), HasSubstr("1 patch flipped")));
+  record.agreement.flipped_patches = 0;
+  curvature::v1::Summary of_none;
+  FillSummary(record, &of_none);
+  EXPECT_THAT(of_none.warnings(0).message(), AllOf(HasSubstr("0 patches flipped"), HasSubstr("has a crease")));
 
   record.normal_report.emplace().piece_count = 1;
   curvature::v1::Summary of_oriented;
