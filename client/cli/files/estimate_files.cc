@@ -1,6 +1,7 @@
 #include "client/cli/files/estimate_files.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -85,6 +86,22 @@ void PrintAdvice(const EstimateSummary& summary, const EstimateOptions& options,
   }
 }
 
+// Where nobody can tell how sure values are, those of standard errors are missing without a status that says why.
+void NoteUnknownErrors(const CurvatureResult& result, const std::string& title) {
+  constexpr double kLeastShare = 0.01;  // of the points with curvature
+  size_t known = 0, unknown = 0;
+  for (size_t i = 0; i < result.mean_standard_error.size() && i < result.status.size(); ++i) {
+    if (result.status[i] != static_cast<uint8_t>(PointStatus::kOk)) continue;
+    ++(std::isnan(result.mean_standard_error[i]) ? unknown : known);
+  }
+  if (unknown == 0 || static_cast<double>(unknown) < kLeastShare * static_cast<double>(known + unknown)) return;
+  PrintNote(
+      absl::StrCat(title, WithCommas(unknown), " of ", WithCommas(known + unknown),
+                   " points with curvature have no standard error (NaN), since nothing tells it: where normals were "
+                   "made of few noisy neighbors, beside seams, beside edges with few neighbors on a point's side, "
+                   "and where the cloud is small"));
+}
+
 // What one file needs of a run: its names, where its progress is shown, and the connection, made for the first call.
 struct FileTask {
   BatchFile file;
@@ -141,6 +158,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
     PrintNote(absl::StrCat(title, "negated ", WithCommas(TurnTable(result->normals, *table)), " normals"));
     result->normals.clear();  // the table's have more digits
   }
+  NoteUnknownErrors(*result, title);
   PointTable made = MakeResultTable(*std::move(table), *std::move(result));
   if (!flags.color.empty()) {
     const std::vector<uint32_t>& counts = report.options.neighbor_counts;

@@ -70,6 +70,17 @@ TEST_F(CurvTest, WarnsOfOutliers) {
   EXPECT_THAT(kept.out, HasSubstr("\"outlier\":0"));
 }
 
+TEST_F(CurvTest, NotesWhereNothingTellsHowSureValuesAre) {
+  const std::string small = dir_.File("small.ply"), out = dir_.File("out.csv");
+  ASSERT_EQ(RunCurv({"generate", "sphere", "--points=40", "-o", small}).exit_code, 0);
+  const CurvRun unknown = RunCurv({"estimate", small, "-o", out, "--auto", "--also=standard_errors"});
+  ASSERT_EQ(unknown.exit_code, 0) << unknown.err;
+  EXPECT_THAT(unknown.err, HasSubstr("note: 40 of 40 points with curvature have no standard error (NaN)"));
+  const CurvRun known = RunCurv({"estimate", Cloud(), "-o", out, "--auto", "--also=standard_errors"});
+  ASSERT_EQ(known.exit_code, 0) << known.err;
+  EXPECT_THAT(known.err, Not(HasSubstr("standard error")));
+}
+
 TEST_F(CurvTest, RefusalsNameThePointAndTheWayOut) {
   const std::string input = dir_.Write("nan.xyz", "1 2 3 0 0 1\n1 2 nan 0 0 1\n");
   const CurvRun refused = RunCurv({"estimate", input, "-o", dir_.File("out.ply")});
