@@ -26,9 +26,9 @@ constexpr size_t kLeastCount = 8;
 // Where so few of the nearest have the normal of the point, its side is bent: by this angle at most within them.
 constexpr double kMostBend = 0.5;
 constexpr int kBentRounds = 3;
-// The normals of fewer neighbors on the side are fitted where that leaves less than this part of the error. The least
-// of several errors is low by chance, and counts for more.
-constexpr double kMuchLess = 0.33, kCautionOfLeast = 1.25;
+// Where all neighbors on the side have a bias of so many standard deviations of noise, the normals of fewer are fitted,
+// if that leaves less than this part of the error. The least of several errors is low by chance, and counts for more.
+constexpr double kLeastBias = 3.0, kMuchLess = 0.5, kCautionOfLeast = 1.25;
 // A paraboloid over a disc errs by 6.9 times the noise of the heights over the square of the radius, where all of it
 // has one sign; half of that leaves room for what is known of the noise.
 constexpr double kLeastHeightError = 3.5;
@@ -120,22 +120,23 @@ class SidePicker {
   std::vector<const NeighborNormal*> picked_;
 };
 
-// By the normals of all that were picked, or of the nearest of these.
+// By the normals of all that were picked, or of the nearest of these where all have a bias.
 std::optional<PointFit> EstimateBySideNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> picked,
                                               double allowed_error) {
   const auto of = [&](size_t count) {
-    return EstimateByNormals(frame, picked.first(count), picked[count - 1]->offset.norm(), allowed_error);
+    return EstimateWithBias(frame, picked.first(count), picked[count - 1]->offset.norm(), allowed_error);
   };
-  const std::optional<PointFit> all = of(picked.size());
-  if (!all.has_value()) return all;
+  const std::optional<NormalFitWithBias> all = of(picked.size());
+  if (!all.has_value()) return std::nullopt;
+  if (!(all->bias_over_noise > kLeastBias)) return all->fit;
   std::optional<PointFit> best;
   for (const uint32_t count : kScaleRungs) {
     if (count >= picked.size()) break;
-    const std::optional<PointFit> fewer = of(count);
-    const double most = best.has_value() ? best->mean_error : kMuchLess * all->mean_error;
-    if (fewer.has_value() && fewer->mean_error < most) best = fewer;
+    const std::optional<NormalFitWithBias> fewer = of(count);
+    const double most = best.has_value() ? best->mean_error : kMuchLess * all->fit.mean_error;
+    if (fewer.has_value() && fewer->fit.mean_error < most) best = fewer->fit;
   }
-  if (!best.has_value()) return all;
+  if (!best.has_value()) return all->fit;
   for (double PointFit::*error : {&PointFit::mean_error, &PointFit::k1_error, &PointFit::k2_error}) {
     (*best).*error *= kCautionOfLeast;
   }

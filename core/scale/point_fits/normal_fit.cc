@@ -44,25 +44,36 @@ std::optional<PointFit> CurvatureInDegree(const NormalFrame& frame, const Polyno
 
 std::optional<PointFit> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors,
                                           double radius, double allowed_error) {
+  const std::optional<NormalFitWithBias> found = EstimateWithBias(frame, neighbors, radius, allowed_error);
+  return found.has_value() ? std::optional(found->fit) : std::nullopt;
+}
+
+std::optional<NormalFitWithBias> EstimateWithBias(const NormalFrame& frame,
+                                                  std::span<const NeighborNormal* const> neighbors, double radius,
+                                                  double allowed_error) {
   constexpr double kAnyError = std::numeric_limits<double>::infinity();
   const PolynomialEquations<3> equations = EquationsWithin(frame, neighbors, radius);
   auto found = CurvatureInDegree<3>(frame, equations, neighbors.size(), radius, allowed_error);
   if (!found.has_value()) found = CurvatureInDegree<2>(frame, equations, neighbors.size(), radius, allowed_error);
   if (!found.has_value()) found = CurvatureInDegree<1>(frame, equations, neighbors.size(), radius, kAnyError);
   if (!found.has_value()) return std::nullopt;
+  NormalFitWithBias with_bias{*found, 0.0};
   const auto nearest = neighbors.first(static_cast<size_t>(kCheckingShare * static_cast<double>(neighbors.size())));
   const double reach = nearest.empty() ? 0.0 : nearest.back()->offset.norm();
-  if (!(reach > 0.0)) return found;
+  if (!(reach > 0.0)) return with_bias;
   const PolynomialEquations<3> of_nearest = EquationsWithin(frame, nearest, reach);
   const auto check = CurvatureInDegree<3>(frame, of_nearest, nearest.size(), reach, kAnyError);
-  if (!check.has_value()) return found;
+  if (!check.has_value()) return with_bias;
   const auto change = [&](float PointCurvature::*curvature) {
     return std::abs(double{found->point.*curvature} - check->point.*curvature);
   };
-  found->mean_error = std::hypot(found->mean_error, change(&PointCurvature::mean));
-  found->k1_error = std::hypot(found->k1_error, change(&PointCurvature::k1));
-  found->k2_error = std::hypot(found->k2_error, change(&PointCurvature::k2));
-  return found;
+  const double noise = std::hypot(found->mean_error, check->mean_error);
+  if (noise > 0.0) with_bias.bias_over_noise = change(&PointCurvature::mean) / noise;
+  PointFit& fit = with_bias.fit;
+  fit.mean_error = std::hypot(fit.mean_error, change(&PointCurvature::mean));
+  fit.k1_error = std::hypot(fit.k1_error, change(&PointCurvature::k1));
+  fit.k2_error = std::hypot(fit.k2_error, change(&PointCurvature::k2));
+  return with_bias;
 }
 
 }  // namespace curvd

@@ -17,4 +17,14 @@ namespace curvd {
 std::optional<PointFit> EstimateByNormals(const NormalFrame& frame, std::span<const NeighborNormal* const> neighbors,
                                           double radius, double allowed_error);
 
+// The same, and by how much the cubic fit of the nearest neighbors differs from it in H, in standard deviations of what
+// noise makes of that difference; 0 where it is not known.
+struct NormalFitWithBias {
+  PointFit fit;
+  double bias_over_noise;
+};
+std::optional<NormalFitWithBias> EstimateWithBias(const NormalFrame& frame,
+                                                  std::span<const NeighborNormal* const> neighbors, double radius,
+                                                  double allowed_error);
+
 }  // namespace curvd
