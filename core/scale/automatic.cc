@@ -4,9 +4,11 @@
 #include <atomic>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -310,18 +312,30 @@ size_t MostChecks(const EstimatorOptions& options) {
   return IsPerPoint(options) ? (1 + kMostNearChecks) * MostParts(options) : 0;
 }
 
-size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
-  size_t chosen = 0;
+// Chosen estimates share scratch by its type: those of one estimator, but for the linear regression, which is a
+// strategy of its own.
+size_t MostChosenBytes(const EstimatorOptions& options, size_t point_count) {
+  std::map<std::pair<std::string_view, bool>, size_t> of_type;
   for (size_t m = 0; m < kMethodCount; ++m) {
     if (!IsCandidate(options, m)) continue;
     const EstimatorOptions one = OptionsOf(options, m, MostCount(options));
-    chosen = std::max(chosen, FindStrategy(one.estimator)->scratch_bytes(one, point_count));
+    const bool is_linear = kScaleMethods[m].is_regression() && kScaleMethods[m].degree == 1;
+    size_t& most = of_type[{kScaleMethods[m].estimator, is_linear}];
+    most = std::max(most, FindStrategy(one.estimator)->scratch_bytes(one, point_count));
   }
+  size_t bytes = 0;
+  for (const auto& [type, most] : of_type) bytes += most;
+  const size_t parts = MostParts(options);
+  const size_t estimates = parts * ScaleChoice::kMostChosen + (parts > 1 ? 1 : 0) + MostChecks(options);
+  return bytes + estimates * (sizeof(void*) + sizeof(size_t) + sizeof(float));
+}
+
+size_t MostScratchBytes(const EstimatorOptions& options, size_t point_count) {
   const size_t parts = MostParts(options), samples = MostSamples(options);
   return sizeof(AutomaticScratch) - sizeof(PilotScratch) + PilotScratch::MostBytes(PilotOptions(options), point_count) +
          CloudWeights::MostBytes(samples) +
          (options.returns_choice ? NearestSamples::MostBytes(samples) + parts * sizeof(NearestSamples) : 0) +
-         (parts * ScaleChoice::kMostChosen + (parts > 1 ? 1 : 0) + MostChecks(options)) * (chosen + sizeof(void*));
+         MostChosenBytes(options, point_count);
 }
 
 // The table, what it is split into parts with, which is as large, and what chooses.

@@ -1,11 +1,14 @@
 // What each worker of an automatic estimate keeps.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <typeinfo>
+#include <utility>
 #include <vector>
 
 #include "core/estimators/curvature_field.h"
@@ -31,7 +34,11 @@ struct AutomaticScratch final : WorkerScratch {
   using OfPoints = std::array<Value, SpatialIndex::kGroupPoints>;
 
   PilotScratch pilot;
-  std::vector<std::unique_ptr<WorkerScratch>> chosen;  // of the chosen estimates; empty until the first is asked for
+  // Of the chosen estimates, which run one after the other: those whose scratch is of one type share it. Empty until
+  // the first is asked for.
+  std::vector<std::unique_ptr<WorkerScratch>> chosen;
+  std::vector<size_t> place_of_chosen;  // of each estimate, in `chosen`
+  std::vector<float> reach_hints;       // of each estimate, SearchScratch::reach_hint
   std::optional<CloudWeights> weights;
   std::vector<NearestSamples> samples;  // of each part, where somebody asks how points were chosen
   GroupPoints points;
@@ -48,6 +55,20 @@ struct AutomaticScratch final : WorkerScratch {
   OfPoints<double> doubts;
   OfPoints<bool> has_detail;                   // that the average smooths away, as far as the part's check tells
   OfPoints<std::optional<PointFit>> own_fits;  // in place of an average, in the caller's unit
+
+  // Adds the scratch of the next estimate, which is a GroupScratch.
+  void AddChosen(std::unique_ptr<WorkerScratch> scratch) {
+    const auto is_alike = [&](const auto& other) {
+      const WorkerScratch &a = *other, &b = *scratch;
+      return typeid(a) == typeid(b);
+    };
+    const auto found = std::find_if(chosen.begin(), chosen.end(), is_alike);
+    place_of_chosen.push_back(static_cast<size_t>(found - chosen.begin()));
+    reach_hints.push_back(0.0f);
+    if (found == chosen.end()) chosen.push_back(std::move(scratch));
+  }
+  // What an estimate left there is valid until another one runs.
+  WorkerScratch& OfChosen(size_t estimate) const { return *chosen[place_of_chosen[estimate]]; }
 
   // Of each chosen estimate at a point of the group.
   const LeafWeights& WeightsAt(size_t point) const { return leaf_weights[LeafOf(point)][part[point]]; }

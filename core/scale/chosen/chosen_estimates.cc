@@ -199,14 +199,14 @@ double ChosenEstimates::LeastError(size_t part) const {
 }
 
 bool ChosenEstimates::HoldOpposed(size_t estimate, const AutomaticScratch& s) {
-  const GroupNeighborhoods& found = static_cast<const GroupScratch&>(*s.chosen[estimate]).neighborhoods;
+  const GroupNeighborhoods& found = static_cast<const GroupScratch&>(s.OfChosen(estimate)).neighborhoods;
   return std::any_of(found.agreement, found.agreement + s.points.size,
                      [](float agreement) { return agreement < HWY_NAMESPACE::kNoneOpposed; });
 }
 
 void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
   if (s.chosen.empty()) {
-    for (const auto& run : runs_) s.chosen.push_back(run->MakeScratch());
+    for (const auto& run : runs_) s.AddChosen(run->MakeScratch());
     s.weights.emplace(choice_);
   }
   s.blends.fill({});
@@ -221,13 +221,16 @@ void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
 }
 
 absl::Status ChosenEstimates::Run(size_t group, size_t estimate, SeamMarks* seams, AutomaticScratch& s) const {
-  WorkerScratch& one = *s.chosen[estimate];
+  auto& one = static_cast<GroupScratch&>(s.OfChosen(estimate));
   one.stopped = s.stopped;
   one.seams = seams;
-  one.most_work = s.most_work / s.chosen.size();
+  one.most_work = s.most_work / runs_.size();
   one.first_point = s.first_point;
   one.rest = 0;
+  // Others that share the scratch look at other numbers of neighbors.
+  one.search.reach_hint = s.reach_hints[estimate];
   if (absl::Status status = phases_[estimate].run(group, one); !status.ok()) return status;
+  s.reach_hints[estimate] = one.search.reach_hint;
   if (one.rest > 0 && (s.rest == 0 || one.rest < s.rest)) {
     s.rest = one.rest;
     s.points.size = one.rest - s.first_point;
