@@ -63,9 +63,9 @@ struct GroupPhase {
   // Errors: ErrorKind::kOutOfMemory, the system gave no memory. May throw std::bad_alloc.
   std::function<absl::Status()> begin;
   // Runs a group, or its rest (WorkerScratch::first_point).
-  // Thread-safe for distinct groups and distinct scratch, which is of the run's MakeScratch.
-  // Errors: ErrorKind::kNeighborhoodTooLarge; kCancelled once the scratch is stopped. The run is then of no further
-  // use. May throw std::bad_alloc.
+  // Thread-safe for distinct groups and distinct scratch: of MakeScratch, of this run or one whose scratch is of its
+  // type. Errors: ErrorKind::kNeighborhoodTooLarge; kCancelled once the scratch is stopped. The run is then of no
+  // further use. May throw std::bad_alloc.
   std::function<absl::Status(size_t group, WorkerScratch& scratch)> run;
 };
 

@@ -122,10 +122,8 @@ void AddOffSurfaceWarning(const CallRecord& record, curvature::v1::Summary* summ
       "the normals do not fit the positions: at %.0f %% of %s that were looked at they are more than 30 degrees off "
       "the plane of the neighbors, so that curvature means little. That happens where positions were turned or "
       "mirrored without their normals, where normals are placeholders, have noise of 20 degrees or more, or were made "
-      "of "
-      "neighbors on one scan line, and where the points are too few for how the surface bends. Send more points, or "
-      "have "
-      "the normals estimated",
+      "of neighbors on one scan line, and where the points are too few for how the surface bends. Send more points, or "
+      "have the normals estimated",
       100.0 * record.off_surface->share(), Counted(record.off_surface->sampled_points, "point")));
 }
 

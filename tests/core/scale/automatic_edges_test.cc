@@ -68,7 +68,6 @@ TEST(AutomaticEdgesTest, ExactFacesWithNoisyNormalsAreFlatUpToTheEdges) {
   EXPECT_GT(jets, box.size() / 4) << "of those beside an edge";
 }
 
-// Hardly any point has a neighborhood that reaches no edge.
 // A hemisphere of radius 6.3 on a plate, a spacing of 1 apart, as chance has it. The hemisphere comes first.
 constexpr size_t kDomePoints = 250, kPlatePoints = 3750;
 TestPoints DomeOnPlate() {
@@ -109,6 +108,7 @@ TEST(AutomaticEdgesTest, ABentFaceBesideAFlatOneKeepsItsCurvature) {
   }
 }
 
+// Hardly any point has a neighborhood that reaches no edge.
 TEST(AutomaticEdgesTest, SmallFacesAreFlatToo) {
   for (const int side : {16, 20}) {
     const EstimationResult result = MustEstimate(Box(side).ToCloud(), Automatic());

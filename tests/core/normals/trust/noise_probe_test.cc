@@ -206,8 +206,9 @@ TEST(NoiseProbeTest, ExactPositionsAreLookedAtInFewPlaces) {
 
 TEST(NoiseProbeTest, SmallCloudsTellNothing) {
   const SpatialIndex index = BuildIndex(Sphere(3 * NoiseProbe::kNeighbors - 1, 1.0).ToCloud());
-  EXPECT_EQ(NoiseProbe(index, 10'000, 1).block_count(), 0u);
-  EXPECT_FALSE(NoiseProbe(index, 10'000, 1).SquaredError().has_value());
+  NoiseProbe probe(index, 10'000, 1);
+  EXPECT_FALSE(probe.AddBlocks());
+  EXPECT_FALSE(probe.SquaredError().has_value());
   EXPECT_EQ(NoiseProbe::ScratchBytes(index.point_count(), 10'000), 0u);
   EXPECT_EQ(NoiseProbe::ScratchBytes(1'000'000, NoiseProbe::kNeighbors - 1), 0u);
   EXPECT_GT(NoiseProbe::ScratchBytes(1'000'000, NoiseProbe::kNeighbors), 0u);
