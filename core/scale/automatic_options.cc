@@ -13,8 +13,9 @@ AutomaticScale ScaleOf(const EstimatorOptions& options) {
 
 std::optional<uint32_t> FixedCount(const EstimatorOptions& options) {
   if (const auto* count = std::get_if<NeighborCount>(&options.neighborhood)) return count->count;
-  const uint32_t least = ScaleOf(options).least_count;
-  const uint32_t most = std::min(ScaleOf(options).most_count, options.max_neighbor_count);
+  const auto* scale = std::get_if<AutomaticScale>(&options.neighborhood);
+  if (scale == nullptr) return std::nullopt;
+  const uint32_t least = scale->least_count, most = std::min(scale->most_count, options.max_neighbor_count);
   const bool leaves_choice =
       std::any_of(kScaleRungs.begin(), kScaleRungs.end(), [&](uint32_t rung) { return rung >= least && rung <= most; });
   if (leaves_choice) return std::nullopt;

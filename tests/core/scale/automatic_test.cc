@@ -160,6 +160,14 @@ TEST(AutomaticTest, BoundsBetweenTwoScalesLeaveTheEstimator) {
   }
 }
 
+// Whatever the fewest neighbors of a choice are.
+TEST(AutomaticTest, ARadiusAsksForNoNumberOfPoints) {
+  EstimatorOptions options;
+  options.neighborhood = NeighborRadius{1.0};
+  options.max_neighbor_count = 12;
+  EXPECT_EQ(LeastPoints(options), 0u);
+}
+
 TEST(AutomaticTest, NeverLooksFartherThanItMay) {
   const TestPoints sphere = NoisySphere(10'000, 0.01);
   constexpr double kMost = 0.2;
