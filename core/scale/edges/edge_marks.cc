@@ -30,20 +30,23 @@ EdgeMarks::EdgeMarks(const SpatialIndex& index)
       marks_(index.leaf_count() * SpatialIndex::kLeafSize) {}
 
 double EdgeMarks::NoiseAt(size_t place, const EdgeNoise& noise) const {
-  return std::hypot(noise.of_normals, noise.of_positions * trends_[place].slope);
+  return std::sqrt(SquaredNoiseAt(place, noise));
 }
 
-double EdgeMarks::MostSmooth(size_t place, const EdgeNoise& noise) const {
-  return std::hypot(kMostNoise * NoiseAt(place, noise), kLeastRoughness);
+double EdgeMarks::SquaredNoiseAt(size_t place, const EdgeNoise& noise) const {
+  const double of_positions = noise.of_positions * trends_[place].slope;
+  return noise.of_normals * noise.of_normals + of_positions * of_positions;
 }
 
-bool EdgeMarks::IsRough(size_t place, const EdgeNoise& noise) const {
-  return trends_[place].roughness > MostSmooth(place, noise);
+bool EdgeMarks::IsRougher(size_t place, double share, const EdgeNoise& noise) const {
+  const double roughness = trends_[place].roughness;
+  const double most_smooth = kMostNoise * kMostNoise * SquaredNoiseAt(place, noise) + kLeastRoughness * kLeastRoughness;
+  return roughness * roughness > share * share * most_smooth;
 }
 
-bool EdgeMarks::MayBeRough(size_t place, const EdgeNoise& noise) const {
-  return trends_[place].roughness > kMayBeShare * MostSmooth(place, noise);
-}
+bool EdgeMarks::IsRough(size_t place, const EdgeNoise& noise) const { return IsRougher(place, 1.0, noise); }
+
+bool EdgeMarks::MayBeRough(size_t place, const EdgeNoise& noise) const { return IsRougher(place, kMayBeShare, noise); }
 
 void EdgeMarks::MarkGroup(size_t group, size_t rough_count, uint64_t has_faces) {
   rough_count_ += rough_count;

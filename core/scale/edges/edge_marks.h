@@ -60,7 +60,9 @@ class EdgeMarks {
   static constexpr size_t kBytesPerPoint = sizeof(Trend) + 2;
 
  private:
-  double MostSmooth(size_t place, const EdgeNoise& noise) const;
+  double SquaredNoiseAt(size_t place, const EdgeNoise& noise) const;
+  // Whether normals are rougher than this share of what noise can make them.
+  bool IsRougher(size_t place, double share, const EdgeNoise& noise) const;
   bool MarkNode(size_t node, size_t first_leaf, size_t leaves);
   void Descend(size_t node, size_t first_leaf, size_t leaves, const float* position, float& nearest) const;
 

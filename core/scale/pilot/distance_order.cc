@@ -11,6 +11,12 @@ namespace {
 // Sorts by the upper half, which is that of a float that is not negative: digit by digit, each of which keeps the order
 // that the ones before have made.
 void SortByFloats(std::vector<uint64_t>& keys, std::vector<uint64_t>& other) {
+  // Of fewer keys than this, counting digits takes longer than comparing keys.
+  constexpr size_t kFewestToCount = 160;
+  if (keys.size() < kFewestToCount) {
+    std::sort(keys.begin(), keys.end());
+    return;
+  }
   constexpr int kDigitBits = 11, kFirstBit = 32, kDigits = 3;
   constexpr uint64_t kDigitMask = (uint64_t{1} << kDigitBits) - 1;
   other.resize(keys.size());

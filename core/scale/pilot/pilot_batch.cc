@@ -54,6 +54,20 @@ HWY_INLINE void AddMonomial(const double* factor, const double* from, double* to
   }
 }
 
+// The same for what is asked of the monomials of a degree.
+HWY_INLINE void AddMonomial(size_t degree, const double* factor, const double* from, double* to,
+                            const PilotBatch& batch, size_t padded, size_t place, const PilotMoments& sums) {
+  const bool has_heights = sums.height != nullptr;
+  if (degree <= static_cast<size_t>(sums.normal_degree)) {
+    has_heights ? AddMonomial<true, true>(factor, from, to, batch, padded, place, sums)
+                : AddMonomial<false, true>(factor, from, to, batch, padded, place, sums);
+  } else if (has_heights && degree <= static_cast<size_t>(sums.degree)) {
+    AddMonomial<true, false>(factor, from, to, batch, padded, place, sums);
+  } else {
+    AddMonomial<false, false>(factor, from, to, batch, padded, place, sums);
+  }
+}
+
 void AddMomentsKernel(PilotBatch& batch, const PilotMoments& sums) {
   // Of every neighbor, the monomials of one degree.
   alignas(64) double row[2 * PilotMoments::kMostDegree + 1][PilotBatch::kMost];
@@ -61,20 +75,11 @@ void AddMomentsKernel(PilotBatch& batch, const PilotMoments& sums) {
   const double* const one = batch.one.data();
   const double* const x = batch.offset[0].data();
   const double* const y = batch.offset[1].data();
-  AddMonomial<true, true>(one, one, row[0], batch, padded, 0, sums);
+  AddMonomial(0, one, one, row[0], batch, padded, 0, sums);
   size_t place = 1;
   for (size_t n = 1; n <= 2 * static_cast<size_t>(sums.degree); ++n, place += n) {
-    const auto add = [&](const double* factor, size_t from, size_t j) HWY_ATTR {
-      if (n <= PilotMoments::kNormalDegree) {
-        AddMonomial<true, true>(factor, row[from], row[j], batch, padded, place + j, sums);
-      } else if (n <= static_cast<size_t>(sums.degree)) {
-        AddMonomial<true, false>(factor, row[from], row[j], batch, padded, place + j, sums);
-      } else {
-        AddMonomial<false, false>(factor, row[from], row[j], batch, padded, place + j, sums);
-      }
-    };
-    add(y, n - 1, n);
-    for (size_t j = 0; j < n; ++j) add(x, j, j);
+    AddMonomial(n, y, row[n - 1], row[n], batch, padded, place + n, sums);
+    for (size_t j = 0; j < n; ++j) AddMonomial(n, x, row[j], row[j], batch, padded, place + j, sums);
   }
 }
 

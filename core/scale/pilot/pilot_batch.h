@@ -52,19 +52,20 @@ struct PilotBatch {
 };
 
 // Where sums go, as graded monomials: of x^i y^j up to the degree 2 * `degree`, of z x^i y^j up to `degree`, and of
-// each component of the normal times x^i y^j up to kNormalDegree.
+// each component of the normal times x^i y^j up to `normal_degree`.
 struct PilotMoments {
-  static constexpr int kNormalDegree = 5, kMostDegree = 6;
+  static constexpr int kMostDegree = 6;
   int degree;
+  int normal_degree;
   double* plain;
-  double* height;
+  double* height;  // null: nobody asks
   std::array<double*, 3> normal;
 };
 
 // Adds the neighbors to the sums: products are rounded before they are added, and added in an order that depends on the
 // neighbors' order and number alone, so that the sums are the same on every machine. What follows the neighbors in the
-// batch is overwritten. REQUIRES: kNormalDegree - 1 <= degree <= kMostDegree; heights have places up to kNormalDegree
-// in any case.
+// batch is overwritten. REQUIRES: degree <= kMostDegree; normal_degree <= 2 * degree; heights, if there are any, have
+// places up to normal_degree in any case.
 void AddMoments(PilotBatch& batch, const PilotMoments& sums);
 
 }  // namespace curvd

@@ -58,9 +58,11 @@ void PilotSums::AddUpTo(int degree, PilotBatch& batch) {
   values_[kCount] += static_cast<double>(batch.count);
   if (degree == kSexticDegree) values_[kSexticCount] += static_cast<double>(batch.count);
   double* const normals = &values_[kNormals];
-  AddMoments(
-      batch,
-      {degree, &values_[kMoments], &values_[kHeights], {normals, normals + kNormalCount, normals + 2 * kNormalCount}});
+  AddMoments(batch, {.degree = degree,
+                     .normal_degree = kNormalDegree,
+                     .plain = &values_[kMoments],
+                     .height = &values_[kHeights],
+                     .normal = {normals, normals + kNormalCount, normals + 2 * kNormalCount}});
   const auto& [x, y, z] = batch.offset;
   for (size_t i = 0; i < batch.count; ++i) {
     values_[kHeightSquares] += z[i] * z[i];
@@ -93,33 +95,41 @@ bool PilotSums::LieAlongLine() const {
   return across <= kLineWidthPerThickness * kLineWidthPerThickness * zz || across <= kLineRounding * along;
 }
 
-// The mean of what lies in a sixth of the circle that begins at the given twelfth; the point itself if there is
-// nothing.
-PilotSums::Corner PilotSums::CornerOf(size_t sector) const {
-  const double* const first = &values_[kSectorSums + sector % kSectors * kSectorValues];
-  const double* const second = &values_[kSectorSums + (sector + 1) % kSectors * kSectorValues];
-  const double count = first[0] + second[0];
-  if (count == 0.0) return {{0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}};
-  Corner corner{};
-  double squared = 0.0;
-  for (size_t axis = 0; axis < 3; ++axis) {
-    corner.position[axis] = (first[1 + axis] + second[1 + axis]) / count;
-    corner.normal[axis] = first[4 + axis] + second[4 + axis];
-    squared += corner.normal[axis] * corner.normal[axis];
+// The means of what lies in each sixth of the circle; the point itself where there is nothing. The loops over sixths
+// become vector code.
+PilotSums::Corners PilotSums::CornersOfSixths() const {
+  std::array<std::array<double, kSectors>, kSectorValues> sums;
+  for (size_t first = 0; first < kSectors; ++first) {
+    const double* const a = &values_[kSectorSums + first * kSectorValues];
+    const double* const b = &values_[kSectorSums + (first + 1) % kSectors * kSectorValues];
+    for (size_t value = 0; value < kSectorValues; ++value) sums[value][first] = a[value] + b[value];
   }
-  for (double& component : corner.normal) component /= std::sqrt(squared);
-  return corner;
+  Corners corners;
+  const auto& [count, x, y, z, nx, ny, nz] = sums;
+  for (size_t i = 0; i < kSectors; ++i) {
+    const double inverse = count[i] > 0.0 ? 1.0 / count[i] : 0.0;
+    corners[0][i] = x[i] * inverse;
+    corners[1][i] = y[i] * inverse;
+    corners[2][i] = z[i] * inverse;
+    const double length = std::sqrt(nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i]);
+    const double of_unit = count[i] > 0.0 ? 1.0 / length : 0.0;
+    corners[3][i] = nx[i] * of_unit;
+    corners[4][i] = ny[i] * of_unit;
+    corners[5][i] = count[i] > 0.0 ? nz[i] * of_unit : 1.0;
+  }
+  return corners;
 }
 
 std::optional<PilotSums::Hexagrams> PilotSums::HexagramEstimate() const {
+  const Corners corners = CornersOfSixths();
   Measures sum;
   for (size_t rotation = 0; rotation < 2; ++rotation) {
     for (size_t first = 0; first < 2; ++first) {
       Vector3d position[3], normal[3];
       for (size_t c = 0; c < 3; ++c) {
-        const Corner corner = CornerOf(2 * first + 4 * c + rotation);
-        position[c] = Vector3d(corner.position.data());
-        normal[c] = Vector3d(corner.normal.data());
+        const size_t i = (2 * first + 4 * c + rotation) % kSectors;
+        position[c] = Vector3d(corners[0][i], corners[1][i], corners[2][i]);
+        normal[c] = Vector3d(corners[3][i], corners[4][i], corners[5][i]);
       }
       AddTriangle(position, normal, sum);
     }

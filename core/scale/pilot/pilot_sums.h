@@ -40,9 +40,9 @@ class PilotSums {
   std::optional<Hexagrams> HexagramEstimate() const;
 
   // Sums of x^i y^j, of z x^i y^j, and of each component of the normal times x^i y^j, as graded monomials.
-  static constexpr int kQuarticDegree = 4, kSexticDegree = 6;
+  static constexpr int kQuarticDegree = 4, kSexticDegree = 6, kNormalDegree = 5;
   static constexpr size_t kMomentCount = MonomialCount(2 * kSexticDegree), kHeightCount = MonomialCount(kSexticDegree),
-                          kNormalCount = MonomialCount(PilotMoments::kNormalDegree);
+                          kNormalCount = MonomialCount(kNormalDegree);
   const double* moments() const { return &values_[kMoments]; }
   const double* heights() const { return &values_[kHeights]; }
   const double* normals(size_t axis) const { return &values_[kNormals + axis * kNormalCount]; }
@@ -62,11 +62,9 @@ class PilotSums {
   // Adds to the sums that a jet of that degree is made of, and to all that jets need none of.
   void AddUpTo(int degree, PilotBatch& batch);
 
-  struct Corner {
-    std::array<double, 3> position;
-    std::array<double, 3> normal;
-  };
-  Corner CornerOf(size_t sector) const;
+  // Of the sixth of the circle that begins at each twelfth: the position, then the normal, by component.
+  using Corners = std::array<std::array<double, kSectors>, 6>;
+  Corners CornersOfSixths() const;
 
   std::array<double, kValues> values_{};
 };

@@ -5,9 +5,9 @@
 #include <array>
 #include <optional>
 
-#include "Eigen/Cholesky"
 #include "Eigen/Core"
 #include "Eigen/Geometry"
+#include "core/scale/point_fits/cholesky.h"
 
 namespace curvd {
 
@@ -36,7 +36,7 @@ Eigen::Matrix<double, kPolynomialTerms[kDegree], 1> MonomialsAt(double x, double
 // A polynomial for each axis of the normals, or of other values.
 template <int kDegree, int kAxes = 3>
 struct PolynomialFit {
-  Eigen::LLT<Eigen::Matrix<double, kPolynomialTerms[kDegree], kPolynomialTerms[kDegree]>> factors;
+  Cholesky<kPolynomialTerms[kDegree]> factors;
   Eigen::Matrix<double, kPolynomialTerms[kDegree], kAxes> coefficients;  // a row a monomial
   double squares;                                                        // weighted, of what is left
 
@@ -46,7 +46,7 @@ struct PolynomialFit {
   Eigen::Matrix<double, kPolynomialTerms[kDegree], 1> Weights(int coefficient) const {
     using Column = Eigen::Matrix<double, kPolynomialTerms[kDegree], 1>;
     const Column unit = Column::Unit(coefficient);
-    return factors.solve(unit);
+    return factors.Solve(unit);
   }
 };
 
@@ -55,6 +55,29 @@ template <int kDegree, int kAxes = 3>
 class PolynomialEquations {
  public:
   static constexpr int kSize = kPolynomialTerms[kDegree];
+
+  // Of `count` values of weight 1: the sums of x^i y^j up to twice the degree, and of each axis of the values times
+  // x^i y^j up to the degree, as graded monomials; and of the values squared.
+  static PolynomialEquations OfSums(double count, const double* monomials,
+                                    const std::array<const double*, kAxes>& rights, double squares) {
+    PolynomialEquations made;
+    for (int q = 0, column = 0; q <= kDegree; ++q) {
+      for (int b = 0; b <= q; ++b, ++column) {
+        for (int p = 0, row = 0; p <= kDegree; ++p) {
+          for (int a = 0; a <= p; ++a, ++row) {
+            const int degree = p + q;
+            made.matrix_(row, column) = monomials[degree * (degree + 1) / 2 + a + b];
+          }
+        }
+        for (int axis = 0; axis < kAxes; ++axis) {
+          made.right_(column, axis) = rights[static_cast<size_t>(axis)][column];
+        }
+      }
+    }
+    made.weights_ = count;
+    made.squares_ = squares;
+    return made;
+  }
 
   void Add(double x, double y, const Eigen::Matrix<double, kAxes, 1>& value, double weight) {
     const auto terms = MonomialsAt<kDegree>(x, y);
@@ -82,18 +105,10 @@ class PolynomialEquations {
     using Matrix = Eigen::Matrix<double, kLowerSize, kLowerSize>;
     const Matrix matrix = matrix_.template topLeftCorner<kLowerSize, kLowerSize>();
     PolynomialFit<kLower, kAxes> fit;
-    fit.factors.compute(matrix);
-    if (fit.factors.info() != Eigen::Success) return std::nullopt;
-    for (int i = 0; i < kLowerSize; ++i) {
-      const double pivot = fit.factors.matrixLLT()(i, i);
-      if (!(pivot * pivot > kLeastPivot * matrix(i, i))) return std::nullopt;
-    }
-    // One column after the other: Eigen sets up for large matrices where there are several.
-    for (int axis = 0; axis < kAxes; ++axis) {
-      const Eigen::Matrix<double, kLowerSize, 1> right = right_.template topRows<kLowerSize>().col(axis);
-      fit.coefficients.col(axis) = fit.factors.solve(right);
-    }
-    fit.squares = std::max(squares_ - fit.coefficients.cwiseProduct(right_.template topRows<kLowerSize>()).sum(), 0.0);
+    if (!fit.factors.Compute(matrix, kLeastPivot)) return std::nullopt;
+    const Eigen::Matrix<double, kLowerSize, kAxes> right = right_.template topRows<kLowerSize>();
+    fit.coefficients = fit.factors.Solve(right);
+    fit.squares = std::max(squares_ - fit.coefficients.cwiseProduct(right).sum(), 0.0);
     return fit;
   }
 
