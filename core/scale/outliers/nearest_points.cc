@@ -64,14 +64,14 @@ std::span<const NearestPoint> InOrder(size_t i, size_t count, NearestScratch& s)
   return std::span<const NearestPoint>(s.neighbors, count).subspan(is_listed ? 1 : 0);
 }
 
-absl::Status ListNearest(const SpatialIndex& index, size_t group, NearestScratch& s,
+absl::Status ListNearest(const SpatialIndex& index, size_t group, size_t nearest, NearestScratch& s,
                          absl::FunctionRef<bool(size_t place)> is_wanted,
                          absl::FunctionRef<void(size_t i, std::span<const NearestPoint> neighbors)> visit) {
   LoadGroup(index, group, s.points, s.first_point);
   if (s.points.size == 0) return absl::OkStatus();
   const uint64_t began = s.search.work;
   s.search.stopped = s.stopped;
-  const SearchPlan plan = SearchPlan::ByCount(std::min(NearestScratch::kNearest + 1, index.point_count()));
+  const SearchPlan plan = SearchPlan::ByCount(std::min(nearest + 1, index.point_count()));
   GroupSearch search(index, plan, s.points.box, s.search);
   size_t count = 0;
   for (size_t i = 0; i < s.points.size; ++i) {
@@ -100,10 +100,10 @@ namespace curvd {
 
 HWY_EXPORT(ListNearest);
 
-absl::Status ForEachNearest(const SpatialIndex& index, size_t group, NearestScratch& scratch,
+absl::Status ForEachNearest(const SpatialIndex& index, size_t group, size_t nearest, NearestScratch& scratch,
                             absl::FunctionRef<bool(size_t place)> is_wanted,
                             absl::FunctionRef<void(size_t i, std::span<const NearestPoint> neighbors)> visit) {
-  return HWY_DYNAMIC_DISPATCH(ListNearest)(index, group, scratch, is_wanted, visit);
+  return HWY_DYNAMIC_DISPATCH(ListNearest)(index, group, nearest, scratch, is_wanted, visit);
 }
 
 }  // namespace curvd

@@ -32,16 +32,18 @@ struct NearestScratch final : WorkerScratch {
   alignas(64) int32_t places[kRoom];
   alignas(64) int32_t order[kRoom];
   NearestPoint neighbors[kNearest + 1];
+  // Whether the last group looked as if few neighbors tell of most points what matters.
+  bool may_look_at_few = true;
 
   size_t bytes() const override { return sizeof(*this) + search.bytes(); }
   uint64_t work() const override { return search.work; }
 };
 
 // Calls visit(i, neighbors) for the points of the group that get a result and are wanted, from scratch.first_point on:
-// i is a place in scratch.points, is_wanted(place) is asked of that in the tree order, and neighbors are the kNearest
-// nearest ones, or all others of a small cloud, in ascending order. Errors as those of GroupPhase::run. Thread-safe for
-// distinct scratch.
-absl::Status ForEachNearest(const SpatialIndex& index, size_t group, NearestScratch& scratch,
+// i is a place in scratch.points, is_wanted(place) is asked of that in the tree order, and neighbors are the `nearest`
+// ones, or all others of a small cloud, in ascending order. Errors as those of GroupPhase::run. Thread-safe for
+// distinct scratch. REQUIRES: nearest <= kNearest.
+absl::Status ForEachNearest(const SpatialIndex& index, size_t group, size_t nearest, NearestScratch& scratch,
                             absl::FunctionRef<bool(size_t place)> is_wanted,
                             absl::FunctionRef<void(size_t i, std::span<const NearestPoint> neighbors)> visit);
 

@@ -1,6 +1,7 @@
 #include "core/scale/outliers/outlier_run.h"
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -15,6 +16,12 @@ namespace {
 // either side of an edge, or of a thin part.
 constexpr size_t kJudges = 24;
 constexpr size_t kFewestJudges = 8;
+// The nearest of them, as many as the fewest, settle a point that is so much like them that no rule below minds how
+// much: deviations of less than kLeastMedian spacings are as good as 0, and so are angles of less than 30 degrees, a
+// third of the least that an outlier has. Nearly all points of an exact cloud are settled so.
+constexpr float kSettledCosine = 0.866f;
+// So many neighbors are looked for first: with some room for those that may not judge.
+constexpr size_t kNearestFew = kFewestJudges + 4;
 // So many must bear a point out: one or two may be outliers like it.
 constexpr size_t kFewestWitnesses = 3;
 // The distance of this neighbor, from 0 on, and of how many spacings it is the radius on an even surface.
@@ -177,18 +184,40 @@ absl::Status OutlierRun::Allocate() {
 
 absl::Status OutlierRun::Measure(size_t group, size_t round, NearestScratch& scratch) {
   if (!HasRound(round)) return absl::OkStatus();
-  return ForEachNearest(
-      index_, group, scratch, [this](size_t place) { return marks_[place] != Mark::kOutlier; },
-      [&](size_t i, std::span<const NearestPoint> neighbors) { MeasurePoint(i, neighbors, scratch); });
+  const size_t first = group * SpatialIndex::kGroupPoints;
+  std::bitset<SpatialIndex::kGroupPoints> is_left;
+  for (size_t k = 0; k < SpatialIndex::kGroupPoints; ++k) {
+    is_left[k] = first + k < index_.point_count() && marks_[first + k] != Mark::kOutlier;
+  }
+  size_t measured = 0, settled = 0;
+  const auto measure = [&](size_t nearest) {
+    return ForEachNearest(
+        index_, group, nearest, scratch, [&](size_t place) { return is_left[place - first]; },
+        [&](size_t i, std::span<const NearestPoint> neighbors) {
+          const bool is_settled = MeasurePoint(i, neighbors, scratch);
+          ++measured;
+          settled += is_settled ? 1 : 0;
+          if (is_settled) is_left.reset(static_cast<size_t>(scratch.points.place[i]) - first);
+        });
+  };
+  size_t rest = 0;
+  if (scratch.may_look_at_few) {
+    if (absl::Status status = measure(kNearestFew); !status.ok()) return status;
+    rest = std::exchange(scratch.rest, 0);
+  }
+  scratch.may_look_at_few = 2 * settled >= measured;
+  if (absl::Status status = measure(NearestScratch::kNearest); !status.ok()) return status;
+  if (scratch.rest == 0) scratch.rest = rest;
+  return absl::OkStatus();
 }
 
-void OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) {
+bool OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) {
   const auto place = static_cast<size_t>(scratch.points.place[i]);
   neighbors = WithoutCopies(neighbors);
   if (neighbors.empty()) {
     spacings_[place] = 0.0f;
     deviations_[place] = agreements_[place] = kNaN;
-    return;
+    return false;
   }
   const size_t spacing_neighbor = std::min(kSpacingNeighbor, neighbors.size() - 1);
   spacings_[place] = std::sqrt(neighbors[spacing_neighbor].squared_distance) / kSpacingsToIt;
@@ -196,6 +225,8 @@ void OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors,
   Vector position;
   scratch.points.query.Get(i, position.data());
   const double to_index = std::ldexp(1.0, -index_.scale_exponent());
+  const float settled = kLeastMedian * spacings_[place];
+  const bool agrees = !judges_normals_ || agreements_[place] >= kSettledCosine;
   Pieces pieces;
   for (const NearestPoint& neighbor : neighbors) {
     if (pieces.count() == kJudges) break;
@@ -204,8 +235,12 @@ void OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors,
     const Vector middle = VectorAt(index_.positions(leaf), neighbor.place);
     pieces.Add({position[0] - middle[0], position[1] - middle[1], position[2] - middle[2]},
                VectorAt(index_.normals(leaf), neighbor.place), PieceOf(neighbor.place), to_index);
+    if (pieces.count() != kFewestJudges) continue;
+    deviations_[place] = pieces.ThirdLeastHeight();
+    if (deviations_[place] <= settled) return agrees;
   }
   deviations_[place] = pieces.count() >= kFewestJudges ? pieces.ThirdLeastHeight() : kNaN;
+  return false;
 }
 
 // Where neighbors' normals are opposed, as a few outliers with any normals make them, the piece is the point's plane.
@@ -236,6 +271,9 @@ float OutlierRun::AgreementOf(size_t i, std::span<const NearestPoint> neighbors,
     const float cosine = own[0] * other[0] + own[1] * other[1] + own[2] * other[2];
     if (std::isnan(cosine)) continue;
     negative_cosines[judges++] = -cosine;
+    if (judges != kFewestJudges) continue;
+    const float agreement = -LeastButTwo({negative_cosines.data(), judges});
+    if (agreement >= kSettledCosine) return agreement;
   }
   return judges >= kFewestJudges ? -LeastButTwo({negative_cosines.data(), judges}) : kNaN;
 }
@@ -300,7 +338,8 @@ absl::Status OutlierRun::Compare(size_t group, size_t round, NearestScratch& scr
   if (!HasRound(round)) return absl::OkStatus();
   size_t found = 0;
   absl::Status status = ForEachNearest(
-      index_, group, scratch, [this](size_t place) { return marks_[place] == Mark::kSuspect; },
+      index_, group, NearestScratch::kNearest, scratch,
+      [this](size_t place) { return marks_[place] == Mark::kSuspect; },
       [&](size_t i, std::span<const NearestPoint> neighbors) {
         const auto place = static_cast<size_t>(scratch.points.place[i]);
         const bool is_outlier = DeviatesAlone(place, neighbors);

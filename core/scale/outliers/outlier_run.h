@@ -70,7 +70,8 @@ class OutlierRun final : public StrategyRun {
 
   absl::Status Allocate();
   absl::Status Measure(size_t group, size_t round, NearestScratch& scratch);
-  void MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch);
+  // Whether the nearest judges settle the point: whatever others say changes nothing.
+  bool MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch);
   static std::span<const NearestPoint> WithoutCopies(std::span<const NearestPoint> neighbors);
   const PointCurvature& PieceOf(size_t place) const;
   // The cosine that the point's normal has with those of two neighbors at least, and no larger one with more of them;
