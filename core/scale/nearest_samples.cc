@@ -3,28 +3,27 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/base/order_statistic.h"
 
 namespace curvd {
-namespace {
-
-float SquaredDistance(const std::array<float, 3>& a, const float* b) {
-  const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-  return x * x + y * y + z * z;
-}
-
-}  // namespace
-
 NearestSamples::NearestSamples(PilotPoints table) {
-  positions_.reserve(table.size());
-  for (const PilotPoint& point : table) positions_.push_back(point.position);
-  near_.reserve(table.size());
-  nearest_.reserve(table.size());
+  positions_.Reserve(table.size());
+  for (const PilotPoint& point : table) positions_.Add(point.position);
+  near_.Reserve(table.size());
+  near_places_.reserve(table.size());
+  squared_.reserve(table.size());
+  ordered_.reserve(table.size());
+  scratch_.reserve(table.size());
   places_.reserve(table.size());
 }
 
 void NearestSamples::Start(const Box& box, size_t count) {
   count_ = std::min(count, positions_.size());
-  near_.clear();
+  near_.Clear();
+  near_places_.clear();
   float center[3];
   float squared_radius = 0.0f;
   for (size_t axis = 0; axis < 3; ++axis) {
@@ -32,27 +31,66 @@ void NearestSamples::Start(const Box& box, size_t count) {
     const float half = box.hi[axis] - center[axis];
     squared_radius += half * half;
   }
-  for (uint32_t i = 0; i < positions_.size(); ++i) near_.push_back({SquaredDistance(positions_[i], center), i});
-  if (count_ == 0 || near_.size() <= count_) return;
-  // Whatever is among the nearest of a point in the box lies at most two radii farther from the center than the last of
-  // the center's own nearest.
-  const auto last = near_.begin() + static_cast<std::ptrdiff_t>(count_ - 1);
-  std::nth_element(near_.begin(), last, near_.end());
-  constexpr float kRounding = 1.0f + 1e-5f;
-  const float reach = (std::sqrt(last->squared) + 2.0f * std::sqrt(squared_radius)) * kRounding;
-  std::erase_if(near_, [squared_reach = reach * reach](const Near& near) { return near.squared > squared_reach; });
+  float squared_reach = std::numeric_limits<float>::infinity();
+  if (count_ > 0 && positions_.size() > count_) {
+    // Whatever is among the nearest of a point in the box lies at most two radii farther from the center than the last
+    // of the center's own nearest.
+    float farthest = 0.0f;
+    for (const uint32_t place : OfAll(center, count_)) farthest = std::max(farthest, squared_[place]);
+    constexpr float kRounding = 1.0f + 1e-5f;
+    const float reach = (std::sqrt(farthest) + 2.0f * std::sqrt(squared_radius)) * kRounding;
+    squared_reach = reach * reach;
+  }
+  Measure(positions_, center);
+  for (uint32_t i = 0; i < positions_.size(); ++i) {
+    if (squared_[i] > squared_reach) continue;
+    near_.Add(positions_.At(i));
+    near_places_.push_back(i);
+  }
 }
 
 std::span<const uint32_t> NearestSamples::At(const float* position) {
-  nearest_.clear();
-  for (const Near& near : near_) nearest_.push_back({SquaredDistance(positions_[near.place], position), near.place});
-  if (count_ < nearest_.size()) {
-    std::nth_element(nearest_.begin(), nearest_.begin() + static_cast<std::ptrdiff_t>(count_), nearest_.end());
-    nearest_.resize(count_);
+  NearestOf(near_, position, count_);
+  for (uint32_t& place : places_) place = near_places_[place];
+  return places_;
+}
+
+std::span<const uint32_t> NearestSamples::OfAll(const float* position, size_t count) {
+  return NearestOf(positions_, position, count);
+}
+
+void NearestSamples::Measure(const Positions& samples, const float* position) {
+  squared_.resize(samples.size());
+  const auto& [x, y, z] = samples.coordinates;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const float dx = x[i] - position[0], dy = y[i] - position[1], dz = z[i] - position[2];
+    squared_[i] = dx * dx + dy * dy + dz * dz;
   }
-  places_.clear();
-  for (const Near& near : nearest_) places_.push_back(near.place);
-  std::sort(places_.begin(), places_.end());
+}
+
+std::span<const uint32_t> NearestSamples::NearestOf(const Positions& samples, const float* position, size_t count) {
+  Measure(samples, position);
+  count = std::min(count, samples.size());
+  places_.resize(samples.size());
+  if (count == samples.size()) {
+    std::iota(places_.begin(), places_.end(), 0u);
+    return places_;
+  }
+  if (count == 0) return {};
+  ordered_.assign(squared_.begin(), squared_.end());
+  scratch_.resize(samples.size());
+  const float last = OrderStatistic(std::span(ordered_), std::span(scratch_), count - 1);
+  size_t ties_left = count;
+  for (const float squared : squared_) ties_left -= squared < last ? 1 : 0;
+  // Where a place belongs it is kept; elsewhere the next one overwrites it.
+  size_t kept = 0;
+  for (uint32_t i = 0; i < samples.size() && kept < count; ++i) {
+    const size_t is_nearer = squared_[i] < last ? 1 : 0, is_tied = squared_[i] == last && ties_left > 0 ? 1 : 0;
+    places_[kept] = i;
+    kept += is_nearer + is_tied;
+    ties_left -= is_tied;
+  }
+  places_.resize(count);
   return places_;
 }
 

@@ -12,17 +12,33 @@ constexpr size_t kCopiedTogether = 8;
 }  // namespace
 
 CandidateValues::CandidateValues(PilotPoints table, Quantity quantity)
-    : samples_(table.size()), quantity_(quantity), values_(BytesPerSample(quantity) / sizeof(double) * table.size()) {
+    : samples_(table.size()), quantity_(quantity), none_(table.size(), std::numeric_limits<double>::quiet_NaN()) {
+  values_.resize(PlaceCandidates(table) * PilotPoint::kParts * ComponentsOf(quantity) * samples_);
   for (size_t first = 0; first < samples_; first += kCopiedTogether) {
     Copy(table.subspan(first, std::min(kCopiedTogether, samples_ - first)), first);
   }
 }
 
+size_t CandidateValues::PlaceCandidates(PilotPoints table) {
+  size_t count = 0;
+  for (size_t method = 0; method < kMethodCount; ++method) {
+    for (size_t rung = 0; rung < kRungCount; ++rung) {
+      const bool is_known = std::any_of(table.begin(), table.end(), [&](const PilotPoint& point) {
+        const auto& parts = point.mean[method][rung];
+        return std::any_of(parts.begin(), parts.end(), [](float mean) { return std::isfinite(mean); });
+      });
+      places_[method][rung] = is_known ? count++ : kUnknown;
+    }
+  }
+  return count;
+}
+
 CandidateValues::Column CandidateValues::Of(const ScaleCandidate& candidate, PilotPoint::Part part) const {
-  const size_t components = ComponentsOf(quantity_);
-  const size_t column = ((candidate.method * kRungCount + candidate.rung) * PilotPoint::kParts + part) * components;
+  const size_t components = ComponentsOf(quantity_), place = places_[candidate.method][candidate.rung];
   const auto of_component = [&](size_t component) {
-    return std::span(values_).subspan((column + component) * samples_, samples_);
+    if (place == kUnknown) return std::span(none_);
+    const size_t column = (place * PilotPoint::kParts + part) * components + component;
+    return std::span(values_).subspan(column * samples_, samples_);
   };
   return {of_component(0), components > 1 ? of_component(1) : std::span<const double>()};
 }
@@ -42,6 +58,7 @@ void CandidateValues::Copy(PilotPoints points, size_t first) {
   };
   for (size_t method = 0; method < kMethodCount; ++method) {
     for (size_t rung = 0; rung < kRungCount; ++rung) {
+      if (places_[method][rung] == kUnknown) continue;
       for (size_t part = 0; part < PilotPoint::kParts; ++part) {
         switch (quantity_) {
           case Quantity::kMean:

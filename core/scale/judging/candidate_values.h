@@ -2,9 +2,11 @@
 // candidate.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -43,17 +45,23 @@ class CandidateValues {
   Column Of(const ScaleCandidate& candidate, PilotPoint::Part part = PilotPoint::kAll) const;
 
   static constexpr size_t BytesPerSample(Quantity quantity) {
-    return kMethodCount * kRungCount * PilotPoint::kParts * ComponentsOf(quantity) * sizeof(double);
+    return (kMethodCount * kRungCount * PilotPoint::kParts * ComponentsOf(quantity) + 1) * sizeof(double);
   }
 
  private:
   static constexpr size_t ComponentsOf(Quantity quantity) { return quantity == Quantity::kTraceless ? 2 : 1; }
+  static constexpr size_t kUnknown = std::numeric_limits<size_t>::max();
+
+  // Gives a place to each candidate that has an estimate at any point, and returns how many have.
+  size_t PlaceCandidates(PilotPoints table);
   // Copies what `points`, a few that follow one another, hold into each column from `first` on.
   void Copy(PilotPoints points, size_t first);
 
   const size_t samples_;
   const Quantity quantity_;
-  std::vector<double> values_;  // by method, rung, part, component and point
+  std::array<std::array<size_t, kRungCount>, kMethodCount> places_;  // kUnknown: it has no estimate anywhere
+  std::vector<double> values_;                                       // by place, part, component and point
+  std::vector<double> none_;                                         // NaN for each point
 };
 
 }  // namespace curvd

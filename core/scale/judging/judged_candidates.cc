@@ -4,10 +4,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
+#include <span>
 #include <utility>
 
 #include "core/scale/judging/scale_judge.h"
+#include "core/scale/nearest_samples.h"
 
 namespace curvd {
 namespace {
@@ -16,24 +17,12 @@ namespace {
 using Neighbors = std::vector<std::vector<uint32_t>>;
 
 Neighbors NearestOfEach(PilotPoints table) {
-  Neighbors nearest(table.size());
-  std::vector<uint32_t> order(table.size());
-  std::vector<float> squared(table.size());
-  const size_t count = std::min(ScaleChoice::kNearest, table.size());
-  for (size_t i = 0; i < table.size(); ++i) {
-    for (size_t j = 0; j < table.size(); ++j) {
-      squared[j] = 0.0f;
-      for (size_t axis = 0; axis < 3; ++axis) {
-        const float d = table[j].position[axis] - table[i].position[axis];
-        squared[j] += d * d;
-      }
-    }
-    std::iota(order.begin(), order.end(), 0u);
-    std::nth_element(
-        order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count - 1), order.end(),
-        [&](uint32_t a, uint32_t b) { return squared[a] != squared[b] ? squared[a] < squared[b] : a < b; });
-    nearest[i].assign(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count));
-    std::sort(nearest[i].begin(), nearest[i].end());
+  Neighbors nearest;
+  nearest.reserve(table.size());
+  NearestSamples samples(table);
+  for (const PilotPoint& point : table) {
+    const std::span<const uint32_t> places = samples.OfAll(point.position.data(), ScaleChoice::kNearest);
+    nearest.emplace_back(places.begin(), places.end());
   }
   return nearest;
 }

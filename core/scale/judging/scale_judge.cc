@@ -92,6 +92,10 @@ ScaleJudge::ScaleJudge(PilotPoints table, const ScaleBounds& bounds, Quantity qu
   for (const PilotPoint& point : table_) {
     for (size_t rung = 0; rung < point.clear_rungs; ++rung) ++clear_counts_[rung];
   }
+  for (size_t rung = 0; rung < kRungCount; ++rung) {
+    median_radii_[rung] = MedianRadius(table_, rung);
+    floors_[rung] = FloorAt(rung);
+  }
   for (size_t m = 0; m < kMethodCount; ++m) {
     const size_t step = kScaleMethods[m].compared_rungs;
     for (size_t rung = 0; rung < kRungCount; ++rung) {
@@ -184,9 +188,9 @@ bool ScaleJudge::HasHalves(const ScaleCandidate& candidate) const {
   return IsEnough(known, kLeastShareOfHalves, candidate.rung);
 }
 
-double ScaleJudge::Floor(size_t rung) const {
+double ScaleJudge::FloorAt(size_t rung) const {
   const double averaged = std::sqrt(static_cast<double>(kScaleRungs.front()) / kScaleRungs[rung]);
-  const double of_mean = kRounding * averaged / MedianRadius(table_, rung);
+  const double of_mean = kRounding * averaged / median_radii_[rung];
   if (quantity_ != Quantity::kGaussian) return of_mean;
   const double steepest = MedianOf(table_, [rung](const auto& p) { return p.steepest[rung]; });
   return of_mean * std::max(2.0 * (std::isfinite(steepest) ? steepest : 0.0), of_mean);
@@ -212,7 +216,7 @@ bool ScaleJudge::IsEnough(size_t count, double share, size_t rung) const {
 
 bool ScaleJudge::IsAllowed(const ScaleCandidate& candidate) const {
   return bounds_.methods[candidate.method] && candidate.count() >= bounds_.least_count &&
-         candidate.count() <= bounds_.most_count && MedianRadius(table_, candidate.rung) <= bounds_.most_radius;
+         candidate.count() <= bounds_.most_count && median_radii_[candidate.rung] <= bounds_.most_radius;
 }
 
 std::optional<double> ScaleJudge::MedianDifference(const ScaleCandidate& candidate, size_t step) const {

@@ -48,11 +48,13 @@ class ScaleJudge {
   static bool PositionsAreExact(PilotPoints table);
   double sigma() const { return sigma_; }
   // The least error that can be told at that scale.
-  double Floor(size_t rung) const;
+  double Floor(size_t rung) const { return floors_[rung]; }
 
  private:
   // The rung itself, unless it has no next one to be compared with.
   size_t ComparedRung(const ScaleCandidate& candidate) const;
+
+  double FloorAt(size_t rung) const;
 
   // Of the points whose neighborhoods at that rung reach over no edge.
   bool IsEnough(size_t count, double share, size_t rung) const;
@@ -102,6 +104,7 @@ class ScaleJudge {
   const Quantity quantity_;
   const CandidateValues values_;
   std::array<size_t, kRungCount> clear_counts_{};  // of points whose neighborhoods reach over no edge
+  std::array<double, kRungCount> median_radii_, floors_;
   std::optional<double> differences_[kMethodCount][kRungCount];
   double variances_[kMethodCount][kRungCount] = {};
   size_t last_compared_[kMethodCount] = {};  // the last rung that has a next one

@@ -44,6 +44,19 @@ TEST(NearestSamplesTest, FindsTheNearestOfAnyPositionInTheBox) {
   EXPECT_LE(samples.bytes(), NearestSamples::MostBytes(500));
 }
 
+TEST(NearestSamplesTest, EqualDistancesGoToTheLowerPlace) {
+  PilotTable table;
+  for (int i = 0; i < 40; ++i) table.emplace_back(std::array{i % 2 == 0 ? 1.0f : -1.0f, 0.0f, 0.0f});
+  table.emplace_back(std::array{0.5f, 0.0f, 0.0f});
+  NearestSamples samples(table);
+  const float position[3] = {0.0f, 0.0f, 0.0f};
+  const auto found = samples.OfAll(position, 6);
+  EXPECT_EQ(std::vector(found.begin(), found.end()), (std::vector<uint32_t>{0, 1, 2, 3, 4, 40}));
+  const auto all = samples.OfAll(position, 100);
+  EXPECT_EQ(all.size(), table.size());
+  EXPECT_TRUE(samples.OfAll(position, 0).empty());
+}
+
 TEST(NearestSamplesTest, GivesAllWhereThereAreNoMore) {
   const PilotTable table = RandomTable(5), none;
   NearestSamples samples(table), nothing(none);
