@@ -22,12 +22,6 @@
 
 namespace curvd {
 
-// How much the chosen estimates count at the points of one leaf that belong to one part of the cloud.
-struct LeafWeights {
-  CloudWeights::PointWeights all;
-  std::array<bool, CloudChoice::kMostChosen> count;  // whether each is large enough to count
-};
-
 // Serves one group at a time. Arrays have a place for each of its points that get a result, from first_point on.
 struct AutomaticScratch final : WorkerScratch {
   template <typename Value>
@@ -42,15 +36,20 @@ struct AutomaticScratch final : WorkerScratch {
   std::optional<CloudWeights> weights;
   std::vector<NearestSamples> samples;  // of each part, where somebody asks how points were chosen
   GroupPoints points;
-  std::array<std::array<LeafWeights, CloudChoice::kMostParts>, SpatialIndex::kGroupLeaves> leaf_weights;
+  // Of the chosen estimates, at the points of each leaf that belong to each part of the cloud; and which of them are
+  // large enough to count.
+  std::array<std::array<CloudWeights::PointWeights, SpatialIndex::kGroupLeaves>, CloudChoice::kMostParts> leaf_weights;
+  std::array<std::array<bool, CloudChoice::kMostChosen>, CloudChoice::kMostParts> counts;
   // Whether neighborhoods of a leaf's points may reach into the second part of the cloud.
   std::array<bool, SpatialIndex::kGroupLeaves> is_near_second;
   OfPoints<size_t> part;                   // of the cloud, to which a point belongs
   OfPoints<CloudWeights::Weights> shares;  // in H, of the estimates that count
   OfPoints<Blend> blends;
-  // The same without estimates that reach over an edge.
+  // Where there are edges, the same without estimates that reach over one, and how far the next one is, in the caller's
+  // unit.
+  bool has_edges;
   OfPoints<Blend> clear_blends;
-  OfPoints<float> edge_distances;  // in the caller's unit
+  OfPoints<float> edge_distances;
   // By how much what was found of H differs from what points of the other part can make of it, in the caller's unit.
   OfPoints<double> doubts;
   OfPoints<bool> has_detail;                   // that the average smooths away, as far as the part's check tells
@@ -70,8 +69,11 @@ struct AutomaticScratch final : WorkerScratch {
   // What an estimate left there is valid until another one runs.
   WorkerScratch& OfChosen(size_t estimate) const { return *chosen[place_of_chosen[estimate]]; }
 
+  // Of the estimates that reach over no edge.
+  const Blend& ClearBlend(size_t point) const { return has_edges ? clear_blends[point] : blends[point]; }
+
   // Of each chosen estimate at a point of the group.
-  const LeafWeights& WeightsAt(size_t point) const { return leaf_weights[LeafOf(point)][part[point]]; }
+  const CloudWeights::PointWeights& WeightsAt(size_t point) const { return leaf_weights[part[point]][LeafOf(point)]; }
   // In the group.
   size_t LeafOf(size_t point) const {
     return static_cast<size_t>(points.place[point]) / SpatialIndex::kLeafSize % SpatialIndex::kGroupLeaves;

@@ -49,7 +49,7 @@ void ChoiceWriter::Start(AutomaticScratch& s) const {
 }
 
 void ChoiceWriter::WriteMended(size_t point, AutomaticScratch& s) const {
-  const CloudWeights::Weights& all = s.WeightsAt(point).all.mean;
+  const CloudWeights::Weights& all = s.WeightsAt(point).mean;
   const double total = std::accumulate(all.begin(), all.end(), 0.0);
   Write(point, s.blends[point].weight() >= kLeastShareWithErrors * total, s);
 }
@@ -86,7 +86,7 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
   const double half_difference = std::ldexp(0.5 * (double{result.k2} - result.k1), -index_.scale_exponent());
   const size_t part = s.part[point];
   const StandardErrors errors = errors_[part].At(s.samples[part].At(position), half_difference);
-  const Blend::Spread spread = s.clear_blends[point].spread();
+  const Blend::Spread spread = s.ClearBlend(point).spread();
   choice.mean_error = WithSpread(ToCaller(errors.mean), std::max(spread.mean, s.doubts[point]));
   choice.k1_error = WithSpread(ToCaller(errors.k1), std::max(spread.k1, s.doubts[point]));
   choice.k2_error = WithSpread(ToCaller(errors.k2), std::max(spread.k2, s.doubts[point]));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "core/estimators/group_points-inl.h"
@@ -45,16 +46,24 @@ std::array<float, 3> MiddleOf(const Box& box) {
   return middle;
 }
 
-// `least`: what an estimate that counts has of all weights.
-LeafWeights MakeLeafWeights(const CloudWeights::PointWeights& all, double least) {
-  LeafWeights weights{all, {}};
-  for (const CloudWeights::Weights& of : {all.mean, all.traceless, all.gaussian}) {
-    const double least_weight = least * std::accumulate(of.begin(), of.end(), 0.0);
-    for (size_t c = 0; c < of.size(); ++c) {
-      weights.count[c] = weights.count[c] || (of[c] > 0.0 && of[c] >= least_weight);
+// Which estimates have at least this share of the weights of some leaves, in the mean over these, of one of the
+// quantities.
+template <typename Leaves>
+std::array<bool, CloudChoice::kMostChosen> ThoseThatCount(const Leaves& leaves, double least) {
+  std::array<bool, CloudChoice::kMostChosen> count{};
+  using Weights = CloudWeights::Weights;
+  for (const auto of : {&CloudWeights::PointWeights::mean, &CloudWeights::PointWeights::traceless,
+                        &CloudWeights::PointWeights::gaussian}) {
+    Weights shares{};
+    for (const CloudWeights::PointWeights& leaf : leaves) {
+      const Weights& weights = leaf.*of;
+      const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+      for (size_t c = 0; c < weights.size() && total > 0.0; ++c) shares[c] += weights[c] / total;
     }
+    const double least_share = least * std::accumulate(shares.begin(), shares.end(), 0.0);
+    for (size_t c = 0; c < shares.size(); ++c) count[c] = count[c] || (shares[c] > 0.0 && shares[c] >= least_share);
   }
-  return weights;
+  return count;
 }
 
 }  // namespace
@@ -146,7 +155,7 @@ absl::Status ChosenEstimates::GiveToSecondPart(size_t group, AutomaticScratch::O
 absl::Status ChosenEstimates::LookForDetail(size_t group, AutomaticScratch& s) const {
   for (size_t part = 0; part < choice_.parts().size(); ++part) {
     const auto has_average = [&](size_t i) {
-      return s.part[i] == part && s.clear_blends[i].weight() > 0.0 && !IsOneSided(s, i);
+      return s.part[i] == part && s.ClearBlend(i).weight() > 0.0 && !IsOneSided(s, i);
     };
     // All around a small body normals cancel out, and no function of two coordinates has its heights.
     const auto looks_all_around = [&](size_t i) {
@@ -164,7 +173,7 @@ absl::Status ChosenEstimates::LookForDetail(size_t group, AutomaticScratch& s) c
         const PointCurvature& found = results_[s.points.slot[i]];
         if (found.status != PointStatus::kOk) continue;
         const bool differs =
-            has_average(i) && MeanCount(i, s) >= least_count && std::abs(found.mean - s.clear_blends[i].mean()) > most;
+            has_average(i) && MeanCount(i, s) >= least_count && std::abs(found.mean - s.ClearBlend(i).mean()) > most;
         s.has_detail[i] = s.has_detail[i] || differs || looks_all_around(i);
       }
       return absl::OkStatus();
@@ -209,8 +218,9 @@ void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
     for (const auto& run : runs_) s.AddChosen(run->MakeScratch());
     s.weights.emplace(choice_);
   }
+  s.has_edges = edges_ != nullptr && edges_->HasEdges();
   s.blends.fill({});
-  s.clear_blends.fill({});
+  if (s.has_edges) s.clear_blends.fill({});
   s.shares.fill({});
   s.doubts.fill(0.0);
   s.has_detail.fill(false);
@@ -239,7 +249,7 @@ absl::Status ChosenEstimates::Run(size_t group, size_t estimate, SeamMarks* seam
 }
 
 bool ChosenEstimates::Counts(size_t point, size_t estimate, const AutomaticScratch& s) {
-  return s.WeightsAt(point).count[estimate];
+  return s.counts[s.part[point]][estimate];
 }
 
 bool ChosenEstimates::IsOfPart(size_t point, size_t estimate, const AutomaticScratch& s) const {
@@ -247,30 +257,29 @@ bool ChosenEstimates::IsOfPart(size_t point, size_t estimate, const AutomaticScr
   return estimate >= first && estimate < first + choice_.parts()[s.part[point]].choice.chosen.size();
 }
 
-// The points of a leaf, and of one part of the cloud, share the weights of its middle: a leaf is small beside the
-// sampled points that they come from. They do not depend on which points of the leaf are in the run.
+// The points of a leaf, and of one part of the cloud, share the weights of its middle, and those of a group share what
+// counts: both are small beside the sampled points that weights come from. They do not depend on which points of the
+// leaf are in the run.
 void ChosenEstimates::StartWeights(size_t group, AutomaticScratch& s) const {
   if (s.points.size == 0) return;
   const size_t first = group * SpatialIndex::kGroupLeaves;
   const size_t last = std::min(first + SpatialIndex::kGroupLeaves, index_.leaf_count());
   s.weights->Start(BoxOfLeaves(index_, first, last));
-  for (size_t leaf = first; leaf < last; ++leaf) {
-    const std::array<float, 3> middle = MiddleOf(BoxOfLeaves(index_, leaf, leaf + 1));
-    s.is_near_second[leaf - first] = s.weights->IsNearSecond(middle.data());
-    for (size_t part = 0; part < choice_.parts().size(); ++part) {
-      const double least = choice_.parts()[part].positions_are_exact ? kLeastWeightOfExact : kLeastWeight;
-      s.leaf_weights[leaf - first][part] = MakeLeafWeights(s.weights->At(middle.data(), part), least);
+  for (size_t part = 0; part < choice_.parts().size(); ++part) {
+    for (size_t leaf = first; leaf < last; ++leaf) {
+      const std::array<float, 3> middle = MiddleOf(BoxOfLeaves(index_, leaf, leaf + 1));
+      s.is_near_second[leaf - first] = s.weights->IsNearSecond(middle.data());
+      s.leaf_weights[part][leaf - first] = s.weights->At(middle.data(), part);
     }
+    const double least = choice_.parts()[part].positions_are_exact ? kLeastWeightOfExact : kLeastWeight;
+    s.counts[part] = ThoseThatCount(std::span(s.leaf_weights[part]).first(last - first), least);
   }
   for (size_t i = 0; i < s.points.size; ++i) {
     float position[3];
     s.points.query.Get(i, position);
     s.part[i] = s.weights->PartAt(position);
   }
-  if (edges_ == nullptr || !edges_->HasEdges()) {
-    s.edge_distances.fill(std::numeric_limits<float>::infinity());
-    return;
-  }
+  if (!s.has_edges) return;
   for (size_t i = 0; i < s.points.size; ++i) {
     float position[3];
     s.points.query.Get(i, position);
@@ -282,14 +291,16 @@ void ChosenEstimates::Add(PointCurvature found, size_t point, size_t estimate, A
   const double most_radius = ScaleOf(options_).max_radius;
   const bool is_too_large = found.status == PointStatus::kOk && found.radius > most_radius;
   if (most_radius > 0.0 && is_too_large) found.status = PointStatus::kTooFewNeighbors;
-  const CloudWeights::PointWeights& weights = s.WeightsAt(point).all;
+  const CloudWeights::PointWeights& weights = s.WeightsAt(point);
   const OfQuantities<double> of_estimate = {weights.mean[estimate], weights.traceless[estimate],
                                             weights.gaussian[estimate]};
   s.blends[point].Add(found, of_estimate);
   // Results without curvature count: if there are no others, they tell why.
   const bool is_ok = found.status == PointStatus::kOk;
-  if (is_ok && !(found.radius < s.edge_distances[point])) return;
-  s.clear_blends[point].Add(found, of_estimate);
+  if (s.has_edges) {
+    if (is_ok && !(found.radius < s.edge_distances[point])) return;
+    s.clear_blends[point].Add(found, of_estimate);
+  }
   if (is_ok) s.shares[point][estimate] = of_estimate.mean;
 }
 

@@ -35,7 +35,7 @@ class ChosenEstimates {
   bool HaveSmallerOnes() const;
 
   // Averages what all that count find at the points of a group, from s.first_point on, as far as they come in a run of
-  // their own: s.points ends there. An estimate counts at a point if its weight, in one of the quantities, is at least
+  // their own: s.points ends there. An estimate counts in a group if its weight, in one of the quantities, is at least
   // kLeastWeight of all, or kLeastWeightOfExact, and at points where none of those finds a curvature, all of the part
   // do. Points of the first part whose estimates differ too much to be of that part go to the second one. One that
   // counts at no point is not made. Points beside seams are marked in s.seams. Errors as those of GroupPhase::run.
@@ -55,12 +55,12 @@ class ChosenEstimates {
   // Adds what one of them finds at a point to its averages.
   void Add(PointCurvature found, size_t point, size_t estimate, AutomaticScratch& s) const;
   static PointCurvature Blended(const AutomaticScratch& s, size_t point) {
-    return IsOneSided(s, point) ? s.blends[point].Finish() : s.clear_blends[point].Finish();
+    return IsOneSided(s, point) ? s.blends[point].Finish() : s.ClearBlend(point).Finish();
   }
 
   // Whether what was to count most at a point reaches over an edge.
   static bool IsOneSided(const AutomaticScratch& s, size_t point) {
-    return s.clear_blends[point].weight() < kLeastClearShare * s.blends[point].weight();
+    return s.ClearBlend(point).weight() < kLeastClearShare * s.blends[point].weight();
   }
   // Estimates those points of the group from their side of the edge. Errors as those of GroupPhase::run.
   absl::Status EstimateOneSided(size_t group, AutomaticScratch& s) const;

@@ -98,6 +98,7 @@ TEST(ChosenEstimatesTest, PointsOfALeafShareTheirWeights) {
   const CloudChoice of_cloud({{table, choice}});
   const ChosenEstimates estimates(options, index, of_cloud, nullptr, points.data());
   CloudWeights expected(of_cloud);
+  std::vector<decltype(AutomaticScratch::counts)> counts;
   for (const size_t first : {0u, 5u}) {
     AutomaticScratch scratch;
     scratch.first_point = first;
@@ -109,10 +110,12 @@ TEST(ChosenEstimatesTest, PointsOfALeafShareTheirWeights) {
         middle[static_cast<size_t>(axis)] = 0.5f * index.leaf_lo(axis)[leaf] + 0.5f * index.leaf_hi(axis)[leaf];
       }
       expected.Start({middle, middle});
-      EXPECT_EQ(scratch.WeightsAt(i).all.mean, expected.At(middle.data()).mean);
-      EXPECT_EQ(scratch.WeightsAt(i).all.gaussian, expected.At(middle.data()).gaussian);
+      EXPECT_EQ(scratch.WeightsAt(i).mean, expected.At(middle.data()).mean);
+      EXPECT_EQ(scratch.WeightsAt(i).gaussian, expected.At(middle.data()).gaussian);
     }
+    counts.push_back(scratch.counts);
   }
+  EXPECT_EQ(counts[0], counts[1]);
 }
 
 TEST(ChosenEstimatesTest, OneRunEndsWithTheShortestOfItsEstimates) {
