@@ -33,6 +33,7 @@
 #include "core/scale/pilot/pilot.h"
 #include "core/scale/scale_choice.h"
 #include "core/scale/scale_report.h"
+#include "core/scale/scouting.h"
 
 namespace curvd {
 namespace {
@@ -51,6 +52,7 @@ class AutomaticRun final : public StrategyRun {
       : options_(options), index_(index), results_(results), pilot_(index, MostSampledCount(options)) {
     table_.resize(pilot_.rung_count() > 0 ? pilot_.sample_count() : 0, PilotPoint::None());
     if (MindsEdges(options)) edges_.emplace(index);
+    scouting_.emplace(options_, index, pilot_, table_, edges_.has_value() ? &*edges_ : nullptr);
   }
 
   std::unique_ptr<WorkerScratch> MakeScratch() const override { return std::make_unique<AutomaticScratch>(); }
@@ -63,6 +65,17 @@ class AutomaticRun final : public StrategyRun {
       };
     };
     phases.push_back({"scale", nullptr, sample(Pilot::Samples::kScouts)});
+    const auto sample_again_if = [&](const auto& is_needed) {
+      phases.push_back({"scale",
+                        [this, is_needed] {
+                          is_again_ = is_needed();
+                          return absl::OkStatus();
+                        },
+                        [this, scouts = sample(Pilot::Samples::kScouts)](size_t group, WorkerScratch& scratch) {
+                          return is_again_ ? scouts(group, scratch) : absl::OkStatus();
+                        }});
+    };
+    sample_again_if([this] { return scouting_->LooksAgain(); });
     if (edges_.has_value()) {
       phases.push_back({"roughness", nullptr, [this](size_t group, WorkerScratch& scratch) {
                           return MeasureEdges(group, static_cast<AutomaticScratch&>(scratch));
@@ -77,11 +90,14 @@ class AutomaticRun final : public StrategyRun {
                           s.stopped = scratch.stopped;
                           return edges_->Mark(group, s);
                         }});
+      sample_again_if([this] {
+        edges_->Finish();
+        return scouting_->LooksAgainAtEdges();
+      });
     }
     phases.push_back({"scale",
                       [this] {
-                        if (edges_.has_value()) edges_->Finish();
-                        LimitScale();
+                        scouting_->SpareOthers();
                         return absl::OkStatus();
                       },
                       sample(Pilot::Samples::kOthers)});
@@ -131,27 +147,6 @@ class AutomaticRun final : public StrategyRun {
     if (table.empty()) return absl::OkStatus();
     s.pilot.stopped = s.stopped;
     return pilot_.SampleGroup(group, which, s.pilot, table);
-  }
-
-  // The sampled points are spared the rungs far beyond those that count at the scouts, and the methods that do not
-  // count there. Where there are edges, few scouts may be clear of them at the rungs that others need.
-  void LimitScale() {
-    if (!options_.is_automatic() || !pilot_.HasOthers()) return;
-    PilotTable scouts;
-    scouts.reserve(table_.size());
-    std::copy_if(table_.begin(), table_.end(), std::back_inserter(scouts),
-                 [](const PilotPoint& point) { return point.is_sampled(); });
-    if (scouts.size() < kFewestScouts) return;
-    DropUntoldAcrossLines(BoundsOf(options_, index_), scouts);
-    if (edges_.has_value()) edges_->KeepClear(scouts);
-    if (edges_.has_value() && edges_->HasEdges()) return;
-    // A part of the cloud, even a small one, may need other rungs than the rest.
-    if (ShowNoiseInParts(scouts) || PartsOf(scouts).size() > 1) return;
-    const auto count = FindCandidatesThatCount(scouts, BoundsOf(options_, index_), kLeastScoutWeight);
-    if (!count.has_value()) return;
-    pilot_.KeepRungs(std::max(count->largest_rung + 1 + kRungsBeyond, kRungsThatTellNoise));
-    for (PilotPoint& point : table_) point.KeepRungs(pilot_.rung_count());
-    pilot_.KeepMethods(count->methods);
   }
 
   // Keeps those samples that there are, clear of edges.
@@ -278,20 +273,15 @@ class AutomaticRun final : public StrategyRun {
                      choice_writer_.has_value() ? &*choice_writer_ : nullptr, results_);
   }
 
-  // A rung counts at a scout with this weight: its error is less than 2 to 3 times the least. So many rungs beyond are
-  // sampled: that a scale is too large is seen by those that are larger.
-  static constexpr double kLeastScoutWeight = 1e-2;
-  static constexpr size_t kRungsBeyond = 3;
-  // Where points without a result leave fewer scouts, they tell nothing.
-  static constexpr size_t kFewestScouts = 48;
-
   const EstimatorOptions options_;
   const SpatialIndex& index_;
   PointCurvature* const results_;
   Pilot pilot_;
   std::optional<EdgeRun> edges_;  // unless the estimator or the scale is fixed
   PilotTable table_;
-  size_t between_ = 0;  // where those between other samples begin in the table
+  std::optional<Scouting> scouting_;  // which holds references to this run
+  bool is_again_ = false;             // whether scouts are sampled once more
+  size_t between_ = 0;                // where those between other samples begin in the table
   CloudChoice choice_;
   PointChoice* choices_ = nullptr;  // null: nobody asks
   ScaleReport report_;

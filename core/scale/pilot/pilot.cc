@@ -17,8 +17,8 @@ constexpr size_t kLargestShare = 3;
 Pilot::Pilot(const SpatialIndex& index, uint32_t most_count) : index_(index) {
   const size_t points = index.point_count();
   const size_t most = std::min<size_t>(most_count, std::max<size_t>(points / kLargestShare, kScaleRungs[0]));
-  while (rung_count_ < kRungCount && kScaleRungs[rung_count_] <= std::min(most, points)) ++rung_count_;
-  if (rung_count_ > 0) KeepRungs(rung_count_);
+  while (most_rungs_ < kRungCount && kScaleRungs[most_rungs_] <= std::min(most, points)) ++most_rungs_;
+  if (most_rungs_ > 0) SetRungs(most_rungs_);
 }
 
 void Pilot::KeepMethods(const MethodSet& methods) {
@@ -28,8 +28,8 @@ void Pilot::KeepMethods(const MethodSet& methods) {
   }
 }
 
-void Pilot::KeepRungs(size_t count) {
-  rung_count_ = std::min(rung_count_, count);
+void Pilot::SetRungs(size_t count) {
+  rung_count_ = count;
   options_.neighborhood = NeighborCount{kScaleRungs[rung_count_ - 1]};
   plan_ = NeighborhoodPlan::Make(options_, index_);
 }

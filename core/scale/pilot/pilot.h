@@ -32,13 +32,15 @@ class Pilot {
   // outlives the pilot.
   Pilot(const SpatialIndex& index, uint32_t most_count);
 
-  // Rungs that points are sampled at: those whose neighborhoods are not too large; 0: the cloud is too small for any.
+  // Rungs that points are sampled at: at first those whose neighborhoods are not too large; 0: the cloud is too small
+  // for any.
   size_t rung_count() const { return rung_count_; }
+  size_t most_rungs() const { return most_rungs_; }
   // Whether there are others than scouts, and points between.
   bool HasOthers() const { return ScoutStep() > 1; }
   bool HasBetween() const { return sampled_leaf_count() < index_.leaf_count(); }
-  // From now on, no more rungs than these. REQUIRES: count > 0.
-  void KeepRungs(size_t count);
+  // From now on, so many rungs. REQUIRES: 0 < count <= most_rungs().
+  void SetRungs(size_t count);
   // From now on, only these methods, and those that tell noise.
   void KeepMethods(const MethodSet& methods);
   const EstimatorOptions& options() const { return options_; }
@@ -92,7 +94,7 @@ class Pilot {
   }
 
   const SpatialIndex& index_;
-  size_t rung_count_ = 0;
+  size_t most_rungs_ = 0, rung_count_ = 0;
   MethodSet methods_ = AllMethods();
   EstimatorOptions options_;  // whose neighborhoods are the largest
   NeighborhoodPlan plan_{};

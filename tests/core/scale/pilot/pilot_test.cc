@@ -95,7 +95,7 @@ TEST(PilotSamplesTest, OthersHaveTheEstimatesOfTheRungsThatAreKept) {
   Pilot pilot(index, 512);
   const PilotTable at_all = SampleAll(pilot);
   PilotTable table = EmptyTable(pilot);
-  pilot.KeepRungs(3);
+  pilot.SetRungs(3);
   EXPECT_EQ(pilot.rung_count(), 3u);
   Sample(pilot, Pilot::Samples::kOthers, table);
   size_t sampled = 0;
