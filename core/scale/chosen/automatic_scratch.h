@@ -45,11 +45,10 @@ struct AutomaticScratch final : WorkerScratch {
   OfPoints<size_t> part;                   // of the cloud, to which a point belongs
   OfPoints<CloudWeights::Weights> shares;  // in H, of the estimates that count
   OfPoints<Blend> blends;
-  // Where there are edges, the same without estimates that reach over one, and how far the next one is, in the caller's
-  // unit.
+  // Where the cloud has edges, the same without estimates that reach over one.
   bool has_edges;
   OfPoints<Blend> clear_blends;
-  OfPoints<float> edge_distances;
+  OfPoints<float> edge_distances;  // in the caller's unit; infinity where there are none
   // By how much what was found of H differs from what points of the other part can make of it, in the caller's unit.
   OfPoints<double> doubts;
   OfPoints<bool> has_detail;                   // that the average smooths away, as far as the part's check tells

@@ -279,7 +279,10 @@ void ChosenEstimates::StartWeights(size_t group, AutomaticScratch& s) const {
     s.points.query.Get(i, position);
     s.part[i] = s.weights->PartAt(position);
   }
-  if (!s.has_edges) return;
+  if (!s.has_edges) {
+    s.edge_distances.fill(std::numeric_limits<float>::infinity());
+    return;
+  }
   for (size_t i = 0; i < s.points.size; ++i) {
     float position[3];
     s.points.query.Get(i, position);

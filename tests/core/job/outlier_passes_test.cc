@@ -19,7 +19,8 @@
 namespace curvd::testing {
 namespace {
 
-// What a cloud has in which the same points are invalid; normals are rounded once more.
+// What a cloud has in which the same points are invalid. Normals are rounded once more, by which an estimate that is
+// just large enough to count in a group may not count there: these differ by what they err by.
 TEST(OutlierPassesTest, OutliersBesideExactPointsAreNobodysNeighbors) {
   const TorusWithOutliers cloud = WithOutliersNearby(0.0, 300);
   const EstimationResult result = MustEstimate(cloud.points().ToCloud(), Automatic());
@@ -31,7 +32,7 @@ TEST(OutlierPassesTest, OutliersBesideExactPointsAreNobodysNeighbors) {
   EXPECT_EQ(result.field.status_counts[static_cast<size_t>(PointStatus::kOk)], kTorusPoints);
   const EstimationResult without = MustEstimate(cloud.WithInvalidOnes(), Automatic());
   for (size_t i = 0; i < kTorusPoints; ++i) {
-    ASSERT_NEAR(result.field.points[i].mean, without.field.points[i].mean, 1e-5) << i;
+    ASSERT_NEAR(result.field.points[i].mean, without.field.points[i].mean, 1e-4) << i;
   }
   for (size_t i = kTorusPoints; i < cloud.points().size(); ++i) {
     const PointCurvature& point = result.field.points[i];
