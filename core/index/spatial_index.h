@@ -102,6 +102,10 @@ class SpatialIndex {
     normals_ = std::move(half_normals_);
     DropHalfNormals();
   }
+  // Whether positions showed edges of the surface when normals were made of them (NormalFit::edge_part). DEFAULT:
+  // false.
+  bool shows_edges() const { return shows_edges_; }
+  void set_shows_edges(bool shows) { shows_edges_ = shows; }
   // Asks for the normals that came with the cloud to be kept, whatever becomes of them. Who changes them in their place
   // makes room before, and copies them there.
   void set_keeps_given_normals() { keeps_given_normals_ = true; }
@@ -152,6 +156,7 @@ class SpatialIndex {
   PageArray<LeafPositions> positions_;
   PageArray<LeafNormals> normals_;  // empty for a cloud without normals
   PageArray<LeafNormals> half_normals_, given_normals_;
+  bool shows_edges_ = false;
   PointSet point_set_;
   PageArray<float> leaf_bounds_;  // lo of each axis, then hi
   PageArray<TreeNode> nodes_;

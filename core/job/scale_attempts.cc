@@ -58,6 +58,8 @@ ChosenScale ScaleAttempts::ScaleOf(uint32_t neighbor_count, bool two_sheets) con
     noisy.neighborhood.count = static_cast<uint32_t>(std::clamp(times * noisy.neighborhood.count, 1.0 * least, most));
     noisy.shares = may_share && noisy.neighborhood.count >= NormalFit::kLeastShared;
   }
+  const bool has_fewer = fit.edge_part.has_value() && 2 * fit.edge_part->neighborhood.count <= count;
+  if (two_sheets || !has_fewer) fit.edge_part.reset();
   if (sheets_.two_sheets) scale.sigma = std::ldexp(sheets_.noise, -index_.scale_exponent());
   return scale;
 }

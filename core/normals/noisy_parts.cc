@@ -182,7 +182,7 @@ bool ScalePilot::KeepsNoise(const NormalFit& fit) const {
 
 ChosenScale ScalePilot::Choose() {
   const std::optional<Parts> parts = FindParts();
-  if (!parts.has_value()) return ChooseOne();
+  if (!parts.has_value()) return MindEdges(ChooseOne());
   LookAt(*parts, true);
   const ChosenScale noisy = ChooseOne();
   LookAt(*parts, false);
@@ -193,7 +193,7 @@ ChosenScale ScalePilot::Choose() {
     group_noises_ = parts->noises;
     chosen = ChooseOne();
     group_noises_.clear();
-    return chosen;
+    return MindEdges(chosen);
   }
   chosen.noisy_sigma = noisy.sigma;
   chosen.noisy_share = parts->noisy_share;

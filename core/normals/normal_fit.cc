@@ -15,6 +15,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/median.h"
+#include "core/normals/edge_fits.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/runs/fit_run.h"
 
@@ -97,6 +98,7 @@ NormalPlan::NormalPlan(const NormalFit& fit, const SpatialIndex& index)
       shares(fit.shares),
       crosses_lines(fit.crosses_lines),
       half(fit.half) {
+  if (fit.edge_part.has_value()) edges = std::make_shared<EdgePlan>(PlanEdges(fit, index));
   if (!fit.noisy_part.has_value()) return;
   NoisyPlan plans{NormalPlan(QuadricFit(fit.noisy_part->probe_count), index),
                   NormalPlan(FitOfNoisyPart(fit), index),
@@ -159,11 +161,17 @@ absl::StatusOr<const NormalPlan*> PlanOfGroup(const SpatialIndex& index, const N
   return &noisy.quiet.back();
 }
 
+absl::Status FitChosen(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
+                       NormalScratch& scratch) {
+  return HWY_DYNAMIC_DISPATCH(FitGroupKernel)(index, plan, group, sample, scratch);
+}
+
 absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
                       NormalScratch& scratch) {
   const absl::StatusOr<const NormalPlan*> own = PlanOfGroup(index, plan, group, scratch);
   if (!own.ok()) return own.status();
   scratch.is_noisy = plan.noisy != nullptr && *own == &plan.noisy->fit;
+  if (plan.edges != nullptr) return FitBesideEdges(index, plan, group, sample, scratch);
   return HWY_DYNAMIC_DISPATCH(FitGroupKernel)(index, **own, group, sample, scratch);
 }
 
@@ -223,6 +231,7 @@ double LatticeStep(const SpatialIndex& index) {
 }
 
 std::unique_ptr<StrategyRun> StartNormalFit(const NormalFit& fit, SpatialIndex& index, NormalQuality& quality) {
+  index.set_shows_edges(fit.edge_part.has_value());
   return std::make_unique<NormalFitRun>(fit, index, quality);
 }
 

@@ -38,6 +38,17 @@ struct NoisyPart {
   static constexpr double kMixedRatio = 2.5;
 };
 
+// How points are fitted beside edges of the surface: by the method of the other points.
+struct EdgePart {
+  NeighborCount neighborhood{};  // fewer than elsewhere
+  // Of the positions' noise, in the index's unit.
+  double variance = 0.0;
+
+  // A neighborhood reaches across an edge if its fit leaves more of the heights than so many times what noise leaves.
+  // The fit has so many neighbors more than coefficients.
+  static double MostOfNoise(double freedom);
+};
+
 // One way to make normals, of those that NormalOptions may ask for.
 struct NormalFit {
   // Fewer neighbors are not shared (see `shares`): the points of a leaf would be too far from its mean beside their
@@ -61,6 +72,10 @@ struct NormalFit {
   // If set, points of groups that are noisier than others are fitted by this. Those of other groups whose neighborhoods
   // reach into noise get half of the neighbors, and again, until they do not. REQUIRES: by count; not two_sheets.
   std::optional<NoisyPart> noisy_part{};
+  // If set, points whose neighborhoods reach across an edge get half of the neighbors, and again, until these lie on
+  // one side, or until they are no more than those of the edge part, which fits the points that are left. REQUIRES: by
+  // count, of which the edge part has at most half; neither shares, nor two_sheets, nor noisy_part.
+  std::optional<EdgePart> edge_part{};
   // Of which half of the cloud points are fitted, and are the neighbors that they are fitted to, which still lie among
   // as many of both halves. DEFAULT: of both. REQUIRES: not two_sheets.
   std::optional<Half> half{};
@@ -75,6 +90,7 @@ struct NormalFit {
 NormalFit PlaneFit(size_t neighbor_count);
 
 struct NoisyPlan;
+struct EdgePlan;
 
 // A fit to the neighborhoods of one index. REQUIRES: by count, the index holds as many points.
 struct NormalPlan {
@@ -86,7 +102,8 @@ struct NormalPlan {
   bool shares;
   bool crosses_lines;
   std::optional<Half> half;
-  std::shared_ptr<const NoisyPlan> noisy;  // null: all points are fitted alike
+  std::shared_ptr<const NoisyPlan> noisy;  // null: groups are fitted alike
+  std::shared_ptr<const EdgePlan> edges;   // null: the points of a group are fitted alike
 };
 
 struct NoisyPlan {
@@ -94,6 +111,12 @@ struct NoisyPlan {
   NormalPlan fit;
   std::vector<NormalPlan> quiet;  // of ever fewer neighbors, each half of those before; the first is that of the fit
   double least_variance, quiet_variance;  // as NoisyPart has both
+};
+
+struct EdgePlan {
+  std::vector<NormalPlan> rungs;  // of ever fewer neighbors; by the last one, points are fitted whatever it leaves
+  std::vector<double> most;       // by rung: the most that a fit to one side leaves of the heights, squared
+  bool last_has_halves;           // whether the last rung has enough neighbors for normals of halves
 };
 
 // The fit of one point of a group, as long as what it was solved from is known.
@@ -136,8 +159,11 @@ struct NormalScratch : JetScratch {
   // If not empty, called for each point whose status is kOk once its polynomial is solved.
   std::function<void(const FittedPoint& fitted)> take{};
   LaneNeighbors lanes{};
-  SharedFits shared{};    // of the group of the moment, where points share fits
-  bool is_noisy = false;  // whether the group was fitted as the noisy part is
+  SharedFits shared{};            // of the group of the moment, where points share fits
+  bool is_noisy = false;          // whether the group was fitted as the noisy part is
+  uint64_t chosen = kAllOfGroup;  // which points of a group are fitted, a bit for each place
+
+  static constexpr uint64_t kAllOfGroup = ~uint64_t{0};
 
   size_t bytes() const override { return JetScratch::bytes() - sizeof(JetScratch) + sizeof(*this); }
   static size_t MostBytes(const NormalFit& fit, size_t point_count) {
@@ -154,6 +180,10 @@ enum class GroupSample : uint8_t { kAll, kOneOfEachLeaf };
 // REQUIRES: index.has_normals(); they may have any values.
 absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
                       NormalScratch& scratch);
+
+// The same by the plan's own neighborhoods alone, of the points that scratch.chosen tells.
+absl::Status FitChosen(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
+                       NormalScratch& scratch);
 
 // The plan by which FitGroup fits that group: of `plan` itself, or of one of its parts. Errors: as FitGroup has them.
 absl::StatusOr<const NormalPlan*> PlanOfGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group,

@@ -6,6 +6,7 @@
 // K, in excess of what noise explains. The sum of both is least at the chosen scale. Bends have a larger weight where
 // curvature is made of the normals: it averages their noise, but cannot undo what was smoothed away. Where one part of
 // the sample is much noisier than the rest, each part gets the scale that is best for it (noisy_parts.cc).
+// Where edges of the surface make the best scale small, points away from them get a larger one (edge_parts.cc).
 #pragma once
 
 #include <array>
@@ -68,8 +69,8 @@ class ScalePilot {
   size_t block_count() const { return candidates_.size() * groups_.size(); }
   // Errors: ErrorKind::kCancelled once *stopped is true. May throw std::bad_alloc.
   absl::Status RunBlock(size_t block, int worker, const std::atomic<bool>& stopped);
-  // One scale; or two, where one part of the cloud is much noisier than the other (NoisyPart). REQUIRES: all blocks
-  // have run.
+  // One scale; or two, where one part of the cloud is much noisier than the other (NoisyPart), or where there are edges
+  // (EdgePart); squared_error is then that of the one scale without an edge part. REQUIRES: all blocks have run.
   ChosenScale Choose();
   // The squared error that noise makes of normals of such a fit, as the nearest scale of the sample shows it; none
   // where no point of the sample told. REQUIRES: as Choose; both methods are looked at.
@@ -134,6 +135,17 @@ class ScalePilot {
   void LookAt(const Parts& parts, bool noisy);
   void LookAtAll();
   ChosenScale ChooseOne() const;
+  // Whether a candidate's fit of a sampled point leaves more of the heights than noise of that standard deviation does.
+  bool LeavesMore(size_t candidate, size_t sample, double sigma) const;
+  double CrossingShare(size_t candidate,
+                       double sigma) const;  // of the fits: those that leave more; 1 where there is none
+  // Whether edges are why fits of a candidate leave more than noise does, and why not all of them do. REQUIRES: there
+  // is a candidate of the method with a quarter of the neighbors.
+  bool CrossesEdges(size_t candidate, double sigma) const;
+  // Makes those points of the sample the ones that are looked at whose fits leave no more than noise does.
+  void LookAtFaces(double sigma);
+  // The same scale; or, if edges are what made it small, a larger one with an edge part.
+  ChosenScale MindEdges(const ChosenScale& chosen);
   std::optional<double> NoiseOfOne(NormalMethod method, uint32_t neighbor_count) const;
 
   Outcome& outcome(size_t candidate, size_t sample) { return outcomes_[candidate * sample_count() + sample]; }

@@ -175,6 +175,12 @@ inline absl::Status FitGroupKernel(const SpatialIndex& index, const NormalPlan& 
     KeepPoints([&](size_t i) { return HalfOf(s.points.rank[i]) == *plan.half; }, s.points);
     if (s.points.size == 0) return absl::OkStatus();
   }
+  if (s.chosen != NormalScratch::kAllOfGroup) {
+    const size_t first = group * SpatialIndex::kGroupPoints;
+    KeepPoints([&](size_t i) { return (s.chosen >> (static_cast<size_t>(s.points.place[i]) - first) & 1) != 0; },
+               s.points);
+    if (s.points.size == 0) return absl::OkStatus();
+  }
   // Samples tell how well a method does: by itself.
   const bool lowers_degree = sample == GroupSample::kAll;
   if (plan.shares) return FitShared(index, plan, lowers_degree, s);

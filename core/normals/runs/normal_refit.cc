@@ -68,6 +68,7 @@ class NormalRefitRun final : public FitRun {
 }  // namespace
 
 std::unique_ptr<StrategyRun> StartNormalRefit(const NormalFit& fit, SpatialIndex& index) {
+  index.set_shows_edges(fit.edge_part.has_value());
   return std::make_unique<NormalRefitRun>(fit, index);
 }
 

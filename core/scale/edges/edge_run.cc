@@ -22,6 +22,10 @@ constexpr double kNoRougherShare = 0.4;
 // Where fewer of the points whose normals are rough than this share lie beside edges, it is detail that makes them so:
 // it is to be kept, and edges cannot be told from it.
 constexpr double kLeastEdgeShare = 0.5;
+// The same where the positions have shown that there are edges (SpatialIndex::shows_edges). Normals were then made of
+// so many neighbors on the faces that even those are rough beside them which are a few spacings from an edge and bent
+// by it, and have not the normals of two faces. Measured on noisy solids: 0.15 to 0.9.
+constexpr double kLeastShareOfShownEdges = 0.1;
 
 // Whether a point is measured in any case: a quarter of each leaf's. The others are where one of these in their group
 // may be rough: an edge has several points to either side.
@@ -171,8 +175,9 @@ void EdgeRun::Finish() {
 }
 
 bool EdgeRun::HasEdges() const {
+  const double least_share = index_.shows_edges() ? kLeastShareOfShownEdges : kLeastEdgeShare;
   return marks_.HasEdges() &&
-         static_cast<double>(marks_.edge_count()) >= kLeastEdgeShare * static_cast<double>(marks_.rough_count());
+         static_cast<double>(marks_.edge_count()) >= least_share * static_cast<double>(marks_.rough_count());
 }
 
 void EdgeRun::KeepClear(PilotTable& table) const {

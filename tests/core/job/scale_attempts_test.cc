@@ -89,6 +89,20 @@ TEST_F(ScaleAttemptsTest, BothPartsOfUnlikeNoiseAreMadeByAnotherScale) {
   EXPECT_EQ(attempts.scale().fit.noisy_part->neighborhood.count, 192);
 }
 
+TEST_F(ScaleAttemptsTest, EdgesHaveFewerNeighborsThanTheRestOrNoneOfTheirOwn) {
+  SheetFinding sheets;
+  sheets.spacing = sheets.noise = kSpacing;
+  ChosenScale chosen;
+  for (const uint32_t count : {96, 40}) {
+    chosen.fit.neighborhood = NeighborCount{count};
+    chosen.fit.edge_part = EdgePart{.neighborhood = NeighborCount{17}};
+    ScaleAttempts attempts(std::nullopt, sheets, chosen, index_);
+    ASSERT_EQ(attempts.Next(WithCount(attempts, Closed(0.01))), Step::kCompare);
+    EXPECT_EQ(CountOf(attempts), count / 2);
+    EXPECT_EQ(attempts.scale().fit.edge_part.has_value(), count / 2 >= 2 * 17);
+  }
+}
+
 // Scratch is reserved for so many.
 TEST_F(ScaleAttemptsTest, NoScaleHasMoreNeighborsThanThePilotTries) {
   SheetFinding sheets;
