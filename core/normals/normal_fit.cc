@@ -15,7 +15,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/median.h"
-#include "core/normals/edge_fits.h"
+#include "core/normals/edges/edge_fits.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/runs/fit_run.h"
 

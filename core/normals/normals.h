@@ -69,7 +69,8 @@ inline constexpr double kMostTornShare = 0.005;
 struct NormalReport {
   // Of estimated normals: what was used, and what was found.
   std::optional<NormalMethod> method;
-  uint32_t neighbor_count = 0;  // 0 for a radius
+  // 0 for a radius. Where it was chosen automatically, points near sharp edges may have fewer.
+  uint32_t neighbor_count = 0;
   // Standard deviation of the noise of positions along the normal, in the caller's length unit; where the neighborhood
   // was chosen automatically and a sample of the points could tell.
   std::optional<double> sigma;

@@ -6,7 +6,7 @@
 // K, in excess of what noise explains. The sum of both is least at the chosen scale. Bends have a larger weight where
 // curvature is made of the normals: it averages their noise, but cannot undo what was smoothed away. Where one part of
 // the sample is much noisier than the rest, each part gets the scale that is best for it (noisy_parts.cc).
-// Where edges of the surface make the best scale small, points away from them get a larger one (edge_parts.cc).
+// Where edges of the surface make the best scale small, points away from them get a larger one (edges/edge_parts.cc).
 #pragma once
 
 #include <array>

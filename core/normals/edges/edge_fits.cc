@@ -1,4 +1,4 @@
-#include "core/normals/edge_fits.h"
+#include "core/normals/edges/edge_fits.h"
 
 #include <algorithm>
 #include <array>

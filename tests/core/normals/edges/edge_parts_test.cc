@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/normals/edge_fits.h"
+#include "core/normals/edges/edge_fits.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/runs/half_normals.h"
 #include "core/normals/scale_pilot.h"
@@ -152,8 +152,8 @@ TEST(EdgePartsTest, EachPointHasTheFirstFitThatIsClear) {
 }
 
 TEST(EdgePartsTest, RunsInPartsAreTheSame) {
-  const Cloud block = NoisyBlock(0.1, 1).ToCloud();
-  SpatialIndex whole = BuildIndex(block), in_parts = BuildIndex(block);
+  const TestPoints block = NoisyBlock(0.1, 1);
+  SpatialIndex whole = BuildIndex(block.ToCloud()), in_parts = BuildIndex(block.ToCloud());
   const NormalFit fit = FitWithEdges(whole);
   EXPECT_EQ(MakeByPlace(whole, fit).normals, MakeByPlace(in_parts, fit, 1).normals);
   MakeHalfNormals(whole, fit);
