@@ -139,9 +139,12 @@ class ScalePilot {
   bool LeavesMore(size_t candidate, size_t sample, double sigma) const;
   double CrossingShare(size_t candidate,
                        double sigma) const;  // of the fits: those that leave more; 1 where there is none
-  // Whether edges are why fits of a candidate leave more than noise does, and why not all of them do. REQUIRES: there
-  // is a candidate of the method with a quarter of the neighbors.
-  bool CrossesEdges(size_t candidate, double sigma) const;
+  // How many times as large a variance of noise four times as many neighbors show, at points where a candidate's fit
+  // leaves more than noise does, in the median; 1 where there is no such point.
+  double CrossingGrowth(size_t candidate, double sigma) const;
+  // Whether edges are why fits of a candidate leave more than noise does, and why not all of them do. `fewest` is the
+  // least of the method that is much larger than noise. REQUIRES: it has a quarter of the neighbors or less.
+  bool CrossesEdges(size_t candidate, size_t fewest, double sigma) const;
   // Makes those points of the sample the ones that are looked at whose fits leave no more than noise does.
   void LookAtFaces(double sigma);
   // The same scale; or, if edges are what made it small, a larger one with an edge part.

@@ -24,7 +24,7 @@ constexpr double kLeastOfFaces = 0.2;
 constexpr double kLeastCrossingOfHalf = 0.5, kLeastCrossingOfQuarter = 0.15, kMostCrossingOfQuarter = 0.85;
 // At an edge, four times as many neighbors leave four times the variance: of points that lie in noise once, and 64
 // times where they bend. Medians measured on solids: 1.3 (noise of 0.3 spacings) to 12.
-constexpr double kLeastGrowthOfEdges = 1.3, kMostGrowthOfEdges = 12.0;
+constexpr double kLeastGrowthOfEdges = 1.25, kMostGrowthOfEdges = 12.0;
 // Away from edges, what fits leave is noise of one variance: the lowest tenth is not below this share of it. Of noise
 // alone it is 0.7 of 48 neighbors, and sigma is up to a tenth too large where many points lie near edges.
 constexpr double kLeastTenth = 0.5;
@@ -56,25 +56,38 @@ double ScalePilot::CrossingShare(size_t candidate, double sigma) const {
   return fitted > 0.0 ? crossing / fitted : 1.0;
 }
 
-bool ScalePilot::CrossesEdges(size_t candidate, double sigma) const {
+double ScalePilot::CrossingGrowth(size_t candidate, double sigma) const {
+  const size_t larger = candidate + kRungsToQuarter;
+  std::vector<double> growths;
+  for (size_t i = 0; i < sample_count(); ++i) {
+    const Outcome &small = outcome(candidate, i), &large = outcome(larger, i);
+    if (!small.is_fitted || !large.is_fitted || !LeavesMore(candidate, i, sigma)) continue;
+    const double of_small = small.mean_square * candidates_[candidate].count() / std::max(FreedomAt(candidate, i), 1.0);
+    const double of_large = large.mean_square * candidates_[larger].count() / std::max(FreedomAt(larger, i), 1.0);
+    growths.push_back(of_large / of_small);
+  }
+  return growths.empty() ? 1.0 : QuantileOf(growths, 0.5);
+}
+
+bool ScalePilot::CrossesEdges(size_t candidate, size_t fewest, double sigma) const {
   const double all = CrossingShare(candidate, sigma);
   if (all < kLeastCrossing || all > 1.0 - kLeastOfFaces) return false;
   const size_t quarter = candidate - kRungsToQuarter;
   const double of_half = CrossingShare(candidate - kRungsToHalf, sigma), of_quarter = CrossingShare(quarter, sigma);
   if (of_half < kLeastCrossingOfHalf * all) return false;
   if (of_quarter < kLeastCrossingOfQuarter * all || of_quarter > kMostCrossingOfQuarter * all) return false;
-  std::vector<double> growths, on_faces;
+  std::vector<double> on_faces;
   for (size_t i = 0; i < sample_count(); ++i) {
-    const Outcome &large = outcome(candidate, i), &small = outcome(quarter, i);
-    if (!large.is_fitted) continue;
-    if (!LeavesMore(candidate, i, sigma)) {
-      on_faces.push_back(large.mean_square / (sigma * sigma));
-    } else if (small.is_fitted && LeavesMore(quarter, i, sigma)) {
-      growths.push_back(large.mean_square / small.mean_square);
-    }
+    const Outcome& point = outcome(candidate, i);
+    if (point.is_fitted && !LeavesMore(candidate, i, sigma)) on_faces.push_back(point.mean_square / (sigma * sigma));
   }
-  if (growths.empty() || on_faces.empty() || QuantileOf(on_faces, 0.1) < kLeastTenth) return false;
-  const double growth = QuantileOf(growths, 0.5);
+  if (on_faces.empty() || QuantileOf(on_faces, 0.1) < kLeastTenth) return false;
+  // Where noise differs, bends may add to it in large neighborhoods, but not in small ones.
+  for (size_t small = fewest + 1; small < quarter; ++small) {
+    const bool tells = CrossingShare(small, sigma) >= kLeastCrossing;
+    if (tells && CrossingGrowth(small, sigma) < kLeastGrowthOfEdges) return false;
+  }
+  const double growth = CrossingGrowth(quarter, sigma);
   return growth >= kLeastGrowthOfEdges && growth <= kMostGrowthOfEdges;
 }
 
@@ -102,7 +115,7 @@ ChosenScale ScalePilot::MindEdges(const ChosenScale& chosen) {
     if (candidate.fit.method != NormalMethod::kJet2) continue;
     if (!fewest.has_value() && IsLargeEnough(c, *sigma)) fewest = c;
     const bool may_be = usable[c] && !candidate.fit.shares && fewest.has_value() && c >= *fewest + kRungsToQuarter;
-    if (may_be && CrossesEdges(c, *sigma)) larger.push_back(c);
+    if (may_be && CrossesEdges(c, *fewest, *sigma)) larger.push_back(c);
   }
   if (larger.empty()) return chosen;
   LookAtFaces(*sigma);
