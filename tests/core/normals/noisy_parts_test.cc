@@ -214,16 +214,7 @@ TEST(NoisyPartsTest, GroupsAreFittedAsTheirPartIs) {
 
 TEST(NoisyPartsTest, RunsInPartsAreTheSame) {
   const Parts parts = PartlyNoisyTorus(0.01, 0.1, 2.0);
-  SpatialIndex whole = BuildIndex(parts.both.ToCloud()), in_parts = BuildIndex(parts.both.ToCloud());
-  const NormalFit fit = PartedFit(whole, 0.001);
-  EXPECT_EQ(MakeByPlace(whole, fit).normals, MakeByPlace(in_parts, fit, 1).normals);
-  MakeHalfNormals(whole, fit);
-  MakeHalfNormals(in_parts, fit, 1);
-  for (size_t leaf = 0; leaf < whole.leaf_count(); ++leaf) {
-    for (int lane = 0; lane < whole.LeafPoints(leaf); ++lane) {
-      ASSERT_EQ(whole.half_normals(leaf).x[lane], in_parts.half_normals(leaf).x[lane]) << leaf;
-    }
-  }
+  ExpectSameNormalsInParts(parts.both, PartedFit(BuildIndex(parts.both.ToCloud()), 0.001));
 }
 
 // A part whose fits take too few neighbors for halves keeps its normals.

@@ -183,6 +183,19 @@ PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t mo
   return made;
 }
 
+void ExpectSameNormalsInParts(const TestPoints& points, const NormalFit& fit) {
+  SpatialIndex whole = BuildIndex(points.ToCloud()), in_parts = BuildIndex(points.ToCloud());
+  EXPECT_EQ(MakeByPlace(whole, fit).normals, MakeByPlace(in_parts, fit, 1).normals);
+  MakeHalfNormals(whole, fit);
+  MakeHalfNormals(in_parts, fit, 1);
+  for (size_t leaf = 0; leaf < whole.leaf_count(); ++leaf) {
+    const SpatialIndex::LeafNormals &a = whole.half_normals(leaf), &b = in_parts.half_normals(leaf);
+    for (int lane = 0; lane < whole.LeafPoints(leaf); ++lane) {
+      ASSERT_EQ((std::array{a.x[lane], a.y[lane], a.z[lane]}), (std::array{b.x[lane], b.y[lane], b.z[lane]})) << leaf;
+    }
+  }
+}
+
 double MeanAngle(const NormalField& normals, const TestPoints& points) {
   double sum = 0.0, count = 0.0;
   for (size_t i = 0; i < points.size(); ++i) {

@@ -58,6 +58,9 @@ PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t mo
 // Makes normals of halves, likewise. REQUIRES: the index has normals.
 void MakeHalfNormals(SpatialIndex& index, const NormalFit& fit, uint64_t most_work = WorkerScratch::kMostRunWork);
 
+// Expects the same normals, and the same normals of halves, whether each run ends when it likes or after each step.
+void ExpectSameNormalsInParts(const TestPoints& points, const NormalFit& fit);
+
 // Makes normals anew, in the place of half normals, likewise. REQUIRES: the index has normals.
 void RefitNormals(SpatialIndex& index, const NormalFit& fit, uint64_t most_work = WorkerScratch::kMostRunWork);
 

@@ -153,16 +153,7 @@ TEST(EdgePartsTest, EachPointHasTheFirstFitThatIsClear) {
 
 TEST(EdgePartsTest, RunsInPartsAreTheSame) {
   const TestPoints block = NoisyBlock(0.1, 1);
-  SpatialIndex whole = BuildIndex(block.ToCloud()), in_parts = BuildIndex(block.ToCloud());
-  const NormalFit fit = FitWithEdges(whole);
-  EXPECT_EQ(MakeByPlace(whole, fit).normals, MakeByPlace(in_parts, fit, 1).normals);
-  MakeHalfNormals(whole, fit);
-  MakeHalfNormals(in_parts, fit, 1);
-  for (size_t leaf = 0; leaf < whole.leaf_count(); ++leaf) {
-    for (int lane = 0; lane < whole.LeafPoints(leaf); ++lane) {
-      ASSERT_EQ(whole.half_normals(leaf).x[lane], in_parts.half_normals(leaf).x[lane]) << leaf;
-    }
-  }
+  ExpectSameNormalsInParts(block, FitWithEdges(BuildIndex(block.ToCloud())));
 }
 
 // Twelve neighbors are too few for halves: points beside edges keep their normals.
