@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <numbers>
 #include <random>
@@ -199,19 +198,21 @@ void PrintErrors(const char* what, const Solid& solid, const EstimationResult& r
   absl::PrintF(" | %9.2g  failed %d\n", total / static_cast<double>(solid.mean.size() - failed), failed);
 }
 
-void PrintSolid(const std::string& name, const Solid& exact, double position_noise, double normal_noise, uint64_t seed,
-                WorkerPool& pool) {
+// How all solids are estimated.
+struct EdgeWay {
+  uint64_t seed;
+  bool makes_normals;
+  WorkerPool& pool;
+};
+
+void PrintSolid(const std::string& name, const Solid& exact, double position_noise, double normal_noise,
+                const EdgeWay& way) {
   Solid solid = exact;
-  curv::AddPositionNoise(position_noise, seed, solid.samples.positions);
-  if (normal_noise > 0.0) curv::AddNormalNoise(normal_noise, seed, solid.samples.normals);
+  curv::AddPositionNoise(position_noise, way.seed, solid.samples.positions);
+  if (normal_noise > 0.0) curv::AddNormalNoise(normal_noise, way.seed, solid.samples.normals);
   absl::PrintF("%s, %d points, noise %g spacings / %g\n", name, solid.mean.size(), position_noise, normal_noise);
   const auto estimate = [&](const char* what, const EstimatorOptions& options) {
-    const auto result = EstimateCurvature(ToCloud(solid.samples), options, pool);
-    if (!result.ok()) {
-      std::fprintf(stderr, "%s\n", result.status().ToString().c_str());
-      std::exit(1);
-    }
-    PrintErrors(what, solid, *result);
+    PrintErrors(what, solid, EstimateSamples(solid.samples, options, way.makes_normals, way.pool));
   };
   estimate("avg-hexagram 16", {.neighborhood = NeighborCount{16}});
   estimate("avg-hexagram 50", {.neighborhood = NeighborCount{50}});
@@ -223,14 +224,18 @@ void PrintSolid(const std::string& name, const Solid& exact, double position_noi
 int Main(int argc, char** argv) {
   double points = 10'000.0;
   uint64_t seed = 1;
+  bool makes_normals = false;
   std::vector<double> position_noise = {0.0, 0.2}, normal_noise = {0.0, 0.1};
   CLI::App app("Errors of automatic estimates by the distance to a sharp edge");
   app.add_option("--points", points, "Of each solid, nearly");
   app.add_option("--seed", seed, "Of the noise");
   app.add_option("--position-noise", position_noise, "In spacings")->delimiter(',');
   app.add_option("--normal-noise", normal_noise, "Standard deviations")->delimiter(',');
+  app.add_flag("--make-normals", makes_normals, "Normals are made of the positions, in place of the samples' own");
   CLI11_PARSE(app, argc, argv);
+  if (makes_normals) normal_noise = {0.0};
   WorkerPool pool(2);
+  const EdgeWay way{seed, makes_normals, pool};
   absl::PrintF("mean |H error| in 1 / spacing, at most so many spacings from an edge:\n   %-18s", "");
   for (const double band : kBands) band < 1e6 ? absl::PrintF(" %9g", band) : absl::PrintF(" %9s", "beyond");
   absl::PrintF(" | %9s\n", "all");
@@ -239,7 +244,7 @@ int Main(int argc, char** argv) {
   for (const auto& [name, make] : solids) {
     const Solid solid = make(points);
     for (const double position : position_noise) {
-      for (const double normal : normal_noise) PrintSolid(name, solid, position, normal, seed, pool);
+      for (const double normal : normal_noise) PrintSolid(name, solid, position, normal, way);
     }
   }
   return 0;
