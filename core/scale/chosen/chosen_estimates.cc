@@ -48,8 +48,8 @@ std::array<float, 3> MiddleOf(const Box& box) {
 
 // Which estimates have at least this share of the weights of some leaves, in the mean over these, of one of the
 // quantities.
-template <typename Leaves>
-std::array<bool, CloudChoice::kMostChosen> ThoseThatCount(const Leaves& leaves, double least) {
+std::array<bool, CloudChoice::kMostChosen> ThoseThatCount(std::span<const CloudWeights::PointWeights> leaves,
+                                                          double least) {
   std::array<bool, CloudChoice::kMostChosen> count{};
   using Weights = CloudWeights::Weights;
   for (const auto of : {&CloudWeights::PointWeights::mean, &CloudWeights::PointWeights::traceless,

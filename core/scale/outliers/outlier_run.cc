@@ -200,13 +200,15 @@ absl::Status OutlierRun::Measure(size_t group, size_t round, NearestScratch& scr
           if (is_settled) is_left.reset(static_cast<size_t>(scratch.points.place[i]) - first);
         });
   };
+  const bool looks_at_few = scratch.may_look_at_few;
   size_t rest = 0;
-  if (scratch.may_look_at_few) {
+  if (looks_at_few) {
     if (absl::Status status = measure(kNearestFew); !status.ok()) return status;
     rest = std::exchange(scratch.rest, 0);
+    scratch.may_look_at_few = 2 * settled >= measured;
   }
-  scratch.may_look_at_few = 2 * settled >= measured;
   if (absl::Status status = measure(NearestScratch::kNearest); !status.ok()) return status;
+  if (!looks_at_few) scratch.may_look_at_few = 2 * settled >= measured;
   if (scratch.rest == 0) scratch.rest = rest;
   return absl::OkStatus();
 }

@@ -183,6 +183,16 @@ PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t mo
   return made;
 }
 
+size_t CountKeptByHalves(const SpatialIndex& index, const PlacedNormals& made) {
+  size_t kept = 0;
+  for (size_t place = 0; place < index.point_count(); ++place) {
+    const SpatialIndex::LeafNormals& halves = index.half_normals(place / SpatialIndex::kLeafSize);
+    const size_t lane = place % SpatialIndex::kLeafSize;
+    kept += std::array{halves.x[lane], halves.y[lane], halves.z[lane]} == made.normals[place] ? 1 : 0;
+  }
+  return kept;
+}
+
 void ExpectSameNormalsInParts(const TestPoints& points, const NormalFit& fit) {
   SpatialIndex whole = BuildIndex(points.ToCloud()), in_parts = BuildIndex(points.ToCloud());
   EXPECT_EQ(MakeByPlace(whole, fit).normals, MakeByPlace(in_parts, fit, 1).normals);

@@ -58,6 +58,9 @@ PlacedNormals MakeByPlace(SpatialIndex& index, const NormalFit& fit, uint64_t mo
 // Makes normals of halves, likewise. REQUIRES: the index has normals.
 void MakeHalfNormals(SpatialIndex& index, const NormalFit& fit, uint64_t most_work = WorkerScratch::kMostRunWork);
 
+// How many points have their normal in place of one of a half. REQUIRES: the index has half normals.
+size_t CountKeptByHalves(const SpatialIndex& index, const PlacedNormals& made);
+
 // Expects the same normals, and the same normals of halves, whether each run ends when it likes or after each step.
 void ExpectSameNormalsInParts(const TestPoints& points, const NormalFit& fit);
 

@@ -163,11 +163,7 @@ TEST(EdgePartsTest, FacesHaveNormalsOfHalves) {
   EXPECT_TRUE(HasHalves(fit, index));
   const PlacedNormals made = MakeByPlace(index, fit);
   MakeHalfNormals(index, fit);
-  size_t same = 0;
-  for (size_t place = 0; place < index.point_count(); ++place) {
-    const size_t leaf = place / SpatialIndex::kLeafSize, lane = place % SpatialIndex::kLeafSize;
-    same += index.half_normals(leaf).x[lane] == made.normals[place][0] ? 1 : 0;
-  }
+  const size_t same = CountKeptByHalves(index, made);
   EXPECT_GT(same, kPoints / 50);
   EXPECT_LT(same, kPoints / 3);
 }
