@@ -64,9 +64,15 @@ ScaleOutcome LargestUsed(const BenchCloud& cloud, WorkerPool& pool) {
   return *largest;
 }
 
+std::string NameOf(const ScaleOutcome& outcome) {
+  const std::string name(outcome.estimator);
+  return outcome.degree == 0 ? name : absl::StrCat(name, " of degree ", outcome.degree, ",");
+}
+
 EstimatorOptions OptionsOf(const ScaleOutcome& outcome) {
   EstimatorOptions options = OptionsFor(outcome.estimator, outcome.neighbor_count, 2);
-  options.jet_degree = 4;
+  if (outcome.estimator == "jet") options.jet_degree = outcome.degree;
+  if (outcome.estimator == "normal-regression") options.regression_degree = outcome.degree;
   options.project = true;
   return options;
 }
@@ -81,8 +87,7 @@ void Measure(const BenchCloud& cloud, Noise noise, int rounds, WorkerPool& pool,
   const double automatic = medians["auto"]["total"], one = medians["largest"]["total"];
   table.AddRow({cloud.name, absl::StrCat(cloud.size()), absl::StrCat(noise.position, " / ", noise.normal),
                 Digits(automatic), Digits(medians["auto"]["outliers"]),
-                absl::StrCat(std::string(largest.estimator), " ", largest.neighbor_count), Digits(one),
-                Digits(automatic / one)});
+                absl::StrCat(NameOf(largest), " ", largest.neighbor_count), Digits(one), Digits(automatic / one)});
   targets.AtMost(absl::StrCat(name, ": auto over the largest that it uses"), 4.0, automatic / one, "x");
 }
 

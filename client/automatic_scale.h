@@ -24,6 +24,8 @@ struct AutomaticScale {
 // One way to estimate that the server has judged, by a sample of the points. Errors are of the mean curvature.
 struct ScaleOutcome {
   std::string estimator;  // as EstimatorName has it; its number if this client is too old for it
+  // Of the polynomials of "jet" and "normal-regression"; 0: of other estimators, or of servers too old to tell it.
+  uint32_t degree = 0;
   uint32_t neighbor_count = 0;
   double error = 0.0;  // that is expected
   double noise = 0.0;  // how much of it is noise
@@ -38,7 +40,8 @@ struct FittedNormals {
 };
 
 struct ScaleReport {
-  std::vector<ScaleOutcome> outcomes;  // by estimator, then by neighbor count; empty: nothing could be judged
+  std::vector<ScaleOutcome>
+      outcomes;  // by estimator and degree, then by neighbor count; empty: nothing could be judged
   uint32_t sampled_points = 0;
   double position_noise = 0.0;           // standard deviation from the fitted surfaces, in the cloud's length unit
   std::optional<double> normal_noise{};  // of normals, along each tangent, in radians; none: the cloud is too small

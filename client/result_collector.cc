@@ -95,8 +95,8 @@ std::string NameOf(v1::Estimator estimator) {
 ScaleReport FromProto(const v1::ScaleReport& report) {
   ScaleReport out;
   for (const v1::ScaleOutcome& one : report.outcomes()) {
-    out.outcomes.push_back(
-        {NameOf(one.estimator()), one.neighbor_count(), one.error(), one.noise(), one.bias(), one.share()});
+    out.outcomes.push_back({NameOf(one.estimator()), one.degree(), one.neighbor_count(), one.error(), one.noise(),
+                            one.bias(), one.share()});
   }
   out.sampled_points = report.sampled_point_count();
   out.position_noise = report.position_noise();

@@ -193,10 +193,14 @@ Outcome BestFixed(const Samples& samples, bool makes_normals, WorkerPool& pool) 
   return best;
 }
 
+std::string NameOf(const ScaleOutcome& outcome) {
+  return absl::StrCat(std::string(outcome.estimator), outcome.degree == 0 ? "" : absl::StrCat(outcome.degree));
+}
+
 void PrintScores(const ScaleReport& report) {
   for (const ScaleOutcome& o : report.outcomes) {
-    absl::PrintF("    %-18s %5d  error %9.3g  noise %9.3g  bias %9.3g  share %.3f\n", std::string(o.estimator),
-                 o.neighbor_count, o.error, o.noise, o.bias, o.share);
+    absl::PrintF("    %-18s %5d  error %9.3g  noise %9.3g  bias %9.3g  share %.3f\n", NameOf(o), o.neighbor_count,
+                 o.error, o.noise, o.bias, o.share);
   }
 }
 
@@ -204,7 +208,7 @@ std::string Chosen(const ScaleReport& report) {
   std::string text;
   for (const ScaleOutcome& o : report.outcomes) {
     if (o.share >= 0.1)
-      absl::StrAppend(&text, " ", std::string(o.estimator), ":", o.neighbor_count, absl::StrFormat("(%.2f)", o.share));
+      absl::StrAppend(&text, " ", NameOf(o), ":", o.neighbor_count, absl::StrFormat("(%.2f)", o.share));
   }
   return text;
 }

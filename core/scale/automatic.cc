@@ -231,9 +231,10 @@ class AutomaticRun final : public StrategyRun {
       if (!index_.has_half_normals()) part.normal_sigma = NormalNoise(samples, choice.sigma);
       part.positions_are_exact = positions_are_exact;
       for (const ScaleScore& score : choice.scores) {
-        part.Add({kScaleMethods[score.candidate.method].estimator,
-                  FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),
-                  to_caller(score.noise), to_caller(score.bias), score.share});
+        const ScaleMethod& method = kScaleMethods[score.candidate.method];
+        part.outcomes.push_back({method.estimator, method.degree,
+                                 FixedCount(options_).value_or(score.candidate.count()), to_caller(score.error),
+                                 to_caller(score.noise), to_caller(score.bias), score.share});
       }
       report_.AddPart(part, static_cast<double>(samples.size()) / static_cast<double>(std::max<size_t>(judged, 1)));
     }

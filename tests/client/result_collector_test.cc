@@ -241,6 +241,7 @@ TEST(ResultCollectorTest, TellsWhatTheServerChose) {
   scale.set_position_noise(0.01);
   v1::ScaleOutcome& outcome = *scale.add_outcomes();
   outcome.set_estimator(v1::ESTIMATOR_JET_FITTING);
+  outcome.set_degree(4);
   outcome.set_neighbor_count(64);
   outcome.set_error(0.4);
   outcome.set_noise(0.3);
@@ -257,6 +258,7 @@ TEST(ResultCollectorTest, TellsWhatTheServerChose) {
   EXPECT_EQ(report.position_noise, 0.01);
   ASSERT_EQ(report.outcomes.size(), 2u);
   EXPECT_EQ(report.outcomes[0].estimator, "jet");
+  EXPECT_EQ(report.outcomes[0].degree, 4u);
   EXPECT_EQ(report.outcomes[0].neighbor_count, 64u);
   EXPECT_EQ(report.outcomes[0].error, 0.4);
   EXPECT_EQ(report.outcomes[0].noise, 0.3);

@@ -218,7 +218,7 @@ def protocol(proto):
     progress = proto.EstimateCurvatureResponse(progress=proto.Progress(phase=4, points_received=2, points_estimated=1))
     summary = proto.EstimateCurvatureResponse(summary=proto.Summary(
         point_count=2, status_counts=proto.StatusCounts(ok=2), seconds=proto.PhaseSeconds(send=0.5), peak_bytes=7))
-    outcome = proto.ScaleOutcome(estimator=6, neighbor_count=64, error=0.4, noise=0.3, bias=0.2, share=1)
+    outcome = proto.ScaleOutcome(estimator=6, degree=4, neighbor_count=64, error=0.4, noise=0.3, bias=0.2, share=1)
     chosen = proto.EstimateCurvatureResponse(summary=proto.Summary(
         point_count=2, status_counts=proto.StatusCounts(ok=2),
         scale=proto.ScaleReport(outcomes=[outcome, outcome], sampled_point_count=512, position_noise=0.01)))

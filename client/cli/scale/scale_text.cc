@@ -36,6 +36,10 @@ std::vector<ScaleOutcome> WorthTelling(const ScaleReport& report) {
   return told;
 }
 
+std::string NameOf(const ScaleOutcome& outcome) {
+  return outcome.degree == 0 ? outcome.estimator : absl::StrCat(outcome.estimator, ", degree ", outcome.degree);
+}
+
 std::string TextOf(const FittedNormals& fit) {
   return absl::StrFormat("%s of %u points", NormalMethodName(fit.method), fit.neighbor_count);
 }
@@ -51,10 +55,10 @@ std::string ScaleText(const ScaleReport& report) {
   if (report.outcomes.empty()) return "  nothing to choose by: too few points, or none could be estimated\n";
   std::string text = absl::StrFormat("  chosen by %s, noise up to %.3g; expected error of mean_curvature:\n",
                                      CountOf(report.sampled_points, "point"), report.position_noise);
-  absl::StrAppendFormat(&text, "  %-22s %6s %13s %12s %12s %8s\n", "estimator", "K", "error", "by noise",
+  absl::StrAppendFormat(&text, "  %-27s %5s %10s %10s %12s %8s\n", "estimator", "K", "error", "by noise",
                         "by smoothing", "weight");
   for (const ScaleOutcome& o : WorthTelling(report)) {
-    absl::StrAppendFormat(&text, "  %-22s %6u %13.3g %12.3g %12.3g %6.0f %%\n", o.estimator, o.neighbor_count, o.error,
+    absl::StrAppendFormat(&text, "  %-27s %5u %10.3g %10.3g %12.3g %6.0f %%\n", NameOf(o), o.neighbor_count, o.error,
                           o.noise, o.bias, 100.0 * o.share);
   }
   if (report.normal_noise) {
@@ -74,6 +78,7 @@ nlohmann::ordered_json ScaleJson(const ScaleReport& report) {
   nlohmann::ordered_json outcomes = nlohmann::ordered_json::array();
   for (const ScaleOutcome& o : report.outcomes) {
     outcomes.push_back({{"estimator", o.estimator},
+                        {"degree", o.degree},
                         {"neighbor_count", o.neighbor_count},
                         {"error", o.error},
                         {"noise", o.noise},

@@ -124,6 +124,7 @@ void WriteReport(const ScaleReport& report, v1::ScaleReport& proto) {
   for (const ScaleOutcome& outcome : report.outcomes) {
     v1::ScaleOutcome& one = *proto.add_outcomes();
     one.set_estimator(WireEstimator(*FindStrategy(outcome.estimator)));
+    one.set_degree(outcome.degree);
     one.set_neighbor_count(outcome.neighbor_count);
     one.set_error(outcome.error);
     one.set_noise(outcome.noise);

@@ -126,12 +126,13 @@ TEST(NormalsTextTest, TellsHowNormalsWereMadeAndHowFarTheyCanBeTrusted) {
 }
 
 ScaleReport TriedScales() {
-  return {{{"avg-hexagram", 64, 0.3, 0.29, 0.0, 0.25},
-           {"avg-hexagram", 128, 0.4, 0.1, 0.35, 0.0},
-           {"jet", 256, 0.2, 0.15, 0.1, 0.75},
-           {"normal-regression", 91, 0.9, 0.9, 0.0, 0.0},
-           {"normal-regression", 128, 12345.678, 0.00001234, 0.0, 0.0},
-           {"normal-regression", 181, 0.8, 0.8, 0.0, 0.0}},
+  return {{{"avg-hexagram", 0, 64, 0.3, 0.29, 0.0, 0.25},
+           {"avg-hexagram", 0, 128, 0.4, 0.1, 0.35, 0.0},
+           {"jet", 2, 256, 0.2, 0.15, 0.1, 0.5},
+           {"jet", 4, 256, 0.25, 0.25, 0.0, 0.25},
+           {"normal-regression", 3, 91, 0.9, 0.9, 0.0, 0.0},
+           {"normal-regression", 3, 128, 12345.678, 0.00001234, 0.0, 0.0},
+           {"normal-regression", 1, 181, 0.8, 0.8, 0.0, 0.0}},
           512,
           0.0123456};
 }
@@ -139,10 +140,11 @@ ScaleReport TriedScales() {
 TEST(ScaleTextTest, TellsTheChosenByWeightThenTheBestOfEachOtherEstimator) {
   EXPECT_EQ(ScaleText(TriedScales()),
             "  chosen by 512 points, noise up to 0.0123; expected error of mean_curvature:\n"
-            "  estimator                   K         error     by noise by smoothing   weight\n"
-            "  jet                       256           0.2         0.15          0.1     75 %\n"
-            "  avg-hexagram               64           0.3         0.29            0     25 %\n"
-            "  normal-regression         181           0.8          0.8            0      0 %\n");
+            "  estimator                       K      error   by noise by smoothing   weight\n"
+            "  jet, degree 2                 256        0.2       0.15          0.1     50 %\n"
+            "  avg-hexagram                   64        0.3       0.29            0     25 %\n"
+            "  jet, degree 4                 256       0.25       0.25            0     25 %\n"
+            "  normal-regression, degree 1   181        0.8        0.8            0      0 %\n");
 }
 
 TEST(ScaleTextTest, FitsInEightyColumns) {
@@ -152,7 +154,7 @@ TEST(ScaleTextTest, FitsInEightyColumns) {
   report.fitted_normals = {NormalMethod::kJet4, 1536};
   report.normals_made_anew = {NormalMethod::kJet4, 1086};
   for (ScaleOutcome& outcome : report.outcomes)
-    outcome = {outcome.estimator, 2048, 1.2345e-100, 1.2345e-100, 1.2345e-100, 1.0};
+    outcome = {outcome.estimator, 3, 2048, 1.2345e-100, 1.2345e-100, 1.2345e-100, 1.0};
   const std::string text = ScaleText(report);
   for (size_t start = 0, end; (end = text.find('\n', start)) != std::string::npos; start = end + 1) {
     EXPECT_LE(end - start, 80u) << text.substr(start, end - start);
@@ -181,9 +183,11 @@ TEST(ScaleTextTest, TellsWhatGivenNormalsWereMadeBy) {
 
 TEST(ScaleTextTest, JsonTellsEverythingThatWasJudged) {
   const nlohmann::ordered_json json = ScaleJson(TriedScales());
-  EXPECT_EQ(json["outcomes"].size(), 6u);
+  EXPECT_EQ(json["outcomes"].size(), 7u);
   EXPECT_EQ(json["outcomes"][0].dump(),
-            R"({"estimator":"avg-hexagram","neighbor_count":64,"error":0.3,"noise":0.29,"bias":0.0,"share":0.25})");
+            R"({"estimator":"avg-hexagram","degree":0,"neighbor_count":64,"error":0.3,"noise":0.29,"bias":0.0,)"
+            R"("share":0.25})");
+  EXPECT_EQ(json["outcomes"][2]["degree"], 2);
 }
 
 TEST(FlagsTest, ParsesVectorsAndDirections) {

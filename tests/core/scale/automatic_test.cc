@@ -136,6 +136,7 @@ TEST(AutomaticTest, OneEstimatorMayBeFixedOrTheCount) {
   const EstimationResult by_jets = MustEstimate(sphere.ToCloud(), jets);
   for (const ScaleOutcome& outcome : by_jets.scale_report->outcomes) {
     EXPECT_EQ(outcome.estimator, "jet");
+    EXPECT_EQ(outcome.degree, 4u);
   }
   EstimatorOptions counted = Automatic();
   counted.neighborhood = NeighborCount{100};

@@ -61,7 +61,7 @@ TEST(FillSummaryTest, CountsEveryStatusOfTheContractUnderItsWord) {
 
 TEST(FillSummaryTest, TellsWhatAnAutomaticEstimateHasChosen) {
   CallRecord record;
-  record.scale_report.emplace().outcomes = {{"jet", 64, 0.3, 0.2, 0.1, 1.0}};
+  record.scale_report.emplace().outcomes = {{"jet", 4, 64, 0.3, 0.2, 0.1, 1.0}};
   curvature::v1::Summary summary;
   FillSummary(record, &summary);
   ASSERT_TRUE(summary.has_scale());

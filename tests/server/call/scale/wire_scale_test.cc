@@ -206,7 +206,7 @@ TEST(WriteScaleTest, AcceptedOfAFixedCountHasNoScale) {
 
 TEST(WriteReportTest, TellsEveryOutcome) {
   ScaleReport report;
-  report.outcomes = {{"avg-hexagram", 64, 0.3, 0.2, 0.1, 0.75}, {"jet", 128, 0.6, 0.5, 0.4, 0.25}};
+  report.outcomes = {{"avg-hexagram", 0, 64, 0.3, 0.2, 0.1, 0.75}, {"jet", 2, 128, 0.6, 0.5, 0.4, 0.25}};
   report.sampled_points = 512;
   report.sigma = 0.01;
   report.normal_sigma = 0.02;
@@ -217,6 +217,8 @@ TEST(WriteReportTest, TellsEveryOutcome) {
   ASSERT_EQ(proto.outcomes_size(), 2);
   EXPECT_EQ(proto.outcomes(0).estimator(), v1::ESTIMATOR_AVG_HEXAGRAM);
   EXPECT_EQ(proto.outcomes(1).estimator(), v1::ESTIMATOR_JET_FITTING);
+  EXPECT_EQ(proto.outcomes(0).degree(), 0u);
+  EXPECT_EQ(proto.outcomes(1).degree(), 2u);
   EXPECT_EQ(proto.outcomes(1).neighbor_count(), 128u);
   EXPECT_EQ(proto.outcomes(1).error(), 0.6);
   EXPECT_EQ(proto.outcomes(1).noise(), 0.5);
