@@ -1,4 +1,5 @@
 // The automatic choice, beside one estimate with the most neighbors that it uses; whole core in one thread.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -71,7 +72,8 @@ std::string NameOf(const ScaleOutcome& outcome) {
 
 EstimatorOptions OptionsOf(const ScaleOutcome& outcome) {
   EstimatorOptions options = OptionsFor(outcome.estimator, outcome.neighbor_count, 2);
-  if (outcome.estimator == "jet") options.jet_degree = outcome.degree;
+  // Jets of degree 6 are the choice's own: those of degree 4, which cost less, stand for them.
+  if (outcome.estimator == "jet") options.jet_degree = std::min(outcome.degree, kMaxJetDegree);
   if (outcome.estimator == "normal-regression") options.regression_degree = outcome.degree;
   options.project = true;
   return options;
