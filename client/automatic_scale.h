@@ -24,8 +24,8 @@ struct AutomaticScale {
 // One way to estimate that the server has judged, by a sample of the points. Errors are of the mean curvature.
 struct ScaleOutcome {
   std::string estimator;  // as EstimatorName has it; its number if this client is too old for it
-  // Of the polynomials of "jet", 2, 4 or 6, which the choice alone takes, and of "normal-regression", 1 to 3; 0: of other
-  // estimators, or of servers too old to tell it.
+  // Of the polynomials of "jet", 2, 4 or 6, which the choice alone takes, and of "normal-regression", 1 to 3; 0: of
+  // other estimators, or of servers too old to tell it.
   uint32_t degree = 0;
   uint32_t neighbor_count = 0;
   double error = 0.0;  // that is expected

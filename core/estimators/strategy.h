@@ -6,12 +6,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "core/estimators/curvature_field.h"
 #include "core/estimators/options.h"
 #include "core/estimators/point_choice.h"
@@ -45,6 +47,17 @@ struct WorkerScratch {
   // So many take some ten milliseconds; a group of ordinary points takes 12,000 at 50 neighbors, a million or so at
   // 10,000.
   static constexpr uint64_t kMostRunWork = uint64_t{2} << 20;
+  // As most_work: no run ends early.
+  static constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
+
+  // Makes the next run on this scratch a part of the run on `outer`: it ends when that is stopped, begins with the same
+  // point, and takes so many steps at most.
+  void RunWithin(const WorkerScratch& outer, uint64_t most) {
+    stopped = outer.stopped;
+    most_work = most;
+    first_point = outer.first_point;
+    rest = 0;
+  }
 
   // How many points it has written, by PointStatus.
   std::array<uint64_t, kPointStatusEnd> status_counts{};
@@ -67,6 +80,16 @@ struct GroupPhase {
   // type. Errors: ErrorKind::kNeighborhoodTooLarge; kCancelled once the scratch is stopped. The run is then of no
   // further use. May throw std::bad_alloc.
   std::function<absl::Status(size_t group, WorkerScratch& scratch)> run;
+  // Called once after `begin`: whether the phase has anything to do. If not, no group is run. Empty: it has.
+  std::function<bool()> is_needed = nullptr;
+
+  // Begins the phase, and returns whether its groups are to be run. Errors: those of `begin`.
+  absl::StatusOr<bool> Begin() const {
+    if (begin) {
+      if (absl::Status status = begin(); !status.ok()) return status;
+    }
+    return !is_needed || is_needed();
+  }
 };
 
 // One estimate, or another walk over the groups of an index: what all workers share.

@@ -197,7 +197,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
       AddPhase(MakeGroupPhase(std::move(phases[i]), index_, GroupsPerBlock(options_), *scratch_,
                               is_last ? &points_estimated_ : nullptr));
     }
-    if (normals_->may_lack()) AddPhase(MakeStep(kFieldPhase, [this, first] { return RefuseWithoutNormal(first); }));
+    if (index_.lacks_normals()) AddPhase(MakeStep(kFieldPhase, [this, first] { return RefuseWithoutNormal(first); }));
     for (size_t scale = first; scale < fields_.count(); ++scale) {
       PointCurvature* const points = fields_.points(scale).data();
       AddPhase(MakeSeamPhase({fields_.options(scale), index_, fields_.marks(scale), points, refused_}));

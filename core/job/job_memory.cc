@@ -22,9 +22,11 @@ constexpr size_t kCloudAndIndexBytes = 48;
 }  // namespace
 
 size_t EstimationBytesPerPoint(const EstimatorOptions& options, const NormalOptions& normals) {
+  // Outliers are looked for once what the strategy held is gone.
+  const size_t of_outliers = LooksForOutliers(options) ? OutlierRun::kBytesPerPoint : 0;
   return kCloudAndIndexBytes + NormalBytesPerPoint(CloudNormals::OptionsFor(options, normals)) +
          options.scale_count() * sizeof(PointCurvature) + (options.returns_choice ? sizeof(PointChoice) : 0) +
-         (LooksForOutliers(options) ? OutlierRun::kBytesPerPoint : 0) + StrategyFor(options).bytes_per_point;
+         std::max(of_outliers, StrategyFor(options).bytes_per_point);
 }
 
 size_t EstimationScratchBytes(const EstimatorOptions& options, size_t point_count, int thread_count,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -65,15 +66,8 @@ class AutomaticRun final : public StrategyRun {
       };
     };
     phases.push_back({"scale", nullptr, sample(Pilot::Samples::kScouts)});
-    const auto sample_again_if = [&](const auto& is_needed) {
-      phases.push_back({"scale",
-                        [this, is_needed] {
-                          is_again_ = is_needed();
-                          return absl::OkStatus();
-                        },
-                        [this, scouts = sample(Pilot::Samples::kScouts)](size_t group, WorkerScratch& scratch) {
-                          return is_again_ ? scouts(group, scratch) : absl::OkStatus();
-                        }});
+    const auto sample_again_if = [&](std::function<bool()> is_needed) {
+      phases.push_back({"scale", nullptr, sample(Pilot::Samples::kScouts), std::move(is_needed)});
     };
     sample_again_if([this] { return scouting_->LooksAgain(); });
     if (edges_.has_value()) {
@@ -87,7 +81,7 @@ class AutomaticRun final : public StrategyRun {
                         },
                         [this](size_t group, WorkerScratch& scratch) {
                           PilotScratch& s = static_cast<AutomaticScratch&>(scratch).pilot;
-                          s.stopped = scratch.stopped;
+                          s.RunWithin(scratch, WorkerScratch::kNoLimit);
                           return edges_->Mark(group, s);
                         }});
       sample_again_if([this] {
@@ -110,7 +104,8 @@ class AutomaticRun final : public StrategyRun {
                         const std::span<PilotPoint> between = std::span(table_).subspan(between_);
                         return Sample(group, Pilot::Samples::kBetween, between,
                                       static_cast<AutomaticScratch&>(scratch));
-                      }});
+                      },
+                      [this] { return between_ < table_.size(); }});
     phases.push_back({"curvature",
                       [this] {
                         Choose();
@@ -126,9 +121,9 @@ class AutomaticRun final : public StrategyRun {
                           return absl::OkStatus();
                         },
                         [this](size_t group, WorkerScratch& scratch) {
-                          return mending_.has_value() ? mending_->Mend(group, static_cast<AutomaticScratch&>(scratch))
-                                                      : absl::OkStatus();
-                        }});
+                          return mending_->Mend(group, static_cast<AutomaticScratch&>(scratch));
+                        },
+                        [this] { return mending_.has_value(); }});
     }
     return phases;
   }
@@ -145,7 +140,7 @@ class AutomaticRun final : public StrategyRun {
  private:
   absl::Status Sample(size_t group, Pilot::Samples which, std::span<PilotPoint> table, AutomaticScratch& s) {
     if (table.empty()) return absl::OkStatus();
-    s.pilot.stopped = s.stopped;
+    s.pilot.RunWithin(s, WorkerScratch::kNoLimit);
     return pilot_.SampleGroup(group, which, s.pilot, table);
   }
 
@@ -166,10 +161,7 @@ class AutomaticRun final : public StrategyRun {
   }
 
   absl::Status MeasureEdges(size_t group, AutomaticScratch& s) {
-    s.pilot.stopped = s.stopped;
-    s.pilot.most_work = s.most_work;
-    s.pilot.first_point = s.first_point;
-    s.pilot.rest = 0;
+    s.pilot.RunWithin(s, s.most_work);
     const absl::Status status = edges_->Measure(group, s.pilot);
     s.rest = s.pilot.rest;
     return status;
@@ -245,10 +237,9 @@ class AutomaticRun final : public StrategyRun {
     if (absl::Status status = estimates_->EstimateGroup(group, s); !status.ok()) return status;
     if (absl::Status status = estimates_->LookForDetail(group, s); !status.ok()) return status;
     const GroupPoints& points = s.points;
-    for (size_t i = 0; i < points.size; ++i) {
-      // An estimate that is not left open is what it is without choices, to the last bit.
-      if (!options_.is_automatic()) continue;
-      results_[points.slot[i]] = ChosenEstimates::Blended(s, i);
+    // An estimate that is not left open is what it is without choices, to the last bit.
+    if (options_.is_automatic()) {
+      for (size_t i = 0; i < points.size; ++i) results_[points.slot[i]] = ChosenEstimates::Blended(s, i);
     }
     absl::Status status = estimates_->EstimateOneSided(group, s);
     if (status.ok()) status = own_fits_->EstimateDetails(group, s);
@@ -281,7 +272,6 @@ class AutomaticRun final : public StrategyRun {
   std::optional<EdgeRun> edges_;  // unless the estimator or the scale is fixed
   PilotTable table_;
   std::optional<Scouting> scouting_;  // which holds references to this run
-  bool is_again_ = false;             // whether scouts are sampled once more
   size_t between_ = 0;                // where those between other samples begin in the table
   CloudChoice choice_;
   PointChoice* choices_ = nullptr;  // null: nobody asks
@@ -340,20 +330,26 @@ std::unique_ptr<StrategyRun> Start(const EstimatorOptions& options, const Spatia
   return std::make_unique<AutomaticRun>(options, index, results);
 }
 
-constexpr Strategy kAutomatic = {.name = kAutomaticEstimator,
-                                 .wire_name = {},
-                                 .summary = "the estimators and scales that suit the cloud, averaged",
-                                 .options = {},
-                                 .needs_normals = true,
-                                 .bytes_per_point = EdgeMarks::kBytesPerPoint,
-                                 .scratch_bytes = MostScratchBytes,
-                                 .shared_bytes = MostSharedBytes,
-                                 .start = Start};
+constexpr Strategy AutomaticStrategy(size_t bytes_per_point) {
+  return {.name = kAutomaticEstimator,
+          .wire_name = {},
+          .summary = "the estimators and scales that suit the cloud, averaged",
+          .options = {},
+          .needs_normals = true,
+          .bytes_per_point = bytes_per_point,
+          .scratch_bytes = MostScratchBytes,
+          .shared_bytes = MostSharedBytes,
+          .start = Start};
+}
+
+constexpr Strategy kAutomatic = AutomaticStrategy(0),
+                   kAutomaticMindingEdges = AutomaticStrategy(EdgeMarks::kBytesPerPoint);
 
 }  // namespace
 
 const Strategy& StrategyFor(const EstimatorOptions& options) {
-  return options.is_automatic() || options.returns_choice ? kAutomatic : *FindStrategy(options.estimator);
+  if (!options.is_automatic() && !options.returns_choice) return *FindStrategy(options.estimator);
+  return MindsEdges(options) ? kAutomaticMindingEdges : kAutomatic;
 }
 
 bool ComparesNormalsOfHalves(const EstimatorOptions& options) {

@@ -66,8 +66,10 @@ struct ScaleChoice {
   // Sampled points that the weights at a point are taken from.
   static constexpr size_t kNearest = 24;
 
-  std::vector<ScaleScore> scores;      // of all candidates that could be judged
-  std::vector<ScaleCandidate> chosen;  // at most kMostChosen, the largest share first; empty: none could be judged
+  std::vector<ScaleScore> scores;  // of all candidates that could be judged
+  // At most kMostChosen: first those with the largest shares in H and G, then what adds most to them; empty: none could
+  // be judged.
+  std::vector<ScaleCandidate> chosen;
   // Those of the traceless part are those of the mean curvature, without trends, where it would gain little by others.
   OfQuantities<ScaleWeights> weights;
   double sigma = 0.0;  // standard deviation of the positions' noise, in the index's unit, as the residuals show it

@@ -195,7 +195,7 @@ std::vector<PointCurvature> EstimateWithoutCheck(const TestPoints& points, const
   const std::unique_ptr<WorkerScratch> scratch = run->MakeScratch();
   scratch->seams = nullptr;
   for (const GroupPhase& phase : run->Phases()) {
-    absl::Status status = phase.begin == nullptr ? absl::OkStatus() : phase.begin();
+    absl::Status status = phase.Begin().status();
     for (size_t group = 0; group < index.group_count() && status.ok(); ++group) {
       scratch->first_point = 0;
       do {

@@ -32,7 +32,9 @@ Cost Estimate(const SpatialIndex& index, const EstimatorOptions& options, uint64
   scratch->most_work = most_work;
   Cost cost;
   for (const GroupPhase& phase : run->Phases()) {
-    cost.status = phase.begin ? phase.begin() : absl::OkStatus();
+    const absl::StatusOr<bool> is_needed = phase.Begin();
+    cost.status = is_needed.status();
+    if (!is_needed.value_or(false)) continue;
     for (size_t group = 0; group < index.group_count() && cost.status.ok(); ++group) {
       scratch->first_point = 0;
       do {

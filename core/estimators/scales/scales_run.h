@@ -37,11 +37,8 @@ struct ScalesScratch final : WorkerScratch {
   // Lends the first scratch what this one was told of the run, and takes back what it tells.
   void StartRun() {
     Scratch& first = *scales[0];
-    first.stopped = stopped;
-    first.most_work = most_work;
+    for (const auto& scratch : scales) scratch->RunWithin(*this, most_work);
     first.seams = seams;
-    for (const auto& scratch : scales) scratch->first_point = first_point;
-    first.rest = 0;
   }
   void EndRun() {
     rest = scales[0]->rest;

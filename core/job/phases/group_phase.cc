@@ -21,9 +21,9 @@ class GroupBlocks final : public Phase {
   std::string_view name() const override { return groups_.name; }
 
   absl::StatusOr<size_t> Begin() override {
-    if (groups_.begin) {
-      if (absl::Status status = groups_.begin(); !status.ok()) return status;
-    }
+    const absl::StatusOr<bool> is_needed = groups_.Begin();
+    if (!is_needed.ok()) return is_needed.status();
+    if (!*is_needed) return 0;
     block_count_ = (index_.group_count() + groups_per_block_ - 1) / groups_per_block_;
     return block_count_;
   }

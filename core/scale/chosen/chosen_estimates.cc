@@ -232,11 +232,8 @@ void ChosenEstimates::Start(size_t group, AutomaticScratch& s) const {
 
 absl::Status ChosenEstimates::Run(size_t group, size_t estimate, SeamMarks* seams, AutomaticScratch& s) const {
   auto& one = static_cast<GroupScratch&>(s.OfChosen(estimate));
-  one.stopped = s.stopped;
+  one.RunWithin(s, s.most_work / runs_.size());
   one.seams = seams;
-  one.most_work = s.most_work / runs_.size();
-  one.first_point = s.first_point;
-  one.rest = 0;
   // Others that share the scratch look at other numbers of neighbors.
   one.search.reach_hint = s.reach_hints[estimate];
   if (absl::Status status = phases_[estimate].run(group, one); !status.ok()) return status;
@@ -314,8 +311,7 @@ absl::Status ChosenEstimates::EstimateOneSided(size_t group, AutomaticScratch& s
     if (IsOneSided(s, i)) one_sided[count++] = i;
   }
   if (count == 0) return absl::OkStatus();
-  s.pilot.stopped = s.stopped;
-  s.pilot.first_point = s.first_point;
+  s.pilot.RunWithin(s, WorkerScratch::kNoLimit);  // a group's points are few
   const double most_radius = ScaleOf(options_).max_radius;
   const float most_in_index = most_radius > 0.0 ? static_cast<float>(std::ldexp(most_radius, index_.scale_exponent()))
                                                 : std::numeric_limits<float>::max();

@@ -132,7 +132,8 @@ std::optional<PointFit> EstimateDetail(std::span<const NeighborNormal> neighbors
   if (steps.size() < (mean.has_value() ? 2 : 1)) return std::nullopt;
   const Step& last = steps.back();
   // Where noise is larger on one side, the fit is less sure than its mean residual says.
-  const double ratio = std::max(climb.ErrorByResiduals(last, neighbors.first(last.count)) / last.error, 1.0);
+  const double by_residuals = climb.ErrorByResiduals(last, neighbors.first(last.count));
+  const double ratio = last.error > 0.0 ? std::max(by_residuals / last.error, 1.0) : 1.0;
   const double least_difference = kLeastDifference * ratio * last.error * last.caution;
   if (mean.has_value() && !(std::abs(last.point.mean - *mean) > least_difference)) return std::nullopt;
   // Neighbors on a few lines determine the smaller fit far less.

@@ -146,9 +146,7 @@ absl::Status OwnFits::ForEach(size_t group, absl::FunctionRef<bool(size_t i)> is
       if (is_kept(i)) kept[kept_count++] = i;
     }
     if (kept_count == 0) continue;
-    s.pilot.stopped = s.stopped;
-    s.pilot.first_point = s.first_point;
-    s.pilot.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
+    s.pilot.RunWithin(s, WorkerScratch::kNoLimit);  // a group's points are few
     const auto visit = [&](size_t place) {
       const size_t i = kept[place];
       s.pilot.search.work += 16 * s.pilot.neighbors.count;

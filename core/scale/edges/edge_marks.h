@@ -8,7 +8,6 @@
 
 #include "core/index/spatial_index.h"
 #include "core/scale/edges/normal_trend.h"
-#include "core/scale/edges/one_side.h"
 
 namespace curvd {
 
@@ -30,7 +29,7 @@ class EdgeMarks {
   // `index` outlives the object. May throw std::bad_alloc.
   explicit EdgeMarks(const SpatialIndex& index);
 
-  // How the normals around a point change (core/scale/edges/one_side.h).
+  // How the normals around a point change.
   void SetTrend(size_t place, const NormalTrend& trend) {
     trends_[place] = {static_cast<float>(trend.roughness), static_cast<float>(trend.slope)};
   }

@@ -145,7 +145,7 @@ absl::Status EdgeRun::Mark(size_t group, PilotScratch& s) {
   const EdgeNoise noise{NoiseAround(group), position_noise_};
   if (!any_may_be_rough(noise)) return absl::OkStatus();
   s.first_point = 0;
-  s.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
+  s.most_work = WorkerScratch::kNoLimit;  // a group's points are few
   const auto is_left = [](size_t place) { return !IsMeasuredFirst(place); };
   if (absl::Status status = MeasureTrends(group, is_left, s); !status.ok()) return status;
   size_t rough = 0;
@@ -191,6 +191,7 @@ void EdgeRun::KeepClear(PilotTable& table) const {
 }
 
 float EdgeRun::DistanceToEdge(const float* position) const {
+  if (!HasEdges()) return std::numeric_limits<float>::infinity();
   return std::sqrt(marks_.SquaredDistance(position, std::numeric_limits<float>::max()));
 }
 
@@ -198,7 +199,7 @@ absl::Status EdgeRun::Repair(size_t group, float most_radius, absl::FunctionRef<
                              absl::FunctionRef<OneSideScale(const float* position)> scale_at,
                              absl::FunctionRef<void(size_t n, const PointFit& estimate)> take, PilotScratch& s) const {
   const double normal_noise = NoiseAround(group), to_caller = std::ldexp(1.0, index_.scale_exponent());
-  s.most_work = std::numeric_limits<uint64_t>::max();  // a group's points are few
+  s.most_work = WorkerScratch::kNoLimit;  // a group's points are few
   return CollectNeighbors(
       index_, repaired_, group, CollectedPoints::kQueries, CollectedNormals::kInUse, s, is_one_sided, [&](size_t i) {
         s.search.work += 16 * s.neighbors.count;

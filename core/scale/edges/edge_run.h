@@ -45,7 +45,7 @@ class EdgeRun {
   void KeepClear(PilotTable& table) const;
 
   bool HasEdges() const;
-  // From a position to the nearest point beside an edge, in the index's unit.
+  // From a position to the nearest point beside an edge, in the index's unit; infinity where there is no edge.
   float DistanceToEdge(const float* position) const;
   // Repair looks among so many neighbors, a third of the cloud at most, for those on the side of a point.
   void LookAmong(uint32_t count);

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "core/scale/edges/one_side.h"
+#include "core/scale/point_fits/neighbor_normal.h"
 
 namespace curvd {
 

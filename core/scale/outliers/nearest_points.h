@@ -32,7 +32,8 @@ struct NearestScratch final : WorkerScratch {
   alignas(64) int32_t places[kRoom];
   alignas(64) int32_t order[kRoom];
   NearestPoint neighbors[kNearest + 1];
-  // Whether the last group looked as if few neighbors tell of most points what matters.
+  // Whether the last group looked as if few neighbors tell of most points what matters. Only time depends on it: what
+  // few neighbors settle, more of them leave as it is.
   bool may_look_at_few = true;
 
   size_t bytes() const override { return sizeof(*this) + search.bytes(); }

@@ -143,11 +143,11 @@ bool LooksForOutliers(const EstimatorOptions& options) { return MindsEdges(optio
 std::vector<GroupPhase> OutlierRun::Phases() {
   std::vector<GroupPhase> phases;
   for (size_t round = 0; round < kRounds; ++round) {
-    phases.push_back({kOutlierPhase,
-                      round == 0 ? std::function<absl::Status()>([this] { return Allocate(); }) : nullptr,
-                      [this, round](size_t group, WorkerScratch& scratch) {
-                        return Measure(group, round, static_cast<NearestScratch&>(scratch));
-                      }});
+    const auto has_round = [this, round] { return HasRound(round); };
+    phases.push_back(
+        {kOutlierPhase, round == 0 ? std::function<absl::Status()>([this] { return Allocate(); }) : nullptr,
+         [this](size_t group, WorkerScratch& scratch) { return Measure(group, static_cast<NearestScratch&>(scratch)); },
+         has_round});
     phases.push_back({kOutlierPhase,
                       [this, round] {
                         if (round == 0) FindUsual();
@@ -156,10 +156,13 @@ std::vector<GroupPhase> OutlierRun::Phases() {
                       [this, round](size_t group, WorkerScratch&) {
                         Judge(group, round);
                         return absl::OkStatus();
-                      }});
-    phases.push_back({kOutlierPhase, nullptr, [this, round](size_t group, WorkerScratch& scratch) {
+                      },
+                      has_round});
+    phases.push_back({kOutlierPhase, nullptr,
+                      [this, round](size_t group, WorkerScratch& scratch) {
                         return Compare(group, round, static_cast<NearestScratch&>(scratch));
-                      }});
+                      },
+                      has_round});
   }
   return phases;
 }
@@ -182,8 +185,7 @@ absl::Status OutlierRun::Allocate() {
   return absl::OkStatus();
 }
 
-absl::Status OutlierRun::Measure(size_t group, size_t round, NearestScratch& scratch) {
-  if (!HasRound(round)) return absl::OkStatus();
+absl::Status OutlierRun::Measure(size_t group, NearestScratch& scratch) {
   const size_t first = group * SpatialIndex::kGroupPoints;
   std::bitset<SpatialIndex::kGroupPoints> is_left;
   for (size_t k = 0; k < SpatialIndex::kGroupPoints; ++k) {
@@ -201,16 +203,14 @@ absl::Status OutlierRun::Measure(size_t group, size_t round, NearestScratch& scr
         });
   };
   const bool looks_at_few = scratch.may_look_at_few;
-  size_t rest = 0;
   if (looks_at_few) {
     if (absl::Status status = measure(kNearestFew); !status.ok()) return status;
-    rest = std::exchange(scratch.rest, 0);
+    scratch.rest = 0;  // the second look takes on all that are left
     scratch.may_look_at_few = 2 * settled >= measured;
   }
-  if (absl::Status status = measure(NearestScratch::kNearest); !status.ok()) return status;
+  absl::Status status = measure(NearestScratch::kNearest);
   if (!looks_at_few) scratch.may_look_at_few = 2 * settled >= measured;
-  if (scratch.rest == 0) scratch.rest = rest;
-  return absl::OkStatus();
+  return status;
 }
 
 bool OutlierRun::MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch) {
@@ -301,7 +301,6 @@ void OutlierRun::FindUsual() {
 }
 
 void OutlierRun::Judge(size_t group, size_t round) {
-  if (!HasRound(round)) return;
   const size_t first = group * SpatialIndex::kGroupPoints;
   const size_t last = std::min(first + SpatialIndex::kGroupPoints, index_.point_count());
   std::array<float, SpatialIndex::kGroupPoints> deviations, spacings;
@@ -337,7 +336,6 @@ void OutlierRun::Judge(size_t group, size_t round) {
 }
 
 absl::Status OutlierRun::Compare(size_t group, size_t round, NearestScratch& scratch) {
-  if (!HasRound(round)) return absl::OkStatus();
   size_t found = 0;
   absl::Status status = ForEachNearest(
       index_, group, NearestScratch::kNearest, scratch,

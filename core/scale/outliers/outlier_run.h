@@ -69,7 +69,7 @@ class OutlierRun final : public StrategyRun {
   static constexpr size_t kRounds = 4;
 
   absl::Status Allocate();
-  absl::Status Measure(size_t group, size_t round, NearestScratch& scratch);
+  absl::Status Measure(size_t group, NearestScratch& scratch);
   // Whether the nearest judges settle the point: whatever others say changes nothing.
   bool MeasurePoint(size_t i, std::span<const NearestPoint> neighbors, const NearestScratch& scratch);
   static std::span<const NearestPoint> WithoutCopies(std::span<const NearestPoint> neighbors);
@@ -84,7 +84,7 @@ class OutlierRun final : public StrategyRun {
   // Looks at the latter: outliers are those that deviate much more than the points around them.
   absl::Status Compare(size_t group, size_t round, NearestScratch& scratch);
   bool DeviatesAlone(size_t place, std::span<const NearestPoint> neighbors) const;
-  // Whether there is a next round to be.
+  // Whether a look is to be had: the first one, and others after one that found outliers.
   bool HasRound(size_t round) const { return round == 0 || found_[round - 1] > 0; }
   enum class Mark : uint8_t { kNone, kSuspect, kOutlier };
 

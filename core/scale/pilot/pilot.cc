@@ -30,8 +30,9 @@ void Pilot::KeepMethods(const MethodSet& methods) {
 
 void Pilot::SetRungs(size_t count) {
   rung_count_ = count;
-  options_.neighborhood = NeighborCount{kScaleRungs[rung_count_ - 1]};
-  plan_ = NeighborhoodPlan::Make(options_, index_);
+  EstimatorOptions largest;
+  largest.neighborhood = NeighborCount{kScaleRungs[rung_count_ - 1]};
+  plan_ = NeighborhoodPlan::Make(largest, index_);
 }
 
 absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scratch, std::span<PilotPoint> table) const {
@@ -40,7 +41,7 @@ absl::Status Pilot::SampleGroup(size_t group, Samples which, PilotScratch& scrat
   bool is_sampled = false;
   for (size_t leaf = first; leaf < last; ++leaf) is_sampled = is_sampled || IsSampledNow(leaf, which);
   if (!is_sampled) return absl::OkStatus();
-  scratch.most_work = std::numeric_limits<uint64_t>::max();  // the points are few
+  scratch.most_work = WorkerScratch::kNoLimit;  // the points are few
   scratch.first_point = 0;
   const auto leaf_of = [&](size_t i) { return static_cast<size_t>(scratch.points.place[i]) / SpatialIndex::kLeafSize; };
   // Where the points that are kept go in the table.

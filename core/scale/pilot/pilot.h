@@ -43,7 +43,6 @@ class Pilot {
   void SetRungs(size_t count);
   // From now on, only these methods, and those that tell noise.
   void KeepMethods(const MethodSet& methods);
-  const EstimatorOptions& options() const { return options_; }
 
   // Writes the sampled points of a group, which mostly has none, to their places in `table`, which has sample_count():
   // scouts and others share a table, those between have one of their own. A point without a neighborhood has no
@@ -58,6 +57,9 @@ class Pilot {
     return std::clamp<size_t>((kLeastPoints + leaves - 1) / leaves, 1, kMostOfLeaf);
   }
   size_t sample_count() const { return sampled_leaf_count() * samples_of_leaf(); }
+  const SpatialIndex& index() const { return index_; }
+
+ private:
   // The place among the sampled leaves of the first that is not before this leaf.
   size_t SampledFrom(size_t leaf) const { return FirstPlace(leaf, sampled_leaf_count()); }
   // The leaf that has this place among the sampled ones.
@@ -65,10 +67,6 @@ class Pilot {
   bool IsSampled(size_t leaf) const {
     return SampledFrom(leaf) < sampled_leaf_count() && SampledLeaf(SampledFrom(leaf)) == leaf;
   }
-  const SpatialIndex& index() const { return index_; }
-  const NeighborhoodPlan& plan() const { return plan_; }
-
- private:
   // Of the sampled leaves, every so many has scouts.
   size_t ScoutStep() const {
     return samples_of_leaf() > 1 ? 1 : std::max<size_t>(sampled_leaf_count() / kLeastScouts, 1);
@@ -96,8 +94,7 @@ class Pilot {
   const SpatialIndex& index_;
   size_t most_rungs_ = 0, rung_count_ = 0;
   MethodSet methods_ = AllMethods();
-  EstimatorOptions options_;  // whose neighborhoods are the largest
-  NeighborhoodPlan plan_{};
+  NeighborhoodPlan plan_{};  // of the largest neighborhoods
 };
 
 }  // namespace curvd

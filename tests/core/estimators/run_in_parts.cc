@@ -8,7 +8,9 @@ namespace curvd::testing {
 
 void RunInParts(StrategyRun& run, const SpatialIndex& index, WorkerScratch& scratch) {
   for (const GroupPhase& phase : run.Phases()) {
-    ASSERT_TRUE(phase.begin == nullptr || phase.begin().ok());
+    const absl::StatusOr<bool> is_needed = phase.Begin();
+    ASSERT_TRUE(is_needed.ok()) << is_needed.status();
+    if (!*is_needed) continue;
     for (size_t group = 0; group < index.group_count(); ++group) {
       scratch.first_point = 0;
       do {

@@ -25,9 +25,9 @@ absl::StatusOr<size_t> RunOnOneWorker(const Strategy& strategy, const EstimatorO
   const std::unique_ptr<StrategyRun> run = strategy.start(options, index, results.data());
   const std::unique_ptr<WorkerScratch> scratch = run->MakeScratch();
   for (const GroupPhase& phase : run->Phases()) {
-    if (phase.begin != nullptr) {
-      if (absl::Status status = phase.begin(); !status.ok()) return status;
-    }
+    const absl::StatusOr<bool> is_needed = phase.Begin();
+    if (!is_needed.ok()) return is_needed.status();
+    if (!*is_needed) continue;
     for (size_t group = 0; group < index.group_count(); ++group) {
       const absl::Status status = phase.run(group, *scratch);
       EXPECT_LE(scratch->bytes(), strategy.scratch_bytes(options, index.point_count())) << strategy.name;
@@ -86,7 +86,7 @@ TEST(StrategiesTest, AGroupThatWantsNothingLeavesWhatSearchesHaveLearned) {
     const std::unique_ptr<WorkerScratch> scratch = run->MakeScratch();
     size_t without = 0;
     for (const GroupPhase& phase : run->Phases()) {
-      ASSERT_TRUE(phase.begin == nullptr || phase.begin().ok());
+      ASSERT_TRUE(phase.Begin().value_or(false));
       if (phase.name == "umbrellas") {
         for (size_t group = 0; group < index.group_count(); ++group) ASSERT_TRUE(phase.run(group, *scratch).ok());
         continue;
