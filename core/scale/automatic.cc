@@ -50,9 +50,12 @@ EstimatorOptions PilotOptions(const EstimatorOptions& options) {
 class AutomaticRun final : public StrategyRun {
  public:
   AutomaticRun(const EstimatorOptions& options, const SpatialIndex& index, PointCurvature* results)
-      : options_(options), index_(index), results_(results), pilot_(index, MostSampledCount(options)) {
+      : options_(WithinCloud(options, index.point_count())),
+        index_(index),
+        results_(results),
+        pilot_(index, MostSampledCount(options_)) {
     table_.resize(pilot_.rung_count() > 0 ? pilot_.sample_count() : 0, PilotPoint::None());
-    if (MindsEdges(options)) edges_.emplace(index);
+    if (MindsEdges(options_)) edges_.emplace(index);
     scouting_.emplace(options_, index, pilot_, table_, edges_.has_value() ? &*edges_ : nullptr);
   }
 
@@ -169,7 +172,7 @@ class AutomaticRun final : public StrategyRun {
 
   void Choose() {
     KeepSamples();
-    DropUntoldAcrossLines(BoundsOf(options_, index_), table_);
+    DropUndeterminedAcrossLines(BoundsOf(options_, index_), table_);
     std::vector<PartChoice> parts;
     for (const PilotPoints samples : PartsOf(table_)) {
       PartChoice part{samples, ChooseScales(samples, BoundsOf(options_, index_)), PositionsAreExact(samples)};
@@ -206,8 +209,9 @@ class AutomaticRun final : public StrategyRun {
   ScaleCandidate Fallback() const {
     size_t method = 0;
     while (!IsCandidate(options_, method)) ++method;
-    size_t rung = RungNear(FixedCount(options_).value_or(ScaleOf(options_).least_count));
-    while (rung > 0 && kScaleRungs[rung] > index_.point_count()) --rung;
+    if (const auto count = FixedCount(options_)) return {method, RungNear(*count)};
+    size_t rung = 0;
+    while (kScaleRungs[rung] < ScaleOf(options_).least_count) ++rung;
     return {method, rung};
   }
 
@@ -358,8 +362,8 @@ bool ComparesNormalsOfHalves(const EstimatorOptions& options) {
 }
 
 uint32_t LeastPoints(const EstimatorOptions& options) {
-  if (const auto count = FixedCount(options)) return *count;
-  return std::holds_alternative<AutomaticScale>(options.neighborhood) ? kScaleRungs[0] : 0;
+  if (const auto* scale = std::get_if<AutomaticScale>(&options.neighborhood)) return scale->least_count;
+  return FixedCount(options).value_or(0);
 }
 
 }  // namespace curvd

@@ -22,6 +22,14 @@ std::optional<uint32_t> FixedCount(const EstimatorOptions& options) {
   return std::clamp(kScaleRungs[RungNear(most)], least, most);
 }
 
+EstimatorOptions WithinCloud(EstimatorOptions options, size_t point_count) {
+  if (auto* scale = std::get_if<AutomaticScale>(&options.neighborhood)) {
+    const auto most = static_cast<uint32_t>(std::min<size_t>(scale->most_count, point_count));
+    scale->most_count = std::max(scale->least_count, most);
+  }
+  return options;
+}
+
 size_t RungNear(uint32_t count) {
   const auto distance = [count](uint32_t rung) { return std::abs(std::log(static_cast<double>(rung) / count)); };
   const auto nearest = std::min_element(kScaleRungs.begin(), kScaleRungs.end(),

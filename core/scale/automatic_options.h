@@ -17,6 +17,9 @@ AutomaticScale ScaleOf(const EstimatorOptions& options);
 // The count that every estimate has, where only the estimator is left open, or nothing is, or the bounds of the scale
 // hold no rung: the one of these bounds that is nearest to one. REQUIRES: the options are valid.
 std::optional<uint32_t> FixedCount(const EstimatorOptions& options);
+// The same options, but that no neighborhood has more points than the cloud has. REQUIRES: LeastPoints are in the
+// cloud.
+EstimatorOptions WithinCloud(EstimatorOptions options, size_t point_count);
 // The rung that is nearest to a count, on the scale of its ratios.
 size_t RungNear(uint32_t count);
 // Whether the options leave the choice of this one of kScaleMethods.

@@ -23,12 +23,12 @@ constexpr double kDeviationsOffLine = 4.0, kLeastGap = 1.25;
 // Small neighborhoods see detail if what they show otherwise along lines is more than this part of the difference of
 // the mean curvature.
 constexpr double kMostAlongLines = 0.5;
-// What is told by chance shows it: those neighborhoods differ from larger ones by more than so many times what the
+// What chance determines shows it: those neighborhoods differ from larger ones by more than so many times what the
 // larger ones differ among each other.
-constexpr double kMostOverTold = 4.0;
+constexpr double kMostOverDetermined = 4.0;
 // Of the points on lines, so many may have neighborhoods that cross too few: where distances of lines differ, what
-// would be told at all of them is too large for most.
-constexpr double kMostUntold = 0.25;
+// would be determined at all of them is too large for most.
+constexpr double kMostUndetermined = 0.25;
 
 // A neighbor in the tangent plane.
 struct Place {
@@ -81,7 +81,7 @@ double LeastRadius(size_t method) {
   return kPerDegree * std::max(kScaleMethods[method].degree, 1U) + kBeyond;
 }
 
-bool IsTold(const PilotPoint& point, size_t method, size_t rung) {
+bool IsDetermined(const PilotPoint& point, size_t method, size_t rung) {
   return point.radius[rung] >= LeastRadius(method) * point.line_distance;
 }
 
@@ -100,26 +100,26 @@ Bends BendsAt(const PilotPoint& point, size_t method, size_t rung) {
 
 // By how much neighborhoods differ, by one method.
 struct Differences {
-  Bends of_smallest;    // the smallest one, from the first that is told
-  double mean_of_told;  // H of the first that is told, from that of the next
+  Bends of_smallest;          // the smallest one, from the first that is determined
+  double mean_of_determined;  // H of the first that is determined, from that of the next
 };
 
 std::optional<Differences> DifferencesAt(const PilotPoint& point, size_t method) {
-  std::optional<Bends> smallest, first_told;
+  std::optional<Bends> smallest, first_determined;
   for (size_t rung = 0; rung < kRungCount; ++rung) {
     const Bends bends = BendsAt(point, method, rung);
     if (!std::isfinite(bends.mean + bends.along_line)) continue;
-    if (first_told.has_value()) {
-      return Differences{
-          {std::abs(first_told->mean - smallest->mean), std::abs(first_told->along_line - smallest->along_line)},
-          std::abs(bends.mean - first_told->mean)};
+    if (first_determined.has_value()) {
+      return Differences{{std::abs(first_determined->mean - smallest->mean),
+                          std::abs(first_determined->along_line - smallest->along_line)},
+                         std::abs(bends.mean - first_determined->mean)};
     }
-    const bool is_told = IsTold(point, method, rung);
+    const bool is_determined = IsDetermined(point, method, rung);
     if (!smallest.has_value()) {
-      if (is_told) return std::nullopt;
+      if (is_determined) return std::nullopt;
       smallest = bends;
-    } else if (is_told) {
-      first_told = bends;
+    } else if (is_determined) {
+      first_determined = bends;
     }
   }
   return std::nullopt;
@@ -134,18 +134,18 @@ Differences DifferencesOf(std::span<const PilotPoint> points, size_t method) {
     if (!found.has_value()) continue;
     sum.of_smallest.mean += found->of_smallest.mean;
     sum.of_smallest.along_line += found->of_smallest.along_line;
-    sum.mean_of_told += found->mean_of_told;
+    sum.mean_of_determined += found->mean_of_determined;
   }
   return sum;
 }
 
-bool HasTold(const PilotPoint& point, const ScaleBounds& bounds) {
+bool HasDetermined(const PilotPoint& point, const ScaleBounds& bounds) {
   for (size_t method = 0; method < kMethodCount; ++method) {
     for (size_t rung = 0; rung < kRungCount && bounds.methods[method]; ++rung) {
       const bool is_allowed = kScaleRungs[rung] >= bounds.least_count && kScaleRungs[rung] <= bounds.most_count &&
                               point.radius[rung] <= bounds.most_radius;
       const bool is_known = std::isfinite(point.mean[method][rung][PilotPoint::kAll]);
-      if (is_allowed && is_known && IsTold(point, method, rung)) return true;
+      if (is_allowed && is_known && IsDetermined(point, method, rung)) return true;
     }
   }
   return false;
@@ -194,24 +194,24 @@ PointLine LineOf(const PilotScratch& s, const std::array<double, 3>& x_axis, con
   return {};
 }
 
-void DropUntoldAcrossLines(const ScaleBounds& bounds, std::span<PilotPoint> points) {
-  size_t on_lines = 0, with_told = 0;
+void DropUndeterminedAcrossLines(const ScaleBounds& bounds, std::span<PilotPoint> points) {
+  size_t on_lines = 0, with_determined = 0;
   for (const PilotPoint& point : points) {
     if (!(point.line_distance > 0.0f)) continue;
     ++on_lines;
-    with_told += HasTold(point, bounds) ? 1 : 0;
+    with_determined += HasDetermined(point, bounds) ? 1 : 0;
   }
-  if (2 * on_lines < points.size() || 2 * with_told < on_lines) return;
+  if (2 * on_lines < points.size() || 2 * with_determined < on_lines) return;
   const Bends difference = DifferencesOf(points, kRegressionMethod).of_smallest;
   if (!(difference.mean > 0.0) || difference.along_line > kMostAlongLines * difference.mean) return;
   for (size_t method = 0; method < kMethodCount; ++method) {
-    const auto& [of_smallest, of_told] = DifferencesOf(points, method);
-    if (of_told > 0.0 && of_smallest.mean <= kMostOverTold * of_told) continue;
+    const auto& [of_smallest, of_determined] = DifferencesOf(points, method);
+    if (of_determined > 0.0 && of_smallest.mean <= kMostOverDetermined * of_determined) continue;
     for (size_t rung = 0; rung < kRungCount; ++rung) {
-      const auto untold = std::count_if(points.begin(), points.end(), [&](const PilotPoint& point) {
-        return point.line_distance > 0.0f && !IsTold(point, method, rung);
+      const auto undetermined = std::count_if(points.begin(), points.end(), [&](const PilotPoint& point) {
+        return point.line_distance > 0.0f && !IsDetermined(point, method, rung);
       });
-      if (static_cast<double>(untold) <= kMostUntold * static_cast<double>(on_lines)) continue;
+      if (static_cast<double>(undetermined) <= kMostUndetermined * static_cast<double>(on_lines)) continue;
       for (PilotPoint& point : points) {
         if (point.line_distance > 0.0f) Drop(method, rung, point);
       }

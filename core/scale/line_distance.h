@@ -20,12 +20,14 @@ struct PointLine {
 // at right angles.
 PointLine LineOf(const PilotScratch& s, const std::array<double, 3>& x_axis, const std::array<double, 3>& y_axis);
 
-// Takes away the estimates that too few lines tell, at points on lines: across lines a polynomial is told by one more
-// of them than its degree, and by chance otherwise, on which neighborhoods of the same lines agree. Takes none away
-// where less than half of the points lie on lines, where the bounds leave hardly a point an estimate that is told, or
-// where small neighborhoods differ from larger ones along the lines, too: there they see what larger ones smooth away.
-// Nor those of a method whose small neighborhoods are hardly farther from larger ones than these from each other.
+// Drops estimates of points on lines whose neighborhoods hold too few lines. Across lines, one more of them than its
+// degree determines a polynomial. With fewer of them chance decides, and neighborhoods of the same lines agree on what
+// it decides. All estimates are kept
+// - where less than half of the points lie on lines;
+// - where the bounds leave hardly a point an estimate that is determined;
+// - where small neighborhoods differ from larger ones along the lines as well: they see what larger ones smooth away;
+// - of a method whose small neighborhoods are hardly farther from larger ones than these are from each other.
 // Thread-safe for distinct points. REQUIRES: the points are sampled ones.
-void DropUntoldAcrossLines(const ScaleBounds& bounds, std::span<PilotPoint> points);
+void DropUndeterminedAcrossLines(const ScaleBounds& bounds, std::span<PilotPoint> points);
 
 }  // namespace curvd

@@ -70,7 +70,7 @@ std::optional<Scouting::Needed> Scouting::NeededByOthers() const {
   std::copy_if(table_.begin(), table_.end(), std::back_inserter(scouts),
                [](const PilotPoint& point) { return point.is_sampled(); });
   if (scouts.size() < kFewestScouts) return std::nullopt;
-  DropUntoldAcrossLines(BoundsOf(options_, index_), scouts);
+  DropUndeterminedAcrossLines(BoundsOf(options_, index_), scouts);
   if (edges_ != nullptr && edges_->HasEdges()) return std::nullopt;
   // A part of the cloud, even a small one, may need other rungs than the rest.
   if (ShowNoiseInParts(scouts)) return std::nullopt;

@@ -145,11 +145,15 @@ std::vector<MemoryBudget::Reservation*> MemoryBudget::Heads() const {
 }
 
 bool MemoryBudget::ServeGrower(Clock::time_point now, Answers& answers) {
-  const auto next = std::min_element(growers_.begin(), growers_.end(),
-                                     [this](const auto* a, const auto* b)
-                                         ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return IsBefore(*a, *b); });
-  if (next == growers_.end() || !Fits(**next)) return false;
-  Reservation& reservation = **next;
+  Reservation* next = nullptr;
+  for (Reservation* grower : growers_) {
+    // Who is next keeps others waiting, unless all that hold memory wait: of those, one that fits goes on, which gives
+    // memory back in the end, and nobody is refused.
+    if (active_holders_ == 0 && !Fits(*grower)) continue;
+    if (next == nullptr || IsBefore(*grower, *next)) next = grower;
+  }
+  if (next == nullptr || !Fits(*next)) return false;
+  Reservation& reservation = *next;
   Dequeue(reservation);
   Grant(reservation, now);
   if (reservation.answer_ != nullptr) answers.push_back({std::exchange(reservation.answer_, nullptr), {}});

@@ -7,14 +7,12 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/string_view.h"
+#include "core/estimators/options.h"
 #include "server/call/scale/wire_scale.h"
 #include "server/call/wire_normals.h"
 
 namespace curvd {
 namespace {
-
-// Of a plane, the least that is fitted.
-constexpr uint64_t kFewestPoints = 3;
 
 // "12,345".
 std::string WithSeparators(uint64_t number) {
@@ -189,9 +187,9 @@ std::string LackText(PointStatus status, const CallRecord& record) {
             "neighbors",
             Counted(*record.least_neighbor_count, "point"), WithSeparators(record.points_received));
       }
-      if (record.points_received < kFewestPoints) {
-        return absl::StrFormat("each needs %u points or more, and the cloud has %u: send more points", kFewestPoints,
-                               record.points_received);
+      if (record.points_received < kMinNeighborCount) {
+        return absl::StrFormat("each needs %u points or more, and the cloud has %u: send more points",
+                               kMinNeighborCount, record.points_received);
       }
       return "too few points that can be used lie within reach: ask for a larger radius, or for fewer neighbors";
     case PointStatus::kDegenerateArea:

@@ -10,6 +10,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+// Estimates that differ by more than so much of the largest principal curvature contradict each other.
+constexpr double kMostSpreadOfCurvature = 0.1;
+
 Vector3d ToVector(const std::array<float, 3>& v) { return Vector3d(v[0], v[1], v[2]); }
 
 std::array<float, 3> ToFloats(const Vector3d& v) {
@@ -18,7 +21,8 @@ std::array<float, 3> ToFloats(const Vector3d& v) {
 
 }  // namespace
 
-void Blend::Add(const PointCurvature& estimate, const OfQuantities<double>& weights) {
+void Blend::Add(const PointCurvature& estimate, const OfQuantities<double>& weights,
+                std::optional<double> most_spread) {
   if (estimate.status != PointStatus::kOk) {
     if (weights.mean > most_refused_) {
       most_refused_ = weights.mean;
@@ -28,6 +32,10 @@ void Blend::Add(const PointCurvature& estimate, const OfQuantities<double>& weig
     return;
   }
   if (weights.mean == 0.0) return;
+  if (most_spread.has_value() && !steady_.has_value()) {
+    steady_ = estimate;
+    most_spread_ = *most_spread;
+  }
   AddToSpread(estimate, weights);
   weights_.mean += weights.mean;
   weights_.traceless += weights.traceless;
@@ -77,8 +85,15 @@ Blend::Spread Blend::spread() const {
           deviation(mean_variance + half_variance + 2.0 * covariance)};
 }
 
+bool Blend::IsContradictory() const {
+  if (!steady_.has_value()) return false;
+  const double largest = std::max(std::abs(steady_->k1), std::abs(steady_->k2));
+  return spread().mean > std::max(kMostSpreadOfCurvature * largest, most_spread_);
+}
+
 PointCurvature Blend::Finish() const {
   if (!(weights_.mean > 0.0)) return refused_;
+  if (IsContradictory()) return *steady_;
   const Vector3d normal = Vector3d(normal_.data()).normalized();
   const auto undefined = [this](PointStatus status) {
     PointCurvature point = UndefinedCurvature(status);

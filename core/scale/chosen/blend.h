@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "core/estimators/curvature_field.h"
 #include "core/scale/of_quantities.h"
@@ -12,18 +13,23 @@ namespace curvd {
 class Blend {
  public:
   // An estimate whose status is not kOk has no weight, whatever the weights are. One of weights 0 counts for nothing,
-  // nor does its radius. REQUIRES: weights are not negative, and one is 0 only if all are.
-  void Add(const PointCurvature& estimate, const OfQuantities<double>& weights);
+  // nor does its radius. With `most_spread` it may be steady: the first of these is the result where the estimates
+  // contradict each other, which is where their mean curvatures have a spread of more than a tenth of its largest
+  // principal curvature, and more than `most_spread`. REQUIRES: weights are not negative, and one is 0 only if all are.
+  void Add(const PointCurvature& estimate, const OfQuantities<double>& weights,
+           std::optional<double> most_spread = std::nullopt);
   // The weighted mean of the shape operators, as curvature: H is the mean of the mean curvatures; half of k2 - k1, d1
   // and d2 come of the mean traceless tensor, and lie in the plane normal to the mean normal. The radius is the
-  // largest: how far any of them looked. If no estimate had a weight, the status of the one that was to have the
-  // largest.
+  // largest: how far any of them looked. Where they contradict each other, the steady one. If no estimate had a weight,
+  // the status of the one that was to have the largest.
   PointCurvature Finish() const;
   // Of the mean curvatures so far.
   double weight() const { return weights_.mean; }
+  // Whether there is a steady estimate, and the estimates contradict each other.
+  bool IsContradictory() const;
 
-  // Of the mean curvatures so far. REQUIRES: weight() > 0.
-  double mean() const { return mean_ / weights_.mean; }
+  // The mean curvature of the result so far. REQUIRES: weight() > 0.
+  double mean() const { return IsContradictory() ? steady_->mean : mean_ / weights_.mean; }
 
   // By how much the estimates differ from their average: weighted standard deviations. 0 where one alone has a weight.
   struct Spread {
@@ -47,6 +53,8 @@ class Blend {
   std::array<double, 6> tensor_{};  // xx xy xz yy yz zz
   std::array<double, 3> normal_{};
   float radius_ = 0.0f;
+  std::optional<PointCurvature> steady_;
+  double most_spread_ = 0.0;
   double most_refused_ = -1.0;
   PointCurvature refused_ = UndefinedCurvature(PointStatus::kTooFewNeighbors);
 };

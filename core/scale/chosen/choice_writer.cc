@@ -79,17 +79,31 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
   }
   // What all reach over an edge was sampled where they do not.
   if (ChosenEstimates::IsOneSided(s, point)) return;
-  SetWeights(s.shares[point], choice);
+  const size_t part = s.part[point];
+  const Blend& blend = s.ClearBlend(point);
+  CloudWeights::Weights shares = s.shares[point];
+  if (blend.IsContradictory()) KeepSteady(part, shares);
+  SetWeights(shares, choice);
   if (!has_errors) return;
   float position[3];
   s.points.query.Get(point, position);
   const double half_difference = std::ldexp(0.5 * (double{result.k2} - result.k1), -index_.scale_exponent());
-  const size_t part = s.part[point];
   const StandardErrors errors = errors_[part].At(s.samples[part].At(position), half_difference);
-  const Blend::Spread spread = s.ClearBlend(point).spread();
+  const Blend::Spread spread = blend.spread();
   choice.mean_error = WithSpread(ToCaller(errors.mean), std::max(spread.mean, s.doubts[point]));
   choice.k1_error = WithSpread(ToCaller(errors.k1), std::max(spread.k1, s.doubts[point]));
   choice.k2_error = WithSpread(ToCaller(errors.k2), std::max(spread.k2, s.doubts[point]));
+}
+
+// Of those that may be steady and count at a point, the one of fewest neighbors alone holds there.
+void ChoiceWriter::KeepSteady(size_t part, CloudWeights::Weights& shares) const {
+  std::optional<size_t> steady;
+  for (size_t c = 0; c < choice_.chosen().size(); ++c) {
+    if (!(shares[c] > 0.0) || !choice_.MayBeSteady(part, c)) continue;
+    if (!steady.has_value() || choice_.chosen()[c].rung < choice_.chosen()[*steady].rung) steady = c;
+  }
+  shares = {};
+  shares[*steady] = 1.0;
 }
 
 float ChoiceWriter::ToCaller(double curvature) const {

@@ -24,6 +24,9 @@ constexpr uint32_t kMostOneSideCount = 512;
 // the second one errs by, fares better with those of the second.
 constexpr double kMostSpreadOfFirstPart = 10.0;
 
+// Estimates of exact positions contradict each other if they differ by more than so many times what is expected.
+constexpr double kMostSpreadOfExact = 4.0;
+
 // A check for detail that differs by more than so many standard deviations of its noise tells some.
 constexpr double kMostDifferenceOfCheck = 3.0;
 // A point is compared with an estimate of few neighbors where it has so many times as many itself.
@@ -72,6 +75,9 @@ ChosenEstimates::ChosenEstimates(const EstimatorOptions& options, const SpatialI
                                  EdgeRun* edges, PointCurvature* results)
     : options_(options), index_(index), choice_(choice), edges_(edges), results_(results) {
   if (edges != nullptr) edges->LookAmong(OneSideSearchCount());
+  for (size_t part = 0; part < choice.parts().size(); ++part) {
+    most_spread_[part] = kMostSpreadOfExact * LeastError(part);
+  }
   for (const ScaleCandidate& candidate : choice.chosen()) {
     const EstimatorOptions one = OptionsOf(options, candidate.method, candidate.count());
     runs_.push_back(FindStrategy(one.estimator)->start(one, index, results));
@@ -294,12 +300,14 @@ void ChosenEstimates::Add(PointCurvature found, size_t point, size_t estimate, A
   const CloudWeights::PointWeights& weights = s.WeightsAt(point);
   const OfQuantities<double> of_estimate = {weights.mean[estimate], weights.traceless[estimate],
                                             weights.gaussian[estimate]};
-  s.blends[point].Add(found, of_estimate);
+  const size_t part = s.part[point];
+  const auto most_spread = choice_.MayBeSteady(part, estimate) ? std::optional(most_spread_[part]) : std::nullopt;
+  s.blends[point].Add(found, of_estimate, most_spread);
   // Results without curvature count: if there are no others, they tell why.
   const bool is_ok = found.status == PointStatus::kOk;
   if (s.has_edges) {
     if (is_ok && !(found.radius < s.edge_distances[point])) return;
-    s.clear_blends[point].Add(found, of_estimate);
+    s.clear_blends[point].Add(found, of_estimate, most_spread);
   }
   if (is_ok) s.shares[point][estimate] = of_estimate.mean;
 }

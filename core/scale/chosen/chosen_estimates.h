@@ -1,6 +1,7 @@
 // Estimates points by all that was chosen for a cloud, and averages what each of them finds.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -91,6 +92,8 @@ class ChosenEstimates {
   std::vector<std::unique_ptr<StrategyRun>> runs_;
   std::vector<GroupPhase> phases_;  // of each, the only one
   std::vector<size_t> by_count_;
+  // Of each part: what estimates of exact positions differ by at most, unless they contradict each other.
+  std::array<double, CloudChoice::kMostParts> most_spread_{};
   size_t marker_;  // of all estimates and checks, the one with the smallest neighborhoods: it looks for seams
 };
 

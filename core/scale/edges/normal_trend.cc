@@ -8,6 +8,7 @@
 
 #include "core/scale/pilot/pilot_batch.h"
 #include "core/scale/point_fits/normal_polynomials.h"
+#include "core/scale/shapes/field_limits.h"
 
 namespace curvd {
 
@@ -32,7 +33,8 @@ struct MeanPlane {
       sum += neighbor.normal;
       squared = std::max(squared, neighbor.offset.squaredNorm());
     }
-    if (!(sum.norm() > 0.1 * static_cast<double>(neighbors.size())) || !(squared > 0.0)) return std::nullopt;
+    const double least = kLeastLengthOfMeanNormal * static_cast<double>(neighbors.size());
+    if (!(sum.norm() > least) || !(squared > 0.0)) return std::nullopt;
     return MeanPlane{NormalFrame(sum.normalized()), 1.0 / std::sqrt(squared)};
   }
   double XOf(const NeighborNormal& neighbor) const { return unit * frame.u.dot(neighbor.offset); }

@@ -165,6 +165,7 @@ AllJudged JudgeAll(PilotPoints table, const ScaleBounds& bounds, double worthwhi
   AllJudged judged;
   judged.sigma = of_mean.sigma();
   if (mean.empty()) return judged;
+  // All have the same candidates, at the same places.
   KeepCandidatesOf(mean, traceless);
   std::vector<ScaleScore> gaussian = of_gaussian.ScoresOf(mean, of_mean);
   std::vector<bool> may_count(mean.size());

@@ -1,11 +1,13 @@
 // What was chosen for a cloud, for each of its parts by itself.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "core/estimators/scale_ladder.h"
 #include "core/scale/detail/detail_check.h"
 #include "core/scale/detail/near_check.h"
 #include "core/scale/pilot/pilot_table.h"
@@ -51,6 +53,17 @@ class CloudChoice {
   const std::vector<ScaleCandidate>& chosen() const { return chosen_; }
   // The place in chosen() of a part's first.
   size_t first_of(size_t part) const { return first_[part]; }
+
+  // Whether the estimate at a place in chosen(), one of that part, may hold alone where those of the part contradict
+  // each other: where positions are exact, a cubic regression of normals, if none of the part's estimates looks less
+  // far by two rungs.
+  bool MayBeSteady(size_t part, size_t estimate) const {
+    const std::vector<ScaleCandidate>& of_part = parts_[part].choice.chosen;
+    const ScaleCandidate& candidate = chosen_[estimate];
+    return parts_[part].positions_are_exact && candidate.method == kRegressionMethod &&
+           std::all_of(of_part.begin(), of_part.end(),
+                       [&](const ScaleCandidate& other) { return candidate.rung <= other.rung + 1; });
+  }
 
   // The places in chosen() of PartChoice::check, if there is one, and of the first of PartChoice::near_checks: these
   // follow all others.

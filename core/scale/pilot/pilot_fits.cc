@@ -5,6 +5,7 @@
 
 #include "Eigen/Geometry"
 #include "core/scale/pilot/pilot_systems.h"
+#include "core/scale/shapes/field_limits.h"
 #include "core/scale/shapes/linear_shape.h"
 
 namespace curvd {
@@ -58,10 +59,8 @@ std::optional<NormalFit> NormalFitOf(const PilotSolutions& solutions, size_t lan
     }
   }
   const Vector3d at_point = fit.row(IndexOf(0, 0));
-  // The normals of a neighborhood that is no piece of a surface cancel out, or contradict the frame.
-  constexpr double kLeastLength = 0.1, kLeastHeight = 0.2;
   const double length = at_point.norm();
-  if (!(length > kLeastLength) || !(at_point.z() > kLeastHeight * length)) return std::nullopt;
+  if (!(length > kLeastLengthOfMeanNormal) || !(at_point.z() > kLeastCosineToFrame * length)) return std::nullopt;
   fit /= length;
   return fit;
 }

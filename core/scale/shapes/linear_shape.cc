@@ -6,15 +6,13 @@
 #include "Eigen/LU"
 #include "core/estimators/fits/linear_systems.h"
 #include "core/scale/pilot/pilot_systems.h"
+#include "core/scale/shapes/field_limits.h"
 
 namespace curvd {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-// Normals that are shorter cancel out; those that lie nearer to the tangent plane contradict the frame.
-constexpr double kLeastLengthOfField = 0.1, kLeastHeightOfField = 0.2;
 
 // Means of offsets and normals, the covariance of offsets, and that of normals with offsets.
 struct Moments {
@@ -74,7 +72,8 @@ std::optional<TangentShape> LinearShapeOf(const PilotSums& sums, double distinct
   const Matrix3d derivative = moments.Derivative(RidgeOf(moments, distinct));
   const double length = std::sqrt(moments.Explained(derivative));
   const Vector3d at_point = moments.normal - derivative * moments.offset, n = at_point.normalized();
-  if (!(std::min(length, at_point.norm()) >= kLeastLengthOfField && n.z() > kLeastHeightOfField)) return std::nullopt;
+  if (!(std::min(length, at_point.norm()) >= kLeastLengthOfMeanNormal && n.z() > kLeastCosineToFrame))
+    return std::nullopt;
   const Vector3d tangent_x(1.0, 0.0, -n.x() / n.z()), tangent_y(0.0, 1.0, -n.y() / n.z());
   return ShapeOf(tangent_x, tangent_y, derivative * tangent_x / length, derivative * tangent_y / length);
 }

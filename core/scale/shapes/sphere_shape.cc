@@ -9,6 +9,7 @@
 #include "Eigen/Geometry"
 #include "Eigen/LU"
 #include "core/estimators/fits/sphere_sums.h"
+#include "core/scale/shapes/field_limits.h"
 
 namespace curvd {
 namespace {
@@ -19,8 +20,6 @@ using M = SphereMoments;
 
 // Neighbors more than a sphere has coefficients.
 constexpr double kLeastDistinct = 5.0 + 3.0;
-// Gradients that lie nearer to the tangent plane contradict the frame.
-constexpr double kLeastHeightOfGradient = 0.2;
 
 // Sums in units of the radius.
 class UnitMoments {
@@ -160,7 +159,7 @@ std::optional<TangentShape> SphereShapeOf(const SphereMoments& moments, std::spa
 
   const double length = gradient.norm();
   const Vector3d n = gradient / length;
-  if (!(n.z() > kLeastHeightOfGradient)) return std::nullopt;
+  if (!(n.z() > kLeastCosineToFrame)) return std::nullopt;
   const Vector3d tangent_x(1.0, 0.0, -n.x() / n.z()), tangent_y(0.0, 1.0, -n.y() / n.z());
   const Vector3d y = n.cross(tangent_x).normalized(), x = y.cross(n);
   const double xx = x.dot(second * x), xy = x.dot(second * y), yy = y.dot(second * y);

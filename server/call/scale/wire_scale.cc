@@ -31,7 +31,8 @@ uint32_t MostCount(const CallLimits& limits) {
 absl::Status CheckCounts(const AutomaticScale& scale, bool names_most, const CallLimits& limits) {
   if (scale.most_count < kLeastAutomaticCount || scale.most_count > kMostAutomaticCount) {
     return InvalidOption(ScaleField("most_neighbor_count"), absl::StrCat(scale.most_count),
-                         absl::StrCat("from ", kLeastAutomaticCount, " to ", MostCount(limits)));
+                         absl::StrCat("from ", kLeastAutomaticCount, " to ", MostCount(limits),
+                                      MostCount(limits) < kMostAutomaticCount ? " (max_neighbor_count)" : ""));
   }
   if (scale.least_count < kLeastAutomaticCount || scale.least_count > scale.most_count) {
     const char* reason = names_most                               ? " (most_neighbor_count)"

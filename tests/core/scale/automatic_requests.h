@@ -27,6 +27,18 @@ inline TestPoints NoisySphere(size_t points, double sigma) {
   return sphere;
 }
 
+// A sphere that is exact where x is negative.
+inline TestPoints HalfNoisySphere(size_t points) {
+  TestPoints halves = NoisySphere(points, 0.0);
+  const TestPoints noisy = NoisySphere(points, 0.01);
+  for (size_t i = 0; i < points; ++i) {
+    if (halves.positions[i][0] < 0.0f) continue;
+    halves.positions[i] = noisy.positions[i];
+    halves.normals[i] = noisy.normals[i];
+  }
+  return halves;
+}
+
 inline bool AreSameBytes(const ChoiceField& a, const ChoiceField& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.bytes()) == 0;
 }

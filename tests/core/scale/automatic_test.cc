@@ -24,18 +24,6 @@
 namespace curvd::testing {
 namespace {
 
-// Exact where x is negative.
-TestPoints HalfNoisySphere(size_t points) {
-  TestPoints halves = NoisySphere(points, 0.0);
-  const TestPoints noisy = NoisySphere(points, 0.01);
-  for (size_t i = 0; i < points; ++i) {
-    if (halves.positions[i][0] < 0.0f) continue;
-    halves.positions[i] = noisy.positions[i];
-    halves.normals[i] = noisy.normals[i];
-  }
-  return halves;
-}
-
 TEST(AutomaticTest, IsNearTheBestOfAllFixedScales) {
   for (const double sigma : {0.0, 0.003, 0.01}) {
     const TestPoints sphere = NoisySphere(10'000, sigma);
@@ -121,77 +109,6 @@ TEST(AutomaticTest, LooksAcrossTheLinesOfAScan) {
     const EstimationResult result = MustEstimate(lines.ToCloud(), Automatic());
     // A plane would be off by 0.5; what noise does to two neighboring lines is far less than this.
     EXPECT_LT(MeanError(result, 0.5), 0.05) << ratio;
-  }
-}
-
-TEST(AutomaticTest, FixedEstimatesTellNothing) {
-  EXPECT_FALSE(MustEstimate(Sphere(1000, 1.0).ToCloud(), {}).scale_report.has_value());
-}
-
-TEST(AutomaticTest, OneEstimatorMayBeFixedOrTheCount) {
-  const TestPoints sphere = NoisySphere(5000, 0.01);
-  EstimatorOptions jets = Automatic();
-  jets.estimator = "jet";
-  jets.jet_degree = 4;
-  const EstimationResult by_jets = MustEstimate(sphere.ToCloud(), jets);
-  for (const ScaleOutcome& outcome : by_jets.scale_report->outcomes) {
-    EXPECT_EQ(outcome.estimator, "jet");
-    EXPECT_EQ(outcome.degree, 4u);
-  }
-  EstimatorOptions counted = Automatic();
-  counted.neighborhood = NeighborCount{100};
-  const EstimationResult result = MustEstimate(sphere.ToCloud(), counted);
-  for (const ScaleOutcome& outcome : result.scale_report->outcomes) EXPECT_EQ(outcome.neighbor_count, 100u);
-  EstimatorOptions hexagram;
-  hexagram.neighborhood = NeighborCount{100};
-  const EstimationResult fixed = MustEstimate(sphere.ToCloud(), hexagram);
-  EXPECT_EQ(result.field.points[17].radius, fixed.field.points[17].radius);
-}
-
-// 45 neighbors tell what 44 are worth.
-TEST(AutomaticTest, BoundsBetweenTwoScalesLeaveTheEstimator) {
-  const TestPoints points = Torus(2'000, 1);
-  const EstimationResult result =
-      MustEstimate(points.ToCloud(), WithChoice(Automatic({.least_count = 33, .most_count = 44})));
-  ASSERT_TRUE(result.scale_report.has_value());
-  EXPECT_FALSE(result.scale_report->outcomes.empty());
-  for (size_t i = 0; i < points.size(); ++i) {
-    ASSERT_EQ(result.choices[i].neighbor_count, 44.0f) << i;
-    ASSERT_GT(result.choices[i].mean_error, 0.0f) << i;
-  }
-}
-
-// Whatever the fewest neighbors of a choice are.
-TEST(AutomaticTest, ARadiusAsksForNoNumberOfPoints) {
-  EstimatorOptions options;
-  options.neighborhood = NeighborRadius{1.0};
-  options.max_neighbor_count = 12;
-  EXPECT_EQ(LeastPoints(options), 0u);
-}
-
-TEST(AutomaticTest, NeverLooksFartherThanItMay) {
-  const TestPoints sphere = NoisySphere(10'000, 0.01);
-  constexpr double kMost = 0.2;
-  const EstimationResult result = MustEstimate(sphere.ToCloud(), Automatic({.max_radius = kMost}));
-  EXPECT_GT(result.field.status_counts[static_cast<size_t>(PointStatus::kOk)], 9'900u);
-  for (const PointCurvature& point : result.field.points.span()) {
-    EXPECT_TRUE(point.status != PointStatus::kOk || point.radius <= kMost) << point.radius;
-  }
-  const EstimationResult none = MustEstimate(sphere.ToCloud(), Automatic({.max_radius = 1e-6}));
-  EXPECT_EQ(none.field.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)], 10'000u);
-}
-
-TEST(AutomaticTest, SmallCloudsHaveAReasonOrNumbers) {
-  for (const size_t points : {1, 4, 8, 15}) {
-    const EstimationResult result = MustEstimate(Sphere(points, 1.0).ToCloud(), Automatic());
-    EXPECT_EQ(result.field.status_counts[static_cast<size_t>(PointStatus::kTooFewNeighbors)], points);
-  }
-  for (const size_t points : {16, 17, 40, 48, 64, 100, 200}) {
-    const EstimationResult result = MustEstimate(Sphere(points, 1.0).ToCloud(), Automatic());
-    for (const PointCurvature& point : result.field.points.span()) {
-      EXPECT_TRUE(point.status != PointStatus::kOk ||
-                  std::isfinite(point.mean + point.gaussian + point.k1 + point.d1[0]));
-    }
   }
 }
 
@@ -321,82 +238,6 @@ TEST(AutomaticTest, NoiseOfNormalsIsFound) {
   EXPECT_NEAR(*MustEstimate(sphere.ToCloud(), Automatic()).scale_report->normal_sigma, 0.1, 0.01);
   EXPECT_LT(*MustEstimate(NoisySphere(10'000, 0.01).ToCloud(), Automatic()).scale_report->normal_sigma, 0.005)
       << "the normals of a noisy sphere are exact, but of other places: half of the 0.01 that this makes";
-}
-
-TEST(AutomaticTest, OptionsOutOfRangeAreRefused) {
-  const auto refused = [](const EstimatorOptions& options, const std::string& words) {
-    const absl::Status status = options.Validate();
-    return KindOf(status) == ErrorKind::kInvalid && status.message().find(words) != std::string::npos;
-  };
-  EXPECT_TRUE(Automatic().Validate().ok());
-  EXPECT_TRUE(refused(Automatic({.least_count = 15}), "least_count is 15"));
-  EXPECT_TRUE(refused(Automatic({.least_count = 65, .most_count = 64}), "least_count is 65"));
-  EXPECT_TRUE(refused(Automatic({.most_count = 2049}), "most_count is 2049"));
-  EXPECT_TRUE(refused(Automatic({.max_radius = -1.0}), "max_radius is -1"));
-  EXPECT_TRUE(refused(Automatic({.max_radius = std::nan("")}), "max_radius is nan"));
-  for (const uint32_t count : {15, 2049}) {
-    EstimatorOptions counted = Automatic();
-    counted.neighborhood = NeighborCount{count};
-    EXPECT_TRUE(refused(counted, "neighbor_count is " + std::to_string(count))) << "what is not judged";
-  }
-  EstimatorOptions radius = Automatic();
-  radius.neighborhood = NeighborRadius{1.0};
-  EXPECT_TRUE(refused(radius, "radius"));
-  EstimatorOptions hexagram = Automatic();
-  hexagram.estimator = "hexagram";
-  EXPECT_TRUE(refused(hexagram, "estimator is hexagram"));
-  EstimatorOptions aso = Automatic();
-  aso.estimator = "aso";
-  EXPECT_TRUE(refused(aso, "project is false"));
-  aso.project = true;
-  EXPECT_TRUE(aso.Validate().ok());
-  EstimatorOptions jet = Automatic();
-  jet.estimator = "jet";
-  EXPECT_TRUE(refused(jet, "jet_degree is 2"));
-}
-
-// As the job runs it, on one scratch. Returns how many points were sampled.
-uint32_t ExpectMemoryWithinItsBounds(const SpatialIndex& index, uint32_t most_count, const std::string& what) {
-  const EstimatorOptions options = WithChoice(Automatic({.most_count = most_count}));
-  std::vector<PointCurvature> results(index.point_count());
-  std::vector<PointChoice> choices(index.point_count());
-  const Strategy& strategy = StrategyFor(options);
-  const auto run = strategy.start(options, index, results.data());
-  run->WriteChoicesTo(choices.data());
-  const auto scratch = run->MakeScratch();
-  const size_t most_shared =
-      strategy.shared_bytes(options, index.point_count()) + strategy.bytes_per_point * index.point_count();
-  for (const GroupPhase& phase : run->Phases()) {
-    const absl::StatusOr<bool> is_needed = phase.Begin();
-    EXPECT_TRUE(is_needed.ok()) << is_needed.status();
-    EXPECT_LE(run->bytes(), most_shared) << what;
-    if (!is_needed.value_or(false)) continue;
-    for (size_t group = 0; group < index.group_count(); ++group) {
-      EXPECT_TRUE(phase.run(group, *scratch).ok());
-      EXPECT_LE(scratch->bytes(), strategy.scratch_bytes(options, index.point_count())) << what;
-    }
-  }
-  return run->scale_report()->sampled_points;
-}
-
-TEST(AutomaticTest, ScratchNeverHoldsMoreThanItsBound) {
-  for (const uint32_t most : {16u, 128u, 2048u}) {
-    for (const Layout layout : kLayouts) {
-      ExpectMemoryWithinItsBounds(BuildIndex(RandomPoints(layout, 3000, 5).ToCloud()), most, LayoutName(layout));
-    }
-    ExpectMemoryWithinItsBounds(BuildIndex(HalfNoisySphere(3000).ToCloud()), most, "half noisy");
-  }
-  const SpatialIndex large = BuildIndex(HalfNoisySphere(20'000).ToCloud());
-  EXPECT_GT(ExpectMemoryWithinItsBounds(large, 512, "half noisy, with points between"), Pilot::kMostPoints);
-}
-
-TEST(AutomaticTest, WhatWorkersShareIsReservedOnce) {
-  constexpr size_t kPoints = 1'000'000;
-  const auto reserved = [](int threads) { return EstimationScratchBytes(Automatic(), kPoints, threads); };
-  const Strategy& strategy = StrategyFor(Automatic());
-  const size_t of_worker = strategy.scratch_bytes(Automatic(), kPoints);
-  EXPECT_EQ(reserved(1), strategy.shared_bytes(Automatic(), kPoints) + of_worker);
-  EXPECT_EQ(reserved(8), reserved(1) + 7 * of_worker);
 }
 
 // A run of a group may leave some of it to the next; that must not change what comes out.

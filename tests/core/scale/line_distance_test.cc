@@ -129,9 +129,9 @@ uint32_t FirstCount(const PilotPoint& point, size_t method) {
   return rung < kRungCount ? kScaleRungs[rung] : 0;
 }
 
-TEST(DropUntoldAcrossLinesTest, HigherDegreesNeedMoreLines) {
+TEST(DropUndeterminedAcrossLinesTest, HigherDegreesNeedMoreLines) {
   PilotTable table = TableOnLines(0.1f, 0.0f);
-  DropUntoldAcrossLines({}, table);
+  DropUndeterminedAcrossLines({}, table);
   EXPECT_EQ(FirstCount(table[7], kHexagramMethod), 16u);
   EXPECT_EQ(FirstCount(table[7], kQuadraticRegressionMethod), 45u);
   EXPECT_EQ(FirstCount(table[7], kRegressionMethod), 64u);
@@ -139,54 +139,54 @@ TEST(DropUntoldAcrossLinesTest, HigherDegreesNeedMoreLines) {
   EXPECT_EQ(FirstCount(table[7], kSexticMethod), 256u);
 }
 
-TEST(DropUntoldAcrossLinesTest, DetailAlongLinesKeepsSmallNeighborhoods) {
+TEST(DropUndeterminedAcrossLinesTest, DetailAlongLinesKeepsSmallNeighborhoods) {
   PilotTable table = TableOnLines(0.1f, 2.0f);
-  DropUntoldAcrossLines({}, table);
+  DropUndeterminedAcrossLines({}, table);
   EXPECT_EQ(FirstCount(table[7], kSexticMethod), 16u);
 }
 
 // Whatever tells them, they fit what larger ones show.
-TEST(DropUntoldAcrossLinesTest, WhatDiffersLittleStays) {
+TEST(DropUndeterminedAcrossLinesTest, WhatDiffersLittleStays) {
   PilotTable alike = TableOnLines(0.1f, 0.0f, 0.03f), unlike = TableOnLines(0.1f, 0.0f, 0.01f);
-  DropUntoldAcrossLines({}, alike);
+  DropUndeterminedAcrossLines({}, alike);
   EXPECT_EQ(FirstCount(alike[7], kRegressionMethod), 16u);
-  DropUntoldAcrossLines({}, unlike);
+  DropUndeterminedAcrossLines({}, unlike);
   EXPECT_EQ(FirstCount(unlike[7], kRegressionMethod), 64u);
 }
 
 // What is told at all of them would be too large for most.
-TEST(DropUntoldAcrossLinesTest, AFewPointsBetweenWiderLinesDoNotCount) {
+TEST(DropUndeterminedAcrossLinesTest, AFewPointsBetweenWiderLinesDoNotCount) {
   for (const size_t wider : {size_t{20}, size_t{40}}) {
     PilotTable table = TableOnLines(0.1f, 0.0f);
     for (size_t i = 0; i < wider; ++i) table[i].line_distance = 20.0f;
-    DropUntoldAcrossLines({}, table);
+    DropUndeterminedAcrossLines({}, table);
     EXPECT_EQ(FirstCount(table[80], kRegressionMethod), wider == 20 ? 64u : 1024u);
   }
 }
 
-TEST(DropUntoldAcrossLinesTest, ResidualsOfUntoldFitsAreNotNoise) {
+TEST(DropUndeterminedAcrossLinesTest, ResidualsOfUndeterminedFitsAreNotNoise) {
   PilotTable table = TableOnLines(0.1f, 0.0f);
   for (PilotPoint& point : table) point.residual.fill(0.01f);
-  DropUntoldAcrossLines({}, table);
+  DropUndeterminedAcrossLines({}, table);
   EXPECT_TRUE(std::isnan(table[7].residual[5]));
   EXPECT_EQ(table[7].residual[6], 0.01f);
 }
 
-TEST(DropUntoldAcrossLinesTest, SoDoPointsThatMostlyLieOnNone) {
+TEST(DropUndeterminedAcrossLinesTest, SoDoPointsThatMostlyLieOnNone) {
   PilotTable table = TableOnLines(0.1f, 0.0f);
   for (size_t i = 0; i < 60; ++i) table[i].line_distance = 0.0f;
-  DropUntoldAcrossLines({}, table);
+  DropUndeterminedAcrossLines({}, table);
   EXPECT_EQ(FirstCount(table[80], kSexticMethod), 16u);
 }
 
-TEST(DropUntoldAcrossLinesTest, NothingIsPreferredWhereNoNeighborhoodCrossesEnough) {
+TEST(DropUndeterminedAcrossLinesTest, NothingIsPreferredWhereNoNeighborhoodCrossesEnough) {
   PilotTable table = TableOnLines(0.1f, 0.0f);
   for (PilotPoint& point : table) point.line_distance = 100.0f;
-  DropUntoldAcrossLines({}, table);
+  DropUndeterminedAcrossLines({}, table);
   EXPECT_EQ(FirstCount(table[7], kSexticMethod), 16u);
 }
 
-TEST(DropUntoldAcrossLinesTest, WhatTheBoundsLeaveIsBetterThanNothing) {
+TEST(DropUndeterminedAcrossLinesTest, WhatTheBoundsLeaveIsBetterThanNothing) {
   ScaleBounds few, jets;
   few.most_count = 32;
   few.methods = jets.methods = {};
@@ -194,12 +194,12 @@ TEST(DropUntoldAcrossLinesTest, WhatTheBoundsLeaveIsBetterThanNothing) {
   jets.most_count = 91;
   for (const ScaleBounds& bounds : {few, jets}) {
     PilotTable table = TableOnLines(0.1f, 0.0f);
-    DropUntoldAcrossLines(bounds, table);
+    DropUndeterminedAcrossLines(bounds, table);
     EXPECT_EQ(FirstCount(table[7], kRegressionMethod), 16u);
   }
   jets.most_count = 128;
   PilotTable table = TableOnLines(0.1f, 0.0f);
-  DropUntoldAcrossLines(jets, table);
+  DropUndeterminedAcrossLines(jets, table);
   EXPECT_EQ(FirstCount(table[7], kQuarticMethod), 128u);
 }
 

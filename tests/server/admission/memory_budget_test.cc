@@ -147,6 +147,21 @@ TEST(MemoryBudgetTest, RefusesTheOneWhoWouldMakeAllHoldersWait) {
   EXPECT_TRUE(answer.status.ok());
 }
 
+TEST(MemoryBudgetTest, OneThatFitsGoesOnWhereAllHoldersWait) {
+  MemoryBudget budget(100, 10);
+  auto first = std::make_unique<Reservation>(budget);
+  Reservation second(budget);
+  Answer answer;
+  ASSERT_TRUE(GrantsNow(*first, 50));
+  ASSERT_TRUE(GrantsNow(second, 40));
+  ASSERT_TRUE(Waits(*first, 100, answer));
+  EXPECT_TRUE(GrantsNow(second, 50)) << "though it came later, and the first one waits for more";
+  EXPECT_EQ(answer.count, 0);
+  second.ShrinkTo(0);
+  EXPECT_EQ(answer.count, 1);
+  EXPECT_TRUE(answer.status.ok());
+}
+
 TEST(MemoryBudgetTest, RefusesTheYoungestWhenTheLastActiveHolderLeftTooLittle) {
   MemoryBudget budget(100, 10);
   auto active = std::make_unique<Reservation>(budget);

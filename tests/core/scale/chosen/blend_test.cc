@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 namespace curvd::testing {
 namespace {
@@ -65,6 +66,25 @@ TEST(BlendTest, SpreadIsThatOfTheEstimatesAroundTheirAverage) {
   EXPECT_NEAR(spread.k1, 4.0 * share, 1e-12);
   EXPECT_NEAR(spread.k2, 2.0 * share, 1e-12);
   EXPECT_NEAR(blend.mean(), 2.75, 1e-12);
+}
+
+TEST(BlendTest, WhereEstimatesContradictEachOtherTheSteadyOneIsTheResult) {
+  const PointCurvature steady = Estimate(1.0, 2.0, 0.3);
+  const auto blend_with = [&](double other, std::optional<double> most_spread) {
+    Blend blend;
+    blend.Add(steady, {1.0, 1.0, 1.0}, most_spread);
+    blend.Add(Estimate(other - 0.5, other + 0.5, 0.3), {1.0, 1.0, 1.0});
+    return blend;
+  };
+  // The spread is half of what they differ by.
+  EXPECT_TRUE(blend_with(2.0, 0.01).IsContradictory());
+  EXPECT_EQ(blend_with(2.0, 0.01).Finish().mean, steady.mean);
+  EXPECT_EQ(blend_with(2.0, 0.01).Finish().k1, steady.k1);
+  EXPECT_EQ(blend_with(2.0, 0.01).mean(), 1.5);
+  EXPECT_FALSE(blend_with(1.7, 0.01).IsContradictory()) << "by less than a tenth of k2";
+  EXPECT_FALSE(blend_with(2.0, 0.26).IsContradictory()) << "that is expected";
+  EXPECT_FALSE(blend_with(2.0, std::nullopt).IsContradictory()) << "none is steady";
+  EXPECT_EQ(blend_with(2.0, std::nullopt).mean(), 1.75);
 }
 
 TEST(BlendTest, EachQuantityHasWeightsOfItsOwn) {
