@@ -60,12 +60,15 @@ absl::Status CheckConnectOptions(const ConnectOptions& options) {
   if (!options.certificate.empty() && (!IsPem(options.certificate) || !IsPem(options.private_key))) {
     return absl::InvalidArgumentError("the client certificate (--cert) or its key (--key) is not PEM");
   }
-  if (options.token.size() > kMaxTokenBytes) {
+  return CheckToken(options.token);
+}
+
+absl::Status CheckToken(const std::string& token) {
+  if (token.size() > kMaxTokenBytes) {
     return absl::InvalidArgumentError(
-        absl::StrCat("the token has ", options.token.size(), " bytes; it must have at most ", kMaxTokenBytes));
+        absl::StrCat("the token has ", token.size(), " bytes; it must have at most ", kMaxTokenBytes));
   }
-  const bool is_printable =
-      std::all_of(options.token.begin(), options.token.end(), [](char c) { return c > ' ' && c <= '~'; });
+  const bool is_printable = std::all_of(token.begin(), token.end(), [](char c) { return c > ' ' && c <= '~'; });
   if (!is_printable) return absl::InvalidArgumentError("the token must be printable ASCII without blanks");
   return absl::OkStatus();
 }

@@ -33,6 +33,9 @@ struct ConnectOptions {
 // or if the token is empty, too long, or has bytes that no header can carry. Messages never quote key or token.
 absl::Status CheckConnectOptions(const ConnectOptions& options);
 
+// INVALID_ARGUMENT, which never quotes the token, if it is too long, or has bytes that no header can carry.
+absl::Status CheckToken(const std::string& token);
+
 // Whether `target` ("HOST:PORT", "unix:PATH") is on this machine for sure.
 bool IsLocalTarget(const std::string& target);
 

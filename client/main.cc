@@ -14,6 +14,8 @@
 
 namespace {
 
+int FailUsage(const std::string& message) { return static_cast<int>(curv::Fail(curv::ExitCode::kUsage, message)); }
+
 int Run(int argc, char** argv) {
   CLI::App app("curv estimates the curvature of point clouds, and their normals, with a curvd server.", "curv");
   app.set_version_flag("--version", curvd::VersionLine("curv"), "Print version and commit, and exit");
@@ -35,15 +37,15 @@ int Run(int argc, char** argv) {
   curv::AddToken(app, action);
   curv::AddCompletion(app, action);
   curv::RefuseValuesOfSwitches(app);
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {
     return app.exit(asked);  // --help, --version
   } catch (const CLI::ParseError& error) {
-    const std::string message = curv::UsageMessage(app, {argv + 1, argv + argc}, error);
-    std::fprintf(stderr, "curv: %s\n", curv::Visible(message).c_str());
-    return static_cast<int>(curv::ExitCode::kUsage);
+    return FailUsage(curv::UsageMessage(app, arguments, error));
   }
+  if (const std::string message = curv::EmptyValueMessage(app, arguments); !message.empty()) return FailUsage(message);
   if (action == nullptr) {
     std::fprintf(stderr, "curv: a subcommand is needed\n\n%s", app.help().c_str());
     return static_cast<int>(curv::ExitCode::kUsage);

@@ -126,6 +126,11 @@ absl::StatusOr<ConnectOptions> ReadConnectOptions(const ConnectionFlags& flags) 
                      " holds hashes of tokens, which are for curvd --token-file: name the file with the token itself, "
                      "which curv token -o wrote"));
   }
+  if (absl::Status status = CheckToken(options.token); !status.ok()) {
+    const std::string source =
+        flags.token_file.empty() ? "the variable CURV_TOKEN" : absl::StrCat("--token-file: ", flags.token_file);
+    return absl::InvalidArgumentError(absl::StrCat(source, ": ", status.message()));
+  }
   return options;
 }
 

@@ -231,7 +231,7 @@ void AddEstimate(CLI::App& app, Action& action) {
     CheckSource(flags->normals);
     ApplyScale(flags->scale, flags->options);
     CheckEstimatorFlags(*command, flags->options);
-    CheckConflicts(flags->options);
+    CheckConflicts(flags->options, flags->quantities);
     CheckNormalCount("normal-", flags->normals);
     if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
     flags->options.connect_timeout = absl::Seconds(flags->connect_timeout);

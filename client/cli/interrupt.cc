@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <cstdio>
+
 #include "client/cli/command.h"
 
 namespace curv {
@@ -29,7 +31,28 @@ void InterruptWatch::Watch() {
   while (sigwait(&watched_, &signal) == 0 && signal != kEndWatch) {
     if (source_.stop_requested()) _exit(static_cast<int>(ExitCode::kInterrupted));
     source_.request_stop();
+    const std::lock_guard lock(mutex_);
+    EndIfAllowed();
   }
+}
+
+void InterruptWatch::EndIfAllowed() const {
+  if (ends_at_once_ == 0 || !source_.stop_requested()) return;
+  std::fputs("curv: interrupted\n", stderr);
+  _exit(static_cast<int>(ExitCode::kInterrupted));
+}
+
+InterruptWatch::EndsAtOnce::EndsAtOnce(const InterruptWatch& watch, bool applies) : watch_(applies ? &watch : nullptr) {
+  if (watch_ == nullptr) return;
+  const std::lock_guard lock(watch_->mutex_);
+  ++watch_->ends_at_once_;
+  watch_->EndIfAllowed();
+}
+
+InterruptWatch::EndsAtOnce::~EndsAtOnce() {
+  if (watch_ == nullptr) return;
+  const std::lock_guard lock(watch_->mutex_);
+  --watch_->ends_at_once_;
 }
 
 }  // namespace curv

@@ -155,9 +155,9 @@ absl::StatusOr<std::vector<ColorScale>> ReadRanges(const RenderFlags& flags) {
     scales.emplace_back(low, high);
   }
   if (scales.size() > 1 && scales.size() != flags.quantities.size()) {
-    return absl::InvalidArgumentError(absl::StrCat("--range: there are ", scales.size(), " ranges for ",
-                                                   flags.quantities.size(),
-                                                   " quantities: give one for all, or one for each"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--range: there are ", scales.size(), " ranges for ", flags.quantities.size(),
+        flags.quantities.size() == 1 ? " quantity" : " quantities", ": give one for all, or one for each"));
   }
   return scales;
 }

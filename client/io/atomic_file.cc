@@ -89,6 +89,11 @@ absl::StatusOr<AtomicFile> AtomicFile::Create(const std::string& path) {
   return AtomicFile(target, temporary, descriptor);
 }
 
+absl::Status AtomicFile::Check(const std::string& path) {
+  if (path == "-" || !IsWrittenDirectly(path)) return Create(path).status();
+  return access(path.c_str(), W_OK) == 0 ? absl::OkStatus() : SystemError("write", path, errno);
+}
+
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
     : target_(std::move(other.target_)),
       temporary_(std::exchange(other.temporary_, std::string())),
@@ -126,6 +131,12 @@ absl::Status AtomicFile::Commit() {
     close(directory);
   }
   return absl::OkStatus();
+}
+
+bool IsWrittenDirectly(const std::string& path) {
+  if (path == "-") return true;
+  struct stat existing {};
+  return stat(path.c_str(), &existing) == 0 && !S_ISREG(existing.st_mode) && !S_ISDIR(existing.st_mode);
 }
 
 }  // namespace curv

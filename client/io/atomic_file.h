@@ -19,6 +19,10 @@ class AtomicFile : public ByteSink {
   // INVALID_ARGUMENT naming the path and the system's reason if no file can be created there. "-" is standard output.
   static absl::StatusOr<AtomicFile> Create(const std::string& path);
 
+  // The same errors, without a trace. What is written to directly is not opened, though: to open a pipe waits for its
+  // reader, who would read an empty stream once it is closed again.
+  static absl::Status Check(const std::string& path);
+
   AtomicFile(AtomicFile&& other) noexcept;
   AtomicFile& operator=(AtomicFile&&) = delete;
   // Removes what was written, unless Commit succeeded.
@@ -40,5 +44,9 @@ class AtomicFile : public ByteSink {
   std::string temporary_;  // empty if the target is written to directly
   int descriptor_;         // -1 once closed or moved from
 };
+
+// Returns whether a target of that name is written to directly: standard output, or what exists and is neither a
+// regular file nor a directory.
+bool IsWrittenDirectly(const std::string& path);
 
 }  // namespace curv

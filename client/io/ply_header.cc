@@ -25,6 +25,14 @@ std::optional<ScalarKind> TypeOf(std::string_view word) {
   return std::nullopt;
 }
 
+// Some programs leave blanks at the ends of lines.
+bool IsFirstLine(std::string_view line) {
+  constexpr std::string_view kWord = "ply";
+  if (!line.starts_with(kWord)) return false;
+  const std::string_view rest = line.substr(kWord.size());
+  return std::all_of(rest.begin(), rest.end(), IsBlank);
+}
+
 // Reads the header line by line.
 class HeaderParser {
  public:
@@ -32,7 +40,8 @@ class HeaderParser {
 
   absl::StatusOr<PlyHeader> Parse() {
     std::string_view line;
-    if (!lines_.Next(line) || line != "ply") return Error("expected the word ply, as the first line of a PLY file");
+    if (!lines_.Next(line) || !IsFirstLine(line))
+      return Error("expected the word ply, as the first line of a PLY file");
     while (lines_.Next(line)) {
       std::string_view rest = line;
       const std::string_view keyword = NextField(rest);

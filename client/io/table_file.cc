@@ -259,7 +259,7 @@ bool IsWritable(const std::string& name) { return FindWriter(name, {}).ok(); }
 
 absl::Status CheckWritable(const std::string& path, const SaveOptions& options) {
   if (absl::Status status = FindWriter(path, options).status(); !status.ok()) return status;
-  return AtomicFile::Create(path).status();
+  return AtomicFile::Check(path);
 }
 
 absl::Status SaveTable(const PointTable& table, const std::string& path, const SaveOptions& options) {

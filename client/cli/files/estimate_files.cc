@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "CLI/CLI.hpp"
@@ -24,6 +26,7 @@
 #include "client/cli/table_vectors.h"
 #include "client/cli/tiles/estimate_in_tiles.h"
 #include "client/cli/usage/flag_words.h"
+#include "client/io/atomic_file.h"
 #include "client/io/oriented_cloud.h"
 
 namespace curv {
@@ -110,6 +113,15 @@ struct FileTask {
   std::unique_ptr<Connection>& connection;
 };
 
+// Of several files, the run's summary tells which were done before an interrupt: a file is then read to its end, which
+// a pipe may never have.
+absl::StatusOr<PointTable> LoadInput(const EstimateFlags& flags, const FileTask& task) {
+  std::error_code unknown;
+  const bool has_end = std::filesystem::is_regular_file(task.file.input, unknown);
+  const InterruptWatch::EndsAtOnce at_once(task.interrupt, !task.share.has_value() || !has_end);
+  return LoadTable(task.file.input, flags.input_format);
+}
+
 // Estimates one file. Reports the errors itself; returns the code and fills in `report` and `summary`.
 ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, EstimateReport& report, std::string& summary) {
   const auto& [input, output] = task.file;
@@ -119,7 +131,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   if (const ExitCode code = CheckOutput(output, flags.save); code != ExitCode::kOk) return code;
 
   const absl::Time start = absl::Now();
-  absl::StatusOr<PointTable> table = LoadTable(input, flags.input_format);
+  absl::StatusOr<PointTable> table = LoadInput(flags, task);
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(input, ": ", note));
   if (const std::string dropped = NoteOnDroppedColumns(*table); !dropped.empty()) {
@@ -167,6 +179,7 @@ ExitCode EstimateFile(const EstimateFlags& flags, const FileTask& task, Estimate
   PrintWarnings(report.summary, !were_given, title);
   PrintAdvice(report.summary, flags.options, !were_given, title);
   if (task.interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
+  const InterruptWatch::EndsAtOnce at_once(task.interrupt, IsWrittenDirectly(output));
   const absl::Status saved = SaveOutput(made, output, flags.save);
   if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
   report.write_seconds = SecondsSince(write_start);

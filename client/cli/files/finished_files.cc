@@ -11,6 +11,7 @@
 #include <optional>
 #include <system_error>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/json.h"
 
@@ -20,6 +21,25 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string NameOf(const std::string& output) { return fs::path(output).filename().string(); }
+
+// JSON has no bytes that are not UTF-8, which names of files can hold: such text stands beside it as digits, so that
+// two texts never become one.
+std::string DigitsName(const char* field) { return absl::StrCat(field, "_hex"); }
+
+void AddText(const char* field, const std::string& text, nlohmann::ordered_json& entry) {
+  entry[field] = text;
+  const bool is_utf8 = nlohmann::json::parse(ToJsonLine(text)) == nlohmann::json(text);
+  if (!is_utf8) entry[DigitsName(field)] = absl::BytesToHexString(text);
+}
+
+// None if the entry has no such field.
+std::optional<std::string> TextOf(const nlohmann::json& entry, const char* field) {
+  const auto digits = entry.find(DigitsName(field)), text = entry.find(field);
+  if (digits != entry.end()) {
+    return digits->is_string() ? std::optional(absl::HexStringToBytes(digits->get<std::string>())) : std::nullopt;
+  }
+  return text != entry.end() && text->is_string() ? std::optional(text->get<std::string>()) : std::nullopt;
+}
 
 std::optional<uint64_t> BytesOf(const std::string& path) {
   std::error_code error;
@@ -45,11 +65,9 @@ FinishedFiles::FinishedFiles(const std::string& directory, const std::string& op
   std::ifstream file(path_);
   for (std::string line; std::getline(file, line);) {
     const auto entry = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
-    if (!entry.is_object() || !entry.contains("output") || !entry.contains("options") || !entry.contains("bytes") ||
-        !entry["output"].is_string() || !entry["options"].is_string() || !entry["bytes"].is_number_unsigned()) {
-      continue;
-    }
-    entries_[entry["output"]] = {entry["options"], entry["bytes"]};
+    if (!entry.is_object() || !entry.contains("bytes") || !entry["bytes"].is_number_unsigned()) continue;
+    const std::optional<std::string> output = TextOf(entry, "output"), options_then = TextOf(entry, "options");
+    if (output.has_value() && options_then.has_value()) entries_[*output] = {*options_then, entry["bytes"]};
   }
 }
 
@@ -69,7 +87,11 @@ absl::Status FinishedFiles::Add(const std::string& output) {
   if (!bytes.has_value()) return absl::InvalidArgumentError(absl::StrCat("cannot read the size of ", output));
   const std::string name = NameOf(output);
   // The line of a run that was cut off may have no end.
-  const std::string line = absl::StrCat("\n", ToJsonLine({{"output", name}, {"bytes", *bytes}, {"options", options_}}));
+  nlohmann::ordered_json entry;
+  AddText("output", name, entry);
+  entry["bytes"] = *bytes;
+  AddText("options", options_, entry);
+  const std::string line = absl::StrCat("\n", ToJsonLine(entry));
   if (absl::Status status = AppendLine(line, path_); !status.ok()) return status;
   entries_[name] = {options_, *bytes};
   return absl::OkStatus();

@@ -15,7 +15,8 @@ inline constexpr char kFinishedFiles[] = ".curv-finished.jsonl";
 class FinishedFiles {
  public:
   // Reads what earlier runs have noted in directory/.curv-finished.jsonl, a JSON object a line: the output's name, its
-  // size and the options. Lines that are cut off or damaged count as not written.
+  // size and the options; where one of these is not UTF-8, its bytes are in hexadecimal digits beside it. Lines that
+  // are cut off or damaged count as not written.
   FinishedFiles(const std::string& directory, const std::string& options);
 
   // Returns whether the output was finished with these options, has the size that it had then, and is newer than the

@@ -21,6 +21,7 @@
 #include "client/cli/table_vectors.h"
 #include "client/cli/usage/flag_words.h"
 #include "client/cli/usage/option_conflicts.h"
+#include "client/io/atomic_file.h"
 #include "client/io/oriented_cloud.h"
 #include "client/io/point_status.h"
 #include "client/io/table_file.h"
@@ -100,7 +101,10 @@ ExitCode Run(MakeNormalsFlags& flags) {
     return Fail(ExitCode::kUsage, status);
   if (absl::Status status = CheckNoneNeedsAServer(flags.connection); !status.ok())
     return Fail(ExitCode::kUsage, status);
-  absl::StatusOr<PointTable> table = LoadTable(flags.input, flags.input_format);
+  absl::StatusOr<PointTable> table = [&] {
+    const InterruptWatch::EndsAtOnce at_once(interrupt);
+    return LoadTable(flags.input, flags.input_format);
+  }();
   if (!table.ok()) return Fail(ExitCode::kInput, table.status());
   for (const std::string& note : table->notes) PrintNote(absl::StrCat(flags.input, ": ", note));
   std::string note;
@@ -126,6 +130,7 @@ ExitCode Run(MakeNormalsFlags& flags) {
   for (const EstimateWarning& warning : summary.warnings) PrintWarning(warning.message);
   NoteUnusable(summary);
   if (interrupt.token().stop_requested()) return Fail(ExitCode::kInterrupted, "interrupted");
+  const InterruptWatch::EndsAtOnce at_once(interrupt, IsWrittenDirectly(flags.output));
   if (absl::Status status = SaveOutput(*table, flags.output, flags.save); !status.ok())
     return Fail(ExitCode::kOutput, status);
   PrintSummary(flags, summary, turned);

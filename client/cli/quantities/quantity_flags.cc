@@ -24,7 +24,8 @@ void AddList(CLI::App& command, const char* flag, const char* help, std::vector<
 void AddQuantitiesFlag(CLI::App& command, QuantityFlags& flags) {
   AddList(command, "--quantities",
           "what to estimate, with commas between: mean, gaussian, k1, k2, d1, d2, radius, those of --also, or the "
-          "contract's names; the result has no other columns [all of curvature but those of --also]",
+          "contract's names; the result has no other columns, but k1 and k2 come together, and so do d1 and d2 [all of "
+          "curvature but those of --also]",
           flags.only);
 }
 

@@ -5,10 +5,12 @@
 #include <condition_variable>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <stop_token>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -45,13 +47,13 @@ struct ViewFlags {
 class FileFollower {
  public:
   // `has_codec`: whether the page can decompress LAZ.
-  FileFollower(const ViewFlags& flags, bool has_codec, ReportShelf& shelf)
-      : flags_(flags), has_codec_(has_codec), shelf_(shelf) {}
+  FileFollower(const ViewFlags& flags, bool has_codec, const InterruptWatch& interrupt, ReportShelf& shelf)
+      : flags_(flags), has_codec_(has_codec), interrupt_(interrupt), shelf_(shelf) {}
 
   // Serves the file as it is now.
   absl::Status ServeNow(const std::stop_token& stop) {
     seen_ = FileStamp::Of(flags_.page.input);
-    absl::StatusOr<PageContent> content = ReadContent(flags_.page);
+    absl::StatusOr<PageContent> content = Read();
     if (!content.ok()) return content.status();
     if (content->laz.has_value()) return ServeCompressed(*std::move(content->laz), content->options);
     const absl::Status status =
@@ -86,6 +88,14 @@ class FileFollower {
   }
 
  private:
+  // A pipe may never end. Where nothing was served before, nobody misses the page.
+  absl::StatusOr<PageContent> Read() const {
+    std::error_code unknown;
+    const bool has_end = std::filesystem::is_regular_file(flags_.page.input, unknown);
+    const InterruptWatch::EndsAtOnce at_once(interrupt_, generation_ == 0 && !has_end);
+    return ReadContent(flags_.page);
+  }
+
   absl::Status ServeCompressed(LazFile laz, const ReportOptions& options) {
     if (!has_codec_) {
       return absl::InvalidArgumentError(
@@ -113,6 +123,7 @@ class FileFollower {
 
   const ViewFlags& flags_;
   const bool has_codec_;
+  const InterruptWatch& interrupt_;
   ReportShelf& shelf_;
   FileStamp seen_;
   uint64_t generation_ = 0;
@@ -133,7 +144,7 @@ ExitCode Run(const ViewFlags& flags) {
   const std::stop_callback interrupted(interrupt.token(), [&] { ended.request_stop(); });
   absl::Status problem;
   std::jthread making([&] {
-    FileFollower follower(flags, needs_codec, *shelf);
+    FileFollower follower(flags, needs_codec, interrupt, *shelf);
     problem = follower.ServeNow(ended.get_token());
     if (flags.watch) {
       if (!problem.ok()) follower.WaitForFile(problem);

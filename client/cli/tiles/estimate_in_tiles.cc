@@ -22,6 +22,7 @@
 #include "client/cli/tiles/tile_commands.h"
 #include "client/cli/tiles/tile_options.h"
 #include "client/cli/tiles/tile_steps.h"
+#include "client/io/atomic_file.h"
 #include "client/io/blocks/input_file.h"
 #include "client/io/table_file.h"
 
@@ -55,9 +56,7 @@ class TiledEstimate {
     if (const ExitCode code = FindOrMakePlan(server->max_points); code != ExitCode::kOk) return code;
     const absl::StatusOr<RunOutcome> outcome =
         RunWithProgress(plan_, RunRequest(), **connection, options_, interrupt_.token());
-    const absl::StatusOr<StatusCounts> counts =
-        outcome.ok() ? MergeWithProgress(plan_, flags_.output, flags_.save, interrupt_.token())
-                     : absl::StatusOr<StatusCounts>(outcome.status());
+    const absl::StatusOr<StatusCounts> counts = outcome.ok() ? Merge() : absl::StatusOr<StatusCounts>(outcome.status());
     if (!counts.ok()) {
       const ExitCode code = FailTiles(counts.status());
       PrintNote(absl::StrCat("the tiles that are done are in ", directory_, ": the same command goes on with them"));
@@ -101,6 +100,11 @@ class TiledEstimate {
       PrintNote(absl::StrCat("coordinates in doubles are rounded to multiples of ", ExactText(plan_.spacing)));
     }
     return ExitCode::kOk;
+  }
+
+  absl::StatusOr<StatusCounts> Merge() const {
+    const InterruptWatch::EndsAtOnce at_once(interrupt_, IsWrittenDirectly(flags_.output));
+    return MergeWithProgress(plan_, flags_.output, flags_.save, interrupt_.token());
   }
 
   // Goes on with the plan that is there, if it is of this file and these options.

@@ -14,6 +14,7 @@
 #include "client/cli/numbers.h"
 #include "client/cli/tiles/tile_commands.h"
 #include "client/cli/tiles/tile_steps.h"
+#include "client/io/atomic_file.h"
 #include "client/io/table_file.h"
 
 namespace curv {
@@ -47,6 +48,7 @@ ExitCode Run(const MergeFlags& flags) {
   for (const TileInput& input : plan->inputs) inputs.push_back(input.path);
   if (absl::Status status = KeptInputs(inputs).Check(flags.output); !status.ok()) return Fail(ExitCode::kUsage, status);
   const InterruptWatch interrupt;
+  const InterruptWatch::EndsAtOnce at_once(interrupt, IsWrittenDirectly(flags.output));
   const absl::StatusOr<StatusCounts> counts = MergeWithProgress(*plan, flags.output, flags.save, interrupt.token());
   if (!counts.ok()) return FailTiles(counts.status());
   PrintSummary(flags, *plan, *counts);

@@ -72,7 +72,8 @@ void HideRefusedFlags(CLI::App& command) {
   command.get_option("--quantities")
       ->description(
           "what to estimate, with commas between: mean, gaussian, k1, k2, d1, d2, radius, shape_index, curvedness, or "
-          "the contract's names; the result has no other columns [all of curvature but shape_index and curvedness]");
+          "the contract's names; the result has no other columns, but k1 and k2 come together, and so do d1 and d2 "
+          "[all of curvature but shape_index and curvedness]");
 }
 
 ExitCode Run(PlanFlags& flags) {

@@ -21,12 +21,16 @@ void CheckTileQuantities(const QuantityFlags& quantities) {
                                "tiles take no directions");
   }
   for (const auto& [flag, words] : {std::pair("--quantities", &quantities.only), {"--also", &quantities.also}}) {
-    for (const char* name : {"standard_errors", "chosen_neighbor_count", "estimator_weights", "normal_curvature"}) {
-      if (std::find(words->begin(), words->end(), name) == words->end()) continue;
+    const auto has = [words = words](const char* name) {
+      return std::find(words->begin(), words->end(), name) != words->end();
+    };
+    for (const char* name : {"standard_errors", "chosen_neighbor_count", "estimator_weights"}) {
+      if (!has(name)) continue;
       throw CLI::ValidationError(
-          flag, absl::StrCat("tiles have no ", name,
-                             ": errors and choices follow from a sample of the whole cloud, and tiles take no "
-                             "directions"));
+          flag, absl::StrCat("tiles have no ", name, ": errors and choices follow from a sample of the whole cloud"));
+    }
+    if (has("normal_curvature")) {
+      throw CLI::ValidationError(flag, "tiles have no normal_curvature: they take no directions");
     }
   }
 }

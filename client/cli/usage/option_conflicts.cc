@@ -47,7 +47,13 @@ void CheckJudged(const EstimateOptions& options, const std::string& cause) {
   }
 }
 
-void CheckStandardErrors(const EstimateOptions& options) {
+// The flag that asks for a quantity, by its name in the contract.
+const char* FlagOf(const QuantityFlags& quantities, const char* quantity) {
+  const bool is_also = std::find(quantities.also.begin(), quantities.also.end(), quantity) != quantities.also.end();
+  return is_also ? "--also" : "--quantities";
+}
+
+void CheckStandardErrors(const EstimateOptions& options, const QuantityFlags& quantities) {
   if (!options.neighbor_counts.empty()) {
     throw CLI::ValidationError("--k", "is a list; standard_errors needs one number of neighbors, or --k=auto");
   }
@@ -61,7 +67,8 @@ void CheckStandardErrors(const EstimateOptions& options) {
         "--k", absl::StrCat("is ", options.neighbor_count, "; it ", CountText(" where standard_errors are asked for")));
   }
   if (options.estimator == Estimator::kAlgebraicShapeOperator && !options.project) {
-    throw CLI::ValidationError(kStandardErrors, "needs --project with --estimator=aso");
+    throw CLI::ValidationError(FlagOf(quantities, kStandardErrors),
+                               absl::StrCat(kStandardErrors, " needs --project with --estimator=aso"));
   }
 }
 
@@ -77,7 +84,7 @@ void CheckNeighborList(const EstimateOptions& options) {
 
 }  // namespace
 
-void CheckConflicts(const EstimateOptions& options) {
+void CheckConflicts(const EstimateOptions& options, const QuantityFlags& quantities) {
   const bool is_automatic = options.automatic_scale.has_value() || options.estimator == Estimator::kAuto;
   if (!options.neighbor_counts.empty()) CheckNeighborList(options);
   if (options.automatic_scale.has_value()) CheckJudged(options, "--k=auto");
@@ -85,9 +92,10 @@ void CheckConflicts(const EstimateOptions& options) {
     throw CLI::ValidationError(
         "--k", absl::StrCat("is ", options.neighbor_count, "; it ", CountText(" with --estimator=auto")));
   }
-  if (IsAsked(options, kStandardErrors)) CheckStandardErrors(options);
+  if (IsAsked(options, kStandardErrors)) CheckStandardErrors(options, quantities);
   for (const char* chosen : {"chosen_neighbor_count", "estimator_weights"}) {
-    if (!is_automatic && IsAsked(options, chosen)) throw CLI::ValidationError(chosen, "needs --auto or --k=auto");
+    if (is_automatic || !IsAsked(options, chosen)) continue;
+    throw CLI::ValidationError(FlagOf(quantities, chosen), absl::StrCat(chosen, " needs --auto or --k=auto"));
   }
   if (options.reject_opposed_normals && !AskForCurvature(options.quantities)) {
     throw CLI::ValidationError("--on-opposed-normals", "reject needs a quantity of curvature among --quantities");

@@ -2,20 +2,21 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 #include "CLI/CLI.hpp"
-#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
 #include "proto/nearest_word.h"
 
 namespace curv {
 namespace {
 
 // The subcommand that the arguments name, or `app`.
-const CLI::App& CommandOf(const CLI::App& app) {
+CLI::App& CommandOf(CLI::App& app) {
   const std::vector<CLI::App*> named = app.get_subcommands();
   return named.empty() ? app : CommandOf(*named.front());
 }
@@ -75,27 +76,71 @@ std::string UnexpectedText(const CLI::App& command, const std::vector<std::strin
   return absl::StrCat(text, curvd::DidYouMean(first.substr(0, first.find('=')), FlagNames(command)));
 }
 
-// CLI11 says "--k: 1 required TEXT missing" of a flag at the end, or before another, that lacks its value.
-std::string ParserText(const CLI::App& command, const CLI::ParseError& error) {
+// "it must be text or json" of a flag whose one value is one of a few words; "" of any other.
+std::string WordsText(CLI::Option& option) {
+  if (option.get_delimiter() != '\0') return "";
+  std::string refusal;
+  try {
+    refusal = (*option.get_validator(0))(std::string());
+  } catch (const CLI::OptionNotFound&) {  // takes any value
+  }
+  constexpr std::string_view kBefore = " not in {";  // what CLI::IsMember says
+  if (!refusal.starts_with(kBefore)) return "";
+  const std::string words = refusal.substr(kBefore.size(), refusal.size() - kBefore.size() - 1);
+  const size_t last = words.rfind(',');
+  if (last == std::string::npos) return absl::StrCat("it must be ", words);
+  return absl::StrCat("it must be ", absl::StrReplaceAll(words.substr(0, last), {{",", ", "}}), " or ",
+                      words.substr(last + 1));
+}
+
+std::string EmptyText(CLI::App& command, const std::string& flag, const char* problem) {
+  CLI::Option* option = command.get_option_no_throw(flag);
+  std::string meaning = option == nullptr ? "" : WordsText(*option);
+  if (option != nullptr && meaning.empty()) meaning = option->get_description();
+  return absl::StrCat(flag, problem, meaning.empty() ? "" : ": ", meaning);
+}
+
+// Says what CLI11 says of the number of a flag's values in words that tell what to do: "--k: 1 required TEXT missing"
+// of a flag at the end, or before another, that lacks its value, and "--k: At Most 1 required but received 2".
+std::string ParserText(CLI::App& command, const CLI::ParseError& error) {
   constexpr char kMissing[] = " missing", kRequired[] = ": 1 required ";
+  constexpr char kTooOften[] = ": At Most 1 required but received ";
   const std::string text = error.what();
+  if (const size_t too_often = text.find(kTooOften); too_often != std::string::npos) {
+    return absl::StrCat(text.substr(0, too_often), ": is given ", text.substr(too_often + sizeof(kTooOften) - 1),
+                        " times: give it once");
+  }
   const size_t required = text.find(kRequired);
   if (required == std::string::npos || !absl::EndsWith(text, kMissing)) return text;
-  const std::string flag = text.substr(0, required);
-  const CLI::Option* option = command.get_option_no_throw(flag);
-  const std::string help = option == nullptr ? "" : option->get_description();
-  const std::string meaning = help.substr(0, help.find_first_of(";[("));
-  return absl::StrCat(flag, ": its value is missing or empty", meaning.empty() ? "" : ": ",
-                      absl::StripTrailingAsciiWhitespace(meaning));
+  return EmptyText(command, text.substr(0, required), ": its value is missing or empty");
+}
+
+std::string WithHint(const std::string& text, const CLI::App& command) {
+  return absl::StrCat(text, "\nRun ", FullName(command), " --help for what is possible.");
 }
 
 }  // namespace
 
-std::string UsageMessage(const CLI::App& app, const std::vector<std::string>& arguments, const CLI::ParseError& error) {
-  const CLI::App& command = CommandOf(app);
+std::string UsageMessage(CLI::App& app, const std::vector<std::string>& arguments, const CLI::ParseError& error) {
+  CLI::App& command = CommandOf(app);
   const std::vector<std::string> unexpected = Unexpected(app, arguments);
-  return absl::StrCat(unexpected.empty() ? ParserText(command, error) : UnexpectedText(command, unexpected), "\nRun ",
-                      FullName(command), " --help for what is possible.");
+  if (!unexpected.empty()) return WithHint(UnexpectedText(command, unexpected), command);
+  // What the error says may follow from it.
+  const std::string empty = EmptyValueMessage(app, arguments);
+  return empty.empty() ? WithHint(ParserText(command, error), command) : empty;
+}
+
+std::string EmptyValueMessage(CLI::App& app, const std::vector<std::string>& arguments) {
+  CLI::App& command = CommandOf(app);
+  for (const std::string& argument : arguments) {
+    if (argument == "--") break;  // files follow
+    if (!absl::StartsWith(argument, "--") || argument.find('=') != argument.size() - 1) continue;
+    const std::string flag = argument.substr(0, argument.size() - 1);
+    const CLI::Option* option = command.get_option_no_throw(flag);
+    if (option == nullptr || option->get_items_expected_max() > 0) continue;  // CLI11 refuses those
+    return WithHint(EmptyText(command, flag, ": its value is empty"), command);
+  }
+  return "";
 }
 
 }  // namespace curv

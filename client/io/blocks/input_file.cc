@@ -33,7 +33,8 @@ ssize_t ReadSome(int descriptor, uint64_t at, size_t bytes, char* out) {
 }  // namespace
 
 absl::StatusOr<InputFile> InputFile::Open(const std::string& path) {
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // A pipe, which is refused below, would have the open wait for a writer.
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) return ReadError(path, std::strerror(errno));
   struct stat status {};
   const bool known = fstat(descriptor, &status) == 0;

@@ -84,6 +84,24 @@ TEST_F(BatchTest, DoesAgainWhatIsOutdated) {
   EXPECT_THAT(estimate("--k=30"), HasSubstr("1 skipped"));
 }
 
+// Such a name is no text that JSON can hold.
+TEST_F(BatchTest, RemembersNamesThatAreNotUtf8) {
+  const std::string a = Cloud("bad\xff.ply"), b = Cloud("bad\xfe.ply");
+  ASSERT_EQ(RunCurv({"estimate", a, "-o", Out(), "--k=20"}).exit_code, 0);
+  EXPECT_THAT(RunCurv({"estimate", a, b, "-o", Out(), "--k=20"}).out, HasSubstr("2 files: 1 done, 1 skipped"));
+  EXPECT_THAT(RunCurv({"estimate", a, b, "-o", Out(), "--k=20"}).out, HasSubstr("2 files: 0 done, 2 skipped"));
+
+  const std::string folder = dir_.File("out"),
+                    replaced = dir_.Write("out/bad\xef\xbf\xbd.ply", dir_.Read("out/bad\xff.ply"));
+  const FinishedFiles finished(folder, "--k=20");
+  EXPECT_TRUE(finished.Has(a, dir_.File("out/bad\xff.ply")));
+  EXPECT_FALSE(finished.Has(a, replaced)) << "U+FFFD is another name";
+  FinishedFiles other(folder, "--direction-columns=\xff");
+  ASSERT_TRUE(other.Add(replaced).ok());
+  EXPECT_TRUE(FinishedFiles(folder, "--direction-columns=\xff").Has(a, replaced));
+  EXPECT_FALSE(FinishedFiles(folder, "--direction-columns=\xfe").Has(a, replaced));
+}
+
 TEST_F(BatchTest, AFailureStopsNoOther) {
   const std::string a = Cloud("a.ply"), bad = dir_.Write("in/bad.ply", "plx\n"), c = Cloud("c.ply");
   CurvRun run = RunCurv({"estimate", a, bad, c, "-o", Out()});

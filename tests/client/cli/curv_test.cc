@@ -261,7 +261,7 @@ TEST_F(CurvTest, NamesTheNearestCommand) {
 
 TEST_F(CurvTest, SaysWhichValueIsMissingAndWhichSizesThereAre) {
   EXPECT_THAT(RunCurv({"estimate", Cloud(), "-o", dir_.File("r.ply"), "--k="}).err,
-              HasSubstr("--k: its value is missing or empty: points in a neighborhood, itself included\n"));
+              HasSubstr("--k: its value is missing or empty: points in a neighborhood, itself included; several, as "));
   for (const char* size : {"512", "lots", "1.5MiB", "-1GiB", ""}) {
     const CurvRun run = RunCurv({"tiles", "plan", Cloud(), "-o", dir_.File("work"), absl::StrCat("--memory=", size)});
     EXPECT_EQ(run.exit_code, 2) << size;

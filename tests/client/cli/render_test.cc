@@ -87,6 +87,7 @@ TEST_F(RenderTest, NamesWhatIsWrong) {
   EXPECT_THAT(fail({"--quantity=mean,k3"}, 3), HasSubstr("there is no column k3"));
   EXPECT_THAT(fail({"--quantity=mean,k1,k2", "--range=-1:1,-2:2"}, 2),
               HasSubstr("there are 2 ranges for 3 quantities"));
+  EXPECT_THAT(fail({"--range=-1:1,-2:2"}, 2), HasSubstr("there are 2 ranges for 1 quantity: "));
   EXPECT_THAT(fail({"--range=-1:1,2:1"}, 2), HasSubstr("\"2:1\" must be LO:HI"));
   EXPECT_THAT(fail({"--strokes=d3"}, 2), HasSubstr("--strokes"));
   EXPECT_THAT(

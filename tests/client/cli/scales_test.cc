@@ -45,7 +45,7 @@ TEST_F(CurvTest, ChoosesEstimatorAndScale) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, IsEmpty());
   EXPECT_THAT(run.out, AllOf(HasSubstr("3,000 points, auto, K = auto"), HasSubstr("\n  chosen by "),
-                             HasSubstr("\n  jet "), HasSubstr(" %\n")));
+                             HasSubstr("\n  jet, degree 4 "), HasSubstr(" %\n")));
   const std::string by_short = dir_.Read("out.ply");
   ASSERT_EQ(RunCurv({"estimate", cloud, "-o", out, "--estimator=auto", "--k=auto"}).exit_code, 0);
   EXPECT_EQ(dir_.Read("out.ply"), by_short);
@@ -69,7 +69,7 @@ TEST_F(CurvTest, LeavesEstimatorOrScaleAloneOpen) {
                             Not(HasSubstr(R"("neighbor_count":45,)")), Not(HasSubstr(R"("neighbor_count":181,)"))));
   const std::string counted = summary({"--estimator=auto", "--k=100"});
   EXPECT_THAT(counted, AllOf(HasSubstr(R"("estimator":"auto","neighbor_count":100,)"), HasSubstr("\"jet_degree\":4"),
-                             HasSubstr(R"({"estimator":"jet","neighbor_count":100,)")));
+                             HasSubstr(R"({"estimator":"jet","degree":4,"neighbor_count":100,)")));
   EXPECT_THAT(summary({"--k=100"}), AllOf(Not(HasSubstr("\"scale\":")), HasSubstr("\"jet_degree\":2")));
   EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, "--auto", "--max-radius=1e-9"}).err,
               HasSubstr("no point has a result; most are too_few_neighbors: too few points"));

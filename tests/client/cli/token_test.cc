@@ -132,6 +132,11 @@ TEST_F(TokenTest, FlagsThatDoNotFitAreNamed) {
   };
   EXPECT_THAT(message({"--ca=" + dir_.File("none")}), HasSubstr("--ca: " + dir_.File("none")));
   EXPECT_THAT(message({"--token-file=" + dir_.Write("blank", " \n")}), HasSubstr("holds no token"));
+  const std::string file = dir_.Write("long", std::string(5000, 'a'));
+  EXPECT_THAT(message({"--token-file=" + file}), HasSubstr("--token-file: " + file + ": the token has 5000 bytes"));
+  setenv("CURV_TOKEN", "two words", 1);
+  EXPECT_THAT(message({}), HasSubstr("the variable CURV_TOKEN: the token must be printable ASCII without blanks"));
+  unsetenv("CURV_TOKEN");
   EXPECT_THAT(message({"--cert=" + dir_.Write("crt", certificates_.authority())}), HasSubstr("private key"));
   EXPECT_THAT(message({"--server-name=other"}), HasSubstr("TLS"));
 }

@@ -100,6 +100,22 @@ TEST(AtomicFileTest, NamesPathAndReason) {
   EXPECT_THAT(AtomicFile::Create(dir.File("")).status().message(), HasSubstr("Is a directory"));
 }
 
+// Who opens a pipe waits for its reader, and the reader of one that is closed again gets nothing.
+TEST(AtomicFileTest, ChecksAPipeWithoutOpeningIt) {
+  const TempDir dir;
+  const std::string pipe = dir.File("pipe");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_TRUE(AtomicFile::Check(pipe).ok());
+  EXPECT_TRUE(IsWrittenDirectly(pipe));
+  EXPECT_TRUE(AtomicFile::Check("/dev/full").ok());
+  EXPECT_TRUE(AtomicFile::Check("-").ok());
+  EXPECT_TRUE(AtomicFile::Check(dir.File("new")).ok());
+  EXPECT_FALSE(IsWrittenDirectly(dir.File("new")));
+  EXPECT_FALSE(IsWrittenDirectly(dir.Write("old", "")));
+  EXPECT_THAT(AtomicFile::Check(dir.File("")).message(), HasSubstr("Is a directory"));
+  EXPECT_EQ(dir.FileCount(), 2u);
+}
+
 TEST(AtomicFileTest, WritesToDevicesDirectlyAndReportsAFullOne) {
   absl::StatusOr<AtomicFile> file = AtomicFile::Create("/dev/full");
   ASSERT_TRUE(file.ok()) << file.status();

@@ -154,7 +154,16 @@ TEST(PlyTest, TakesTinyNumbersAsZero) {
   EXPECT_THAT(Values(*table, "y"), ElementsAre(0.0));
 }
 
+TEST(PlyTest, TakesBlanksAtTheEndsOfHeaderLines) {
+  const absl::StatusOr<PointTable> table = ReadPly(
+      "ply \t\nformat ascii 1.0 \nelement vertex 1\t\nproperty float x  \nproperty float y\t \nend_header \n1.5 2.5\n");
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(Values(*table, "x"), ElementsAre(1.5));
+  EXPECT_THAT(Values(*table, "y"), ElementsAre(2.5));
+}
+
 TEST(PlyTest, RefusesBadHeaders) {
+  EXPECT_THAT(Message("ply x\n"), HasSubstr("line 1: expected the word ply"));
   EXPECT_THAT(Message(""), HasSubstr("line 1: expected the word ply"));
   EXPECT_THAT(Message("plyx\n"), HasSubstr("line 1"));
   EXPECT_THAT(Message("ply\nformat ascii 1.0\nelement vertex 1\n"), HasSubstr("expected end_header"));

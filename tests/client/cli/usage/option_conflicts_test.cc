@@ -35,7 +35,8 @@ TEST(OptionConflictsTest, AreFoundBeforeAnythingIsRead) {
       {{"estimate", "--also=standard_errors", "--radius=1"}, "--radius: does not go with standard_errors"},
       {{"estimate", "--also=standard_errors", "--estimator=jet"},
        "--jet-degree: is 2; standard_errors needs --jet-degree=4"},
-      {{"estimate", "--also=standard_errors", "--estimator=aso"}, "standard_errors: needs --project"},
+      {{"estimate", "--also=standard_errors", "--estimator=aso"},
+       "--also: standard_errors needs --project with --estimator=aso"},
       {{"estimate", "--k=auto", "--estimator=delaunay"}, "--estimator: delaunay does not go with --k=auto"},
       {{"estimate", "--k=auto", "--estimator=jet", "--jet-degree=3"}, "--jet-degree: is 3; --k=auto needs"},
       {{"estimate", "--k=15", "--estimator=auto"}, "--k: is 15; it must be from 16 to 2048 with --estimator=auto"},
@@ -46,10 +47,13 @@ TEST(OptionConflictsTest, AreFoundBeforeAnythingIsRead) {
       {{"estimate", "--average-normal-weight=0.2", "--quantities=normals"},
        "--average-normal-weight: needs a quantity"},
       {{"estimate", "--rotations=3", "--quantities=normals"}, "--rotations: needs a quantity of curvature"},
+      {{"estimate", "--tiles", "--also=standard_errors,shape_index"},
+       "--also: tiles have no standard_errors: errors and choices follow from a sample of the whole cloud\n"},
       {{"estimate", "--force"}, "--force: needs a directory for --output, as results/"},
       {{"estimate", "--force", "--tiles"}, "--force: needs a directory for --output, as results/"},
-      {{"estimate", "--also=chosen_neighbor_count"}, "chosen_neighbor_count: needs --auto or --k=auto"},
-      {{"estimate", "--quantities=estimator_weights", "--k=64"}, "estimator_weights: needs --auto or --k=auto"},
+      {{"estimate", "--also=chosen_neighbor_count"}, "--also: chosen_neighbor_count needs --auto or --k=auto"},
+      {{"estimate", "--quantities=estimator_weights", "--k=64"},
+       "--quantities: estimator_weights needs --auto or --k=auto"},
       {{"estimate", "--on-opposed-normals=reject", "--quantities=normal_quality"},
        "--on-opposed-normals: reject needs a quantity of curvature among --quantities"},
       {{"estimate", "--normals=estimate", "--normal-k=14", "--normal-method=jet-4"},
@@ -105,6 +109,12 @@ TEST_F(CurvTest, WhatOnlyTheServerKnowsIsSaidOnceInFlags) {
   EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, at, "--normals=estimate", "--normal-k=100", "--k=9"}).err,
               HasSubstr(": --normal-k is 100; it must be at most 64"));
   EXPECT_THAT(RunCurv({"normals", cloud, "-o", out, at, "--k=100"}).err, HasSubstr(": --k is 100; it must be at most"));
+  EXPECT_THAT(RunCurv({"estimate", cloud, "-o", out, at, "--normals=estimate", "--normal-radius=9", "--k=9"}).err,
+              HasSubstr("; use a smaller --normal-radius, or --normal-k ("));
+  for (const char* command : {"estimate", "normals"}) {
+    EXPECT_THAT(RunCurv({command, cloud, "-o", out, at, "--radius=9"}).err,
+                HasSubstr("; use a smaller --radius, or --k ("));
+  }
 }
 
 }  // namespace
