@@ -40,7 +40,7 @@ struct AutoNeighborhood {};
 // Normals of neighbors agree, each connected piece for itself. A closed piece gets normals that point outward. An open
 // one keeps the side that most of its area had, if normals were given; else the largest component of its mean normal
 // is positive. Where that leaves sides that no closed surface has, but others would fit one, those are taken
-// (core/normals/side_repair.h).
+// (core/normals/orientation/side_repair.h).
 struct ConsistentSides {
   // Whether the cloud is known to be of closed surfaces, whatever holes it has: every piece then gets normals that
   // point outward, and a certificate. DEFAULT: what the sum of a piece's normals says.

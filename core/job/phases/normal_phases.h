@@ -14,11 +14,11 @@
 #include "core/index/spatial_index.h"
 #include "core/job/phases/group_phase.h"
 #include "core/job/scale_attempts.h"
-#include "core/normals/link_probe.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
-#include "core/normals/orientation.h"
+#include "core/normals/orientation/link_probe.h"
+#include "core/normals/orientation/orientation.h"
 #include "core/normals/scale_pilot.h"
 #include "core/normals/sheet_probe.h"
 #include "core/normals/trust/side_check.h"
@@ -36,11 +36,11 @@ size_t NormalBytesPerPoint(const NormalOptions& options);
 size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count);
 
 // Makes normals as options say: estimates them, in phases called kNormalsPhase, then orients them, in phases called
-// "orientation" (core/normals/orientation.h). Each phase adds what follows it. The normals depend on the cloud and the
-// options alone: not on threads.
+// "orientation" (core/normals/orientation/orientation.h). Each phase adds what follows it. The normals depend on the
+// cloud and the options alone: not on threads.
 //
 // Where the scale is automatic, it may take several attempts (core/job/scale_attempts.h). Whatever the attempt, sides
-// of one sheet are made once more without repairs (core/normals/side_repair.h) where these tear the sheet.
+// of one sheet are made once more without repairs (core/normals/orientation/side_repair.h) where these tear the sheet.
 class NormalPhases {
  public:
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and

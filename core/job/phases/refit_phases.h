@@ -14,7 +14,7 @@
 #include "core/index/spatial_index.h"
 #include "core/job/phases/group_phase.h"
 #include "core/normals/normal_fit.h"
-#include "core/normals/orientation.h"
+#include "core/normals/orientation/orientation.h"
 #include "core/normals/scale_pilot.h"
 #include "core/normals/trust/fitted_normals.h"
 

@@ -3,7 +3,7 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
 #include "core/estimators/group_estimate-inl.h"
-#include "core/normals/normal_links-inl.h"
+#include "core/normals/orientation/normal_links-inl.h"
 #include "core/normals/trust/side_probe.h"
 #include "hwy/highway.h"
 

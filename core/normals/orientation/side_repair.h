@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/normals/winding_field.h"
+#include "core/normals/orientation/winding_field.h"
 
 namespace curvd {
 
@@ -17,8 +17,9 @@ class SideRepair {
   static constexpr size_t kStarts = 16;
 
   // `turned`: whether each of the piece's clusters is turned, as the tree says. `must_close`: whether only sides are
-  // taken whose normals add up to as little as those of a closed surface do (IsClosed, core/normals/piece_sides.h):
-  // there are sides of any bowl whose winding number is nearly the same everywhere. `field` outlives the repair.
+  // taken whose normals add up to as little as those of a closed surface do (IsClosed,
+  // core/normals/orientation/piece_sides.h): there are sides of any bowl whose winding number is nearly the same
+  // everywhere. `field` outlives the repair.
   SideRepair(const FieldPiece& field, std::vector<uint8_t> turned, bool must_close);
 
   // With w for the winding number at a sampled point, 1 - mean(w)^2 / mean(w^2): free of the scale of areas, 0 where w

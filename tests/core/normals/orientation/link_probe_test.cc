@@ -1,10 +1,10 @@
-#include "core/normals/link_probe.h"
+#include "core/normals/orientation/link_probe.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 
-#include "core/normals/normal_links.h"
+#include "core/normals/orientation/normal_links.h"
 #include "tests/core/normals/normal_clouds.h"
 
 namespace curvd::testing {

@@ -10,8 +10,8 @@
 #include "absl/status/statusor.h"
 #include "core/base/page_array.h"
 #include "core/index/spatial_index.h"
-#include "core/normals/link_forest.h"
-#include "core/normals/normal_links.h"
+#include "core/normals/orientation/link_forest.h"
+#include "core/normals/orientation/normal_links.h"
 
 namespace curvd {
 

@@ -1,4 +1,4 @@
-#include "core/normals/link_forest.h"
+#include "core/normals/orientation/link_forest.h"
 
 #include <gtest/gtest.h>
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/index/spatial_index.h"
-#include "core/normals/piece_sides.h"
-#include "core/normals/side_tree.h"
+#include "core/normals/orientation/piece_sides.h"
+#include "core/normals/orientation/side_tree.h"
 
 namespace curvd {
 

@@ -1,17 +1,17 @@
 // Compares the normals of the points of one group with those of their neighbors.
 
-#if defined(CURVD_CORE_NORMALS_NORMAL_LINKS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef CURVD_CORE_NORMALS_NORMAL_LINKS_INL_H_
-#undef CURVD_CORE_NORMALS_NORMAL_LINKS_INL_H_
+#if defined(CURVD_CORE_NORMALS_ORIENTATION_NORMAL_LINKS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef CURVD_CORE_NORMALS_ORIENTATION_NORMAL_LINKS_INL_H_
+#undef CURVD_CORE_NORMALS_ORIENTATION_NORMAL_LINKS_INL_H_
 #else
-#define CURVD_CORE_NORMALS_NORMAL_LINKS_INL_H_
+#define CURVD_CORE_NORMALS_ORIENTATION_NORMAL_LINKS_INL_H_
 #endif
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/estimators/group_estimate-inl.h"
-#include "core/normals/normal_links.h"
+#include "core/normals/orientation/normal_links.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -152,4 +152,4 @@ inline absl::Status AppendLinksKernel(const SpatialIndex& index, const Neighborh
 }  // namespace curvd
 HWY_AFTER_NAMESPACE();
 
-#endif  // CURVD_CORE_NORMALS_NORMAL_LINKS_INL_H_
+#endif  // CURVD_CORE_NORMALS_ORIENTATION_NORMAL_LINKS_INL_H_

@@ -1,4 +1,4 @@
-#include "core/normals/side_tree.h"
+#include "core/normals/orientation/side_tree.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,15 +1,15 @@
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "core/normals/normal_links.cc"
+#define HWY_TARGET_INCLUDE "core/normals/orientation/normal_links.cc"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
-#include "core/normals/normal_links-inl.h"
+#include "core/normals/orientation/normal_links-inl.h"
 #include "hwy/highway.h"
 
 #if HWY_ONCE
 
 #include <bit>
 
-#include "core/normals/normal_links.h"
+#include "core/normals/orientation/normal_links.h"
 
 namespace curvd {
 

@@ -1,10 +1,10 @@
-#include "core/normals/link_probe.h"
+#include "core/normals/orientation/link_probe.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/normals/normal_links.h"
+#include "core/normals/orientation/normal_links.h"
 
 namespace curvd {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/index/spatial_index.h"
-#include "core/normals/side_tree.h"
+#include "core/normals/orientation/side_tree.h"
 
 namespace curvd {
 

@@ -1,4 +1,4 @@
-#include "core/normals/orientation.h"
+#include "core/normals/orientation/orientation.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/normals/piece_sides.h"
+#include "core/normals/orientation/piece_sides.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
-#include "core/normals/hollow_walls.h"
+#include "core/normals/orientation/hollow_walls.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/normals/normal_links.h"
+#include "core/normals/orientation/normal_links.h"
 
 namespace curvd {
 namespace {

@@ -1,11 +1,11 @@
-#include "core/normals/side_repair.h"
+#include "core/normals/orientation/side_repair.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "core/estimators/triangles/random_stream.h"
-#include "core/normals/piece_sides.h"
+#include "core/normals/orientation/piece_sides.h"
 
 namespace curvd {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/scratch_array.h"
-#include "core/normals/normal_links.h"
+#include "core/normals/orientation/normal_links.h"
 
 namespace curvd {
 

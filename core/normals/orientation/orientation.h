@@ -11,13 +11,13 @@
 
 #include "core/base/phase.h"
 #include "core/index/spatial_index.h"
-#include "core/normals/hollow_walls.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
-#include "core/normals/piece_sides.h"
-#include "core/normals/side_repair.h"
-#include "core/normals/side_tree.h"
-#include "core/normals/winding_field.h"
+#include "core/normals/orientation/hollow_walls.h"
+#include "core/normals/orientation/piece_sides.h"
+#include "core/normals/orientation/side_repair.h"
+#include "core/normals/orientation/side_tree.h"
+#include "core/normals/orientation/winding_field.h"
 
 namespace curvd {
 

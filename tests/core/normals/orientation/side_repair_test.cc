@@ -1,4 +1,4 @@
-#include "core/normals/side_repair.h"
+#include "core/normals/orientation/side_repair.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/normals/winding_field.h"
+#include "core/normals/orientation/winding_field.h"
 
 #include <algorithm>
 #include <cmath>
