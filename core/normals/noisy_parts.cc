@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/median.h"
+#include "core/normals/normal_fit.h"
 #include "core/normals/runs/half_normals.h"
 #include "core/normals/scale_pilot.h"
 

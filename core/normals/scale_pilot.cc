@@ -8,6 +8,8 @@
 #include "core/base/copies.h"
 #include "core/base/median.h"
 #include "core/estimators/fits/jet_systems.h"
+#include "core/normals/fits/fit_group.h"
+#include "core/normals/sample_groups.h"
 
 namespace curvd {
 namespace {

@@ -19,7 +19,10 @@
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
 #include "core/normals/normal_fit.h"
+#include "core/normals/sample_scratch.h"
 
 namespace curvd {
 
@@ -220,7 +223,7 @@ class ScalePilot {
   std::vector<Outcome> outcomes_;
   std::vector<double> group_noises_;  // while parts are looked at: Parts::noises
   double share_ = 1.0;                // of the points, of the part that is looked at
-  SampleScratch scratch_;
+  SampleScratch<NormalScratch> scratch_;
   ChosenScale fallback_;
 };
 

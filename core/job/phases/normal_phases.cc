@@ -8,6 +8,7 @@
 
 #include "core/base/function_phase.h"
 #include "core/job/phases/half_normal_phases.h"
+#include "core/normals/fits/normal_scratch.h"
 #include "core/normals/trust/surface_probe.h"
 
 namespace curvd {

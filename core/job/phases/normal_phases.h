@@ -19,6 +19,7 @@
 #include "core/normals/normals.h"
 #include "core/normals/orientation/link_probe.h"
 #include "core/normals/orientation/orientation.h"
+#include "core/normals/runs/normal_fit_run.h"
 #include "core/normals/scale_pilot.h"
 #include "core/normals/sheet_probe.h"
 #include "core/normals/trust/side_check.h"

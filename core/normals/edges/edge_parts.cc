@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/normals/normal_fit.h"
 #include "core/normals/scale_pilot.h"
 
 namespace curvd {

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/normals/fits/fit_group.h"
 #include "core/normals/orientation/normal_links.h"
+#include "core/normals/sample_groups.h"
 
 namespace curvd {
 namespace {

@@ -13,7 +13,9 @@
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
-#include "core/normals/normal_fit.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
+#include "core/normals/sample_scratch.h"
 
 namespace curvd {
 
@@ -52,7 +54,7 @@ class LinkProbe {
   size_t first_rung_ = 0, looked_at_ = 0;  // of those of the moment, and after the last of them
   std::vector<size_t> groups_;
   std::array<Tally, kLadder.size()> tallies_;
-  SampleScratch scratch_;
+  SampleScratch<NormalScratch> scratch_;
 };
 
 }  // namespace curvd

@@ -87,6 +87,8 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 
 #include "absl/status/statusor.h"
+#include "core/normals/fits/fit_group.h"
+#include "core/normals/sample_groups.h"
 
 namespace curvd {
 namespace {
