@@ -34,7 +34,7 @@ std::string_view NormalMethodName(NormalMethod method);
 // The degree of the polynomial; 0 for kPca.
 int JetDegree(NormalMethod method);
 
-// The number of neighbors is found from the noise of the positions (core/normals/scale_pilot.h), one for all points.
+// The number of neighbors is found from the noise of the positions (core/normals/normal_pilot.h), one for all points.
 struct AutoNeighborhood {};
 
 // Normals of neighbors agree, each connected piece for itself. A closed piece gets normals that point outward. An open

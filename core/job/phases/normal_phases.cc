@@ -62,7 +62,7 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
   size_t most = std::max({Orientation::ScratchBytes(options, point_count), LinkProbe::ScratchBytes(point_count),
                           SheetProbe::ScratchBytes(point_count, options.max_neighbor_count)});
   if (options.source == NormalSource::kEstimate) {
-    const size_t fit = IsAutomatic(options) ? ScalePilot::ScratchBytes(point_count, options.max_neighbor_count)
+    const size_t fit = IsAutomatic(options) ? NormalPilot::ScratchBytes(point_count, options.max_neighbor_count)
                                             : NormalScratch::MostBytes(WantedFit(options), point_count);
     most = std::max(most, fit);
   }
@@ -134,11 +134,11 @@ absl::Status NormalPhases::Fit() {
     return absl::OkStatus();
   }
   if (!pilot_.has_value()) {
-    ChosenScale wanted;
+    ChosenFit wanted;
     wanted.fit = WantedFit(options_);
     return AddFit(wanted);
   }
-  const ChosenScale chosen = pilot_->Choose();
+  const ChosenFit chosen = pilot_->Choose();
   pilot_.reset();
   // Of two sheets, what looks like noise may be their distance.
   if (chosen.noisy_sigma.has_value() && !sheets_.two_sheets) {
@@ -148,7 +148,7 @@ absl::Status NormalPhases::Fit() {
   return AddFit(attempts_->scale());
 }
 
-absl::Status NormalPhases::AddFit(const ChosenScale& scale) {
+absl::Status NormalPhases::AddFit(const ChosenFit& scale) {
   scale_ = scale;
   fit_report_.method = scale_.fit.method;
   fit_report_.sigma = scale_.sigma;

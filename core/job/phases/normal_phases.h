@@ -16,11 +16,11 @@
 #include "core/job/scale_attempts.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/normal_options.h"
+#include "core/normals/normal_pilot.h"
 #include "core/normals/normals.h"
 #include "core/normals/orientation/link_probe.h"
 #include "core/normals/orientation/orientation.h"
 #include "core/normals/runs/normal_fit_run.h"
-#include "core/normals/scale_pilot.h"
 #include "core/normals/sheet_probe.h"
 #include "core/normals/trust/side_check.h"
 #include "core/normals/trust/side_probe.h"
@@ -72,7 +72,7 @@ class NormalPhases {
   std::string_view LookPhase() const;
   // Makes normals and orients them, by the first attempt.
   absl::Status Fit();
-  absl::Status AddFit(const ChosenScale& scale);
+  absl::Status AddFit(const ChosenFit& scale);
   void FillTooFew();
   absl::Status EndFit();
   void Orient(bool may_repair = true);
@@ -95,7 +95,7 @@ class NormalPhases {
   const int thread_count_;
   const PhaseSink add_phase_;
   NormalQuality quality_;  // empty for given normals
-  std::optional<ScalePilot> pilot_;
+  std::optional<NormalPilot> pilot_;
   std::optional<LinkProbe> link_probe_;
   size_t links_per_point_ = kLinksPerPoint;
   std::optional<SheetProbe> sheet_probe_;
@@ -103,7 +103,7 @@ class NormalPhases {
   std::optional<SideProbe> side_probe_;
   std::optional<ScaleAttempts> attempts_;  // of an automatic scale
   std::optional<SideCheck> side_check_;    // while normals are made whose sides are compared with those before
-  ChosenScale scale_;                      // of the normals of now
+  ChosenFit scale_;                        // of the normals of now
   bool may_repair_ = true;                 // the orientation of now
   std::unique_ptr<StrategyRun> fit_;
   std::optional<ScratchSet> scratch_;

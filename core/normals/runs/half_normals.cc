@@ -9,9 +9,9 @@
 #include "core/estimators/fits/jet_systems.h"
 #include "core/normals/fits/normal_plan.h"
 #include "core/normals/fits/normal_scratch.h"
+#include "core/normals/mean_copies.h"
 #include "core/normals/runs/fit_run.h"
 #include "core/normals/sample_groups.h"
-#include "core/normals/scale_pilot.h"
 
 namespace curvd {
 namespace {

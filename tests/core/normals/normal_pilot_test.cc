@@ -1,4 +1,4 @@
-#include "core/normals/scale_pilot.h"
+#include "core/normals/normal_pilot.h"
 
 #include <gtest/gtest.h>
 
@@ -20,14 +20,14 @@ NormalOptions Automatic() {
 
 double Uniform(RandomStream& random) { return static_cast<double>(random.Next() >> 11) * 0x1p-53; }
 
-TEST(ScalePilotTest, CleanSurfacesGetSmallNeighborhoodsOfHighDegree) {
+TEST(NormalPilotTest, CleanSurfacesGetSmallNeighborhoodsOfHighDegree) {
   const NormalResult result = MustMakeNormals(BareCloud(Torus(25'000, 1)), Automatic());
   EXPECT_EQ(result.report.method, NormalMethod::kJet4);
   EXPECT_LE(result.report.neighbor_count, 48u);
   EXPECT_LT(*result.report.sigma, 1e-3);
 }
 
-TEST(ScalePilotTest, FindsTheNoise) {
+TEST(NormalPilotTest, FindsTheNoise) {
   for (const double sigma : {0.03, 0.1, 0.2}) {
     TestPoints torus = Torus(25'000, 1);
     AddNoise(sigma, 2, torus);
@@ -38,7 +38,7 @@ TEST(ScalePilotTest, FindsTheNoise) {
 }
 
 // Along one line, or across few, fits follow the noise.
-TEST(ScalePilotTest, ScanLinesAreCrossed) {
+TEST(NormalPilotTest, ScanLinesAreCrossed) {
   for (const double gap : {3.0, 8.0, 20.0, 40.0}) {
     for (const double noise : {0.0, 0.3, 1.0}) {
       constexpr size_t kPoints = 12'000;
@@ -53,7 +53,7 @@ TEST(ScalePilotTest, ScanLinesAreCrossed) {
 }
 
 // Around the poles fits of the scale that is chosen for all cross two lines.
-TEST(ScalePilotTest, PointsThatCrossFewLinesGetALowerDegree) {
+TEST(NormalPilotTest, PointsThatCrossFewLinesGetALowerDegree) {
   const TestPoints ellipsoid = ScannedEllipsoid(0.0015, 1);
   const NormalResult result = MustMakeNormals(BareCloud(ellipsoid), Automatic());
   EXPECT_EQ(result.report.status_counts[static_cast<size_t>(PointStatus::kOk)], ellipsoid.size());
@@ -65,7 +65,7 @@ TEST(ScalePilotTest, PointsThatCrossFewLinesGetALowerDegree) {
 }
 
 // Along a strip the largest neighborhoods are narrow, too: that is no reason to take small ones.
-TEST(ScalePilotTest, StripsKeepTheirLargeNeighborhoods) {
+TEST(NormalPilotTest, StripsKeepTheirLargeNeighborhoods) {
   TestPoints strip;
   RandomStream random(3, 4);
   for (int i = 0; i < 8'000; ++i) strip.Add(4.0 * Uniform(random), 0.04 * Uniform(random), 0.0, 0, 0, 1);
@@ -76,7 +76,7 @@ TEST(ScalePilotTest, StripsKeepTheirLargeNeighborhoods) {
 }
 
 // Fits pass nearly through points that are there twice, and freedom counts less than it seems.
-TEST(ScalePilotTest, CopiesOfNoisyPointsAreNoNews) {
+TEST(NormalPilotTest, CopiesOfNoisyPointsAreNoNews) {
   TestPoints torus = Torus(10'000, 1);
   const TestPoints exact = torus;
   AddNoise(0.1, 2, torus);
@@ -102,7 +102,7 @@ TEST(ScalePilotTest, CopiesOfNoisyPointsAreNoNews) {
 }
 
 // Within 1.3 times of what the best of all scales and methods reaches.
-TEST(ScalePilotTest, ChoosesNearlyTheBestScale) {
+TEST(NormalPilotTest, ChoosesNearlyTheBestScale) {
   for (const double sigma : {0.0, 0.03, 0.1}) {
     TestPoints torus = Torus(15'000, 3);
     AddNoise(sigma, 4, torus);
@@ -120,7 +120,7 @@ TEST(ScalePilotTest, ChoosesNearlyTheBestScale) {
 }
 
 // PCA with whatever count is best for it: who does not choose by the noise cannot know that one.
-TEST(ScalePilotTest, NormalsAloneAreAtLeastAsExactAsThoseOfTheBestPlanes) {
+TEST(NormalPilotTest, NormalsAloneAreAtLeastAsExactAsThoseOfTheBestPlanes) {
   for (const double sigma : {0.075, 0.2}) {
     TestPoints torus = Torus(25'000, 3);
     AddNoise(sigma, 4, torus);
@@ -134,7 +134,7 @@ TEST(ScalePilotTest, NormalsAloneAreAtLeastAsExactAsThoseOfTheBestPlanes) {
 }
 
 // 400,000 points of 1,086 neighbors each are more than all points together may take: leaves share the fits.
-TEST(ScalePilotTest, LargeNoisyCloudsShareFitsOfManyNeighbors) {
+TEST(NormalPilotTest, LargeNoisyCloudsShareFitsOfManyNeighbors) {
   TestPoints torus = Torus(400'000, 3);
   AddNoise(0.05, 4, torus);
   const NormalResult chosen = MustMakeNormals(BareCloud(torus), Automatic());
@@ -143,7 +143,7 @@ TEST(ScalePilotTest, LargeNoisyCloudsShareFitsOfManyNeighbors) {
   EXPECT_LT(MeanAngle(chosen.normals, torus), 0.75 * MeanAngle(own.normals, torus));
 }
 
-TEST(ScalePilotTest, CurvatureIsMadeOfNormalsThatAreSmoothedLess) {
+TEST(NormalPilotTest, CurvatureIsMadeOfNormalsThatAreSmoothedLess) {
   TestPoints torus = Torus(25'000, 3);
   AddNoise(0.15, 4, torus);
   WorkerPool pool(2);
@@ -153,7 +153,7 @@ TEST(ScalePilotTest, CurvatureIsMadeOfNormalsThatAreSmoothedLess) {
             MustMakeNormals(BareCloud(torus), Automatic()).report.neighbor_count);
 }
 
-TEST(ScalePilotTest, NothingDependsOnTheUnit) {
+TEST(NormalPilotTest, NothingDependsOnTheUnit) {
   TestPoints torus = Torus(5'000, 5);
   AddNoise(0.05, 6, torus);
   const NormalResult one = MustMakeNormals(BareCloud(torus), Automatic());
@@ -165,7 +165,7 @@ TEST(ScalePilotTest, NothingDependsOnTheUnit) {
   EXPECT_EQ(*other.report.sigma, *one.report.sigma * 0x1p20);
 }
 
-TEST(ScalePilotTest, SmallAndHopelessCloudsGetAFallback) {
+TEST(NormalPilotTest, SmallAndHopelessCloudsGetAFallback) {
   for (const size_t points : {size_t{4}, size_t{11}, size_t{30}, size_t{40}}) {
     const NormalResult result = MustMakeNormals(BareCloud(Sphere(points, 1.0)), Automatic());
     EXPECT_EQ(result.report.status_counts[static_cast<size_t>(PointStatus::kOk)], points);
@@ -178,7 +178,7 @@ TEST(ScalePilotTest, SmallAndHopelessCloudsGetAFallback) {
 }
 
 // Ground with shrubs: of few neighbors, normals of shrubs point anywhere, and with their neighbors' they make seams.
-TEST(ScalePilotTest, RoughPartsGetLargerNeighborhoods) {
+TEST(NormalPilotTest, RoughPartsGetLargerNeighborhoods) {
   const auto shrubs = [](double height) {
     TestPoints ground;
     RandomStream random(1, 2);
@@ -198,7 +198,7 @@ TEST(ScalePilotTest, RoughPartsGetLargerNeighborhoods) {
 }
 
 // A unit sphere, 1,000,000 units from the origin in single precision: its points lie on a lattice of 1/16.
-TEST(ScalePilotTest, PositionsOnALatticeGetNormals) {
+TEST(NormalPilotTest, PositionsOnALatticeGetNormals) {
   const auto on_lattice = [](double coordinate) {
     return static_cast<double>(static_cast<float>(coordinate + 1e6) - 1e6f);
   };
@@ -216,7 +216,7 @@ TEST(ScalePilotTest, PositionsOnALatticeGetNormals) {
   EXPECT_LT(MeanAngle(result.normals, sphere), 6.0);
 }
 
-TEST(ScalePilotTest, KeepsToTheWantedMethodAndLimit) {
+TEST(NormalPilotTest, KeepsToTheWantedMethodAndLimit) {
   TestPoints torus = Torus(10'000, 7);
   AddNoise(0.2, 8, torus);
   NormalOptions options = Automatic();
