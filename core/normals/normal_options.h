@@ -67,15 +67,8 @@ struct NormalOptions {
   std::variant<AutoNeighborhood, NeighborCount, NeighborRadius> neighborhood{};
   // kOrient and kEstimate. DEFAULT: ConsistentSides.
   std::variant<ConsistentSides, SidesTowardViewpoint, SidesTowardViewpoints, SidesAlongDirection> sides{};
-  // Whether the job hands out the normals in use, with their quality, at 24 bytes a point. DEFAULT: no.
+  // Whether an estimate hands out the normals in use as well, with their quality, at 24 bytes a point. DEFAULT: no.
   bool returns_normals = false;
-  // Whether normals that are estimated are made once more, each of its own half of the points alone, for estimates that
-  // tell noise by halves (core/normals/runs/half_normals.h), at 12 bytes a point. Jobs set it as the estimate asks for
-  // it.
-  bool makes_halves = false;
-  // Whether given normals that prove to be fits to the positions are made anew where that is better, with makes_halves.
-  // Jobs set it where the estimate is left to the choice.
-  bool makes_fits_anew = false;
   // Most points that one neighborhood may hold, as in EstimatorOptions. DEFAULT: 10,000.
   uint32_t max_neighbor_count = 10'000;
 

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
 #include "core/job/phases/group_phase.h"
+#include "core/job/phases/normal_tasks.h"
 #include "core/job/scale_attempts.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/normal_options.h"
@@ -30,11 +31,11 @@ namespace curvd {
 // The name of all phases that make normals; those that turn them, or copy them, are called kOrientationPhase.
 inline constexpr std::string_view kNormalsPhase = "normals";
 
-// Bytes a point that making normals as `options` say needs beyond the cloud and the index, normals themselves included;
-// and those of the points that are handed out.
-size_t NormalBytesPerPoint(const NormalOptions& options);
+// Bytes a point that making normals as `options` say, for these tasks, needs beyond the cloud and the index, normals
+// themselves included; and those of the points that are handed out.
+size_t NormalBytesPerPoint(const NormalOptions& options, const NormalTasks& tasks);
 // The most bytes of scratch that the threads of a pool hold meanwhile, for a cloud of `point_count` points.
-size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count);
+size_t NormalScratchBytes(const NormalOptions& options, const NormalTasks& tasks, size_t point_count, int thread_count);
 
 // Makes normals as options say: estimates them, in phases called kNormalsPhase, then orients them, in phases called
 // "orientation" (core/normals/orientation/orientation.h). Each phase adds what follows it. The normals depend on the
@@ -47,8 +48,9 @@ class NormalPhases {
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and
   // their source is not kGiven; `index` has normals if it is kOrient; `index`, what `options` refers to, and this
   // outlive the phases. `origin` is the cloud's. `aim` decides for which errors an automatic scale is best.
-  NormalPhases(const NormalOptions& options, NormalAim aim, const std::array<double, 3>& origin, SpatialIndex& index,
-               int thread_count, PhaseSink add_phase, std::function<absl::Status()> then);
+  NormalPhases(const NormalOptions& options, const NormalTasks& tasks, NormalAim aim,
+               const std::array<double, 3>& origin, SpatialIndex& index, int thread_count, PhaseSink add_phase,
+               std::function<absl::Status()> then);
 
   // Adds the first phases. Errors: ErrorKind::kOutOfMemory; may throw std::bad_alloc.
   absl::Status Start();
@@ -90,6 +92,7 @@ class NormalPhases {
   void Collect(size_t first, size_t last, NormalField& field);
 
   const NormalOptions options_;
+  const NormalTasks tasks_;
   const NormalAim aim_;
   SpatialIndex& index_;
   const int thread_count_;
