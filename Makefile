@@ -110,7 +110,7 @@ JUDGEMENTS := $(call tests,AutomaticSeamsTest,Points What Counts Choices TheCall
   $(call tests,NoisyPartsTest,EachPart Narrow Neighborhoods NoRepair Nothing OnePoint)|$\
   $(call tests,OrientationSidesTest,Noisy)|$(call tests,OwnFitsTest,AFewFlipped ASmallBody Counts KeepsTo NoiseIs)|$\
   $(call tests,OutlierRunTest,ANoisy Copies OutliersAmong OutliersBeside OutliersOfClouds Single Surfaces WrongNormals)|$\
-  $(call tests,PointChoicesTest,Standard)|$(call tests,ScalePilotTest,Chooses Copies CurvatureIs FindsTheNoise NormalsAlone Rough ScanLines Strips)|$\
+  $(call tests,PointChoicesTest,Standard)|$(call tests,NormalPilotTest,Chooses Copies CurvatureIs FindsTheNoise NormalsAlone Rough ScanLines Strips)|$\
   $(call tests,ScaleTest,APlane ComesNearer TwoDensities)|$(call tests,SeamPhaseTest,Knife No Spheres TheSheets)|$\
   NanoflannTest|FlippedPointsAreNeverTrusted|IsNearTheBestOfAllFixedScales|NineInTenIntervalsHoldTheTruth|NoiseIsNotTakenForTwoSheets
 NARROWER_TILES := TilesTest.*/SCALAR

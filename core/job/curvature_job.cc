@@ -40,7 +40,7 @@ class PhasedCurvatureJob final : public CurvatureJob, public PhasedJob {
         rejects_seams_at_end_(search_ != OutlierSearch::kNone &&
                               options->opposed_normals == OpposedNormalsPolicy::kReject),
         options_(OptionsOf(options, rejects_seams_at_end_)),
-        normal_options_(CloudNormals::OptionsFor(options, normal_options)),
+        normal_options_(normal_options),
         size_(cloud.size()),
         origin_(origin),
         query_count_(cloud.point_set().query_count()),

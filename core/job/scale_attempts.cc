@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "core/normals/normal_fit.h"
+#include "core/normals/normal_pilot.h"
 
 namespace curvd {
 namespace {
@@ -25,11 +26,11 @@ constexpr size_t kSmallCloud = 32'768;
 constexpr uint32_t kLeastOfOther = 12;
 uint32_t OtherCount(uint32_t count) { return count > kLeastOfOther ? std::max(count / 2, kLeastOfOther) : 2 * count; }
 
-uint32_t CountOf(const ChosenScale& scale) { return std::get<NeighborCount>(scale.fit.neighborhood).count; }
+uint32_t CountOf(const ChosenFit& scale) { return std::get<NeighborCount>(scale.fit.neighborhood).count; }
 
 }  // namespace
 
-ScaleAttempts::ScaleAttempts(std::optional<NormalMethod> method, const SheetFinding& sheets, const ChosenScale& chosen,
+ScaleAttempts::ScaleAttempts(std::optional<NormalMethod> method, const SheetFinding& sheets, const ChosenFit& chosen,
                              const SpatialIndex& index)
     : method_(method),
       sheets_(sheets),
@@ -38,8 +39,8 @@ ScaleAttempts::ScaleAttempts(std::optional<NormalMethod> method, const SheetFind
       attempt_(sheets.two_sheets ? Attempt::kOneSheet : Attempt::kChosen),
       scale_(sheets.two_sheets ? ScaleOf(sheets.neighbor_count, sheets.is_mixed) : chosen) {}
 
-ChosenScale ScaleAttempts::ScaleOf(uint32_t neighbor_count, bool two_sheets) const {
-  ChosenScale scale = chosen_;
+ChosenFit ScaleAttempts::ScaleOf(uint32_t neighbor_count, bool two_sheets) const {
+  ChosenFit scale = chosen_;
   NormalFit& fit = scale.fit;
   fit.two_sheets = two_sheets;
   fit.method = method_.value_or(NormalMethod::kJet2);
@@ -53,7 +54,7 @@ ChosenScale ScaleAttempts::ScaleOf(uint32_t neighbor_count, bool two_sheets) con
     NoisyPart& noisy = *fit.noisy_part;
     const double times = static_cast<double>(count) / CountOf(chosen_);
     const double most = static_cast<double>(
-        std::min<size_t>({fit.max_neighbor_count, index_.point_count(), ScalePilot::kMostNeighbors}));
+        std::min<size_t>({fit.max_neighbor_count, index_.point_count(), NormalPilot::kMostNeighbors}));
     noisy.method = fit.method;
     noisy.neighborhood.count = static_cast<uint32_t>(std::clamp(times * noisy.neighborhood.count, 1.0 * least, most));
     noisy.shares = may_share && noisy.neighborhood.count >= NormalFit::kLeastShared;
@@ -138,7 +139,7 @@ ScaleAttempts::Step ScaleAttempts::TryRims() { return Try(Attempt::kRims, ScaleO
 
 ScaleAttempts::Step ScaleAttempts::TryFew() { return Try(Attempt::kFew, ScaleOf(kFewNeighbors, false)); }
 
-ScaleAttempts::Step ScaleAttempts::Try(Attempt attempt, const ChosenScale& scale) {
+ScaleAttempts::Step ScaleAttempts::Try(Attempt attempt, const ChosenFit& scale) {
   attempt_ = attempt;
   scale_ = scale;
   return Step::kFit;

@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "core/index/spatial_index.h"
+#include "core/normals/chosen_fit.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
-#include "core/normals/scale_pilot.h"
 #include "core/normals/sheet_probe.h"
 
 namespace curvd {
@@ -35,13 +35,13 @@ class ScaleAttempts {
     kCompare,  // likewise, and their sides to be compared with those of the normals of now
   };
 
-  // `method`: that which the caller asks for, if any. `sheets` and `chosen` are what SheetProbe and ScalePilot found.
+  // `method`: that which the caller asks for, if any. `sheets` and `chosen` are what SheetProbe and NormalPilot found.
   // REQUIRES: chosen.fit is by count; `index` outlives this.
-  ScaleAttempts(std::optional<NormalMethod> method, const SheetFinding& sheets, const ChosenScale& chosen,
+  ScaleAttempts(std::optional<NormalMethod> method, const SheetFinding& sheets, const ChosenFit& chosen,
                 const SpatialIndex& index);
 
   // That which normals are to be made by, or were made by.
-  const ChosenScale& scale() const { return scale_; }
+  const ChosenFit& scale() const { return scale_; }
   // REQUIRES: normals were made by scale(), and `found` tells what was found; after kCompare, turned_share as well.
   Step Next(const NormalReport& found);
   // Where sides are compared: whether they are those of a thin part.
@@ -63,7 +63,7 @@ class ScaleAttempts {
   static constexpr double kNoCertificate = std::numeric_limits<double>::infinity();
 
   // Makes normals by the scale, as this attempt.
-  Step Try(Attempt attempt, const ChosenScale& scale);
+  Step Try(Attempt attempt, const ChosenFit& scale);
   Step TryFew();
   Step TryRims();
   // Compares the sides of now with those of another scale, in the attempt `other`.
@@ -83,15 +83,15 @@ class ScaleAttempts {
   // Whether few neighbors are to be tried instead.
   static bool WantsFew(const NormalReport& found);
   // The chosen scale with another number of neighbors, by the method that was asked for or jets of degree 2.
-  ChosenScale ScaleOf(uint32_t neighbor_count, bool two_sheets) const;
+  ChosenFit ScaleOf(uint32_t neighbor_count, bool two_sheets) const;
 
   const std::optional<NormalMethod> method_;
   const SheetFinding sheets_;
-  const ChosenScale chosen_;
+  const ChosenFit chosen_;
   const SpatialIndex& index_;
   Attempt attempt_;
-  ChosenScale scale_;  // of the attempt of now
-  ChosenScale thin_;   // the best so far for a thin part
+  ChosenFit scale_;  // of the attempt of now
+  ChosenFit thin_;   // the best so far for a thin part
   double chosen_certificate_ = kNoCertificate, thin_certificate_ = kNoCertificate;
 };
 

@@ -1,12 +1,15 @@
-// Where one part of a cloud is much noisier than the other, each gets a scale of its own.
+#include "core/normals/noisy_parts.h"
+
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
 #include "core/base/median.h"
-#include "core/normals/runs/half_normals.h"
-#include "core/normals/scale_pilot.h"
+#include "core/normals/normal_fit.h"
+#include "core/normals/sample_noise.h"
 
 namespace curvd {
 namespace {
@@ -20,7 +23,7 @@ constexpr double kLeastRatio = 9.0;
 constexpr double kMostOfRadius = 2.0;
 // Noise stays what it is when the neighbors are four times as many; what bends leave of a quadric grows.
 constexpr double kMostGrowth = 3.0;
-constexpr size_t kRungsToFourTimes = 4;
+constexpr size_t kRungsToFourTimes = 2 * SampleTable::kRungsPerDoubling;
 // With so many neighbors it is looked for, since steps of positions on a lattice are noise to large neighborhoods
 // alone.
 constexpr uint32_t kProbes[] = {48, 96, 192};
@@ -64,160 +67,106 @@ size_t SplitOf(const std::vector<double>& sorted, size_t least) {
   return best;
 }
 
-}  // namespace
-
-std::vector<double> ScalePilot::GroupVariances(size_t candidate) const {
+// Of the groups, the median over their points of the variance of the residuals of a candidate; 0 where it fits none.
+std::vector<double> GroupVariances(const SampleTable& table, size_t candidate) {
   std::vector<double> variances;
-  for (size_t group = 0; group < groups_.size(); ++group) {
+  for (size_t group = 0; group < table.groups().size(); ++group) {
     std::vector<double> of_points;
-    for (size_t i = group * kPointsPerGroup; i < (group + 1) * kPointsPerGroup; ++i) {
-      if (outcome(candidate, i).is_fitted) of_points.push_back(outcome(candidate, i).mean_square);
+    for (size_t i = group * SampleTable::kPointsPerGroup; i < (group + 1) * SampleTable::kPointsPerGroup; ++i) {
+      if (table.outcome(candidate, i).is_fitted) of_points.push_back(table.outcome(candidate, i).mean_square);
     }
     variances.push_back(of_points.empty() ? 0.0 : Median(of_points));
   }
   return variances;
 }
 
-double ScalePilot::RadiusOf(size_t candidate, const Parts& parts, bool noisy) const {
+// The median radius of a part's neighborhoods; 0 for none.
+double RadiusOf(const SampleTable& table, size_t candidate, const SampleParts& parts, bool noisy) {
   std::vector<double> radii;
-  for (size_t i = 0; i < sample_count(); ++i) {
-    const bool counts = outcome(candidate, i).is_fitted && parts.is_noisy[i / kPointsPerGroup] == noisy;
-    if (counts) radii.push_back(outcome(candidate, i).radius);
+  for (size_t i = 0; i < table.sample_count(); ++i) {
+    const bool counts =
+        table.outcome(candidate, i).is_fitted && parts.is_noisy[i / SampleTable::kPointsPerGroup] == noisy;
+    if (counts) radii.push_back(table.outcome(candidate, i).radius);
   }
   return radii.empty() ? 0.0 : Median(radii);
 }
 
-std::optional<ScalePilot::Parts> ScalePilot::PartsBy(size_t candidate) const {
+// How the fits of a candidate, of degree 2, part the sample; none where they do not, or where its bends do.
+std::optional<SampleParts> PartsBy(const SampleTable& table, size_t candidate) {
+  const std::vector<SampleTable::Candidate>& candidates = table.candidates();
   const size_t larger = candidate + kRungsToFourTimes;
-  if (larger >= candidates_.size() || candidates_[larger].fit.method != NormalMethod::kJet2) return std::nullopt;
-  const std::vector<double> variances = GroupVariances(candidate), of_larger = GroupVariances(larger);
+  if (larger >= candidates.size() || candidates[larger].fit.method != NormalMethod::kJet2) return std::nullopt;
+  const std::vector<double> variances = GroupVariances(table, candidate), of_larger = GroupVariances(table, larger);
   std::vector<double> sorted = variances;  // their logarithms
-  const double rounding = RoundingOf(index_, groups_);
+  const double rounding = RoundingOf(table.index(), table.groups());
   for (double& variance : sorted) variance = std::log(std::max(variance, rounding));
   std::sort(sorted.begin(), sorted.end());
   const auto least = static_cast<size_t>(std::ceil(kLeastPart * static_cast<double>(sorted.size())));
   const size_t split = SplitOf(sorted, least);
   const double below = sorted[split / 2], above = sorted[(split + sorted.size()) / 2];
   if (above - below < std::log(kLeastRatio)) return std::nullopt;
-  Parts parts{.is_noisy = {},
-              .variances = variances,
-              .noises = {},
-              .probe_count = candidates_[candidate].count(),
-              .least_variance = std::exp(0.5 * (sorted[split - 1] + sorted[split])),
-              .quiet_variance = std::exp(below),
-              .noisy_share = 1.0 - static_cast<double>(split) / static_cast<double>(sorted.size())};
+  SampleParts parts{.is_noisy = {},
+                    .variances = variances,
+                    .noises = {},
+                    .probe_count = candidates[candidate].count(),
+                    .least_variance = std::exp(0.5 * (sorted[split - 1] + sorted[split])),
+                    .quiet_variance = std::exp(below),
+                    .noisy_share = 1.0 - static_cast<double>(split) / static_cast<double>(sorted.size())};
   std::vector<double> growths;
   for (size_t group = 0; group < variances.size(); ++group) {
     parts.is_noisy.push_back(variances[group] >= parts.least_variance);
     const double growth = of_larger[group] / variances[group];
     if (parts.is_noisy.back() && variances[group] > 0.0) growths.push_back(growth);
-    const double freedom = FreedomAt(candidate, group * kPointsPerGroup);
+    const double freedom = table.FreedomAt(candidate, group * SampleTable::kPointsPerGroup);
     const bool is_known = growth <= kMostGrowth && freedom > 0.0;
-    parts.noises.push_back(is_known ? variances[group] * candidates_[candidate].count() / freedom : 0.0);
+    parts.noises.push_back(is_known ? variances[group] * candidates[candidate].count() / freedom : 0.0);
   }
   if (growths.empty() || Median(growths) > kMostGrowth) return std::nullopt;
-  const double radius_ratio = RadiusOf(candidate, parts, true) / RadiusOf(candidate, parts, false);
+  const double radius_ratio = RadiusOf(table, candidate, parts, true) / RadiusOf(table, candidate, parts, false);
   if (!(radius_ratio <= kMostOfRadius && radius_ratio >= 1.0 / kMostOfRadius)) return std::nullopt;
   return parts;
 }
 
 // Whatever else parts their residuals: noise is told as it is where a scale is chosen.
-bool ScalePilot::DifferInNoise(const Parts& parts) {
-  LookAt(parts, true);
-  const std::optional<double> noisy = Sigma();
-  LookAt(parts, false);
-  const std::optional<double> quiet = Sigma();
-  LookAtAll();
+bool DifferInNoise(const SampleTable& table, const SampleParts& parts) {
+  const std::optional<double> noisy = SigmaOf(ViewOf(table, parts, true));
+  const std::optional<double> quiet = SigmaOf(ViewOf(table, parts, false));
   return noisy.has_value() && quiet.has_value() && *noisy * *noisy >= kLeastRatio * *quiet * *quiet;
 }
 
-std::optional<ScalePilot::Parts> ScalePilot::FindParts() {
-  if (groups_.size() < kFewestGroups) return std::nullopt;
-  for (size_t c = 0; c < candidates_.size(); ++c) {
-    const bool is_probe =
-        candidates_[c].fit.method == NormalMethod::kJet2 &&
-        std::find(std::begin(kProbes), std::end(kProbes), candidates_[c].count()) != std::end(kProbes);
-    if (!is_probe || !IsMostlyDetermined(c)) continue;
-    if (std::optional<Parts> parts = PartsBy(c); parts.has_value() && DifferInNoise(*parts)) return parts;
+}  // namespace
+
+std::optional<SampleParts> FindParts(const SampleTable& table) {
+  if (table.groups().size() < kFewestGroups) return std::nullopt;
+  const SampleView all(table);
+  for (size_t c = 0; c < table.candidates().size(); ++c) {
+    const SampleTable::Candidate& candidate = table.candidates()[c];
+    const bool is_probe = candidate.fit.method == NormalMethod::kJet2 &&
+                          std::find(std::begin(kProbes), std::end(kProbes), candidate.count()) != std::end(kProbes);
+    if (!is_probe || !IsMostlyDetermined(all, c)) continue;
+    std::optional<SampleParts> parts = PartsBy(table, c);
+    if (parts.has_value() && DifferInNoise(table, *parts)) return parts;
   }
   return std::nullopt;
 }
 
-void ScalePilot::LookAt(const Parts& parts, bool noisy) {
-  group_noises_ = parts.noises;
-  share_ = noisy ? parts.noisy_share : 1.0 - parts.noisy_share;
-  for (size_t c = 0; c < candidates_.size(); ++c) {
-    const bool may_mix = !noisy && candidates_[c].count() > parts.probe_count;
-    const std::vector<double> variances = may_mix ? GroupVariances(c) : std::vector<double>(groups_.size(), 0.0);
-    for (size_t i = 0; i < sample_count(); ++i) {
-      const size_t group = i / kPointsPerGroup;
+SampleView ViewOf(const SampleTable& table, const SampleParts& parts, bool noisy) {
+  std::vector<SampleView::Part> of_outcomes;
+  of_outcomes.reserve(table.candidates().size() * table.sample_count());
+  for (size_t c = 0; c < table.candidates().size(); ++c) {
+    const bool may_mix = !noisy && table.candidates()[c].count() > parts.probe_count;
+    const std::vector<double> variances =
+        may_mix ? GroupVariances(table, c) : std::vector<double>(table.groups().size(), 0.0);
+    for (size_t i = 0; i < table.sample_count(); ++i) {
+      const size_t group = i / SampleTable::kPointsPerGroup;
       const bool is_mixed =
           variances[group] >= NoisyPart::kMixedRatio * std::max(parts.variances[group], parts.quiet_variance);
-      outcome(c, i).part = parts.is_noisy[group] != noisy ? Part::kOther : is_mixed ? Part::kMixed : Part::kOwn;
+      of_outcomes.push_back(parts.is_noisy[group] != noisy ? SampleView::Part::kOther
+                            : is_mixed                     ? SampleView::Part::kMixed
+                                                           : SampleView::Part::kOwn);
     }
   }
-}
-
-void ScalePilot::LookAtAll() {
-  group_noises_.clear();
-  share_ = 1.0;
-  for (Outcome& outcome : outcomes_) outcome.part = Part::kOwn;
-}
-
-bool ScalePilot::IsMostlyMixed(size_t candidate) const {
-  size_t own = 0, mixed = 0;
-  for (size_t i = 0; i < sample_count(); ++i) {
-    own += outcome(candidate, i).part == Part::kOwn ? 1 : 0;
-    mixed += outcome(candidate, i).part == Part::kMixed ? 1 : 0;
-  }
-  return mixed > own;
-}
-
-// Where parts are narrower than neighborhoods, the quiet one is left with so few neighbors that noise decides its
-// normals. Those of many points of both parts then err less, and halves tell their noise.
-bool ScalePilot::KeepsNoise(const NormalFit& fit) const {
-  const uint32_t count = std::get<NeighborCount>(fit.neighborhood).count;
-  return count < LeastNeighborCountOfHalves(fit.method) && NoiseOfOne(fit.method, count).value_or(0.0) > kNegligible;
-}
-
-ChosenScale ScalePilot::Choose() {
-  const std::optional<Parts> parts = FindParts();
-  if (!parts.has_value()) return MindEdges(ChooseOne());
-  LookAt(*parts, true);
-  const ChosenScale noisy = ChooseOne();
-  LookAt(*parts, false);
-  ChosenScale chosen = ChooseOne();
-  const bool keeps_noise = KeepsNoise(chosen.fit);
-  LookAtAll();
-  if (keeps_noise) {
-    group_noises_ = parts->noises;
-    chosen = ChooseOne();
-    group_noises_.clear();
-    return MindEdges(chosen);
-  }
-  chosen.noisy_sigma = noisy.sigma;
-  chosen.noisy_share = parts->noisy_share;
-  chosen.squared_error = (1.0 - parts->noisy_share) * chosen.squared_error + parts->noisy_share * noisy.squared_error;
-  chosen.fit.noisy_part = NoisyPart{.method = noisy.fit.method,
-                                    .neighborhood = std::get<NeighborCount>(noisy.fit.neighborhood),
-                                    .shares = noisy.fit.shares,
-                                    .crosses_lines = noisy.fit.crosses_lines,
-                                    .probe_count = parts->probe_count,
-                                    .least_variance = parts->least_variance,
-                                    .quiet_variance = parts->quiet_variance};
-  return chosen;
-}
-
-std::optional<double> ScalePilot::NoiseOf(NormalMethod method, uint32_t neighbor_count) {
-  const std::optional<Parts> parts = FindParts();
-  if (!parts.has_value()) return NoiseOfOne(method, neighbor_count);
-  LookAt(*parts, true);
-  const std::optional<double> noisy = NoiseOfOne(method, neighbor_count);
-  LookAt(*parts, false);
-  const std::optional<double> quiet = NoiseOfOne(method, neighbor_count);
-  LookAtAll();
-  if (!quiet.has_value() || !noisy.has_value()) return NoiseOfOne(method, neighbor_count);
-  return (1.0 - parts->noisy_share) * *quiet + parts->noisy_share * *noisy;
+  return {table, std::move(of_outcomes), noisy ? parts.noisy_share : 1.0 - parts.noisy_share, parts.noises};
 }
 
 }  // namespace curvd

@@ -1,22 +1,13 @@
-// Normals of unoriented points: fits to the positions of each point's neighbors.
+// Which fit to the neighbors of each point makes normals: what is asked for, as plain values.
 #pragma once
 
-#include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <memory>
 #include <optional>
-#include <vector>
+#include <variant>
 
-#include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "core/base/halves.h"
-#include "core/base/page_array.h"
-#include "core/estimators/fits/fit_scratch.h"
-#include "core/estimators/neighborhood_plan.h"
-#include "core/estimators/strategy.h"
+#include "core/estimators/options.h"
 #include "core/index/spatial_index.h"
 #include "core/normals/normal_options.h"
 
@@ -86,144 +77,10 @@ struct NormalFit {
   EstimatorOptions OptionsForOnePoint() const;
 };
 
+// That of the points of the noisy part, as a fit of its own. REQUIRES: whole.noisy_part is set.
+NormalFit FitOfNoisyPart(const NormalFit& whole);
+
 // The plane through so many neighbors, the point itself included, by their principal axes.
 NormalFit PlaneFit(size_t neighbor_count);
-
-struct NoisyPlan;
-struct EdgePlan;
-
-// A fit to the neighborhoods of one index. REQUIRES: by count, the index holds as many points.
-struct NormalPlan {
-  NormalPlan(const NormalFit& fit, const SpatialIndex& index);
-
-  NeighborhoodPlan neighborhood;
-  int degree;  // of the polynomial; 0: no polynomial
-  bool two_sheets;
-  bool shares;
-  bool crosses_lines;
-  std::optional<Half> half;
-  std::shared_ptr<const NoisyPlan> noisy;  // null: groups are fitted alike
-  std::shared_ptr<const EdgePlan> edges;   // null: the points of a group are fitted alike
-};
-
-struct NoisyPlan {
-  NormalPlan probe;  // tells which groups are fitted by the other one
-  NormalPlan fit;
-  std::vector<NormalPlan> quiet;  // of ever fewer neighbors, each half of those before; the first is that of the fit
-  double least_variance, quiet_variance;  // as NoisyPart has both
-};
-
-struct EdgePlan {
-  std::vector<NormalPlan> rungs;  // of ever fewer neighbors; by the last one, points are fitted whatever it leaves
-  std::vector<double> most;       // by rung: the most that a fit to one side leaves of the heights, squared
-  bool last_has_halves;           // whether the last rung has enough neighbors for normals of halves
-};
-
-// The fit of one point of a group, as long as what it was solved from is known.
-struct FittedPoint {
-  size_t point;   // of the group, or of its sample
-  size_t system;  // which of NormalScratch::system, with its radius in NormalScratch::frames
-  double u, v;    // where in that system's frame the polynomial is read, in units of rho
-  std::array<double, 3> normal;
-  double mean_square;  // as NormalScratch has it
-};
-
-// The neighbors of as many points as vectors have lanes, as offsets: the j-th of the point in lane l at j times the
-// number of lanes, plus l.
-struct alignas(64) LaneNeighbors {
-  static constexpr size_t kMostNeighbors = 64;
-  static constexpr size_t kRoom = kMostNeighbors * SpatialIndex::kLeafSize / 2;
-  float x[kRoom], y[kRoom], z[kRoom];
-  double in_frame[3][kRoom];  // the same in the frames of the points, in units of rho
-};
-
-// What points that share polynomials get.
-struct SharedFits {
-  GroupPoints members;
-  size_t leaf_of[SpatialIndex::kGroupPoints];  // of each member: which of the group's leaves with members
-  GroupDoubleVectors normal;
-  GroupDoubles mean_square, variance_ratio;
-};
-
-// What one thread fits normals with: a group of points at a time.
-struct NormalScratch : JetScratch {
-  // Of each point of the group whose status is kOk:
-  GroupDoubleVectors normal{};              // of unit length
-  GroupDoubles mean_square{};               // distance of the neighbors from the fit, squared, in units of rho
-  GroupDoubles variance_ratio{};            // as PointNormal has it
-  GroupDoubles breadth{};                   // middle variance of the neighbors' positions over the widest: 0 a line
-  bool is_rim[SpatialIndex::kGroupPoints];  // whether `normal` is that of a rim (NormalFit::two_sheets)
-  GroupDoubles mean_square_height{};        // of the neighbors along the axis of least spread, in units of rho
-  // If not empty, called once the neighbors of point i of a sample and its frame are known.
-  std::function<void(size_t i)> inspect{};
-  // If not empty, called for each point whose status is kOk once its polynomial is solved.
-  std::function<void(const FittedPoint& fitted)> take{};
-  LaneNeighbors lanes{};
-  SharedFits shared{};            // of the group of the moment, where points share fits
-  bool is_noisy = false;          // whether the group was fitted as the noisy part is
-  uint64_t chosen = kAllOfGroup;  // which points of a group are fitted, a bit for each place
-
-  static constexpr uint64_t kAllOfGroup = ~uint64_t{0};
-
-  size_t bytes() const override { return JetScratch::bytes() - sizeof(JetScratch) + sizeof(*this); }
-  static size_t MostBytes(const NormalFit& fit, size_t point_count) {
-    return JetScratch::MostBytes(fit.ToEstimatorOptions(), point_count) - sizeof(JetScratch) + sizeof(NormalScratch);
-  }
-};
-
-// Which points of a group are fitted: all, or the first one of each leaf.
-enum class GroupSample : uint8_t { kAll, kOneOfEachLeaf };
-
-// Fits the points of a group, halo included; what comes out is in `scratch`, with the status of each point. Writes
-// nothing else, and reads no normals of other groups. Thread-safe for distinct scratch.
-// Errors: ErrorKind::kNeighborhoodTooLarge; kCancelled once the scratch is stopped. May throw std::bad_alloc.
-// REQUIRES: index.has_normals(); they may have any values.
-absl::Status FitGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
-                      NormalScratch& scratch);
-
-// The same by the plan's own neighborhoods alone, of the points that scratch.chosen tells.
-absl::Status FitChosen(const SpatialIndex& index, const NormalPlan& plan, size_t group, GroupSample sample,
-                       NormalScratch& scratch);
-
-// The plan by which FitGroup fits that group: of `plan` itself, or of one of its parts. Errors: as FitGroup has them.
-absl::StatusOr<const NormalPlan*> PlanOfGroup(const SpatialIndex& index, const NormalPlan& plan, size_t group,
-                                              NormalScratch& scratch);
-
-// The scratch of each worker that fits the few points of samples. Thread-safe for distinct workers.
-class SampleScratch {
- public:
-  explicit SampleScratch(int thread_count) : of_worker_(static_cast<size_t>(thread_count)) {}
-
-  // Made when it is asked for first. No run ends between the points of a sample. May throw std::bad_alloc.
-  NormalScratch& Of(int worker, const std::atomic<bool>& stopped);
-
- private:
-  std::vector<std::unique_ptr<NormalScratch>> of_worker_;
-};
-
-// Quality of the normals of an index, by place in the tree order: leaf * SpatialIndex::kLeafSize + lane.
-struct NormalQuality {
-  PageArray<PointStatus> status;
-  // Empty unless they are wanted.
-  PageArray<float> residual;
-  PageArray<float> variance_ratio;
-
-  // Errors: ErrorKind::kOutOfMemory.
-  absl::Status Create(size_t places, bool wants_all);
-  size_t bytes() const { return status.bytes() + residual.bytes() + variance_ratio.bytes(); }
-};
-
-// At most `most` groups at even distances in the tree order: a sample of the cloud.
-std::vector<size_t> SampleGroups(const SpatialIndex& index, size_t most);
-
-// The distance between neighboring values that coordinates take, in the index's unit, as a sample of the points shows
-// it: of positions that were rounded to a lattice, such as centimeters, or single precision far away from the origin.
-// That of the finest axis, so that heights over a grid have none. 0 where they take any value.
-double LatticeStep(const SpatialIndex& index);
-
-// A run of one phase, "normals", which fits every point, halo included, and writes its normal to the index, NaN where
-// there is none, and its quality. The counts of its scratch are of the points that get a result. Normals have any sign.
-// REQUIRES: index.has_normals(); `quality` has a place for each point of each leaf; both outlive the run.
-std::unique_ptr<StrategyRun> StartNormalFit(const NormalFit& fit, SpatialIndex& index, NormalQuality& quality);
 
 }  // namespace curvd

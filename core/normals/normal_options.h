@@ -34,13 +34,13 @@ std::string_view NormalMethodName(NormalMethod method);
 // The degree of the polynomial; 0 for kPca.
 int JetDegree(NormalMethod method);
 
-// The number of neighbors is found from the noise of the positions (core/normals/scale_pilot.h), one for all points.
+// The number of neighbors is found from the noise of the positions (core/normals/normal_pilot.h), one for all points.
 struct AutoNeighborhood {};
 
 // Normals of neighbors agree, each connected piece for itself. A closed piece gets normals that point outward. An open
 // one keeps the side that most of its area had, if normals were given; else the largest component of its mean normal
 // is positive. Where that leaves sides that no closed surface has, but others would fit one, those are taken
-// (core/normals/side_repair.h).
+// (core/normals/orientation/side_repair.h).
 struct ConsistentSides {
   // Whether the cloud is known to be of closed surfaces, whatever holes it has: every piece then gets normals that
   // point outward, and a certificate. DEFAULT: what the sum of a piece's normals says.
@@ -67,15 +67,8 @@ struct NormalOptions {
   std::variant<AutoNeighborhood, NeighborCount, NeighborRadius> neighborhood{};
   // kOrient and kEstimate. DEFAULT: ConsistentSides.
   std::variant<ConsistentSides, SidesTowardViewpoint, SidesTowardViewpoints, SidesAlongDirection> sides{};
-  // Whether the job hands out the normals in use, with their quality, at 24 bytes a point. DEFAULT: no.
+  // Whether an estimate hands out the normals in use as well, with their quality, at 24 bytes a point. DEFAULT: no.
   bool returns_normals = false;
-  // Whether normals that are estimated are made once more, each of its own half of the points alone, for estimates that
-  // tell noise by halves (core/normals/runs/half_normals.h), at 12 bytes a point. Jobs set it as the estimate asks for
-  // it.
-  bool makes_halves = false;
-  // Whether given normals that prove to be fits to the positions are made anew where that is better, with makes_halves.
-  // Jobs set it where the estimate is left to the choice.
-  bool makes_fits_anew = false;
   // Most points that one neighborhood may hold, as in EstimatorOptions. DEFAULT: 10,000.
   uint32_t max_neighbor_count = 10'000;
 

@@ -93,7 +93,8 @@ struct NormalReport {
   double closed_area_share = 0.0;
   // Points with a normal that the repair turned, and so saved from the wrong side.
   size_t repaired_count = 0;
-  // Closed pieces that are the inside of another's wall (core/normals/hollow_walls.h): their normals point inward.
+  // Closed pieces that are the inside of another's wall (core/normals/orientation/hollow_walls.h): their normals point
+  // inward.
   size_t inner_wall_count = 0;
   // Closed pieces within another one that is too far away to tell whether they bound a hollow in it or are bodies of
   // their own: their normals point outward.

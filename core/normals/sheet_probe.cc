@@ -9,6 +9,8 @@
 
 #include "Eigen/Cholesky"
 #include "core/base/median.h"
+#include "core/normals/fits/fit_group.h"
+#include "core/normals/sample_groups.h"
 
 namespace curvd {
 namespace {

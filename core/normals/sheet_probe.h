@@ -15,7 +15,9 @@
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
-#include "core/normals/normal_fit.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
+#include "core/normals/sample_scratch.h"
 
 namespace curvd {
 
@@ -76,7 +78,7 @@ class SheetProbe {
   std::vector<NormalPlan> plans_;  // of each count
   std::vector<size_t> groups_;
   std::vector<Outcome> outcomes_;  // of each count and sampled point
-  SampleScratch scratch_;
+  SampleScratch<NormalScratch> scratch_;
 };
 
 }  // namespace curvd

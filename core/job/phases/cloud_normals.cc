@@ -5,7 +5,6 @@
 
 #include "core/base/error.h"
 #include "core/base/function_phase.h"
-#include "core/scale/automatic.h"
 
 namespace curvd {
 namespace {
@@ -14,21 +13,12 @@ constexpr size_t kBlockLeaves = 6'000;  // are copied in a millisecond or two
 
 }  // namespace
 
-NormalOptions CloudNormals::OptionsFor(const std::optional<EstimatorOptions>& estimate, NormalOptions normals) {
-  if (estimate.has_value()) {
-    normals.makes_halves = ComparesNormalsOfHalves(*estimate);
-    normals.makes_fits_anew = estimate->estimator == kAutomaticEstimator;
-  } else {
-    normals.returns_normals = true;
-  }
-  return normals;
-}
-
 CloudNormals::CloudNormals(const std::optional<EstimatorOptions>& estimate, const NormalOptions& options,
                            const std::array<double, 3>& origin, SpatialIndex& index, int thread_count,
                            PhaseSink add_phase, std::function<absl::Status()> then)
     : estimate_(estimate),
       options_(options),
+      tasks_(TasksFor(estimate, options)),
       origin_(origin),
       index_(index),
       thread_count_(thread_count),
@@ -80,7 +70,7 @@ absl::Status CloudNormals::LookAtSurface() {
 }
 
 absl::Status CloudNormals::Make() {
-  if (options_.source == NormalSource::kGiven && !options_.returns_normals) return MakeHalves();
+  if (options_.source == NormalSource::kGiven && !tasks_.returns_normals) return MakeHalves();
   if (options_.source != NormalSource::kEstimate && !index_.has_normals()) {
     return MakeCoreError(ErrorKind::kInvalid, "the cloud has no normals; ask for estimated ones");
   }
@@ -96,21 +86,21 @@ absl::Status CloudNormals::Make() {
 }
 
 absl::Status CloudNormals::StartPhases() {
-  phases_.emplace(options_, estimate_.has_value() ? NormalAim::kCurvature : NormalAim::kNormals, origin_, index_,
-                  thread_count_, add_phase_, [this] { return HandOut(); });
+  phases_.emplace(options_, tasks_, estimate_.has_value() ? NormalAim::kCurvature : NormalAim::kNormals, origin_,
+                  index_, thread_count_, add_phase_, [this] { return HandOut(); });
   return options_.source == NormalSource::kGiven ? HandOut() : phases_->Start();
 }
 
 absl::Status CloudNormals::HandOut() {
-  if (!options_.returns_normals) return MakeHalves();
+  if (!tasks_.returns_normals) return MakeHalves();
   return phases_->AddCollection(field_, [this] { return MakeHalves(); });
 }
 
 absl::Status CloudNormals::MakeHalves() {
-  if (!options_.makes_halves || !index_.has_normals()) return then_();
+  if (!tasks_.makes_halves || !index_.has_normals()) return then_();
   const bool are_made = options_.source == NormalSource::kEstimate;
   halves_.emplace(index_, thread_count_, are_made ? kNormalsPhase : kFieldPhase, add_phase_);
-  if (!are_made) return halves_->MakeOfGiven(estimate_->max_neighbor_count, options_.makes_fits_anew, then_);
+  if (!are_made) return halves_->MakeOfGiven(estimate_->max_neighbor_count, tasks_.makes_fits_anew, then_);
   const NormalFit* const fit = phases_->fit();
   return fit != nullptr ? halves_->MakeOf(*fit, then_) : then_();
 }

@@ -14,6 +14,7 @@
 #include "core/job/phases/group_phase.h"
 #include "core/job/phases/half_normal_phases.h"
 #include "core/job/phases/normal_phases.h"
+#include "core/job/phases/normal_tasks.h"
 #include "core/normals/normal_options.h"
 #include "core/normals/normals.h"
 #include "core/normals/trust/fitted_normals.h"
@@ -28,11 +29,9 @@ inline constexpr std::string_view kFieldPhase = "field";
 // hands them out, likewise; and makes normals of halves, where an estimate compares those.
 class CloudNormals {
  public:
-  // What an estimate needs of normals that the caller wants like this; without one, they are handed out.
-  static NormalOptions OptionsFor(const std::optional<EstimatorOptions>& estimate, NormalOptions normals);
-
-  // `options` are those of OptionsFor. `then` is called at the end; it adds the phases that follow. REQUIRES: `index`,
-  // what the options refer to, and this outlive the phases. `origin` is that of the cloud.
+  // `estimate`: what the normals are for (TasksFor); none: they are what comes out. `options` are the caller's. `then`
+  // is called at the end; it adds the phases that follow. REQUIRES: `index`, what the options refer to, and this
+  // outlive the phases. `origin` is that of the cloud.
   CloudNormals(const std::optional<EstimatorOptions>& estimate, const NormalOptions& options,
                const std::array<double, 3>& origin, SpatialIndex& index, int thread_count, PhaseSink add_phase,
                std::function<absl::Status()> then);
@@ -54,7 +53,7 @@ class CloudNormals {
   // What given normals were made by (HalfNormalPhases), and what they were made anew by.
   std::optional<FittedNormals> given_made_by() const;
   std::optional<FittedNormals> made_anew_by() const;
-  // Those that are handed out; empty unless the options say so.
+  // Those that are handed out; empty unless the tasks say so.
   NormalField& field() { return field_; }
 
   size_t bytes() const;
@@ -69,6 +68,7 @@ class CloudNormals {
 
   const std::optional<EstimatorOptions> estimate_;
   const NormalOptions options_;
+  const NormalTasks tasks_;
   const std::array<double, 3> origin_;
   SpatialIndex& index_;
   const int thread_count_;

@@ -15,7 +15,7 @@
 #include "core/job/phases/group_phase.h"
 #include "core/job/phases/refit_phases.h"
 #include "core/normals/normal_fit.h"
-#include "core/normals/orientation.h"
+#include "core/normals/orientation/orientation.h"
 #include "core/normals/sheet_probe.h"
 #include "core/normals/trust/fitted_normals.h"
 #include "core/normals/trust/jet_probe.h"

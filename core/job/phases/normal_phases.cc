@@ -8,6 +8,7 @@
 
 #include "core/base/function_phase.h"
 #include "core/job/phases/half_normal_phases.h"
+#include "core/normals/fits/normal_scratch.h"
 #include "core/normals/trust/surface_probe.h"
 
 namespace curvd {
@@ -39,20 +40,21 @@ PointNormal Undefined(PointStatus status) {
 
 }  // namespace
 
-size_t NormalBytesPerPoint(const NormalOptions& options) {
-  size_t bytes = options.returns_normals ? sizeof(PointNormal) : 0;
-  if (options.makes_halves) bytes += 3 * sizeof(float);
+size_t NormalBytesPerPoint(const NormalOptions& options, const NormalTasks& tasks) {
+  size_t bytes = tasks.returns_normals ? sizeof(PointNormal) : 0;
+  if (tasks.makes_halves) bytes += 3 * sizeof(float);
   if (options.source == NormalSource::kEstimate) {
-    bytes += 3 * sizeof(float) + sizeof(PointStatus) + (options.returns_normals ? 2 * sizeof(float) : 0);
+    bytes += 3 * sizeof(float) + sizeof(PointStatus) + (tasks.returns_normals ? 2 * sizeof(float) : 0);
   }
   return bytes + Orientation::BytesPerPoint(options);
 }
 
-size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count) {
+size_t NormalScratchBytes(const NormalOptions& options, const NormalTasks& tasks, size_t point_count,
+                          int thread_count) {
   const size_t threads = static_cast<size_t>(thread_count);
-  const bool looks_at_given = options.makes_halves && options.source != NormalSource::kEstimate;
+  const bool looks_at_given = tasks.makes_halves && options.source != NormalSource::kEstimate;
   size_t probe = looks_at_given ? HalfNormalPhases::ScratchBytes(point_count, options.max_neighbor_count, thread_count,
-                                                                 options.makes_fits_anew)
+                                                                 tasks.makes_fits_anew)
                                 : 0;
   if (options.source != NormalSource::kEstimate) {
     probe = std::max(probe, SurfaceProbe::ScratchBytes(point_count, options.max_neighbor_count, thread_count));
@@ -61,17 +63,18 @@ size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int 
   size_t most = std::max({Orientation::ScratchBytes(options, point_count), LinkProbe::ScratchBytes(point_count),
                           SheetProbe::ScratchBytes(point_count, options.max_neighbor_count)});
   if (options.source == NormalSource::kEstimate) {
-    const size_t fit = IsAutomatic(options) ? ScalePilot::ScratchBytes(point_count, options.max_neighbor_count)
+    const size_t fit = IsAutomatic(options) ? NormalPilot::ScratchBytes(point_count, options.max_neighbor_count)
                                             : NormalScratch::MostBytes(WantedFit(options), point_count);
     most = std::max(most, fit);
   }
   return std::max({probe, threads * most, Orientation::FieldBytes(options, point_count)}) + SideCheck::kMostBytes;
 }
 
-NormalPhases::NormalPhases(const NormalOptions& options, NormalAim aim, const std::array<double, 3>& origin,
-                           SpatialIndex& index, int thread_count, PhaseSink add_phase,
-                           std::function<absl::Status()> then)
+NormalPhases::NormalPhases(const NormalOptions& options, const NormalTasks& tasks, NormalAim aim,
+                           const std::array<double, 3>& origin, SpatialIndex& index, int thread_count,
+                           PhaseSink add_phase, std::function<absl::Status()> then)
     : options_(options),
+      tasks_(tasks),
       aim_(aim),
       index_(index),
       thread_count_(thread_count),
@@ -87,7 +90,7 @@ absl::Status NormalPhases::Start() {
   if (options_.source == NormalSource::kEstimate) {
     if (absl::Status status = index_.MakeNormals(); !status.ok()) return status;
     const size_t places = index_.leaf_count() * SpatialIndex::kLeafSize;
-    if (absl::Status status = quality_.Create(places, options_.returns_normals); !status.ok()) return status;
+    if (absl::Status status = quality_.Create(places, tasks_.returns_normals); !status.ok()) return status;
   }
   AddLooks();
   return absl::OkStatus();
@@ -133,11 +136,11 @@ absl::Status NormalPhases::Fit() {
     return absl::OkStatus();
   }
   if (!pilot_.has_value()) {
-    ChosenScale wanted;
+    ChosenFit wanted;
     wanted.fit = WantedFit(options_);
     return AddFit(wanted);
   }
-  const ChosenScale chosen = pilot_->Choose();
+  const ChosenFit chosen = pilot_->Choose();
   pilot_.reset();
   // Of two sheets, what looks like noise may be their distance.
   if (chosen.noisy_sigma.has_value() && !sheets_.two_sheets) {
@@ -147,7 +150,7 @@ absl::Status NormalPhases::Fit() {
   return AddFit(attempts_->scale());
 }
 
-absl::Status NormalPhases::AddFit(const ChosenScale& scale) {
+absl::Status NormalPhases::AddFit(const ChosenFit& scale) {
   scale_ = scale;
   fit_report_.method = scale_.fit.method;
   fit_report_.sigma = scale_.sigma;

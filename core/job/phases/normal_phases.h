@@ -13,13 +13,15 @@
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
 #include "core/job/phases/group_phase.h"
+#include "core/job/phases/normal_tasks.h"
 #include "core/job/scale_attempts.h"
-#include "core/normals/link_probe.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/normal_options.h"
+#include "core/normals/normal_pilot.h"
 #include "core/normals/normals.h"
-#include "core/normals/orientation.h"
-#include "core/normals/scale_pilot.h"
+#include "core/normals/orientation/link_probe.h"
+#include "core/normals/orientation/orientation.h"
+#include "core/normals/runs/normal_fit_run.h"
 #include "core/normals/sheet_probe.h"
 #include "core/normals/trust/side_check.h"
 #include "core/normals/trust/side_probe.h"
@@ -29,25 +31,26 @@ namespace curvd {
 // The name of all phases that make normals; those that turn them, or copy them, are called kOrientationPhase.
 inline constexpr std::string_view kNormalsPhase = "normals";
 
-// Bytes a point that making normals as `options` say needs beyond the cloud and the index, normals themselves included;
-// and those of the points that are handed out.
-size_t NormalBytesPerPoint(const NormalOptions& options);
+// Bytes a point that making normals as `options` say, for these tasks, needs beyond the cloud and the index, normals
+// themselves included; and those of the points that are handed out.
+size_t NormalBytesPerPoint(const NormalOptions& options, const NormalTasks& tasks);
 // The most bytes of scratch that the threads of a pool hold meanwhile, for a cloud of `point_count` points.
-size_t NormalScratchBytes(const NormalOptions& options, size_t point_count, int thread_count);
+size_t NormalScratchBytes(const NormalOptions& options, const NormalTasks& tasks, size_t point_count, int thread_count);
 
 // Makes normals as options say: estimates them, in phases called kNormalsPhase, then orients them, in phases called
-// "orientation" (core/normals/orientation.h). Each phase adds what follows it. The normals depend on the cloud and the
-// options alone: not on threads.
+// "orientation" (core/normals/orientation/orientation.h). Each phase adds what follows it. The normals depend on the
+// cloud and the options alone: not on threads.
 //
 // Where the scale is automatic, it may take several attempts (core/job/scale_attempts.h). Whatever the attempt, sides
-// of one sheet are made once more without repairs (core/normals/side_repair.h) where these tear the sheet.
+// of one sheet are made once more without repairs (core/normals/orientation/side_repair.h) where these tear the sheet.
 class NormalPhases {
  public:
   // `then` is called once the normals are made; it adds the phases that follow. REQUIRES: options.Validate() is OK, and
   // their source is not kGiven; `index` has normals if it is kOrient; `index`, what `options` refers to, and this
   // outlive the phases. `origin` is the cloud's. `aim` decides for which errors an automatic scale is best.
-  NormalPhases(const NormalOptions& options, NormalAim aim, const std::array<double, 3>& origin, SpatialIndex& index,
-               int thread_count, PhaseSink add_phase, std::function<absl::Status()> then);
+  NormalPhases(const NormalOptions& options, const NormalTasks& tasks, NormalAim aim,
+               const std::array<double, 3>& origin, SpatialIndex& index, int thread_count, PhaseSink add_phase,
+               std::function<absl::Status()> then);
 
   // Adds the first phases. Errors: ErrorKind::kOutOfMemory; may throw std::bad_alloc.
   absl::Status Start();
@@ -71,7 +74,7 @@ class NormalPhases {
   std::string_view LookPhase() const;
   // Makes normals and orients them, by the first attempt.
   absl::Status Fit();
-  absl::Status AddFit(const ChosenScale& scale);
+  absl::Status AddFit(const ChosenFit& scale);
   void FillTooFew();
   absl::Status EndFit();
   void Orient(bool may_repair = true);
@@ -89,12 +92,13 @@ class NormalPhases {
   void Collect(size_t first, size_t last, NormalField& field);
 
   const NormalOptions options_;
+  const NormalTasks tasks_;
   const NormalAim aim_;
   SpatialIndex& index_;
   const int thread_count_;
   const PhaseSink add_phase_;
   NormalQuality quality_;  // empty for given normals
-  std::optional<ScalePilot> pilot_;
+  std::optional<NormalPilot> pilot_;
   std::optional<LinkProbe> link_probe_;
   size_t links_per_point_ = kLinksPerPoint;
   std::optional<SheetProbe> sheet_probe_;
@@ -102,7 +106,7 @@ class NormalPhases {
   std::optional<SideProbe> side_probe_;
   std::optional<ScaleAttempts> attempts_;  // of an automatic scale
   std::optional<SideCheck> side_check_;    // while normals are made whose sides are compared with those before
-  ChosenScale scale_;                      // of the normals of now
+  ChosenFit scale_;                        // of the normals of now
   bool may_repair_ = true;                 // the orientation of now
   std::unique_ptr<StrategyRun> fit_;
   std::optional<ScratchSet> scratch_;

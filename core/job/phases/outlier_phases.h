@@ -12,7 +12,7 @@
 #include "core/estimators/curvature_field.h"
 #include "core/index/spatial_index.h"
 #include "core/job/phases/group_phase.h"
-#include "core/normals/orientation.h"
+#include "core/normals/orientation/orientation.h"
 #include "core/scale/outliers/outlier_run.h"
 #include "core/scale/outliers/rest_of_cloud.h"
 

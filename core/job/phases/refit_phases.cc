@@ -16,12 +16,14 @@ constexpr double kMostOfGivenError = 0.5;
 }  // namespace
 
 void RefitPhases::StartFrom(const FittedNormals& made_by, Then then) {
-  Start([made_by](ScalePilot& pilot) { return pilot.NoiseOf(made_by.method, made_by.neighbor_count).value_or(0.0); },
-        std::move(then));
+  const auto noise_of_given = [made_by](const NormalPilot& pilot) {
+    return pilot.NoiseOf(made_by.method, made_by.neighbor_count).value_or(0.0);
+  };
+  Start(noise_of_given, std::move(then));
 }
 
 void RefitPhases::StartFrom(double squared_error, Then then) {
-  Start([squared_error](ScalePilot&) { return squared_error; }, std::move(then));
+  Start([squared_error](const NormalPilot&) { return squared_error; }, std::move(then));
 }
 
 void RefitPhases::Start(GivenError given_error, Then then) {
@@ -33,7 +35,7 @@ void RefitPhases::Start(GivenError given_error, Then then) {
 }
 
 absl::Status RefitPhases::Decide(const GivenError& given_error, const Then& then) {
-  const ChosenScale chosen = pilot_->Choose();
+  const ChosenFit chosen = pilot_->Choose();
   const double most = kMostOfGivenError * given_error(*pilot_);
   pilot_.reset();
   if (!(chosen.squared_error <= most)) return then(nullptr);
@@ -55,9 +57,9 @@ absl::Status RefitPhases::Decide(const GivenError& given_error, const Then& then
 }
 
 size_t RefitPhases::ScratchBytes(size_t point_count, uint32_t max_neighbor_count, int thread_count) {
-  const size_t blocks = ScalePilot::MostBlocks(point_count, max_neighbor_count);
+  const size_t blocks = NormalPilot::MostBlocks(point_count, max_neighbor_count);
   return std::min(static_cast<size_t>(thread_count), blocks) *
-         ScalePilot::ScratchBytes(point_count, max_neighbor_count);
+         NormalPilot::ScratchBytes(point_count, max_neighbor_count);
 }
 
 }  // namespace curvd

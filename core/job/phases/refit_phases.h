@@ -14,8 +14,8 @@
 #include "core/index/spatial_index.h"
 #include "core/job/phases/group_phase.h"
 #include "core/normals/normal_fit.h"
-#include "core/normals/orientation.h"
-#include "core/normals/scale_pilot.h"
+#include "core/normals/normal_pilot.h"
+#include "core/normals/orientation/orientation.h"
 #include "core/normals/trust/fitted_normals.h"
 
 namespace curvd {
@@ -48,7 +48,7 @@ class RefitPhases {
 
  private:
   // Asked once the pilot has run.
-  using GivenError = std::function<double(ScalePilot& pilot)>;
+  using GivenError = std::function<double(const NormalPilot& pilot)>;
   void Start(GivenError given_error, Then then);
   absl::Status Decide(const GivenError& given_error, const Then& then);
 
@@ -57,7 +57,7 @@ class RefitPhases {
   const int thread_count_;
   const std::string_view name_;
   const PhaseSink add_phase_;
-  std::optional<ScalePilot> pilot_;
+  std::optional<NormalPilot> pilot_;
   std::unique_ptr<StrategyRun> run_;
   std::optional<ScratchSet> scratch_;
 };

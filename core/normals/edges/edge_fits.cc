@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -14,11 +13,6 @@
 
 namespace curvd {
 namespace {
-
-// Noise leaves a variance whose standard deviation is √(2 / freedom) times its mean. What is found of sigma is up to a
-// tenth too small, since balls cut off some of the noise: hence 1.15. With 1.1 and 2, or 1.3 and 5, H errs alike on
-// noisy solids.
-constexpr double kSlackOfNoise = 1.15, kDeviationsOfNoise = 3.0;
 
 // Points of a group, a bit for each place.
 using GroupPlaces = uint64_t;
@@ -125,8 +119,6 @@ absl::Status FitHalves(const SpatialIndex& index, const NormalPlan& plan, size_t
 }
 
 }  // namespace
-
-double EdgePart::MostOfNoise(double freedom) { return kSlackOfNoise + kDeviationsOfNoise * std::sqrt(2.0 / freedom); }
 
 EdgePlan PlanEdges(const NormalFit& fit, const SpatialIndex& index) {
   const EdgePart& part = *fit.edge_part;

@@ -5,6 +5,9 @@
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
+#include "core/normals/fits/fit_group.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
 #include "core/normals/normal_fit.h"
 
 namespace curvd {

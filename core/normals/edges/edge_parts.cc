@@ -1,18 +1,25 @@
-// Where edges of the surface make the scale small, points away from them get a larger one.
+#include "core/normals/edges/edge_parts.h"
+
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <variant>
 #include <vector>
 
-#include "core/normals/scale_pilot.h"
+#include "core/normals/normal_fit.h"
+#include "core/normals/sample_noise.h"
+#include "core/normals/sample_view.h"
+#include "core/normals/scale_judgement.h"
 
 namespace curvd {
 namespace {
 
 // So many rungs of the ladder lie between a number of neighbors and a half, or a quarter, of it.
-constexpr size_t kRungsToHalf = 2, kRungsToQuarter = 4;
+constexpr size_t kRungsToHalf = SampleTable::kRungsPerDoubling, kRungsToQuarter = 2 * kRungsToHalf;
 // Fewer points near edges than this share do no harm: what is sampled is clipped (scale_judgement.cc).
 constexpr double kLeastCrossing = 0.08;
 // Fewer points than this share would profit. Smooth surfaces and scans with detail everywhere leave fewer as well.
@@ -42,103 +49,118 @@ double QuantileOf(std::vector<double>& values, double share) {
   return *at;
 }
 
-}  // namespace
-
-bool ScalePilot::LeavesMore(size_t candidate, size_t sample, double sigma) const {
-  const double freedom = std::max(FreedomAt(candidate, sample), 1.0);
-  const double noise = sigma * sigma * freedom / candidates_[candidate].count();
-  return !(outcome(candidate, sample).mean_square <= noise * EdgePart::MostOfNoise(freedom));
+// Whether a candidate's fit of a sampled point leaves more of the heights than noise of that standard deviation does.
+bool LeavesMore(const SampleTable& table, size_t candidate, size_t sample, double sigma) {
+  const double freedom = std::max(table.FreedomAt(candidate, sample), 1.0);
+  const double noise = sigma * sigma * freedom / table.candidates()[candidate].count();
+  return !(table.outcome(candidate, sample).mean_square <= noise * EdgePart::MostOfNoise(freedom));
 }
 
-double ScalePilot::CrossingShare(size_t candidate, double sigma) const {
+// Of the fits: those that leave more; 1 where there is none.
+double CrossingShare(const SampleTable& table, size_t candidate, double sigma) {
   double fitted = 0.0, crossing = 0.0;
-  for (size_t i = 0; i < sample_count(); ++i) {
-    if (!outcome(candidate, i).is_fitted) continue;
+  for (size_t i = 0; i < table.sample_count(); ++i) {
+    if (!table.outcome(candidate, i).is_fitted) continue;
     fitted += 1.0;
-    crossing += LeavesMore(candidate, i, sigma) ? 1.0 : 0.0;
+    crossing += LeavesMore(table, candidate, i, sigma) ? 1.0 : 0.0;
   }
   return fitted > 0.0 ? crossing / fitted : 1.0;
 }
 
-double ScalePilot::CrossingGrowth(size_t candidate, double sigma) const {
+// How many times as large a variance of noise four times as many neighbors show, at points where a candidate's fit
+// leaves more than noise does, in the median; 1 where there is no such point.
+double CrossingGrowth(const SampleTable& table, size_t candidate, double sigma) {
   const size_t larger = candidate + kRungsToQuarter;
   std::vector<double> growths;
-  for (size_t i = 0; i < sample_count(); ++i) {
-    const Outcome &small = outcome(candidate, i), &large = outcome(larger, i);
-    if (!small.is_fitted || !large.is_fitted || !LeavesMore(candidate, i, sigma)) continue;
-    const double of_small = small.mean_square * candidates_[candidate].count() / std::max(FreedomAt(candidate, i), 1.0);
-    const double of_large = large.mean_square * candidates_[larger].count() / std::max(FreedomAt(larger, i), 1.0);
+  for (size_t i = 0; i < table.sample_count(); ++i) {
+    const SampleTable::Outcome &small = table.outcome(candidate, i), &large = table.outcome(larger, i);
+    if (!small.is_fitted || !large.is_fitted || !LeavesMore(table, candidate, i, sigma)) continue;
+    const double of_small =
+        small.mean_square * table.candidates()[candidate].count() / std::max(table.FreedomAt(candidate, i), 1.0);
+    const double of_large =
+        large.mean_square * table.candidates()[larger].count() / std::max(table.FreedomAt(larger, i), 1.0);
     growths.push_back(of_large / of_small);
   }
   return growths.empty() ? 1.0 : QuantileOf(growths, 0.5);
 }
 
-bool ScalePilot::CrossesEdges(size_t candidate, size_t fewest, double sigma) const {
-  const double all = CrossingShare(candidate, sigma);
+// Whether edges are why fits of a candidate leave more than noise does, and why not all of them do. `fewest` is the
+// least of the method that is much larger than noise. REQUIRES: it has a quarter of the neighbors or less.
+bool CrossesEdges(const SampleTable& table, size_t candidate, size_t fewest, double sigma) {
+  const double all = CrossingShare(table, candidate, sigma);
   if (all < kLeastCrossing || all > 1.0 - kLeastOfFaces) return false;
   const size_t quarter = candidate - kRungsToQuarter;
-  const double of_half = CrossingShare(candidate - kRungsToHalf, sigma), of_quarter = CrossingShare(quarter, sigma);
+  const double of_half = CrossingShare(table, candidate - kRungsToHalf, sigma),
+               of_quarter = CrossingShare(table, quarter, sigma);
   if (of_half < kLeastCrossingOfHalf * all) return false;
   if (of_quarter < kLeastCrossingOfQuarter * all || of_quarter > kMostCrossingOfQuarter * all) return false;
   std::vector<double> on_faces;
-  for (size_t i = 0; i < sample_count(); ++i) {
-    const Outcome& point = outcome(candidate, i);
-    if (point.is_fitted && !LeavesMore(candidate, i, sigma)) on_faces.push_back(point.mean_square / (sigma * sigma));
+  for (size_t i = 0; i < table.sample_count(); ++i) {
+    const SampleTable::Outcome& point = table.outcome(candidate, i);
+    if (point.is_fitted && !LeavesMore(table, candidate, i, sigma))
+      on_faces.push_back(point.mean_square / (sigma * sigma));
   }
   if (on_faces.empty() || QuantileOf(on_faces, 0.1) < kLeastTenth) return false;
   // Where noise differs, bends may add to it in large neighborhoods, but not in small ones.
   for (size_t small = fewest + 1; small < quarter; ++small) {
-    const bool tells = CrossingShare(small, sigma) >= kLeastCrossing;
-    if (tells && CrossingGrowth(small, sigma) < kLeastGrowthOfEdges) return false;
+    const bool tells = CrossingShare(table, small, sigma) >= kLeastCrossing;
+    if (tells && CrossingGrowth(table, small, sigma) < kLeastGrowthOfEdges) return false;
   }
-  const double growth = CrossingGrowth(quarter, sigma);
+  const double growth = CrossingGrowth(table, quarter, sigma);
   return growth >= kLeastGrowthOfEdges && growth <= kMostGrowthOfEdges;
 }
 
-void ScalePilot::LookAtFaces(double sigma) {
-  for (size_t c = 0; c < candidates_.size(); ++c) {
-    for (size_t i = 0; i < sample_count(); ++i) {
-      outcome(c, i).part = LeavesMore(c, i, sigma) ? Part::kMixed : Part::kOwn;
+// Those points of the sample whose fits leave no more than noise does.
+SampleView FacesOf(const SampleTable& table, double sigma) {
+  std::vector<SampleView::Part> parts;
+  parts.reserve(table.candidates().size() * table.sample_count());
+  for (size_t c = 0; c < table.candidates().size(); ++c) {
+    for (size_t i = 0; i < table.sample_count(); ++i) {
+      parts.push_back(LeavesMore(table, c, i, sigma) ? SampleView::Part::kMixed : SampleView::Part::kOwn);
     }
   }
+  return {table, std::move(parts), 1.0, {}};
 }
 
-ChosenScale ScalePilot::MindEdges(const ChosenScale& chosen) {
-  const std::optional<double> sigma = candidates_.empty() ? std::nullopt : Sigma();
+}  // namespace
+
+ChosenFit MindEdges(const SampleTable& table, NormalAim aim, const ChosenFit& chosen) {
+  const SampleView all(table);
+  const std::vector<SampleTable::Candidate>& candidates = table.candidates();
+  const std::optional<double> sigma = SigmaOf(all);
   if (!sigma.has_value() || !std::isfinite(chosen.squared_error) || chosen.fit.crosses_lines) return chosen;
-  if (candidates_.front().fit.method != NormalMethod::kJet2) return chosen;
-  const std::vector<bool> usable = Usable(*sigma);
+  if (candidates.front().fit.method != NormalMethod::kJet2) return chosen;
+  const std::vector<bool> usable = UsableCandidates(all, *sigma);
   const uint32_t chosen_count = std::get<NeighborCount>(chosen.fit.neighborhood).count;
   double least = std::numeric_limits<double>::infinity();
   std::optional<size_t> fewest;  // of those that are much larger than the noise
   std::vector<size_t> larger;
-  for (size_t c = 0; c < candidates_.size(); ++c) {
-    const Candidate& candidate = candidates_[c];
+  for (size_t c = 0; c < candidates.size(); ++c) {
+    const SampleTable::Candidate& candidate = candidates[c];
     const bool is_chosen = candidate.fit.method == chosen.fit.method && candidate.count() == chosen_count;
-    if (is_chosen) least = kMuchLessError * Noise(c, *sigma);
+    if (is_chosen) least = kMuchLessError * NoiseOf(all, c, *sigma);
     if (candidate.fit.method != NormalMethod::kJet2) continue;
-    if (!fewest.has_value() && IsLargeEnough(c, *sigma)) fewest = c;
+    if (!fewest.has_value() && IsLargeEnough(all, c, *sigma)) fewest = c;
     const bool may_be = usable[c] && !candidate.fit.shares && fewest.has_value() && c >= *fewest + kRungsToQuarter;
-    if (may_be && CrossesEdges(c, *fewest, *sigma)) larger.push_back(c);
+    if (may_be && CrossesEdges(table, c, *fewest, *sigma)) larger.push_back(c);
   }
   if (larger.empty()) return chosen;
-  LookAtFaces(*sigma);
+  const SampleView faces = FacesOf(table, *sigma);
   std::optional<size_t> best;
   for (const size_t c : larger) {
-    const double error = ErrorOf(c, *sigma, usable);
+    const double error = ErrorOf(faces, aim, c, *sigma, usable);
     if (!(error <= least)) continue;
     least = error;
     best = c;
   }
-  LookAtAll();
   if (!best.has_value()) return chosen;
-  ChosenScale with_edges = chosen;
+  ChosenFit with_edges = chosen;
   with_edges.fit.method = NormalMethod::kJet2;
-  with_edges.fit.neighborhood = candidates_[*best].fit.neighborhood;
+  with_edges.fit.neighborhood = candidates[*best].fit.neighborhood;
   with_edges.fit.shares = false;
   size_t beside = *fewest;
-  while (beside + kRungsToQuarter < *best && !IsLargeEnough(beside, kTimesNoiseBeside * *sigma)) ++beside;
-  with_edges.fit.edge_part = EdgePart{.neighborhood = std::get<NeighborCount>(candidates_[beside].fit.neighborhood),
+  while (beside + kRungsToQuarter < *best && !IsLargeEnough(all, beside, kTimesNoiseBeside * *sigma)) ++beside;
+  with_edges.fit.edge_part = EdgePart{.neighborhood = std::get<NeighborCount>(candidates[beside].fit.neighborhood),
                                       .variance = *sigma * *sigma};
   return with_edges;
 }

@@ -13,8 +13,10 @@
 #include <limits>
 #include <utility>
 
+#include "core/normals/fits/fit_group.h"
 #include "core/normals/fits/normal_fit-inl.h"
-#include "core/normals/normal_fit.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -15,7 +15,7 @@
 #include "core/estimators/fits/double_sums-inl.h"
 #include "core/estimators/fits/jet_systems.h"
 #include "core/estimators/fits/shape_operator-inl.h"
-#include "core/normals/normal_fit.h"
+#include "core/normals/fits/normal_scratch.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

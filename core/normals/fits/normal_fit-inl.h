@@ -18,7 +18,8 @@
 #include "core/estimators/fits/repeated_search-inl.h"
 #include "core/estimators/group_estimate-inl.h"
 #include "core/normals/fits/lane_fits-inl.h"
-#include "core/normals/normal_fit.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

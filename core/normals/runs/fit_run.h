@@ -9,7 +9,9 @@
 #include "absl/status/status.h"
 #include "core/estimators/strategy.h"
 #include "core/index/spatial_index.h"
-#include "core/normals/normal_fit.h"
+#include "core/normals/fits/fit_group.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
 
 namespace curvd {
 

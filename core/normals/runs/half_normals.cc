@@ -7,8 +7,11 @@
 
 #include "core/base/halves.h"
 #include "core/estimators/fits/jet_systems.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
+#include "core/normals/mean_copies.h"
 #include "core/normals/runs/fit_run.h"
-#include "core/normals/scale_pilot.h"
+#include "core/normals/sample_groups.h"
 
 namespace curvd {
 namespace {

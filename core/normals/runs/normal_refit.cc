@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
 #include "core/normals/runs/fit_run.h"
 
 namespace curvd {

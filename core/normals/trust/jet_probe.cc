@@ -7,7 +7,9 @@
 
 #include "core/base/median.h"
 #include "core/estimators/fits/jet_systems.h"
+#include "core/normals/fits/fit_group.h"
 #include "core/normals/runs/half_normals.h"
+#include "core/normals/sample_groups.h"
 
 namespace curvd {
 namespace {

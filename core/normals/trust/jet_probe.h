@@ -14,7 +14,9 @@
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
-#include "core/normals/normal_fit.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
+#include "core/normals/sample_scratch.h"
 #include "core/normals/trust/fit_match.h"
 
 namespace curvd {
@@ -92,7 +94,7 @@ class JetProbe {
   std::vector<Vector> given_;   // by sample; NaN where there is none
   std::vector<float> noise_;    // by sample, of the first jet: its mean square
   std::vector<Vector> fitted_;  // by jet and sample; NaN where there is none
-  SampleScratch scratch_;
+  SampleScratch<NormalScratch> scratch_;
   std::optional<FoundFit> found_;
 };
 

@@ -14,6 +14,7 @@
 #include "core/base/median.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/runs/half_normals.h"
+#include "core/normals/sample_groups.h"
 
 namespace curvd {
 namespace {
@@ -219,7 +220,7 @@ std::optional<HalfPlanes> FitHalves(const std::vector<Place>& places, size_t cou
 }  // namespace
 
 NoiseProbe::NoiseProbe(const SpatialIndex& index, uint32_t max_neighbor_count, int thread_count)
-    : index_(index), scratch_(static_cast<size_t>(thread_count)) {
+    : index_(index), scratch_(thread_count) {
   if (ScratchBytes(index.point_count(), max_neighbor_count) == 0) return;
   const std::vector<size_t> groups = SampleGroups(index, kMostNoiseGroups);
   const auto take = [&](bool scouts) {
@@ -247,13 +248,7 @@ bool NoiseProbe::AddBlocks() {
 }
 
 absl::Status NoiseProbe::RunBlock(size_t block, int worker, const std::atomic<bool>& stopped) {
-  std::unique_ptr<CollectScratch>& scratch = scratch_[static_cast<size_t>(worker)];
-  if (scratch == nullptr) {
-    scratch = std::make_unique<CollectScratch>();
-    scratch->most_work = std::numeric_limits<uint64_t>::max();  // a few points are no work
-  }
-  CollectScratch& s = *scratch;
-  s.stopped = &stopped;
+  CollectScratch& s = scratch_.Of(worker, stopped);
   const auto leaf_of = [&s](size_t i) { return static_cast<size_t>(s.points.place[i]) / SpatialIndex::kLeafSize; };
   const size_t place = first_block_ + block, first_sample = place * SpatialIndex::kGroupLeaves;
   return CollectNeighbors(

@@ -14,7 +14,6 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -23,6 +22,7 @@
 #include "core/estimators/neighborhood_plan.h"
 #include "core/estimators/neighbors/collect.h"
 #include "core/index/spatial_index.h"
+#include "core/normals/sample_scratch.h"
 
 namespace curvd {
 
@@ -105,7 +105,7 @@ class NoiseProbe {
   size_t first_block_ = 0, block_count_ = 0;
   std::optional<NeighborhoodPlan> plan_;
   std::vector<Sample> samples_;  // of each rung one for each leaf of the groups
-  std::vector<std::unique_ptr<CollectScratch>> scratch_;
+  SampleScratch<CollectScratch> scratch_;
 };
 
 }  // namespace curvd

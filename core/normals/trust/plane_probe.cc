@@ -8,7 +8,9 @@
 #include <tuple>
 #include <utility>
 
+#include "core/normals/fits/fit_group.h"
 #include "core/normals/runs/half_normals.h"
+#include "core/normals/sample_groups.h"
 
 namespace curvd {
 namespace {

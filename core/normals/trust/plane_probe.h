@@ -16,7 +16,9 @@
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
-#include "core/normals/normal_fit.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
+#include "core/normals/sample_scratch.h"
 #include "core/normals/trust/fit_match.h"
 
 namespace curvd {
@@ -67,7 +69,7 @@ class PlaneProbe {
   Stage stage_ = Stage::kNone;
   std::vector<size_t> groups_;
   std::vector<Match> matches_;  // by sample: one point of each leaf of the groups
-  SampleScratch scratch_;
+  SampleScratch<NormalScratch> scratch_;
   std::optional<FoundFit> found_;
 };
 

@@ -3,7 +3,7 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // Must come after foreach_target.h.
 #include "core/estimators/group_estimate-inl.h"
-#include "core/normals/normal_links-inl.h"
+#include "core/normals/orientation/normal_links-inl.h"
 #include "core/normals/trust/side_probe.h"
 #include "hwy/highway.h"
 
@@ -87,6 +87,8 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 
 #include "absl/status/statusor.h"
+#include "core/normals/fits/fit_group.h"
+#include "core/normals/sample_groups.h"
 
 namespace curvd {
 namespace {

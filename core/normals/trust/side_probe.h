@@ -17,7 +17,10 @@
 #include "absl/status/status.h"
 #include "core/estimators/neighborhood_plan.h"
 #include "core/index/spatial_index.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
 #include "core/normals/normal_fit.h"
+#include "core/normals/sample_scratch.h"
 
 namespace curvd {
 
@@ -58,7 +61,7 @@ class SideProbe {
   const NeighborhoodPlan links_;
   std::vector<size_t> groups_;
   std::vector<SideCounts> counts_;  // by block
-  SampleScratch scratch_;
+  SampleScratch<NormalScratch> scratch_;
 };
 
 }  // namespace curvd

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "core/normals/fits/fit_group.h"
+#include "core/normals/sample_groups.h"
+
 namespace curvd {
 namespace {
 

@@ -14,7 +14,9 @@
 
 #include "absl/status/status.h"
 #include "core/index/spatial_index.h"
-#include "core/normals/normal_fit.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
+#include "core/normals/sample_scratch.h"
 
 namespace curvd {
 
@@ -71,7 +73,7 @@ class SurfaceProbe {
   size_t looked_at_ = 0;           // so many of these; the last one is that of the moment
   std::vector<size_t> groups_;
   std::array<Tally, kLadder.size()> tallies_;
-  SampleScratch scratch_;
+  SampleScratch<NormalScratch> scratch_;
 };
 
 }  // namespace curvd

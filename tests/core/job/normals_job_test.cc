@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/job/phases/normal_phases.h"
+#include "core/job/phases/normal_tasks.h"
 #include "tests/core/normals/normal_clouds.h"
 #include "tests/core/sanitized.h"
 
@@ -148,7 +149,8 @@ TEST(NormalsJobTest, PeakStaysBelowThePromise) {
     options.returns_normals = true;
     const NormalResult result = MustMakeNormals(BareCloud(torus), options);
     // The cloud and the index take what EstimationBytesPerPoint counts for them, less the cloud's normals.
-    EXPECT_LE(result.cost.peak_bytes, kPoints * (48 - 12 + NormalBytesPerPoint(options)));
+    EXPECT_LE(result.cost.peak_bytes,
+              kPoints * (48 - 12 + NormalBytesPerPoint(options, TasksFor(std::nullopt, options))));
     EXPECT_GT(SecondsOf(result.cost.phases, "normals"), 0.0);
     EXPECT_GT(SecondsOf(result.cost.phases, "orientation"), 0.0);
   }

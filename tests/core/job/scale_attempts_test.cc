@@ -6,6 +6,7 @@
 #include <optional>
 #include <variant>
 
+#include "core/normals/normal_pilot.h"
 #include "tests/core/normals/normal_clouds.h"
 
 namespace curvd::testing {
@@ -38,7 +39,7 @@ class ScaleAttemptsTest : public ::testing::Test {
     sheets.noise = noise_in_spacings * kSpacing;
     sheets.two_sheets = two_sheets;
     sheets.neighbor_count = two_sheets ? 12 : 0;
-    ChosenScale chosen;
+    ChosenFit chosen;
     chosen.fit.neighborhood = NeighborCount{96};
     if (has_noisy_part) chosen.fit.noisy_part = NoisyPart{.neighborhood = NeighborCount{384}};
     return {std::nullopt, sheets, chosen, index_};
@@ -92,7 +93,7 @@ TEST_F(ScaleAttemptsTest, BothPartsOfUnlikeNoiseAreMadeByAnotherScale) {
 TEST_F(ScaleAttemptsTest, EdgesHaveFewerNeighborsThanTheRestOrNoneOfTheirOwn) {
   SheetFinding sheets;
   sheets.spacing = sheets.noise = kSpacing;
-  ChosenScale chosen;
+  ChosenFit chosen;
   for (const uint32_t count : {96, 40}) {
     chosen.fit.neighborhood = NeighborCount{count};
     chosen.fit.edge_part = EdgePart{.neighborhood = NeighborCount{17}};
@@ -107,13 +108,13 @@ TEST_F(ScaleAttemptsTest, EdgesHaveFewerNeighborsThanTheRestOrNoneOfTheirOwn) {
 TEST_F(ScaleAttemptsTest, NoScaleHasMoreNeighborsThanThePilotTries) {
   SheetFinding sheets;
   sheets.spacing = sheets.noise = kSpacing;
-  ChosenScale chosen;
+  ChosenFit chosen;
   chosen.fit.neighborhood = NeighborCount{12};
-  chosen.fit.noisy_part = NoisyPart{.neighborhood = NeighborCount{ScalePilot::kMostNeighbors}};
+  chosen.fit.noisy_part = NoisyPart{.neighborhood = NeighborCount{NormalPilot::kMostNeighbors}};
   ScaleAttempts attempts(std::nullopt, sheets, chosen, index_);
   ASSERT_EQ(attempts.Next(WithCount(attempts, Closed(0.01))), Step::kCompare);
   EXPECT_EQ(CountOf(attempts), 24);
-  EXPECT_EQ(attempts.scale().fit.noisy_part->neighborhood.count, ScalePilot::kMostNeighbors);
+  EXPECT_EQ(attempts.scale().fit.noisy_part->neighborhood.count, NormalPilot::kMostNeighbors);
 }
 
 TEST_F(ScaleAttemptsTest, OneSheetOfTwoStaysIfItIsClosed) {

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <memory>
 
+#include "core/normals/fits/fit_group.h"
+#include "core/normals/fits/normal_plan.h"
+#include "core/normals/fits/normal_scratch.h"
 #include "core/normals/normal_fit.h"
 #include "tests/core/instruction_sets.h"
 #include "tests/core/normals/normal_clouds.h"

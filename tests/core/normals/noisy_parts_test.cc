@@ -1,4 +1,6 @@
 // Clouds of which a part is noisier than the others.
+#include "core/normals/noisy_parts.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +10,7 @@
 
 #include "core/normals/normal_fit.h"
 #include "core/normals/runs/half_normals.h"
+#include "tests/core/normals/made_samples.h"
 #include "tests/core/normals/normal_clouds.h"
 
 namespace curvd::testing {
@@ -240,6 +243,36 @@ TEST(NoisyPartsTest, ThreadsChangeNothing) {
   const NormalResult three = MustMakeNormals(BareCloud(parts.both), Estimated(), 3);
   EXPECT_TRUE(one.report.noisy_part.has_value());
   EXPECT_TRUE(SameBytes(one.normals, three.normals));
+}
+
+TEST(NoisyPartsTest, SamplesOfTwoNoisesHaveTwoParts) {
+  const SpatialIndex index = SampledIndex();
+  const auto is_noisy = [](size_t group) { return group % 4 == 0; };
+  SampleTable table = PlaneSample(index, [&](size_t group) { return is_noisy(group) ? 4e-3 : 1e-3; });
+  // The largest neighborhoods of one quiet group reach into the noise.
+  constexpr size_t kMixedGroup = 5, kLargest = kMadeCandidates - 1;
+  for (size_t i = 0; i < SampleTable::kPointsPerGroup; ++i) {
+    table.outcome(kLargest, kMixedGroup * SampleTable::kPointsPerGroup + i).mean_square = 1e-5f;
+  }
+  const std::optional<SampleParts> parts = FindParts(table);
+  ASSERT_TRUE(parts.has_value());
+  EXPECT_EQ(parts->noisy_share, 0.25);
+  const SampleView noisy = ViewOf(table, *parts, true), quiet = ViewOf(table, *parts, false);
+  EXPECT_EQ(noisy.share(), 0.25);
+  EXPECT_EQ(quiet.share(), 0.75);
+  for (size_t group = 0; group < table.groups().size(); ++group) {
+    EXPECT_EQ(parts->is_noisy[group], is_noisy(group)) << group;
+    const size_t sample = group * SampleTable::kPointsPerGroup;
+    EXPECT_EQ(noisy.Counts(kLargest, sample), is_noisy(group)) << group;
+    EXPECT_EQ(quiet.Counts(kLargest, sample), !is_noisy(group) && group != kMixedGroup) << group;
+    EXPECT_EQ(quiet.Counts(0, sample), !is_noisy(group)) << group;
+  }
+  EXPECT_EQ(quiet.part(kLargest, kMixedGroup * SampleTable::kPointsPerGroup), SampleView::Part::kMixed);
+}
+
+TEST(NoisyPartsTest, SamplesOfOneNoiseHaveNone) {
+  const SpatialIndex index = SampledIndex();
+  EXPECT_FALSE(FindParts(PlaneSample(index, [](size_t) { return 1e-3; })).has_value());
 }
 
 }  // namespace

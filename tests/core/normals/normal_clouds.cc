@@ -11,6 +11,7 @@
 
 #include "core/estimators/triangles/random_stream.h"
 #include "core/normals/runs/half_normals.h"
+#include "core/normals/runs/normal_fit_run.h"
 #include "core/normals/runs/normal_refit.h"
 #include "tests/core/estimators/run_in_parts.h"
 

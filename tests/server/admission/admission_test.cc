@@ -5,6 +5,7 @@
 #include "core/estimators/delaunay/umbrella.h"
 #include "core/job/job_memory.h"
 #include "core/job/phases/normal_phases.h"
+#include "core/job/phases/normal_tasks.h"
 #include "server/rpc/error_reasons.h"
 #include "tests/server/status_matchers.h"
 
@@ -67,7 +68,8 @@ TEST(AdmissionTest, ReservesForNormalsAndTheirOrientation) {
   const uint64_t given = admission.CallBytes(1'000'000, options, false);
   options.normals.source = NormalSource::kEstimate;
   const uint64_t estimated = admission.CallBytes(1'000'000, options, false);
-  EXPECT_GE(estimated - given, 1'000'000 * NormalBytesPerPoint(options.normals) - 4 * kMiB) << "chunks have no normals";
+  EXPECT_GE(estimated - given, 1'000'000 * NormalBytesPerPoint(options.normals, NormalTasks()) - 4 * kMiB)
+      << "chunks have no normals";
   options.normals.returns_normals = true;
   options.quantities.Add(curvature::v1::QUANTITY_NORMALS);
   EXPECT_GE(admission.CallBytes(1'000'000, options, false), estimated + 1'000'000 * sizeof(PointNormal));

@@ -11,8 +11,8 @@
 
 #include "core/normals/edges/edge_fits.h"
 #include "core/normals/normal_fit.h"
+#include "core/normals/normal_pilot.h"
 #include "core/normals/runs/half_normals.h"
-#include "core/normals/scale_pilot.h"
 #include "tests/core/normals/normal_clouds.h"
 
 namespace curvd::testing {
@@ -64,8 +64,8 @@ double AngleAt(const NormalField& normals, const TestPoints& block, double least
   return sum / count;
 }
 
-ChosenScale ChosenFor(const SpatialIndex& index, std::optional<NormalMethod> method = std::nullopt) {
-  ScalePilot pilot(index, method, 10'000, 1, NormalAim::kCurvature);
+ChosenFit ChosenFor(const SpatialIndex& index, std::optional<NormalMethod> method = std::nullopt) {
+  NormalPilot pilot(index, method, 10'000, 1, NormalAim::kCurvature);
   const std::atomic<bool> stopped = false;
   for (size_t block = 0; block < pilot.block_count(); ++block) EXPECT_TRUE(pilot.RunBlock(block, 0, stopped).ok());
   return pilot.Choose();
