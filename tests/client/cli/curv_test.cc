@@ -288,7 +288,7 @@ TEST_F(CurvTest, CountsOnePoint) {
   EXPECT_THAT(RunCurv({"generate", "torus", "--points=1", "-o", cloud}).out, HasSubstr(": 1 point of the surface"));
   const CurvRun normals = RunCurv({"normals", cloud, "-o", dir_.File("n.ply")});
   EXPECT_THAT(normals.out, HasSubstr(": 1 point, normals by pca of 1 point; 1 point has none"));
-  EXPECT_THAT(normals.err, AllOf(HasSubstr("needs 3 points or more, and the cloud has 1: send more points"),
+  EXPECT_THAT(normals.err, AllOf(HasSubstr("needs 4 points or more, and the cloud has 1: send more points"),
                                  Not(HasSubstr("radius"))));
   EXPECT_THAT(RunCurv({"orient", cloud, "-o", dir_.File("o.ply")}).out, HasSubstr("negated 0 of 1 normal\n"));
   EXPECT_THAT(RunCurv({"select", cloud, "-o", dir_.File("s.ply"), "--where=x > -99"}).out,
