@@ -66,9 +66,9 @@ void MarkNearCopies(PilotScratch& s) {
   }
   if (!copies.Exist()) return;
   const float most = copies.distance() * copies.distance();
+  // Exact copies as well: the first of them may be a near copy of another one.
   for (size_t k = 1; k < s.order.size(); ++k) {
     int32_t& id = s.ids[s.order[k]];
-    if (IsCopy(id)) continue;
     VisitNear(s, k, copies.distance(), [&](size_t before, float squared) {
       if (squared <= most) id = ~FirstOfCopies(s.ids[s.order[before]]);
       return squared <= most;

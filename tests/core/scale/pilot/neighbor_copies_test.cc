@@ -145,6 +145,23 @@ TEST(NeighborCopiesTest, NearCopiesOfExactOnesHaveTheSameFirst) {
 }
 
 // Points of a scan line are far nearer to each other than lines are, all alike.
+TEST(NeighborCopiesTest, ExactCopiesOfANearOneHaveTheSameFirst) {
+  constexpr size_t kPlaces = 60;
+  constexpr float kNearer = 1.0f - 1e-5f;
+  std::vector<Offset> offsets;
+  for (const Offset& place : OffsetsOnDisk(kPlaces, 3)) {
+    offsets.push_back(place);
+    offsets.push_back(place);
+    offsets.push_back({kNearer * place[0], kNearer * place[1], 0.0f});
+  }
+  const std::vector<int32_t> marked = MarkedIds(offsets);
+  for (size_t i = 0; i < offsets.size(); i += 3) {
+    EXPECT_FALSE(IsCopy(marked[i + 2])) << "the nearest to the point";
+    EXPECT_EQ(marked[i], ~marked[i + 2]);
+    EXPECT_EQ(marked[i + 1], ~marked[i + 2]);
+  }
+}
+
 TEST(NeighborCopiesTest, PointsOfALineAreNoCopies) {
   std::vector<Offset> offsets;
   for (const float y : {-0.5f, 0.0f, 0.5f}) {
