@@ -148,9 +148,14 @@ class Tables:
         ks = sorted({row["K"] for row in times})
 
         def cells(method, value):
-            """value(row) for each K; nothing where no point has a value, and the time means nothing."""
+            """value(row) for each K; nothing where no point has a value, and the time means nothing, nor where it is NaN."""
             rows = {row["K"]: row for row in results.select(times, method=method) if not math.isnan(row["H_mae"])}
-            return {k: value(rows[k]) for k in ks if k in rows}
+            values = {k: value(rows[k]) for k in ks if k in rows}
+            return {k: value for k, value in values.items() if not math.isnan(value)}
+
+        def times_as_fast(peer, own):
+            """NaN where an estimate took no longer than its search alone did: that was measured apart."""
+            return peer / own if own > 0 else math.nan
 
         def line(values):
             return [digits(values[k]) if k in values else "-" for k in ks]
@@ -165,14 +170,16 @@ class Tables:
             peer = results.select(times, method=method)[0]["peer"]
             if not peer:
                 continue
-            ratios = cells(method, lambda row: row["peer_after_search_us"] / row["after_search_us"])
-            whole = cells(method, lambda row: row["peer_total_us"] / row["total_us"])
+            ratios = cells(method, lambda row: times_as_fast(row["peer_after_search_us"], row["after_search_us"]))
+            whole = cells(method, lambda row: times_as_fast(row["peer_total_us"], row["total_us"]))
             last, = results.select(times, method=method, K=ks[-1])
             errors = [digits(last["H_mae"]), digits(last["peer_H_mae"])]
             speedups.append([name_of(method), peer, *line(ratios), *errors])
             wholes.append([name_of(method), peer, *line(whole)])
             # The peers were measured from this K on.
-            worst = min((k for k in ratios if k >= LEAST_PEER_K), key=ratios.get)
+            worst = min((k for k in ratios if k >= LEAST_PEER_K), key=ratios.get, default=None)
+            if worst is None:
+                continue
             self.target(f"{name_of(method)}: times faster than its peer after the search, worst K from {LEAST_PEER_K} on",
                         f"at least {SPEEDUP:g}", f"{digits(ratios[worst])} (K = {worst})", ratios[worst] >= SPEEDUP)
         self.write("speedups", ["estimator", "peer", *header[1:], f"error of H, K = {ks[-1]}", "the peer's"], speedups)

@@ -3,6 +3,7 @@
 paper_harness_test.py PAPER_ERRORS PAPER_TIMES AUTOMATIC_CURVES BENCH_PAPER_FOLDER"""
 import csv
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -111,6 +112,24 @@ class PaperHarness(unittest.TestCase):
                 rows = list(csv.reader(file))
             self.assertGreater(len(rows), 1, name)
             self.assertEqual({len(row) for row in rows}, {len(rows[0])}, name)
+
+    def test_tables_have_no_ratio_to_what_took_no_time(self):
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copy(self.folder / "errors.csv", folder)
+            with open(self.folder / "times.csv", newline="") as file:
+                rows = list(csv.DictReader(file))
+            method = next(row["method"] for row in rows if row["peer"])
+            for row in rows:
+                if row["method"] == method:
+                    row["after_search_us"] = "0"
+            with open(f"{folder}/times.csv", "w", newline="") as file:
+                writer = csv.DictWriter(file, rows[0].keys())
+                writer.writeheader()
+                writer.writerows(rows)
+            subprocess.run([f"{SOURCES}/tables.py", folder, "/nonexistent"], check=True)
+            with open(f"{folder}/speedups.csv", newline="") as file:
+                first = list(csv.reader(file))[1]
+            self.assertEqual(set(first[2:-2]), {"-"}, first)
 
     def test_draws_the_automatic_choice(self):
         subprocess.run([AUTOMATIC_CURVES, "--tiny", f"--out={self.folder}/automatic.csv"], check=True)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
+#include <limits>
 
 #include "core/estimators/scale_ladder.h"
 #include "core/scale/point_fits/field_curvature.h"
@@ -77,6 +78,9 @@ struct HeightsAround {
   double noise;  // of the positions
 };
 
+// Half the width of the interval around an estimate that holds the truth nine times in ten, over its error.
+constexpr double kHalfWidthOfHeights = 1.645;
+
 // The fit of so many neighbors.
 template <int kDegree>
 std::optional<PointFit> FitHeights(const NormalFrame& frame, const HeightsAround& around, double radius) {
@@ -112,6 +116,9 @@ std::optional<PointFit> EstimateByHeights(const NormalFrame& frame, std::span<co
   Heights equations;
   std::optional<PointFit> best;
   size_t added = 0, lines = 0;
+  // What the intervals of degree 4 so far have in common. Fits of more neighbors that miss it have smoothed detail
+  // away.
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
   for (const uint32_t count : kScaleRungs) {
     if (count < least_count) continue;
     if (count > neighbors.size()) break;
@@ -123,8 +130,15 @@ std::optional<PointFit> EstimateByHeights(const NormalFrame& frame, std::span<co
     if (lines <= kMostDegree + 1) lines = LinesOf(frame, neighbors.first(count));
     const auto take = [&](const std::optional<PointFit>& found, size_t degree) {
       // Across one line more than its degree a polynomial is free: whatever lines have in common, it leaves nothing.
-      const bool is_told = found.has_value() && lines > degree + 1;
-      if (is_told && (!best.has_value() || found->mean_error < best->mean_error)) best = found;
+      if (!found.has_value() || lines <= degree + 1) return;
+      const double half = kHalfWidthOfHeights * found->mean_error;
+      const double least = found->point.mean - half, most = found->point.mean + half;
+      if (least > high || most < low) return;
+      if (degree == kMostDegree) {
+        low = std::max(low, least);
+        high = std::min(high, most);
+      }
+      if (!best.has_value() || found->mean_error < best->mean_error) best = found;
     };
     const HeightsAround around{equations, count, radius, noise};
     const double reach = neighbors[count - 1]->offset.norm();

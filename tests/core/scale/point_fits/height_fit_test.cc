@@ -68,6 +68,23 @@ TEST(HeightFitTest, ThreeLinesTellNothing) {
   }
 }
 
+// Beside the top of a rounded crease, two spacings in radius, between two planes: many neighbors agree about what the
+// crease is from afar.
+TEST(HeightFitTest, IntervalsOfFewNeighborsBoundWhatManySay) {
+  constexpr double kRadius = 0.02, kFromTop = 0.004;
+  const double distance = std::hypot(kFromTop, kRadius), slope = -kFromTop / distance;
+  std::vector<Eigen::Vector3d> offsets;
+  for (int i = 0; i < 256; ++i) {
+    const double r = 0.1 * std::sqrt((i + 0.5) / 256.0), turn = 2.4 * i, x = r * std::cos(turn);
+    offsets.emplace_back(x, r * std::sin(turn), std::hypot(x - kFromTop, kRadius) - distance - slope * x);
+  }
+  const auto fit = FitOf(offsets);
+  ASSERT_TRUE(fit.has_value());
+  // 256 neighbors leave the least, and are off by 15.
+  const double truth = -0.5 * kRadius * kRadius / (distance * distance * distance);
+  EXPECT_NEAR(fit->point.mean, truth, 5.0);
+}
+
 // What happens to be exact may err as much as others do.
 TEST(HeightFitTest, ErrorsAreThoseOfTheNoiseAtLeast) {
   const auto exact = FitOf(Paraboloid(false)), noisy = FitOf(Paraboloid(false), 1e-4);
