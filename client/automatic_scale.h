@@ -41,8 +41,8 @@ struct FittedNormals {
 };
 
 struct ScaleReport {
-  std::vector<ScaleOutcome>
-      outcomes;  // by estimator and degree, then by neighbor count; empty: nothing could be judged
+  // By estimator and degree, then by neighbor count; empty: nothing could be judged.
+  std::vector<ScaleOutcome> outcomes;
   uint32_t sampled_points = 0;
   double position_noise = 0.0;           // standard deviation from the fitted surfaces, in the cloud's length unit
   std::optional<double> normal_noise{};  // of normals, along each tangent, in radians; none: the cloud is too small

@@ -82,7 +82,7 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
   const size_t part = s.part[point];
   const Blend& blend = s.ClearBlend(point);
   CloudWeights::Weights shares = s.shares[point];
-  if (blend.IsContradictory()) KeepSteady(part, shares);
+  if (blend.IsContradictory()) KeepSteady(shares);
   SetWeights(shares, choice);
   if (!has_errors) return;
   float position[3];
@@ -96,10 +96,10 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
 }
 
 // Of those that may be steady and count at a point, the one of fewest neighbors alone holds there.
-void ChoiceWriter::KeepSteady(size_t part, CloudWeights::Weights& shares) const {
+void ChoiceWriter::KeepSteady(CloudWeights::Weights& shares) const {
   std::optional<size_t> steady;
   for (size_t c = 0; c < choice_.chosen().size(); ++c) {
-    if (!(shares[c] > 0.0) || !choice_.MayBeSteady(part, c)) continue;
+    if (!(shares[c] > 0.0) || !choice_.MayBeSteady(c)) continue;
     if (!steady.has_value() || choice_.chosen()[c].rung < choice_.chosen()[*steady].rung) steady = c;
   }
   shares = {};

@@ -32,7 +32,7 @@ class ChoiceWriter {
 
  private:
   void Write(size_t point, bool has_errors, AutomaticScratch& s) const;
-  void KeepSteady(size_t part, CloudWeights::Weights& shares) const;
+  void KeepSteady(CloudWeights::Weights& shares) const;
   void SetWeights(const CloudWeights::Weights& shares, PointChoice& choice) const;
   float ToCaller(double curvature) const;
 

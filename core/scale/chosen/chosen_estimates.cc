@@ -301,7 +301,7 @@ void ChosenEstimates::Add(PointCurvature found, size_t point, size_t estimate, A
   const OfQuantities<double> of_estimate = {weights.mean[estimate], weights.traceless[estimate],
                                             weights.gaussian[estimate]};
   const size_t part = s.part[point];
-  const auto most_spread = choice_.MayBeSteady(part, estimate) ? std::optional(most_spread_[part]) : std::nullopt;
+  const auto most_spread = choice_.MayBeSteady(estimate) ? std::optional(most_spread_[part]) : std::nullopt;
   s.blends[point].Add(found, of_estimate, most_spread);
   // Results without curvature count: if there are no others, they tell why.
   const bool is_ok = found.status == PointStatus::kOk;

@@ -35,6 +35,7 @@ class CloudChoice {
     for (const PartChoice& part : parts_) {
       first_.push_back(chosen_.size());
       chosen_.insert(chosen_.end(), part.choice.chosen.begin(), part.choice.chosen.end());
+      for (const ScaleCandidate& candidate : part.choice.chosen) may_be_steady_.push_back(IsSteady(candidate, part));
     }
     if (parts_.size() > 1) AddCheckOfBorder();
     for (const PartChoice& part : parts_) {
@@ -45,6 +46,7 @@ class CloudChoice {
       near_checks_.push_back(chosen_.size());
       for (const NearCheck& check : part.near_checks) chosen_.push_back(check.candidate);
     }
+    may_be_steady_.resize(chosen_.size());  // no check is
   }
 
   const std::vector<PartChoice>& parts() const { return parts_; }
@@ -54,16 +56,10 @@ class CloudChoice {
   // The place in chosen() of a part's first.
   size_t first_of(size_t part) const { return first_[part]; }
 
-  // Whether the estimate at a place in chosen(), one of that part, may hold alone where those of the part contradict
-  // each other: where positions are exact, a cubic regression of normals, if none of the part's estimates looks less
-  // far by two rungs.
-  bool MayBeSteady(size_t part, size_t estimate) const {
-    const std::vector<ScaleCandidate>& of_part = parts_[part].choice.chosen;
-    const ScaleCandidate& candidate = chosen_[estimate];
-    return parts_[part].positions_are_exact && candidate.method == kRegressionMethod &&
-           std::all_of(of_part.begin(), of_part.end(),
-                       [&](const ScaleCandidate& other) { return candidate.rung <= other.rung + 1; });
-  }
+  // Whether the estimate at a place in chosen() may hold alone where those of its part contradict each other: where
+  // positions are exact, a cubic regression of normals, if none of the part's estimates looks less far by two rungs,
+  // and if it is not expected to err by far more than the best.
+  bool MayBeSteady(size_t estimate) const { return may_be_steady_[estimate]; }
 
   // The places in chosen() of PartChoice::check, if there is one, and of the first of PartChoice::near_checks: these
   // follow all others.
@@ -93,6 +89,19 @@ class CloudChoice {
   }
 
  private:
+  static bool IsSteady(const ScaleCandidate& candidate, const PartChoice& part) {
+    // Normals that err where positions do not are no help: their regressions err by ten times as much as jets.
+    constexpr double kMostOfLeastError = 5.0;
+    if (!part.positions_are_exact || candidate.method != kRegressionMethod) return false;
+    const bool looks_least_far =
+        std::all_of(part.choice.chosen.begin(), part.choice.chosen.end(),
+                    [&](const ScaleCandidate& other) { return candidate.rung <= other.rung + 1; });
+    const auto score = std::find_if(part.choice.scores.begin(), part.choice.scores.end(),
+                                    [&](const ScaleScore& of) { return of.candidate == candidate; });
+    return looks_least_far && score != part.choice.scores.end() &&
+           score->error <= kMostOfLeastError * LeastLocalError(part.choice);
+  }
+
   void AddCheckOfBorder() {
     const ScaleCandidate& leading = parts_.front().choice.chosen.front();
     if (leading.rung == 0) return;
@@ -102,6 +111,7 @@ class CloudChoice {
 
   std::vector<PartChoice> parts_;
   std::vector<ScaleCandidate> chosen_;
+  std::vector<bool> may_be_steady_;  // of each of these
   std::vector<size_t> first_, detail_checks_, near_checks_;
   std::optional<size_t> check_;
 };
