@@ -9,6 +9,7 @@
 
 #include "core/scale/automatic_options.h"
 #include "core/scale/chosen/chosen_estimates.h"
+#include "core/scale/errors/attenuation.h"
 #include "core/scale/errors/error_samples.h"
 
 namespace curvd {
@@ -35,9 +36,9 @@ ChoiceWriter::ChoiceWriter(const EstimatorOptions& options, const SpatialIndex& 
     for (const ScaleCandidate& candidate : part.choice.chosen) {
       variance_factors.push_back(VarianceFactor(options, candidate));
     }
-    errors_.push_back(part.choice.scores.empty()
-                          ? ErrorModel()
-                          : ErrorModel(SampleErrors(part.samples, part.choice, variance_factors)));
+    errors_.push_back(part.choice.scores.empty() ? ErrorModel()
+                                                 : ErrorModel(SampleErrors(part.samples, part.choice, variance_factors),
+                                                              FindAttenuation(part.samples, part.choice)));
   }
 }
 
@@ -87,8 +88,9 @@ void ChoiceWriter::Write(size_t point, bool has_errors, AutomaticScratch& s) con
   if (!has_errors) return;
   float position[3];
   s.points.query.Get(point, position);
-  const double half_difference = std::ldexp(0.5 * (double{result.k2} - result.k1), -index_.scale_exponent());
-  const StandardErrors errors = errors_[part].At(s.samples[part].At(position), half_difference);
+  const auto of_index = [this](double curvature) { return std::ldexp(curvature, -index_.scale_exponent()); };
+  const StandardErrors errors = errors_[part].At(s.samples[part].At(position), of_index(result.mean),
+                                                 of_index(0.5 * (double{result.k2} - result.k1)));
   const Blend::Spread spread = blend.spread();
   choice.mean_error = WithSpread(ToCaller(errors.mean), std::max(spread.mean, s.doubts[point]));
   choice.k1_error = WithSpread(ToCaller(errors.k1), std::max(spread.k1, s.doubts[point]));

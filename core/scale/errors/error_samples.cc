@@ -21,9 +21,13 @@ constexpr double kBiasMargin = 1.35;
 // So many sampled points around one, and at least so many of them, tell together how large errors are beside changes:
 // fewer than the squares are averaged over, since it depends on whether rounding or bias is what errs there.
 constexpr size_t kNearest = 12, kLeastNearest = 6;
-// An error that is known from so few lies within 1.782 of what they tell nine times in ten, by Student's distribution,
-// where one that is known exactly lies within 1.645.
-constexpr double kFewSamples = 1.782 / 1.645;
+// How many times farther than 1.645 standard deviations nine in ten lie, where the standard deviation is known from so
+// many independent samples: the 95 % quantile of Student's distribution over that of the Gaussian one, by three terms
+// of Abramowitz and Stegun, Handbook of Mathematical Functions, 26.7.5, which are within 1.2 % from two samples on.
+double StudentFactor(double samples) {
+  const double inverse = 1.0 / samples;
+  return 1.0 + inverse * (0.926 + inverse * (0.863 + inverse * 0.598));
+}
 // Squares at single sampled points beyond this quantile are cut down to it.
 constexpr double kSquareQuantile = 0.99;
 // Rounding of normals to float32 moves curvature by up to this many times 1 / radius, four times its own 2^-24, in the
@@ -36,64 +40,16 @@ constexpr size_t kSlopeRungs = 4;
 // the noise: its variance is so many times that.
 constexpr double kNoiseOfOwnWeights = 1.5;
 
-TangentShape ShapeOf(const PilotPoint& point, const ScaleCandidate& candidate, PilotPoint::Part part) {
-  return {point.mean[candidate.method][candidate.rung][part], point.difference[candidate.method][candidate.rung][part],
-          point.twist[candidate.method][candidate.rung][part]};
-}
-
-bool IsFinite(const TangentShape& shape) { return std::isfinite(shape.mean + shape.difference + shape.twist); }
-
-TangentShape Minus(const TangentShape& a, const TangentShape& b) {
-  return {a.mean - b.mean, a.difference - b.difference, a.twist - b.twist};
-}
-
-// How much an estimate counts: half the trace of its shape operator, and the rest.
-struct ShapeWeight {
-  double mean = 0.0, traceless = 0.0;
-
-  void operator+=(const ShapeWeight& other) {
-    mean += other.mean;
-    traceless += other.traceless;
-  }
-  bool IsPositive() const { return mean > 0.0 && traceless > 0.0; }
-};
-
-TangentShape Times(const ShapeWeight& factor, const TangentShape& shape) {
-  return {factor.mean * shape.mean, factor.traceless * shape.difference, factor.traceless * shape.twist};
-}
-
 // The roots of the shares that the one has of the other.
 ShapeWeight RootShare(const ShapeWeight& one, const ShapeWeight& other) {
   return {std::sqrt(one.mean / other.mean), std::sqrt(one.traceless / other.traceless)};
 }
 
-// A weighted mean of shapes.
-struct ShapeSum {
-  TangentShape sum{};
-  ShapeWeight weight;
-
-  void Add(const TangentShape& shape, const ShapeWeight& w) {
-    const TangentShape weighted = Times(w, shape);
-    sum = {sum.mean + weighted.mean, sum.difference + weighted.difference, sum.twist + weighted.twist};
-    weight += w;
-  }
-  TangentShape Mean() const { return Times({1.0 / weight.mean, 1.0 / weight.traceless}, sum); }
-};
-
-// The axes of the principal directions: cosine and sine of twice the angle from the frame's x to the direction of k2.
-struct PrincipalAxes {
-  explicit PrincipalAxes(const TangentShape& shape) {
-    const double r = std::hypot(shape.difference, shape.twist);
-    if (!(r > 0.0)) return;
-    cosine = shape.difference / r;
-    sine = shape.twist / r;
-  }
-  ShapeParts PartsOf(const TangentShape& change) const {
-    const double along = cosine * change.difference + sine * change.twist;
-    return {change.mean, change.mean - along, change.mean + along, cosine * change.twist - sine * change.difference};
-  }
-  double cosine = 1.0, sine = 0.0;
-};
+double SquaredDistance(const std::array<float, 3>& a, const std::array<float, 3>& b) {
+  double sum = 0.0;
+  for (size_t axis = 0; axis < 3; ++axis) sum += (double{a[axis]} - b[axis]) * (double{a[axis]} - b[axis]);
+  return sum;
+}
 
 void AddProducts(const ShapeParts& a, const ShapeParts& b, double factor, ShapeParts& sum) {
   for (size_t part = 0; part < kShapeParts; ++part) sum[part] += factor * a[part] * b[part];
@@ -107,7 +63,7 @@ ScaleCandidate NextOf(const ScaleCandidate& one) {
 TangentShape ChangeOf(const PilotPoint& point, const ScaleCandidate& one, PilotPoint::Part part) {
   const ScaleCandidate next = NextOf(one);
   if (next.rung >= kRungCount) return {kNaN, kNaN, kNaN};
-  return Minus(ShapeOf(point, one, part), ShapeOf(point, next, part));
+  return EstimateAt(point, one, part) - EstimateAt(point, next, part);
 }
 
 // Whether both halves have one.
@@ -160,7 +116,7 @@ class ErrorSampler {
     ErrorSample sample;
     ShapeSum all;
     for (size_t c = 0; c < choice_.chosen.size(); ++c) {
-      const TangentShape shape = ShapeOf(point, choice_.chosen[c], PilotPoint::kAll);
+      const TangentShape shape = EstimateAt(point, choice_.chosen[c], PilotPoint::kAll);
       if (!IsFinite(shape)) continue;
       all.Add(shape, weights_[c]);
       sample.floor += weights_[c].mean * kRounding / point.radius[choice_.chosen[c].rung];
@@ -186,8 +142,8 @@ class ErrorSampler {
     ShapeSum even, odd;
     ShapeWeight factor;
     for (size_t c = 0; c < choice_.chosen.size(); ++c) {
-      const TangentShape one = ShapeOf(point, choice_.chosen[c], PilotPoint::kEven);
-      const TangentShape other = ShapeOf(point, choice_.chosen[c], PilotPoint::kOdd);
+      const TangentShape one = EstimateAt(point, choice_.chosen[c], PilotPoint::kEven);
+      const TangentShape other = EstimateAt(point, choice_.chosen[c], PilotPoint::kOdd);
       if (!IsFinite(one) || !IsFinite(other)) continue;
       even.Add(one, weights_[c]);
       odd.Add(other, weights_[c]);
@@ -195,9 +151,9 @@ class ErrorSampler {
       factor += {of_one * weights_[c].mean, of_traceless * of_one * weights_[c].traceless};
     }
     if (!even.weight.IsPositive()) return;
-    const TangentShape difference = Times(RootShare(factor, even.weight), Minus(even.Mean(), odd.Mean()));
+    const TangentShape difference = RootShare(factor, even.weight) * (even.Mean() - odd.Mean());
     const ShapeWeight share = {even.weight.mean / all_weight.mean, even.weight.traceless / all_weight.traceless};
-    const ShapeParts parts = axes.PartsOf(Times(share, difference));
+    const ShapeParts parts = axes.PartsOf(share * difference);
     AddProducts(parts, parts, 0.25, sample.noise);
   }
 
@@ -220,15 +176,15 @@ class ErrorSampler {
       if (HaveChanges(point, from)) {
         const double bias = factor / (BiasGrowth(from.method) - 1.0), error = kBiasMargin * bias;
         const ShapeWeight root = RootShare(weights_[c], weight);
-        AddProducts(axes.PartsOf(Times(root, ChangeOf(point, from, PilotPoint::kEven))),
-                    axes.PartsOf(Times(root, ChangeOf(point, from, PilotPoint::kOdd))), error * error, sample.detail);
+        AddProducts(axes.PartsOf(root * ChangeOf(point, from, PilotPoint::kEven)),
+                    axes.PartsOf(root * ChangeOf(point, from, PilotPoint::kOdd)), error * error, sample.detail);
         sample.lean -= share * bias * whole.mean;
         continue;
       }
       const double error = factor * ErrorPerChange(point, from);
       const ShapeWeight among_whole = RootShare(weights_[c], whole_weight), among_all = RootShare(weights_[c], weight);
-      const ShapeParts parts =
-          axes.PartsOf(Times({among_whole.mean * among_all.mean, among_whole.traceless * among_all.traceless}, whole));
+      const ShapeParts parts = axes.PartsOf(
+          ShapeWeight{among_whole.mean * among_all.mean, among_whole.traceless * among_all.traceless} * whole);
       for (size_t part = 0; part < kShapeParts; ++part) of_whole[part] += error * std::abs(parts[part]);
       sample.lean -= share * error * whole.mean;
     }
@@ -240,6 +196,7 @@ class ErrorSampler {
   double ErrorPerChange(const PilotPoint& point, const ScaleCandidate& candidate) {
     ScaleChanges changes(candidate.method);
     size_t known = 0;
+    double squared_reach = 0.0;
     for (const uint32_t i : samples_.At(point.position.data())) {
       const TangentShape first = ChangeOf(table_[i], candidate, PilotPoint::kAll);
       const TangentShape second = ChangeOf(table_[i], NextOf(candidate), PilotPoint::kAll);
@@ -247,9 +204,21 @@ class ErrorSampler {
       changes.Add(first.mean, second.mean);
       changes.Add(first.difference, second.difference);
       changes.Add(first.twist, second.twist);
+      squared_reach = std::max(squared_reach, SquaredDistance(table_[i].position, point.position));
       ++known;
     }
-    return known >= kLeastNearest ? kFewSamples * changes.ErrorPerChange() : kBiasMargin;
+    if (known < kLeastNearest) return kBiasMargin;
+    return StudentFactor(IndependentOf(known, squared_reach, point, candidate)) * changes.ErrorPerChange();
+  }
+
+  // How many of the samples within that reach are independent: neighborhoods that overlap have errors in common, as all
+  // of them do in small clouds. Those of jets do as well, but their changes are mostly larger than their errors.
+  static double IndependentOf(size_t known, double squared_reach, const PilotPoint& point,
+                              const ScaleCandidate& candidate) {
+    const double count = static_cast<double>(known);
+    if (kScaleMethods[candidate.method].is_jet()) return count;
+    const double radius = point.radius[candidate.rung];
+    return std::min(1.0 + squared_reach / (radius * radius), count);
   }
 
   // The noise of the halves' slopes is independent: what is left of their product is the surface's own.

@@ -1,22 +1,14 @@
 // What the sampled points of a cloud show of the errors of a choice, each for itself.
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <span>
 #include <vector>
 
+#include "core/scale/errors/shape_parts.h"
 #include "core/scale/pilot/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
 namespace curvd {
-
-// Parts of a change of the shape operator, in the axes of its principal directions: the change of H, of k1, of k2, and
-// what turns the directions and, near an umbilic point, drives k1 and k2 apart.
-enum ShapePart : uint8_t { kMeanPart, kFirstPart, kSecondPart, kTurnPart };
-inline constexpr size_t kShapeParts = 4;
-using ShapeParts = std::array<double, kShapeParts>;
 
 // Squared errors of the averaged estimate at a sampled point, in units of 1 / the index's length. Each is a sample of
 // what is expected, and means something only on average over several points; those that are products of two halves may

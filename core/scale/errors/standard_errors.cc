@@ -46,7 +46,7 @@ class Nearby {
 
 }  // namespace
 
-StandardErrors ErrorModel::At(std::span<const uint32_t> nearest, double half_difference) const {
+StandardErrors ErrorModel::At(std::span<const uint32_t> nearest, double mean, double half_difference) const {
   if (samples_.empty()) return {kNaN, kNaN, kNaN};
   const Nearby near(nearest, samples_);
   if (near.size() == 0 || near.size() < std::min(kLeastNearest, samples_.size())) return {kNaN, kNaN, kNaN};
@@ -54,9 +54,12 @@ StandardErrors ErrorModel::At(std::span<const uint32_t> nearest, double half_dif
   const double half_noise_bias = near.MeanOf([](const ErrorSample& sample) { return sample.half_noise_bias; });
   const double lean = near.MeanOf([](const ErrorSample& sample) { return sample.lean; });
   const double floor = near.MeanOf([](const ErrorSample& sample) { return sample.floor; });
+  const std::array values = {mean, mean - half_difference, mean + half_difference};  // of H, k1 and k2
   ShapeParts squares;
   for (size_t part = 0; part < kShapeParts; ++part) {
-    squares[part] = near.MeanOf(&ErrorSample::noise, part) + std::max(near.MeanOf(&ErrorSample::detail, part), 0.0) +
+    const double lost = part < values.size() ? attenuation_.of[part].LostAt(values[part]) : 0.0;
+    squares[part] = near.MeanOf(&ErrorSample::noise, part) +
+                    std::max(near.MeanOf(&ErrorSample::detail, part), lost * lost) +
                     std::max(near.MeanOf(&ErrorSample::place, part), 0.0) + noise_bias + floor * floor;
   }
   squares[kFirstPart] += half_noise_bias;

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/scale/errors/attenuation.h"
 #include "core/scale/errors/error_samples.h"
 #include "core/scale/pilot/pilot_table.h"
 
@@ -31,17 +32,19 @@ class ErrorModel {
   static constexpr size_t kLeastNearest = 8;
 
   // Without samples it knows nothing: NaN everywhere.
-  explicit ErrorModel(std::vector<ErrorSample> samples = {}) : samples_(std::move(samples)) {}
+  explicit ErrorModel(std::vector<ErrorSample> samples = {}, const Attenuation& attenuation = {})
+      : samples_(std::move(samples)), attenuation_(attenuation) {}
 
-  // Of a point whose nearest samples those are, and whose principal curvatures differ by twice `half_difference`. In
-  // units of 1 / the index's length, as that is. REQUIRES: `nearest` are places among the samples, if there are any; at
-  // most kNearest.
-  StandardErrors At(std::span<const uint32_t> nearest, double half_difference) const;
+  // Of a point whose nearest samples those are, and whose principal curvatures are mean - half_difference and mean +
+  // half_difference. In units of 1 / the index's length, as those are. REQUIRES: `nearest` are places among the
+  // samples, if there are any; at most kNearest.
+  StandardErrors At(std::span<const uint32_t> nearest, double mean, double half_difference) const;
 
   size_t bytes() const { return samples_.capacity() * sizeof(ErrorSample); }
 
  private:
   std::vector<ErrorSample> samples_;
+  Attenuation attenuation_;
 };
 
 // Standard deviation of the noise of the normals along each tangent, in radians, as the residuals of fits show it

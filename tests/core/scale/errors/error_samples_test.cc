@@ -157,6 +157,26 @@ TEST(ErrorSamplesTest, WithoutHalvesTheChangesTellTheBias) {
   EXPECT_NEAR(std::sqrt(mean.detail[kMeanPart]) / kLost, kStudent, 0.01);
 }
 
+TEST(ErrorSamplesTest, SamplesWhoseNeighborhoodsOverlapTellLess) {
+  // The 12 nearest of points on a line, 1 apart, lie within 6 of most of them.
+  const auto detail_with = [](double radius, size_t method) {
+    PilotTable table = MakeTable(0.0, 0.2, kRung + 1);
+    for (PilotPoint& point : table) {
+      point.radius.fill(static_cast<float>(radius));
+      for (const auto estimates : {&PilotPoint::mean, &PilotPoint::difference, &PilotPoint::twist}) {
+        (point.*estimates)[method] = (point.*estimates)[kRegressionMethod];
+      }
+    }
+    ScaleChoice choice = Choosing(kRung);
+    choice.chosen.front().method = method;
+    return std::sqrt(SampleErrors(table, choice, kOne)[200].detail[kMeanPart]);
+  };
+  // Two are independent where the radius is 6: Student's 95 % quantile is 2.920.
+  const double apart = detail_with(0.1, kRegressionMethod), overlapping = detail_with(6.0, kRegressionMethod);
+  EXPECT_NEAR(overlapping / apart, 2.920 / 1.782, 0.025);
+  EXPECT_DOUBLE_EQ(detail_with(6.0, kQuarticMethod), detail_with(0.1, kQuarticMethod));
+}
+
 // Where one half of a cloud has noise and the other a bias, each is told by its own changes.
 TEST(ErrorSamplesTest, WithoutHalvesEachPlaceHasItsOwnErrors) {
   const PilotTable noisy = MakeTable(0.1, 0.0, kRung + 1), smooth = MakeTable(0.0, 1e-3, kRung + 1);

@@ -29,7 +29,7 @@ TEST(ErrorModelTest, AddsUpNoiseDetailAndPlaceOfTheSamples) {
   sample.noise_bias = 2.0;
   const ErrorModel model(std::vector<ErrorSample>(10, sample));
   // Far from umbilic.
-  const StandardErrors errors = model.At(FirstOf(10), 1e9);
+  const StandardErrors errors = model.At(FirstOf(10), 0.0, 1e9);
   EXPECT_DOUBLE_EQ(errors.mean, 3.0);
   EXPECT_NEAR(errors.k1, 4.0, 1e-6);
   EXPECT_NEAR(errors.k2, 5.0, 1e-6);
@@ -42,7 +42,7 @@ TEST(ErrorModelTest, ProductsThatAreNegativeOnAverageCountAsNone) {
   down.detail[kMeanPart] = down.place[kMeanPart] = -3.0;
   std::vector<ErrorSample> samples(8, up);
   samples.resize(16, down);
-  EXPECT_DOUBLE_EQ(ErrorModel(samples).At(FirstOf(16), 1e9).mean, 1.0);
+  EXPECT_DOUBLE_EQ(ErrorModel(samples).At(FirstOf(16), 0.0, 1e9).mean, 1.0);
 }
 
 TEST(ErrorModelTest, UmbilicPointsHavePrincipalCurvaturesThatNoiseDrivesApart) {
@@ -50,7 +50,7 @@ TEST(ErrorModelTest, UmbilicPointsHavePrincipalCurvaturesThatNoiseDrivesApart) {
   sample.noise = {1.0, 2.0, 2.0, 1.0};
   const ErrorModel model(std::vector<ErrorSample>(10, sample));
   // H has variance 1, and k2 is a Rayleigh length above it: pi / 2 + 2, near the mean square 3 of their sum.
-  const StandardErrors at_umbilic = model.At(FirstOf(10), 0.0), far_from_it = model.At(FirstOf(10), 100.0);
+  const StandardErrors at_umbilic = model.At(FirstOf(10), 0.0, 0.0), far_from_it = model.At(FirstOf(10), 0.0, 100.0);
   EXPECT_NEAR(at_umbilic.k2 * at_umbilic.k2, 2.0 + std::acos(-1.0) / 2.0, 1e-3);
   EXPECT_NEAR(far_from_it.k2 * far_from_it.k2, 2.0, 1e-2);
   EXPECT_EQ(at_umbilic.mean, far_from_it.mean);
@@ -60,28 +60,41 @@ TEST(ErrorModelTest, ALeanOfTheMeanAddsToOnePrincipalCurvatureAndTakesFromTheOth
   ErrorSample sample = Known();
   sample.noise = {1.0, 2.0, 2.0, 1.0};
   sample.lean = 0.5;
-  const StandardErrors errors = ErrorModel(std::vector<ErrorSample>(10, sample)).At(FirstOf(10), 0.0);
+  const StandardErrors errors = ErrorModel(std::vector<ErrorSample>(10, sample)).At(FirstOf(10), 0.0, 0.0);
   EXPECT_GT(errors.k2, errors.k1);
+}
+
+TEST(ErrorModelTest, WhereCurvatureIsExtremeWhatSmoothingDrawsToTheMeanIsTheDetail) {
+  ErrorSample sample = Known();
+  sample.noise = {9.0, 9.0, 9.0, 0.0};
+  sample.detail = {7.0, 7.0, 7.0, 0.0};
+  Attenuation attenuation;
+  attenuation.of[kMeanPart] = {0.5, 2.0};
+  const ErrorModel model(std::vector<ErrorSample>(10, sample), attenuation);
+  EXPECT_DOUBLE_EQ(model.At(FirstOf(10), 10.0, 1e9).mean, 5.0) << "half of 10 - 2 is lost";
+  EXPECT_DOUBLE_EQ(model.At(FirstOf(10), -6.0, 1e9).mean, 5.0);
+  EXPECT_DOUBLE_EQ(model.At(FirstOf(10), 3.0, 1e9).mean, 4.0) << "the samples nearby show more";
+  EXPECT_NEAR(model.At(FirstOf(10), 10.0, 1e9).k2, 4.0, 1e-6) << "k1 and k2 have slopes of their own";
 }
 
 TEST(ErrorModelTest, NeverFallsBelowWhatCanBeTold) {
   ErrorSample sample = Known();
   sample.floor = 1e-6;
-  const StandardErrors errors = ErrorModel(std::vector<ErrorSample>(10, sample)).At(FirstOf(10), 1.0);
+  const StandardErrors errors = ErrorModel(std::vector<ErrorSample>(10, sample)).At(FirstOf(10), 0.0, 1.0);
   EXPECT_GE(errors.mean, 1e-6);
   EXPECT_GE(errors.k1, 1e-6);
   EXPECT_GE(errors.k2, 1e-6);
 }
 
 TEST(ErrorModelTest, SaysNothingWhereTooFewSamplesAreKnown) {
-  EXPECT_TRUE(std::isnan(ErrorModel().At({}, 1.0).mean));
-  EXPECT_TRUE(std::isnan(ErrorModel().At(FirstOf(3), 1.0).mean)) << "sampled, but of no choice";
+  EXPECT_TRUE(std::isnan(ErrorModel().At({}, 0.0, 1.0).mean));
+  EXPECT_TRUE(std::isnan(ErrorModel().At(FirstOf(3), 0.0, 1.0).mean)) << "sampled, but of no choice";
   std::vector<ErrorSample> samples(24);
   for (size_t i = 0; i < ErrorModel::kLeastNearest - 1; ++i) samples[i] = Known();
-  EXPECT_TRUE(std::isnan(ErrorModel(samples).At(FirstOf(24), 1.0).k1));
+  EXPECT_TRUE(std::isnan(ErrorModel(samples).At(FirstOf(24), 0.0, 1.0).k1));
   samples[20] = Known();
-  EXPECT_FALSE(std::isnan(ErrorModel(samples).At(FirstOf(24), 1.0).k1));
-  EXPECT_FALSE(std::isnan(ErrorModel({Known(), Known()}).At(FirstOf(2), 1.0).k2)) << "there are no more";
+  EXPECT_FALSE(std::isnan(ErrorModel(samples).At(FirstOf(24), 0.0, 1.0).k1));
+  EXPECT_FALSE(std::isnan(ErrorModel({Known(), Known()}).At(FirstOf(2), 0.0, 1.0).k2)) << "there are no more";
 }
 
 TEST(NormalNoiseTest, IsWhatThePositionsDoNotExplain) {
