@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/median.h"
+#include "core/base/quantile.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/sample_noise.h"
 
@@ -40,10 +41,8 @@ double RoundingOf(const SpatialIndex& index, const std::vector<size_t>& groups) 
     const SpatialIndex::LeafPositions& points = index.positions(group * SpatialIndex::kGroupLeaves);
     largest.push_back(std::max({std::abs(points.x[0]), std::abs(points.y[0]), std::abs(points.z[0])}));
   }
-  const auto at = static_cast<std::ptrdiff_t>(kMostCoordinates * static_cast<double>(largest.size()));
-  std::nth_element(largest.begin(), largest.begin() + at, largest.end());
   int exponent = 0;
-  std::frexp(largest[static_cast<size_t>(at)], &exponent);
+  std::frexp(Quantile(largest, kMostCoordinates), &exponent);
   return std::ldexp(kRounding, 2 * exponent);
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/base/quantile.h"
 #include "core/normals/sample_noise.h"
 
 namespace curvd {
@@ -42,9 +43,7 @@ struct Clipped {
 
 // The mean of values that are cut down to their quantile kClipQuantile. REQUIRES: there are some.
 Clipped ClippedMean(std::vector<double>& values) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(kClipQuantile * static_cast<double>(values.size()));
-  std::nth_element(values.begin(), at, values.end());
-  const double most = *at;
+  const double most = Quantile(values, kClipQuantile);
   double sum = 0.0, squares = 0.0;
   for (const double value : values) {
     const double clipped = std::min(value, most);

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/quantile.h"
 #include "core/normals/normal_fit.h"
 #include "core/normals/sample_noise.h"
 #include "core/normals/sample_view.h"
@@ -41,13 +42,6 @@ constexpr double kMuchLessError = 0.5;
 // sigma. Of fewer neighbors, with a noise of 0.18 spacings and more, a few normals lay so far off that the points
 // around them were taken for opposed: up to 6 % of a solid.
 constexpr double kTimesNoiseBeside = 2.5;
-
-// The value that the share of the others is below. REQUIRES: there are values.
-double QuantileOf(std::vector<double>& values, double share) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 // Whether a candidate's fit of a sampled point leaves more of the heights than noise of that standard deviation does.
 bool LeavesMore(const SampleTable& table, size_t candidate, size_t sample, double sigma) {
@@ -81,7 +75,7 @@ double CrossingGrowth(const SampleTable& table, size_t candidate, double sigma) 
         large.mean_square * table.candidates()[larger].count() / std::max(table.FreedomAt(larger, i), 1.0);
     growths.push_back(of_large / of_small);
   }
-  return growths.empty() ? 1.0 : QuantileOf(growths, 0.5);
+  return growths.empty() ? 1.0 : Quantile(growths, 0.5);
 }
 
 // Whether edges are why fits of a candidate leave more than noise does, and why not all of them do. `fewest` is the
@@ -100,7 +94,7 @@ bool CrossesEdges(const SampleTable& table, size_t candidate, size_t fewest, dou
     if (point.is_fitted && !LeavesMore(table, candidate, i, sigma))
       on_faces.push_back(point.mean_square / (sigma * sigma));
   }
-  if (on_faces.empty() || QuantileOf(on_faces, 0.1) < kLeastTenth) return false;
+  if (on_faces.empty() || Quantile(on_faces, 0.1) < kLeastTenth) return false;
   // Where noise differs, bends may add to it in large neighborhoods, but not in small ones.
   for (size_t small = fewest + 1; small < quarter; ++small) {
     const bool tells = CrossingShare(table, small, sigma) >= kLeastCrossing;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/base/quantile.h"
 #include "core/scale/automatic_options.h"
 
 namespace curvd {
@@ -122,11 +123,7 @@ class Pieces {
 
 // What nine in ten of the values, which it reorders, stay below; infinity if there are none.
 double UsualOf(std::vector<double>& values) {
-  if (values.empty()) return std::numeric_limits<double>::infinity();
-  const auto usual =
-      values.begin() + static_cast<std::ptrdiff_t>(kShareOfUsualValues * static_cast<double>(values.size()));
-  std::nth_element(values.begin(), usual, values.end());
-  return *usual;
+  return values.empty() ? std::numeric_limits<double>::infinity() : Quantile(values, kShareOfUsualValues);
 }
 
 // The middle one of `count` values, which it reorders.
