@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "Eigen/Geometry"
+#include "core/scale/principal_directions.h"
 
 namespace curvd {
 namespace {
@@ -14,10 +15,6 @@ using Eigen::Vector3d;
 constexpr double kMostSpreadOfCurvature = 0.1;
 
 Vector3d ToVector(const std::array<float, 3>& v) { return Vector3d(v[0], v[1], v[2]); }
-
-std::array<float, 3> ToFloats(const Vector3d& v) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
 
 }  // namespace
 
@@ -108,16 +105,14 @@ PointCurvature Blend::Finish() const {
   tensor /= weights_.traceless;
   const Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
   const double a = 0.5 * (u.dot(tensor * u) - v.dot(tensor * v)), b = u.dot(tensor * v), r = std::hypot(a, b);
-  // The direction of the larger eigenvalue of [[a, b], [b, -a]].
-  const double angle = 0.5 * std::atan2(b, a);
-  const Vector3d d2 = std::cos(angle) * u + std::sin(angle) * v;
+  const PrincipalDirections directions = DirectionsOf(a, b, u, v, normal);
   const double mean = mean_ / weights_.mean;
   const PointCurvature point = {static_cast<float>(mean),
                                 static_cast<float>(gaussian_ / weights_.gaussian),
                                 static_cast<float>(mean - r),
                                 static_cast<float>(mean + r),
-                                ToFloats(d2.cross(normal)),
-                                ToFloats(d2),
+                                directions.d1,
+                                directions.d2,
                                 radius_,
                                 PointStatus::kOk};
   const bool is_finite = std::isfinite(point.k1) && std::isfinite(point.k2) && std::isfinite(point.gaussian);

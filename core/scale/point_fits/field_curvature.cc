@@ -1,16 +1,13 @@
 #include "core/scale/point_fits/field_curvature.h"
 
-#include <array>
 #include <cmath>
+
+#include "core/scale/principal_directions.h"
 
 namespace curvd {
 namespace {
 
 using Eigen::Vector3d;
-
-std::array<float, 3> ToFloats(const Vector3d& v) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
 
 bool IsFinite(const PointCurvature& point) {
   return std::isfinite(point.gaussian) && std::isfinite(point.k1) && std::isfinite(point.k2);
@@ -30,14 +27,13 @@ std::optional<PointCurvature> CurvatureOfField(const NormalFrame& frame, const E
   };
   const double ss = change(s).dot(s), tt = change(t).dot(t), st = 0.5 * (change(s).dot(t) + change(t).dot(s));
   const double mean = 0.5 * (ss + tt), half = 0.5 * (ss - tt), difference = std::hypot(half, st);
-  const double angle = 0.5 * std::atan2(st, half);
-  const Vector3d d2 = std::cos(angle) * s + std::sin(angle) * t;
+  const PrincipalDirections directions = DirectionsOf(half, st, s, t, normal);
   const PointCurvature point = {static_cast<float>(mean),
                                 static_cast<float>((mean - difference) * (mean + difference)),
                                 static_cast<float>(mean - difference),
                                 static_cast<float>(mean + difference),
-                                ToFloats(d2.cross(normal)),
-                                ToFloats(d2),
+                                directions.d1,
+                                directions.d2,
                                 static_cast<float>(radius),
                                 PointStatus::kOk};
   return IsFinite(point) ? std::optional(point) : std::nullopt;
