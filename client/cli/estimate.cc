@@ -89,6 +89,102 @@ std::string EstimatorWords() {
   return words;
 }
 
+// What is read, and what is written where.
+void AddFileFlags(CLI::App& command, EstimateFlags& flags) {
+  command.add_option("input", flags.inputs, absl::StrCat("the cloud, or several: ", kReadableFiles))
+      ->required()
+      ->option_text("IN...");
+  AddOutput(command, flags.output,
+            absl::StrCat("the result: ", kWritableFiles, "; or a directory, for a result of each input"));
+  command.add_flag("--force", flags.force, "with a directory: estimate finished files again");
+  CLI::Option* tiles = command.add_flag(
+      "--tiles", flags.tiles,
+      "estimate a file that is larger than the server takes in tiles, with the same result (docs/scale.md)");
+  command
+      .add_option("--tiles-directory", flags.tiles_directory,
+                  "where tiles are kept until all are done, so that an interrupted command goes on [OUT.tiles]")
+      ->needs(tiles)
+      ->check(NotEmpty())
+      ->option_text("DIR");
+  AddFormats(command, flags.input_format, flags.save);
+}
+
+// Where it is computed.
+void AddServerFlags(CLI::App& command, EstimateFlags& flags) {
+  AddConnectionFlags(command, flags.connection);
+  command.add_option("--threads", flags.threads, "workers without --server; 0 [default]: one a core")
+      ->check(Whole(0, 1024))
+      ->excludes(command.get_option("--server"))
+      ->option_text("COUNT");
+}
+
+// How long a call may take, how often it is tried, and who goes first.
+void AddCallFlags(CLI::App& command, EstimateFlags& flags) {
+  command
+      .add_option("--connect-timeout", flags.connect_timeout,
+                  "seconds until it is given up if no server answers at all [1.5]")
+      ->check(FinitePositive())
+      ->option_text("SECONDS");
+  command.add_option("--timeout", flags.timeout, "seconds until the call is given up [none]")
+      ->check(FinitePositive())
+      ->option_text("SECONDS");
+  command
+      .add_option("--max-attempts", flags.options.max_attempts, "times the cloud is sent if servers are unavailable")
+      ->check(Whole(1, 100))
+      ->option_text("COUNT [6]");
+  command
+      .add_option_function<std::string>(
+          "--priority",
+          [&flags](const std::string& priority) {
+            flags.options.priority = priority == "batch" ? Priority::kBatch : Priority::kInteractive;
+          },
+          "interactive: somebody waits; batch: it can wait [up to 100,000 points interactive]")
+      ->check(CLI::IsMember({"interactive", "batch"}).description(""))
+      ->option_text("PRIORITY");
+}
+
+void AddOpposedNormalsFlag(CLI::App& command, EstimateFlags& flags) {
+  command
+      .add_option_function<std::string>(
+          "--on-opposed-normals",
+          [&flags](const std::string& policy) { flags.options.reject_opposed_normals = policy == "reject"; },
+          "mark [default]: points near normals to opposite sides of one surface get a status; reject: refuse the cloud")
+      ->check(CLI::IsMember({"mark", "reject"}).description(""))
+      ->option_text("POLICY");
+}
+
+void AddSummaryFlag(CLI::App& command, EstimateFlags& flags) {
+  command.add_option("--summary", flags.summary, "text [default] or json, on standard output")
+      ->check(CLI::IsMember({"text", "json"}).description(""))
+      ->option_text("FORMAT");
+}
+
+void AddColorFlag(CLI::App& command, EstimateFlags& flags) {
+  command
+      .add_flag("--color{mean}", flags.color,
+                absl::StrCat("add columns red green blue for ", kQuantityWords,
+                             ": --color=gaussian; alone: mean; with several --k at the largest"))
+      ->check(CLI::IsMember({"mean", "gaussian", "k1", "k2"}).description(""));
+}
+
+// Fills in what several flags say together. Throws CLI::ValidationError if some contradict each other.
+void ApplyFlags(const CLI::App& command, EstimateFlags& flags) {
+  flags.given = OptionsText(command, WithoutEffect());
+  ApplyQuantities(flags.quantities, flags.options);
+  CheckColor(flags);
+  CheckSource(flags.normals);
+  ApplyScale(flags.scale, flags.options);
+  CheckEstimatorFlags(command, flags.options);
+  CheckConflicts(flags.options, flags.quantities);
+  CheckNormalCount("normal-", flags.normals);
+  if (flags.timeout > 0.0) flags.options.timeout = absl::Seconds(flags.timeout);
+  flags.options.connect_timeout = absl::Seconds(flags.connect_timeout);
+  if (flags.tiles) CheckEstimateInTiles(flags);
+  if (flags.force && !IsDirectory(flags.output)) {
+    throw CLI::ValidationError("--force", "needs a directory for --output, as results/");
+  }
+}
+
 }  // namespace
 
 void AddEstimatorFlags(CLI::App& command, EstimateFlags& flags) {
@@ -161,84 +257,20 @@ void AddEstimate(CLI::App& app, Action& action) {
   auto flags = std::make_shared<EstimateFlags>();
   CLI::App* command = app.add_subcommand("estimate", "Estimate the curvature of a point cloud");
   command->footer(absl::StrCat(kEstimateExamples, "\n", kExitCodesHelp));
-  command->add_option("input", flags->inputs, absl::StrCat("the cloud, or several: ", kReadableFiles))
-      ->required()
-      ->option_text("IN...");
-  AddOutput(*command, flags->output,
-            absl::StrCat("the result: ", kWritableFiles, "; or a directory, for a result of each input"));
-  command->add_flag("--force", flags->force, "with a directory: estimate finished files again");
-  CLI::Option* tiles = command->add_flag(
-      "--tiles", flags->tiles,
-      "estimate a file that is larger than the server takes in tiles, with the same result (docs/scale.md)");
-  command
-      ->add_option("--tiles-directory", flags->tiles_directory,
-                   "where tiles are kept until all are done, so that an interrupted command goes on [OUT.tiles]")
-      ->needs(tiles)
-      ->check(NotEmpty())
-      ->option_text("DIR");
-  AddFormats(*command, flags->input_format, flags->save);
-  AddConnectionFlags(*command, flags->connection);
-  command->add_option("--threads", flags->threads, "workers without --server; 0 [default]: one a core")
-      ->check(Whole(0, 1024))
-      ->excludes(command->get_option("--server"))
-      ->option_text("COUNT");
+  AddFileFlags(*command, *flags);
+  AddServerFlags(*command, *flags);
   AddEstimatorFlags(*command, *flags);
   AddSourceFlags(*command, flags->normals);
   AddSideFlags(*command, flags->normals);
   AddMethodFlags(*command, "normal-", flags->normals);
-  command
-      ->add_option("--connect-timeout", flags->connect_timeout,
-                   "seconds until it is given up if no server answers at all [1.5]")
-      ->check(FinitePositive())
-      ->option_text("SECONDS");
-  command->add_option("--timeout", flags->timeout, "seconds until the call is given up [none]")
-      ->check(FinitePositive())
-      ->option_text("SECONDS");
-  command
-      ->add_option("--max-attempts", flags->options.max_attempts, "times the cloud is sent if servers are unavailable")
-      ->check(Whole(1, 100))
-      ->option_text("COUNT [6]");
-  command
-      ->add_option_function<std::string>(
-          "--priority",
-          [flags](const std::string& priority) {
-            flags->options.priority = priority == "batch" ? Priority::kBatch : Priority::kInteractive;
-          },
-          "interactive: somebody waits; batch: it can wait [up to 100,000 points interactive]")
-      ->check(CLI::IsMember({"interactive", "batch"}).description(""))
-      ->option_text("PRIORITY");
+  AddCallFlags(*command, *flags);
   AddInvalidFlag(*command, *flags);
-  command
-      ->add_option_function<std::string>(
-          "--on-opposed-normals",
-          [flags](const std::string& policy) { flags->options.reject_opposed_normals = policy == "reject"; },
-          "mark [default]: points near normals to opposite sides of one surface get a status; reject: refuse the cloud")
-      ->check(CLI::IsMember({"mark", "reject"}).description(""))
-      ->option_text("POLICY");
-  command->add_option("--summary", flags->summary, "text [default] or json, on standard output")
-      ->check(CLI::IsMember({"text", "json"}).description(""))
-      ->option_text("FORMAT");
+  AddOpposedNormalsFlag(*command, *flags);
+  AddSummaryFlag(*command, *flags);
   AddQuantityFlags(*command, flags->quantities);
-  command
-      ->add_flag("--color{mean}", flags->color,
-                 absl::StrCat("add columns red green blue for ", kQuantityWords,
-                              ": --color=gaussian; alone: mean; with several --k at the largest"))
-      ->check(CLI::IsMember({"mean", "gaussian", "k1", "k2"}).description(""));
+  AddColorFlag(*command, *flags);
   command->callback([flags, command, &action] {
-    flags->given = OptionsText(*command, WithoutEffect());
-    ApplyQuantities(flags->quantities, flags->options);
-    CheckColor(*flags);
-    CheckSource(flags->normals);
-    ApplyScale(flags->scale, flags->options);
-    CheckEstimatorFlags(*command, flags->options);
-    CheckConflicts(flags->options, flags->quantities);
-    CheckNormalCount("normal-", flags->normals);
-    if (flags->timeout > 0.0) flags->options.timeout = absl::Seconds(flags->timeout);
-    flags->options.connect_timeout = absl::Seconds(flags->connect_timeout);
-    if (flags->tiles) CheckEstimateInTiles(*flags);
-    if (flags->force && !IsDirectory(flags->output)) {
-      throw CLI::ValidationError("--force", "needs a directory for --output, as results/");
-    }
+    ApplyFlags(*command, *flags);
     action = [flags] { return flags->tiles ? EstimateInTiles(*flags) : EstimateFiles(*flags); };
   });
 }
