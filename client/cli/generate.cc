@@ -9,6 +9,7 @@
 #include "client/cli/files/format_flags.h"
 #include "client/cli/files/save_output.h"
 #include "client/cli/flags.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/numbers.h"
 #include "client/io/table_file.h"
 #include "client/surfaces/noise.h"
@@ -107,6 +108,7 @@ ExitCode Run(const GenerateFlags& flags) {
   absl::StatusOr<std::vector<Vec3>> positions = SampleEvenly(**surface, flags.points, flags.seed);
   if (!positions.ok()) return Fail(ExitCode::kUsage, positions.status());
   const PointTable table = MakeTable(**surface, *std::move(positions), flags);
+  const UninterruptedWrite write(flags.output);
   if (absl::Status status = SaveTable(table, flags.output, flags.save); !status.ok())
     return Fail(ExitCode::kOutput, status);
   std::fprintf(SummaryStream(flags.output), "%s: %s of the surface %s\n", ShownOutput(flags.output).c_str(),

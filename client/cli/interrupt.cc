@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "client/cli/command.h"
+#include "client/io/atomic_file.h"
 
 namespace curv {
 namespace {
@@ -54,5 +55,7 @@ InterruptWatch::EndsAtOnce::~EndsAtOnce() {
   const std::lock_guard lock(watch_->mutex_);
   --watch_->ends_at_once_;
 }
+
+UninterruptedWrite::UninterruptedWrite(const std::string& output) : at_once_(watch_, IsWrittenDirectly(output)) {}
 
 }  // namespace curv

@@ -5,6 +5,7 @@
 
 #include <mutex>
 #include <stop_token>
+#include <string>
 #include <thread>
 
 namespace curv {
@@ -48,6 +49,18 @@ class InterruptWatch {
   mutable std::mutex mutex_;      // guards what follows
   mutable int ends_at_once_ = 0;  // how many EndsAtOnce there are
   std::thread thread_;
+};
+
+// For commands that otherwise leave signals to the system. While it lives, the first SIGINT or SIGTERM lets `output` be
+// written to its end, so that no temporary file stays behind (AtomicFile); where output is written to directly, which
+// may wait for a reader, it ends the process at once with code 130.
+class UninterruptedWrite {
+ public:
+  explicit UninterruptedWrite(const std::string& output);
+
+ private:
+  const InterruptWatch watch_;
+  const InterruptWatch::EndsAtOnce at_once_;
 };
 
 }  // namespace curv

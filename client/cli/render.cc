@@ -15,6 +15,7 @@
 #include "client/cli/command.h"
 #include "client/cli/files/format_flags.h"
 #include "client/cli/flags.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/result_columns.h"
 #include "client/cli/table_vectors.h"
 #include "client/io/atomic_file.h"
@@ -189,6 +190,7 @@ std::pair<View, std::string> ChooseView(const RenderFlags& flags, const std::vec
 }
 
 absl::Status SavePng(const Image& image, const std::string& path) {
+  const UninterruptedWrite write(path);
   absl::StatusOr<AtomicFile> file = AtomicFile::Create(path);
   if (!file.ok()) return file.status();
   if (absl::Status status = file->Append(EncodePng(image)); !status.ok()) return status;

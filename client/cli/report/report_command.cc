@@ -6,6 +6,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/numbers.h"
 #include "client/cli/report/page_flags.h"
 #include "client/io/atomic_file.h"
@@ -27,6 +28,7 @@ struct ReportFlags {
 };
 
 absl::Status SavePage(const std::string& page, const std::string& path) {
+  const UninterruptedWrite write(path);
   absl::StatusOr<AtomicFile> file = AtomicFile::Create(path);
   if (!file.ok()) return file.status();
   if (absl::Status status = file->Append(page); !status.ok()) return status;

@@ -9,6 +9,7 @@
 #include "client/cli/files/format_flags.h"
 #include "client/cli/files/kept_inputs.h"
 #include "client/cli/files/save_output.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/numbers.h"
 #include "client/cli/select/condition.h"
 #include "client/io/table_file.h"
@@ -50,6 +51,7 @@ ExitCode Run(const SelectFlags& flags) {
     return Fail(ExitCode::kFailed, absl::StrCat("the condition holds for none of ", CountOf(table->size(), "point"),
                                                 ": nothing was written"));
   }
+  const UninterruptedWrite write(flags.output);
   const absl::Status saved = SaveOutput(SelectRows(*table, rows), flags.output, flags.save);
   if (!saved.ok()) return Fail(ExitCode::kOutput, saved);
   std::fprintf(SummaryStream(flags.output), "%s: %s of %s\n", ShownOutput(flags.output).c_str(),

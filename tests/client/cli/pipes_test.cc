@@ -97,6 +97,23 @@ TEST_F(PipesTest, TheFirstSignalEndsWhatWaitsForAReader) {
     ExpectInterrupted(run, SIGTERM, command);
     close(reader);
   }
+  const std::vector<std::string> kWithoutServer[] = {{"select", cloud, "--where=x > -1e9"},
+                                                     {"generate", "torus", "--points=10000"}};
+  for (std::vector<std::string> command : kWithoutServer) {
+    command.insert(command.end(), {"-o", pipe});
+    RunningCurv run(command);
+    run.AwaitInterruptWatch();  // before the pipe has a reader
+    ExpectInterrupted(run, SIGTERM, command.front());
+  }
+}
+
+TEST_F(PipesTest, ASignalWhileAFileIsWrittenLeavesNoPartOfIt) {
+  RunningCurv run({"generate", "torus", "--points=200000", "-o", dir_.File("out.csv")});
+  run.AwaitInterruptWatch();
+  run.Signal(SIGTERM);
+  run.Wait(kMostSeconds);
+  EXPECT_TRUE(dir_.Has("out.csv"));
+  EXPECT_EQ(dir_.FileCount(), 1u) << "a temporary file is left";
 }
 
 TEST_F(PipesTest, TilesRefuseOneAtOnce) {
