@@ -226,12 +226,6 @@ std::vector<ConnectionRecord> ConnectionRegistry::Open() const {
   return open;
 }
 
-bool ConnectionRegistry::ShutDown(const std::string& peer) {
-  MutexLock lock(mutex_);
-  const auto latest = watch_of_peer_.find(peer);
-  return latest != watch_of_peer_.end() && shutdown(latest->second, SHUT_RDWR) == 0;
-}
-
 void ConnectionRegistry::End(int watch, Connection& connection, StrangerReason reason) {
   if (connection.record.closed_for.has_value()) return;
   connection.record.closed_for = reason;

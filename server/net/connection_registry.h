@@ -116,9 +116,6 @@ class ConnectionRegistry {
   size_t CountFrom(const std::string& address) const;
   // What is known of each open connection, in no order, with the bytes that it has sent until now.
   std::vector<ConnectionRecord> Open() const;
-  // Ends the connection of `peer` in both directions; gRPC notices as if the peer had hung up. Returns whether there
-  // was one.
-  bool ShutDown(const std::string& peer);
 
  private:
   struct Connection {
