@@ -41,24 +41,16 @@ TruePoints TrueTorus(size_t points, uint64_t seed) {
   return torus;
 }
 
-TruePoints RoughTerrain(size_t points, uint64_t seed) {
-  constexpr double kSide = 10.0;
-  constexpr int kMostWaves = 12, kWaves = 60;
-  struct Wave {
-    double x, y, height, phase;
-  };
-  std::mt19937_64 random(seed);
-  std::uniform_int_distribution<int> number(-kMostWaves, kMostWaves);
-  std::uniform_real_distribution<double> place(0.0, kSide), phase(0.0, 2.0 * std::numbers::pi);
-  std::normal_distribution<double> height(0.0, 0.25);
-  std::vector<Wave> waves;
-  while (waves.size() < kWaves) {
-    const int x = number(random), y = number(random);
-    if (x == 0 && y == 0) continue;
-    constexpr double kUnit = 2.0 * std::numbers::pi / kSide;
-    waves.push_back({kUnit * x, kUnit * y, height(random) * std::pow(std::hypot(x, y), -1.2), phase(random)});
-  }
-  TruePoints terrain;
+namespace {
+
+// The height field z = sum of height sin(x x + y y + phase), at random places of a square.
+struct Wave {
+  double x, y, height, phase;
+};
+
+TruePoints SumOfWaves(const std::vector<Wave>& waves, double side, size_t points, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> place(0.0, side);
+  TruePoints field;
   for (size_t i = 0; i < points; ++i) {
     const double x = place(random), y = place(random);
     double z = 0.0, p = 0.0, q = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
@@ -73,9 +65,41 @@ TruePoints RoughTerrain(size_t points, uint64_t seed) {
     const double mean = -((1.0 + q * q) * xx - 2.0 * p * q * xy + (1.0 + p * p) * yy) / (2.0 * w * w * w);
     const double gaussian = (xx * yy - xy * xy) / (w * w * w * w);
     const double half = std::sqrt(std::max(mean * mean - gaussian, 0.0));
-    terrain.Add({x, y, z}, {-p / w, -q / w, 1.0 / w}, mean - half, mean + half);
+    field.Add({x, y, z}, {-p / w, -q / w, 1.0 / w}, mean - half, mean + half);
   }
-  return terrain;
+  return field;
+}
+
+}  // namespace
+
+TruePoints RoughTerrain(size_t points, uint64_t seed) {
+  constexpr double kSide = 10.0;
+  constexpr int kMostWaves = 12, kWaves = 60;
+  std::mt19937_64 random(seed);
+  std::uniform_int_distribution<int> number(-kMostWaves, kMostWaves);
+  std::uniform_real_distribution<double> phase(0.0, 2.0 * std::numbers::pi);
+  std::normal_distribution<double> height(0.0, 0.25);
+  std::vector<Wave> waves;
+  while (waves.size() < kWaves) {
+    const int x = number(random), y = number(random);
+    if (x == 0 && y == 0) continue;
+    constexpr double kUnit = 2.0 * std::numbers::pi / kSide;
+    waves.push_back({kUnit * x, kUnit * y, height(random) * std::pow(std::hypot(x, y), -1.2), phase(random)});
+  }
+  return SumOfWaves(waves, kSide, points, random);
+}
+
+TruePoints TexturedPlane(size_t points, double wavelength, double slope, uint64_t seed) {
+  constexpr int kWaves = 12;
+  const double side = std::sqrt(static_cast<double>(points)), number = 2.0 * std::numbers::pi / wavelength;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> angle(0.0, 2.0 * std::numbers::pi);
+  std::vector<Wave> waves;
+  for (int i = 0; i < kWaves; ++i) {
+    const double direction = angle(random), height = slope / number * std::sqrt(2.0 / kWaves);
+    waves.push_back({number * std::cos(direction), number * std::sin(direction), height, angle(random)});
+  }
+  return SumOfWaves(waves, side, points, random);
 }
 
 TruePoints ScannedCatenoid(size_t points, double gap, uint64_t seed) {

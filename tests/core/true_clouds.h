@@ -31,6 +31,10 @@ TruePoints TrueTorus(size_t points, uint64_t seed);
 // A height field over a square of ten units a side, of waves of all lengths down to 5 / 6 of a unit.
 TruePoints RoughTerrain(size_t points, uint64_t seed);
 
+// A height field over a square with a point in each unit of area, at random, of waves in a dozen directions: their
+// wavelength in units, and the root mean square of their slope.
+TruePoints TexturedPlane(size_t points, double wavelength, double slope, uint64_t seed);
+
 // A catenoid along z, as lines around it leave it: the next line is `gap` times as far as the next point of a line.
 TruePoints ScannedCatenoid(size_t points, double gap, uint64_t seed);
 

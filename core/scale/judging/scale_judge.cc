@@ -106,6 +106,7 @@ ScaleJudge::ScaleJudge(PilotPoints table, const ScaleBounds& bounds, Quantity qu
   }
   FindNoise();
   if (quantity == Quantity::kGaussian) return;
+  lost_detail_ = LostDetail(table_, median_radii_);
   reference_ = FindReference({kRegressionMethod});
   reference_of_positions_ = FindReferenceOfPositions();
 }
@@ -384,7 +385,8 @@ double ScaleJudge::SquaredBiasOfNormals(const std::optional<ScaleScore>& jets, c
 
 ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate) const {
   return ScoreOf(candidate, std::max({SquaredBiasBesideSmaller(candidate), SquaredBiasBeside(reference_, candidate),
-                                      SquaredBiasOfNormals(reference_of_positions_, candidate)}));
+                                      SquaredBiasOfNormals(reference_of_positions_, candidate),
+                                      lost_detail_.SquaredBias(candidate)}));
 }
 
 ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_bias) const {

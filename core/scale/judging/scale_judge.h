@@ -9,6 +9,7 @@
 
 #include "core/estimators/scale_ladder.h"
 #include "core/scale/judging/candidate_values.h"
+#include "core/scale/judging/lost_detail.h"
 #include "core/scale/pilot/pilot_table.h"
 #include "core/scale/scale_choice.h"
 
@@ -40,7 +41,9 @@ class ScaleJudge {
   bool HasHalves(const ScaleCandidate& candidate) const;
 
   // What it holds of each sampled point.
-  static constexpr size_t BytesPerSample(Quantity quantity) { return CandidateValues::BytesPerSample(quantity); }
+  static constexpr size_t BytesPerSample(Quantity quantity) {
+    return CandidateValues::BytesPerSample(quantity) + LostDetail::kBytesPerSample;
+  }
 
   // Standard deviation of the noise of positions; none if nothing tells it.
   static std::optional<double> PositionNoise(PilotPoints table);
@@ -109,6 +112,7 @@ class ScaleJudge {
   double variances_[kMethodCount][kRungCount] = {};
   size_t last_compared_[kMethodCount] = {};  // the last rung that has a next one
   double sigma_ = 0.0, noise_bias_ = 0.0;
+  LostDetail lost_detail_;  // not where the quantity is the Gaussian curvature, which takes the biases of the mean one
   // The cubic regression of the normals that is expected to err the least: methods of the second order are compared
   // with it. Not where the quantity is the Gaussian curvature, which takes that of the mean curvature.
   std::optional<ScaleScore> reference_;

@@ -101,6 +101,19 @@ TEST(AutomaticSurfacesTest, FewLinesWillDoWhereLargerNeighborhoodsAgree) {
   }
 }
 
+// Halves of the smallest neighborhoods have lost such texture, and all larger ones agree that there is none.
+TEST(AutomaticSurfacesTest, TextureOfFewSpacingsIsKept) {
+  struct Texture {
+    double wavelength, slope, noise, noise_of_normals;
+  };
+  for (const auto& [wavelength, slope, noise, noise_of_normals] :
+       {Texture{5.0, 0.1, 0.0, 0.1}, Texture{6.0, 0.1, 0.1, 0.1}, Texture{8.0, 0.1, 0.1, 0.1}}) {
+    TruePoints texture = TexturedPlane(9000, wavelength, slope, 3);
+    AddNoise(noise, noise_of_normals, 4, texture.points);
+    EXPECT_LT(AutomaticErrors(texture).mean, 1.35 * LeastErrors(texture).mean) << wavelength;
+  }
+}
+
 TEST(AutomaticSurfacesTest, ANoisyTorusIsBetterThanByAnyFixedEstimate) {
   for (const double of_normals : {0.05, 0.15}) {
     TruePoints torus = TrueTorus(16'000, 3);
