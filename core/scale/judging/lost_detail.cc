@@ -94,7 +94,8 @@ bool IsEverywhere(const Steps& steps, size_t peak, size_t end) {
 // The square of H of a wave that jets of this radius lose, over the mean square of its heights.
 double SquaredCurvature(double radius) {
   const double wave_number = 2.0 * std::numbers::pi / (kWavelengthPerRadius * radius);
-  return 0.25 * std::pow(wave_number, 4);
+  const double mean_curvature = 0.5 * wave_number * wave_number;
+  return mean_curvature * mean_curvature;
 }
 
 }  // namespace
