@@ -32,9 +32,9 @@ class PipesTest : public CurvTest {
     return path;
   }
 
-  // Sends the first signal to a run that waits, and expects that it ends with the documented code and leaves no file.
-  void ExpectInterrupted(RunningCurv& run, int signal, const std::string& what) {
-    const size_t files = dir_.FileCount();
+  // Sends the first signal to a run that waits, and expects that it ends with the documented code and leaves no file
+  // beside the `files` that there were before it began: it makes one for a moment to see whether it may.
+  void ExpectInterrupted(RunningCurv& run, int signal, const std::string& what, size_t files) {
     run.Signal(signal);
     const CurvRun ended = run.Wait(kMostSeconds);
     EXPECT_EQ(ended.exit_code, kInterrupted) << what << ended.err;
@@ -68,9 +68,10 @@ TEST_F(PipesTest, TheFirstSignalEndsWhatWaitsForStandardInput) {
   const int writer = open(pipe.c_str(), O_RDWR | O_CLOEXEC);  // which writes nothing
   for (const char* command : {"estimate", "normals", "orient"}) {
     for (const int signal : {SIGTERM, SIGINT}) {
+      const size_t files = dir_.FileCount();
       RunningCurv run({command, "-", "-o", dir_.File("out.ply"), "--format=ply"}, pipe);
       run.AwaitInterruptWatch();
-      ExpectInterrupted(run, signal, command);
+      ExpectInterrupted(run, signal, command, files);
     }
   }
   close(writer);
@@ -80,30 +81,34 @@ TEST_F(PipesTest, TheFirstSignalEndsWhatWaitsForAWriter) {
   const std::string pipe = Pipe("in.ply");
   for (const std::string output : {"out.ply", "results/"}) {
     if (output.ends_with('/')) mkdir(dir_.File(output).c_str(), 0700);
+    const size_t files = dir_.FileCount();
     RunningCurv run({"estimate", pipe, "-o", dir_.File(output)});
     run.AwaitInterruptWatch();
-    ExpectInterrupted(run, SIGTERM, output);
+    ExpectInterrupted(run, SIGTERM, output, files);
   }
+  const size_t files = dir_.FileCount();
   RunningCurv view({"view", pipe});
   view.AwaitInterruptWatch();
-  ExpectInterrupted(view, SIGTERM, "view");
+  ExpectInterrupted(view, SIGTERM, "view", files);
 }
 
 TEST_F(PipesTest, TheFirstSignalEndsWhatWaitsForAReader) {
   const std::string cloud = Cloud("torus", "10000"), pipe = Pipe("out.ply");  // more than a pipe holds
   for (const char* command : {"estimate", "normals", "orient"}) {
+    const size_t files = dir_.FileCount();
     RunningCurv run({command, cloud, "-o", pipe});
     const int reader = open(pipe.c_str(), O_RDONLY | O_CLOEXEC);  // waits until curv writes
-    ExpectInterrupted(run, SIGTERM, command);
+    ExpectInterrupted(run, SIGTERM, command, files);
     close(reader);
   }
   const std::vector<std::string> kWithoutServer[] = {{"select", cloud, "--where=x > -1e9"},
                                                      {"generate", "torus", "--points=10000"}};
   for (std::vector<std::string> command : kWithoutServer) {
     command.insert(command.end(), {"-o", pipe});
+    const size_t files = dir_.FileCount();
     RunningCurv run(command);
     run.AwaitInterruptWatch();  // before the pipe has a reader
-    ExpectInterrupted(run, SIGTERM, command.front());
+    ExpectInterrupted(run, SIGTERM, command.front(), files);
   }
 }
 
