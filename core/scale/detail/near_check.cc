@@ -36,7 +36,7 @@ double AverageAt(const PilotPoint& point, const ScaleChoice& choice) {
 }
 
 // What `share` of the values are at most. Reorders them. REQUIRES: there are some.
-double Quantile(double share, std::vector<double>& values) {
+double LowerQuantile(double share, std::vector<double>& values) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
@@ -61,7 +61,8 @@ std::optional<Check> BestCheckAt(size_t rung, double most_times, PilotPoints sam
       rounding.push_back(kRounding32 / point.radius[rung]);
     }
     if (differences.size() < kFewestSamples) continue;
-    const double most = std::max(most_times * Quantile(kUsualShare, differences), Quantile(kUsualShare, rounding));
+    const double most =
+        std::max(most_times * LowerQuantile(kUsualShare, differences), LowerQuantile(kUsualShare, rounding));
     if (!best.has_value() || most < best->most_difference) best = Check{{method, rung}, most};
   }
   return best;

@@ -15,10 +15,10 @@ namespace {
 // no halves, the next larger ones are taken, but they must be smaller by so many rungs.
 constexpr size_t kRungsBelow = 4, kLeastRungsBelow = 2;
 // Candidates with halves must have this share of the weights at a sample.
-constexpr double kLeastShare = 0.5;
+constexpr double kLeastShareWithHalves = 0.5;
 // Fewer samples tell no slope, and a slope counts that is so many times its own standard error.
-constexpr size_t kLeastSamples = 32;
-constexpr double kSignificance = 2.0;
+constexpr size_t kLeastWithHalves = 32;
+constexpr double kSlopeSignificance = 2.0;
 
 // Of one sample, by each half of its neighbors alone.
 struct Halves {
@@ -56,7 +56,8 @@ std::optional<Halves> HalvesOf(const PilotPoint& point, const ScaleChoice& choic
                        weight);
     }
   }
-  if (!values[0].weight.IsPositive() || values[0].weight.mean < kLeastShare * all.weight.mean) return std::nullopt;
+  if (!values[0].weight.IsPositive() || values[0].weight.mean < kLeastShareWithHalves * all.weight.mean)
+    return std::nullopt;
   const PrincipalAxes axes(all.Mean());
   Halves halves;
   for (size_t half = 0; half < 2; ++half) {
@@ -96,7 +97,7 @@ Attenuation::OfPart AttenuationOf(const std::vector<Halves>& samples, size_t par
     variance += left * left;
   }
   const double standard_error = std::sqrt(variance) / squares;
-  if (!(slope > kSignificance * standard_error)) return {};
+  if (!(slope > kSlopeSignificance * standard_error)) return {};
   return {std::min(slope, 1.0), mean};
 }
 
@@ -109,7 +110,7 @@ Attenuation FindAttenuation(PilotPoints table, const ScaleChoice& choice) {
     if (const std::optional<Halves> halves = HalvesOf(point, choice, local_weights)) samples.push_back(*halves);
   }
   Attenuation attenuation;
-  if (samples.size() < kLeastSamples) return attenuation;
+  if (samples.size() < kLeastWithHalves) return attenuation;
   for (size_t part = 0; part < attenuation.of.size(); ++part) attenuation.of[part] = AttenuationOf(samples, part);
   return attenuation;
 }
