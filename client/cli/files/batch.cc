@@ -179,8 +179,9 @@ ExitCode RunBatch(const std::vector<BatchFile>& files, const BatchOptions& optio
     const BatchShare share{.title = absl::StrCat(left[l] + 1, " of ", files.size(), ", ", file.input, ": "),
                            .begin = l == 0 ? 0.0 : shares[l - 1],
                            .end = shares[l]};
-    const BatchOutcome outcome =
-        stop.stop_requested() ? BatchOutcome{.code = ExitCode::kInterrupted} : process(file, share);
+    const BatchOutcome outcome = stop.stop_requested()
+                                     ? BatchOutcome{.code = Fail(ExitCode::kInterrupted, "interrupted")}
+                                     : process(file, share);
     if (outcome.code == ExitCode::kOk) {
       if (absl::Status status = finished.Add(file.output); !status.ok()) PrintWarning(std::string(status.message()));
       report.Done(file, outcome);
