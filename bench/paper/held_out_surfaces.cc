@@ -1,6 +1,7 @@
 #include "bench/paper/held_out_surfaces.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace curvd::bench {
 namespace {
@@ -109,6 +110,40 @@ class Gyroid : public curv::Surface {
   }
 };
 
+// f = (x^2 + y^2 + z^2 - 1) / 2 - the sum of h sin(k . p + phase) over waves in directions that are spread evenly.
+class Hammered : public curv::Surface {
+ public:
+  std::string_view name() const override { return "hammered"; }
+  Box bounds() const override { return {{-1.1, -1.1, -1.1}, {1.1, 1.1, 1.1}}; }
+  double Evaluate(const Vec3& p, Vec3& gradient) const override {
+    const ImplicitJet jet = Jet(p);
+    gradient = jet.gradient;
+    return jet.value;
+  }
+  ImplicitJet Jet(const Vec3& p) const override {
+    ImplicitJet jet;
+    jet.value = 0.5 * (Dot(p, p) - 1.0);
+    jet.gradient = p;
+    jet.hessian_diagonal = {1.0, 1.0, 1.0};
+    for (int i = 0; i < kWaves; ++i) {
+      const double z = (i + 0.5) / kWaves, turn = kGoldenAngle * i, r = kWaveNumber * std::sqrt(1.0 - z * z);
+      const Vec3 k{r * std::cos(turn), r * std::sin(turn), kWaveNumber * z};
+      const double at = Dot(k, p) + i * i, height = kHeight * std::sin(at), slope = kHeight * std::cos(at);
+      jet.value -= height;
+      jet.gradient = jet.gradient - slope * k;
+      jet.hessian_diagonal = jet.hessian_diagonal + height * Vec3{k.x * k.x, k.y * k.y, k.z * k.z};
+      jet.hessian_off_diagonal = jet.hessian_off_diagonal + height * Vec3{k.y * k.z, k.x * k.z, k.x * k.y};
+    }
+    return jet;
+  }
+
+ private:
+  static constexpr int kWaves = 12;
+  static constexpr double kGoldenAngle = 2.39996322972865332, kWaveNumber = 2.0 * std::numbers::pi / 0.2;
+  // Waves whose slope has a root mean square of 0.15 in all.
+  static constexpr double kHeight = 0.15 / kWaveNumber * 0.408;
+};
+
 }  // namespace
 
 std::unique_ptr<curv::Surface> MakeHeldOutSurface(std::string_view name) {
@@ -117,6 +152,7 @@ std::unique_ptr<curv::Surface> MakeHeldOutSurface(std::string_view name) {
   if (name == "pillow") return std::make_unique<Pillow>();
   if (name == "catenoid") return std::make_unique<Catenoid>();
   if (name == "gyroid") return std::make_unique<Gyroid>();
+  if (name == "hammered") return std::make_unique<Hammered>();
   return nullptr;
 }
 
