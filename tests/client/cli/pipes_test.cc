@@ -112,13 +112,21 @@ TEST_F(PipesTest, TheFirstSignalEndsWhatWaitsForAReader) {
   }
 }
 
-TEST_F(PipesTest, ASignalWhileAFileIsWrittenLeavesNoPartOfIt) {
-  RunningCurv run({"generate", "torus", "--points=200000", "-o", dir_.File("out.csv")});
-  run.AwaitInterruptWatch();
-  run.Signal(SIGTERM);
-  run.Wait(kMostSeconds);
-  EXPECT_TRUE(dir_.Has("out.csv"));
-  EXPECT_EQ(dir_.FileCount(), 1u) << "a temporary file is left";
+TEST_F(PipesTest, ASignalWhileAFileIsWrittenLetsItBeFinished) {
+  const std::string cloud = Cloud("torus", "50000");
+  const std::vector<std::string> kCommands[] = {{"generate", "torus", "--points=50000", "-o", dir_.File("out.csv")},
+                                                {"select", cloud, "--where=x > -1e9", "-o", dir_.File("out.xyz")},
+                                                {"render", cloud, "--size=1600x1200", "-o", dir_.File("out.png")},
+                                                {"report", cloud, "-o", dir_.File("out.html")}};
+  for (const std::vector<std::string>& command : kCommands) {
+    const size_t files = dir_.FileCount();
+    RunningCurv run(command);
+    run.AwaitInterruptWatch();  // which begins with the write
+    run.Signal(SIGTERM);
+    EXPECT_EQ(run.Wait(kMostSeconds).exit_code, 0) << command.front();
+    EXPECT_TRUE(dir_.Has(command.back())) << command.front();
+    EXPECT_EQ(dir_.FileCount(), files + 1) << command.front() << " leaves a temporary file";
+  }
 }
 
 TEST_F(PipesTest, TilesRefuseOneAtOnce) {

@@ -15,14 +15,19 @@
 namespace curv {
 namespace {
 
-constexpr std::chrono::milliseconds kBetweenLooks(5);
+constexpr std::chrono::milliseconds kBetweenLooks(1);
 
-// Whether the first thread of a process blocks SIGTERM, which it leaves to the thread that watches.
-bool BlocksTerm(pid_t process) {
+bool HasSignal(const std::string& hexadecimal_mask, int signal) {
+  return (std::stoull(hexadecimal_mask, nullptr, 16) >> (signal - 1)) % 2 == 1;
+}
+
+// Whether the first thread of a process blocks SIGTERM, which it leaves to the thread that watches, or has ended. While
+// it starts a thread it blocks all signals, SIGHUP as well.
+bool WatchesOrHasEnded(pid_t process) {
   std::ifstream status(absl::StrCat("/proc/", process, "/status"));
   for (std::string word; status >> word;) {
-    if (word != "SigBlk:" || !(status >> word)) continue;
-    return (std::stoull(word, nullptr, 16) >> (SIGTERM - 1)) % 2 == 1;
+    if (word == "State:" && status >> word && word == "Z") return true;
+    if (word == "SigBlk:" && status >> word) return HasSignal(word, SIGTERM) && !HasSignal(word, SIGHUP);
   }
   return false;
 }
@@ -49,7 +54,9 @@ RunningCurv::RunningCurv(const std::vector<std::string>& arguments, const std::s
 
 void RunningCurv::AwaitInterruptWatch() const {
   const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (!BlocksTerm(child_) && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(kBetweenLooks);
+  while (!WatchesOrHasEnded(child_) && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(kBetweenLooks);
+  }
 }
 
 void RunningCurv::Signal(int signal) const {

@@ -24,7 +24,7 @@ class RunningCurv {
   explicit RunningCurv(const std::vector<std::string>& arguments, const std::string& input = "",
                        const std::string& output = "");
 
-  // Returns once the program watches for signals, or after a minute.
+  // Returns once the program watches for signals or has ended, or after a minute.
   void AwaitInterruptWatch() const;
   void Signal(int signal) const;
   // Returns how it ended. What has not after `most_seconds` is killed.
