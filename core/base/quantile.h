@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/base/order_statistic.h"
+
 namespace curvd {
 
 // Returns the value at the place `share` times their number, rounded down, of the values in ascending order, and
@@ -14,6 +16,11 @@ inline double Quantile(std::vector<double>& values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
   std::nth_element(values.begin(), at, values.end());
   return *at;
+}
+
+// The same at the place `share` times one less than their number, rounded down, and without a change of the values.
+inline double LowerQuantile(std::vector<double> values, double share) {
+  return OrderStatistic(values, static_cast<size_t>(share * static_cast<double>(values.size() - 1)));
 }
 
 }  // namespace curvd

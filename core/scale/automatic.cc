@@ -23,6 +23,7 @@
 #include "core/scale/detail/own_fits.h"
 #include "core/scale/edges/edge_run.h"
 #include "core/scale/errors/standard_errors.h"
+#include "core/scale/judging/position_noise.h"
 #include "core/scale/line_distance.h"
 #include "core/scale/parts/cloud_choice.h"
 #include "core/scale/parts/cloud_parts.h"
@@ -68,7 +69,7 @@ class AutomaticRun final : public StrategyRun {
                         }});
       phases.push_back({"edges",
                         [this] {
-                          edges_->Sample(PositionNoise(table_));
+                          edges_->Sample(PositionNoise(table_).value_or(0.0));
                           return absl::OkStatus();
                         },
                         [this](size_t group, WorkerScratch& scratch) {

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "core/scale/judging/judged_candidates.h"
-#include "core/scale/judging/scale_judge.h"
 
 namespace curvd {
 namespace {
@@ -116,10 +115,6 @@ ScaleWeights WeightsOf(const Judged& judged, const std::vector<size_t>& chosen, 
 constexpr double kWorthwhile = 0.7, kWorthwhileToFew = 2.0;
 
 }  // namespace
-
-double PositionNoise(PilotPoints table) { return ScaleJudge::PositionNoise(table).value_or(0.0); }
-
-bool PositionsAreExact(PilotPoints table) { return ScaleJudge::PositionsAreExact(table); }
 
 double AddedError(double error, double other) { return std::sqrt(error * error + other * other); }
 

@@ -75,11 +75,6 @@ struct ScaleChoice {
   double sigma = 0.0;  // standard deviation of the positions' noise, in the index's unit, as the residuals show it
 };
 
-// The standard deviation of the noise of positions, in the index's unit, as the residuals show it; 0: nothing does.
-double PositionNoise(PilotPoints table);
-// Whether that is known to be nothing beside the smallest neighborhoods.
-bool PositionsAreExact(PilotPoints table);
-
 // Which candidates, before some are chosen, have at least some part of the weights in one of the quantities at one of
 // the points.
 struct CandidatesThatCount {

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "core/scale/automatic_options.h"
+#include "core/scale/judging/position_noise.h"
 #include "core/scale/line_distance.h"
 #include "core/scale/parts/cloud_parts.h"
 #include "core/scale/scale_choice.h"

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/quantile.h"
 #include "core/scale/detail/detail_check.h"
 
 namespace curvd {
@@ -35,13 +36,6 @@ double AverageAt(const PilotPoint& point, const ScaleChoice& choice) {
   return weight > 0.0 ? sum / weight : kUnknown;
 }
 
-// What `share` of the values are at most. Reorders them. REQUIRES: there are some.
-double LowerQuantile(double share, std::vector<double>& values) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 struct Check {
   ScaleCandidate candidate;
   double most_difference;
@@ -62,7 +56,7 @@ std::optional<Check> BestCheckAt(size_t rung, double most_times, PilotPoints sam
     }
     if (differences.size() < kFewestSamples) continue;
     const double most =
-        std::max(most_times * LowerQuantile(kUsualShare, differences), LowerQuantile(kUsualShare, rounding));
+        std::max(most_times * LowerQuantile(differences, kUsualShare), LowerQuantile(rounding, kUsualShare));
     if (!best.has_value() || most < best->most_difference) best = Check{{method, rung}, most};
   }
   return best;

@@ -6,8 +6,9 @@
 #include <limits>
 #include <optional>
 
-#include "core/base/order_statistic.h"
+#include "core/base/quantile.h"
 #include "core/scale/errors/scale_changes.h"
+#include "core/scale/errors/student_factor.h"
 #include "core/scale/local_weights.h"
 #include "core/scale/nearest_samples.h"
 #include "core/scale/pilot/pilot_sums.h"
@@ -21,13 +22,6 @@ constexpr double kBiasMargin = 1.35;
 // So many sampled points around one, and at least so many of them, tell together how large errors are beside changes:
 // fewer than the squares are averaged over, since it depends on whether rounding or bias is what errs there.
 constexpr size_t kNearest = 12, kLeastNearest = 6;
-// How many times farther than 1.645 standard deviations nine in ten lie, where the standard deviation is known from so
-// many independent samples: the 95 % quantile of Student's distribution over that of the Gaussian one, by three terms
-// of Abramowitz and Stegun, Handbook of Mathematical Functions, 26.7.5, which are within 1.2 % from two samples on.
-double StudentFactor(double samples) {
-  const double inverse = 1.0 / samples;
-  return 1.0 + inverse * (0.926 + inverse * (0.863 + inverse * 0.598));
-}
 // Squares at single sampled points beyond this quantile are cut down to it.
 constexpr double kSquareQuantile = 0.99;
 // Rounding of normals to float32 moves curvature by up to this many times 1 / radius, four times its own 2^-24, in the
@@ -280,11 +274,8 @@ void CutOutliers(ShapeParts ErrorSample::*member, size_t part, std::vector<Error
   for (const ErrorSample& sample : samples) {
     if (sample.is_known) values.push_back((sample.*member)[part]);
   }
-  const auto quantile = [&values](double share) {
-    std::vector<double> overwritten = values;
-    return OrderStatistic(overwritten, static_cast<size_t>(share * static_cast<double>(values.size() - 1)));
-  };
-  const double most = quantile(kSquareQuantile), least = std::min(quantile(1.0 - kSquareQuantile), 0.0);
+  const double most = LowerQuantile(values, kSquareQuantile);
+  const double least = std::min(LowerQuantile(values, 1.0 - kSquareQuantile), 0.0);
   for (ErrorSample& sample : samples) (sample.*member)[part] = std::clamp((sample.*member)[part], least, most);
 }
 

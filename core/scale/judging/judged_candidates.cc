@@ -63,13 +63,12 @@ double RelianceOn(const std::vector<double>& one, const std::vector<double>& oth
 
 // How far the trend of a candidate can be relied on: that of the first scale from it on whose neighborhoods have
 // halves.
-double Reliance(const ScaleJudge& judge, ScaleScore score, double floor, const Neighbors& nearest) {
+double Reliance(const CandidateDifferences& of, ScaleCandidate candidate, double floor, const Neighbors& nearest) {
   std::vector<double> means[2];
-  for (size_t rung = score.candidate.rung; rung < kRungCount; ++rung) {
-    score.candidate.rung = rung;
-    if (!judge.HasHalves(score.candidate)) continue;
+  for (; candidate.rung < kRungCount; ++candidate.rung) {
+    if (!of.HasHalves(candidate)) continue;
     for (const auto part : {PilotPoint::kEven, PilotPoint::kOdd}) {
-      std::vector<double> differences = judge.DifferencesAtPoints(score, part);
+      std::vector<double> differences = of.AtPoints(candidate, part);
       for (double& difference : differences) difference = std::max(difference, floor);
       means[part - PilotPoint::kEven] = MeansOfNearest(differences, nearest);
     }
@@ -79,16 +78,16 @@ double Reliance(const ScaleJudge& judge, ScaleScore score, double floor, const N
 }
 
 // The errors of `added`, of the same candidates, are added to those that weights are made of, unless it is null.
-Judged JudgeAt(const ScaleJudge& judge, std::vector<ScaleScore> scores, const Neighbors& nearest, bool per_cloud,
+Judged JudgeAt(const CandidateDifferences& of, std::vector<ScaleScore> scores, const Neighbors& nearest, bool per_cloud,
                const Judged* added) {
   Judged judged;
   for (const ScaleScore& score : scores) {
-    const double floor = judge.Floor(score.candidate.rung);
-    std::vector<double> differences = judge.DifferencesAtPoints(score);
+    const double floor = of.Floor(score.candidate.rung);
+    std::vector<double> differences = of.AtPoints(score.candidate);
     for (double& difference : differences) difference = std::max(difference, floor);
-    const double difference = std::max(judge.CloudDifference(score), floor);
+    const double difference = std::max(of.OfCloudWhereCompared(score.candidate), floor);
     const size_t s = judged.trends.size();
-    judged.trends.push_back({score.error, difference, per_cloud ? 0.0 : Reliance(judge, score, floor, nearest)});
+    judged.trends.push_back({score.error, difference, per_cloud ? 0.0 : Reliance(of, score.candidate, floor, nearest)});
     std::vector<double> errors = MeansOfNearest(differences, nearest);
     for (size_t i = 0; i < errors.size(); ++i) {
       errors[i] = judged.trends.back().ErrorAt(errors[i]);
@@ -126,9 +125,9 @@ void DropUnlessWorthwhile(double worthwhile, std::vector<ScaleScore>& scores) {
 }
 
 // No difference tells less than rounding makes.
-void RaiseToFloor(const ScaleJudge& judge, std::vector<ScaleScore>& scores) {
+void RaiseToFloor(const CandidateDifferences& of, std::vector<ScaleScore>& scores) {
   for (ScaleScore& score : scores) {
-    const double floor = judge.Floor(score.candidate.rung);
+    const double floor = of.Floor(score.candidate.rung);
     score.error = std::max(score.error, floor);
     score.difference = std::max(score.difference, floor);
   }
@@ -158,8 +157,10 @@ void KeepCandidatesOf(const std::vector<ScaleScore>& like, std::vector<ScaleScor
 
 AllJudged JudgeAll(PilotPoints table, const ScaleBounds& bounds, double worthwhile) {
   using Quantity = ScaleJudge::Quantity;
-  const ScaleJudge of_mean(table, bounds, Quantity::kMean), of_traceless(table, bounds, Quantity::kTraceless),
-      of_gaussian(table, bounds, Quantity::kGaussian);
+  const LostDetail lost_detail(table);
+  const ScaleJudge of_mean(table, bounds, lost_detail, Quantity::kMean),
+      of_traceless(table, bounds, lost_detail, Quantity::kTraceless),
+      of_gaussian(table, bounds, lost_detail, Quantity::kGaussian);
   std::vector<ScaleScore> mean = of_mean.Scores(), traceless = of_traceless.Scores();
   DropUnlessWorthwhile(worthwhile, mean);
   AllJudged judged;
@@ -171,7 +172,7 @@ AllJudged JudgeAll(PilotPoints table, const ScaleBounds& bounds, double worthwhi
   std::vector<bool> may_count(mean.size());
   for (const auto& [judge, scores] :
        {std::pair{&of_mean, &mean}, {&of_traceless, &traceless}, {&of_gaussian, &gaussian}}) {
-    RaiseToFloor(*judge, *scores);
+    RaiseToFloor(judge->differences(), *scores);
     MarkThoseThatCount(*scores, may_count);
   }
   judged.scores = mean;
@@ -182,7 +183,7 @@ AllJudged JudgeAll(PilotPoints table, const ScaleBounds& bounds, double worthwhi
     for (size_t i = 0; i < scores.size(); ++i) {
       if (may_count[i]) kept.push_back(scores[i]);
     }
-    return JudgeAt(of_quantity, std::move(kept), nearest, bounds.per_cloud, added);
+    return JudgeAt(of_quantity.differences(), std::move(kept), nearest, bounds.per_cloud, added);
   };
   judged.of.mean = judge(of_mean, mean);
   judged.of.traceless = judge(of_traceless, traceless, &judged.of.mean);
@@ -190,16 +191,16 @@ AllJudged JudgeAll(PilotPoints table, const ScaleBounds& bounds, double worthwhi
   return judged;
 }
 
-// For each quantity, what its judge holds, and of each candidate the difference, the expected error and a weight; for
-// all of them the nearest points.
+// For each quantity, its differences, and of each candidate that at a point, the expected error and a weight; for all
+// of them what is lost and the nearest points.
 size_t JudgingBytesPerSample() {
   constexpr size_t kOfCandidate = 3 * sizeof(double);
   using Quantity = ScaleJudge::Quantity;
-  size_t of_quantities = 0;
+  size_t bytes = LostDetail::kBytesPerSample;
   for (const Quantity quantity : {Quantity::kMean, Quantity::kTraceless, Quantity::kGaussian}) {
-    of_quantities += ScaleJudge::BytesPerSample(quantity) + kMethodCount * kRungCount * kOfCandidate;
+    bytes += CandidateDifferences::BytesPerSample(quantity) + kMethodCount * kRungCount * kOfCandidate;
   }
-  return of_quantities + ScaleChoice::kNearest * sizeof(uint32_t) + sizeof(Neighbors::value_type);
+  return bytes + ScaleChoice::kNearest * sizeof(uint32_t) + sizeof(Neighbors::value_type);
 }
 
 }  // namespace curvd

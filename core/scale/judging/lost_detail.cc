@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/quantile.h"
+#include "core/scale/pilot/sample_medians.h"
 
 namespace curvd {
 namespace {
@@ -100,8 +101,10 @@ double SquaredCurvature(double radius) {
 
 }  // namespace
 
-LostDetail::LostDetail(PilotPoints table, const std::array<double, kRungCount>& median_radii) {
+LostDetail::LostDetail(PilotPoints table) {
   if (table.empty()) return;
+  std::array<double, kRungCount> median_radii;
+  for (size_t rung = 0; rung < kRungCount; ++rung) median_radii[rung] = MedianRadius(table, rung);
   Steps steps;
   // Steps before `end` are the loss of waves, of which most are lost at `peak`.
   size_t end = 0, peak = 0, largest = 0;

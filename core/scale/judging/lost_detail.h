@@ -17,10 +17,10 @@ class LostDetail {
  public:
   // Nothing is lost.
   LostDetail() = default;
-  // `median_radii`: of the neighborhoods of each rung, in the index's unit.
-  LostDetail(PilotPoints table, const std::array<double, kRungCount>& median_radii);
+  explicit LostDetail(PilotPoints table);
 
-  // The squared bias that the loss makes at least in the candidate's H, and likewise in the rest of its shape operator.
+  // The squared bias that the loss makes at least in the candidate's H, and likewise in the rest of its shape operator,
+  // in 1 / the index's unit of length, squared.
   double SquaredBias(const ScaleCandidate& candidate) const;
 
   // What the constructor holds of each sampled point.

@@ -36,5 +36,14 @@ TEST(QuantileTest, KeepsAllValues) {
   EXPECT_EQ(values, (std::vector<double>{1.0, 2.0, 2.0, 2.0, 3.0}));
 }
 
+TEST(LowerQuantileTest, IsTheValueAtThePlaceAmongOneLess) {
+  const std::vector<double> values = {7.0, 3.0, 9.0, 1.0, 5.0};
+  for (const auto& [share, expected] :
+       std::vector<std::pair<double, double>>{{0.0, 1.0}, {0.24, 1.0}, {0.25, 3.0}, {0.5, 5.0}, {0.99, 7.0}}) {
+    EXPECT_EQ(LowerQuantile(values, share), expected) << share;
+  }
+  EXPECT_EQ(values.front(), 7.0) << "the values stay as they are";
+}
+
 }  // namespace
 }  // namespace curvd

@@ -16,7 +16,7 @@
 namespace curvd::testing {
 namespace {
 
-constexpr size_t kPoints = 20'000;
+constexpr size_t kCloudPoints = 20'000;
 // Of the points of a torus that has so many.
 constexpr double kSpacing = 0.154;
 
@@ -28,13 +28,13 @@ struct Parts {
 // A torus whose points with x above `border` have noise of one standard deviation, and all others of another.
 Parts PartlyNoisyTorus(double quiet, double noisy, double border) {
   Parts parts;
-  parts.quiet = Torus(kPoints, 1);
+  parts.quiet = Torus(kCloudPoints, 1);
   parts.noisy = parts.quiet;
   for (const auto& position : parts.quiet.positions) parts.is_noisy.push_back(position[0] > border);
   AddNoise(quiet, 2, parts.quiet);
   AddNoise(noisy, 3, parts.noisy);
   parts.both = parts.quiet;
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kCloudPoints; ++i) {
     if (parts.is_noisy[i]) parts.both.positions[i] = parts.noisy.positions[i];
   }
   return parts;
@@ -43,7 +43,7 @@ Parts PartlyNoisyTorus(double quiet, double noisy, double border) {
 // Mean angle of one part's points.
 double AngleIn(const Parts& parts, bool noisy, const NormalField& normals) {
   double sum = 0.0, count = 0.0;
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kCloudPoints; ++i) {
     if (parts.is_noisy[i] != noisy) continue;
     const auto &a = normals[i].normal, &b = parts.both.normals[i];
     const double dot = static_cast<double>(a[0]) * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -68,7 +68,7 @@ TEST(NoisyPartsTest, EachPartHasTheErrorThatItHasAlone) {
     ASSERT_TRUE(both.report.noisy_part.has_value()) << quiet;
     EXPECT_NEAR(*both.report.sigma, quiet * kSpacing, 0.15 * quiet * kSpacing + 1e-5);
     EXPECT_NEAR(*both.report.noisy_part->sigma, noisy * kSpacing, 0.15 * noisy * kSpacing);
-    const auto share = std::count(parts.is_noisy.begin(), parts.is_noisy.end(), true) / double{kPoints};
+    const auto share = std::count(parts.is_noisy.begin(), parts.is_noisy.end(), true) / double{kCloudPoints};
     EXPECT_NEAR(both.report.noisy_part->share, share, 0.1);
     EXPECT_FALSE(of_quiet.report.noisy_part.has_value() || of_noisy.report.noisy_part.has_value());
   }
@@ -77,11 +77,11 @@ TEST(NoisyPartsTest, EachPartHasTheErrorThatItHasAlone) {
 // Noise that grows along x by a factor of a hundred, in which no part has one noise: what the noise explains, and what
 // it does not, is told of each group by its own.
 TEST(NoisyPartsTest, NoiseThatGrowsIsNotTakenForBends) {
-  TestPoints torus = Torus(kPoints, 1);
+  TestPoints torus = Torus(kCloudPoints, 1);
   const TestPoints exact = torus;
   TestPoints moved = torus;
   AddNoise(1.0, 2, moved);
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kCloudPoints; ++i) {
     const double sigma = 0.3 * kSpacing * std::pow(10.0, (exact.positions[i][0] - 8.0) / 8.0);
     for (size_t axis = 0; axis < 3; ++axis) {
       const double offset = static_cast<double>(moved.positions[i][axis]) - exact.positions[i][axis];
@@ -96,7 +96,7 @@ TEST(NoisyPartsTest, NoiseThatGrowsIsNotTakenForBends) {
 // Where noisy stripes are narrower than neighborhoods, all points get those of both.
 TEST(NoisyPartsTest, NarrowStripesAreNoParts) {
   Parts parts = PartlyNoisyTorus(0.03 * kSpacing, 0.3 * kSpacing, 0.0);
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kCloudPoints; ++i) {
     const bool is_noisy = std::fmod(parts.quiet.positions[i][0] + 8.0, 3.2) < 1.6;
     parts.both.positions[i] = is_noisy ? parts.noisy.positions[i] : parts.quiet.positions[i];
   }
@@ -139,7 +139,7 @@ TEST(NoisyPartsTest, NoRepairTurnsSmallPartsOfOneSheet) {
   for (const size_t middle : {0, 2, 4}) {
     Parts parts = PartlyNoisyTorus(0.1 * kSpacing, 2.5 * kSpacing, 0.0);
     const auto around = parts.quiet.positions[middle];
-    for (size_t i = 0; i < kPoints; ++i) {
+    for (size_t i = 0; i < kCloudPoints; ++i) {
       const auto& p = parts.quiet.positions[i];
       parts.is_noisy[i] = std::hypot(p[0] - around[0], p[1] - around[1], p[2] - around[2]) < 3.7f;
       parts.both.positions[i] = parts.is_noisy[i] ? parts.noisy.positions[i] : p;
@@ -210,8 +210,8 @@ TEST(NoisyPartsTest, GroupsAreFittedAsTheirPartIs) {
     as_noisy += made.normals[place] == of_noisy.normals[place] ? 1 : 0;
   }
   EXPECT_EQ(as_quiet + as_fewer + as_noisy, index.point_count());
-  EXPECT_GT(as_quiet, kPoints / 2);
-  EXPECT_GT(as_noisy, kPoints / 4);
+  EXPECT_GT(as_quiet, kCloudPoints / 2);
+  EXPECT_GT(as_noisy, kCloudPoints / 4);
   EXPECT_GT(as_fewer, 0u);
 }
 
@@ -231,8 +231,8 @@ TEST(NoisyPartsTest, HalvesAreThoseOfThePartThatHasThem) {
   const PlacedNormals made = MakeByPlace(index, fit);
   MakeHalfNormals(index, fit);
   const size_t same = CountKeptByHalves(index, made);
-  EXPECT_GT(same, kPoints / 2);
-  EXPECT_LT(same, kPoints * 3 / 4);
+  EXPECT_GT(same, kCloudPoints / 2);
+  EXPECT_LT(same, kCloudPoints * 3 / 4);
   fit.noisy_part.reset();
   EXPECT_FALSE(HasHalves(fit, index));
 }

@@ -18,13 +18,13 @@
 namespace curvd::testing {
 namespace {
 
-constexpr size_t kPoints = 10'000;
+constexpr size_t kSolidPoints = 10'000;
 constexpr double kHeight = 1.5;
 // Of the points of a block that has so many, of 2 x 2 x kHeight.
-const double kBlockSpacing = std::sqrt((8.0 + 8.0 * kHeight) / kPoints);
+const double kBlockSpacing = std::sqrt((8.0 + 8.0 * kHeight) / kSolidPoints);
 
 TestPoints NoisyBlock(double noise_in_spacings, uint64_t seed) {
-  TestPoints block = ClosedPlate(kPoints, kHeight, seed);
+  TestPoints block = ClosedPlate(kSolidPoints, kHeight, seed);
   AddNoise(noise_in_spacings * kBlockSpacing, seed + 1, block);
   return block;
 }
@@ -96,7 +96,7 @@ TEST(EdgePartsTest, PointsBesideEdgesHaveFewNeighbors) {
 
 TEST(EdgePartsTest, SmoothSurfacesHaveNone) {
   for (const double noise : {0.02, 0.1, 0.3}) {
-    TestPoints torus = Torus(kPoints, 1), sphere = Sphere(kPoints, 1.0);
+    TestPoints torus = Torus(kSolidPoints, 1), sphere = Sphere(kSolidPoints, 1.0);
     AddNoise(noise * 0.218, 2, torus);
     AddNoise(noise * 0.0354, 3, sphere);
     EXPECT_FALSE(ChosenFor(BuildIndex(torus.ToCloud())).fit.edge_part.has_value()) << noise;
@@ -106,10 +106,10 @@ TEST(EdgePartsTest, SmoothSurfacesHaveNone) {
 
 // What leaves much of few neighbors, and as much of many, is noise.
 TEST(EdgePartsTest, NoiseThatDiffersFromPlaceToPlaceIsNoEdge) {
-  TestPoints torus = Torus(kPoints, 1), noisy = torus;
+  TestPoints torus = Torus(kSolidPoints, 1), noisy = torus;
   AddNoise(0.1 * 0.218, 2, torus);
   AddNoise(0.22 * 0.218, 3, noisy);
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kSolidPoints; ++i) {
     if (torus.positions[i][0] > 1.0f) torus.positions[i] = noisy.positions[i];
   }
   EXPECT_FALSE(ChosenFor(BuildIndex(torus.ToCloud())).fit.edge_part.has_value());
@@ -143,12 +143,12 @@ TEST(EdgePartsTest, EachPointHasTheFirstFitThatIsClear) {
       as.back() += made.normals[place] == of_rung.normals[place] && made.residuals[place] == of_rung.residuals[place];
     }
     // Of 100 points a few lie near an edge whose neighborhoods do not.
-    EXPECT_GT(as.back(), kPoints / 100) << count;
+    EXPECT_GT(as.back(), kSolidPoints / 100) << count;
   }
   size_t all = 0;
   for (const size_t count : as) all += count;
   EXPECT_EQ(all, index.point_count());
-  EXPECT_GT(as.front(), kPoints / 4);
+  EXPECT_GT(as.front(), kSolidPoints / 4);
 }
 
 TEST(EdgePartsTest, RunsInPartsAreTheSame) {
@@ -164,8 +164,8 @@ TEST(EdgePartsTest, FacesHaveNormalsOfHalves) {
   const PlacedNormals made = MakeByPlace(index, fit);
   MakeHalfNormals(index, fit);
   const size_t same = CountKeptByHalves(index, made);
-  EXPECT_GT(same, kPoints / 50);
-  EXPECT_LT(same, kPoints / 3);
+  EXPECT_GT(same, kSolidPoints / 50);
+  EXPECT_LT(same, kSolidPoints / 3);
 }
 
 TEST(EdgePartsTest, TheIndexTellsOfEdges) {

@@ -52,8 +52,7 @@ size_t LastRung(size_t most_neighbors) {
 
 TEST(LostDetailTest, IsTheMeanCurvatureOfTheWavesThatAreLost) {
   for (const double wavelength : {5.0, 8.0, 12.0}) {
-    const LostDetail detail(TableOf([&](double radius) { return kSquaredNoise + LostOf(wavelength, radius); }),
-                            RadiiOfRungs());
+    const LostDetail detail(TableOf([&](double radius) { return kSquaredNoise + LostOf(wavelength, radius); }));
     // H is half of the wave number's square times the height.
     const double wave_number = 2.0 * std::numbers::pi / wavelength;
     const double curvature = 0.5 * wave_number * wave_number * std::sqrt(kSquaredHeight);
@@ -66,7 +65,7 @@ TEST(LostDetailTest, IsTheMeanCurvatureOfTheWavesThatAreLost) {
 }
 
 TEST(LostDetailTest, MethodsLoseThemAtScalesOfTheirOwn) {
-  const LostDetail detail(TableOf([](double radius) { return kSquaredNoise + LostOf(8.0, radius); }), RadiiOfRungs());
+  const LostDetail detail(TableOf([](double radius) { return kSquaredNoise + LostOf(8.0, radius); }));
   const size_t rung = LastRung(200);
   const auto bias = [&](size_t method, size_t at) { return detail.SquaredBias({method, at}); };
   EXPECT_GT(bias(kQuarticMethod, rung), 0.0);
@@ -81,7 +80,7 @@ TEST(LostDetailTest, MethodsLoseThemAtScalesOfTheirOwn) {
 
 TEST(LostDetailTest, NeitherNoiseNorSmoothSurfacesHaveAny) {
   const auto last = [](const PilotTable& table) {
-    return LostDetail(table, RadiiOfRungs()).SquaredBias({kQuarticMethod, kRungCount - 1});
+    return LostDetail(table).SquaredBias({kQuarticMethod, kRungCount - 1});
   };
   EXPECT_EQ(last(TableOf([](double) { return kSquaredNoise; })), 0.0);
   EXPECT_EQ(last(TableOf([](double radius) { return kSquaredNoise + 1e-11 * std::pow(radius, 10.0); })), 0.0);
@@ -93,7 +92,7 @@ TEST(LostDetailTest, NeitherNoiseNorSmoothSurfacesHaveAny) {
 // Balls of two standard deviations hold what noise leaves in them, which grows until they hold it all.
 TEST(LostDetailTest, NoiseAsLargeAsTheSmallestNeighborhoodsHasNone) {
   const PilotTable table = TableOf([](double radius) { return 4.0 / (1.0 + 16.0 / (radius * radius)); });
-  EXPECT_EQ(LostDetail(table, RadiiOfRungs()).SquaredBias({kQuarticMethod, kRungCount - 1}), 0.0);
+  EXPECT_EQ(LostDetail(table).SquaredBias({kQuarticMethod, kRungCount - 1}), 0.0);
 }
 
 // A third of the neighborhoods grow into a noisier part.
@@ -101,14 +100,14 @@ TEST(LostDetailTest, WhatAFewPointsLoseIsNone) {
   PilotTable table = TableOf([](double) { return kSquaredNoise; });
   const PilotTable others = TableOf([](double radius) { return kSquaredNoise + 4.0 * LostOf(8.0, radius); });
   std::copy_n(others.begin(), table.size() / 3, table.begin());
-  EXPECT_EQ(LostDetail(table, RadiiOfRungs()).SquaredBias({kQuarticMethod, kRungCount - 1}), 0.0);
+  EXPECT_EQ(LostDetail(table).SquaredBias({kQuarticMethod, kRungCount - 1}), 0.0);
 }
 
 TEST(LostDetailTest, NeedsJetsAtNearlyAllPoints) {
   PilotTable table = TableOf([](double radius) { return kSquaredNoise + LostOf(8.0, radius); });
-  EXPECT_GT(LostDetail(table, RadiiOfRungs()).SquaredBias({kQuarticMethod, kRungCount - 1}), 0.0);
+  EXPECT_GT(LostDetail(table).SquaredBias({kQuarticMethod, kRungCount - 1}), 0.0);
   for (size_t i = 0; i < table.size() / 10; ++i) table[i].residual.fill(PilotPoint::kNone);
-  EXPECT_EQ(LostDetail(table, RadiiOfRungs()).SquaredBias({kQuarticMethod, kRungCount - 1}), 0.0);
+  EXPECT_EQ(LostDetail(table).SquaredBias({kQuarticMethod, kRungCount - 1}), 0.0);
 }
 
 }  // namespace

@@ -12,52 +12,10 @@
 namespace curvd::testing {
 namespace {
 
-// Points without estimates, with a radius of 1 and a residual of 0.2 at every rung.
-PilotTable Residuals() {
-  PilotTable table;
-  for (int i = 0; i < 100; ++i) {
-    PilotPoint point({static_cast<float>(i), 0.0f, 0.0f});
-    point.radius.fill(1.0f);
-    point.residual.fill(0.2f);
-    table.push_back(point);
-  }
-  return table;
-}
-
-double SigmaOf(const PilotTable& table) {
-  return ScaleJudge(table, ScaleBounds{}, ScaleJudge::Quantity::kMean).sigma();
-}
-
-void SetResidual(size_t rung, float residual, PilotTable& table) {
-  for (PilotPoint& point : table) point.residual[rung] = residual;
-}
-
-TEST(ScaleJudgeTest, NoiseIsTheLeastResidualSinceDetailOnlyAdds) {
-  PilotTable table = Residuals();
-  EXPECT_FLOAT_EQ(SigmaOf(table), 0.2f);
-  SetResidual(5, 0.1f, table);
-  EXPECT_FLOAT_EQ(SigmaOf(table), 0.1f);
-}
-
-TEST(ScaleJudgeTest, NoiseIsNotToldFromNeighborhoodsTooSmallForTheJet) {
-  PilotTable table = Residuals();
-  SetResidual(0, 0.01f, table);
-  SetResidual(1, 0.01f, table);
-  EXPECT_FLOAT_EQ(SigmaOf(table), 0.2f);
-  SetResidual(2, 0.01f, table);
-  EXPECT_FLOAT_EQ(SigmaOf(table), 0.01f);
-}
-
-TEST(ScaleJudgeTest, NoiseIsNotToldFromNeighborhoodsLessThanFourTimesAsLarge) {
-  PilotTable table = Residuals();
-  for (PilotPoint& point : table) {
-    point.radius.fill(0.7f);  // 3.5 times the residual
-    point.radius[8] = 0.9f;
-    point.residual[8] = 0.21f;  // 4.3 times
-  }
-  EXPECT_FLOAT_EQ(SigmaOf(table), 0.21f);
-  for (PilotPoint& point : table) point.radius[8] = 0.8f;  // 3.8 times: no rung is left
-  EXPECT_EQ(SigmaOf(table), 0.0);
+// Where no waves are lost.
+ScaleJudge JudgeOf(const PilotTable& table, ScaleJudge::Quantity quantity = ScaleJudge::Quantity::kMean) {
+  static const LostDetail kNothing;
+  return ScaleJudge(table, ScaleBounds{}, kNothing, quantity);
 }
 
 // Points at which hexagrams of 64 and more neighbors err by `bias`, in one direction or the other, with little noise,
@@ -98,13 +56,13 @@ double LeastErrorOf(size_t method, const std::vector<ScaleScore>& scores) {
 TEST(ScaleJudgeTest, WhatAllScalesOfAMethodSmoothAwayShowsBesideTheCubicRegression) {
   for (const double bias : {0.05, 0.2}) {
     const PilotTable table = BiasedHexagrams(bias);
-    const ScaleJudge judge(table, ScaleBounds{}, ScaleJudge::Quantity::kMean);
+    const ScaleJudge judge = JudgeOf(table);
     const std::vector<ScaleScore> scores = judge.Scores();
     EXPECT_NEAR(LeastErrorOf(kHexagramMethod, scores), bias, 0.25 * bias) << "all scales agree with each other";
     EXPECT_NEAR(LeastErrorOf(kRegressionMethod, scores), 0.01, 0.005);
 
     // Of the Gaussian curvature, which is the square here, the bias is twice as large.
-    const ScaleJudge of_gaussian(table, ScaleBounds{}, ScaleJudge::Quantity::kGaussian);
+    const ScaleJudge of_gaussian = JudgeOf(table, ScaleJudge::Quantity::kGaussian);
     EXPECT_NEAR(LeastErrorOf(kHexagramMethod, of_gaussian.ScoresOf(scores, judge)), 2.0 * bias, 0.5 * bias);
 
     // So it is where the mean curvature has ruled the hexagrams out before it looked for their bias.
@@ -142,14 +100,14 @@ PilotTable BiasedNormals(double bias, float residual) {
 TEST(ScaleJudgeTest, WhatNormalsShareWithTheirNeighborsShowsBesideExactPositions) {
   const PilotTable exact = BiasedNormals(0.2, 0.0f), agreeing = BiasedNormals(0.01, 0.0f),
                    noisy = BiasedNormals(0.2, 0.002f);
-  const ScaleJudge judge(exact, ScaleBounds{}, ScaleJudge::Quantity::kMean);
+  const ScaleJudge judge = JudgeOf(exact);
   const std::vector<ScaleScore> scores = judge.Scores();
   EXPECT_NEAR(LeastErrorOf(kRegressionMethod, scores), 0.2, 0.05);
   EXPECT_NEAR(LeastErrorOf(kQuarticMethod, scores), 0.01, 0.005);
-  const ScaleJudge of_gaussian(exact, ScaleBounds{}, ScaleJudge::Quantity::kGaussian);
+  const ScaleJudge of_gaussian = JudgeOf(exact, ScaleJudge::Quantity::kGaussian);
   EXPECT_NEAR(LeastErrorOf(kRegressionMethod, of_gaussian.ScoresOf(scores, judge)), 0.4, 0.1);
   for (const PilotTable* const table : {&agreeing, &noisy}) {
-    const ScaleJudge other(*table, ScaleBounds{}, ScaleJudge::Quantity::kMean);
+    const ScaleJudge other = JudgeOf(*table);
     EXPECT_NEAR(LeastErrorOf(kRegressionMethod, other.Scores()), 0.01, 0.005);
   }
 }
@@ -175,8 +133,8 @@ TEST(ScaleJudgeTest, TheTracelessPartIsJudgedAsAVectorWhateverThePointsFrames) {
       }
     }
     constexpr auto kTraceless = ScaleJudge::Quantity::kTraceless;
-    const std::vector<ScaleScore> scores = ScaleJudge(table, ScaleBounds{}, kTraceless).Scores();
-    const std::vector<ScaleScore> of_turned = ScaleJudge(turned, ScaleBounds{}, kTraceless).Scores();
+    const std::vector<ScaleScore> scores = JudgeOf(table, kTraceless).Scores();
+    const std::vector<ScaleScore> of_turned = JudgeOf(turned, kTraceless).Scores();
     EXPECT_NEAR(LeastErrorOf(kHexagramMethod, scores), bias, 0.25 * bias);
     EXPECT_NEAR(LeastErrorOf(kRegressionMethod, scores), 0.01, 0.005);
     ASSERT_EQ(of_turned.size(), scores.size());
@@ -214,7 +172,7 @@ PilotTable RegressionsWithCommonNoise(int points, double share) {
 TEST(ScaleJudgeTest, NoiseOfSmallNeighborhoodsIsNoBiasOfLargeOnes) {
   const auto least_error = [](int points, double share) {
     const PilotTable table = RegressionsWithCommonNoise(points, share);
-    return LeastErrorOf(kRegressionMethod, ScaleJudge(table, ScaleBounds{}, ScaleJudge::Quantity::kMean).Scores());
+    return LeastErrorOf(kRegressionMethod, JudgeOf(table).Scores());
   };
   // A standard error is 0.1.
   EXPECT_LT(least_error(400, 0.23), 0.01);
@@ -224,10 +182,32 @@ TEST(ScaleJudgeTest, NoiseOfSmallNeighborhoodsIsNoBiasOfLargeOnes) {
   EXPECT_GT(least_error(60, 0.7), 100.0);
 }
 
+TEST(ScaleJudgeTest, WavesThatNeighborhoodsLoseAreTheirBias) {
+  PilotTable table = BiasedHexagrams(0.0);
+  // Waves with a height of 0.1, which jets lose at the radius of 128 neighbors.
+  for (size_t i = 0; i < table.size(); ++i) {
+    const float chance = i % 2 == 0 ? 0.99f : 1.01f;
+    for (size_t rung = 0; rung < kRungCount; ++rung) {
+      table[i].radius[rung] = std::sqrt(static_cast<float>(kScaleRungs[rung]));
+      table[i].residual[rung] = chance * (rung < 6 ? 0.05f : 0.1f);
+    }
+  }
+  const LostDetail waves(table);
+  const std::vector<ScaleScore> scores = ScaleJudge(table, ScaleBounds{}, waves, ScaleJudge::Quantity::kMean).Scores();
+  size_t found = 0;
+  for (const ScaleScore& score : scores) {
+    if (!score.is_bias_known) continue;
+    const double lost = std::sqrt(waves.SquaredBias(score.candidate));
+    EXPECT_GE(score.bias, lost) << score.candidate.method << ", " << score.candidate.rung;
+    found += lost > 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(found, 0u);
+}
+
 TEST(ScaleJudgeTest, AFewPointsThatAreFarOffCountInTheError) {
   PilotTable table = BiasedHexagrams(0.0);
   const auto least_error = [&] {
-    const ScaleJudge judge(table, ScaleBounds{}, ScaleJudge::Quantity::kMean);
+    const ScaleJudge judge = JudgeOf(table);
     return LeastErrorOf(kRegressionMethod, judge.Scores());
   };
   const double before = least_error();
@@ -244,8 +224,10 @@ TEST(ScaleJudgeTest, AFewPointsThatAreFarOffCountInTheError) {
 // What the smallest cubic regression is expected to err by, where from scale to scale it changes by these values at
 // every point, and no halves tell of noise.
 double ErrorOfFirstRung(const std::vector<float>& changes) {
-  PilotTable table = Residuals();
-  for (PilotPoint& point : table) {
+  PilotTable table;
+  for (int i = 0; i < 100; ++i) {
+    PilotPoint& point = table.emplace_back(std::array<float, 3>{static_cast<float>(i), 0.0f, 0.0f});
+    point.radius.fill(1.0f);
     point.steepest.fill(1.0f);
     point.residual.fill(0.0f);
     float value = 1.0f;
@@ -256,7 +238,7 @@ double ErrorOfFirstRung(const std::vector<float>& changes) {
       if (rung < changes.size()) value += changes[rung];
     }
   }
-  const ScaleJudge judge(table, ScaleBounds{}, ScaleJudge::Quantity::kMean);
+  const ScaleJudge judge = JudgeOf(table);
   return judge.Scores().front().error;
 }
 
