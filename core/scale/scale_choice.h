@@ -21,9 +21,11 @@ struct ScaleScore {
   double error;               // all of it
   double difference;          // from the next larger scale, as it is found at the sampled points
   double noise;               // what differs between the halves of a neighborhood
-  double bias;                // what the halves have in common that smaller neighborhoods show otherwise
+  double bias;                // what is told of detail that is smoothed away
   double share = 0.0;         // mean weight in the mean curvature over the sampled points; 0: not among the chosen
   bool is_bias_known = true;  // else it was not looked for, as the rest of the error is far above the least
+  // How many times its change to the next scale the bias is, as changes grow from scale to scale; 0: they do not tell.
+  double bias_per_change = 0.0;
 };
 
 // Which candidates may be chosen.

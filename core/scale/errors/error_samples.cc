@@ -68,7 +68,8 @@ bool HaveChanges(const PilotPoint& point, const ScaleCandidate& one) {
 // The smoothing of a candidate in terms of a scale that has a next one: the largest that has one at half of the points
 // and is no larger than the candidate.
 struct Comparison {
-  Comparison(PilotPoints table, const ScaleCandidate& candidate) : from(candidate) {
+  Comparison(PilotPoints table, const ScaleCandidate& candidate, const std::vector<ScaleScore>& scores)
+      : from(candidate) {
     const auto is_known = [&](const PilotPoint& point) { return IsFinite(ChangeOf(point, from, PilotPoint::kAll)); };
     while (from.rung > 0 &&
            2 * static_cast<size_t>(std::count_if(table.begin(), table.end(), is_known)) < table.size()) {
@@ -76,9 +77,15 @@ struct Comparison {
     }
     // Smoothing takes away what grows at least with the square of the radius.
     factor = static_cast<double>(candidate.count()) / from.count();
+    // That of a smooth surface, or what was found where changes grow less.
+    bias_per_change = 1.0 / (BiasGrowth(from.method) - 1.0);
+    for (const ScaleScore& score : scores) {
+      if (score.candidate == from) bias_per_change = std::max(bias_per_change, score.bias_per_change);
+    }
   }
   ScaleCandidate from;
-  double factor;  // smoothing of the candidate over that of `from`
+  double factor;           // smoothing of the candidate over that of `from`
+  double bias_per_change;  // of `from`, where its change has no noise in it
 };
 
 // Takes the samples of one sampled point after the other.
@@ -90,7 +97,7 @@ class ErrorSampler {
         variance_factors_(variance_factors),
         local_weights_(table, choice),
         samples_(table) {
-    for (const ScaleCandidate& candidate : choice.chosen) comparisons_.emplace_back(table, candidate);
+    for (const ScaleCandidate& candidate : choice.chosen) comparisons_.emplace_back(table, candidate, choice.scores);
     const ScaleScore* best = nullptr;
     for (const ScaleScore& score : choice.scores) {
       if (score.candidate.method != kRegressionMethod) continue;
@@ -163,12 +170,12 @@ class ErrorSampler {
     if (!weight.IsPositive()) return;
     ShapeParts of_whole{};
     for (size_t c = 0; c < choice_.chosen.size(); ++c) {
-      const auto& [from, factor] = comparisons_[c];
+      const auto& [from, factor, bias_per_change] = comparisons_[c];
       const TangentShape whole = ChangeOf(point, from, PilotPoint::kAll);
       if (!IsFinite(whole)) continue;
       const double share = weights_[c].mean / weight.mean;
       if (HaveChanges(point, from)) {
-        const double bias = factor / (BiasGrowth(from.method) - 1.0), error = kBiasMargin * bias;
+        const double bias = factor * bias_per_change, error = kBiasMargin * bias;
         const ShapeWeight root = RootShare(weights_[c], weight);
         AddProducts(axes.PartsOf(root * ChangeOf(point, from, PilotPoint::kEven)),
                     axes.PartsOf(root * ChangeOf(point, from, PilotPoint::kOdd)), error * error, sample.detail);

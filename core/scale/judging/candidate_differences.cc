@@ -7,6 +7,8 @@
 
 #include "core/base/median.h"
 #include "core/base/quantile.h"
+#include "core/scale/errors/scale_changes.h"
+#include "core/scale/judging/position_noise.h"
 #include "core/scale/pilot/sample_medians.h"
 
 namespace curvd {
@@ -63,13 +65,16 @@ CandidateDifferences::CandidateDifferences(PilotPoints table, Quantity quantity)
     median_radii_[rung] = curvd::MedianRadius(table_, rung);
     floors_[rung] = FloorAt(rung);
   }
+  const bool is_exact = PositionsAreExact(table_);
   for (size_t m = 0; m < kMethodCount; ++m) {
     const size_t step = kScaleMethods[m].compared_rungs;
     for (size_t rung = 0; rung < kRungCount; ++rung) {
       of_cloud_[m][rung] = MedianDifference({m, rung}, step);
-      variances_[m][rung] = VarianceOf({m, rung});
+      variances_[m][rung] = VarianceOfHalves({m, rung});
     }
     AddLastDifferences(m);
+    // Of exact positions halves of few neighbors differ by how these lie, which no larger ones tell.
+    if (!is_exact) AddFirstVariances(m);
   }
 }
 
@@ -103,8 +108,8 @@ bool CandidateDifferences::HasHalves(const ScaleCandidate& candidate) const {
   return IsEnough(known, kLeastShareOfHalves, candidate.rung);
 }
 
-std::optional<double> CandidateDifferences::CommonSquare(const ScaleCandidate& candidate,
-                                                         const ScaleCandidate& other) const {
+std::optional<CommonChange> CandidateDifferences::CommonTo(const ScaleCandidate& candidate,
+                                                           const ScaleCandidate& other) const {
   std::vector<double> products;
   const CandidateValues::Column even = values_.Of(candidate, PilotPoint::kEven),
                                 other_even = values_.Of(other, PilotPoint::kEven);
@@ -128,7 +133,15 @@ std::optional<double> CandidateDifferences::CommonSquare(const ScaleCandidate& c
   const double size = static_cast<double>(products.size()), mean = sum / size;
   // Neighborhoods of sampled points overlap: a quarter of the points are independent.
   const double standard_error = std::sqrt(std::max(squares / size - mean * mean, 0.0) / (size / 4.0));
-  return mean > kLeastCommon * std::sqrt(squares / size) ? mean - 2.0 * standard_error : 0.0;
+  return CommonChange{mean, standard_error, squares / size};
+}
+
+std::optional<double> CandidateDifferences::CommonSquare(const ScaleCandidate& candidate,
+                                                         const ScaleCandidate& other) const {
+  const std::optional<CommonChange> common = CommonTo(candidate, other);
+  if (!common.has_value()) return std::nullopt;
+  const bool counts = common->mean > kLeastCommon * std::sqrt(common->mean_square);
+  return counts ? common->mean - 2.0 * common->standard_error : 0.0;
 }
 
 double CandidateDifferences::CommonSquareBesideSmaller(const ScaleCandidate& candidate) const {
@@ -139,6 +152,15 @@ double CandidateDifferences::CommonSquareBesideSmaller(const ScaleCandidate& can
     most = std::max(most, *common);
   }
   return most;
+}
+
+GrowingBias CandidateDifferences::FindGrowingBias(size_t method) const {
+  const size_t step = kScaleMethods[method].compared_rungs;
+  std::array<std::optional<CommonChange>, kRungCount> changes;
+  for (size_t rung = 0; rung + step < kRungCount; ++rung) {
+    changes[rung] = CommonTo({method, rung}, {method, rung + step});
+  }
+  return {changes, step};
 }
 
 size_t CandidateDifferences::ComparedRung(const ScaleCandidate& candidate) const {
@@ -165,7 +187,7 @@ double CandidateDifferences::FloorAt(size_t rung) const {
   return of_mean * std::max(2.0 * (std::isfinite(steepest) ? steepest : 0.0), of_mean);
 }
 
-double CandidateDifferences::VarianceOf(const ScaleCandidate& candidate) const {
+double CandidateDifferences::VarianceOfHalves(const ScaleCandidate& candidate) const {
   std::vector<double> values =
       DistancesOf(values_.Of(candidate, PilotPoint::kEven), values_.Of(candidate, PilotPoint::kOdd));
   if (!IsEnough(values.size(), kLeastShareOfHalves, candidate.rung)) return 0.0;
@@ -173,6 +195,18 @@ double CandidateDifferences::VarianceOf(const ScaleCandidate& candidate) const {
   const double factor =
       quantity_ == Quantity::kTraceless ? kVariancePerSquaredMedianOfVectors : kVariancePerSquaredMedian;
   return 0.25 * factor * median * median;
+}
+
+void CandidateDifferences::AddFirstVariances(size_t method) {
+  auto& variances = variances_[method];
+  const size_t step = kScaleMethods[method].compared_rungs;
+  size_t first = 0;
+  while (first < kRungCount && variances[first] == 0.0) ++first;
+  if (first == 0 || first + step >= kRungCount || variances[first + step] == 0.0) return;
+  const double of_noise = 1.0 / VarianceLeft(method), found = variances[first] / variances[first + step];
+  if (found < std::sqrt(of_noise)) return;
+  const double per_rung = std::pow(std::min(found, of_noise), 1.0 / static_cast<double>(step));
+  for (size_t rung = first; rung-- > 0;) variances[rung] = variances[rung + 1] * per_rung;
 }
 
 std::optional<double> CandidateDifferences::MedianDifference(const ScaleCandidate& candidate, size_t step) const {

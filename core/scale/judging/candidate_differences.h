@@ -9,6 +9,7 @@
 
 #include "core/estimators/scale_ladder.h"
 #include "core/scale/judging/candidate_values.h"
+#include "core/scale/judging/growing_bias.h"
 #include "core/scale/pilot/pilot_table.h"
 
 namespace curvd {
@@ -42,14 +43,17 @@ class CandidateDifferences {
 
   // Whether the halves of neighborhoods, too, have estimates at nearly all points.
   bool HasHalves(const ScaleCandidate& candidate) const;
-  // The variance of the candidate's estimates that noise makes, as halves show it; 0 without halves.
+  // The variance of the candidate's estimates that noise makes, as halves show it, or those of larger neighborhoods; 0
+  // if neither do.
   double Variance(const ScaleCandidate& candidate) const { return variances_[candidate.method][candidate.rung]; }
-  // The mean of the products of what each half of a neighborhood shows beyond that of another candidate, less what
-  // chance makes of it: detail that one of them smooths away is common to both halves, noise is not. None without
-  // halves.
+  // What both halves of a neighborhood show beyond those of another candidate. None without halves.
+  std::optional<CommonChange> CommonTo(const ScaleCandidate& candidate, const ScaleCandidate& other) const;
+  // The mean of it, less what chance makes of it. None without halves.
   std::optional<double> CommonSquare(const ScaleCandidate& candidate, const ScaleCandidate& other) const;
   // The largest of them beside smaller neighborhoods.
   double CommonSquareBesideSmaller(const ScaleCandidate& candidate) const;
+  // What the changes from scale to scale tell of a method's bias.
+  GrowingBias FindGrowingBias(size_t method) const;
 
   // What it holds of each sampled point.
   static constexpr size_t BytesPerSample(Quantity quantity) { return CandidateValues::BytesPerSample(quantity); }
@@ -61,7 +65,9 @@ class CandidateDifferences {
   bool IsEnough(size_t count, double share, size_t rung) const;
   bool HasEstimates(const ScaleCandidate& candidate) const;
   double FloorAt(size_t rung) const;
-  double VarianceOf(const ScaleCandidate& candidate) const;
+  double VarianceOfHalves(const ScaleCandidate& candidate) const;
+  // Of neighborhoods without halves, where that of the first with halves falls as noise does.
+  void AddFirstVariances(size_t method);
   // By how much estimates differ from those so many rungs on, as an error.
   std::optional<double> MedianDifference(const ScaleCandidate& candidate, size_t step) const;
   // The last rungs have no next one to be compared with: their differences go on as those of single steps do.

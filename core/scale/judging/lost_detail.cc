@@ -30,7 +30,7 @@ constexpr double kMargin = 2.0;
 // Jets begin to lose waves so many rungs before they lose most.
 constexpr size_t kRungsBeforePeak = 3;
 // The median growth must be this share of the mean one.
-constexpr double kLeastMedianOverMean = 0.5;
+constexpr double kLeastMedianOverMean = 0.85;
 // By the same number of neighbors methods of the second order lose waves as jets of degree 4 do so many rungs on;
 // regressions of the normals of degree 3, which count the nearest the most, and jets of degree 6 as those so many rungs
 // before.

@@ -39,7 +39,9 @@ ScaleJudge::ScaleJudge(PilotPoints table, const ScaleBounds& bounds, const LostD
       lost_detail_(lost_detail),
       sigma_(PositionNoise(table).value_or(0.0)),
       noise_bias_(FindNoiseBias()) {
+  // The Gaussian curvature takes its biases from the mean one.
   if (quantity == Quantity::kGaussian) return;
+  for (size_t m = 0; m < kMethodCount; ++m) growing_bias_[m] = differences_.FindGrowingBias(m);
   reference_ = FindReference({kRegressionMethod});
   reference_of_positions_ = FindReferenceOfPositions();
 }
@@ -173,10 +175,11 @@ double ScaleJudge::SquaredBiasOfNormals(const std::optional<ScaleScore>& jets, c
 }
 
 ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate) const {
-  return ScoreOf(
-      candidate,
-      std::max({differences_.CommonSquareBesideSmaller(candidate), SquaredBiasBeside(reference_, candidate),
-                SquaredBiasOfNormals(reference_of_positions_, candidate), lost_detail_.SquaredBias(candidate)}));
+  const double growing = growing_bias_[candidate.method].At(candidate.rung);
+  return ScoreOf(candidate, std::max({differences_.CommonSquareBesideSmaller(candidate), growing * growing,
+                                      SquaredBiasBeside(reference_, candidate),
+                                      SquaredBiasOfNormals(reference_of_positions_, candidate),
+                                      lost_detail_.SquaredBias(candidate)}));
 }
 
 ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_bias) const {
@@ -185,7 +188,12 @@ ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_b
   const double known = std::sqrt(std::max(difference * difference, variance + squared_bias) + from_noise * from_noise);
   const ScaleMethod& method = kScaleMethods[candidate.method];
   const double error = (differences_.quantity() == Quantity::kGaussian ? method.gaussian_doubt : method.doubt) * known;
-  return ScaleScore{candidate, error, difference, std::sqrt(variance), std::sqrt(squared_bias)};
+  return {.candidate = candidate,
+          .error = error,
+          .difference = difference,
+          .noise = std::sqrt(variance),
+          .bias = std::sqrt(squared_bias),
+          .bias_per_change = growing_bias_[candidate.method].PerChange(candidate.rung)};
 }
 
 ScaleScore ScaleJudge::ScoreWithoutBias(const ScaleCandidate& candidate) const {

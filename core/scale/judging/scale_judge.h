@@ -1,12 +1,14 @@
 // Judges by a table of estimates how far each way to estimate a cloud is off (docs/numerics/automatic_choice.md).
 #pragma once
 
+#include <array>
 #include <initializer_list>
 #include <optional>
 #include <vector>
 
 #include "core/estimators/scale_ladder.h"
 #include "core/scale/judging/candidate_differences.h"
+#include "core/scale/judging/growing_bias.h"
 #include "core/scale/judging/lost_detail.h"
 #include "core/scale/pilot/pilot_table.h"
 #include "core/scale/scale_choice.h"
@@ -63,6 +65,7 @@ class ScaleJudge {
   const ScaleBounds bounds_;
   const CandidateDifferences differences_;
   const LostDetail& lost_detail_;
+  std::array<GrowingBias, kMethodCount> growing_bias_;
   const double sigma_, noise_bias_;
   // The cubic regression of the normals that is expected to err the least: methods of the second order are compared
   // with it. Not where the quantity is the Gaussian curvature, which takes that of the mean curvature.

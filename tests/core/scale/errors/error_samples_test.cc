@@ -113,6 +113,19 @@ TEST(ErrorSamplesTest, WhatSmoothingTakesIsSeenThroughTheNoise) {
   EXPECT_NEAR(mean.lean, -difference, 0.01) << "the estimate is too small";
 }
 
+TEST(ErrorSamplesTest, WhereChangesHardlyGrowTheErrorIsAsManyTimesThem) {
+  const PilotTable table = MakeTable(0.02, 0.2);
+  ScaleChoice choice = Choosing(kRung);
+  const ErrorSample smooth = MeanOf(SampleErrors(table, choice, kOne));
+  choice.scores.front().bias_per_change = 2.5;
+  const ErrorSample detailed = MeanOf(SampleErrors(table, choice, kOne));
+  EXPECT_NEAR(detailed.detail[kMeanPart] / smooth.detail[kMeanPart], 2.5 * 2.5, 1e-6);
+  EXPECT_NEAR(detailed.lean / smooth.lean, 2.5, 1e-6);
+  // That of a smooth surface is the least.
+  choice.scores.front().bias_per_change = 0.5;
+  EXPECT_EQ(MeanOf(SampleErrors(table, choice, kOne)).detail[kMeanPart], smooth.detail[kMeanPart]);
+}
+
 TEST(ErrorSamplesTest, JetsOfDegreeSixLoseLessThanTheirNextScale) {
   constexpr double kLost = 0.2;
   const PilotTable table = MakeTable(0.0, kLost);

@@ -204,6 +204,26 @@ TEST(ScaleJudgeTest, WavesThatNeighborhoodsLoseAreTheirBias) {
   EXPECT_GT(found, 0u);
 }
 
+TEST(ScaleJudgeTest, WhereChangesDoNotGrowTheBiasIsMoreThanSmallerNeighborhoodsShow) {
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> normal;
+  // Cubic regressions lose as much from each rung of 64 neighbors on, and have lost as much before.
+  PilotTable table = BiasedHexagrams(0.0);
+  for (PilotPoint& point : table) {
+    const double lost = 0.1 * normal(random);
+    for (size_t rung = 4; rung < kRungCount; ++rung) {
+      const double steps = static_cast<double>(rung) - 2.0;
+      for (float& part : point.mean[kRegressionMethod][rung]) part += static_cast<float>(steps * lost);
+    }
+  }
+  for (const ScaleScore& score : JudgeOf(table).Scores()) {
+    if (score.candidate.method != kRegressionMethod || !score.is_bias_known) continue;
+    const double true_bias = 0.1 * (static_cast<double>(score.candidate.rung) - 2.0);
+    EXPECT_NEAR(score.bias / true_bias, 0.8, 0.2) << score.candidate.rung;
+    EXPECT_NEAR(score.bias_per_change, true_bias / 0.1, 0.8) << score.candidate.rung;
+  }
+}
+
 TEST(ScaleJudgeTest, AFewPointsThatAreFarOffCountInTheError) {
   PilotTable table = BiasedHexagrams(0.0);
   const auto least_error = [&] {
