@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
 #include "core/base/median.h"
 #include "core/base/quantile.h"
 #include "core/scale/errors/scale_changes.h"
-#include "core/scale/judging/position_noise.h"
 #include "core/scale/pilot/sample_medians.h"
 
 namespace curvd {
@@ -65,16 +65,13 @@ CandidateDifferences::CandidateDifferences(PilotPoints table, Quantity quantity)
     median_radii_[rung] = curvd::MedianRadius(table_, rung);
     floors_[rung] = FloorAt(rung);
   }
-  const bool is_exact = PositionsAreExact(table_);
   for (size_t m = 0; m < kMethodCount; ++m) {
     const size_t step = kScaleMethods[m].compared_rungs;
     for (size_t rung = 0; rung < kRungCount; ++rung) {
       of_cloud_[m][rung] = MedianDifference({m, rung}, step);
-      variances_[m][rung] = VarianceOfHalves({m, rung});
+      variances_[m][rung] = VarianceOf({m, rung});
     }
     AddLastDifferences(m);
-    // Of exact positions halves of few neighbors differ by how these lie, which no larger ones tell.
-    if (!is_exact) AddFirstVariances(m);
   }
 }
 
@@ -106,6 +103,23 @@ bool CandidateDifferences::HasHalves(const ScaleCandidate& candidate) const {
   size_t known = 0;
   for (size_t i = 0; i < table_.size(); ++i) known += std::isfinite(even.DistanceAt(i, odd)) ? 1 : 0;
   return IsEnough(known, kLeastShareOfHalves, candidate.rung);
+}
+
+size_t CandidateDifferences::FirstWithVariance(size_t method) const {
+  const auto& variances = variances_[method];
+  return static_cast<size_t>(
+      std::find_if(std::begin(variances), std::end(variances), [](double v) { return v > 0.0; }) -
+      std::begin(variances));
+}
+
+double CandidateDifferences::VarianceBeforeFirst(const ScaleCandidate& candidate) const {
+  const auto& variances = variances_[candidate.method];
+  const size_t step = kScaleMethods[candidate.method].compared_rungs, first = FirstWithVariance(candidate.method);
+  if (candidate.rung >= first || first + step >= kRungCount || variances[first + step] == 0.0) return 0.0;
+  const double of_noise = 1.0 / VarianceLeft(candidate.method), found = variances[first] / variances[first + step];
+  if (found < std::sqrt(of_noise)) return 0.0;
+  const double steps = static_cast<double>(first - candidate.rung) / static_cast<double>(step);
+  return variances[first] * std::pow(std::min(found, of_noise), steps);
 }
 
 std::optional<CommonChange> CandidateDifferences::CommonTo(const ScaleCandidate& candidate,
@@ -187,7 +201,7 @@ double CandidateDifferences::FloorAt(size_t rung) const {
   return of_mean * std::max(2.0 * (std::isfinite(steepest) ? steepest : 0.0), of_mean);
 }
 
-double CandidateDifferences::VarianceOfHalves(const ScaleCandidate& candidate) const {
+double CandidateDifferences::VarianceOf(const ScaleCandidate& candidate) const {
   std::vector<double> values =
       DistancesOf(values_.Of(candidate, PilotPoint::kEven), values_.Of(candidate, PilotPoint::kOdd));
   if (!IsEnough(values.size(), kLeastShareOfHalves, candidate.rung)) return 0.0;
@@ -195,18 +209,6 @@ double CandidateDifferences::VarianceOfHalves(const ScaleCandidate& candidate) c
   const double factor =
       quantity_ == Quantity::kTraceless ? kVariancePerSquaredMedianOfVectors : kVariancePerSquaredMedian;
   return 0.25 * factor * median * median;
-}
-
-void CandidateDifferences::AddFirstVariances(size_t method) {
-  auto& variances = variances_[method];
-  const size_t step = kScaleMethods[method].compared_rungs;
-  size_t first = 0;
-  while (first < kRungCount && variances[first] == 0.0) ++first;
-  if (first == 0 || first + step >= kRungCount || variances[first + step] == 0.0) return;
-  const double of_noise = 1.0 / VarianceLeft(method), found = variances[first] / variances[first + step];
-  if (found < std::sqrt(of_noise)) return;
-  const double per_rung = std::pow(std::min(found, of_noise), 1.0 / static_cast<double>(step));
-  for (size_t rung = first; rung-- > 0;) variances[rung] = variances[rung + 1] * per_rung;
 }
 
 std::optional<double> CandidateDifferences::MedianDifference(const ScaleCandidate& candidate, size_t step) const {

@@ -43,9 +43,13 @@ class CandidateDifferences {
 
   // Whether the halves of neighborhoods, too, have estimates at nearly all points.
   bool HasHalves(const ScaleCandidate& candidate) const;
-  // The variance of the candidate's estimates that noise makes, as halves show it, or those of larger neighborhoods; 0
-  // if neither do.
+  // The variance of the candidate's estimates that noise makes, as halves show it; 0 without halves.
   double Variance(const ScaleCandidate& candidate) const { return variances_[candidate.method][candidate.rung]; }
+  // The first rung of a method that tells a variance; kRungCount: none does.
+  size_t FirstWithVariance(size_t method) const;
+  // What the variance at that rung makes of a candidate with fewer neighbors, if noise makes it: it falls from there on
+  // as that of noise does. 0 if it does not, or the candidate has halves of its own.
+  double VarianceBeforeFirst(const ScaleCandidate& candidate) const;
   // What both halves of a neighborhood show beyond those of another candidate. None without halves.
   std::optional<CommonChange> CommonTo(const ScaleCandidate& candidate, const ScaleCandidate& other) const;
   // The mean of it, less what chance makes of it. None without halves.
@@ -65,9 +69,7 @@ class CandidateDifferences {
   bool IsEnough(size_t count, double share, size_t rung) const;
   bool HasEstimates(const ScaleCandidate& candidate) const;
   double FloorAt(size_t rung) const;
-  double VarianceOfHalves(const ScaleCandidate& candidate) const;
-  // Of neighborhoods without halves, where that of the first with halves falls as noise does.
-  void AddFirstVariances(size_t method);
+  double VarianceOf(const ScaleCandidate& candidate) const;
   // By how much estimates differ from those so many rungs on, as an error.
   std::optional<double> MedianDifference(const ScaleCandidate& candidate, size_t step) const;
   // The last rungs have no next one to be compared with: their differences go on as those of single steps do.

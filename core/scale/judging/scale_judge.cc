@@ -20,6 +20,9 @@ constexpr double kLeastSquareOverReference = 2.0;
 constexpr double kLeastSquareOverJets = 9.0;
 // A candidate whose noise and differences alone are so many times the least error has a weight of 1e-4.
 constexpr double kHopeless = 10.0;
+// What halves of few neighbors differ by is noise if it is so many times the squared bias: waves that they have lost
+// make them differ as well.
+constexpr double kLeastVarianceOverSquaredBias = 4.0;
 // The rung that tells how the surface bends where no hexagrams can be compared.
 constexpr size_t kRungIfUnknown = 2;
 
@@ -42,6 +45,7 @@ ScaleJudge::ScaleJudge(PilotPoints table, const ScaleBounds& bounds, const LostD
   // The Gaussian curvature takes its biases from the mean one.
   if (quantity == Quantity::kGaussian) return;
   for (size_t m = 0; m < kMethodCount; ++m) growing_bias_[m] = differences_.FindGrowingBias(m);
+  noisy_ = FindNoisyMethods();
   reference_ = FindReference({kRegressionMethod});
   reference_of_positions_ = FindReferenceOfPositions();
 }
@@ -50,7 +54,7 @@ std::vector<ScaleScore> ScaleJudge::Scores() const {
   std::vector<ScaleScore> scores;
   for (size_t m = 0; m < kMethodCount; ++m) {
     for (size_t rung = 0; rung < kRungCount; ++rung) {
-      if (differences_.OfCloud({m, rung}).has_value()) scores.push_back(ScoreWithoutBias({m, rung}));
+      if (differences_.OfCloud({m, rung}).has_value()) scores.push_back(ScoreWithoutBias({m, rung}, noisy_));
     }
   }
   // Biases only add to errors. They are looked for where they may matter, which is where most of the time goes.
@@ -71,27 +75,30 @@ std::vector<ScaleScore> ScaleJudge::Scores() const {
 std::vector<ScaleScore> ScaleJudge::ScoresOf(const std::vector<ScaleScore>& of_mean,
                                              const ScaleJudge& judge_of_mean) const {
   std::optional<ScaleScore> reference = judge_of_mean.reference_, of_positions = judge_of_mean.reference_of_positions_;
-  if (reference.has_value()) reference = ScoreAs(*reference);
-  if (of_positions.has_value()) of_positions = ScoreAs(*of_positions);
+  const MethodSet& noisy = judge_of_mean.noisy_;
+  if (reference.has_value()) reference = ScoreAs(*reference, noisy);
+  if (of_positions.has_value()) of_positions = ScoreAs(*of_positions, noisy);
   std::vector<ScaleScore> scores;
   scores.reserve(of_mean.size());
-  for (const ScaleScore& mean : of_mean) scores.push_back(ScoreWithoutBias(mean.candidate));
+  for (const ScaleScore& mean : of_mean) scores.push_back(ScoreWithoutBias(mean.candidate, noisy));
   double least = std::numeric_limits<double>::infinity();
   for (const size_t i : ByError(scores)) {
     if (scores[i].error > kHopeless * least) break;
     const ScaleScore mean = of_mean[i].is_bias_known ? of_mean[i] : judge_of_mean.ScoreOf(of_mean[i].candidate);
-    const double bias = ScoreAs(mean).bias;
-    scores[i] = ScoreOf(mean.candidate, std::max({bias * bias, SquaredBiasBeside(reference, mean.candidate),
-                                                  SquaredBiasOfNormals(of_positions, mean.candidate)}));
+    const double bias = ScoreAs(mean, noisy).bias;
+    scores[i] = ScoreOf(mean.candidate,
+                        std::max({bias * bias, SquaredBiasBeside(reference, mean.candidate),
+                                  SquaredBiasOfNormals(of_positions, mean.candidate)}),
+                        noisy);
     least = std::min(least, scores[i].error);
   }
   return scores;
 }
 
-ScaleScore ScaleJudge::ScoreAs(const ScaleScore& of_mean) const {
+ScaleScore ScaleJudge::ScoreAs(const ScaleScore& of_mean, const MethodSet& noisy) const {
   const double difference = *differences_.OfCloud(of_mean.candidate);
   const double bias = of_mean.difference > 0.0 ? of_mean.bias * difference / of_mean.difference : 0.0;
-  return ScoreOf(of_mean.candidate, bias * bias);
+  return ScoreOf(of_mean.candidate, bias * bias, noisy);
 }
 
 bool ScaleJudge::IsAllowed(const ScaleCandidate& candidate) const {
@@ -126,7 +133,7 @@ std::optional<ScaleScore> ScaleJudge::FindReference(std::initializer_list<size_t
     for (size_t rung = 0; rung < kRungCount; ++rung) {
       const ScaleCandidate candidate = {method, rung};
       if (differences_.OfCloud(candidate).has_value() && differences_.HasHalves(candidate)) {
-        without_bias.push_back(ScoreWithoutBias(candidate));
+        without_bias.push_back(ScoreWithoutBias(candidate, noisy_));
       }
     }
   }
@@ -174,16 +181,32 @@ double ScaleJudge::SquaredBiasOfNormals(const std::optional<ScaleScore>& jets, c
   return found < kLeastSquareOverJets * jets->error * jets->error ? 0.0 : found - jets->bias * jets->bias;
 }
 
-ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate) const {
+double ScaleJudge::SquaredBiasOfChanges(const ScaleCandidate& candidate) const {
   const double growing = growing_bias_[candidate.method].At(candidate.rung);
-  return ScoreOf(candidate, std::max({differences_.CommonSquareBesideSmaller(candidate), growing * growing,
-                                      SquaredBiasBeside(reference_, candidate),
-                                      SquaredBiasOfNormals(reference_of_positions_, candidate),
-                                      lost_detail_.SquaredBias(candidate)}));
+  return std::max(growing * growing, lost_detail_.SquaredBias(candidate));
 }
 
-ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_bias) const {
-  const double difference = *differences_.OfCloud(candidate), variance = differences_.Variance(candidate);
+MethodSet ScaleJudge::FindNoisyMethods() const {
+  MethodSet noisy{};
+  for (size_t m = 0; m < kMethodCount; ++m) {
+    const ScaleCandidate first = {m, differences_.FirstWithVariance(m)};
+    noisy[m] = first.rung < kRungCount &&
+               differences_.Variance(first) > kLeastVarianceOverSquaredBias * SquaredBiasOfChanges(first);
+  }
+  return noisy;
+}
+
+ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate) const {
+  const double squared_bias =
+      std::max({differences_.CommonSquareBesideSmaller(candidate), SquaredBiasOfChanges(candidate),
+                SquaredBiasBeside(reference_, candidate), SquaredBiasOfNormals(reference_of_positions_, candidate)});
+  return ScoreOf(candidate, squared_bias, noisy_);
+}
+
+ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_bias, const MethodSet& noisy) const {
+  const double difference = *differences_.OfCloud(candidate), of_halves = differences_.Variance(candidate);
+  const bool is_before = of_halves == 0.0 && noisy[candidate.method];
+  const double variance = is_before ? differences_.VarianceBeforeFirst(candidate) : of_halves;
   const double from_noise = NoiseBias(candidate.method);
   const double known = std::sqrt(std::max(difference * difference, variance + squared_bias) + from_noise * from_noise);
   const ScaleMethod& method = kScaleMethods[candidate.method];
@@ -196,8 +219,8 @@ ScaleScore ScaleJudge::ScoreOf(const ScaleCandidate& candidate, double squared_b
           .bias_per_change = growing_bias_[candidate.method].PerChange(candidate.rung)};
 }
 
-ScaleScore ScaleJudge::ScoreWithoutBias(const ScaleCandidate& candidate) const {
-  ScaleScore score = ScoreOf(candidate, 0.0);
+ScaleScore ScaleJudge::ScoreWithoutBias(const ScaleCandidate& candidate, const MethodSet& noisy) const {
+  ScaleScore score = ScoreOf(candidate, 0.0, noisy);
   score.is_bias_known = false;
   return score;
 }

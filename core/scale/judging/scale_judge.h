@@ -51,13 +51,17 @@ class ScaleJudge {
   // That of a candidate that reads normals beside jets, of which this is the score, if the normals belong to another
   // surface than the positions; 0 of jets.
   double SquaredBiasOfNormals(const std::optional<ScaleScore>& jets, const ScaleCandidate& candidate) const;
+  // What changes between scales, and waves that are lost, tell of the candidate's squared bias.
+  double SquaredBiasOfChanges(const ScaleCandidate& candidate) const;
+  // Methods of which the first variance that halves tell is that of noise.
+  MethodSet FindNoisyMethods() const;
   // The score in this judge's quantity of a candidate with that score in the mean curvature, whose bias is as large
   // beside the difference.
-  ScaleScore ScoreAs(const ScaleScore& of_mean) const;
+  ScaleScore ScoreAs(const ScaleScore& of_mean, const MethodSet& noisy) const;
   // REQUIRES: there is a difference of the candidate.
   ScaleScore ScoreOf(const ScaleCandidate& candidate) const;
-  ScaleScore ScoreOf(const ScaleCandidate& candidate, double squared_bias) const;
-  ScaleScore ScoreWithoutBias(const ScaleCandidate& candidate) const;
+  ScaleScore ScoreOf(const ScaleCandidate& candidate, double squared_bias, const MethodSet& noisy) const;
+  ScaleScore ScoreWithoutBias(const ScaleCandidate& candidate, const MethodSet& noisy) const;
   // A difference tells the larger one of two errors. Where they rise from the first rung on, so that noise does not
   // matter, that of the first rung is the second one's, and its own is found as it would be at the other end.
   static void MendFirstRung(size_t first, std::vector<ScaleScore>& scores);
@@ -66,6 +70,7 @@ class ScaleJudge {
   const CandidateDifferences differences_;
   const LostDetail& lost_detail_;
   std::array<GrowingBias, kMethodCount> growing_bias_;
+  MethodSet noisy_{};  // not where the quantity is the Gaussian curvature, which takes those of the mean curvature
   const double sigma_, noise_bias_;
   // The cubic regression of the normals that is expected to err the least: methods of the second order are compared
   // with it. Not where the quantity is the Gaussian curvature, which takes that of the mean curvature.

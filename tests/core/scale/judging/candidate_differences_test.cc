@@ -55,6 +55,36 @@ TEST(CandidateDifferencesTest, HalvesTellTheVarianceOfNoise) {
   EXPECT_EQ(differences.Variance({kRegressionMethod, 6}), 0.0);
 }
 
+// Regressions of 32 and more neighbors, of which those of 45 and more have halves; their noise has this variance.
+template <typename Variance>
+PilotTable NoisyFrom45(const Variance& variance_of) {
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> normal;
+  PilotTable table = PointsWithoutEstimates();
+  for (PilotPoint& point : table) {
+    for (size_t rung = 2; rung < kRungCount; ++rung) {
+      const double of_half = std::sqrt(2.0 * variance_of(rung));
+      SetMean({kRegressionMethod, rung}, 1.0 + of_half * normal(random), 1.0 + of_half * normal(random), point);
+      if (rung > 2) continue;
+      auto& means = point.mean[kRegressionMethod][rung];
+      means[PilotPoint::kEven] = means[PilotPoint::kOdd] = std::nanf("");
+    }
+  }
+  return table;
+}
+
+TEST(CandidateDifferencesTest, WhereHalvesBeginTheirVarianceTellsThatOfFewerNeighborsIfItFallsAsNoiseDoes) {
+  const auto halved = [](size_t rung) { return 0.01 * std::exp2(-static_cast<double>(rung)); };
+  const PilotTable noisy = NoisyFrom45(halved), even = NoisyFrom45([](size_t) { return 0.001; });
+  const CandidateDifferences of_noisy(noisy, kMean), of_even(even, kMean);
+  EXPECT_EQ(of_noisy.FirstWithVariance(kRegressionMethod), 3u);
+  EXPECT_EQ(of_noisy.FirstWithVariance(kQuarticMethod), kRungCount);
+  EXPECT_NEAR(of_noisy.VarianceBeforeFirst({kRegressionMethod, 2}) / halved(2), 1.0, 0.3);
+  EXPECT_EQ(of_noisy.VarianceBeforeFirst({kRegressionMethod, 3}), 0.0) << "it has halves";
+  EXPECT_EQ(of_noisy.VarianceBeforeFirst({kQuarticMethod, 2}), 0.0);
+  EXPECT_EQ(of_even.VarianceBeforeFirst({kRegressionMethod, 2}), 0.0) << "more neighbors average noise";
+}
+
 TEST(CandidateDifferencesTest, WhatHalvesHaveInCommonIsDetailAndNotNoise) {
   for (const double lost : {0.3, 1.0}) {
     const PilotTable table = TwoScales(lost);

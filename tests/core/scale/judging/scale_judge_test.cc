@@ -224,6 +224,45 @@ TEST(ScaleJudgeTest, WhereChangesDoNotGrowTheBiasIsMoreThanSmallerNeighborhoodsS
   }
 }
 
+// Regressions of 32 and more neighbors, with halves from 45 on, whose noise halves its variance from rung to rung.
+// From 45 neighbors on they have lost `lost`, in one direction or the other, and no more.
+PilotTable NoisyRegressions(double lost) {
+  std::mt19937_64 random(8);
+  std::normal_distribution<double> normal;
+  PilotTable table;
+  for (int i = 0; i < 400; ++i) {
+    PilotPoint& point = table.emplace_back(std::array<float, 3>{static_cast<float>(i), 0.0f, 0.0f});
+    point.radius.fill(1.0f);
+    point.residual.fill(0.0f);
+    point.steepest.fill(1.0f);
+    const double of_point = lost * normal(random);
+    for (size_t rung = 2; rung < kRungCount; ++rung) {
+      const double steps = static_cast<double>(rung) - 2.0, deviation = std::exp2(-0.5 * steps);
+      const double even = 1.0 + steps * of_point + deviation * normal(random);
+      const double odd = 1.0 + steps * of_point + deviation * normal(random);
+      auto& means = point.mean[kRegressionMethod][rung];
+      means = {static_cast<float>(0.5 * (even + odd)), static_cast<float>(even), static_cast<float>(odd)};
+      if (rung == 2) means[PilotPoint::kEven] = means[PilotPoint::kOdd] = std::nanf("");
+      point.difference[kRegressionMethod][rung].fill(0.0f);
+      point.twist[kRegressionMethod][rung].fill(0.0f);
+    }
+  }
+  return table;
+}
+
+TEST(ScaleJudgeTest, NeighborhoodsWithoutHalvesHaveTheNoiseThatThoseWithHalvesTellUnlessTheseHaveLostDetail) {
+  const auto noise_of_first = [](double lost) {
+    const PilotTable table = NoisyRegressions(lost);
+    for (const ScaleScore& score : JudgeOf(table).Scores()) {
+      if (score.candidate == ScaleCandidate{kRegressionMethod, 2}) return score.noise;
+    }
+    return -1.0;
+  };
+  // Half of the variance of a half, which is 1.
+  EXPECT_NEAR(noise_of_first(0.0), std::sqrt(0.5), 0.15);
+  EXPECT_EQ(noise_of_first(1.0), 0.0);
+}
+
 TEST(ScaleJudgeTest, AFewPointsThatAreFarOffCountInTheError) {
   PilotTable table = BiasedHexagrams(0.0);
   const auto least_error = [&] {
